@@ -1,0 +1,157 @@
+// The one interface between the trainer and a graphics API: an in-order stream of kernels and copies.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace trisoup::gpu {
+
+/// A pointer in device memory. Kernels take these inside their argument structs.
+using Address = std::uint64_t;
+
+enum class Kind { discrete, integrated, virtual_gpu, cpu, other };
+
+struct DeviceInfo {
+  int index = 0;          // what --device takes
+  std::string backend;    // "vulkan"
+  std::string name;       // as the driver says it
+  std::string driver;     // driver and its version
+  Kind kind = Kind::other;
+  std::uint64_t memory_bytes = 0;  // of the largest device-local heap
+  std::uint64_t free_bytes = 0;    // what the driver says is free in it; memory_bytes where it does not say
+  std::uint32_t subgroup_size = 0;
+  std::uint32_t shared_memory_bytes = 0;
+};
+
+/// A kernel and the values of its specialisation constants (constant_id 0, 1, ...).
+struct Kernel {
+  const char* name;  // shaders/<name>.comp
+  std::vector<std::uint32_t> constants = {};
+};
+
+/// Time that a kernel took, from device timestamps, since Device::reset_timings().
+struct KernelTiming {
+  std::uint64_t launches = 0;
+  double milliseconds = 0;
+};
+
+class Device;
+
+/// Device memory; freed with the object. Contents start undefined.
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(Device& device, Address address, std::uint64_t bytes) : device_(&device), address_(address), bytes_(bytes) {}
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    Buffer taken(std::move(other));
+    swap(taken);
+    return *this;
+  }
+  ~Buffer();
+  Address address() const { return address_; }
+  std::uint64_t bytes() const { return bytes_; }
+  explicit operator bool() const { return device_ != nullptr; }
+
+ private:
+  void swap(Buffer& other) {
+    std::swap(device_, other.device_);
+    std::swap(address_, other.address_);
+    std::swap(bytes_, other.bytes_);
+  }
+  Device* device_ = nullptr;
+  Address address_ = 0;
+  std::uint64_t bytes_ = 0;
+};
+
+/// In-order stream: every command sees the writes of the one before it. Nothing runs before submit() (download() and wait()
+/// submit by themselves). Not thread-safe. Every call throws trisoup::Error when the device fails; when it is lost, the
+/// message names the kernel that was running.
+class Device {
+ public:
+  static constexpr std::size_t kMaxArgumentBytes = 128;  // what every Vulkan device takes as push constants
+
+  virtual ~Device() = default;
+  virtual const DeviceInfo& info() const = 0;
+
+  /// Throws when `bytes` would pass the ceiling or the device has no more; `what` names the contents for people.
+  Buffer allocate(std::uint64_t bytes, std::string_view what);
+  std::uint64_t allocated_bytes() const { return allocated_; }
+  std::uint64_t peak_bytes() const { return peak_; }
+  /// Bytes that allocate() never passes. Default: what is free on the device.
+  void set_ceiling(std::uint64_t bytes) { ceiling_ = bytes; }
+  std::uint64_t ceiling() const { return ceiling_; }
+
+  virtual void upload(Address to, std::span<const std::byte> bytes) = 0;  // the bytes are copied before it returns
+  virtual void download(Address from, std::span<std::byte> bytes) = 0;    // waits
+  virtual void fill(Address to, std::uint64_t bytes, std::uint32_t value) = 0;  // bytes: a multiple of 4
+  virtual void copy(Address to, Address from, std::uint64_t bytes) = 0;
+
+  /// Runs `groups` workgroups. Kernels number them with group_index() (shaders/common/glsl.h), since one dimension of a
+  /// launch may hold no more than 65,535.
+  template <typename Args>
+  void launch(const Kernel& kernel, std::uint64_t groups, const Args& args) {
+    static_assert(std::is_trivially_copyable_v<Args> && sizeof(Args) <= kMaxArgumentBytes);
+    if (groups > 0) launch_bytes(kernel, groups, std::as_bytes(std::span(&args, 1)));
+  }
+
+  virtual void submit() = 0;
+  virtual void wait() = 0;
+
+  /// Kernel times need timestamps on the device and cost a little; off at the start.
+  virtual void enable_timings(bool on) = 0;
+  virtual std::map<std::string, KernelTiming> timings() = 0;  // waits
+  virtual void reset_timings() = 0;
+
+  /// Messages of the validation layers so far; empty when they are off or content.
+  virtual std::vector<std::string> validation_messages() const = 0;
+
+  template <typename T>
+  void upload(Address to, const std::vector<T>& values) {
+    upload(to, std::as_bytes(std::span(values)));
+  }
+  template <typename T>
+  std::vector<T> download_vector(Address from, std::size_t count) {
+    std::vector<T> values(count);
+    download(from, std::as_writable_bytes(std::span(values)));
+    return values;
+  }
+
+ protected:
+  friend class Buffer;
+  virtual void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) = 0;
+  virtual Address allocate_raw(std::uint64_t bytes, std::string_view what) = 0;
+  virtual void free_raw(Address address) = 0;
+
+  std::uint64_t ceiling_ = ~0ull;
+
+ private:
+  void release(Address address, std::uint64_t bytes);
+  std::uint64_t allocated_ = 0, peak_ = 0;
+};
+
+struct DeviceOptions {
+  std::string backend = "auto";  // auto, vulkan
+  std::string device;            // number, or a part of the name; empty: the fastest kind there is
+  bool validation = false;       // Khronos validation layer, core and synchronisation
+  std::uint64_t lose_after_launches = 0;  // fault injection for tests: report a lost device at this launch; 0: never
+};
+
+/// Every usable device, best first kept in the order of their indices. Empty when there is none.
+std::vector<DeviceInfo> list_devices();
+
+/// Throws Error when no device fits.
+std::unique_ptr<Device> open_device(const DeviceOptions& options);
+
+const char* to_string(Kind kind);
+
+}  // namespace trisoup::gpu

@@ -1,0 +1,72 @@
+#include "train/soup_buffers.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "args/types.h"
+#include "soup/random.h"
+
+namespace trisoup::train {
+
+std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max) {
+  const std::uint64_t source = soup::samples_in(level_min, level_max), lattice = soup::samples_at(level_max);
+  // vertices: value, two moments, two gradient words; textures: three arrays of logits, lattice, two gradient words, opacity
+  return triangles * (36 + 36 + 12 + 72 + sizeof(soup::TextureEntry) + source * 8 * 12 + lattice * (8 * 12 + 4));
+}
+
+void clear(gpu::Device& gpu, const FixedSums& sums) {
+  gpu.fill(sums.low.address(), sums.low.bytes(), 0x80000000u);  // kFixedZero
+  gpu.fill(sums.high.address(), sums.high.bytes(), 0);
+}
+
+void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
+                   std::vector<soup::TextureEntry> table) {
+  soup.triangles = static_cast<std::uint32_t>(table.size());
+  soup.source_samples = soup.lattice_samples = 0;
+  soup.level_max = 0;
+  for (const soup::TextureEntry& entry : table) {
+    soup.source_samples = std::max<std::uint64_t>(
+        soup.source_samples, std::uint64_t(entry.source_offset) + soup::samples_in(entry.level_min, entry.level_max));
+    soup.lattice_samples =
+        std::max<std::uint64_t>(soup.lattice_samples, std::uint64_t(entry.lattice_offset) + soup::samples_at(entry.level_max));
+    soup.level_max = std::max(soup.level_max, entry.level_max);
+  }
+  soup.table = std::move(table);
+
+  const auto zeroed = [&](std::uint64_t bytes, const char* what) {
+    gpu::Buffer buffer = gpu.allocate(bytes, what);
+    gpu.fill(buffer.address(), buffer.bytes(), 0);
+    return buffer;
+  };
+  const auto sums = [&](std::uint64_t count, const char* what) {
+    FixedSums s{gpu.allocate(count * 4, what), gpu.allocate(count * 4, what)};
+    clear(gpu, s);
+    return s;
+  };
+  const std::uint64_t vertex_count = 3ull * soup.triangles;
+  soup.vertices = gpu.allocate(vertex_count * 12, "vertices");
+  gpu.upload(soup.vertices.address(), std::as_bytes(vertices));
+  soup.vertex_moment1 = zeroed(vertex_count * 12, "vertex moments");
+  soup.vertex_moment2 = zeroed(vertex_count * 4, "vertex moments");
+  soup.vertex_gradient = sums(vertex_count * 3, "vertex gradients");
+  soup.textures = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
+  gpu.upload(soup.textures.address(), soup.table);
+  soup.source = zeroed(soup.source_samples * 32, "textures");
+  soup.source_moment1 = zeroed(soup.source_samples * 32, "texture moments");
+  soup.source_moment2 = zeroed(soup.source_samples * 32, "texture moments");
+  soup.lattice = gpu.allocate(soup.lattice_samples * 32, "summed textures");
+  soup.opacity = gpu.allocate(soup.lattice_samples * 4, "opacities");
+  soup.lattice_gradient = sums(soup.lattice_samples * 8, "texture gradients");
+}
+
+void allocate_mlp(gpu::Device& gpu, SoupBuffers& soup, const soup::Mlp& mlp) {
+  const std::uint64_t bytes = soup::Mlp::kParameters * 4;
+  soup.mlp = gpu.allocate(bytes, "MLP");
+  soup.mlp_moment1 = gpu.allocate(bytes, "MLP moments");
+  soup.mlp_moment2 = gpu.allocate(bytes, "MLP moments");
+  gpu.upload(soup.mlp.address(), mlp.parameters);
+  gpu.fill(soup.mlp_moment1.address(), soup.mlp_moment1.bytes(), 0);
+  gpu.fill(soup.mlp_moment2.address(), soup.mlp_moment2.bytes(), 0);
+}
+
+}  // namespace trisoup::train

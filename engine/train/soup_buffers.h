@@ -1,0 +1,50 @@
+// A soup, its optimiser state and its gradients in device memory.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "gpu/device.h"
+#include "soup/soup.h"
+
+namespace trisoup::train {
+
+/// Gradients are sums in 64-bit fixed point (shaders/common/fixed_point.h): low words and high words.
+struct FixedSums {
+  gpu::Buffer low, high;
+};
+
+struct SoupBuffers {
+  std::uint32_t triangles = 0;
+  std::vector<soup::TextureEntry> table;  // as on the device
+  std::uint64_t source_samples = 0, lattice_samples = 0;
+  std::uint32_t level_max = 0;  // over all triangles
+
+  gpu::Buffer vertices, vertex_moment1, vertex_moment2;  // [T][3][3], [3T][3], [3T]
+  FixedSums vertex_gradient;                             // [T][3][3]
+  gpu::Buffer textures;                                  // [T] Texture
+  gpu::Buffer source, source_moment1, source_moment2;    // [source samples][8], logits
+  gpu::Buffer lattice, opacity;                          // [lattice samples][8], [lattice samples], after the sigmoid
+  FixedSums lattice_gradient;                            // [lattice samples][8]
+  gpu::Buffer mlp, mlp_moment1, mlp_moment2;             // [595]
+};
+
+/// Bytes of device memory that a soup of `triangles` with levels level_min..level_max takes, gradients and moments included.
+std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max);
+
+/// Allocates everything but the MLP; vertices are uploaded, logits and moments are zero, gradients empty. The lattices are
+/// undefined until the levels are summed (Step::sum_textures).
+void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
+                   std::vector<soup::TextureEntry> table);
+void allocate_mlp(gpu::Device& gpu, SoupBuffers& soup, const soup::Mlp& mlp);
+
+/// Sets the sums to zero, which in fixed point is not all bits zero.
+void clear(gpu::Device& gpu, const FixedSums& sums);
+
+/// The MLP at the start: He-uniform hidden layers, Xavier-uniform last one, biases 0, as the published release does.
+soup::Mlp initial_mlp(std::uint64_t seed);
+
+}  // namespace trisoup::train

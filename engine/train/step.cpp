@@ -1,0 +1,154 @@
+#include "train/step.h"
+
+#include <array>
+#include <cmath>
+
+#include "args/bin.h"
+#include "args/edge_forces.h"
+#include "args/loss_gradient.h"
+#include "args/opacity_backward.h"
+#include "args/project.h"
+#include "args/shade.h"
+#include "args/shade_backward.h"
+#include "args/ssim.h"
+#include "args/update_mlp.h"
+#include "args/update_textures.h"
+#include "args/update_vertices.h"
+#include "args/visibility.h"
+
+namespace trisoup::train {
+namespace {
+
+using namespace kernels;
+
+constexpr std::uint64_t groups_of(std::uint64_t threads) { return (threads + 63) / 64; }
+
+}  // namespace
+
+void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates) {
+  const auto first = [](double rate, std::uint64_t t) { return static_cast<float>(rate / (1.0 - std::pow(0.9, t))); };
+  const auto second = [](std::uint64_t t) { return static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(0.999, t))); };
+  const BatchLayout& batch = frame_.batch();
+  StepState state{};
+  state.threshold_key = threshold_key;
+  state.step = step;
+  state.slot = slot;
+  state.rate_texture = first(rates.texture, rates.texture_updates);
+  state.second_texture = second(rates.texture_updates);
+  state.rate_vertex = first(rates.vertex, rates.vertex_updates);
+  state.second_vertex = second(rates.vertex_updates);
+  state.rate_mlp = first(rates.mlp, rates.mlp_updates);
+  state.second_mlp = second(rates.mlp_updates);
+  state.pixel_weight = static_cast<float>(1.0 / (3.0 * batch.pixels));
+  state.window_weight = batch.windows > 0 ? static_cast<float>(1.0 / (3.0 * batch.windows)) : 0.0f;
+  gpu_.upload(frame_.state.address(), std::as_bytes(std::span(&state, 1)));
+
+  Statistics zero{};
+  zero.l1_low = zero.ssim_low = zero.mse_low = 0x80000000u;  // kFixedZero
+  gpu_.upload(frame_.statistics.address() + slot * sizeof(Statistics), std::as_bytes(std::span(&zero, 1)));
+}
+
+void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
+  const BatchLayout& batch = frame_.batch();
+  const std::uint32_t triangles = soup_.triangles, views = batch.views, tiles = batch.tiles;
+  const std::uint64_t projected = groups_of(std::uint64_t(views) * triangles);
+  const auto view_table = frame_.views.address(), screen = frame_.screen.address(), offsets = frame_.offsets.address(),
+             lists = frame_.lists.address();
+  const std::uint32_t capacity = frame_.list_capacity();
+
+  gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views});
+  const BinArgs bin{view_table, screen,    frame_.counts.address(), offsets, lists, frame_.control.address(),
+                    triangles,  views,     tiles,                   capacity};
+  gpu_.fill(frame_.counts.address(), tiles * 4, 0);
+  gpu_.launch({"bin", {0}}, projected, bin);
+  gpu_.launch({"bin_scan"}, 1, bin);
+  gpu_.launch({"bin", {1}}, projected, bin);
+  gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds)}}, tiles,
+              VisibilityArgs{view_table, screen, offsets, lists, soup_.textures.address(), soup_.opacity.address(),
+                             inputs.thresholds, frame_.state.address(), frame_.hits.address(), triangles, views, tiles, capacity});
+}
+
+void Step::shade(const StepInputs& inputs) {
+  const BatchLayout& batch = frame_.batch();
+  gpu_.launch({"shade", {inputs.mlp_inputs != 0}}, batch.tiles,
+              ShadeArgs{frame_.views.address(), frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
+                        soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.tiles, batch.views,
+                        inputs.background.r, inputs.background.g, inputs.background.b, 0});
+}
+
+void Step::loss(const StepInputs& inputs) {
+  const BatchLayout& batch = frame_.batch();
+  const std::uint32_t float_target = inputs.target != 0;
+  gpu_.launch({"ssim", {float_target}}, batch.blocks,
+              SsimArgs{frame_.views.address(), frame_.colour.address(), inputs.photos, inputs.target, frame_.partial.address(),
+                       frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, 0});
+  gpu_.launch({"loss_gradient", {float_target}}, batch.blocks,
+              LossGradientArgs{frame_.views.address(), frame_.colour.address(), inputs.photos, inputs.target,
+                               frame_.partial.address(), frame_.gradient.address(), frame_.state.address(),
+                               frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, 0});
+}
+
+void Step::backward(const StepInputs& inputs) {
+  const BatchLayout& batch = frame_.batch();
+  const auto views = frame_.views.address(), hits = frame_.hits.address(), gradient = frame_.gradient.address();
+  const auto low = soup_.lattice_gradient.low.address(), high = soup_.lattice_gradient.high.address();
+  gpu_.launch({"shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
+              ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
+                                high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.tiles, frame_.mlp_groups,
+                                batch.views, 0});
+  gpu_.launch({"edge_forces", {0}}, batch.tiles,
+              EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
+                             soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles, batch.views,
+                             soup_.triangles, 0});
+  gpu_.launch({"opacity_backward"}, batch.tiles,
+              OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
+                                  soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,
+                                  high, soup_.triangles, batch.views, batch.tiles, frame_.list_capacity()});
+}
+
+void Step::update_textures(bool adam, const StepInputs& inputs) {
+  const UpdateTexturesArgs args{soup_.textures.address(),
+                                soup_.source.address(),
+                                soup_.source_moment1.address(),
+                                soup_.source_moment2.address(),
+                                soup_.lattice.address(),
+                                soup_.opacity.address(),
+                                soup_.lattice_gradient.low.address(),
+                                soup_.lattice_gradient.high.address(),
+                                frame_.state.address(),
+                                frame_.control.address(),
+                                inputs.source_gradient,
+                                soup_.triangles,
+                                0};
+  // All levels of a triangle in 32 KiB of shared memory: 8 channels at a time up to level 5, 2 at level 6.
+  std::uint32_t samples = 0;
+  for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));
+  std::uint32_t channels = 8;
+  while (channels > 1 && samples * channels * 4 > 32768) channels /= 2;
+  gpu_.launch({"update_textures", {samples, channels, adam, inputs.source_gradient != 0}},
+              std::uint64_t(soup_.triangles) * (8 / channels), args);
+}
+
+void Step::update(const StepInputs& inputs) {
+  update_textures(true, inputs);
+  gpu_.launch({"update_vertices", {inputs.vertex_gradient != 0}}, groups_of(3ull * soup_.triangles),
+              UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(), soup_.vertex_moment2.address(),
+                                 soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(),
+                                 frame_.state.address(), frame_.control.address(), inputs.vertex_gradient, 3 * soup_.triangles, 0});
+  gpu_.launch({"update_mlp", {inputs.mlp_gradient != 0}}, groups_of(soup::Mlp::kParameters),
+              UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
+                            frame_.mlp_partial.address(), frame_.state.address(), frame_.control.address(), inputs.mlp_gradient,
+                            frame_.mlp_groups, 0});
+}
+
+void Step::sum_textures() { update_textures(false, {}); }
+
+void Step::train(const StepInputs& inputs) {
+  visibility(Thresholds::random, inputs);
+  shade(inputs);
+  loss(inputs);
+  backward(inputs);
+  update(inputs);
+}
+
+}  // namespace trisoup::train

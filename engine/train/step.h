@@ -1,0 +1,67 @@
+// One training step, or its forward half, as a list of kernel launches. Nothing here waits for the device.
+#pragma once
+
+#include <cstdint>
+
+#include <glm/glm.hpp>
+
+#include "gpu/device.h"
+#include "train/frame.h"
+#include "train/soup_buffers.h"
+
+namespace trisoup::train {
+
+/// What a fragment's opacity is compared with.
+enum class Thresholds : std::uint32_t {
+  half = 0,    // 0.5: inference
+  random = 1,  // uniform in [0, 1) by fragment: training
+  given = 2,   // from Inputs::thresholds: tests
+};
+
+/// Where a step reads what it does not own. Addresses that are not used stay 0.
+struct StepInputs {
+  glm::vec3 background{0.0f};
+  gpu::Address photos = 0;      // RGBA8 pool, see kernels::ViewRecord::photo_offset
+  gpu::Address target = 0;      // [pixels][3] float targets in place of photographs
+  gpu::Address thresholds = 0;  // [pixels][T]
+  // Tests look at intermediate values here; null in training.
+  gpu::Address mlp_inputs = 0;        // [pixels][16]
+  gpu::Address feature_gradient = 0;  // [pixels][7]
+  gpu::Address source_gradient = 0;   // [source samples][8]
+  gpu::Address vertex_gradient = 0;   // [3T][3]
+  gpu::Address mlp_gradient = 0;      // [595]
+};
+
+/// Learning rates of a step with their bias corrections (shaders/common/optimiser.h).
+struct Rates {
+  double texture = 0, vertex = 0, mlp = 0;
+  std::uint64_t texture_updates = 1, vertex_updates = 1, mlp_updates = 1;  // since the moments were zero, this one included
+};
+
+class Step {
+ public:
+  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : gpu_(gpu), soup_(soup), frame_(frame) {}
+
+  /// Uploads what changes from step to step. slot: row of Frame::statistics, which is cleared.
+  void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates);
+
+  void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits
+  void shade(const StepInputs& inputs);                              // .. Frame::colour
+  void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics
+  void backward(const StepInputs& inputs);                           // .. gradients of textures, vertices, MLP
+  void update(const StepInputs& inputs);                             // .. parameters
+
+  /// Sums the levels of every texture and applies the sigmoid.
+  void sum_textures();
+
+  /// The whole of it.
+  void train(const StepInputs& inputs);
+
+ private:
+  void update_textures(bool adam, const StepInputs& inputs);
+  gpu::Device& gpu_;
+  SoupBuffers& soup_;
+  Frame& frame_;
+};
+
+}  // namespace trisoup::train

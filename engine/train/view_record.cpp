@@ -1,0 +1,44 @@
+#include "train/view_record.h"
+
+namespace trisoup::train {
+namespace {
+
+/// The ray from far to near through NDC (x, y) is linear in x and y for a pinhole camera: w of the unprojected near and far
+/// points does not depend on them.
+void set_rays(kernels::ViewRecord& record, const glm::dmat4& world_from_clip) {
+  const glm::dvec4 x = world_from_clip[0], y = world_from_clip[1];
+  const glm::dvec4 near = world_from_clip[3] - world_from_clip[2], far = world_from_clip[3] + world_from_clip[2];
+  const double slope = 1.0 / near.w - 1.0 / far.w;
+  record.ray = glm::vec4(glm::dvec3(near) / near.w - glm::dvec3(far) / far.w, 0.0);
+  record.ray_x = glm::vec4(glm::dvec3(x) * slope, 0.0);
+  record.ray_y = glm::vec4(glm::dvec3(y) * slope, 0.0);
+}
+
+}  // namespace
+
+BatchLayout lay_out(std::span<const BatchView> views) {
+  BatchLayout layout;
+  layout.views = static_cast<std::uint32_t>(views.size());
+  for (const BatchView& view : views) {
+    kernels::ViewRecord record{};
+    record.clip_from_world = glm::mat4(view.clip_from_world);
+    set_rays(record, view.world_from_clip);
+    record.width = view.width;
+    record.height = view.height;
+    record.tiles_x = (view.width + 7) / 8;
+    record.tiles_y = (view.height + 7) / 8;
+    record.pixel_offset = layout.pixels;
+    record.tile_offset = layout.tiles;
+    record.block_offset = layout.blocks;
+    record.photo_offset = view.photo_offset;
+    record.index = view.index;
+    layout.records.push_back(record);
+    layout.pixels += view.width * view.height;
+    layout.tiles += record.tiles_x * record.tiles_y;
+    layout.blocks += ((view.width + 15) / 16) * ((view.height + 15) / 16);
+    if (view.width > 10 && view.height > 10) layout.windows += std::uint64_t(view.width - 10) * (view.height - 10);
+  }
+  return layout;
+}
+
+}  // namespace trisoup::train

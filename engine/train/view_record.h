@@ -1,0 +1,33 @@
+// A view as the kernels take it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "args/types.h"
+
+namespace trisoup::train {
+
+/// One view of a batch, before it is placed in the frame buffers.
+struct BatchView {
+  glm::dmat4 clip_from_world{1.0};  // OpenGL clip space, row 0 of the image at NDC y = -1
+  glm::dmat4 world_from_clip{1.0};  // its inverse
+  std::uint32_t width = 0, height = 0;
+  std::uint32_t photo_offset = 0;  // of its first pixel in the photograph pool
+  std::uint32_t index = 0;         // of the view in the dataset
+};
+
+/// Sizes of a placed batch.
+struct BatchLayout {
+  std::vector<kernels::ViewRecord> records;
+  std::uint32_t views = 0, pixels = 0, tiles = 0, blocks = 0;
+  std::uint64_t windows = 0;  // SSIM windows
+};
+
+/// Places views one after the other in the frame buffers.
+BatchLayout lay_out(std::span<const BatchView> views);
+
+}  // namespace trisoup::train

@@ -1,0 +1,19 @@
+// Arguments of count_visible.comp.
+#ifndef TRISOUP_ARGS_COUNT_VISIBLE_H
+#define TRISOUP_ARGS_COUNT_VISIBLE_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// Pixels that each triangle wins. One thread per pixel.
+struct CountVisibleArgs {
+  POINTER(Hits) hits;
+  POINTER(Uints) counts;  // [T], added to
+  uint pixels, pad;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

@@ -1,0 +1,25 @@
+// Arguments of loss_gradient.comp.
+#ifndef TRISOUP_ARGS_LOSS_GRADIENT_H
+#define TRISOUP_ARGS_LOSS_GRADIENT_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// dL/dC of every pixel from L1 and SSIM. One workgroup per 16 x 16 pixels of a view.
+struct LossGradientArgs {
+  POINTER(Views) views;
+  POINTER(Floats) colour;
+  POINTER(Uints) photos;
+  POINTER(Floats) target;
+  POINTER(Floats) partial;
+  POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|
+  POINTER(Steps) state;
+  POINTER(StatisticsRows) statistics;
+  uint view_count, blocks, pixels, pad;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

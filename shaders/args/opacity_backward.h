@@ -1,0 +1,28 @@
+// Arguments of opacity_backward.comp.
+#ifndef TRISOUP_ARGS_OPACITY_BACKWARD_H
+#define TRISOUP_ARGS_OPACITY_BACKWARD_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// Likelihood-ratio gradient of opacity for every fragment not behind the visible one. One workgroup per tile.
+struct OpacityBackwardArgs {
+  POINTER(Views) views;
+  POINTER(ScreenTriangles) screen;
+  POINTER(Uints) offsets;
+  POINTER(Uints) lists;
+  POINTER(Textures) textures;
+  POINTER(Floats) opacity;
+  POINTER(Hits) hits;
+  POINTER(Floats) gradient;
+  POINTER(Steps) state;
+  POINTER(Uints) gradient_low;
+  POINTER(Uints) gradient_high;
+  uint triangles, view_count, tiles, capacity;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

@@ -1,0 +1,20 @@
+// Arguments of project.comp.
+#ifndef TRISOUP_ARGS_PROJECT_H
+#define TRISOUP_ARGS_PROJECT_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// Clip coordinates and pixel box of every triangle in every view. One thread per (view, triangle).
+struct ProjectArgs {
+  POINTER(Floats) vertices;          // [T][3][3], world
+  POINTER(Views) views;
+  POINTER(ScreenTriangles) screen;   // [views][T]
+  uint triangles, view_count;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

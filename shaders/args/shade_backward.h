@@ -1,0 +1,27 @@
+// Arguments of shade_backward.comp.
+#ifndef TRISOUP_ARGS_SHADE_BACKWARD_H
+#define TRISOUP_ARGS_SHADE_BACKWARD_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// Gradients of the features, scattered to the lattice, and of the MLP, summed per workgroup in registers.
+struct ShadeBackwardArgs {
+  POINTER(Views) views;
+  POINTER(Hits) hits;
+  POINTER(Textures) textures;
+  POINTER(Floats) lattice;
+  POINTER(Floats) mlp;
+  POINTER(Floats) gradient;
+  POINTER(Uints) gradient_low;   // [lattice samples][8], fixed point
+  POINTER(Uints) gradient_high;
+  POINTER(Floats) mlp_partial;   // [groups][595]
+  POINTER(Floats) debug;         // [pixels][7]: dL/dfeature where asked for
+  uint tiles, groups, view_count, pad;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

@@ -1,0 +1,24 @@
+// Arguments of ssim.comp.
+#ifndef TRISOUP_ARGS_SSIM_H
+#define TRISOUP_ARGS_SSIM_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// SSIM of every window and its derivatives. One workgroup per 16 x 16 windows of a view.
+struct SsimArgs {
+  POINTER(Views) views;
+  POINTER(Floats) colour;
+  POINTER(Uints) photos;   // [pixels], RGBA8; alpha is the loss mask
+  POINTER(Floats) target;   // [pixels][3] float, where the target is given in float
+  POINTER(Floats) partial;  // [3 channels][d_x, d_xx, d_xy][pixels], at the window's first pixel
+  POINTER(Steps) state;
+  POINTER(StatisticsRows) statistics;
+  uint view_count, blocks, pixels, pad;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

@@ -1,0 +1,103 @@
+// What the kernels' arguments point to. One definition for GLSL and C++.
+#ifndef TRISOUP_ARGS_TYPES_H
+#define TRISOUP_ARGS_TYPES_H
+
+#ifdef GL_core_profile
+#define STRUCT struct
+#else
+#include <cstdint>
+#include <glm/glm.hpp>
+#include "common/language.h"
+#include "gpu/device.h"
+namespace trisoup::kernels {
+using uint = std::uint32_t;
+using glm::mat4;
+using glm::vec4;
+#define STRUCT struct alignas(16)
+#endif
+
+/// One view of a batch. Frame buffers hold the views' pixels one after the other, rows from NDC y = -1 upwards.
+STRUCT ViewRecord {
+  mat4 clip_from_world;
+  // Direction from the surface towards the camera at NDC (x, y): ray + x ray_x + y ray_y, not normalised.
+  vec4 ray, ray_x, ray_y;
+  uint width, height;
+  uint tiles_x, tiles_y;
+  uint pixel_offset;   // of its first pixel in the frame buffers
+  uint tile_offset;    // of its first tile
+  uint block_offset;   // of its first block of 16 x 16 pixels
+  uint photo_offset;   // of its first pixel in the photograph pool
+  uint index;          // of the view in the dataset: part of the thresholds' counter
+  uint pad0, pad1, pad2;
+};
+
+/// A triangle as one view sees it. Pixels x, y in 16 bits each; the box is empty where min > max.
+STRUCT ScreenTriangle {
+  vec4 p0, p1, p2;  // clip coordinates
+  uint box_min, box_max;
+  float nearest;  // smallest NDC depth of a vertex
+  uint pad0;
+};
+
+/// The visible fragment of a pixel.
+STRUCT Hit {
+  uint triangle;  // index + 1; 0: none
+  float b0, b1;   // perspective-correct barycentrics of the first two vertices
+  float depth;    // NDC z
+};
+
+/// soup::TextureEntry
+STRUCT Texture {
+  uint source_offset, lattice_offset, level_min, level_max;
+};
+
+/// What changes from step to step; everything else in a step's arguments stays the same until the topology changes.
+STRUCT StepState {
+  uint threshold_key;  // hash of seed and step
+  uint step;
+  float rate_texture, second_texture;  // see common/optimiser.h
+  float rate_vertex, second_vertex;
+  float rate_mlp, second_mlp;
+  float pixel_weight;   // 1 / (3 x pixels of the batch)
+  float window_weight;  // 1 / (3 x SSIM windows of the batch); 0 when no view is large enough for one
+  uint slot;            // row of the statistics
+  uint pad0;
+};
+
+/// Sums over a batch in fixed point (common/fixed_point.h), low and high words.
+STRUCT Statistics {
+  uint l1_low, l1_high;      // mean |C - target|
+  uint ssim_low, ssim_high;  // mean SSIM
+  uint mse_low, mse_high;    // mean (C - target)^2
+  uint pad0, pad1;
+};
+
+/// Flags that outlive a step.
+STRUCT Control {
+  uint list_total;     // entries that the tiles' lists of the last step needed
+  uint overflow;       // 1: they did not fit; no parameter has changed since
+  uint list_peak;      // the most that any step needed
+  uint pad0;
+};
+
+#ifdef GL_core_profile
+#define POINTER_TYPE(name, type, alignment) \
+  layout(buffer_reference, std430, buffer_reference_align = alignment) buffer name { type v[]; };
+POINTER_TYPE(Floats, float, 4)
+POINTER_TYPE(Float4s, vec4, 16)
+POINTER_TYPE(Uints, uint, 4)
+POINTER_TYPE(Views, ViewRecord, 16)
+POINTER_TYPE(ScreenTriangles, ScreenTriangle, 16)
+POINTER_TYPE(Hits, Hit, 16)
+POINTER_TYPE(Textures, Texture, 16)
+POINTER_TYPE(Steps, StepState, 16)
+POINTER_TYPE(StatisticsRows, Statistics, 16)
+POINTER_TYPE(Controls, Control, 16)
+#else
+static_assert(sizeof(ViewRecord) == 160 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16);
+static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(Control) == 16);
+}  // namespace trisoup::kernels
+#endif
+#undef STRUCT
+
+#endif

@@ -1,0 +1,25 @@
+// Arguments of update_vertices.comp.
+#ifndef TRISOUP_ARGS_UPDATE_VERTICES_H
+#define TRISOUP_ARGS_UPDATE_VERTICES_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// VectorAdam on every vertex. One thread per vertex.
+struct UpdateVerticesArgs {
+  POINTER(Floats) vertices;
+  POINTER(Floats) moment1;  // [3T][3]
+  POINTER(Floats) moment2;  // [3T]
+  POINTER(Uints) gradient_low;
+  POINTER(Uints) gradient_high;
+  POINTER(Steps) state;
+  POINTER(Controls) control;
+  POINTER(Floats) debug;    // [3T][3]: gradient where asked for
+  uint vertex_count, pad;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

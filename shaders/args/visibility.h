@@ -1,0 +1,26 @@
+// Arguments of visibility.comp.
+#ifndef TRISOUP_ARGS_VISIBILITY_H
+#define TRISOUP_ARGS_VISIBILITY_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace trisoup::kernels {
+#endif
+
+/// The nearest fragment of every pixel whose opacity reaches its threshold. One workgroup per tile.
+struct VisibilityArgs {
+  POINTER(Views) views;
+  POINTER(ScreenTriangles) screen;
+  POINTER(Uints) offsets;
+  POINTER(Uints) lists;
+  POINTER(Textures) textures;
+  POINTER(Floats) opacity;     // [lattice samples], after the sigmoid
+  POINTER(Floats) thresholds;  // [pixels][T] where thresholds are given
+  POINTER(Steps) state;
+  POINTER(Hits) hits;
+  uint triangles, view_count, tiles, capacity;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

@@ -1,0 +1,42 @@
+// Blocks of 16 x 16 pixels for the 11-tap SSIM window. Needs views and view_count in `a`.
+const uint kBlock = 16u;
+const uint kPatch = 26u;  // a block and the 10 pixels that its windows reach beyond it
+
+shared float s_rows[5 * 26 * 16];
+
+uint block_view(Views views, uint view_count, uint block) {
+  uint view = 0u;
+  while (view + 1u < view_count && block >= views.v[view + 1u].block_offset) ++view;
+  return view;
+}
+
+uvec2 block_corner(Views views, uint view, uint block) {
+  const uint local = block - views.v[view].block_offset;
+  const uint blocks_x = (views.v[view].width + kBlock - 1u) / kBlock;
+  return uvec2(local % blocks_x, local / blocks_x) * kBlock;
+}
+
+/// Column `x` of map `map`, rows y0 .. y0 + 3, through the vertical half of the window.
+vec4 blur_column(uint map, uint x, uint y0) {
+  float v[14];
+  UNROLL for (uint i = 0u; i < 14u; ++i) v[i] = s_rows[(map * kPatch + y0 + i) * kBlock + x];
+  vec4 sum = vec4(0.0);
+  UNROLL for (int i = 0; i < 11; ++i) sum += ssim_tap(i) * vec4(v[i], v[i + 1], v[i + 2], v[i + 3]);
+  return sum;
+}
+
+/// Colour and target of a pixel, zero where it is masked out; returns the mask.
+float masked_pixel(Floats colour, Floats target, Uints photos, bool float_target, uint index, uint photo, uint channel,
+                   out float x, out float y) {
+  float mask = 1.0;
+  x = colour.v[index * 3u + channel];
+  if (float_target) {
+    y = target.v[index * 3u + channel];
+  } else {
+    const uint rgba = photos.v[photo];
+    mask = (rgba >> 24) >= 128u ? 1.0 : 0.0;
+    y = float((rgba >> (8u * channel)) & 255u) * (1.0 / 255.0) * mask;
+  }
+  x *= mask;
+  return mask;
+}

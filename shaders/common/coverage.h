@@ -1,0 +1,74 @@
+// Projection and coverage (DiffSoup, section 4; homogeneous rasterisation after Olano and Greer, 1997).
+// Clip space is OpenGL's: NDC x, y, z in [-1, 1], w > 0 in front of the camera.
+
+FN real cross2(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
+
+FN vec2 pixel_ndc(uint x, uint y, uint width, uint height) {
+  return vec2(real(-1) + real(2) * (real(x) + real(0.5)) / real(width),
+              real(-1) + real(2) * (real(y) + real(0.5)) / real(height));
+}
+
+/// Where the ray of an NDC point meets the plane of a triangle.
+struct PlanePoint {
+  real b0, b1, b2;  // perspective-correct barycentrics
+  real depth;       // NDC z
+  real w;           // clip w
+  bool inside;      // the triangle covers the point (either winding, no depth range)
+};
+
+/// p0, p1, p2: clip coordinates.
+FN PlanePoint plane_point(vec4 p0, vec4 p1, vec4 p2, vec2 ndc) {
+  const vec2 q0 = vec2(p0.x - ndc.x * p0.w, p0.y - ndc.y * p0.w);
+  const vec2 q1 = vec2(p1.x - ndc.x * p1.w, p1.y - ndc.y * p1.w);
+  const vec2 q2 = vec2(p2.x - ndc.x * p2.w, p2.y - ndc.y * p2.w);
+  const real a0 = cross2(q1, q2), a1 = cross2(q2, q0), a2 = cross2(q0, q1);
+  const real sum = a0 + a1 + a2;
+  PlanePoint point;
+  point.inside = false;
+  point.b0 = point.b1 = point.b2 = point.depth = point.w = real(0);
+  if (sum == real(0)) return point;
+  point.b0 = a0 / sum;
+  point.b1 = a1 / sum;
+  point.b2 = a2 / sum;
+  point.w = point.b0 * p0.w + point.b1 * p1.w + point.b2 * p2.w;
+  point.depth = (point.b0 * p0.z + point.b1 * p1.z + point.b2 * p2.z) / point.w;
+  point.inside = point.b0 >= real(0) && point.b1 >= real(0) && point.b0 + point.b1 <= real(1);
+  return point;
+}
+
+/// A triangle as linear functions of the offset d from an NDC point `origin`: edge k is e_k.x + d.x e_k.y + d.y e_k.z, all >= 0
+/// inside; barycentrics are edge_k over their sum; depth is plane.x + d.x plane.y + d.y plane.z. An origin near the pixels
+/// keeps small triangles exact in float. valid is false where the triangle has no area on the screen.
+struct TriangleSetup {
+  vec3 e0, e1, e2, plane;
+  bool valid;
+};
+
+FN vec3 edge_function(vec2 q, real w, vec2 r, real v) {
+  return vec3(cross2(q, r), q.y * v - w * r.y, w * r.x - q.x * v);
+}
+
+FN TriangleSetup triangle_setup(vec4 p0, vec4 p1, vec4 p2, vec2 origin) {
+  const vec2 q0 = vec2(p0.x - origin.x * p0.w, p0.y - origin.y * p0.w);
+  const vec2 q1 = vec2(p1.x - origin.x * p1.w, p1.y - origin.y * p1.w);
+  const vec2 q2 = vec2(p2.x - origin.x * p2.w, p2.y - origin.y * p2.w);
+  TriangleSetup setup;
+  setup.e0 = edge_function(q1, p1.w, q2, p2.w);
+  setup.e1 = edge_function(q2, p2.w, q0, p0.w);
+  setup.e2 = edge_function(q0, p0.w, q1, p1.w);
+  // sum of edge_k w_k does not depend on the point: it is the determinant of the rows (x, y, w).
+  const real det = setup.e0.x * p0.w + setup.e1.x * p1.w + setup.e2.x * p2.w;
+  setup.valid = det != real(0);
+  setup.plane = vec3(0);
+  if (setup.valid) {
+    setup.plane = (setup.e0 * p0.z + setup.e1 * p1.z + setup.e2 * p2.z) / det;
+    if (det < real(0)) {
+      setup.e0 = -setup.e0;
+      setup.e1 = -setup.e1;
+      setup.e2 = -setup.e2;
+    }
+  }
+  return setup;
+}
+
+FN real at_offset(vec3 linear, vec2 d) { return linear.x + d.x * linear.y + d.y * linear.z; }

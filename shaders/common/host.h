@@ -1,0 +1,47 @@
+// The shared maths for C++: trisoup::f32 as the kernels compute it, trisoup::f64 for finite differences.
+#pragma once
+
+#include <cstdint>
+
+#include <glm/glm.hpp>
+
+#include "common/language.h"
+
+// The bodies are the kernels' own; names that GLSL has built in come from GLM.
+#define TRISOUP_MATHS_TYPES(scalar)                \
+  using real = scalar;                             \
+  using uint = std::uint32_t;                      \
+  using vec2 = glm::vec<2, scalar>;                \
+  using vec3 = glm::vec<3, scalar>;                \
+  using vec4 = glm::vec<4, scalar>;                \
+  using glm::abs;                                  \
+  using glm::clamp;                                \
+  using glm::dot;                                  \
+  using glm::exp;                                  \
+  using glm::floor;                                \
+  using glm::max;                                  \
+  using glm::min;                                  \
+  using glm::normalize;                            \
+  using glm::sqrt;
+
+namespace trisoup::f32 {
+TRISOUP_MATHS_TYPES(float)
+#include "common/coverage.h"
+#include "common/edges.h"
+#include "common/lattice.h"
+#include "common/optimiser.h"
+#include "common/random.h"
+#include "common/shading.h"
+#include "common/ssim.h"
+}  // namespace trisoup::f32
+
+namespace trisoup::f64 {
+TRISOUP_MATHS_TYPES(double)
+#include "common/coverage.h"
+#include "common/edges.h"
+#include "common/lattice.h"
+#include "common/optimiser.h"
+#include "common/random.h"
+#include "common/shading.h"
+#include "common/ssim.h"
+}  // namespace trisoup::f64

@@ -1,0 +1,82 @@
+// Neural shading (DiffSoup, section 3): 7 features and the view direction's spherical harmonics through a small MLP.
+// The includer defines MLP(i), the i-th parameter: w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3], row-major [out][in].
+
+/// Real spherical harmonics up to degree 2 of the unit vector v from the surface towards the camera.
+FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
+  y[0] = real(0.28209479);
+  y[1] = real(-0.48860251) * v.y;
+  y[2] = real(0.48860251) * v.z;
+  y[3] = real(-0.48860251) * v.x;
+  y[4] = real(1.09254843) * v.x * v.y;
+  y[5] = real(-1.09254843) * v.y * v.z;
+  y[6] = real(0.31539157) * (real(2) * v.z * v.z - v.x * v.x - v.y * v.y);
+  y[7] = real(-1.09254843) * v.x * v.z;
+  y[8] = real(0.54627422) * (v.x * v.x - v.y * v.y);
+}
+
+#ifdef GL_core_profile
+#define MLP_PARAMETERS
+#else
+#define MLP_PARAMETERS const real *parameters,
+#undef MLP
+#define MLP(i) parameters[i]
+#endif
+
+#define MLP_B1 256
+#define MLP_W2 272
+#define MLP_B2 528
+#define MLP_W3 544
+#define MLP_B3 592
+#define MLP_COUNT 595
+
+/// x[16] -> hidden activations h1[16], h2[16] (after ReLU) and the colour y in (0, 1).
+FN void mlp_forward(MLP_PARAMETERS IN_ARRAY(x, 16), OUT_ARRAY(h1, 16), OUT_ARRAY(h2, 16), OUT(vec3) y) {
+  UNROLL for (int o = 0; o < 16; ++o) {
+    real sum = MLP(MLP_B1 + o);
+    UNROLL for (int i = 0; i < 16; ++i) sum += MLP(o * 16 + i) * x[i];
+    h1[o] = max(sum, real(0));
+  }
+  UNROLL for (int o = 0; o < 16; ++o) {
+    real sum = MLP(MLP_B2 + o);
+    UNROLL for (int i = 0; i < 16; ++i) sum += MLP(MLP_W2 + o * 16 + i) * h1[i];
+    h2[o] = max(sum, real(0));
+  }
+  real s0 = MLP(MLP_B3), s1 = MLP(MLP_B3 + 1), s2 = MLP(MLP_B3 + 2);
+  UNROLL for (int i = 0; i < 16; ++i) {
+    s0 += MLP(MLP_W3 + i) * h2[i];
+    s1 += MLP(MLP_W3 + 16 + i) * h2[i];
+    s2 += MLP(MLP_W3 + 32 + i) * h2[i];
+  }
+  y = vec3(real(1) / (real(1) + exp(-s0)), real(1) / (real(1) + exp(-s1)), real(1) / (real(1) + exp(-s2)));
+}
+
+/// From dL/dy: the gradients before each activation, d1[16], d2[16], d3, and dL/dx of the first 7 inputs. The gradient of a
+/// weight is then d[out] times the layer's input, of a bias d[out].
+FN void mlp_backward(MLP_PARAMETERS IN_ARRAY(h1, 16), IN_ARRAY(h2, 16), vec3 y, vec3 dy, OUT_ARRAY(d1, 16), OUT_ARRAY(d2, 16),
+                     OUT(vec3) d3, OUT_ARRAY(dx, 7)) {
+  d3 = dy * y * (vec3(1) - y);
+  UNROLL for (int i = 0; i < 16; ++i) {
+    const real g = MLP(MLP_W3 + i) * d3.x + MLP(MLP_W3 + 16 + i) * d3.y + MLP(MLP_W3 + 32 + i) * d3.z;
+    d2[i] = h2[i] > real(0) ? g : real(0);
+  }
+  UNROLL for (int i = 0; i < 16; ++i) {
+    real g = real(0);
+    UNROLL for (int o = 0; o < 16; ++o) g += MLP(MLP_W2 + o * 16 + i) * d2[o];
+    d1[i] = h1[i] > real(0) ? g : real(0);
+  }
+  UNROLL for (int i = 0; i < 7; ++i) {
+    real g = real(0);
+    UNROLL for (int o = 0; o < 16; ++o) g += MLP(o * 16 + i) * d1[o];
+    dx[i] = g;
+  }
+}
+
+/// Features 0..2 are a base colour, 3 mixes in the MLP's.
+FN vec3 skip_connection(IN_ARRAY(f, 7), vec3 y) { return (real(1) - f[3]) * vec3(f[0], f[1], f[2]) + f[3] * y; }
+
+/// dL/dcolour -> dL/dy and the part of dL/df that does not go through the MLP.
+FN void skip_connection_backward(IN_ARRAY(f, 7), vec3 y, vec3 dc, OUT(vec3) dy, OUT(vec3) drgb, OUT(real) dmix) {
+  dy = f[3] * dc;
+  drgb = (real(1) - f[3]) * dc;
+  dmix = dot(dc, y - vec3(f[0], f[1], f[2]));
+}

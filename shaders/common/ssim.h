@@ -1,0 +1,32 @@
+// SSIM (Wang et al. 2004) of one window: 11-tap Gaussian, sigma 1.5, biased moments, and its gradient.
+
+#define SSIM_TAPS 11
+
+/// Tap i of the normalised window.
+FN real ssim_tap(int i) {
+  const int k = i < 5 ? 5 - i : i - 5;
+  return k == 0   ? real(0.26601171704860436)
+         : k == 1 ? real(0.21300553771125470)
+         : k == 2 ? real(0.10936068950970007)
+         : k == 3 ? real(0.036000773310661516)
+         : k == 4 ? real(0.0075987582094967478)
+                  : real(0.0010283802084191078);
+}
+
+/// The window's value and its derivatives by E[x], E[xx] and E[xy], x being the rendering.
+struct SsimWindow {
+  real value, d_x, d_xx, d_xy;
+};
+
+FN SsimWindow ssim_window(real x, real y, real xx, real yy, real xy) {
+  const real c1 = real(1e-4), c2 = real(9e-4);
+  const real a1 = real(2) * x * y + c1, a2 = real(2) * (xy - x * y) + c2;
+  const real b1 = x * x + y * y + c1, b2 = (xx - x * x) + (yy - y * y) + c2;
+  const real inv = real(1) / (b1 * b2);
+  SsimWindow s;
+  s.value = a1 * a2 * inv;
+  s.d_xy = real(2) * a1 * inv;
+  s.d_xx = -s.value / b2;
+  s.d_x = real(2) * y * (a2 - a1) * inv - s.value * (real(2) * x / b1 - real(2) * x / b2);
+  return s;
+}

@@ -1,0 +1,20 @@
+// A tile's list of triangles, brought into shared memory 64 at a time as edge functions about the tile's middle.
+shared vec4 s_e0[64], s_e1[64], s_e2[64], s_plane[64];
+shared uvec4 s_texture[64];  // lattice offset, level, triangle
+
+void stage_triangle(uint slot, uint triangle, ScreenTriangles screen, uint first, Textures textures, vec2 origin) {
+  const uint at = first + triangle;
+  const TriangleSetup setup = triangle_setup(screen.v[at].p0, screen.v[at].p1, screen.v[at].p2, origin);
+  // What has no area on the screen covers nothing.
+  s_e0[slot] = vec4(setup.valid ? setup.e0 : vec3(-1.0, 0.0, 0.0), 0.0);
+  s_e1[slot] = vec4(setup.e1, 0.0);
+  s_e2[slot] = vec4(setup.e2, 0.0);
+  s_plane[slot] = vec4(setup.plane, 0.0);
+  s_texture[slot] = uvec4(textures.v[triangle].lattice_offset, textures.v[triangle].level_max, triangle, 0u);
+}
+
+/// Opacity of a fragment, interpolated on the lattice.
+float opacity_at(Floats opacity, uvec4 texture_row, LatticeCell cell) {
+  const uint base = texture_row.x;
+  return lattice_mix(cell, opacity.v[base + cell.i0], opacity.v[base + cell.i1], opacity.v[base + cell.i2]);
+}

@@ -1,0 +1,89 @@
+// dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient, and the sums.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/glsl.h"
+#include "args/loss_gradient.h"
+#include "common/fixed_point.h"
+#include "common/ssim.h"
+#include "common/block.h"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool FLOAT_TARGET = false;
+layout(push_constant) uniform Push { LossGradientArgs a; };
+
+shared float s_map[3 * 26 * 26];
+shared vec2 s_sum[64];
+
+void main() {
+  const uint block = group_index(), thread = gl_LocalInvocationIndex;
+  if (block >= a.blocks) return;
+  const uint view = block_view(a.views, a.view_count, block);
+  const uvec2 corner = block_corner(a.views, view, block);
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const uint pixel_offset = a.views.v[view].pixel_offset, photo_offset = a.views.v[view].photo_offset;
+  const float l1_weight = 0.8 * a.state.v[0].pixel_weight;
+  const float ssim_weight = -0.1 * a.state.v[0].window_weight;
+  const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
+
+  vec4 l1 = vec4(0.0), squares = vec4(0.0);
+  for (uint channel = 0u; channel < 3u; ++channel) {
+    barrier();
+    for (uint i = thread; i < kPatch * kPatch; i += 64u) {
+      // The windows over a pixel begin at most 10 pixels before it.
+      const int x = int(corner.x + i % kPatch) - 10, y = int(corner.y + i / kPatch) - 10;
+      const bool inside = x >= 0 && y >= 0 && x < int(width) && y < int(height);
+      const uint at = pixel_offset + uint(y) * width + uint(x);
+      UNROLL for (uint k = 0u; k < 3u; ++k)
+        s_map[k * kPatch * kPatch + i] = inside ? a.partial.v[(channel * 3u + k) * a.pixels + at] : 0.0;
+    }
+    barrier();
+    if (thread < 52u) {
+      const uint row = thread >> 1, x0 = (thread & 1u) * 8u;
+      UNROLL for (uint k = 0u; k < 3u; ++k) {
+        float v[18];
+        UNROLL for (uint i = 0u; i < 18u; ++i) v[i] = s_map[(k * kPatch + row) * kPatch + x0 + i];
+        UNROLL for (uint o = 0u; o < 8u; ++o) {
+          float sum = 0.0;
+          UNROLL for (int i = 0; i < 11; ++i) sum += ssim_tap(i) * v[o + i];
+          s_rows[(k * kPatch + row) * kBlock + x0 + o] = sum;
+        }
+      }
+    }
+    barrier();
+    const vec4 d_x = blur_column(0u, column, y0), d_xx = blur_column(1u, column, y0), d_xy = blur_column(2u, column, y0);
+    UNROLL for (uint k = 0u; k < 4u; ++k) {
+      const uint x = corner.x + column, y = corner.y + y0 + k;
+      if (x >= width || y >= height) continue;
+      const uint at = pixel_offset + y * width + x;
+      float colour, target;
+      const float mask = masked_pixel(a.colour, a.target, a.photos, FLOAT_TARGET, at, photo_offset + y * width + x, channel,
+                                      colour, target);
+      const float error = colour - target;
+      const float gradient =
+          l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0 * colour * d_xx[k] + target * d_xy[k]);
+      a.gradient.v[at * 4u + channel] = mask * gradient;
+      l1[k] += abs(error);
+      squares[k] += error * error;
+    }
+  }
+
+  float l1_sum = 0.0, square_sum = 0.0;
+  UNROLL for (uint k = 0u; k < 4u; ++k) {
+    const uint x = corner.x + column, y = corner.y + y0 + k;
+    if (x >= width || y >= height) continue;
+    a.gradient.v[(pixel_offset + y * width + x) * 4u + 3u] = l1[k];
+    l1_sum += l1[k];
+    square_sum += squares[k];
+  }
+  s_sum[thread] = vec2(l1_sum, square_sum);
+  barrier();
+  if (thread == 0u) {
+    vec2 sum = vec2(0.0);
+    for (uint i = 0u; i < 64u; ++i) sum += s_sum[i];
+    sum *= a.state.v[0].pixel_weight;
+    Uints words = Uints(a.statistics);
+    const uint at = a.state.v[0].slot * 8u;
+    add_fixed(words, at, words, at + 1u, sum.x);
+    add_fixed(words, at + 4u, words, at + 5u, sum.y);
+  }
+}

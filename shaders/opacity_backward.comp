@@ -1,0 +1,56 @@
+// Likelihood-ratio gradient of the opacities (DiffSoup, section 4.2): what the sampled L1 error says of every fragment that let
+// the pixel see through, and of the one that did not.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/glsl.h"
+#include "args/opacity_backward.h"
+#include "common/coverage.h"
+#include "common/fixed_point.h"
+#include "common/lattice.h"
+#include "common/tile.h"
+#include "common/staging.h"
+
+layout(local_size_x = 64) in;
+layout(push_constant) uniform Push { OpacityBackwardArgs a; };
+
+void main() {
+  const uint tile = group_index(), thread = gl_LocalInvocationIndex;
+  if (tile >= a.tiles) return;
+  const uint view = tile_view(a.views, a.view_count, tile);
+  const TilePixel pixel = tile_pixel(a.views, view, tile, thread);
+  const vec2 origin = tile_origin(a.views, view, tile);
+  const vec2 d = pixel_ndc(pixel.x, pixel.y, a.views.v[view].width, a.views.v[view].height) - origin;
+  const uint first = min(a.offsets.v[tile], a.capacity), last = min(a.offsets.v[tile + 1u], a.capacity);
+
+  uint winner = 0u;
+  float depth_limit = 1.0, weight = 0.0;
+  if (pixel.inside) {
+    winner = a.hits.v[pixel.index].triangle;
+    if (winner != 0u) depth_limit = a.hits.v[pixel.index].depth;
+    weight = a.gradient.v[pixel.index * 4u + 3u] * a.state.v[0].pixel_weight;
+  }
+
+  for (uint base = first; base < last; base += 64u) {
+    barrier();
+    if (base + thread < last)
+      stage_triangle(thread, a.lists.v[base + thread], a.screen, view * a.triangles, a.textures, origin);
+    barrier();
+    const uint count = min(64u, last - base);
+    for (uint k = 0u; k < count; ++k) {
+      const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
+      const float depth = at_offset(s_plane[k].xyz, d);
+      const uvec4 row = s_texture[k];
+      const bool own = row.z + 1u == winner;
+      const float sum = e0 + e1 + e2;
+      if (min(e0, min(e1, e2)) >= 0.0 && sum > 0.0 && depth > -1.0 && (own || depth <= depth_limit) && weight != 0.0) {
+        const LatticeCell cell = lattice_cell(e0 / sum, e1 / sum, row.y);
+        const float alpha = opacity_at(a.opacity, row, cell);
+        const float g = own ? weight / max(alpha, 1e-5) : -weight / max(1.0 - alpha, 1e-5);
+        const uint i0 = (row.x + cell.i0) * 8u + 7u, i1 = (row.x + cell.i1) * 8u + 7u, i2 = (row.x + cell.i2) * 8u + 7u;
+        add_fixed(a.gradient_low, i0, a.gradient_high, i0, cell.w0 * g);
+        add_fixed(a.gradient_low, i1, a.gradient_high, i1, cell.w1 * g);
+        add_fixed(a.gradient_low, i2, a.gradient_high, i2, cell.w2 * g);
+      }
+    }
+  }
+}

@@ -1,0 +1,87 @@
+// SSIM of every window of a view, and its derivatives by the window's moments (common/ssim.h).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/glsl.h"
+#include "args/ssim.h"
+#include "common/fixed_point.h"
+#include "common/ssim.h"
+#include "common/block.h"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool FLOAT_TARGET = false;
+layout(push_constant) uniform Push { SsimArgs a; };
+
+shared float s_x[26 * 26], s_y[26 * 26];
+shared float s_sum[64];
+
+void main() {
+  const uint block = group_index(), thread = gl_LocalInvocationIndex;
+  if (block >= a.blocks) return;
+  const uint view = block_view(a.views, a.view_count, block);
+  const uvec2 corner = block_corner(a.views, view, block);
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const uint pixel_offset = a.views.v[view].pixel_offset, photo_offset = a.views.v[view].photo_offset;
+
+  float total = 0.0;
+  for (uint channel = 0u; channel < 3u; ++channel) {
+    barrier();
+    for (uint i = thread; i < kPatch * kPatch; i += 64u) {
+      const uint x = corner.x + i % kPatch, y = corner.y + i / kPatch;
+      float colour = 0.0, target = 0.0;
+      if (x < width && y < height)
+        masked_pixel(a.colour, a.target, a.photos, FLOAT_TARGET, pixel_offset + y * width + x, photo_offset + y * width + x,
+                     channel, colour, target);
+      s_x[i] = colour;
+      s_y[i] = target;
+    }
+    barrier();
+    // Horizontal half: 26 rows in two runs of 8 columns.
+    if (thread < 52u) {
+      const uint row = thread >> 1, x0 = (thread & 1u) * 8u;
+      float x[18], y[18];
+      UNROLL for (uint i = 0u; i < 18u; ++i) {
+        x[i] = s_x[row * kPatch + x0 + i];
+        y[i] = s_y[row * kPatch + x0 + i];
+      }
+      UNROLL for (uint o = 0u; o < 8u; ++o) {
+        float m[5] = float[5](0.0, 0.0, 0.0, 0.0, 0.0);
+        UNROLL for (int i = 0; i < 11; ++i) {
+          const float tap = ssim_tap(i), p = x[o + i], q = y[o + i];
+          m[0] += tap * p;
+          m[1] += tap * q;
+          m[2] += tap * (p * p);
+          m[3] += tap * (q * q);
+          m[4] += tap * (p * q);
+        }
+        UNROLL for (uint k = 0u; k < 5u; ++k) s_rows[(k * kPatch + row) * kBlock + x0 + o] = m[k];
+      }
+    }
+    barrier();
+    const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
+    const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0), mxx = blur_column(2u, column, y0),
+               myy = blur_column(3u, column, y0), mxy = blur_column(4u, column, y0);
+    UNROLL for (uint k = 0u; k < 4u; ++k) {
+      const uint x = corner.x + column, y = corner.y + y0 + k;
+      if (x >= width || y >= height) continue;
+      SsimWindow s;
+      s.value = s.d_x = s.d_xx = s.d_xy = 0.0;
+      // A window is known by its first pixel; those that reach out of the image do not count.
+      if (x + 10u < width && y + 10u < height) s = ssim_window(mx[k], my[k], mxx[k], myy[k], mxy[k]);
+      total += s.value;
+      const uint at = pixel_offset + y * width + x;
+      a.partial.v[(channel * 3u) * a.pixels + at] = s.d_x;
+      a.partial.v[(channel * 3u + 1u) * a.pixels + at] = s.d_xx;
+      a.partial.v[(channel * 3u + 2u) * a.pixels + at] = s.d_xy;
+    }
+  }
+
+  s_sum[thread] = total;
+  barrier();
+  if (thread == 0u) {
+    float sum = 0.0;
+    for (uint i = 0u; i < 64u; ++i) sum += s_sum[i];
+    Uints words = Uints(a.statistics);
+    const uint at = a.state.v[0].slot * 8u;
+    add_fixed(words, at + 2u, words, at + 3u, sum * a.state.v[0].window_weight);
+  }
+}

@@ -1,0 +1,34 @@
+// VectorAdam on every vertex.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/glsl.h"
+#include "args/update_vertices.h"
+#include "common/fixed_point.h"
+#include "common/optimiser.h"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool DEBUG = false;
+layout(push_constant) uniform Push { UpdateVerticesArgs a; };
+
+void main() {
+  const uint vertex = thread_index();
+  if (vertex >= a.vertex_count) return;
+  vec3 gradient, m, p;
+  UNROLL for (uint i = 0u; i < 3u; ++i) {
+    const uint at = vertex * 3u + i;
+    gradient[i] = from_fixed(a.gradient_low.v[at], a.gradient_high.v[at]);
+    a.gradient_low.v[at] = kFixedZero;
+    a.gradient_high.v[at] = 0u;
+    m[i] = a.moment1.v[at];
+    p[i] = a.vertices.v[at];
+    if (DEBUG) a.debug.v[at] = gradient[i];
+  }
+  if (a.control.v[0].overflow != 0u) return;
+  float v = a.moment2.v[vertex];
+  p -= vector_adam(gradient, a.state.v[0].rate_vertex, a.state.v[0].second_vertex, m, v);
+  a.moment2.v[vertex] = v;
+  UNROLL for (uint i = 0u; i < 3u; ++i) {
+    a.moment1.v[vertex * 3u + i] = m[i];
+    a.vertices.v[vertex * 3u + i] = p[i];
+  }
+}

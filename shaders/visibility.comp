@@ -1,0 +1,66 @@
+// Visibility with stochastic opacity masking (DiffSoup, section 4.1): the nearest fragment whose opacity reaches its threshold.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/glsl.h"
+#include "args/visibility.h"
+#include "common/coverage.h"
+#include "common/lattice.h"
+#include "common/random.h"
+#include "common/tile.h"
+#include "common/staging.h"
+
+layout(local_size_x = 64) in;
+// 0: 0.5 everywhere (inference), 1: a random number per fragment (training), 2: from a buffer
+layout(constant_id = 0) const uint THRESHOLDS = 0u;
+layout(push_constant) uniform Push { VisibilityArgs a; };
+
+void main() {
+  const uint tile = group_index(), thread = gl_LocalInvocationIndex;
+  if (tile >= a.tiles) return;
+  const uint view = tile_view(a.views, a.view_count, tile);
+  const TilePixel pixel = tile_pixel(a.views, view, tile, thread);
+  const vec2 origin = tile_origin(a.views, view, tile);
+  const vec2 d = pixel_ndc(pixel.x, pixel.y, a.views.v[view].width, a.views.v[view].height) - origin;
+  const uint first = min(a.offsets.v[tile], a.capacity), last = min(a.offsets.v[tile + 1u], a.capacity);
+
+  uint pixel_hash = 0u;
+  if (THRESHOLDS == 1u)
+    pixel_hash = threshold_pixel(hash32(a.state.v[0].threshold_key ^ (a.views.v[view].index * 0x9e3779b9u)),
+                                 (pixel.y << 16) | pixel.x);
+
+  Hit hit;
+  hit.triangle = 0u;
+  hit.b0 = hit.b1 = hit.depth = 0.0;
+  float best = 1.0;  // the far plane
+  for (uint base = first; base < last; base += 64u) {
+    barrier();
+    if (base + thread < last)
+      stage_triangle(thread, a.lists.v[base + thread], a.screen, view * a.triangles, a.textures, origin);
+    barrier();
+    const uint count = min(64u, last - base);
+    for (uint k = 0u; k < count; ++k) {
+      const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
+      const float depth = at_offset(s_plane[k].xyz, d);
+      const uvec4 row = s_texture[k];
+      // Lists come in any order: equal depths go to the lower index.
+      const bool nearer = depth < best || (depth == best && (hit.triangle == 0u || row.z + 1u < hit.triangle));
+      const float sum = e0 + e1 + e2;
+      if (min(e0, min(e1, e2)) >= 0.0 && sum > 0.0 && nearer && depth > -1.0) {
+        const float b0 = e0 / sum, b1 = e1 / sum;
+        const LatticeCell cell = lattice_cell(b0, b1, row.y);
+        const float alpha = opacity_at(a.opacity, row, cell);
+        float threshold = 0.5;
+        if (THRESHOLDS == 1u) threshold = threshold_of(pixel_hash, row.z);
+        if (THRESHOLDS == 2u && pixel.inside) threshold = a.thresholds.v[pixel.index * a.triangles + row.z];
+        if (alpha >= threshold) {
+          best = depth;
+          hit.triangle = row.z + 1u;
+          hit.b0 = b0;
+          hit.b1 = b1;
+          hit.depth = depth;
+        }
+      }
+    }
+  }
+  if (pixel.inside) a.hits.v[pixel.index] = hit;
+}

@@ -1,0 +1,403 @@
+#include "golden/cases.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "args/count_visible.h"
+#include "args/edge_forces.h"
+#include "error.h"
+#include "npz.h"
+#include "soup/texture_table.h"
+#include "train/frame.h"
+#include "train/soup_buffers.h"
+#include "train/step.h"
+
+namespace trisoup::test {
+namespace {
+
+using train::BatchView;
+using train::Frame;
+using train::SoupBuffers;
+using train::Step;
+using train::StepInputs;
+
+constexpr double kImage = 1e-4, kGradient = 1e-3;
+
+const Array& need(const Npz& npz, const std::string& name) {
+  const auto it = npz.find(name);
+  if (it == npz.end()) throw Error("the case lacks the array '{}'", name);
+  return it->second;
+}
+
+std::uint32_t scalar(const Npz& npz, const std::string& name) {
+  const Array& a = need(npz, name);
+  return static_cast<std::uint32_t>(a.i.empty() ? a.f.at(0) : a.i.at(0));
+}
+
+glm::dmat4 row_major(const float* m) {
+  glm::dmat4 out;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) out[c][r] = m[4 * r + c];
+  return out;
+}
+
+std::vector<float> mlp_parameters(const Npz& npz, const std::string& prefix, const std::string& suffix) {
+  std::vector<float> all;
+  for (const char* name : {"w1", "b1", "w2", "b2", "w3", "b3"}) {
+    const Array& a = need(npz, prefix + name + suffix);
+    all.insert(all.end(), a.f.begin(), a.f.end());
+  }
+  return all;
+}
+
+/// Feature and opacity arrays [T][S][7] and [T][S][1] into our interleaved [T][S][8], and back.
+std::vector<float> interleave(const Array& features, const Array& opacity) {
+  const std::size_t samples = opacity.f.size();
+  std::vector<float> out(samples * 8);
+  for (std::size_t s = 0; s < samples; ++s) {
+    for (int c = 0; c < 7; ++c) out[s * 8 + c] = features.f[s * 7 + c];
+    out[s * 8 + 7] = opacity.f[s];
+  }
+  return out;
+}
+std::vector<float> features_of(std::span<const float> interleaved) {
+  std::vector<float> out;
+  for (std::size_t s = 0; s * 8 < interleaved.size(); ++s)
+    out.insert(out.end(), interleaved.begin() + s * 8, interleaved.begin() + s * 8 + 7);
+  return out;
+}
+std::vector<float> opacity_of(std::span<const float> interleaved) {
+  std::vector<float> out;
+  for (std::size_t s = 0; s * 8 < interleaved.size(); ++s) out.push_back(interleaved[s * 8 + 7]);
+  return out;
+}
+
+/// A golden scene on the device. Indexed meshes become soups; their vertex gradients are summed back.
+struct Scene {
+  Scene(gpu::Device& device, const Npz& npz, const std::string& suffix = "") : gpu(device), frame(device, 16), step(gpu, soup, frame) {
+    faces = need(npz, "F").i;
+    const std::vector<float>& v = need(npz, "V" + suffix).f;
+    shared_vertices = v.size() / 3;
+    std::vector<glm::vec3> corners;
+    for (std::int32_t i : faces) corners.emplace_back(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
+    triangles = static_cast<std::uint32_t>(faces.size() / 3);
+    width = scalar(npz, "W");
+    height = scalar(npz, "H");
+    level_min = scalar(npz, "Rmin");
+    level_max = scalar(npz, "Rmax");
+    train::allocate_soup(gpu, soup, corners, soup::make_texture_table(triangles, {level_min, level_max}).entries);
+    const std::vector<float> logits = interleave(need(npz, "feat_src" + suffix), need(npz, "alpha_src" + suffix));
+    gpu.upload(soup.source.address(), logits);
+    soup::Mlp mlp;
+    mlp.parameters = mlp_parameters(npz, "mlp_", suffix);
+    train::allocate_mlp(gpu, soup, mlp);
+
+    const Array& mvp = need(npz, "mvp");
+    const Array& inverse = need(npz, "mvp_inv");
+    std::vector<BatchView> batch;
+    for (std::size_t b = 0; b < mvp.shape.at(0); ++b)
+      batch.push_back({row_major(&mvp.f[16 * b]), row_major(&inverse.f[16 * b]), width, height, 0, static_cast<std::uint32_t>(b)});
+    views = static_cast<std::uint32_t>(batch.size());
+    pixels = views * width * height;
+    frame.set_batch(batch, triangles, true);
+    frame.reserve_lists(std::uint64_t(views) * triangles * frame.batch().tiles);
+
+    inputs.background = glm::vec3(static_cast<float>(scalar(npz, "background")));
+    const auto upload = [&](const std::vector<float>& values) {
+      owned.push_back(gpu.allocate(values.size() * 4, "golden input"));
+      gpu.upload(owned.back().address(), values);
+      return owned.back().address();
+    };
+    const auto room = [&](std::size_t floats) {
+      owned.push_back(gpu.allocate(floats * 4, "golden output"));
+      gpu.fill(owned.back().address(), owned.back().bytes(), 0);  // what no kernel writes reads as zero
+      return owned.back().address();
+    };
+    if (npz.contains("target")) inputs.target = upload(need(npz, "target").f);
+    if (npz.contains("thresh")) inputs.thresholds = upload(need(npz, "thresh").f);
+    inputs.mlp_inputs = room(pixels * 16);
+    inputs.feature_gradient = room(pixels * 7);
+    inputs.source_gradient = room(soup.source_samples * 8);
+    inputs.vertex_gradient = room(triangles * 9);
+    inputs.mlp_gradient = room(soup::Mlp::kParameters);
+  }
+
+  train::Thresholds thresholds() const { return inputs.thresholds ? train::Thresholds::given : train::Thresholds::half; }
+
+  void forward_and_backward(const train::Rates& rates, std::uint32_t slot) {
+    step.begin(0, 0, slot, rates);
+    step.visibility(thresholds(), inputs);
+    step.shade(inputs);
+    step.loss(inputs);
+    step.backward(inputs);
+  }
+
+  std::vector<float> floats(gpu::Address address, std::size_t count) { return gpu.download_vector<float>(address, count); }
+
+  /// Per-corner values (n floats each) summed to the mesh's own vertices.
+  std::vector<float> to_shared(const std::vector<float>& corners, std::size_t n) const {
+    std::vector<float> out(shared_vertices * n, 0.0f);
+    for (std::size_t c = 0; c < faces.size(); ++c)
+      for (std::size_t k = 0; k < n; ++k) out[faces[c] * n + k] += corners[c * n + k];
+    return out;
+  }
+
+  gpu::Device& gpu;
+  SoupBuffers soup;
+  Frame frame;
+  Step step;
+  StepInputs inputs;
+  std::vector<gpu::Buffer> owned;
+  std::vector<std::int32_t> faces;
+  std::size_t shared_vertices = 0;
+  std::uint32_t triangles = 0, width = 0, height = 0, level_min = 0, level_max = 0, views = 0, pixels = 0;
+};
+
+double fixed_to_double(std::uint32_t low, std::uint32_t high) {
+  const std::uint64_t words = (std::uint64_t(high) << 32 | low) - 0x80000000ull;
+  return static_cast<double>(static_cast<std::int64_t>(words)) * 0x1p-44;
+}
+
+struct Losses {
+  double loss, l1, half_dssim;
+};
+Losses losses(Scene& s, std::uint32_t slot) {
+  const auto rows = s.gpu.download_vector<kernels::Statistics>(s.frame.statistics.address(), Frame::kStatisticsRows);
+  const kernels::Statistics& r = rows[slot];
+  Losses l;
+  l.l1 = fixed_to_double(r.l1_low, r.l1_high);
+  l.half_dssim = 0.5 * (1.0 - fixed_to_double(r.ssim_low, r.ssim_high));
+  l.loss = 0.8 * l.l1 + 0.2 * l.half_dssim;
+  return l;
+}
+
+/// Forward images, every gradient.
+void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
+  Scene s(gpu, npz);
+  s.step.sum_textures();
+  const std::vector<float> lattice = s.floats(s.soup.lattice.address(), s.soup.lattice_samples * 8);
+  report.array("out_feat_acc", features_of(lattice), need(npz, "out_feat_acc").f, kImage);
+  report.array("out_alpha_acc", opacity_of(lattice), need(npz, "out_alpha_acc").f, kImage);
+
+  s.forward_and_backward({}, 0);
+
+  // Clip coordinates, corner by corner.
+  const auto screen = gpu.download_vector<kernels::ScreenTriangle>(s.frame.screen.address(), s.views * s.triangles);
+  const std::vector<float>& clip_expected = need(npz, "out_V_clip").f;
+  std::vector<float> clip, clip_at_corners;
+  for (std::uint32_t v = 0; v < s.views; ++v)
+    for (std::uint32_t t = 0; t < s.triangles; ++t)
+      for (int k = 0; k < 3; ++k) {
+        const auto& record = screen[v * s.triangles + t];
+        const glm::vec4 p = k == 0 ? record.p0 : k == 1 ? record.p1 : record.p2;
+        for (int i = 0; i < 4; ++i) {
+          clip.push_back(p[i]);
+          clip_at_corners.push_back(clip_expected[(v * s.shared_vertices + s.faces[3 * t + k]) * 4 + i]);
+        }
+      }
+  report.array("out_V_clip", clip, clip_at_corners, kImage);
+
+  // Pixels where a discrete choice is within rounding are left out, and counted.
+  const auto hits = gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels);
+  const std::vector<float>& rast = need(npz, "out_rast").f;
+  const Array* ambiguous = npz.contains("ambiguous") ? &need(npz, "ambiguous") : nullptr;
+  std::vector<bool> tie(s.pixels, false);
+  std::size_t ties = 0, wrong = 0;
+  std::vector<float> ours;
+  for (std::size_t p = 0; p < s.pixels; ++p) {
+    const bool differs = float(hits[p].triangle) != rast[4 * p + 3];
+    const bool marked = ambiguous && (ambiguous->i.empty() ? ambiguous->f[p] != 0 : ambiguous->i[p] != 0);
+    tie[p] = differs || marked;
+    ties += tie[p];
+    wrong += differs;
+    ours.insert(ours.end(), {hits[p].b0, hits[p].b1, hits[p].depth});
+  }
+  report.check("visible triangle", ties <= std::max<std::size_t>(s.pixels / 1000, 3),
+               fmt::format("{} of {} pixels tie, {} differ", ties, s.pixels, wrong));
+  const auto spread = [&](std::size_t n) {
+    std::vector<bool> out;
+    for (bool t : tie) out.insert(out.end(), n, t);
+    return out;
+  };
+  std::vector<float> rast3;
+  for (std::size_t p = 0; p < s.pixels; ++p) rast3.insert(rast3.end(), {rast[4 * p], rast[4 * p + 1], rast[4 * p + 2]});
+  report.array("out_rast", ours, rast3, kImage, spread(3));
+
+  const std::vector<float> x = s.floats(s.inputs.mlp_inputs, s.pixels * 16);
+  std::vector<float> features, sh;
+  for (std::size_t p = 0; p < s.pixels; ++p) {
+    features.insert(features.end(), x.begin() + 16 * p, x.begin() + 16 * p + 7);
+    sh.insert(sh.end(), x.begin() + 16 * p + 7, x.begin() + 16 * p + 16);
+  }
+  report.array("out_feat", features, need(npz, "out_feat").f, kImage, spread(7));
+  report.array("out_sh", sh, need(npz, "out_sh").f, kImage, spread(9));
+  report.array("out_color", s.floats(s.frame.colour.address(), s.pixels * 3), need(npz, "out_color").f, kImage, spread(3));
+
+  const Losses l = losses(s, 0);
+  const auto scalar_error = [&](const char* name, double value) {
+    const float expected = need(npz, name).f.at(0);
+    const float actual = static_cast<float>(value);
+    report.array(name, {&actual, 1}, {&expected, 1}, kImage);
+  };
+  scalar_error("out_l1", l.l1);
+  scalar_error("out_ssim_loss", l.half_dssim);
+  scalar_error("out_loss", l.loss);
+
+  const std::vector<float> g4 = s.floats(s.frame.gradient.address(), s.pixels * 4);
+  std::vector<float> g3;
+  for (std::size_t p = 0; p < s.pixels; ++p) g3.insert(g3.end(), {g4[4 * p], g4[4 * p + 1], g4[4 * p + 2]});
+  report.array("d_color", g3, need(npz, "d_color").f, kGradient, spread(3));
+  report.array("d_feat", s.floats(s.inputs.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, spread(7));
+
+  // A tied pixel feeds the gradients of every triangle that covers it.
+  std::vector<bool> tied_triangle(s.triangles, false);
+  if (ties > 0 && npz.contains("frag_pix")) {
+    const Array& pix = need(npz, "frag_pix");
+    const Array& attrs = need(npz, "frag_attrs");
+    for (std::size_t f = 0; f * 3 < pix.i.size(); ++f) {
+      const std::size_t p = (std::size_t(pix.i[3 * f]) * s.height + pix.i[3 * f + 1]) * s.width + pix.i[3 * f + 2];
+      if (tie[p]) tied_triangle[static_cast<std::size_t>(attrs.f[4 * f + 3]) - 1] = true;
+    }
+  }
+  const auto per_triangle = [&](std::size_t n) {
+    std::vector<bool> out;
+    for (bool t : tied_triangle) out.insert(out.end(), n, t);
+    return out;
+  };
+
+  const auto low = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), s.soup.lattice_samples * 8);
+  const auto high = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), s.soup.lattice_samples * 8);
+  std::vector<float> lattice_gradient;
+  for (std::size_t i = 0; i < low.size(); ++i) lattice_gradient.push_back(static_cast<float>(fixed_to_double(low[i], high[i])));
+  const std::size_t lattice_n = soup::samples_at(s.level_max), source_n = soup::samples_in(s.level_min, s.level_max);
+  report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient, per_triangle(lattice_n * 7));
+  report.array("d_alpha_acc", opacity_of(lattice_gradient), need(npz, "d_alpha_acc").f, kGradient, per_triangle(lattice_n));
+
+  s.step.update(s.inputs);
+  const std::vector<float> source_gradient = s.floats(s.inputs.source_gradient, s.soup.source_samples * 8);
+  report.array("d_feat_src", features_of(source_gradient), need(npz, "d_feat_src").f, kGradient, per_triangle(source_n * 7));
+  report.array("d_alpha_src", opacity_of(source_gradient), need(npz, "d_alpha_src").f, kGradient, per_triangle(source_n));
+
+  const std::vector<float> mlp_gradient = s.floats(s.inputs.mlp_gradient, soup::Mlp::kParameters);
+  std::size_t at = 0;
+  for (const char* name : {"w1", "b1", "w2", "b2", "w3", "b3"}) {
+    const std::vector<float>& expected = need(npz, std::string("d_mlp_") + name).f;
+    report.array(std::string("d_mlp_") + name, std::span(mlp_gradient).subspan(at, expected.size()), expected, kGradient);
+    at += expected.size();
+  }
+
+  std::vector<bool> tied_vertex(s.shared_vertices * 3, false);
+  for (std::size_t c = 0; c < s.faces.size(); ++c)
+    if (tied_triangle[c / 3])
+      for (int k = 0; k < 3; ++k) tied_vertex[s.faces[c] * 3 + k] = true;
+  report.array("d_V", s.to_shared(s.floats(s.inputs.vertex_gradient, s.triangles * 9), 3), need(npz, "d_V").f, kGradient,
+               tied_vertex);
+
+  // The same forces, left in clip space.
+  const std::size_t clip_count = std::size_t(s.views) * s.triangles * 12;
+  train::FixedSums clip_sums{gpu.allocate(clip_count * 4, "clip gradients"), gpu.allocate(clip_count * 4, "clip gradients")};
+  train::clear(gpu, clip_sums);
+  gpu.launch({"edge_forces", {1}}, s.frame.batch().tiles,
+             kernels::EdgeForcesArgs{s.frame.views.address(), s.frame.hits.address(), s.frame.screen.address(),
+                                     s.frame.colour.address(), s.frame.gradient.address(), clip_sums.low.address(),
+                                     clip_sums.high.address(), s.frame.batch().tiles, s.views, s.triangles, 0});
+  const auto clip_low = gpu.download_vector<std::uint32_t>(clip_sums.low.address(), clip_count);
+  const auto clip_high = gpu.download_vector<std::uint32_t>(clip_sums.high.address(), clip_count);
+  std::vector<float> clip_gradient(s.views * s.shared_vertices * 4, 0.0f);
+  std::vector<bool> tied_clip(clip_gradient.size(), false);
+  for (std::size_t i = 0; i < clip_count; ++i) {
+    const std::size_t corner = i / 4 % (3 * s.triangles), view = i / (12 * s.triangles);
+    const std::size_t to = (view * s.shared_vertices + s.faces[corner]) * 4 + i % 4;
+    clip_gradient[to] += static_cast<float>(fixed_to_double(clip_low[i], clip_high[i]));
+    if (tied_triangle[corner / 3]) tied_clip[to] = true;
+  }
+  if (getenv("DBG")) for (std::size_t i = 0; i < clip_gradient.size(); ++i) { float e=need(npz,"d_V_clip").f[i]; if (std::abs(clip_gradient[i]-e)>1e-5) std::printf("dbg %zu tri %zu c%zu ours %g ref %g\n", i, i/4%s.shared_vertices/3, i%4, clip_gradient[i], e); }
+  report.array("d_V_clip", clip_gradient, need(npz, "d_V_clip").f, kGradient, tied_clip);
+}
+
+/// Ten optimiser steps.
+void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
+  Scene s(gpu, npz, "_init");
+  s.inputs.mlp_inputs = s.inputs.feature_gradient = s.inputs.source_gradient = s.inputs.vertex_gradient =
+      s.inputs.mlp_gradient = 0;
+  s.step.sum_textures();
+  const std::vector<float>& factors = need(npz, "lr_mult").f;
+  const std::vector<float>& expected = need(npz, "loss_per_step").f;
+  for (std::uint32_t i = 0; i < factors.size(); ++i) {
+    const std::uint64_t t = i + 1;
+    s.forward_and_backward({5e-2 * factors[i], 1e-3 * factors[i], 1e-2 * factors[i], t, t, t}, i);
+    s.step.update(s.inputs);
+    const std::string suffix = fmt::format("_after{}", t);
+    if (!npz.contains("V" + suffix)) continue;
+    const std::vector<float> source = s.floats(s.soup.source.address(), s.soup.source_samples * 8);
+    report.parameters("feat_src" + suffix, features_of(source), need(npz, "feat_src" + suffix).f);
+    report.parameters("alpha_src" + suffix, opacity_of(source), need(npz, "alpha_src" + suffix).f);
+    report.parameters("V" + suffix, s.floats(s.soup.vertices.address(), s.triangles * 9), need(npz, "V" + suffix).f);
+    report.parameters("mlp" + suffix, s.floats(s.soup.mlp.address(), soup::Mlp::kParameters), mlp_parameters(npz, "mlp_", suffix));
+  }
+  double worst = 0;
+  for (std::uint32_t i = 0; i < factors.size(); ++i) {
+    const Losses l = losses(s, i);
+    for (const auto& [actual, reference] :
+         {std::pair(l.loss, expected[3 * i]), std::pair(l.l1, expected[3 * i + 1]), std::pair(l.half_dssim, expected[3 * i + 2])})
+      worst = std::max(worst, std::abs(actual - reference) / reference);
+  }
+  report.check("loss of every step", worst <= 1e-4, fmt::format("largest relative error {:.2e}", worst));
+}
+
+}  // namespace
+
+void Report::array(const std::string& what, std::span<const float> actual, std::span<const float> expected, double tolerance,
+                   const std::vector<bool>& skip) {
+  if (actual.size() != expected.size()) return check(what, false, fmt::format("{} values, expected {}", actual.size(), expected.size()));
+  double largest = 0, difference = 0;
+  std::size_t left_out = 0, at = 0;
+  bool finite = true;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    largest = std::max(largest, std::abs(double(expected[i])));
+    if (!skip.empty() && skip[i]) {
+      ++left_out;
+      continue;
+    }
+    finite = finite && std::isfinite(actual[i]);
+    const double d = std::abs(double(actual[i]) - expected[i]);
+    if (d > difference) difference = d, at = i;
+  }
+  const double relative = largest > 0 ? difference / largest : difference;
+  check(what, finite && relative <= tolerance,
+        fmt::format("relative error {:.2e} (limit {:.0e}), max {:.3e}, worst at {}{}", relative, tolerance, largest, at,
+                    left_out ? fmt::format(", {} of {} left out for ties", left_out, expected.size()) : ""));
+}
+
+void Report::parameters(const std::string& what, std::span<const float> actual, std::span<const float> expected) {
+  if (actual.size() != expected.size()) return check(what, false, fmt::format("{} values, expected {}", actual.size(), expected.size()));
+  double largest = 0;
+  for (float e : expected) largest = std::max(largest, std::abs(double(e)));
+  std::size_t within = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) within += std::abs(double(actual[i]) - expected[i]) <= 1e-3 * largest;
+  const double share = double(within) / double(expected.size());
+  check(what, share >= 0.999, fmt::format("{:.3f} % within 1e-3 of the maximum", 100 * share));
+}
+
+void Report::check(const std::string& what, bool ok, const std::string& detail) {
+  if (!ok) ++failures_;
+  if (ok && quiet_) return;
+  std::printf("%-28s %-22s %s %s\n", name_.c_str(), what.c_str(), ok ? "ok  " : "FAIL", detail.c_str());
+}
+
+bool run_case(gpu::Device& gpu, const std::filesystem::path& file, Report& report) {
+  const std::string name = file.stem().string();
+  try {
+    if (name.starts_with("A_")) training_step(gpu, load_npz(file), report);
+    else if (name.starts_with("B_")) optimiser_steps(gpu, load_npz(file), report);
+    else return false;
+  } catch (const Error& e) {
+    throw Error("{}: {}", file.string(), e.what());
+  }
+  return true;
+}
+
+}  // namespace trisoup::test
