@@ -73,15 +73,15 @@ FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool q_s
   const PlanePoint aq = plane_point(a0, a1, a2, q);
   if (aq.inside) {
     if (!q_empty && depth_q < aq.depth) {
+      // B hides A at q. Unless A hides B at p in turn, what lies between them is B's edge, not A's.
       const PlanePoint bp = plane_point(b0, b1, b2, p);
-      if (bp.inside && depth_p < bp.depth) {
-        const vec3 n_a = ndc_normal(a0, a1, a2), n_b = ndc_normal(b0, b1, b2);
-        const vec2 f = horizontal ? intersection_force(vec2(n_a.x, n_a.z), vec2(n_b.x, n_b.z), force.x)
-                                  : intersection_force(vec2(n_a.y, n_a.z), vec2(n_b.y, n_b.z), force.y);
-        const PlanePoint m = plane_point(a0, a1, a2, middle);
-        apply_force(a0, a1, a2, m.b0, m.b1, m.b2, horizontal ? vec3(f.x, real(0), f.y) : vec3(real(0), f.x, f.y), gradient);
-        return EDGE_INTERSECTION;
-      }
+      if (!(bp.inside && depth_p < bp.depth)) return EDGE_NONE;
+      const vec3 n_a = ndc_normal(a0, a1, a2), n_b = ndc_normal(b0, b1, b2);
+      const vec2 f = horizontal ? intersection_force(vec2(n_a.x, n_a.z), vec2(n_b.x, n_b.z), force.x)
+                                : intersection_force(vec2(n_a.y, n_a.z), vec2(n_b.y, n_b.z), force.y);
+      const PlanePoint m = plane_point(a0, a1, a2, middle);
+      apply_force(a0, a1, a2, m.b0, m.b1, m.b2, horizontal ? vec3(f.x, real(0), f.y) : vec3(real(0), f.x, f.y), gradient);
+      return EDGE_INTERSECTION;
     }
     if (q_empty || depth_p < depth_q) {
       const PlanePoint m = plane_point(a0, a1, a2, middle);

@@ -314,7 +314,6 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
     clip_gradient[to] += static_cast<float>(fixed_to_double(clip_low[i], clip_high[i]));
     if (tied_triangle[corner / 3]) tied_clip[to] = true;
   }
-  if (getenv("DBG")) for (std::size_t i = 0; i < clip_gradient.size(); ++i) { float e=need(npz,"d_V_clip").f[i]; if (std::abs(clip_gradient[i]-e)>1e-5) std::printf("dbg %zu tri %zu c%zu ours %g ref %g\n", i, i/4%s.shared_vertices/3, i%4, clip_gradient[i], e); }
   report.array("d_V_clip", clip_gradient, need(npz, "d_V_clip").f, kGradient, tied_clip);
 }
 
