@@ -34,6 +34,9 @@ void main() {
     a.offsets.v[a.tiles] = total;
     a.control.v[0].list_total = total;
     a.control.v[0].list_peak = max(a.control.v[0].list_peak, total);
-    if (total > a.capacity) a.control.v[0].overflow = 1u;
+    if (total > a.capacity && a.control.v[0].overflow == 0u) {
+      a.control.v[0].overflow = 1u;
+      a.control.v[0].overflow_step = a.state.v[0].step;
+    }
   }
 }

@@ -1,29 +1,29 @@
 // dL/dC through skip connection and MLP: feature gradients go to the lattice (fixed point), MLP gradients are summed in
-// registers. A workgroup takes every groups-th tile, so that its sums always hold the same terms in the same order.
+// registers. A workgroup takes every groups-th block, so that its sums always hold the same terms in the same order.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/glsl.h"
 #include "args/shade_backward.h"
+#include "common/block_grid.h"
 #include "common/coverage.h"
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"
 #include "common/shading.h"
-#include "common/tile.h"
 #include "common/features.h"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool DEBUG = false;  // also write dL/dfeature
 layout(push_constant) uniform Push { ShadeBackwardArgs a; };
 
-shared uint s_covered;
+shared uint s_covered[4];  // by quarter of the block
 // Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row).
 shared vec4 s_row[21 * 64];
 const uint kX = 0u, kH1 = 4u, kH2 = 8u, kD1 = 12u, kD2 = 16u, kD3 = 20u;
 
-void put(uint row, uint thread, float v[16]) {
+void put(uint row, uint thread, vec4 v[16], uint k) {
   UNROLL for (uint i = 0u; i < 4u; ++i)
-    s_row[(row + i) * 64u + thread] = vec4(v[4u * i], v[4u * i + 1u], v[4u * i + 2u], v[4u * i + 3u]);
+    s_row[(row + i) * 64u + thread] = vec4(v[4u * i][k], v[4u * i + 1u][k], v[4u * i + 2u][k], v[4u * i + 3u][k]);
 }
 
 void main() {
@@ -40,67 +40,71 @@ void main() {
   mat4 weights = mat4(0.0);  // column: output
   vec4 biases = vec4(0.0);
 
-  for (uint tile = group; tile < a.tiles; tile += a.groups) {
+  for (uint block = group; block < a.blocks; block += a.groups) {
     barrier();
-    if (thread == 0u) s_covered = 0u;
+    if (thread < 4u) s_covered[thread] = 0u;
     barrier();
-    const uint view = tile_view(a.views, a.view_count, tile);
-    const TilePixel pixel = tile_pixel(a.views, view, tile, thread);
-    Hit hit;
-    hit.triangle = 0u;
-    if (pixel.inside) hit = a.hits.v[pixel.index];
-    if (hit.triangle != 0u) s_covered = 1u;
+    const uint view = block_view(a.views, a.view_count, block);
+    const uvec2 corner = block_corner(a.views, view, block);
+    Fragments p;
+    load_fragments(a.views, view, corner, thread, a.hits, p);
+    UNROLL for (uint k = 0u; k < 4u; ++k)
+      if (p.triangle[k] != 0u) s_covered[k] = 1u;
     barrier();
-    if (s_covered == 0u) continue;
+    if ((s_covered[0] | s_covered[1] | s_covered[2] | s_covered[3]) == 0u) continue;
 
-    float x[16], h1[16], h2[16], d1[16], d2[16], dx[7];
-    vec3 y, dy, d3, drgb, dc = vec3(0.0);
-    float dmix;
-    UNROLL for (int i = 0; i < 16; ++i) x[i] = 0.0;
-    LatticeCell cell;
-    uint lattice_offset = 0u;
-    if (hit.triangle != 0u) {
-      const Texture row = a.textures.v[hit.triangle - 1u];
-      lattice_offset = row.lattice_offset;
-      cell = lattice_cell(hit.b0, hit.b1, row.level_max);
-      fragment_features(a.lattice, lattice_offset, cell, x);
-      view_inputs(a.views, view, pixel.x, pixel.y, x);
-      dc = vec3(a.gradient.v[pixel.index * 4u], a.gradient.v[pixel.index * 4u + 1u], a.gradient.v[pixel.index * 4u + 2u]);
-    }
+    vec4 x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = vec4(0.0), drgb[3];
+    UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = vec4(0.0);
+    mlp_inputs(a.views, view, corner, thread, a.hits, a.textures, a.lattice, p, x);
     mlp_forward(x, h1, h2, y);
-    const float f[7] = float[7](x[0], x[1], x[2], x[3], x[4], x[5], x[6]);
-    skip_connection_backward(f, y, dc, dy, drgb, dmix);
+    // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
+    UNROLL for (uint k = 0u; k < 4u; ++k)
+      if (p.triangle[k] != 0u) {
+        const float f[7] = float[7](x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]);
+        vec3 own_dy, own_drgb;
+        float own_dmix;
+        skip_connection_backward(f, vec3(y[0][k], y[1][k], y[2][k]), a.gradient.v[p.index[k]].xyz, own_dy, own_drgb, own_dmix);
+        UNROLL for (uint c = 0u; c < 3u; ++c) {
+          dy[c][k] = own_dy[c];
+          drgb[c][k] = own_drgb[c];
+        }
+        dmix[k] = own_dmix;
+      }
     mlp_backward(h1, h2, y, dy, d1, d2, d3, dx);
-    dx[0] += drgb.x;
-    dx[1] += drgb.y;
-    dx[2] += drgb.z;
+    UNROLL for (int c = 0; c < 3; ++c) dx[c] += drgb[c];
     dx[3] += dmix;
-    if (hit.triangle != 0u) {
-      const uint i0 = (lattice_offset + cell.i0) * 8u, i1 = (lattice_offset + cell.i1) * 8u,
-                 i2 = (lattice_offset + cell.i2) * 8u;
-      UNROLL for (uint c = 0u; c < 7u; ++c) {
-        add_fixed(a.gradient_low, i0 + c, a.gradient_high, i0 + c, cell.w0 * dx[c]);
-        add_fixed(a.gradient_low, i1 + c, a.gradient_high, i1 + c, cell.w1 * dx[c]);
-        add_fixed(a.gradient_low, i2 + c, a.gradient_high, i2 + c, cell.w2 * dx[c]);
-      }
-    }
-    if (DEBUG && pixel.inside)
-      UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[pixel.index * 7u + c] = hit.triangle != 0u ? dx[c] : 0.0;
 
-    // Pixels without a fragment have d = 0 and add nothing.
-    put(kX, thread, x);
-    put(kH1, thread, h1);
-    put(kH2, thread, h2);
-    put(kD1, thread, d1);
-    put(kD2, thread, d2);
-    s_row[kD3 * 64u + thread] = vec4(d3, 0.0);
-    barrier();
-    if (thread < 36u)
-      for (uint p = 0u; p < 64u; ++p) {
-        const vec4 delta = s_row[delta_row * 64u + p];
-        weights += outerProduct(s_row[input_row * 64u + p], delta);
-        biases += delta;
+    UNROLL for (uint k = 0u; k < 4u; ++k) {
+      if (p.triangle[k] != 0u) {
+        const LatticeCell cell = p.cell[k];
+        const uint i0 = (p.lattice_offset[k] + cell.i0) * 8u, i1 = (p.lattice_offset[k] + cell.i1) * 8u,
+                   i2 = (p.lattice_offset[k] + cell.i2) * 8u;
+        UNROLL for (uint c = 0u; c < 7u; ++c) {
+          add_fixed(a.gradient_low, i0 + c, a.gradient_high, i0 + c, cell.w0 * dx[c][k]);
+          add_fixed(a.gradient_low, i1 + c, a.gradient_high, i1 + c, cell.w1 * dx[c][k]);
+          add_fixed(a.gradient_low, i2 + c, a.gradient_high, i2 + c, cell.w2 * dx[c][k]);
+        }
       }
+      if (DEBUG && p.inside[k]) UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[p.index[k] * 7u + c] = dx[c][k];
+    }
+
+    for (uint k = 0u; k < 4u; ++k) {
+      if (s_covered[k] == 0u) continue;
+      barrier();
+      put(kX, thread, x, k);
+      put(kH1, thread, h1, k);
+      put(kH2, thread, h2, k);
+      put(kD1, thread, d1, k);
+      put(kD2, thread, d2, k);
+      s_row[kD3 * 64u + thread] = vec4(d3[0][k], d3[1][k], d3[2][k], 0.0);
+      barrier();
+      if (thread < 36u)
+        for (uint q = 0u; q < 64u; ++q) {
+          const vec4 delta = s_row[delta_row * 64u + q];
+          weights += outerProduct(s_row[input_row * 64u + q], delta);
+          biases += delta;
+        }
+    }
   }
 
   if (thread >= 36u) return;

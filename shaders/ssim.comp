@@ -5,7 +5,8 @@
 #include "args/ssim.h"
 #include "common/fixed_point.h"
 #include "common/ssim.h"
-#include "common/block.h"
+#include "common/block_grid.h"
+#include "common/ssim_block.h"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool FLOAT_TARGET = false;

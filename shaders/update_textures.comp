@@ -11,12 +11,14 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SAMPLES = 774u;  // the most that a triangle of this launch has, all levels
-layout(constant_id = 1) const uint CHANNELS = 8u;   // of the 8, per workgroup: what fits in shared memory
+layout(constant_id = 1) const uint CHANNELS = 8u;   // of the 8, per workgroup: 4 or 8, what fits in shared memory
 layout(constant_id = 2) const bool ADAM = true;     // false: only sum the levels
 layout(constant_id = 3) const bool DEBUG = false;   // also write the gradient
 layout(push_constant) uniform Push { UpdateTexturesArgs a; };
 
-shared float s_value[SAMPLES * CHANNELS];
+// Channels go four at a time: QUADS vectors per sample.
+const uint QUADS = CHANNELS / 4u;
+shared vec4 s_value[SAMPLES * CHANNELS / 4u];
 
 uint samples_before(uint level_min, uint level) {
   uint n = 0u;
@@ -27,7 +29,7 @@ uint samples_before(uint level_min, uint level) {
 void main() {
   const uint groups_per_triangle = 8u / CHANNELS;
   const uint triangle = group_index() / groups_per_triangle;
-  const uint channel0 = (group_index() % groups_per_triangle) * CHANNELS;
+  const uint quad0 = (group_index() % groups_per_triangle) * QUADS;
   const uint thread = gl_LocalInvocationIndex;
   if (triangle >= a.triangles) return;
   const Texture row = a.textures.v[triangle];
@@ -35,60 +37,64 @@ void main() {
   const bool frozen = a.control.v[0].overflow != 0u;
 
   if (ADAM) {
-    for (uint e = thread; e < fine_count * CHANNELS; e += 64u) {
-      const uint at = (row.lattice_offset + e / CHANNELS) * 8u + channel0 + e % CHANNELS;
-      const uint low = a.gradient_low.v[at], high = a.gradient_high.v[at];
-      float gradient = 0.0;
-      if (low != kFixedZero || high != 0u) {
-        const float value = a.lattice.v[at];
-        gradient = from_fixed(low, high) * value * (1.0 - value);
-        a.gradient_low.v[at] = kFixedZero;
-        a.gradient_high.v[at] = 0u;
+    for (uint e = thread; e < fine_count * QUADS; e += 64u) {
+      const uint at = (row.lattice_offset + e / QUADS) * 2u + quad0 + e % QUADS;
+      const uvec4 low = a.gradient_low.v[at], high = a.gradient_high.v[at];
+      vec4 gradient = vec4(0.0);
+      if (low != uvec4(kFixedZero) || high != uvec4(0u)) {
+        const vec4 value = a.lattice.v[at];
+        UNROLL for (uint c = 0u; c < 4u; ++c) gradient[c] = from_fixed(low[c], high[c]);
+        gradient *= value * (1.0 - value);
+        a.gradient_low.v[at] = uvec4(kFixedZero);
+        a.gradient_high.v[at] = uvec4(0u);
       }
-      s_value[fine * CHANNELS + e] = gradient;
+      s_value[fine * QUADS + e] = gradient;
     }
     for (uint level = row.level_max; level > row.level_min; --level) {
       barrier();
       const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u);
       const uint r = 1u << level;
-      for (uint e = thread; e < lattice_samples(level - 1u) * CHANNELS; e += 64u) {
-        const uint c = e % CHANNELS;
+      for (uint e = thread; e < lattice_samples(level - 1u) * QUADS; e += 64u) {
+        const uint q = e % QUADS;
         uint x, y;
-        lattice_point(e / CHANNELS, x, y);
+        lattice_point(e / QUADS, x, y);
         x *= 2u;
         y *= 2u;
-        float around = 0.0;
+        vec4 around = vec4(0.0);
         if (x + y < r) {
-          around += s_value[(from + lattice_index(x + 1u, y)) * CHANNELS + c];
-          around += s_value[(from + lattice_index(x, y + 1u)) * CHANNELS + c];
+          around += s_value[(from + lattice_index(x + 1u, y)) * QUADS + q];
+          around += s_value[(from + lattice_index(x, y + 1u)) * QUADS + q];
         }
         if (x > 0u) {
-          around += s_value[(from + lattice_index(x - 1u, y)) * CHANNELS + c];
-          around += s_value[(from + lattice_index(x - 1u, y + 1u)) * CHANNELS + c];
+          around += s_value[(from + lattice_index(x - 1u, y)) * QUADS + q];
+          around += s_value[(from + lattice_index(x - 1u, y + 1u)) * QUADS + q];
         }
         if (y > 0u) {
-          around += s_value[(from + lattice_index(x, y - 1u)) * CHANNELS + c];
-          around += s_value[(from + lattice_index(x + 1u, y - 1u)) * CHANNELS + c];
+          around += s_value[(from + lattice_index(x, y - 1u)) * QUADS + q];
+          around += s_value[(from + lattice_index(x + 1u, y - 1u)) * QUADS + q];
         }
-        s_value[to * CHANNELS + e] = s_value[(from + lattice_index(x, y)) * CHANNELS + c] + 0.5 * around;
+        s_value[to * QUADS + e] = s_value[(from + lattice_index(x, y)) * QUADS + q] + 0.5 * around;
       }
     }
     barrier();
   }
 
   const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;
-  for (uint e = thread; e < (fine + fine_count) * CHANNELS; e += 64u) {
-    const uint at = (row.source_offset + e / CHANNELS) * 8u + channel0 + e % CHANNELS;
-    float logit = a.source.v[at];
+  for (uint e = thread; e < (fine + fine_count) * QUADS; e += 64u) {
+    const uint at = (row.source_offset + e / QUADS) * 2u + quad0 + e % QUADS;
+    vec4 logit = a.source.v[at];
     if (ADAM) {
-      const float gradient = s_value[e];
+      const vec4 gradient = s_value[e];
       if (DEBUG) a.debug.v[at] = gradient;
       if (!frozen) {
-        float m = a.moment1.v[at], v = a.moment2.v[at];
-        logit -= adam(gradient, rate, second, m, v);
-        a.moment1.v[at] = m;
-        a.moment2.v[at] = v;
-        a.source.v[at] = logit;
+        vec4 m = a.moment1.v[at], v = a.moment2.v[at];
+        // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left alone.
+        if (gradient != vec4(0.0) || m != vec4(0.0) || v != vec4(0.0)) {
+          UNROLL for (uint c = 0u; c < 4u; ++c) logit[c] -= adam(gradient[c], rate, second, m[c], v[c]);
+          a.moment1.v[at] = m;
+          a.moment2.v[at] = v;
+          a.source.v[at] = logit;
+        }
       }
     }
     s_value[e] = logit;
@@ -97,21 +103,22 @@ void main() {
   for (uint level = row.level_min + 1u; level <= row.level_max; ++level) {
     barrier();
     const uint from = samples_before(row.level_min, level - 1u), to = samples_before(row.level_min, level);
-    for (uint e = thread; e < lattice_samples(level) * CHANNELS; e += 64u) {
-      const uint c = e % CHANNELS;
+    for (uint e = thread; e < lattice_samples(level) * QUADS; e += 64u) {
+      const uint q = e % QUADS;
       uint x, y;
-      lattice_point(e / CHANNELS, x, y);
+      lattice_point(e / QUADS, x, y);
       // The two coarse samples that a fine one lies between; the same one twice where they coincide.
       const uint x0 = x >> 1, y0 = y >> 1, ox = x & 1u, oy = y & 1u;
       const uint i = lattice_index(x0 + ox, y0), j = lattice_index(x0, y0 + oy);
-      s_value[to * CHANNELS + e] += 0.5 * (s_value[(from + i) * CHANNELS + c] + s_value[(from + j) * CHANNELS + c]);
+      s_value[to * QUADS + e] += 0.5 * (s_value[(from + i) * QUADS + q] + s_value[(from + j) * QUADS + q]);
     }
   }
   barrier();
-  for (uint e = thread; e < fine_count * CHANNELS; e += 64u) {
-    const uint sample_index = row.lattice_offset + e / CHANNELS, channel = channel0 + e % CHANNELS;
-    const float value = sigmoid(s_value[fine * CHANNELS + e]);
-    a.lattice.v[sample_index * 8u + channel] = value;
-    if (channel == 7u) a.opacity.v[sample_index] = value;
+  for (uint e = thread; e < fine_count * QUADS; e += 64u) {
+    const uint sample_index = row.lattice_offset + e / QUADS, quad = quad0 + e % QUADS;
+    const vec4 logit = s_value[fine * QUADS + e];
+    const vec4 value = vec4(sigmoid(logit.x), sigmoid(logit.y), sigmoid(logit.z), sigmoid(logit.w));
+    a.lattice.v[sample_index * 2u + quad] = value;
+    if (quad == 1u) a.opacity.v[sample_index] = value.w;
   }
 }

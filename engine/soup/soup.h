@@ -10,7 +10,7 @@
 namespace trisoup::soup {
 
 inline constexpr int kChannels = 8;  // 0..2 base rgb, 3 residual weight, 4..6 latent, 7 opacity
-inline constexpr int kMaxLevel = 8;
+inline constexpr int kMaxLevel = 5;  // all levels of a triangle, four channels at a time, fit in the 16 KiB of shared memory that every device has
 
 /// Samples of one lattice level R: points (x, y) with x + y <= 2^R; 3, 6, 15, 45, 153, 561 for R = 0..5.
 constexpr std::uint32_t samples_at(std::uint32_t level) {

@@ -20,7 +20,7 @@ void clear(gpu::Device& gpu, const FixedSums& sums) {
 }
 
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
-                   std::vector<soup::TextureEntry> table) {
+                   std::vector<soup::TextureEntry> table, gpu::Buffer source) {
   soup.triangles = static_cast<std::uint32_t>(table.size());
   soup.source_samples = soup.lattice_samples = 0;
   soup.level_max = 0;
@@ -51,12 +51,26 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
   soup.vertex_gradient = sums(vertex_count * 3, "vertex gradients");
   soup.textures = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(soup.textures.address(), soup.table);
-  soup.source = zeroed(soup.source_samples * 32, "textures");
+  soup.source = source ? std::move(source) : zeroed(soup.source_samples * 32, "textures");
   soup.source_moment1 = zeroed(soup.source_samples * 32, "texture moments");
   soup.source_moment2 = zeroed(soup.source_samples * 32, "texture moments");
   soup.lattice = gpu.allocate(soup.lattice_samples * 32, "summed textures");
   soup.opacity = gpu.allocate(soup.lattice_samples * 4, "opacities");
   soup.lattice_gradient = sums(soup.lattice_samples * 8, "texture gradients");
+}
+
+soup::Mlp initial_mlp(std::uint64_t seed) {
+  constexpr std::uint64_t kStream = 0x6d6c70;  // "mlp"
+  soup::Random random(seed, kStream);
+  soup::Mlp mlp;
+  const auto uniform = [&](int first, int count, double bound) {
+    for (int i = first; i < first + count; ++i)
+      mlp.parameters[i] = static_cast<float>((2.0 * random.uniform01() - 1.0) * bound);
+  };
+  uniform(0, 256, std::sqrt(6.0 / 16));           // w1: He
+  uniform(272, 256, std::sqrt(6.0 / 16));         // w2: He
+  uniform(544, 48, std::sqrt(6.0 / (16 + 3)));    // w3: Xavier
+  return mlp;
 }
 
 void allocate_mlp(gpu::Device& gpu, SoupBuffers& soup, const soup::Mlp& mlp) {

@@ -58,7 +58,7 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
 
   gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views});
   const BinArgs bin{view_table, screen,    frame_.counts.address(), offsets, lists, frame_.control.address(),
-                    triangles,  views,     tiles,                   capacity};
+                    frame_.state.address(), triangles, views, tiles, capacity};
   gpu_.fill(frame_.counts.address(), tiles * 4, 0);
   gpu_.launch({"bin", {0}}, projected, bin);
   gpu_.launch({"bin_scan"}, 1, bin);
@@ -70,9 +70,9 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
 
 void Step::shade(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
-  gpu_.launch({"shade", {inputs.mlp_inputs != 0}}, batch.tiles,
+  gpu_.launch({"shade", {inputs.mlp_inputs != 0}}, batch.blocks,
               ShadeArgs{frame_.views.address(), frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
-                        soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.tiles, batch.views,
+                        soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
                         inputs.background.r, inputs.background.g, inputs.background.b, 0});
 }
 
@@ -94,7 +94,7 @@ void Step::backward(const StepInputs& inputs) {
   const auto low = soup_.lattice_gradient.low.address(), high = soup_.lattice_gradient.high.address();
   gpu_.launch({"shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
               ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
-                                high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.tiles, frame_.mlp_groups,
+                                high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
                                 batch.views, 0});
   gpu_.launch({"edge_forces", {0}}, batch.tiles,
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
@@ -120,11 +120,10 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
                                 inputs.source_gradient,
                                 soup_.triangles,
                                 0};
-  // All levels of a triangle in 32 KiB of shared memory: 8 channels at a time up to level 5, 2 at level 6.
+  // All levels of a triangle in shared memory: 8 channels at a time, or 4 where there is little of it.
   std::uint32_t samples = 0;
   for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));
-  std::uint32_t channels = 8;
-  while (channels > 1 && samples * channels * 4 > 32768) channels /= 2;
+  const std::uint32_t channels = samples * 8 * 4 <= gpu_.info().shared_memory_bytes ? 8 : 4;
   gpu_.launch({"update_textures", {samples, channels, adam, inputs.source_gradient != 0}},
               std::uint64_t(soup_.triangles) * (8 / channels), args);
 }

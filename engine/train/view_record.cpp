@@ -1,5 +1,8 @@
 #include "train/view_record.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace trisoup::train {
 namespace {
 
@@ -15,6 +18,17 @@ void set_rays(kernels::ViewRecord& record, const glm::dmat4& world_from_clip) {
 }
 
 }  // namespace
+
+BatchView batch_view(const scene::Camera& camera, double near, double far, double scale) {
+  const auto side = [&](int n) { return std::max(1, static_cast<int>(std::lround(n * scale))); };
+  const scene::Camera sized = scene::resized(camera, side(camera.width), side(camera.height));
+  BatchView view;
+  view.clip_from_world = scene::clip_from_world(sized, near, far);
+  view.world_from_clip = glm::inverse(view.clip_from_world);
+  view.width = sized.width;
+  view.height = sized.height;
+  return view;
+}
 
 BatchLayout lay_out(std::span<const BatchView> views) {
   BatchLayout layout;

@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 
 #include "args/types.h"
+#include "scene/camera.h"
 
 namespace trisoup::train {
 
@@ -19,6 +20,9 @@ struct BatchView {
   std::uint32_t photo_offset = 0;  // of its first pixel in the photograph pool
   std::uint32_t index = 0;         // of the view in the dataset
 };
+
+/// A camera in normalised coordinates as a view of a batch. scale: of the image's sides, for counting visible pixels.
+BatchView batch_view(const scene::Camera& camera, double near, double far, double scale = 1.0);
 
 /// Sizes of a placed batch.
 struct BatchLayout {

@@ -14,6 +14,7 @@ struct BinArgs {
   POINTER(Uints) offsets;  // [tiles + 1]
   POINTER(Uints) lists;    // [capacity]
   POINTER(Controls) control;
+  POINTER(Steps) state;
   uint triangles, view_count, tiles, capacity;
 };
 

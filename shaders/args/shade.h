@@ -6,16 +6,16 @@
 namespace trisoup::kernels {
 #endif
 
-/// Features, view direction, MLP, background: the colour of every pixel. One workgroup per tile of 8 x 8 pixels.
+/// Features, view direction, MLP, background: the colour of every pixel. One workgroup per block of 16 x 16 pixels.
 struct ShadeArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
   POINTER(Textures) textures;
-  POINTER(Floats) lattice;  // [lattice samples][8], after the sigmoid
+  POINTER(Float4s) lattice;  // [lattice samples][8], after the sigmoid
   POINTER(Floats) mlp;      // [595]
   POINTER(Floats) colour;   // [pixels][3]
   POINTER(Floats) debug;    // [pixels][16]: MLP inputs, where they are asked for
-  uint tiles, view_count;
+  uint blocks, view_count;
   float background_r, background_g, background_b;
   uint pad;
 };

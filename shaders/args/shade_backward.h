@@ -11,14 +11,14 @@ struct ShadeBackwardArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
   POINTER(Textures) textures;
-  POINTER(Floats) lattice;
+  POINTER(Float4s) lattice;
   POINTER(Floats) mlp;
-  POINTER(Floats) gradient;
+  POINTER(Float4s) gradient;
   POINTER(Uints) gradient_low;   // [lattice samples][8], fixed point
   POINTER(Uints) gradient_high;
   POINTER(Floats) mlp_partial;   // [groups][595]
   POINTER(Floats) debug;         // [pixels][7]: dL/dfeature where asked for
-  uint tiles, groups, view_count, pad;
+  uint blocks, groups, view_count, pad;
 };
 
 #ifndef GL_core_profile

@@ -77,7 +77,7 @@ STRUCT Control {
   uint list_total;     // entries that the tiles' lists of the last step needed
   uint overflow;       // 1: they did not fit; no parameter has changed since
   uint list_peak;      // the most that any step needed
-  uint pad0;
+  uint overflow_step;  // the first step whose lists did not fit
 };
 
 #ifdef GL_core_profile
@@ -86,6 +86,7 @@ STRUCT Control {
 POINTER_TYPE(Floats, float, 4)
 POINTER_TYPE(Float4s, vec4, 16)
 POINTER_TYPE(Uints, uint, 4)
+POINTER_TYPE(Uint4s, uvec4, 16)
 POINTER_TYPE(Views, ViewRecord, 16)
 POINTER_TYPE(ScreenTriangles, ScreenTriangle, 16)
 POINTER_TYPE(Hits, Hit, 16)

@@ -9,16 +9,16 @@ namespace trisoup::kernels {
 /// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per triangle.
 struct UpdateTexturesArgs {
   POINTER(Textures) textures;
-  POINTER(Floats) source;   // [source samples][8], logits
-  POINTER(Floats) moment1;
-  POINTER(Floats) moment2;
-  POINTER(Floats) lattice;
+  POINTER(Float4s) source;   // [source samples][8], logits
+  POINTER(Float4s) moment1;
+  POINTER(Float4s) moment2;
+  POINTER(Float4s) lattice;
   POINTER(Floats) opacity;
-  POINTER(Uints) gradient_low;
-  POINTER(Uints) gradient_high;
+  POINTER(Uint4s) gradient_low;
+  POINTER(Uint4s) gradient_high;
   POINTER(Steps) state;
   POINTER(Controls) control;
-  POINTER(Floats) debug;    // [source samples][8]: gradient where asked for
+  POINTER(Float4s) debug;    // [source samples][8]: gradient where asked for
   uint triangles, pad;
 };
 

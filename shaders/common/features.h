@@ -1,14 +1,51 @@
-// Features of a pixel's visible fragment and the direction it is seen from: the MLP's 16 inputs.
-void fragment_features(Floats lattice, uint offset, LatticeCell cell, out float x[16]) {
-  const uint i0 = (offset + cell.i0) * 8u, i1 = (offset + cell.i1) * 8u, i2 = (offset + cell.i2) * 8u;
-  UNROLL for (uint c = 0u; c < 7u; ++c) x[c] = lattice_mix(cell, lattice.v[i0 + c], lattice.v[i1 + c], lattice.v[i2 + c]);
+// What the MLP takes: features of a visible fragment and the direction it is seen from.
+
+void fragment_features(Float4s lattice, uint offset, LatticeCell cell, out float f[7]) {
+  const uint i0 = (offset + cell.i0) * 2u, i1 = (offset + cell.i1) * 2u, i2 = (offset + cell.i2) * 2u;
+  const vec4 a0 = lattice.v[i0], a1 = lattice.v[i1], a2 = lattice.v[i2];
+  const vec4 b0 = lattice.v[i0 + 1u], b1 = lattice.v[i1 + 1u], b2 = lattice.v[i2 + 1u];
+  UNROLL for (uint c = 0u; c < 4u; ++c) f[c] = lattice_mix(cell, a0[c], a1[c], a2[c]);
+  UNROLL for (uint c = 0u; c < 3u; ++c) f[4u + c] = lattice_mix(cell, b0[c], b1[c], b2[c]);
 }
 
-void view_inputs(Views views, uint view, uint px, uint py, inout float x[16]) {
-  const vec2 ndc = pixel_ndc(px, py, views.v[view].width, views.v[view].height);
-  const vec3 direction =
-      normalize(views.v[view].ray.xyz + ndc.x * views.v[view].ray_x.xyz + ndc.y * views.v[view].ray_y.xyz);
-  float y[9];
-  spherical_harmonics(direction, y);
-  UNROLL for (int i = 0; i < 9; ++i) x[7 + i] = y[i];
+/// Unit vector from the surface towards the camera.
+vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint height) {
+  const vec2 ndc = pixel_ndc(pixel.x, pixel.y, width, height);
+  return normalize(views.v[view].ray.xyz + ndc.x * views.v[view].ray_x.xyz + ndc.y * views.v[view].ray_y.xyz);
+}
+
+/// The visible fragments of a thread's four pixels and the MLP's inputs for them, zero where nothing is visible.
+struct Fragments {
+  bool inside[4];  // of the image
+  uint index[4];   // in the frame buffers
+  uint triangle[4];  // index + 1; 0: none
+  uint lattice_offset[4];
+  LatticeCell cell[4];
+};
+
+void load_fragments(Views views, uint view, uvec2 corner, uint thread, Hits hits, out Fragments p) {
+  const uint width = views.v[view].width, height = views.v[view].height, offset = views.v[view].pixel_offset;
+  UNROLL for (uint k = 0u; k < 4u; ++k) {
+    const uvec2 at = block_pixel(corner, thread, k);
+    p.inside[k] = at.x < width && at.y < height;
+    p.index[k] = offset + at.y * width + at.x;
+    p.triangle[k] = 0u;
+    if (p.inside[k]) p.triangle[k] = hits.v[p.index[k]].triangle;
+  }
+}
+
+void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, Hits hits, Textures textures, Float4s lattice,
+                inout Fragments p, out vec4 x[16]) {
+  UNROLL for (int i = 0; i < 16; ++i) x[i] = vec4(0.0);
+  const uint width = views.v[view].width, height = views.v[view].height;
+  UNROLL for (uint k = 0u; k < 4u; ++k)
+    if (p.triangle[k] != 0u) {
+      p.lattice_offset[k] = textures.v[p.triangle[k] - 1u].lattice_offset;
+      p.cell[k] = lattice_cell(hits.v[p.index[k]].b0, hits.v[p.index[k]].b1, textures.v[p.triangle[k] - 1u].level_max);
+      float f[7], y[9];
+      fragment_features(lattice, p.lattice_offset[k], p.cell[k], f);
+      spherical_harmonics(view_direction(views, view, block_pixel(corner, thread, k), width, height), y);
+      UNROLL for (uint i = 0u; i < 7u; ++i) x[i][k] = f[i];
+      UNROLL for (uint i = 0u; i < 9u; ++i) x[7u + i][k] = y[i];
+    }
 }

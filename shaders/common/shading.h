@@ -14,9 +14,18 @@ FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
   y[8] = real(0.54627422) * (v.x * v.x - v.y * v.y);
 }
 
+// LANES is what the MLP computes with: in GLSL four pixels at once, so that a weight is read once for them.
 #ifdef GL_core_profile
 #define MLP_PARAMETERS
+#define LANES vec4
+#define LANES_IN(name, n) vec4 name[n]
+#define LANES_OUT(name, n) out vec4 name[n]
+FN LANES one_where_positive(LANES x) { return vec4(greaterThan(x, vec4(0.0))); }
 #else
+#define LANES real
+#define LANES_IN(name, n) const real* name
+#define LANES_OUT(name, n) real* name
+FN LANES one_where_positive(LANES x) { return x > real(0) ? real(1) : real(0); }
 #define MLP_PARAMETERS const real *parameters,
 #undef MLP
 #define MLP(i) parameters[i]
@@ -29,43 +38,42 @@ FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
 #define MLP_B3 592
 #define MLP_COUNT 595
 
-/// x[16] -> hidden activations h1[16], h2[16] (after ReLU) and the colour y in (0, 1).
-FN void mlp_forward(MLP_PARAMETERS IN_ARRAY(x, 16), OUT_ARRAY(h1, 16), OUT_ARRAY(h2, 16), OUT(vec3) y) {
+/// x[16] -> hidden activations h1[16], h2[16] (after ReLU) and the colour y[3] in (0, 1).
+FN void mlp_forward(MLP_PARAMETERS LANES_IN(x, 16), LANES_OUT(h1, 16), LANES_OUT(h2, 16), LANES_OUT(y, 3)) {
   UNROLL for (int o = 0; o < 16; ++o) {
-    real sum = MLP(MLP_B1 + o);
+    LANES sum = LANES(MLP(MLP_B1 + o));
     UNROLL for (int i = 0; i < 16; ++i) sum += MLP(o * 16 + i) * x[i];
-    h1[o] = max(sum, real(0));
+    h1[o] = max(sum, LANES(0));
   }
   UNROLL for (int o = 0; o < 16; ++o) {
-    real sum = MLP(MLP_B2 + o);
+    LANES sum = LANES(MLP(MLP_B2 + o));
     UNROLL for (int i = 0; i < 16; ++i) sum += MLP(MLP_W2 + o * 16 + i) * h1[i];
-    h2[o] = max(sum, real(0));
+    h2[o] = max(sum, LANES(0));
   }
-  real s0 = MLP(MLP_B3), s1 = MLP(MLP_B3 + 1), s2 = MLP(MLP_B3 + 2);
-  UNROLL for (int i = 0; i < 16; ++i) {
-    s0 += MLP(MLP_W3 + i) * h2[i];
-    s1 += MLP(MLP_W3 + 16 + i) * h2[i];
-    s2 += MLP(MLP_W3 + 32 + i) * h2[i];
+  UNROLL for (int o = 0; o < 3; ++o) {
+    LANES sum = LANES(MLP(MLP_B3 + o));
+    UNROLL for (int i = 0; i < 16; ++i) sum += MLP(MLP_W3 + o * 16 + i) * h2[i];
+    y[o] = LANES(1) / (LANES(1) + exp(-sum));
   }
-  y = vec3(real(1) / (real(1) + exp(-s0)), real(1) / (real(1) + exp(-s1)), real(1) / (real(1) + exp(-s2)));
 }
 
-/// From dL/dy: the gradients before each activation, d1[16], d2[16], d3, and dL/dx of the first 7 inputs. The gradient of a
-/// weight is then d[out] times the layer's input, of a bias d[out].
-FN void mlp_backward(MLP_PARAMETERS IN_ARRAY(h1, 16), IN_ARRAY(h2, 16), vec3 y, vec3 dy, OUT_ARRAY(d1, 16), OUT_ARRAY(d2, 16),
-                     OUT(vec3) d3, OUT_ARRAY(dx, 7)) {
-  d3 = dy * y * (vec3(1) - y);
+/// From dL/dy[3]: the gradients before each activation, d1[16], d2[16], d3[3], and dL/dx of the first 7 inputs. The gradient of
+/// a weight is then d[out] times the layer's input, of a bias d[out].
+FN void mlp_backward(MLP_PARAMETERS LANES_IN(h1, 16), LANES_IN(h2, 16), LANES_IN(y, 3), LANES_IN(dy, 3), LANES_OUT(d1, 16),
+                     LANES_OUT(d2, 16), LANES_OUT(d3, 3), LANES_OUT(dx, 7)) {
+  UNROLL for (int o = 0; o < 3; ++o) d3[o] = dy[o] * y[o] * (LANES(1) - y[o]);
   UNROLL for (int i = 0; i < 16; ++i) {
-    const real g = MLP(MLP_W3 + i) * d3.x + MLP(MLP_W3 + 16 + i) * d3.y + MLP(MLP_W3 + 32 + i) * d3.z;
-    d2[i] = h2[i] > real(0) ? g : real(0);
+    LANES g = LANES(0);
+    UNROLL for (int o = 0; o < 3; ++o) g += MLP(MLP_W3 + o * 16 + i) * d3[o];
+    d2[i] = g * one_where_positive(h2[i]);
   }
   UNROLL for (int i = 0; i < 16; ++i) {
-    real g = real(0);
+    LANES g = LANES(0);
     UNROLL for (int o = 0; o < 16; ++o) g += MLP(MLP_W2 + o * 16 + i) * d2[o];
-    d1[i] = h1[i] > real(0) ? g : real(0);
+    d1[i] = g * one_where_positive(h1[i]);
   }
   UNROLL for (int i = 0; i < 7; ++i) {
-    real g = real(0);
+    LANES g = LANES(0);
     UNROLL for (int o = 0; o < 16; ++o) g += MLP(o * 16 + i) * d1[o];
     dx[i] = g;
   }

@@ -1,20 +1,7 @@
-// Blocks of 16 x 16 pixels for the 11-tap SSIM window. Needs views and view_count in `a`.
-const uint kBlock = 16u;
+// A block of 16 x 16 pixels and its surroundings for the 11-tap SSIM window. Needs block_grid.h.
 const uint kPatch = 26u;  // a block and the 10 pixels that its windows reach beyond it
 
 shared float s_rows[5 * 26 * 16];
-
-uint block_view(Views views, uint view_count, uint block) {
-  uint view = 0u;
-  while (view + 1u < view_count && block >= views.v[view + 1u].block_offset) ++view;
-  return view;
-}
-
-uvec2 block_corner(Views views, uint view, uint block) {
-  const uint local = block - views.v[view].block_offset;
-  const uint blocks_x = (views.v[view].width + kBlock - 1u) / kBlock;
-  return uvec2(local % blocks_x, local / blocks_x) * kBlock;
-}
 
 /// Column `x` of map `map`, rows y0 .. y0 + 3, through the vertical half of the window.
 vec4 blur_column(uint map, uint x, uint y0) {

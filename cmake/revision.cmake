@@ -1,0 +1,13 @@
+# Writes revision.h with the git revision of the sources; run at every build, rewritten only when it changed.
+execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=12
+                OUTPUT_VARIABLE revision OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(NOT revision)
+  set(revision unknown)
+endif()
+file(CONFIGURE OUTPUT ${OUTPUT} CONTENT "#pragma once
+
+namespace trisoup {
+/// Git revision that the programs were built from.
+inline constexpr const char* kRevision = \"${revision}\";
+}  // namespace trisoup
+")

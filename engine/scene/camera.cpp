@@ -1,0 +1,36 @@
+#include "scene/camera.h"
+
+namespace trisoup::scene {
+
+glm::dvec3 Camera::centre() const {
+  const glm::dmat3 rotation(world_to_camera);
+  return -(glm::transpose(rotation) * glm::dvec3(world_to_camera[3]));
+}
+
+glm::dvec3 Camera::forward() const {
+  // The third row of the rotation; glm indexes by column first.
+  return {world_to_camera[0][2], world_to_camera[1][2], world_to_camera[2][2]};
+}
+
+Camera resized(const Camera& camera, int width, int height) {
+  const double x = double(width) / camera.width, y = double(height) / camera.height;
+  Camera result = camera;
+  result.width = width, result.height = height;
+  result.fx *= x, result.cx *= x;
+  result.fy *= y, result.cy *= y;
+  return result;
+}
+
+glm::dmat4 clip_from_world(const Camera& camera, double near, double far) {
+  glm::dmat4 clip_from_camera(0.0);  // [column][row]
+  clip_from_camera[0][0] = 2 * camera.fx / camera.width;
+  clip_from_camera[1][1] = 2 * camera.fy / camera.height;
+  clip_from_camera[2][0] = 2 * camera.cx / camera.width - 1;
+  clip_from_camera[2][1] = 2 * camera.cy / camera.height - 1;
+  clip_from_camera[2][2] = (far + near) / (far - near);
+  clip_from_camera[2][3] = 1;
+  clip_from_camera[3][2] = -2 * far * near / (far - near);
+  return clip_from_camera * camera.world_to_camera;
+}
+
+}  // namespace trisoup::scene

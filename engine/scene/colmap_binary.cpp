@@ -1,0 +1,71 @@
+// The binary encoding: little-endian records without padding, each file starting with a 64-bit count.
+#include "error.h"
+#include "scene/byte_cursor.h"
+#include "scene/colmap_model.h"
+#include "scene/pose.h"
+#include "scene/printable.h"
+
+namespace trisoup::scene {
+
+ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, const std::string& name) {
+  ByteCursor cursor(bytes, name, "camera");
+  constexpr std::size_t smallest = 4 + 4 + 8 + 8 + 3 * 8;
+  const std::size_t count = cursor.read_count(smallest);
+  ColmapCameras cameras;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto id = cursor.read<std::uint32_t>();
+    const std::string where = fmt::format("{}: camera {}", name, id);
+    const ColmapModelShape& shape = colmap_model_shape(cursor.read<std::int32_t>(), where);
+    const auto width = cursor.read<std::uint64_t>(), height = cursor.read<std::uint64_t>();
+    std::vector<double> parameters;
+    for (std::size_t k = 0; k < shape.parameters; ++k) parameters.push_back(cursor.read<double>());
+    if (!cameras.emplace(id, make_colmap_camera(shape, width, height, parameters, where)).second)
+      throw Error("{} is there twice; export the model again", where);
+  }
+  return cameras;
+}
+
+std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name) {
+  ByteCursor cursor(bytes, name, "image");
+  constexpr std::size_t smallest = 4 + 7 * 8 + 4 + 1 + 8, observation = 8 + 8 + 8;
+  const std::size_t count = cursor.read_count(smallest);
+  std::vector<ColmapImage> images;
+  images.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    ColmapImage image;
+    cursor.skip(1, sizeof(std::uint32_t));  // image id
+    std::array<double, 4> quaternion;
+    for (double& value : quaternion) value = cursor.read<double>();
+    glm::dvec3 translation;
+    for (int axis = 0; axis < 3; ++axis) translation[axis] = cursor.read<double>();
+    image.camera_id = cursor.read<std::uint32_t>();
+    image.name = cursor.read_string();
+    if (image.name.empty()) throw Error("{}: image {} has no name; export the model again", name, i);
+    image.world_to_camera = from_colmap_pose(quaternion, translation, name + ": " + printable(image.name));
+    cursor.skip(cursor.read<std::uint64_t>(), observation);
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name) {
+  ByteCursor cursor(bytes, name, "point");
+  constexpr std::size_t smallest = 8 + 3 * 8 + 3 + 8 + 8, track_element = 4 + 4;
+  const std::size_t count = cursor.read_count(smallest);
+  PointCloud cloud;
+  cloud.positions.reserve(count), cloud.colours.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto id = cursor.read<std::uint64_t>();
+    glm::dvec3 position;
+    for (int axis = 0; axis < 3; ++axis) position[axis] = cursor.read<double>();
+    if (!is_usable(position)) throw Error("{}: point {} is not finite or beyond 1e18; export the model again", name, id);
+    glm::u8vec3 colour;
+    for (int channel = 0; channel < 3; ++channel) colour[channel] = cursor.read<std::uint8_t>();
+    cursor.skip(1, sizeof(double));  // reprojection error
+    cursor.skip(cursor.read<std::uint64_t>(), track_element);
+    cloud.positions.push_back(position), cloud.colours.push_back(colour);
+  }
+  return cloud;
+}
+
+}  // namespace trisoup::scene

@@ -1,0 +1,91 @@
+// The text encoding: one record a line, '#' starts a comment line, images take two lines.
+#include <optional>
+
+#include "error.h"
+#include "scene/colmap_model.h"
+#include "scene/pose.h"
+#include "scene/printable.h"
+#include "scene/word_reader.h"
+
+namespace trisoup::scene {
+namespace {
+
+class Records {
+ public:
+  Records(std::string_view text, const std::string& name) : text_(text), name_(name) {}
+
+  /// The next line that is neither blank nor a comment.
+  std::optional<WordReader> next() {
+    while (!text_.empty()) {
+      WordReader line(take_line(text_), fmt::format("{}: line {}", name_, ++number_));
+      if (!line.at_end() && !line.remainder().starts_with('#')) return line;
+    }
+    return std::nullopt;
+  }
+
+  /// Passes over the next line, whatever it holds.
+  void skip_line() { take_line(text_), ++number_; }
+
+ private:
+  std::string_view text_;
+  const std::string& name_;
+  int number_ = 0;
+};
+
+glm::dvec3 read_vector(WordReader& line, const char* what) {
+  glm::dvec3 result;
+  for (int axis = 0; axis < 3; ++axis) result[axis] = line.number<double>(what);
+  return result;
+}
+
+}  // namespace
+
+ColmapCameras parse_colmap_cameras_text(std::string_view text, const std::string& name) {
+  ColmapCameras cameras;
+  Records records(text, name);
+  while (auto line = records.next()) {
+    const auto id = line->number<std::uint32_t>("camera id");
+    const ColmapModelShape& shape = colmap_model_shape(line->word("camera model"), line->where());
+    const auto width = line->number<std::uint64_t>("width"), height = line->number<std::uint64_t>("height");
+    std::vector<double> parameters;
+    for (std::size_t k = 0; k < shape.parameters; ++k) parameters.push_back(line->number<double>("parameters"));
+    if (!cameras.emplace(id, make_colmap_camera(shape, width, height, parameters, line->where())).second)
+      throw Error("{}: camera {} is there twice; export the model again", line->where(), id);
+  }
+  return cameras;
+}
+
+std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const std::string& name) {
+  std::vector<ColmapImage> images;
+  Records records(text, name);
+  while (auto line = records.next()) {
+    ColmapImage image;
+    line->number<std::uint32_t>("image id");
+    std::array<double, 4> quaternion;
+    for (double& value : quaternion) value = line->number<double>("quaternion");
+    const glm::dvec3 translation = read_vector(*line, "translation");
+    image.camera_id = line->number<std::uint32_t>("camera id");
+    image.name = line->remainder();  // names may hold blanks
+    if (image.name.empty()) throw Error("{}: ends before its image name; correct or export the file again", line->where());
+    image.world_to_camera = from_colmap_pose(quaternion, translation, line->where());
+    images.push_back(std::move(image));
+    records.skip_line();  // the observations; blank if there are none
+  }
+  return images;
+}
+
+PointCloud parse_colmap_points_text(std::string_view text, const std::string& name) {
+  PointCloud cloud;
+  Records records(text, name);
+  while (auto line = records.next()) {
+    line->number<std::uint64_t>("point id");
+    const glm::dvec3 position = read_vector(*line, "position");
+    if (!is_usable(position)) throw Error("{}: point is not finite or beyond 1e18; export the model again", line->where());
+    glm::u8vec3 colour;
+    for (int channel = 0; channel < 3; ++channel) colour[channel] = line->number<std::uint8_t>("colour");
+    cloud.positions.push_back(position), cloud.colours.push_back(colour);
+  }
+  return cloud;
+}
+
+}  // namespace trisoup::scene

@@ -1,0 +1,68 @@
+// Datasets described by a COLMAP model.
+#include "error.h"
+#include "scene/colmap_model.h"
+#include "scene/dataset.h"
+#include "scene/printable.h"
+#include "scene/read_file.h"
+
+namespace trisoup::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+PointCloud read_points(const fs::path& model) {
+  const fs::path binary = model / "points3D.bin", text = model / "points3D.txt";
+  if (is_file(binary)) return parse_colmap_points_binary(bytes_of(read_file(binary)), printable(binary.string()));
+  if (is_file(text)) return parse_colmap_points_text(read_file(text), printable(text.string()));
+  return {};
+}
+
+}  // namespace
+
+Dataset read_colmap(const fs::path& root, const fs::path& model, const PhotographFiles& files) {
+  // One encoding for both: a half-converted model must not pair cameras with the images of another run.
+  const bool binary = is_file(model / "images.bin");
+  const fs::path cameras_file = model / (binary ? "cameras.bin" : "cameras.txt");
+  const fs::path images_file = model / (binary ? "images.bin" : "images.txt");
+  const std::string cameras_name = printable(cameras_file.string());
+
+  Dataset dataset;
+  dataset.format = Format::colmap;
+  dataset.source = printable(images_file.string());
+  const std::string camera_content = read_file(cameras_file), image_content = read_file(images_file);
+  const ColmapCameras cameras = binary ? parse_colmap_cameras_binary(bytes_of(camera_content), cameras_name)
+                                       : parse_colmap_cameras_text(camera_content, cameras_name);
+  const std::vector<ColmapImage> images = binary ? parse_colmap_images_binary(bytes_of(image_content), dataset.source)
+                                                 : parse_colmap_images_text(image_content, dataset.source);
+  if (cameras.empty()) throw Error("{}: holds no camera; run the reconstruction again", cameras_name);
+  if (images.empty()) throw Error("{}: holds no image; run the reconstruction again", dataset.source);
+
+  std::error_code ignored;
+  const bool has_folder = fs::is_directory(root / "images", ignored) || fs::is_directory(root / "images_2", ignored) ||
+                          fs::is_directory(root / "images_4", ignored) || fs::is_directory(root / "images_8", ignored);
+  for (const ColmapImage& image : images) {
+    const auto camera = cameras.find(image.camera_id);
+    if (camera == cameras.end())
+      throw Error("{}: {} was taken by camera {}, which {} lacks; export the model again", dataset.source, printable(image.name),
+                  image.camera_id, cameras_file.filename().string());
+    ++dataset.listed;
+    const std::string path = has_folder ? "images/" + image.name : image.name;
+    const auto photograph = files.find(path);
+    if (!photograph) {
+      dataset.missing.push_back(path);
+      continue;
+    }
+    Frame frame;
+    frame.photograph = *photograph;
+    frame.size = image_size(photograph->file);
+    frame.mask = files.find_mask(photograph->name);
+    frame.camera = camera->second.pinhole;
+    frame.camera.world_to_camera = image.world_to_camera;
+    frame.lens = camera->second.lens;
+    dataset.frames.push_back(std::move(frame));
+  }
+  dataset.points = read_points(model);
+  return dataset;
+}
+
+}  // namespace trisoup::scene

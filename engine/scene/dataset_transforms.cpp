@@ -1,0 +1,94 @@
+// Datasets described by transforms*.json.
+#include <set>
+
+#include "error.h"
+#include "scene/dataset.h"
+#include "scene/ply_points.h"
+#include "scene/printable.h"
+#include "scene/read_file.h"
+#include "scene/transforms_json.h"
+
+namespace trisoup::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path mask_of(const fs::path& root, const TransformsFrame& frame, const std::string& name, const std::string& source,
+                 const PhotographFiles& files) {
+  if (frame.mask_path.empty()) return files.find_mask(name);
+  const fs::path mask = root / frame.mask_path;
+  if (!is_file(mask))
+    throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(frame.mask_path));
+  return mask;
+}
+
+void add_frame(Dataset& dataset, const TransformsFrame& listed, bool test, const std::string& source, const fs::path& root,
+               const PhotographFiles& files) {
+  ++dataset.listed;
+  const auto photograph = files.find(listed.file_path);
+  if (!photograph) {
+    dataset.missing.push_back(listed.file_path);
+    return;
+  }
+  Frame frame;
+  frame.photograph = *photograph;
+  frame.size = image_size(photograph->file);
+  frame.mask = mask_of(root, listed, photograph->name, source, files);
+  frame.camera = camera_of(listed, frame.size);
+  frame.lens = listed.lens;
+  frame.test = test;
+  dataset.frames.push_back(std::move(frame));
+}
+
+}  // namespace
+
+Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
+  Dataset dataset;
+  dataset.format = Format::blender;
+  dataset.source = printable((root / "transforms_train.json").string());
+  const auto add = [&](const char* file, bool test) {
+    const std::string source = printable((root / file).string());
+    for (const TransformsFrame& frame : parse_transforms(read_file(root / file), source).frames)
+      add_frame(dataset, frame, test, source, root, files);
+  };
+  add("transforms_train.json", false);
+  for (const char* held_out : {"transforms_test.json", "transforms_val.json"})
+    if (!dataset.has_split && is_file(root / held_out)) {
+      add(held_out, true);
+      dataset.has_split = true;
+    }
+  return dataset;
+}
+
+Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
+  const fs::path root = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  Dataset dataset;
+  dataset.format = Format::transforms;
+  dataset.source = printable(file.string());
+  const Transforms transforms = parse_transforms(read_file(file), dataset.source);
+
+  // nerfstudio's split: its test files, else its validation files. A frame that no list names is for training, unless
+  // there is a list of training files.
+  const auto normal = [](const std::vector<std::string>& paths) {
+    std::set<std::string> result;
+    for (const std::string& path : paths) result.insert(fs::path(path).lexically_normal().generic_string());
+    return result;
+  };
+  const auto train = normal(transforms.train_files), validation = normal(transforms.val_files);
+  const auto test = transforms.test_files.empty() ? validation : normal(transforms.test_files);
+  dataset.has_split = !test.empty();
+  for (const TransformsFrame& frame : transforms.frames) {
+    const std::string path = fs::path(frame.file_path).lexically_normal().generic_string();
+    const bool is_test = test.contains(path);
+    if (dataset.has_split && !is_test && (train.empty() ? validation.contains(path) : !train.contains(path))) continue;
+    add_frame(dataset, frame, is_test, dataset.source, root, files);
+  }
+  if (!transforms.ply_file_path.empty()) {
+    // nerfstudio has already applied its applied_transform to these points.
+    const fs::path ply = root / transforms.ply_file_path;
+    dataset.points = parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()));
+  }
+  return dataset;
+}
+
+}  // namespace trisoup::scene

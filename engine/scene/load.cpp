@@ -1,0 +1,196 @@
+// load(): from the files of a dataset to a Scene.
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "error.h"
+#include "scene/area_resample.h"
+#include "scene/dataset.h"
+#include "scene/fingerprint.h"
+#include "scene/parallel_for.h"
+#include "scene/photograph.h"
+#include "scene/printable.h"
+#include "scene/read_file.h"
+#include "scene/scene.h"
+#include "scene/undistort.h"
+
+namespace trisoup::scene {
+namespace {
+
+// A frame with what the options make of it.
+struct Shot {
+  Frame frame;
+  Camera source;  // for the photograph as it is on disk
+  Camera camera;  // for the image that the View will hold
+};
+
+void check(const LoadOptions& options) {
+  if (!(options.downscale >= 1) || !std::isfinite(options.downscale))
+    throw Error("-r {}: the downscale factor must be at least 1; images are never enlarged", options.downscale);
+  if (options.test_every < 0 || options.test_every == 1)
+    throw Error("test_every {}: every view would be held out; use 0 for none or at least 2", options.test_every);
+}
+
+void report_missing(const Dataset& dataset, const LoadOptions& options) {
+  const std::size_t missing = dataset.missing.size();
+  if (dataset.listed == 0) throw Error("{}: lists no frames; export the dataset again", dataset.source);
+  if (dataset.frames.empty())
+    throw Error("{}: none of its {} images is there, first: {}; put the images beside it", dataset.source, missing,
+                printable(dataset.missing.front()));
+  if (missing > 0 && options.warn)
+    options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {}", dataset.source, missing,
+                             dataset.listed, printable(dataset.missing.front())));
+}
+
+// A photograph of other proportions than its camera was cropped or turned, and no scale brings them together. Sizes that
+// were rounded to whole pixels are the exception.
+void check_aspect(const Frame& frame) {
+  const double width_ratio = double(frame.size.width) / frame.camera.width;
+  const double height_ratio = double(frame.size.height) / frame.camera.height;
+  const bool one_percent = std::abs(width_ratio / height_ratio - 1) > 0.01;
+  const bool one_pixel = std::abs(frame.size.width - frame.camera.width * height_ratio) > 1 &&
+                         std::abs(frame.size.height - frame.camera.height * width_ratio) > 1;
+  if (one_percent && one_pixel)
+    throw Error("{}: is {} x {} but its camera is {} x {}; export poses and images at the same proportions",
+                printable(frame.photograph.file.string()), frame.size.width, frame.size.height, frame.camera.width,
+                frame.camera.height);
+}
+
+Shot plan(Frame frame, double downscale) {
+  check_aspect(frame);
+  const auto shrunk = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / downscale))); };
+  Shot shot;
+  shot.source = resized(frame.camera, frame.size.width, frame.size.height);
+  shot.camera = shot.source;
+  if (!frame.photograph.prescaled) shot.camera = resized(shot.source, shrunk(frame.size.width), shrunk(frame.size.height));
+  shot.frame = std::move(frame);
+  return shot;
+}
+
+// Sorts by name and marks the held-out views of datasets that do not say themselves which they are.
+void sort_and_split(std::vector<Shot>& shots, bool has_split, int test_every) {
+  std::stable_sort(shots.begin(), shots.end(),
+                   [](const Shot& a, const Shot& b) { return a.frame.photograph.name < b.frame.photograph.name; });
+  if (has_split) return;
+  const bool hold_out = test_every > 0 && shots.size() > 1;  // a single view is needed for training
+  for (std::size_t i = 0; i < shots.size(); ++i) shots[i].frame.test = hold_out && i % std::size_t(test_every) == 0;
+}
+
+std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double downscale) {
+  Fingerprint result;
+  result.add(static_cast<int>(format));
+  result.add(downscale);
+  for (const Shot& shot : shots) {
+    result.add(shot.frame.photograph.name);
+    result.add(shot.frame.test ? 1 : 0);
+    result.add(shot.camera.width), result.add(shot.camera.height);
+    for (const double value : {shot.camera.fx, shot.camera.fy, shot.camera.cx, shot.camera.cy}) result.add(value);
+    for (int column = 0; column < 4; ++column)
+      for (int row = 0; row < 3; ++row) result.add(shot.camera.world_to_camera[column][row]);
+    const Lens& lens = shot.frame.lens;
+    result.add(static_cast<int>(lens.model));
+    for (const double value : lens.radial) result.add(value);
+    for (const double value : lens.denominator) result.add(value);
+    result.add(lens.p1), result.add(lens.p2);
+  }
+  return result.value();
+}
+
+// Decoded, undistorted, then shrunk: undistortion interpolates between pixels of about the same size and would alias if it
+// had to shrink as well, and shrinking last averages its interpolation away. Compositing on the background comes after
+// both, when it is known for all images; colour is premultiplied until then, so that the order makes no difference.
+Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
+  const Frame& frame = shot.frame;
+  const Image image = read_image(frame.photograph.file);
+  if (image.width != frame.size.width || image.height != frame.size.height)
+    throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
+  alpha_used = uses_alpha(image);
+  Photograph photograph = alpha == AlphaUse::composite ? from_coverage(image) : from_mask(image);
+  if (!frame.mask.empty()) {
+    const std::string content = read_file(frame.mask);
+    // 0 is out of the loss and some tools write 1 for the rest; what a JPEG stores as 0 may come back as a little more.
+    exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())), is_jpeg(bytes_of(content)) ? 128 : 1);
+  }
+  photograph = undistort(photograph, shot.source, frame.lens);
+  return area_resample(photograph, shot.camera.width, shot.camera.height);
+}
+
+// Decodes the shots whose images are wanted; returns the grey level of the background they are composited on.
+std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images, const LoadOptions& options) {
+  const int count = static_cast<int>(shots.size());
+  std::vector<Photograph> photographs(shots.size());
+  std::mutex guard;
+  int done = 0;
+  bool any_alpha = false;
+  parallel_for(count, options.threads, [&](int i) {
+    bool alpha_used = false;
+    photographs[std::size_t(i)] = develop(*shots[std::size_t(i)], options.alpha, alpha_used);
+    const std::lock_guard lock(guard);
+    any_alpha = any_alpha || alpha_used;
+    ++done;
+    if (options.progress) options.progress(done, count);
+  });
+  const bool white =
+      options.background == BackgroundChoice::white || (options.background == BackgroundChoice::automatic && any_alpha);
+  const std::uint8_t background = white ? 255 : 0;
+  parallel_for(count, options.threads, [&](int i) {
+    *images[std::size_t(i)] = composite(photographs[std::size_t(i)], background);
+    photographs[std::size_t(i)] = {};  // or the scene would be in memory twice
+  });
+  return background;
+}
+
+Points normalise_points(const PointCloud& cloud, const Normalisation& normalisation, const std::string& source) {
+  Points points;
+  points.colours = cloud.colours;
+  points.positions.reserve(cloud.positions.size());
+  for (const glm::dvec3& position : cloud.positions) {
+    const glm::dvec3 p = normalisation.to_normalised(position);
+    if (!(glm::length(p) < 1e18)) throw Error("{}: a sparse point is beyond any distance of use; remove it", source);
+    points.positions.emplace_back(p);
+  }
+  return points;
+}
+
+}  // namespace
+
+Scene load(const std::filesystem::path& path, const LoadOptions& options) {
+  check(options);
+  Dataset dataset = read_dataset(path, options.downscale);
+  report_missing(dataset, options);
+
+  std::vector<Shot> shots;
+  for (Frame& frame : dataset.frames) shots.push_back(plan(std::move(frame), options.downscale));
+  sort_and_split(shots, dataset.has_split, options.test_every);
+
+  std::vector<Camera> train_cameras;
+  for (const Shot& shot : shots)
+    if (!shot.frame.test) train_cameras.push_back(shot.camera);
+  if (train_cameras.empty())
+    throw Error("{}: no training view is left after the test split; add training images", dataset.source);
+
+  Scene scene;
+  scene.format = dataset.format;
+  scene.path = path;
+  scene.synthetic = dataset.format == Format::blender;
+  scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
+  scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);
+  scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source);
+
+  for (const Shot& shot : shots)
+    (shot.frame.test ? scene.test : scene.train)
+        .push_back({shot.frame.photograph.name, normalised(shot.camera, scene.normalisation), {}});
+  std::vector<const Shot*> wanted;
+  std::vector<Image*> images;
+  std::size_t train = 0, test = 0;
+  for (const Shot& shot : shots) {
+    View& view = shot.frame.test ? scene.test[test++] : scene.train[train++];
+    if (!shot.frame.test && !options.train_images) continue;
+    wanted.push_back(&shot);
+    images.push_back(&view.image);
+  }
+  scene.background = glm::vec3(decode(wanted, images, options) / 255.0f);
+  return scene;
+}
+
+}  // namespace trisoup::scene

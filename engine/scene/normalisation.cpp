@@ -1,0 +1,88 @@
+#include "scene/normalisation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "error.h"
+
+namespace trisoup::scene {
+namespace {
+
+double mean_distance(std::span<const Camera> cameras, const glm::dvec3& point) {
+  double sum = 0;
+  for (const Camera& camera : cameras) sum += glm::distance(camera.centre(), point);
+  return sum / double(cameras.size());
+}
+
+// Minimises the sum of squared distances to the axes: sum (I - d d^T) (x - c) = 0. Nothing if the axes are so parallel that
+// noise decides where they meet.
+std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras, const glm::dvec3& mean_centre) {
+  glm::dmat3 normal(0.0);
+  glm::dvec3 right(0.0);
+  for (const Camera& camera : cameras) {
+    const glm::dvec3 axis = camera.forward();
+    const glm::dmat3 across = glm::dmat3(1.0) - glm::outerProduct(axis, axis);
+    normal += across;
+    right += across * (camera.centre() - mean_centre);
+  }
+  normal /= double(cameras.size());
+  right /= double(cameras.size());
+  // The trace is 2 and no eigenvalue exceeds 1, so where the smallest is small the others are near 1 and the determinant
+  // is the smallest: the mean squared sine between an axis and their common direction. 1e-3 is about two degrees.
+  if (glm::determinant(normal) < 1e-3) return std::nullopt;
+  return mean_centre + glm::inverse(normal) * right;
+}
+
+std::optional<double> median_depth(const PointCloud& points, const glm::dvec3& centre, const glm::dvec3& forward) {
+  std::vector<double> depths;
+  for (const glm::dvec3& point : points.positions)
+    if (const double depth = glm::dot(point - centre, forward); depth > 0) depths.push_back(depth);
+  if (depths.empty()) return std::nullopt;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+}  // namespace
+
+Normalisation find_normalisation(std::span<const Camera> cameras, const PointCloud& points, const std::string& name) {
+  glm::dvec3 mean_centre(0.0), mean_forward(0.0);
+  for (const Camera& camera : cameras) {
+    mean_centre += camera.centre() / double(cameras.size());
+    mean_forward += camera.forward() / double(cameras.size());
+  }
+  const double spread = mean_distance(cameras, mean_centre);
+  // Files often hold seven digits, so less than that apart is the same place.
+  if (cameras.size() > 1 && spread <= 1e-7 * glm::length(mean_centre))
+    throw Error("{}: all {} cameras are at one spot; depth cannot be told, take photographs from different places", name,
+                cameras.size());
+
+  Normalisation result;
+  if (const auto meeting = meeting_point(cameras, mean_centre)) {
+    result.centre = *meeting;
+  } else if (const double agreement = glm::length(mean_forward); agreement < 0.5) {
+    result.centre = mean_centre;  // cameras on one line that look at each other: there is no common "ahead"
+  } else {
+    const glm::dvec3 forward = mean_forward / agreement;
+    double ahead = 4 * spread;
+    if (cameras.size() == 1) ahead = glm::length(mean_centre) > 0 ? glm::length(mean_centre) : 1.0;
+    result.centre = mean_centre + median_depth(points, mean_centre, forward).value_or(ahead) * forward;
+  }
+  const double extent = mean_distance(cameras, result.centre);
+  result.scale = 1 / extent;
+  if (!std::isfinite(result.scale) || !std::isfinite(extent) || !(result.scale > 0))
+    throw Error("{}: the cameras' extent of {} cannot be scaled to 1; correct the poses", name, extent);
+  return result;
+}
+
+Camera normalised(const Camera& camera, const Normalisation& normalisation) {
+  // x_camera = R x + t with x = n / s + c, and camera space scaled by s as well: s x_camera = R n + s (R c + t).
+  Camera result = camera;
+  const glm::dmat3 rotation(camera.world_to_camera);
+  const glm::dvec3 translation(camera.world_to_camera[3]);
+  result.world_to_camera[3] = glm::dvec4(normalisation.scale * (rotation * normalisation.centre + translation), 1.0);
+  return result;
+}
+
+}  // namespace trisoup::scene

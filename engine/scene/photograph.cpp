@@ -1,0 +1,71 @@
+#include "scene/photograph.h"
+
+#include <algorithm>
+
+namespace trisoup::scene {
+namespace {
+
+Photograph blank(const Image& image) {
+  Photograph photograph{image.width, image.height, {}, {}};
+  photograph.colour.resize(photograph.pixels());
+  return photograph;
+}
+
+}  // namespace
+
+bool uses_alpha(const Image& straight) {
+  for (std::size_t i = 3; i < straight.rgba.size(); i += 4)
+    if (straight.rgba[i] != 255) return true;
+  return false;
+}
+
+Photograph from_coverage(const Image& straight) {
+  Photograph photograph = blank(straight);
+  const std::uint8_t* p = straight.rgba.data();
+  for (glm::u8vec4& colour : photograph.colour) {
+    const unsigned alpha = p[3];
+    for (int c = 0; c < 3; ++c) colour[c] = static_cast<std::uint8_t>((p[c] * alpha + 127) / 255);
+    colour[3] = p[3];
+    p += 4;
+  }
+  return photograph;
+}
+
+Photograph from_mask(const Image& straight) {
+  Photograph photograph = blank(straight);
+  if (uses_alpha(straight)) photograph.inside.resize(photograph.pixels());
+  const std::uint8_t* p = straight.rgba.data();
+  for (std::size_t i = 0; i < photograph.pixels(); ++i, p += 4) {
+    photograph.colour[i] = {p[0], p[1], p[2], 255};
+    if (!photograph.inside.empty()) photograph.inside[i] = p[3] >= 128 ? 255 : 0;
+  }
+  return photograph;
+}
+
+void exclude(Photograph& photograph, const Image& mask, int threshold) {
+  if (photograph.inside.empty()) photograph.inside.assign(photograph.pixels(), 255);
+  for (int y = 0; y < photograph.height; ++y) {
+    const auto mask_y = std::size_t((y + 0.5) * mask.height / photograph.height);
+    for (int x = 0; x < photograph.width; ++x) {
+      const auto mask_x = std::size_t((x + 0.5) * mask.width / photograph.width);
+      const std::uint8_t* p = mask.rgba.data() + (mask_y * std::size_t(mask.width) + mask_x) * 4;
+      if (std::max({p[0], p[1], p[2]}) < threshold)
+        photograph.inside[std::size_t(y) * std::size_t(photograph.width) + std::size_t(x)] = 0;
+    }
+  }
+}
+
+Image composite(const Photograph& photograph, std::uint8_t background) {
+  Image image{photograph.width, photograph.height, {}};
+  image.rgba.resize(photograph.pixels() * 4);
+  for (std::size_t i = 0; i < photograph.pixels(); ++i) {
+    const glm::u8vec4 colour = photograph.colour[i];
+    const unsigned behind = ((255u - colour[3]) * background + 127) / 255;
+    for (int c = 0; c < 3; ++c)
+      image.rgba[4 * i + std::size_t(c)] = static_cast<std::uint8_t>(std::min(255u, colour[c] + behind));
+    image.rgba[4 * i + 3] = photograph.inside.empty() ? 255 : photograph.inside[i];
+  }
+  return image;
+}
+
+}  // namespace trisoup::scene

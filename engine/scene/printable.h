@@ -1,0 +1,13 @@
+// Text from a file, made fit for a one-line message.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace trisoup::scene {
+
+/// `text` with control characters replaced by '?' and cut to 120 characters: names in a damaged file must not break the
+/// one-line promise of Error.
+std::string printable(std::string_view text);
+
+}  // namespace trisoup::scene

@@ -1,0 +1,74 @@
+// Splits a line of text into words and numbers.
+#pragma once
+
+#include <charconv>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "error.h"
+#include "scene/printable.h"
+
+namespace trisoup::scene {
+
+/// The next line of `text`, which is shortened by it; a carriage return at its end is dropped.
+inline std::string_view take_line(std::string_view& text) {
+  const auto end = text.find('\n');
+  std::string_view line = text.substr(0, end);
+  text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+class WordReader {
+ public:
+  /// `where` (file and line) stands in messages.
+  WordReader(std::string_view line, std::string where) : rest_(line), where_(std::move(where)) { skip_blanks(); }
+
+  bool at_end() const { return rest_.empty(); }
+  const std::string& where() const { return where_; }
+
+  /// Throws Error at the end of the line.
+  std::string_view word(const char* what) {
+    if (at_end()) throw Error("{}: ends before its {}; correct or export the file again", where_, what);
+    const std::string_view word = rest_.substr(0, rest_.find_first_of(blanks));
+    rest_.remove_prefix(word.size());
+    skip_blanks();
+    return word;
+  }
+
+  /// Throws Error at the end of the line, on anything but a number, and on one that T cannot hold.
+  template <typename T>
+  T number(const char* what) {
+    const std::string_view text = word(what);
+    T value{};
+    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (problem != std::errc{} || end != text.data() + text.size()) {
+      if constexpr (std::is_floating_point_v<T>)  // a number too small to hold is zero, as in every other reader
+        if (problem == std::errc::result_out_of_range && end == text.data() + text.size() && is_tiny(text)) return T(0);
+      throw Error("{}: its {} is '{}', not a usable number; correct or export the file again", where_, what, printable(text));
+    }
+    return value;
+  }
+
+  /// What is left of the line, without blanks at its end.
+  std::string_view remainder() const {
+    const auto last = rest_.find_last_not_of(blanks);
+    return last == std::string_view::npos ? std::string_view{} : rest_.substr(0, last + 1);
+  }
+
+ private:
+  static constexpr const char* blanks = " \t\v\f\r";
+  static bool is_tiny(std::string_view text) {
+    return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos;
+  }
+  void skip_blanks() {
+    const auto start = rest_.find_first_not_of(blanks);
+    rest_.remove_prefix(start == std::string_view::npos ? rest_.size() : start);
+  }
+
+  std::string_view rest_;
+  std::string where_;
+};
+
+}  // namespace trisoup::scene

@@ -1,0 +1,188 @@
+#include "soup/initialise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <nanoflann.hpp>
+
+#include "error.h"
+#include "soup/decimate.h"
+#include "soup/random.h"
+
+namespace trisoup::soup {
+namespace {
+
+// Splits `points` (indices) at the median of their longest extent until parts have at most `largest` points.
+void partition(std::span<const glm::vec3> positions, std::span<std::uint32_t> points, std::size_t largest,
+               std::vector<std::span<std::uint32_t>>& parts) {
+  if (points.size() <= largest) {
+    parts.push_back(points);
+    return;
+  }
+  glm::vec3 low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
+  for (const std::uint32_t k : points) low = glm::min(low, positions[k]), high = glm::max(high, positions[k]);
+  const glm::vec3 extent = high - low;
+  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  const std::size_t half = points.size() / 2;
+  std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half), points.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return positions[a][axis] < positions[b][axis]; });
+  partition(positions, points.subspan(0, half), largest, parts);
+  partition(positions, points.subspan(half), largest, parts);
+}
+
+// One part of the cloud while farthest points are chosen: where it lies, and its point that is farthest from all chosen ones.
+struct Part {
+  glm::vec3 low, high;
+  float farthest = std::numeric_limits<float>::infinity();  // squared distance, -1 if all are chosen
+  std::uint32_t farthest_index = 0;                         // original index; of equals the lowest
+  std::size_t begin = 0, end = 0;
+};
+
+struct PointCloud {
+  std::span<const glm::vec3> points;
+  std::size_t kdtree_get_point_count() const { return points.size(); }
+  float kdtree_get_pt(std::size_t k, std::size_t axis) const { return points[k][static_cast<int>(axis)]; }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+
+void append(std::vector<glm::vec3>& to, const std::vector<glm::vec3>& triangle) {
+  to.insert(to.end(), triangle.begin(), triangle.end());
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, std::size_t count) {
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  if (count >= points.size()) count = points.size();
+  if (count == 0) return {};
+
+  // 128 points a part: walking over the list of parts and over the points of those in reach then cost about the same.
+  std::vector<std::span<std::uint32_t>> spans;
+  partition(points, order, 128, spans);
+  std::vector<Part> parts;
+  std::vector<glm::vec3> position(points.size());                                      // in the order of the parts
+  std::vector<float> distance(points.size(), std::numeric_limits<float>::infinity());  // squared, to the nearest chosen one
+  std::size_t at = 0;
+  for (const std::span<std::uint32_t> span : spans) {
+    std::sort(span.begin(), span.end());  // so that the first maximum of a part is the one of lowest index
+    Part part{points[span[0]], points[span[0]]};
+    part.begin = at;
+    for (const std::uint32_t k : span) {
+      position[at++] = points[k];
+      part.low = glm::min(part.low, points[k]), part.high = glm::max(part.high, points[k]);
+    }
+    part.end = at;
+    parts.push_back(part);
+  }
+
+  std::vector<std::uint32_t> chosen{0};
+  std::uint32_t latest = 0;
+  for (;;) {
+    const glm::vec3 p = points[latest];
+    float farthest = -2;
+    std::uint32_t farthest_index = 0;
+    for (Part& part : parts) {
+      // The box's distance is computed by the same operations in the same order as a point's, and each of them is monotonic, so
+      // no rounding can make it larger than that of a point inside: a skipped part has no distance to lower.
+      const glm::vec3 gap = glm::max(glm::max(part.low - p, p - part.high), 0.0f);
+      const float nearest = gap.x * gap.x + gap.y * gap.y + gap.z * gap.z;
+      if (nearest < part.farthest || (nearest == 0 && part.farthest >= 0)) {
+        part.farthest = -1;
+        for (std::size_t k = part.begin; k < part.end; ++k) {
+          const glm::vec3 d = position[k] - p;
+          distance[k] = order[k] == latest ? -1.0f : std::min(distance[k], d.x * d.x + d.y * d.y + d.z * d.z);
+          if (distance[k] > part.farthest) part.farthest = distance[k], part.farthest_index = order[k];
+        }
+      }
+      if (part.farthest > farthest || (part.farthest == farthest && part.farthest_index < farthest_index))
+        farthest = part.farthest, farthest_index = part.farthest_index;
+    }
+    if (chosen.size() == count) return chosen;
+    latest = farthest_index;
+    chosen.push_back(latest);
+  }
+}
+
+double mean_nearest_distance(std::span<const glm::vec3> points) {
+  if (points.size() < 2) return 0.0;
+  const PointCloud cloud{points};
+  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointCloud>, PointCloud, 3, std::uint32_t>;
+  const Tree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16));
+  double sum = 0;
+  for (const glm::vec3& p : points) {
+    // The nearest is the point itself, or a duplicate of it; in both cases the second distance is the one to another point.
+    std::uint32_t indices[2];
+    float squared[2];
+    tree.knnSearch(&p.x, 2, indices, squared);
+    sum += std::sqrt(squared[1]);
+  }
+  return sum / static_cast<double>(points.size());
+}
+
+std::vector<glm::vec3> equilateral_triangle(const glm::vec3& centre, double circumradius, const glm::dmat3& rotation) {
+  const double half_side = std::sqrt(3.0) / 2.0;
+  const glm::dvec3 corners[] = {{1, 0, 0}, {-0.5, half_side, 0}, {-0.5, -half_side, 0}};
+  std::vector<glm::vec3> triangle;
+  for (const glm::dvec3& corner : corners) triangle.emplace_back(glm::dvec3(centre) + circumradius * (rotation * corner));
+  return triangle;
+}
+
+std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, const FromPoints& options) {
+  std::vector<glm::vec3> finite;
+  for (const glm::vec3& p : points)
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) finite.push_back(p);
+  if (finite.empty()) throw Error("points: there are none to start from; choose --init random or --init mesh");
+
+  Random random(options.seed);
+  std::vector<std::uint32_t> chosen = farthest_points(finite, options.farthest_count);
+  std::vector<bool> taken(finite.size(), false);
+  for (const std::uint32_t k : chosen) taken[k] = true;
+  std::vector<std::uint32_t> remaining;
+  for (std::uint32_t k = 0; k < finite.size(); ++k)
+    if (!taken[k]) remaining.push_back(k);
+  random.shuffle(std::span(remaining));
+  remaining.resize(std::min(remaining.size(), options.random_count));
+  chosen.insert(chosen.end(), remaining.begin(), remaining.end());
+
+  std::vector<glm::vec3> centres;
+  for (const std::uint32_t k : chosen) centres.push_back(finite[k]);
+  const double spacing = mean_nearest_distance(centres);
+  if (!(spacing > 0)) throw Error("points: all {} coincide; choose --init random or --init mesh", centres.size());
+  std::vector<glm::vec3> triangles;
+  triangles.reserve(3 * centres.size());
+  for (const glm::vec3& centre : centres)
+    append(triangles, equilateral_triangle(centre, options.radius_per_spacing * spacing, random.rotation()));
+  return triangles;
+}
+
+std::vector<glm::vec3> triangles_in_box(std::size_t count, const glm::vec3& low, const glm::vec3& high, double circumradius,
+                                        std::uint64_t seed) {
+  Random random(seed);
+  std::vector<glm::vec3> triangles;
+  triangles.reserve(3 * count);
+  for (std::size_t k = 0; k < count; ++k) {
+    glm::vec3 centre;
+    for (int axis = 0; axis < 3; ++axis) centre[axis] = random.uniform(low[axis], high[axis]);
+    append(triangles, equilateral_triangle(centre, circumradius, random.rotation()));
+  }
+  return triangles;
+}
+
+std::vector<glm::vec3> triangles_from_mesh(const Mesh& mesh, std::size_t budget) {
+  check_mesh(mesh, "mesh");
+  const Mesh decimated = decimate(mesh, budget);
+  if (decimated.indices.empty())
+    throw Error("mesh: no triangle is left within a budget of {}; raise it or give another mesh", budget);
+  std::vector<glm::vec3> triangles;
+  triangles.reserve(decimated.indices.size());
+  for (const std::uint32_t index : decimated.indices) triangles.push_back(decimated.positions[index]);
+  return triangles;
+}
+
+}  // namespace trisoup::soup

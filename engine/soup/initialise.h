@@ -1,0 +1,49 @@
+// The triangles a training run starts from: around the points of a sparse cloud, anywhere in a box, or of a mesh.
+// Section 3.5 and supplementary of Tojo, Bickel, Umetani, "DiffSoup", CVPR 2026.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "soup/mesh.h"
+
+namespace trisoup::soup {
+
+/// `count` points spread as far from each other as can be: the first is point 0, each next one is the farthest from all before
+/// it, of equals the one of lowest index (Gonzalez 1985). Indices in the order of choice, no point twice; all of them if there
+/// are fewer. Points must be finite. Exact; a k-d partition spares most distances: 10,000 of a million points take about a
+/// second.
+std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, std::size_t count);
+
+/// Mean over the points of the distance to the nearest other point, 0 for each point that has a duplicate. 0 below two points.
+double mean_nearest_distance(std::span<const glm::vec3> points);
+
+/// One equilateral triangle in the plane that `rotation` turns the xy plane to. Its first corner is rotation * (circumradius, 0,
+/// 0).
+std::vector<glm::vec3> equilateral_triangle(const glm::vec3& centre, double circumradius, const glm::dmat3& rotation);
+
+struct FromPoints {
+  std::size_t farthest_count = 10'000;  // spread evenly over space
+  std::size_t random_count = 5'000;     // of the remaining points, so denser where the cloud is
+  double radius_per_spacing = 0.25;     // circumradius / mean nearest distance of the chosen points
+  std::uint64_t seed = 0;
+};
+
+/// One randomly turned equilateral triangle per chosen point, 3 vertices each. Points that are not finite are passed over; if
+/// there are no more points than asked for, all are taken. Throws Error if there are none or all coincide, for then no size can
+/// be told.
+std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, const FromPoints& options);
+
+/// `count` randomly turned equilateral triangles centred uniformly in the box low..high, 3 vertices each.
+std::vector<glm::vec3> triangles_in_box(std::size_t count, const glm::vec3& low, const glm::vec3& high, double circumradius,
+                                        std::uint64_t seed);
+
+/// The triangles of a mesh, decimated to at most `budget` by quadric error (Garland, Heckbert 1997) where it has more; 3 vertices
+/// each. Triangles without area are dropped. Throws Error if none remain.
+std::vector<glm::vec3> triangles_from_mesh(const Mesh& mesh, std::size_t budget);
+
+}  // namespace trisoup::soup

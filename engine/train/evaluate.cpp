@@ -1,0 +1,101 @@
+#include "train/evaluate.h"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "soup/texture_table.h"
+#include "train/render_pass.h"
+
+namespace trisoup::train {
+
+Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
+                    const glm::vec3& background, double near, double far, const OnRender& on_render) {
+  std::vector<BatchView> batch;
+  for (const scene::View& view : views) batch.push_back(batch_view(view.camera, near, far));
+  StepInputs inputs;
+  inputs.background = background;
+  Evaluation evaluation;
+  for_each_batch(gpu, soup, frame, batch, true, inputs, 4, [&](std::size_t first, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const scene::View& view = views[first + i];
+      const kernels::ViewRecord& record = frame.batch().records[i];
+      const auto colour = gpu.download_vector<float>(frame.colour.address() + 12ull * record.pixel_offset,
+                                                     3ull * record.width * record.height);
+      const ImageMetrics m = compare(colour, view.image);
+      evaluation.views.push_back({view.name, m});
+      evaluation.mean.psnr += m.psnr;
+      evaluation.mean.ssim += m.ssim;
+      evaluation.mean.mae += m.mae;
+      if (on_render) on_render(view, colour);
+    }
+  });
+  const double n = std::max<double>(1.0, static_cast<double>(evaluation.views.size()));
+  evaluation.mean.psnr /= n;
+  evaluation.mean.ssim /= n;
+  evaluation.mean.mae /= n;
+  return evaluation;
+}
+
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
+                    const OnRender& on_render) {
+  SoupBuffers soup;
+  soup.triangles = static_cast<std::uint32_t>(model.triangles());
+  soup.table = model.textures;
+  std::vector<glm::vec3> vertices;
+  for (const glm::vec3& v : model.vertices) vertices.emplace_back(scene.normalisation.to_normalised(glm::dvec3(v)));
+  soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
+  gpu.upload(soup.vertices.address(), vertices);
+  soup.textures = gpu.allocate(model.textures.size() * sizeof(soup::TextureEntry), "texture table");
+  gpu.upload(soup.textures.address(), model.textures);
+  std::vector<float> lattice, opacity;
+  lattice.reserve(model.lattice.size());
+  for (std::size_t i = 0; i < model.lattice.size(); ++i) {
+    lattice.push_back(static_cast<float>(model.lattice[i]) / 255.0f);
+    if (i % soup::kChannels == soup::kChannels - 1) opacity.push_back(lattice.back());
+  }
+  soup.lattice_samples = opacity.size();
+  soup.lattice = gpu.allocate(lattice.size() * 4, "summed textures");
+  gpu.upload(soup.lattice.address(), lattice);
+  soup.opacity = gpu.allocate(opacity.size() * 4, "opacities");
+  gpu.upload(soup.opacity.address(), opacity);
+  allocate_mlp(gpu, soup, model.mlp);
+  Frame frame(gpu);
+  return evaluate(gpu, soup, frame, scene.test, model.background, near, far, on_render);
+}
+
+soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
+                       const scene::Normalisation& normalisation) {
+  soup::Model model;
+  for (const glm::vec3& v : gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles))
+    model.vertices.emplace_back(normalisation.to_world(glm::dvec3(v)));
+  model.textures = soup.table;
+  for (soup::TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
+  for (const float value : gpu.download_vector<float>(soup.lattice.address(), soup.lattice_samples * soup::kChannels))
+    model.lattice.push_back(value >= 0.0f ? static_cast<std::uint8_t>(std::lround(value * 255.0f)) : 0);  // NaN: 0
+  model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
+  model.background = background;
+  model.centre = normalisation.centre;
+  model.scale = normalisation.scale;
+  return model;
+}
+
+nlohmann::json to_json(const Evaluation& evaluation) {
+  nlohmann::json json;
+  const auto put = [](nlohmann::json& to, const ImageMetrics& m) {
+    to["psnr"] = m.psnr;
+    to["ssim"] = m.ssim;
+    to["mae"] = m.mae;
+  };
+  put(json, evaluation.mean);
+  json["views"] = nlohmann::json::array();
+  for (const ViewMetrics& view : evaluation.views) {
+    nlohmann::json row;
+    row["name"] = view.name;
+    put(row, view.metrics);
+    json["views"].push_back(row);
+  }
+  return json;
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,47 @@
+// Quality of a model on held-out views.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "soup/soup.h"
+#include "train/frame.h"
+#include "train/image_metrics.h"
+#include "train/soup_buffers.h"
+
+namespace trisoup::train {
+
+struct ViewMetrics {
+  std::string name;
+  ImageMetrics metrics;
+};
+
+struct Evaluation {
+  std::vector<ViewMetrics> views;
+  ImageMetrics mean;  // of the views' values
+};
+
+/// Called with every rendered view: colour is [height][width][3], row 0 on top.
+using OnRender = std::function<void(const scene::View& view, const std::vector<float>& colour)>;
+
+/// Renders the test views of a soup in normalised coordinates and compares them with the photographs.
+Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
+                    const glm::vec3& background, double near, double far, const OnRender& on_render = {});
+
+/// The same from a model as it is in its file: 8-bit textures, dataset coordinates.
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
+                    const OnRender& on_render = {});
+
+/// 8-bit model of a soup in training: value = round(255 * sigmoid). `normalisation` takes it back to the dataset's coordinates.
+soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
+                       const scene::Normalisation& normalisation);
+
+/// {"psnr", "ssim", "mae", "views": [{"name", "psnr", "ssim", "mae"}]}
+nlohmann::json to_json(const Evaluation& evaluation);
+
+}  // namespace trisoup::train

@@ -1,0 +1,20 @@
+// PSNR, SSIM and MAE of a rendering against a photograph, in double on the host.
+#pragma once
+
+#include <span>
+
+#include "scene/image.h"
+
+namespace trisoup::train {
+
+struct ImageMetrics {
+  double psnr = 0;  // dB, peak 1; 100 where there is no error at all
+  double ssim = 0;  // 11-tap Gaussian, sigma 1.5, whole windows only (Wang et al. 2004); 1 where the image is smaller
+  double mae = 0;   // mean |difference|, 0..1
+};
+
+/// colour: [height][width][3], clamped to 0..1. Pixels masked out of the photograph do not count for PSNR and MAE and are black
+/// in both images for SSIM.
+ImageMetrics compare(std::span<const float> colour, const scene::Image& photograph);
+
+}  // namespace trisoup::train

@@ -1,0 +1,67 @@
+#include "train/render_pass.h"
+
+#include <algorithm>
+
+#include "args/count_visible.h"
+
+namespace trisoup::train {
+
+std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, Frame& frame) {
+  const kernels::Control control = gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0];
+  if (control.overflow == 0) return std::nullopt;
+  // Half as much again: lists grow a little at every step.
+  frame.reserve_lists(control.list_peak + control.list_peak / 2);
+  gpu.fill(frame.control.address(), sizeof(control), 0);
+  return control.overflow_step;
+}
+
+void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, bool colours,
+                    const StepInputs& inputs, std::size_t most, const std::function<void(std::size_t, std::size_t)>& visit) {
+  Step step(gpu, soup, frame);
+  for (std::size_t first = 0; first < views.size();) {
+    std::size_t count = 0;
+    std::uint64_t pixels = 0;
+    while (first + count < views.size() && count < most) {
+      const BatchView& view = views[first + count];
+      pixels += std::uint64_t(view.width) * view.height;
+      if (count > 0 && pixels > kPassPixels) break;
+      ++count;
+    }
+    do {
+      frame.set_batch(views.subspan(first, count), soup.triangles, false);
+      step.visibility(Thresholds::half, inputs);
+    } while (grow_lists_if_needed(gpu, frame));
+    if (colours) step.shade(inputs);
+    visit(first, count);
+    first += count;
+  }
+}
+
+std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views) {
+  const gpu::Buffer counts = gpu.allocate(soup.triangles * 4ull, "visible pixels");
+  gpu.fill(counts.address(), counts.bytes(), 0);
+  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
+    const std::uint32_t pixels = frame.batch().pixels;
+    gpu.launch({"count_visible"}, (pixels + 63) / 64,
+               kernels::CountVisibleArgs{frame.hits.address(), counts.address(), pixels, 0});
+  });
+  return gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
+}
+
+std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
+                                                       std::span<const BatchView> views) {
+  std::vector<std::vector<std::uint8_t>> visible;
+  const gpu::Buffer counts = gpu.allocate(soup.triangles * 4ull, "visible pixels");
+  for_each_batch(gpu, soup, frame, views, false, {}, 1, [&](std::size_t, std::size_t) {
+    gpu.fill(counts.address(), counts.bytes(), 0);
+    const std::uint32_t pixels = frame.batch().pixels;
+    gpu.launch({"count_visible"}, (pixels + 63) / 64,
+               kernels::CountVisibleArgs{frame.hits.address(), counts.address(), pixels, 0});
+    const auto of_view = gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
+    auto& row = visible.emplace_back(soup.triangles);
+    std::transform(of_view.begin(), of_view.end(), row.begin(), [](std::uint32_t n) { return std::uint8_t(n > 0); });
+  });
+  return visible;
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,130 @@
+#include "train/resample.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "args/inherit_textures.h"
+#include "args/lift_textures.h"
+#include "error.h"
+#include "soup/random.h"
+#include "soup/texture_table.h"
+#include "soup/topology.h"
+#include "train/render_pass.h"
+#include "train/step.h"
+
+namespace trisoup::train {
+namespace {
+
+std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& soup) {
+  return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
+}
+
+/// The splits of the real recipe: random views, edges measured on their screens.
+soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views,
+                                 const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
+                                 std::uint32_t most_triangles) {
+  constexpr std::uint64_t kStream = 0x73706c69740000;  // "split"
+  soup::Random random(settings.seed, kStream + step);
+  std::vector<std::uint32_t> order(views.full.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const std::size_t count = std::min<std::size_t>(settings.split_views, order.size());
+  for (std::size_t i = 0; i < count; ++i)
+    std::swap(order[i], order[i + static_cast<std::size_t>(random.uniform01() * static_cast<float>(order.size() - i))]);
+
+  std::vector<BatchView> chosen;
+  std::vector<soup::ScreenView> screens;
+  for (std::size_t i = 0; i < count; ++i) {
+    const BatchView& view = views.full[order[i]];
+    chosen.push_back(views.half[order[i]]);
+    screens.push_back({glm::mat4(view.clip_from_world), static_cast<int>(view.width), static_cast<int>(view.height)});
+  }
+  const auto visible = visible_in_each(gpu, soup, frame, chosen);
+  const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
+  return soup::bisect_on_screens(vertices, screens, static_cast<float>(settings.split_length), visible, room);
+}
+
+/// Replaces the soup by `change` of it.
+void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, const Settings& settings) {
+  std::vector<soup::TextureLevels> levels;
+  for (const std::uint32_t parent : change.face_map)
+    levels.push_back({soup.table[parent].level_min, soup.table[parent].level_max});
+  const soup::TextureTable table = soup::make_texture_table(levels);
+  const std::uint32_t triangles = static_cast<std::uint32_t>(change.triangles());
+
+  const gpu::Buffer parents = gpu.allocate(triangles * 4ull, "parents of triangles");
+  gpu.upload(parents.address(), change.face_map);
+  const gpu::Buffer rows = gpu.allocate(triangles * sizeof(soup::TextureEntry), "texture table");
+  gpu.upload(rows.address(), table.entries);
+  const auto inherit = [&](const gpu::Buffer& from) {
+    gpu::Buffer to = gpu.allocate(table.source_samples * 32, "textures");
+    gpu.launch({"inherit_textures"}, triangles,
+               kernels::InheritTexturesArgs{parents.address(), soup.textures.address(), rows.address(), from.address(),
+                                            to.address(), triangles, 0});
+    return to;
+  };
+  gpu::Buffer source = inherit(soup.source), moment1, moment2;
+  if (settings.keep_moments) {
+    moment1 = inherit(soup.source_moment1);
+    moment2 = inherit(soup.source_moment2);
+  }
+  // The old arrays go before the new ones come: both together might not fit.
+  SoupBuffers fresh;
+  fresh.mlp = std::move(soup.mlp);
+  fresh.mlp_moment1 = std::move(soup.mlp_moment1);
+  fresh.mlp_moment2 = std::move(soup.mlp_moment2);
+  gpu.wait();
+  soup = std::move(fresh);
+  allocate_soup(gpu, soup, change.vertices, table.entries, std::move(source));
+  if (settings.keep_moments) {
+    soup.source_moment1 = std::move(moment1);
+    soup.source_moment2 = std::move(moment2);
+  }
+  Step(gpu, soup, frame).sum_textures();
+}
+
+}  // namespace
+
+void resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
+              std::uint64_t step, std::uint32_t most_triangles) {
+  const std::vector<std::uint32_t> counts = count_visible(gpu, soup, frame, views.half);
+  const std::vector<std::uint32_t> kept = settings.recipe == Recipe::synthetic
+                                              ? soup::visible_at_least(counts)
+                                              : soup::most_visible(counts, settings.triangles);
+  if (kept.empty())
+    throw Error("step {}: no training view shows a single triangle; check the poses, or start with larger or more triangles "
+                "(--init-radius, --init-count, --init-box)",
+                step);
+  const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
+  soup::Resampled change = soup::keep(vertices, kept);
+  if (settings.recipe == Recipe::synthetic) {
+    change = soup::compose(change, soup::bisect_longest(change.vertices, settings.triangles));
+    apply(gpu, soup, frame, change, settings);
+    return;
+  }
+  apply(gpu, soup, frame, change, settings);
+  if (is_last_resampling(settings, step)) return;
+  const soup::Resampled split =
+      split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, most_triangles);
+  apply(gpu, soup, frame, split, settings);
+}
+
+void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& settings) {
+  const soup::TextureTable table = soup::make_texture_table(soup.triangles, {settings.level_min, settings.level_max});
+  const gpu::Buffer rows = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
+  gpu.upload(rows.address(), table.entries);
+  gpu::Buffer source = gpu.allocate(table.source_samples * 32, "textures");
+  gpu.launch({"lift_textures"}, soup.triangles,
+             kernels::LiftTexturesArgs{soup.textures.address(), rows.address(), soup.source.address(), source.address(),
+                                       soup.triangles, settings.keep_opacity});
+  const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
+  SoupBuffers fresh;
+  fresh.mlp = std::move(soup.mlp);
+  fresh.mlp_moment1 = std::move(soup.mlp_moment1);
+  fresh.mlp_moment2 = std::move(soup.mlp_moment2);
+  gpu.wait();
+  soup = std::move(fresh);
+  allocate_soup(gpu, soup, vertices, table.entries, std::move(source));
+  Step(gpu, soup, frame).sum_textures();
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,29 @@
+// Topology changes of a training run (DiffSoup, section 3.4): which triangles to drop and which to split, and what their textures
+// become. The decisions are made on the host, every hundred steps or so; textures never leave the device.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "gpu/device.h"
+#include "train/frame.h"
+#include "train/settings.h"
+#include "train/soup_buffers.h"
+#include "train/view_record.h"
+
+namespace trisoup::train {
+
+struct ResampleViews {
+  std::span<const BatchView> half;  // every training view at Settings::count_scale
+  std::span<const BatchView> full;  // every training view at its own size
+};
+
+/// Resamples after `step` completed steps. Optimiser state of vertices and textures starts anew (textures keep theirs with
+/// Settings::keep_moments). most_triangles: what fits in memory. Throws Error when nothing would remain.
+void resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
+              std::uint64_t step, std::uint32_t most_triangles);
+
+/// From the coarse level to level_min..level_max (DiffSoup, section 3.5). Optimiser state starts anew.
+void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& settings);
+
+}  // namespace trisoup::train

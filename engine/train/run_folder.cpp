@@ -1,0 +1,82 @@
+#include "train/run_folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "error.h"
+#include "scene/image_file.h"
+
+namespace trisoup::train {
+namespace {
+
+constexpr const char* kHeader = "step,seconds,triangles,loss,l1,ssim,psnr,ms_per_step\n";
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  write_file_atomically(path, std::as_bytes(std::span(text)));
+}
+
+}  // namespace
+
+RunFolder::RunFolder(std::filesystem::path path) : path_(std::move(path)) {
+  std::error_code error;
+  std::filesystem::create_directories(path_ / "renders", error);
+  if (error) throw Error("{}: cannot be made ({}); choose another folder with -o", path_.string(), error.message());
+  // Better now than after hours of training.
+  const std::filesystem::path probe = path_ / ".writable";
+  write_text(probe, "");
+  std::filesystem::remove(probe, error);
+}
+
+void RunFolder::resume_log(std::uint64_t step) {
+  std::ifstream in(path_ / "train.csv");
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    Progress p;
+    unsigned long long at = 0;
+    if (std::sscanf(line.c_str(), "%llu,%lf,%u,%lf,%lf,%lf,%lf,%lf", &at, &p.seconds, &p.triangles, &p.loss, &p.l1, &p.ssim,
+                    &p.psnr, &p.ms_per_step) != 8)
+      break;
+    p.step = at;
+    if (p.step > step) break;
+    rows_.push_back(p);
+  }
+}
+
+void RunFolder::write_log() const {
+  std::string text = kHeader;
+  for (const Progress& p : rows_)
+    text += fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{:.4f},{:.3f}\n", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim,
+                        p.psnr, p.ms_per_step);
+  write_text(path_ / "train.csv", text);
+}
+
+void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(path_ / "metrics.json", metrics.dump(2) + "\n"); }
+
+void RunFolder::write_render(const scene::View& view, const std::vector<float>& colour) const {
+  const int w = view.image.width, h = view.image.height, gap = 4;
+  scene::Image both;
+  both.width = 2 * w + gap;
+  both.height = h;
+  both.rgba.assign(static_cast<std::size_t>(both.width) * h * 4, 255);
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) {
+      const std::size_t from = static_cast<std::size_t>(y) * w + x;
+      std::uint8_t* left = &both.rgba[(static_cast<std::size_t>(y) * both.width + x) * 4];
+      std::uint8_t* right = left + 4 * (w + gap);
+      for (int c = 0; c < 3; ++c) {
+        left[c] = view.image.rgba[4 * from + c];
+        right[c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(colour[3 * from + c], 0.0f, 1.0f)));
+      }
+    }
+  std::string name = view.name;
+  std::replace(name.begin(), name.end(), '/', '_');
+  scene::write_png(path_ / "renders" / (std::filesystem::path(name).stem().string() + ".png"), both);
+}
+
+}  // namespace trisoup::train

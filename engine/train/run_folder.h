@@ -1,0 +1,40 @@
+// The files that a training run leaves. Each is written under a temporary name and renamed.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "scene/scene.h"
+#include "train/evaluate.h"
+#include "train/trainer.h"
+
+namespace trisoup::train {
+
+class RunFolder {
+ public:
+  /// Creates the folder. Throws Error when that, or a file in it, cannot be written.
+  explicit RunFolder(std::filesystem::path path);
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path model() const { return path_ / "model.glb"; }
+  std::filesystem::path checkpoint() const { return path_ / "checkpoint.safetensors"; }
+
+  /// Keeps the rows of train.csv up to a step: those after a checkpoint are trained again.
+  void resume_log(std::uint64_t step);
+  void log(const Progress& progress) { rows_.push_back(progress); }
+  void write_log() const;
+
+  void write_metrics(const nlohmann::json& metrics) const;
+  /// renders/<name>.png: photograph on the left, rendering on the right.
+  void write_render(const scene::View& view, const std::vector<float>& colour) const;
+
+ private:
+  std::filesystem::path path_;
+  std::vector<Progress> rows_;
+};
+
+}  // namespace trisoup::train

@@ -1,0 +1,123 @@
+#include "train/settings.h"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "error.h"
+#include "soup/soup.h"
+
+namespace trisoup::train {
+namespace {
+
+/// Calls f(name, member) for every member: the one list from which JSON is written and read.
+template <typename S, typename F>
+void each_member(S& s, F&& f) {
+  f("steps", s.steps);
+  f("triangles", s.triangles);
+  f("batch", s.batch);
+  f("seed", s.seed);
+  f("init", s.init);
+  f("init_count", s.init_count);
+  f("init_centre", s.init_centre);
+  f("init_box", s.init_box);
+  f("init_radius", s.init_radius);
+  f("rate_texture", s.rate_texture);
+  f("rate_mlp", s.rate_mlp);
+  f("rate_vertex", s.rate_vertex);
+  f("rate_end", s.rate_end);
+  f("coarse_level", s.coarse_level);
+  f("level_min", s.level_min);
+  f("level_max", s.level_max);
+  f("coarse_share", s.coarse_share);
+  f("keep_opacity", s.keep_opacity);
+  f("keep_moments", s.keep_moments);
+  f("resample_every", s.resample_every);
+  f("resample_until", s.resample_until);
+  f("split_views", s.split_views);
+  f("split_length", s.split_length);
+  f("count_scale", s.count_scale);
+  f("near", s.near);
+  f("far", s.far);
+  f("test_near", s.test_near);
+  f("eval_every", s.eval_every);
+  f("checkpoint_every", s.checkpoint_every);
+}
+
+}  // namespace
+
+const char* to_string(Recipe recipe) { return recipe == Recipe::synthetic ? "synthetic" : "real"; }
+
+Settings published(Recipe recipe) {
+  Settings s;
+  s.recipe = recipe;
+  if (recipe == Recipe::synthetic) {
+    s.init = "random";
+    s.init_count = 100'000;
+  } else {
+    s.init = "points";
+    s.init_count = 15'000;
+    s.rate_vertex = 2.5e-3;
+    s.near = 0.0025;
+    s.far = 100.0;  // in a world without bounds far is only where depth ends
+    s.test_near = 0.125;
+  }
+  return s;
+}
+
+double rate_factor(const Settings& s, std::uint64_t step) {
+  return std::pow(s.rate_end, static_cast<double>(step) / static_cast<double>(s.steps));
+}
+
+std::uint64_t lift_step(const Settings& s) {
+  return static_cast<std::uint64_t>(std::llround(s.coarse_share * static_cast<double>(s.steps)));
+}
+
+bool is_resampling(const Settings& s, std::uint64_t step) {
+  return s.resample_every > 0 && step > 0 && step % s.resample_every == 0 &&
+         static_cast<double>(step) <= s.resample_until * static_cast<double>(s.steps) + 1e-9;
+}
+
+bool is_last_resampling(const Settings& s, std::uint64_t step) {
+  return is_resampling(s, step) && !is_resampling(s, step + s.resample_every);
+}
+
+void check(const Settings& s) {
+  const auto need = [](bool ok, const char* what) {
+    if (!ok) throw Error("settings: {}", what);
+  };
+  need(s.steps > 0, "--steps 0 trains nothing; use 1 or more");
+  need(s.triangles > 0, "--triangles 0 leaves no model; use a budget of 1 or more");
+  need(s.batch > 0, "--batch 0 shows no view; use 1 or more");
+  need(s.init_count > 0, "--init-count 0 starts with nothing; use 1 or more");
+  need(s.level_min <= s.level_max, "--level-min is above --level-max; give them in order");
+  need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel) && s.coarse_level <= static_cast<std::uint32_t>(soup::kMaxLevel),
+       "texture levels end at 5; lower --level-max");
+  need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");
+  need(s.rate_end > 0, "--rate-end must be above 0");
+  need(s.rate_texture >= 0 && s.rate_mlp >= 0 && s.rate_vertex >= 0, "learning rates must not be negative");
+  need(s.near > 0 && s.far > s.near && s.test_near > 0 && s.far > s.test_near, "0 < --near < --far must hold");
+  need(s.init_box > 0 && s.init_radius > 0, "--init-box and --init-radius must be above 0");
+  need(s.split_length > 0, "--split-length must be above 0");
+  need(s.count_scale > 0 && s.count_scale <= 1, "--count-scale must be above 0 and at most 1");
+}
+
+nlohmann::json to_json(const Settings& settings) {
+  nlohmann::json json;
+  json["recipe"] = to_string(settings.recipe);
+  each_member(settings, [&](const char* name, const auto& value) { json[name] = value; });
+  return json;
+}
+
+Settings settings_from_json(const nlohmann::json& json) {
+  Settings s;
+  try {
+    s.recipe = json.at("recipe").get<std::string>() == "synthetic" ? Recipe::synthetic : Recipe::real;
+    each_member(s, [&](const char* name, auto& value) { json.at(name).get_to(value); });
+  } catch (const nlohmann::json::exception& e) {
+    throw Error("settings: {}", e.what());
+  }
+  return s;
+}
+
+}  // namespace trisoup::train

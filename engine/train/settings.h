@@ -1,0 +1,75 @@
+// Everything that decides what a training run computes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace trisoup::train {
+
+/// How triangles are dropped and added (docs/method.md, "Resampling").
+enum class Recipe {
+  synthetic,  // drop what is never seen, bisect the longest world edges up to the budget
+  real        // drop the least seen down to the budget, bisect edges that are long on the screen
+};
+
+/// Lengths and the vertex rate are in normalised units: the cameras are at mean distance 1 from the scene's centre. The defaults
+/// are the published values, brought to those units (docs/method.md, "Units").
+struct Settings {
+  Recipe recipe = Recipe::synthetic;
+  std::uint64_t steps = 10'000;
+  std::uint32_t triangles = 15'000;  // budget
+  std::uint32_t batch = 4;           // views per step
+  std::uint64_t seed = 0;
+
+  std::string init;                  // "random", "points" or a mesh file
+  std::uint32_t init_count = 0;      // triangles at the start
+  std::array<double, 3> init_centre{};  // of the box of a random start
+  double init_box = 0.3;             // half its side
+  double init_radius = 0.0025;       // circumradius of a random start's triangles
+
+  double rate_texture = 5e-2, rate_mlp = 1e-2, rate_vertex = 2.5e-4;
+  double rate_end = 0.01;            // all rates are multiplied by rate_end^(step / steps)
+
+  std::uint32_t coarse_level = 0;    // the only level of the first part
+  std::uint32_t level_min = 2, level_max = 5;
+  double coarse_share = 0.5;         // of the steps
+  bool keep_opacity = false;         // through the change from coarse to fine
+  bool keep_moments = false;         // of textures, through resampling
+
+  std::uint64_t resample_every = 100;  // steps
+  double resample_until = 0.95;        // share of the steps
+  std::uint32_t split_views = 20;      // views in which edges are measured (real)
+  double split_length = 0.2;           // longest edge, of the image height (real)
+  double count_scale = 0.5;            // image size at which visible pixels are counted
+
+  double near = 0.025, far = 2.5;      // of training
+  double test_near = 0.025;            // of test views
+
+  std::uint64_t eval_every = 0;        // steps; 0: at the end only
+  std::uint64_t checkpoint_every = 1000;
+};
+
+/// The published values of a recipe.
+Settings published(Recipe recipe);
+
+/// learning-rate factor of step 1..steps
+double rate_factor(const Settings& settings, std::uint64_t step);
+/// Completed steps after which the levels change; 0: never.
+std::uint64_t lift_step(const Settings& settings);
+/// Whether triangles are resampled after this many completed steps; is_last_resampling: no later step is.
+bool is_resampling(const Settings& settings, std::uint64_t step);
+bool is_last_resampling(const Settings& settings, std::uint64_t step);
+
+/// Throws Error on values that no run can have.
+void check(const Settings& settings);
+
+nlohmann::json to_json(const Settings& settings);
+Settings settings_from_json(const nlohmann::json& json);  // throws Error
+
+const char* to_string(Recipe recipe);
+
+}  // namespace trisoup::train

@@ -1,0 +1,332 @@
+#include "train/trainer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include <nlohmann/json.hpp>
+
+#include "common/host.h"
+#include "error.h"
+#include "soup/random.h"
+#include "soup/safetensors.h"
+#include "soup/texture_table.h"
+#include "train/render_pass.h"
+#include "train/resample.h"
+
+namespace trisoup::train {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double fixed_sum(std::uint32_t low, std::uint32_t high) {
+  const std::uint64_t words = (std::uint64_t(high) << 32 | low) - 0x80000000ull;  // common/fixed_point.h
+  return static_cast<double>(static_cast<std::int64_t>(words)) * 0x1p-44;
+}
+
+/// Pixels and tiles of the largest batch that can come up.
+struct BatchSize {
+  std::uint32_t views = 0;
+  std::uint64_t pixels = 0, tiles = 0;
+};
+BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& settings) {
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> sizes;
+  for (const scene::View& v : views)
+    sizes.emplace_back(std::uint64_t(v.camera.width) * v.camera.height,
+                       std::uint64_t((v.camera.width + 7) / 8) * ((v.camera.height + 7) / 8));
+  std::sort(sizes.rbegin(), sizes.rend());
+  BatchSize size;
+  size.views = std::min<std::uint32_t>(settings.batch, static_cast<std::uint32_t>(sizes.size()));
+  for (std::uint32_t i = 0; i < size.views; ++i) {
+    size.pixels += sizes[i].first;
+    size.tiles += sizes[i].second;
+  }
+  return size;
+}
+
+}  // namespace
+
+MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
+  MemoryNeed need;
+  for (const scene::View& v : scene.train) need.photographs += 4ull * v.camera.width * v.camera.height;
+  const BatchSize batch = largest_batch(scene.train, s);
+  const std::uint32_t most = std::max(s.triangles, s.init_count);
+  need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles, most, true) + (96ull << 20);
+  const std::uint64_t fine = soup_bytes(s.triangles, s.level_min, s.level_max);
+  // Resampling holds the logits of the old soup and of the new one.
+  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32;
+  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level), fine + copies);
+  return need;
+}
+
+std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
+  Settings s = settings;
+  std::uint32_t low = 0, high = settings.triangles;
+  while (low < high) {
+    s.triangles = low + (high - low + 1) / 2;
+    s.init_count = std::min(settings.init_count, s.triangles);
+    if (memory_need(scene, s).total() <= bytes) low = s.triangles;
+    else high = s.triangles - 1;
+  }
+  return low;
+}
+
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::vector<glm::vec3>& vertices)
+    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu) {
+  const bool coarse = lift_step(settings_) > 0;
+  const soup::TextureLevels levels =
+      coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
+             : soup::TextureLevels{settings_.level_min, settings_.level_max};
+  allocate_soup(gpu_, soup_, vertices, soup::make_texture_table(vertices.size() / 3, levels).entries);
+  allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
+  prepare();
+}
+
+void Trainer::prepare() {
+  photos_ = upload_photographs(gpu_, scene_.train);
+  for (std::size_t i = 0; i < scene_.train.size(); ++i) {
+    const scene::Camera& camera = scene_.train[i].camera;
+    for (auto* views : {&views_, &half_views_}) {
+      BatchView view =
+          batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : settings_.count_scale);
+      view.photo_offset = photos_.offsets[i];
+      view.index = static_cast<std::uint32_t>(i);
+      views->push_back(view);
+    }
+  }
+  const BatchSize batch = largest_batch(scene_.train, settings_);
+  frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
+  Step(gpu_, soup_, frame_).sum_textures();
+}
+
+std::vector<std::uint32_t> Trainer::batch_of(std::uint64_t step) {
+  // Views are drawn without replacement; batches run on from one epoch into the next.
+  constexpr std::uint64_t kStream = 0x7669657773;  // "views"
+  const std::uint64_t n = views_.size();
+  std::vector<std::uint32_t> batch;
+  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(settings_.batch, n); ++i) {
+    const std::uint64_t draw = step * std::min<std::uint64_t>(settings_.batch, n) + i;
+    if (draw / n != epoch_) {
+      epoch_ = draw / n;
+      order_.resize(n);
+      std::iota(order_.begin(), order_.end(), 0u);
+      soup::Random random(settings_.seed, (kStream << 24) + epoch_);
+      for (std::uint64_t k = n; k > 1; --k)
+        std::swap(order_[k - 1], order_[std::min<std::uint64_t>(k - 1, static_cast<std::uint64_t>(random.uniform01() * double(k)))]);
+    }
+    batch.push_back(order_[draw % n]);
+  }
+  return batch;
+}
+
+std::uint64_t Trainer::next_event(std::uint64_t progress_every) const {
+  std::uint64_t next = settings_.steps;
+  const auto every = [&](std::uint64_t n) {
+    if (n > 0) next = std::min(next, (step_ / n + 1) * n);
+  };
+  every(progress_every);
+  every(settings_.resample_every);
+  every(settings_.eval_every);
+  every(settings_.checkpoint_every);
+  if (const std::uint64_t lift = lift_step(settings_); step_ < lift) next = std::min(next, lift);
+  // Sums are kept for so many steps only.
+  return std::min<std::uint64_t>(next, step_ + Frame::kStatisticsRows / 2);
+}
+
+void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
+  StepInputs inputs;
+  inputs.background = scene_.background;
+  inputs.photos = photos_.pixels.address();
+  Step step(gpu_, soup_, frame_);
+  std::vector<BatchView> batch;
+  do {
+    while (step_ < last && !(stop && *stop)) {
+      batch.clear();
+      for (const std::uint32_t v : batch_of(step_)) batch.push_back(views_[v]);
+      frame_.set_batch(batch, soup_.triangles, true);
+      const std::uint64_t t = step_ + 1;
+      const double factor = rate_factor(settings_, t);
+      const std::uint32_t key = f32::hash32(static_cast<std::uint32_t>(settings_.seed) ^
+                                            f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
+      step.begin(key, static_cast<std::uint32_t>(step_), static_cast<std::uint32_t>(step_ % Frame::kStatisticsRows),
+                 {settings_.rate_texture * factor, settings_.rate_vertex * factor, settings_.rate_mlp * factor,
+                  t - optimiser_start_, t - optimiser_start_, t});
+      step.train(inputs);
+      gpu_.submit();
+      ++step_;
+    }
+    gpu_.wait();
+    // Steps whose tile lists did not fit have changed nothing: they are done again with room enough.
+    const auto overflow = grow_lists_if_needed(gpu_, frame_);
+    if (!overflow) return;
+    step_ = *overflow;
+  } while (true);
+}
+
+void Trainer::change_topology() {
+  bool changed = false;
+  if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
+    lift(gpu_, soup_, frame_, settings_);
+    changed = true;
+  }
+  if (is_resampling(settings_, step_) && step_ < settings_.steps) {
+    const std::uint64_t used = gpu_.allocated_bytes(), room = gpu_.ceiling() > used ? gpu_.ceiling() - used : 0;
+    const soup::TextureEntry& row = soup_.table.front();
+    const std::uint64_t each = soup_bytes(1, row.level_min, row.level_max) + 64ull * settings_.batch;
+    const std::uint32_t most = static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(8ull * settings_.triangles, soup_.triangles + room / (2 * each)));
+    resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_, std::max(most, settings_.triangles));
+    changed = true;
+  }
+  if (changed) optimiser_start_ = step_;
+}
+
+Progress Trainer::progress_since(std::uint64_t first, double seconds) {
+  const auto rows = gpu_.download_vector<kernels::Statistics>(frame_.statistics.address(), Frame::kStatisticsRows);
+  Progress p;
+  p.step = step_;
+  p.triangles = soup_.triangles;
+  double mse = 0;
+  const std::uint64_t count = std::min<std::uint64_t>(step_ - first, Frame::kStatisticsRows);
+  for (std::uint64_t s = step_ - count; s < step_; ++s) {
+    const kernels::Statistics& r = rows[s % Frame::kStatisticsRows];
+    p.l1 += fixed_sum(r.l1_low, r.l1_high);
+    p.ssim += fixed_sum(r.ssim_low, r.ssim_high);
+    mse += fixed_sum(r.mse_low, r.mse_high);
+  }
+  const double n = std::max<double>(1.0, static_cast<double>(count));
+  p.l1 /= n;
+  p.ssim /= n;
+  mse /= n;
+  p.loss = 0.8 * p.l1 + 0.1 * (1.0 - p.ssim);
+  p.psnr = mse > 0 ? -10.0 * std::log10(mse) : 100.0;
+  p.seconds = seconds_;
+  p.ms_per_step = 1e3 * seconds / n;
+  return p;
+}
+
+void Trainer::run(const Callbacks& callbacks) {
+  std::uint64_t reported = step_;
+  double seconds_since = 0;
+  while (!finished() && !(callbacks.stop && *callbacks.stop)) {
+    const auto start = Clock::now();
+    const std::uint64_t before = step_;
+    train_until(next_event(callbacks.progress_every), callbacks.stop);
+    if (step_ > before) change_topology();
+    gpu_.wait();
+    const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
+    seconds_ += elapsed;
+    seconds_since += elapsed;
+    if (callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) {
+      callbacks.on_progress(progress_since(reported, seconds_since));
+      reported = step_;
+      seconds_since = 0;
+    }
+    if (finished()) break;
+    if (callbacks.on_evaluate && settings_.eval_every > 0 && step_ % settings_.eval_every == 0) callbacks.on_evaluate(step_);
+    if (callbacks.on_checkpoint && settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0)
+      callbacks.on_checkpoint(step_);
+  }
+}
+
+soup::Model Trainer::model() { return make_model(gpu_, soup_, scene_.background, scene_.normalisation); }
+
+Evaluation Trainer::evaluate_float(const OnRender& on_render) {
+  return evaluate(gpu_, soup_, frame_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render);
+}
+
+// --- checkpoints -----------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Calls f(name, buffer, elements) for every array of a soup's state.
+template <typename F>
+void each_array(SoupBuffers& s, F&& f) {
+  const std::uint64_t vertices = 3ull * s.triangles, source = s.source_samples * soup::kChannels;
+  f("vertices", s.vertices, 3 * vertices);
+  f("vertices.moment1", s.vertex_moment1, 3 * vertices);
+  f("vertices.moment2", s.vertex_moment2, vertices);
+  f("textures", s.source, source);
+  f("textures.moment1", s.source_moment1, source);
+  f("textures.moment2", s.source_moment2, source);
+  f("mlp", s.mlp, std::uint64_t{soup::Mlp::kParameters});
+  f("mlp.moment1", s.mlp_moment1, std::uint64_t{soup::Mlp::kParameters});
+  f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
+}
+
+constexpr const char* kFormat = "trisoup checkpoint 1";
+
+}  // namespace
+
+void Trainer::write_checkpoint(const std::filesystem::path& path) {
+  soup::SafetensorsWriter writer;
+  std::vector<std::vector<float>> arrays;
+  each_array(soup_, [&](const char*, const gpu::Buffer& buffer, std::uint64_t n) {
+    arrays.push_back(gpu_.download_vector<float>(buffer.address(), n));
+  });
+  std::size_t i = 0;
+  each_array(soup_, [&](const char* name, const gpu::Buffer&, std::uint64_t n) {
+    writer.add<float>(name, {n}, arrays[i++]);
+  });
+  const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()), 4 * soup_.table.size());
+  writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
+  writer.metadata({{"format", kFormat},
+                   {"step", std::to_string(step_)},
+                   {"optimiser_start", std::to_string(optimiser_start_)},
+                   {"seconds", fmt::format("{}", seconds_)},
+                   {"scene", std::to_string(scene_.fingerprint)},
+                   {"settings", to_json(settings_).dump()}});
+  writer.write(path);
+}
+
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path)
+    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu) {
+  const soup::Safetensors file = soup::Safetensors::open(path);
+  const auto text = [&](const char* key) {
+    const auto it = file.metadata().find(key);
+    if (it == file.metadata().end())
+      throw Error("{}: lacks '{}'; it is not a checkpoint of this program, train without --resume", path.string(), key);
+    return it->second;
+  };
+  const auto number = [&](const char* key) -> std::uint64_t {
+    try {
+      return std::stoull(text(key));
+    } catch (const std::logic_error&) {
+      throw Error("{}: '{}' is not a number; the checkpoint is damaged, train without --resume", path.string(), key);
+    }
+  };
+  if (text("format") != kFormat)
+    throw Error("{}: is of format '{}', this program reads '{}'; train without --resume", path.string(), text("format"), kFormat);
+  if (number("scene") != scene.fingerprint)
+    throw Error("{}: belongs to another scene (or another -r or --test-every); choose another -o or train without --resume",
+                path.string());
+  nlohmann::json then = nlohmann::json::parse(text("settings"), nullptr, false), now = to_json(settings_);
+  // How often something is written does not change what is computed.
+  for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
+  if (then != now) {
+    for (const auto& [key, value] : now.items())
+      if (!then.contains(key) || then[key] != value)
+        throw Error("{}: was trained with {} {}, this run asks for {}; use the same options, or train without --resume",
+                    path.string(), key, then.contains(key) ? then[key].dump() : "unset", value.dump());
+  }
+  step_ = number("step");
+  optimiser_start_ = number("optimiser_start");
+  seconds_ = std::strtod(text("seconds").c_str(), nullptr);
+
+  const auto rows = file.values<std::uint32_t>("texture_table");
+  if (rows.size() % 4 != 0 || rows.empty())
+    throw Error("{}: its texture table is damaged; train without --resume", path.string());
+  std::vector<soup::TextureLevels> levels;
+  for (std::size_t t = 0; t < rows.size() / 4; ++t) levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
+  const soup::TextureTable table = soup::make_texture_table(levels);
+  const auto vertices = file.values<float>("vertices", {9 * table.triangles()});
+  allocate_soup(gpu_, soup_, {reinterpret_cast<const glm::vec3*>(vertices.data()), vertices.size() / 3}, table.entries);
+  allocate_mlp(gpu_, soup_, {});
+  each_array(soup_, [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n) {
+    gpu_.upload(buffer.address(), std::as_bytes(file.values<float>(name, {n})));
+  });
+  prepare();
+}
+
+}  // namespace trisoup::train

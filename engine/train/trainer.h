@@ -1,0 +1,93 @@
+// A training run: schedule, topology changes and the state that a checkpoint holds.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "train/evaluate.h"
+#include "train/frame.h"
+#include "train/photographs.h"
+#include "train/settings.h"
+#include "train/soup_buffers.h"
+#include "train/step.h"
+#include "train/view_record.h"
+
+namespace trisoup::train {
+
+/// One row of train.csv: means over the steps since the row before.
+struct Progress {
+  std::uint64_t step = 0;
+  std::uint32_t triangles = 0;
+  double loss = 0, l1 = 0, ssim = 0, psnr = 0;  // of training views, with random thresholds
+  double seconds = 0;                           // of training so far, evaluation left out
+  double ms_per_step = 0;
+};
+
+/// Device memory that a run needs, before anything is allocated.
+struct MemoryNeed {
+  std::uint64_t photographs = 0, frame = 0, soup = 0;
+  std::uint64_t total() const { return photographs + frame + soup; }
+};
+MemoryNeed memory_need(const scene::Scene& scene, const Settings& settings);
+/// The largest budget of which memory_need is at most `bytes`; 0 when none is.
+std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes);
+
+class Trainer {
+ public:
+  /// Starts from the given triangles (3 vertices each, normalised coordinates). `scene` must outlive the trainer.
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::vector<glm::vec3>& vertices);
+
+  /// Goes on from a checkpoint of the same scene and settings. Throws Error when it is another's, damaged or cut short.
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& checkpoint);
+
+  struct Callbacks {
+    std::function<void(const Progress&)> on_progress;       // about every progress_every steps
+    std::function<void(std::uint64_t step)> on_checkpoint;  // every Settings::checkpoint_every steps, not after the last
+    std::function<void(std::uint64_t step)> on_evaluate;    // every Settings::eval_every steps
+    std::uint64_t progress_every = 10;
+    const std::atomic<bool>* stop = nullptr;                // asks to end after the current step
+  };
+
+  /// Trains until the last step, or until asked to stop.
+  void run(const Callbacks& callbacks);
+
+  bool finished() const { return step_ >= settings_.steps; }
+  std::uint64_t step() const { return step_; }
+  double seconds() const { return seconds_; }
+  std::uint32_t triangles() const { return soup_.triangles; }
+  const Settings& settings() const { return settings_; }
+
+  void write_checkpoint(const std::filesystem::path& path);
+  soup::Model model();
+  Evaluation evaluate_float(const OnRender& on_render = {});
+
+ private:
+  void prepare();
+  std::uint64_t next_event(std::uint64_t progress_every) const;
+  void train_until(std::uint64_t last, const std::atomic<bool>* stop);
+  void change_topology();
+  std::vector<std::uint32_t> batch_of(std::uint64_t step);
+  Progress progress_since(std::uint64_t first, double seconds);
+
+  gpu::Device& gpu_;
+  const scene::Scene& scene_;
+  Settings settings_;
+  Frame frame_;
+  SoupBuffers soup_;
+  Photographs photos_;
+  std::vector<BatchView> views_, half_views_;
+  std::uint64_t step_ = 0;             // completed steps
+  std::uint64_t optimiser_start_ = 0;  // completed steps when the moments of textures and vertices were last zero
+  double seconds_ = 0;
+  std::uint64_t epoch_ = ~0ull;        // of order_
+  std::vector<std::uint32_t> order_;
+};
+
+}  // namespace trisoup::train

@@ -1,0 +1,11 @@
+// read_obj must end with a mesh or an Error, whatever the bytes.
+#include "error.h"
+#include "soup/mesh.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
+  try {
+    trisoup::soup::read_obj(std::as_bytes(std::span(data, size)), "fuzz.obj");
+  } catch (const trisoup::Error&) {
+  }
+  return 0;
+}

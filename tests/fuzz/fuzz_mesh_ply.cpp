@@ -1,0 +1,11 @@
+// read_ply must end with a mesh or an Error, whatever the bytes.
+#include "error.h"
+#include "soup/mesh.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
+  try {
+    trisoup::soup::read_ply(std::as_bytes(std::span(data, size)), "fuzz.ply");
+  } catch (const trisoup::Error&) {
+  }
+  return 0;
+}

@@ -1,0 +1,28 @@
+// What every fuzz target of a scene reader promises: it returns or throws Error with one line, nothing else.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <span>
+
+#include "error.h"
+
+namespace trisoup::fuzz {
+
+template <typename Read>
+int expect_result_or_error(Read&& read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    if (std::strchr(error.what(), '\n') != nullptr || std::strchr(error.what(), ';') == nullptr) std::abort();
+  }
+  return 0;
+}
+
+inline std::span<const std::byte> bytes(const std::uint8_t* data, std::size_t size) {
+  return std::as_bytes(std::span(data, size));
+}
+
+}  // namespace trisoup::fuzz

@@ -1,0 +1,180 @@
+// Tests engine/scene/colmap_model.h: both encodings hold the same, and damage is noticed.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+
+#include "error.h"
+#include "scene/colmap_model.h"
+#include "scene/pose.h"
+#include "scene/read_file.h"
+#include "scene_temporary_folder.h"
+
+using namespace trisoup;
+using namespace trisoup::scene;
+
+namespace {
+
+template <typename... Values>
+std::string pack(Values... values) {
+  std::string bytes;
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+  return bytes;
+}
+
+std::string cameras_binary() {
+  return pack(std::uint64_t(2), std::uint32_t(1), std::int32_t(1), std::uint64_t(64), std::uint64_t(48), 50.0, 51.0, 31.0, 25.0) +
+         pack(std::uint32_t(7), std::int32_t(4), std::uint64_t(80), std::uint64_t(60), 70.0, 71.0, 40.0, 30.0, 0.1, 0.2, 0.3,
+              0.4);
+}
+
+std::string images_binary(std::uint64_t observations = 2) {
+  std::string bytes =
+      pack(std::uint64_t(1), std::uint32_t(3), std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0, 1.0, 2.0, 3.0, std::uint32_t(7));
+  bytes += std::string("a/b c.jpg") + '\0' + pack(observations);
+  for (int i = 0; i < 2; ++i) bytes += pack(1.0, 2.0, std::int64_t(-1));
+  return bytes;
+}
+
+std::string points_binary() {
+  return pack(std::uint64_t(1), std::uint64_t(5), 1.0, 2.0, 3.0, std::uint8_t(10), std::uint8_t(20), std::uint8_t(30), 0.5,
+              std::uint64_t(1), std::int32_t(1), std::int32_t(2));
+}
+
+const std::string cameras_text = "# Camera list\n\n1 PINHOLE 64 48 50 51 31 25\r\n7 OPENCV 80 60 70 71 40 30 0.1 0.2 0.3 0.4\n";
+const std::string images_text =
+    "# Image list\n3 0.70710678118654752 0 0.70710678118654752 0 1 2 3 7 a/b c.jpg\n1 2 -1 1 2 -1\n"
+    "4 1 0 0 0 0 0 0 1 second.jpg\n\n5 1 0 0 0 0 0 0 1 third.jpg";
+const std::string points_text = "# points\n5 1 2 3 10 20 30 0.5 1 2\n";
+
+template <typename Parse>
+std::string message(Parse parse, const std::string& content) {
+  return test::message_of([&] {
+    if constexpr (std::is_invocable_v<Parse, std::string_view, const std::string&>)
+      parse(content, "file");
+    else
+      parse(bytes_of(content), "file");
+  });
+}
+
+void check_cameras(const ColmapCameras& cameras) {
+  REQUIRE(cameras.size() == 2);
+  const Camera& pinhole = cameras.at(1).pinhole;
+  CHECK(pinhole.width == 64);
+  CHECK(pinhole.height == 48);
+  CHECK(pinhole.fx == 50);
+  CHECK(pinhole.fy == 51);
+  CHECK(pinhole.cx == 31);
+  CHECK(pinhole.cy == 25);
+  CHECK(cameras.at(1).lens.is_pinhole());
+  CHECK(cameras.at(7).lens.radial == std::array<double, 4>{0.1, 0.2, 0, 0});
+  CHECK(cameras.at(7).lens.p1 == 0.3);
+  CHECK(cameras.at(7).lens.p2 == 0.4);
+}
+
+void check_image(const ColmapImage& image) {
+  CHECK(image.name == "a/b c.jpg");
+  CHECK(image.camera_id == 7);
+  // A quarter turn about y takes x to -z.
+  const glm::dvec4 turned = image.world_to_camera * glm::dvec4(1, 0, 0, 1);
+  CHECK(glm::distance(turned, glm::dvec4(1, 2, 2, 1)) < 1e-12);
+}
+
+}  // namespace
+
+TEST_CASE("COLMAP cameras, images and points in both encodings", "[scene][colmap]") {
+  check_cameras(parse_colmap_cameras_binary(bytes_of(cameras_binary()), "file"));
+  check_cameras(parse_colmap_cameras_text(cameras_text, "file"));
+  const auto binary = parse_colmap_images_binary(bytes_of(images_binary()), "file");
+  REQUIRE(binary.size() == 1);
+  check_image(binary[0]);
+  const auto text = parse_colmap_images_text(images_text, "file");
+  REQUIRE(text.size() == 3);
+  check_image(text[0]);
+  CHECK(text[1].name == "second.jpg");
+  CHECK(text[2].name == "third.jpg");
+  for (const PointCloud& cloud :
+       {parse_colmap_points_binary(bytes_of(points_binary()), "file"), parse_colmap_points_text(points_text, "file")}) {
+    REQUIRE(cloud.positions.size() == 1);
+    CHECK(cloud.positions[0] == glm::dvec3(1, 2, 3));
+    CHECK(cloud.colours.at(0) == glm::u8vec3(10, 20, 30));
+  }
+}
+
+TEST_CASE("every COLMAP camera model puts its parameters in the right place", "[scene][colmap]") {
+  const auto camera = [](const std::string& line) { return parse_colmap_cameras_text("1 " + line, "file").at(1); };
+  auto c = camera("SIMPLE_PINHOLE 64 48 50 31 25");
+  CHECK(c.pinhole.fy == 50);
+  CHECK(c.pinhole.cy == 25);
+  CHECK(c.lens.is_pinhole());
+  c = camera("SIMPLE_RADIAL 64 48 50 31 25 0.1");
+  CHECK(c.lens.radial[0] == 0.1);
+  c = camera("RADIAL 64 48 50 31 25 0.1 0.2");
+  CHECK(c.pinhole.cx == 31);
+  CHECK(c.lens.radial[1] == 0.2);
+  c = camera("OPENCV_FISHEYE 64 48 50 51 31 25 1 2 3 4");
+  CHECK(c.lens.model == Lens::Model::fisheye);
+  CHECK(c.lens.radial == std::array<double, 4>{1, 2, 3, 4});
+  c = camera("FULL_OPENCV 64 48 50 51 31 25 1 2 3 4 5 6 7 8");
+  CHECK(c.lens.radial == std::array<double, 4>{1, 2, 5, 0});
+  CHECK(c.lens.denominator == std::array<double, 3>{6, 7, 8});
+  CHECK(c.lens.p2 == 4);
+  c = camera("RADIAL_FISHEYE 64 48 50 31 25 1 2");
+  CHECK(c.lens.model == Lens::Model::fisheye);
+  CHECK(c.lens.radial[1] == 2);
+  CHECK(camera("SIMPLE_RADIAL_FISHEYE 64 48 50 31 25 1").lens.model == Lens::Model::fisheye);
+}
+
+TEST_CASE("COLMAP files cut anywhere are Errors", "[scene][colmap]") {
+  const auto check = [](auto parse, const std::string& whole) {
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      INFO(size << " of " << whole.size());
+      CHECK(message(parse, whole.substr(0, size)).starts_with("file: "));
+    }
+  };
+  check(parse_colmap_cameras_binary, cameras_binary());
+  check(parse_colmap_images_binary, images_binary());
+  check(parse_colmap_points_binary, points_binary());
+}
+
+TEST_CASE("impossible counts are refused before anything is allocated", "[scene][colmap]") {
+  const std::uint64_t huge = ~std::uint64_t(0);
+  CHECK(message(parse_colmap_cameras_binary, pack(huge) + std::string(100, '\0')) ==
+        "file: claims 18446744073709551615 camera records in 100 bytes; the file is cut or damaged, export it again");
+  CHECK(message(parse_colmap_images_binary, pack(huge / 64) + std::string(100, '\0')).find("claims") != std::string::npos);
+  CHECK(message(parse_colmap_points_binary, pack(huge / 24) + std::string(100, '\0')).find("claims") != std::string::npos);
+  CHECK(message(parse_colmap_images_binary, images_binary(huge / 24 + 2)).find("ends in the middle") != std::string::npos);
+}
+
+TEST_CASE("bad COLMAP values say what, where and how to mend it", "[scene][colmap]") {
+  const auto camera = [](const std::string& line) { return message(parse_colmap_cameras_text, line); };
+  CHECK(
+      camera("1 FOV 64 48 50 51 31 25 1").starts_with("file: line 1: unknown camera model FOV; known models: SIMPLE_PINHOLE, "));
+  CHECK(camera("# x\n1 PINHOLE 64 48 50 51 31") == "file: line 2: ends before its parameters; correct or export the file again");
+  CHECK(camera("1 PINHOLE 64 48 50 51 31 x").find("its parameters is 'x', not a usable number") != std::string::npos);
+  CHECK(camera("-1 PINHOLE 64 48 50 51 31 1").find("its camera id is '-1'") != std::string::npos);
+  CHECK(camera("1 PINHOLE 0 48 50 51 31 25").find("0 x 48 pixels") != std::string::npos);
+  CHECK(camera("1 PINHOLE 64 4800000 50 51 31 25").find("pixels") != std::string::npos);
+  CHECK(camera("1 PINHOLE 64 48 0 51 31 25").find("focal length 0 x 51 is not positive") != std::string::npos);
+  CHECK(camera("1 PINHOLE 64 48 50 51 nan 25").find("not finite") != std::string::npos);
+  CHECK(camera("1 PINHOLE 64 48 50 51 31 25\n1 PINHOLE 64 48 50 51 31 25").find("twice") != std::string::npos);
+  std::string unknown = cameras_binary();
+  unknown[12] = 10;
+  CHECK(message(parse_colmap_cameras_binary, unknown).starts_with("file: camera 1: unknown camera model 10; known models: "));
+  const auto image = [](const std::string& line) { return message(parse_colmap_images_text, line); };
+  CHECK(image("3 0 0 0 0 1 2 3 7 a.jpg\n\n") == "file: line 1: quaternion is zero; remove the image or estimate its pose again");
+  CHECK(image("3 nan 0 0 0 1 2 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
+  CHECK(image("3 1 0 0 0 1 inf 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
+  CHECK(image("3 1 0 0 0 1 2 3 7\n\n").find("ends before its image name") != std::string::npos);
+  CHECK(message(parse_colmap_points_text, "5 1 2 nan 1 2 3 0 1\n").find("not finite") != std::string::npos);
+  CHECK(message(parse_colmap_points_text, "5 1 2 3 1 2 300 0 1\n").find("colour is '300'") != std::string::npos);
+}
+
+TEST_CASE("COLMAP quaternions of any length are rotations", "[scene][colmap]") {
+  for (const double length : {1e-200, 0.5, 1.0, 1e200}) {
+    const glm::dmat3 r(from_colmap_pose({0.1 * length, -0.7 * length, 0.3 * length, 0.5 * length}, {}, "x"));
+    CHECK(glm::determinant(r) == Approx(1.0));
+    CHECK(glm::length(r[0]) == Approx(1.0));
+    CHECK(std::abs(glm::dot(r[0], r[1])) < 1e-14);
+  }
+}

@@ -1,0 +1,360 @@
+// Tests engine/scene/load.cpp, dataset*.cpp and photograph_files.cpp on small datasets made up on the spot.
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <cmath>
+
+#include "error.h"
+#include "scene/scene.h"
+#include "scene_temporary_folder.h"
+
+using namespace trisoup;
+using namespace trisoup::scene;
+using test::plain;
+using test::TemporaryFolder;
+
+namespace {
+
+// A camera on the unit circle around the z axis, looking at the origin, as a row-major OpenGL camera-to-world matrix.
+std::string pose(int i, double radius = 4) {
+  const double a = 0.6 * i, c = std::cos(a), s = std::sin(a);
+  return fmt::format("[[{},0,{},{}],[{},0,{},{}],[0,1,0,0],[0,0,0,1]]", -s, c, radius * c, c, s, radius * s);
+}
+
+std::string frame(const std::string& path, int i, const std::string& own = "") {
+  return fmt::format("{{\"file_path\": \"{}\", \"transform_matrix\": {}{}}}", path, pose(i), own);
+}
+
+std::string file_of(const std::string& shared, const std::vector<std::string>& frames) {
+  std::string text = "{" + shared + "\"frames\": [";
+  for (std::size_t i = 0; i < frames.size(); ++i) text += (i ? ",\n" : "") + frames[i];
+  return text + "]}";
+}
+
+// transforms.json with `count` images of 16 x 12 of growing brightness.
+void write_transforms(const TemporaryFolder& folder, int count, const std::string& shared = "") {
+  std::vector<std::string> frames;
+  for (int i = 0; i < count; ++i) {
+    const std::string name = fmt::format("images/{:02}.png", i);
+    frames.push_back(frame(name, i));
+    folder.write(name, plain(16, 12, std::uint8_t(10 * i), 0, 0));
+  }
+  folder.write("transforms.json", file_of("\"fl_x\": 20, \"w\": 16, \"h\": 12," + shared, frames));
+}
+
+// COLMAP text model with two images in a subfolder.
+void write_colmap(const TemporaryFolder& folder, const std::string& model, const std::string& camera) {
+  folder.write(model + "cameras.txt", camera + "\n");
+  folder.write(model + "images.txt", "1 1 0 0 0 0 0 4 1 sub/b.png\n\n2 0.8 0.6 0 0 0 0 4 1 sub/a.png\n\n");
+  folder.write(model + "points3D.txt", "1 0 0 1 255 0 0 0.1 1 0\n");
+}
+
+std::string message(const std::filesystem::path& path, const LoadOptions& options = {}) {
+  return test::message_of([&] { load(path, options); });
+}
+
+std::vector<std::string> names(const std::vector<View>& views) {
+  std::vector<std::string> result;
+  for (const View& view : views) result.push_back(view.name);
+  return result;
+}
+
+std::vector<int> pixel(const View& view, int index = 0) {
+  const auto start = view.image.rgba.begin() + 4 * index;
+  return {start, start + 4};
+}
+
+}  // namespace
+
+TEST_CASE("Blender: extension added, given test split, white behind alpha", "[scene][load]") {
+  const TemporaryFolder folder;
+  for (int i : {0, 1, 2, 10})
+    folder.write(fmt::format("train/r_{}.png", i), plain(8, 8, 0, 255, 0, std::uint8_t(i == 2 ? 0 : 255)));
+  folder.write("test/r_0.png", plain(8, 8, 10, 20, 30));
+  folder.write("transforms_train.json", file_of("\"camera_angle_x\": 0.7,", {frame("./train/r_2", 2), frame("./train/r_10", 3),
+                                                                             frame("./train/r_0", 0), frame("./train/r_1", 1)}));
+  folder.write("transforms_val.json", file_of("\"camera_angle_x\": 0.7,", {frame("./train/r_1", 1)}));
+  folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7,", {frame("./test/r_0", 4)}));
+  for (const auto& path : {folder.path(), folder.path() / "transforms_train.json", folder.path() / "transforms_test.json"}) {
+    const Scene scene = load(path, {});
+    CHECK(scene.format == Format::blender);
+    CHECK(scene.synthetic);
+    CHECK(names(scene.train) == std::vector<std::string>{"train/r_0.png", "train/r_1.png", "train/r_10.png", "train/r_2.png"});
+    CHECK(names(scene.test) == std::vector<std::string>{"test/r_0.png"});
+    CHECK(scene.background == glm::vec3(1.0f));
+    CHECK(pixel(scene.train[3]) == std::vector<int>{255, 255, 255, 255});
+    CHECK(pixel(scene.train[0]) == std::vector<int>{0, 255, 0, 255});
+    CHECK(scene.train[0].camera.fx == Approx(4 / std::tan(0.35)));
+    CHECK(scene.points.positions.empty());
+    // The circle has radius 4 and lies around the origin.
+    CHECK(scene.normalisation.scale == Approx(0.25));
+    CHECK(glm::distance(scene.train[0].camera.centre(), glm::dvec3(1, 0, 0)) < 1e-9);
+    CHECK(glm::distance(scene.train[0].camera.forward(), glm::dvec3(-1, 0, 0)) < 1e-9);
+  }
+  LoadOptions black;
+  black.background = BackgroundChoice::black;
+  CHECK(pixel(load(folder.path(), black).train[3]) == std::vector<int>{0, 0, 0, 255});
+  LoadOptions mask;
+  mask.alpha = AlphaUse::mask;
+  CHECK(pixel(load(folder.path(), mask).train[3]) == std::vector<int>{0, 255, 0, 0});
+  CHECK(pixel(load(folder.path(), mask).train[0]) == std::vector<int>{0, 255, 0, 255});
+
+  std::filesystem::remove(folder.path() / "transforms_test.json");
+  CHECK(names(load(folder.path(), {}).test) == std::vector<std::string>{"train/r_1.png"});  // the validation split
+  std::filesystem::remove(folder.path() / "transforms_val.json");
+  CHECK(names(load(folder.path(), {}).test) == std::vector<std::string>{"train/r_0.png"});  // every 8th
+}
+
+TEST_CASE("transforms.json: every n-th view in name order is held out, index 0 first", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_transforms(folder, 7);
+  LoadOptions options;
+  options.test_every = 3;
+  const Scene scene = load(folder.path(), options);
+  CHECK(scene.format == Format::transforms);
+  CHECK_FALSE(scene.synthetic);
+  CHECK(names(scene.test) == std::vector<std::string>{"images/00.png", "images/03.png", "images/06.png"});
+  CHECK(scene.train.size() == 4);
+  CHECK(scene.background == glm::vec3(0.0f));
+  CHECK(pixel(scene.test[1]) == std::vector<int>{30, 0, 0, 255});
+  options.test_every = 0;
+  CHECK(load(folder.path(), options).test.empty());
+  CHECK(load(folder.path() / "transforms.json", options).train.size() == 7);
+}
+
+TEST_CASE("nerfstudio: split by file names, masks and points", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_transforms(folder, 4,
+                   "\"ply_file_path\": \"p.ply\", \"train_filenames\": [\"images/00.png\", \"images/03.png\"], "
+                   "\"test_filenames\": [\"./images/02.png\"],");
+  folder.write("p.ply",
+               "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+               "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n0 0 2 1 2 3\n");
+  folder.write("masks/00.png", plain(16, 12, 0, 0, 0));
+  folder.write("masks/02.png.png", plain(8, 6, 1, 1, 1));
+  const Scene scene = load(folder.path(), {});
+  CHECK(names(scene.train) == std::vector<std::string>{"images/00.png", "images/03.png"});
+  CHECK(names(scene.test) == std::vector<std::string>{"images/02.png"});
+  CHECK(pixel(scene.train[0])[3] == 0);
+  CHECK(pixel(scene.train[1])[3] == 255);
+  CHECK(pixel(scene.test[0])[3] == 255);
+  REQUIRE(scene.points.positions.size() == 1);
+  CHECK(glm::distance(glm::dvec3(scene.points.positions[0]), scene.normalisation.to_normalised({0, 0, 2})) < 1e-6);
+  CHECK(scene.points.colours.at(0) == glm::u8vec3(1, 2, 3));
+
+  const TemporaryFolder own;
+  own.write("a.jpg.png", plain(16, 12, 9, 9, 9));
+  own.write("m.png", plain(16, 12, 0, 0, 0));
+  own.write("transforms.json", file_of("\"fl_x\": 20,", {frame("a.jpg.png", 0, ", \"mask_path\": \"m.png\"")}));
+  CHECK(pixel(load(own.path(), {}).train.at(0))[3] == 0);
+  std::filesystem::remove(own.path() / "m.png");
+  CHECK(message(own.path()).find("transforms.json: mask_path m.png does not exist; ") != std::string::npos);
+}
+
+TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_transforms(folder, 6);
+  std::filesystem::remove(folder.path() / "images/01.png");
+  std::filesystem::remove(folder.path() / "images/04.png");
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  const Scene scene = load(folder.path(), options);
+  CHECK(scene.train.size() + scene.test.size() == 4);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].ends_with("transforms.json: skipped 2 of 6 frames whose image is missing, first: images/01.png"));
+  std::filesystem::remove_all(folder.path() / "images");
+  CHECK(message(folder.path()).find("none of its 6 images is there, first: images/00.png; ") != std::string::npos);
+}
+
+TEST_CASE("COLMAP: subfolders, every place of the model, images beside it", "[scene][load]") {
+  const std::string model = GENERATE("sparse/0/", "sparse/", "");
+  const std::string images = GENERATE("images/", "");
+  const TemporaryFolder folder;
+  write_colmap(folder, model, "1 PINHOLE 32 24 40 41 16 12");
+  folder.write(images + "sub/a.png", plain(32, 24, 1, 0, 0));
+  folder.write(images + "sub/b.png", plain(32, 24, 2, 0, 0));
+  LoadOptions options;
+  options.test_every = 2;
+  const Scene scene = load(folder.path(), options);
+  CHECK(scene.format == Format::colmap);
+  CHECK(names(scene.test) == std::vector<std::string>{images + "sub/a.png"});
+  CHECK(names(scene.train) == std::vector<std::string>{images + "sub/b.png"});
+  CHECK(pixel(scene.train[0]) == std::vector<int>{2, 0, 0, 255});
+  CHECK(scene.points.positions.size() == 1);
+  // The training camera stands at (0, 0, -4) and its only point is 5 ahead.
+  CHECK(scene.normalisation.scale == Approx(0.2));
+}
+
+TEST_CASE("-r resamples, or takes the prescaled folder where there is one", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_colmap(folder, "sparse/0/", "1 PINHOLE 33 24 40 41 16.5 12");
+  for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) folder.write(name, plain(33, 24, 100, 0, 0));
+  LoadOptions options;
+  options.test_every = 0;
+  options.downscale = 2;
+  Scene scene = load(folder.path(), options);
+  const Camera& camera = scene.train[0].camera;
+  CHECK(camera.width == 17);  // 16.5 rounds up
+  CHECK(camera.height == 12);
+  CHECK(scene.train[0].image.width == 17);
+  CHECK(camera.fx == Approx(40 * 17 / 33.0));
+  CHECK(camera.cx == Approx(8.5));
+  CHECK(camera.fy == Approx(20.5));
+  CHECK(pixel(scene.train[0]) == std::vector<int>{100, 0, 0, 255});
+  const auto fingerprint = scene.fingerprint;
+
+  folder.write("images_2/sub/b.png", plain(16, 12, 50, 0, 0));
+  scene = load(folder.path(), options);
+  CHECK(names(scene.train) == std::vector<std::string>{"images/sub/a.png", "images/sub/b.png"});
+  CHECK(scene.train[0].image.width == 17);  // not in the prescaled folder
+  CHECK(scene.train[1].image.width == 16);
+  CHECK(scene.train[1].camera.fx == Approx(40 * 16 / 33.0));
+  CHECK(pixel(scene.train[1]) == std::vector<int>{50, 0, 0, 255});
+  CHECK(scene.fingerprint != fingerprint);
+  options.downscale = 1.5;
+  CHECK(load(folder.path(), options).train[1].image.width == 22);
+  options.downscale = 1000;
+  CHECK(load(folder.path(), options).train[1].image.width == 1);
+
+  // Only the prescaled images were downloaded.
+  options.downscale = 2;
+  folder.write("images_2/sub/a.JPG", plain(16, 12, 50, 0, 0));
+  std::filesystem::remove_all(folder.path() / "images");
+  CHECK(load(folder.path(), options).train.size() == 2);
+}
+
+TEST_CASE("distorted images come undistorted, with pixels that see past them out of the loss", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_colmap(folder, "sparse/0/", "1 SIMPLE_RADIAL 32 24 30 16 12 0.3");
+  folder.write("images/sub/a.png", plain(32, 24, 100, 0, 0));
+  folder.write("images/sub/b.png", plain(32, 24, 100, 0, 0));
+  LoadOptions options;
+  options.test_every = 0;
+  const View view = load(folder.path(), options).train[0];
+  CHECK(pixel(view)[3] == 0);
+  CHECK(pixel(view, 12 * 32 + 16) == std::vector<int>{100, 0, 0, 255});
+}
+
+TEST_CASE("images of several sizes in one scene", "[scene][load]") {
+  const TemporaryFolder folder;
+  folder.write("a.png", plain(10, 20, 1, 1, 1));
+  folder.write("b.png", plain(40, 8, 1, 1, 1));
+  folder.write("c.png", plain(10, 10, 1, 1, 1));
+  folder.write("transforms.json", file_of("\"camera_angle_x\": 1.0,", {frame("a", 0), frame("b", 1), frame("c", 2)}));
+  LoadOptions options;
+  options.test_every = 0;
+  const Scene scene = load(folder.path(), options);
+  REQUIRE(scene.train.size() == 3);
+  CHECK(scene.train[0].image.height == 20);
+  CHECK(scene.train[1].camera.cx == 20);
+  CHECK(scene.train[1].image.rgba.size() == 40 * 8 * 4);
+}
+
+TEST_CASE("train_images = false leaves cameras and fingerprint as they are", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_transforms(folder, 9);
+  std::atomic<int> calls = 0;
+  int last = 0;
+  LoadOptions options;
+  options.progress = [&](int done, int total) {
+    ++calls;
+    CHECK(done == last + 1);
+    last = done;
+    CHECK(total == 9);
+  };
+  options.threads = 3;
+  const Scene whole = load(folder.path(), options);
+  CHECK(calls == 9);
+  options.train_images = false;
+  options.progress = nullptr;
+  const Scene tests = load(folder.path(), options);
+  CHECK(tests.fingerprint == whole.fingerprint);
+  CHECK(tests.test[0].image.rgba == whole.test[0].image.rgba);
+  REQUIRE(tests.train.size() == whole.train.size());
+  CHECK(tests.train[2].image.rgba.empty());
+  CHECK(tests.train[2].camera.width == 16);
+  CHECK(tests.train[2].camera.world_to_camera == whole.train[2].camera.world_to_camera);
+}
+
+TEST_CASE("the fingerprint tells scenes apart", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_transforms(folder, 5);
+  LoadOptions options;
+  const auto first = load(folder.path(), options).fingerprint;
+  options.threads = 1;
+  options.background = BackgroundChoice::white;
+  CHECK(load(folder.path(), options).fingerprint == first);
+  options.downscale = 2;
+  CHECK(load(folder.path(), options).fingerprint != first);
+  options.downscale = 1;
+  options.test_every = 3;
+  CHECK(load(folder.path(), options).fingerprint != first);
+  write_transforms(folder, 5, "\"cx\": 8.1,");
+  CHECK(load(folder.path(), {}).fingerprint != first);
+}
+
+TEST_CASE("a single view is for training", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_transforms(folder, 1);
+  const Scene scene = load(folder.path(), {});
+  CHECK(scene.train.size() == 1);
+  CHECK(scene.test.empty());
+  CHECK(glm::length(scene.train[0].camera.centre()) == Approx(1.0));
+}
+
+TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
+  const TemporaryFolder folder;
+  CHECK(message(folder.path() / "nowhere").find("nowhere: no such file or folder; ") != std::string::npos);
+  CHECK(message(folder.path()).find("holds neither transforms_train.json nor ") != std::string::npos);
+  folder.write("notes.txt", std::string("x"));
+  CHECK(message(folder.path() / "notes.txt").find("notes.txt: not a dataset; ") != std::string::npos);
+  folder.write("transforms.json", std::string("{\"frames\": []}"));
+  CHECK(message(folder.path()).find("transforms.json: lists no frames; ") != std::string::npos);
+
+  write_transforms(folder, 3);
+  LoadOptions options;
+  options.downscale = 0.5;
+  CHECK(message(folder.path(), options).starts_with("-r 0.5: "));
+  options.downscale = std::nan("");
+  CHECK(message(folder.path(), options).starts_with("-r nan: "));
+  options = {};
+  options.test_every = 1;
+  CHECK(message(folder.path(), options).starts_with("test_every 1: "));
+
+  folder.write("images/01.png", plain(12, 16, 0, 0, 0));
+  CHECK(message(folder.path()).find("01.png: is 12 x 16 but its camera is 16 x 12; ") != std::string::npos);
+  folder.write("images/01.png", plain(32, 24, 0, 0, 0));  // the same proportions
+  CHECK(message(folder.path()).empty());
+
+  const std::filesystem::path image = folder.path() / "images/02.png";
+  std::filesystem::resize_file(image, std::filesystem::file_size(image) - 9);
+  CHECK(message(folder.path()).find("02.png: is cut ") != std::string::npos);
+  folder.write("images/02.png", std::string("this is no image at all"));
+  CHECK(message(folder.path()).find("02.png: no readable PNG or JPEG header (") != std::string::npos);
+  write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
+  CHECK(message(folder.path()).find("p.ply: no such file; ") != std::string::npos);
+
+  const TemporaryFolder spot;
+  spot.write("a.png", plain(4, 4, 0, 0, 0));
+  const std::string here = ", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]}";
+  spot.write("transforms.json", file_of("\"fl_x\": 9,", {"{\"file_path\": \"a.png\"" + here, "{\"file_path\": \"a\"" + here}));
+  options = {};
+  options.test_every = 0;
+  CHECK(message(spot.path(), options).find("transforms.json: all 2 cameras are at one spot; ") != std::string::npos);
+}
+
+TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
+  const TemporaryFolder folder;
+  write_colmap(folder, "sparse/0/", "2 PINHOLE 32 24 40 41 16 12");
+  CHECK(message(folder.path()).find("images.txt: sub/b.png was taken by camera 1, which cameras.txt lacks; ") !=
+        std::string::npos);
+  folder.write("sparse/0/cameras.txt", std::string("# nothing\n"));
+  CHECK(message(folder.path()).find("cameras.txt: holds no camera; ") != std::string::npos);
+  folder.write("sparse/0/cameras.txt", std::string("1 PINHOLE 32 24 40 41 16 12\n"));
+  CHECK(message(folder.path()).find("none of its 2 images is there, first: ") != std::string::npos);
+  folder.write("sparse/0/images.txt", std::string("# nothing\n"));
+  CHECK(message(folder.path()).find("images.txt: holds no image; ") != std::string::npos);
+  std::filesystem::remove(folder.path() / "sparse/0/cameras.txt");
+  CHECK(message(folder.path()).find("cameras.txt: no such file; ") != std::string::npos);
+}

@@ -1,0 +1,70 @@
+// soup-eval: quality of a model file on the held-out views of a dataset.
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <map>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "error.h"
+#include "scene/scene.h"
+#include "soup/model_file.h"
+#include "train/evaluate.h"
+#include "train/run_folder.h"
+
+using namespace trisoup;
+
+int main(int argc, char** argv) {
+  CLI::App app{"Renders the test views of DATASET from MODEL alone and compares them with the photographs.\n"
+               "Prints JSON with psnr, ssim, mae and the same per view. The dataset's options and the clip planes come from the\n"
+               "model's own settings unless they are given."};
+  std::string model_path, dataset, json_path, renders;
+  gpu::DeviceOptions device_options;
+  scene::LoadOptions load;
+  std::optional<double> near, far;
+  app.add_option("MODEL", model_path, "model.glb")->required();
+  app.add_option("DATASET", dataset, "the dataset it was trained on, or another with the same coordinates")->required();
+  auto* resolution = app.add_option("-r,--resolution", load.downscale, "divide image sides by this factor [as trained]");
+  auto* test_every = app.add_option("--test-every", load.test_every, "every K-th view is a test view [as trained]");
+  app.add_option("--background", load.background, "auto, white or black")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, scene::BackgroundChoice>{
+          {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}));
+  app.add_option("--alpha", load.alpha, "composite or mask")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}));
+  app.add_option("--near", near, "near plane, normalised units [as trained]");
+  app.add_option("--far", far, "far plane, normalised units [as trained]");
+  app.add_option("--json", json_path, "write the JSON to a file instead");
+  app.add_option("--renders", renders, "folder for pictures: photograph and rendering side by side");
+  app.add_option("--backend", device_options.backend, "auto or vulkan [auto]");
+  app.add_option("--device", device_options.device, "number or part of the name");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const soup::ModelFile file = soup::read_model(model_path);
+    const nlohmann::json& settings = file.settings;
+    if (!*resolution) load.downscale = settings.value("resolution", 1.0);
+    if (!*test_every) load.test_every = settings.value("test_every", 8);
+    load.train_images = false;
+    load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
+    const scene::Scene scene = scene::load(dataset, load);
+    if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", dataset);
+    auto device = gpu::open_device(device_options);
+    std::optional<train::RunFolder> folder;
+    train::OnRender on_render;
+    if (!renders.empty()) {
+      folder.emplace(renders);
+      on_render = [&](const scene::View& view, const std::vector<float>& colour) { folder->write_render(view, colour); };
+    }
+    const train::Evaluation evaluation =
+        train::evaluate(*device, file.model, scene, near.value_or(settings.value("test_near", 0.025)),
+                        far.value_or(settings.value("far", 2.5)), on_render);
+    const std::string text = to_json(evaluation).dump(2) + "\n";
+    if (json_path.empty()) std::fputs(text.c_str(), stdout);
+    else write_file_atomically(json_path, std::as_bytes(std::span(text)));
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "soup-eval: %s\n", e.what());
+    return 1;
+  }
+}

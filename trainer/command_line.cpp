@@ -1,0 +1,148 @@
+#include "command_line.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "error.h"
+
+namespace trisoup {
+
+std::optional<int> parse(int argc, char** argv, CommandLine& o) {
+  CLI::App app{"Turns posed photographs into a few thousand opaque textured triangles.\n\n"
+               "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
+               "OUT receives model.glb, checkpoint.safetensors, train.csv, metrics.json and renders/."};
+  app.set_version_flag("--version", "soup-train " TRISOUP_VERSION);
+  app.add_option("DATASET", o.dataset, "folder of photographs with poses");
+  app.add_option("-o,--output", o.output, "folder for what the run leaves");
+
+  auto* common = app.add_option_group("Common");
+  common->add_option("--preset", o.preset, "fast (1,000 steps, 2,000 triangles), balanced (5,000, 5,000) or best (the published settings)")
+      ->check(CLI::IsMember({"fast", "balanced", "best"}));
+  common->add_option("--steps", o.steps, "training steps; schedules scale with them [10000]");
+  common->add_option("--triangles", o.triangles, "budget of triangles [15000]");
+  common->add_option("--seed", o.seed, "same seed, same device: the same model bit for bit [0]");
+  common->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one");
+
+  auto* data = app.add_option_group("Dataset");
+  data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
+  data->add_option("--test-every", o.load.test_every, "hold out every K-th view in name order where there is no test split; 0: none [8]");
+  data->add_option("--background", o.load.background, "auto: white where images have alpha, else black")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, scene::BackgroundChoice>{
+          {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}));
+  data->add_option("--alpha", o.load.alpha, "composite alpha on the background, or use it as a mask of the loss")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}));
+
+  auto* start = app.add_option_group("Start");
+  start->add_option("--init", o.init, "points (of the dataset), random, or a mesh file (.obj .ply .gltf .glb) [points if there are any]");
+  start->add_option("--init-count", o.init_count, "triangles at the start [points 15000, random 100000]");
+  start->add_option("--init-box", o.init_box, "random: half the side of a box around the dataset's origin, in its units");
+  start->add_option("--init-radius", o.init_radius, "random: circumradius of the triangles, in the dataset's units");
+
+  auto* method = app.add_option_group("Method");
+  method->add_option("--recipe", o.recipe, "how triangles are dropped and split [by dataset format]")
+      ->check(CLI::IsMember({"synthetic", "real"}));
+  method->add_option("--batch", o.batch, "views per step [4]");
+  method->add_option("--rate-texture", o.rate_texture, "learning rate of textures [0.05]");
+  method->add_option("--rate-mlp", o.rate_mlp, "learning rate of the MLP [0.01]");
+  method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [synthetic 0.00025, real 0.0025]");
+  method->add_option("--rate-end", o.rate_end, "all rates fall exponentially to this share [0.01]");
+  method->add_option("--coarse-level", o.coarse_level, "texture level of the first part [0]");
+  method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5]");
+  method->add_option("--level-min", o.level_min, "coarsest texture level after it [2]");
+  method->add_option("--level-max", o.level_max, "finest texture level [5]");
+  method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
+  method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
+  method->add_option("--resample-every", o.resample_every, "steps between topology changes [1 % of the steps, at least 100]");
+  method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95]");
+  method->add_option("--split-views", o.split_views, "real: views in which edges are measured [20]");
+  method->add_option("--split-length", o.split_length, "real: longest edge as a share of the image height [0.2]");
+  method->add_option("--near", o.near, "near plane of training, normalised units [synthetic 0.025, real 0.0025]");
+  method->add_option("--far", o.far, "far plane [synthetic 2.5, real 100]");
+  method->add_option("--test-near", o.test_near, "near plane of test views [synthetic 0.025, real 0.125]");
+
+  auto* output = app.add_option_group("Output");
+  output->add_option("--eval-every", o.eval_every, "steps between evaluations of the test views [0: at the end only]");
+  output->add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [1000]");
+  output->add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]");
+  output->add_flag("-q,--quiet", o.quiet, "errors only");
+  output->add_flag("--timings", o.timings, "time of every kernel at the end");
+
+  auto* device = app.add_option_group("Device");
+  device->add_flag("--list-devices", o.list_devices, "print the devices and end");
+  device->add_option("--backend", o.device.backend, "auto or vulkan [auto]");
+  device->add_option("--device", o.device.device, "number or part of the name [the fastest kind there is]");
+  device->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
+  device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
+
+  try {
+    app.parse(argc, argv);
+    if (o.list_devices) return std::nullopt;
+    if (o.dataset.empty()) throw CLI::RequiredError("DATASET");
+    if (o.output.empty()) throw CLI::RequiredError("-o");
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 1;
+  }
+  return std::nullopt;
+}
+
+train::Settings CommandLine::settings(const scene::Scene& scene) const {
+  using train::Recipe;
+  const Recipe which = recipe.empty() ? (scene.synthetic ? Recipe::synthetic : Recipe::real)
+                                      : (recipe == "synthetic" ? Recipe::synthetic : Recipe::real);
+  train::Settings s = train::published(which);
+  if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000;
+  if (preset == "balanced") s.steps = 5000, s.triangles = 5000, s.init_count = 30'000;
+
+  const auto set = [](const auto& given, auto& value) {
+    if (given) value = *given;
+  };
+  set(steps, s.steps);
+  s.resample_every = std::max<std::uint64_t>(100, s.steps / 100);
+  set(triangles, s.triangles);
+  set(batch, s.batch);
+  set(seed, s.seed);
+
+  const bool has_points = !scene.points.positions.empty();
+  s.init = !init.empty() ? init : has_points ? "points" : "random";
+  if (s.init == "random" && which == Recipe::real) {
+    // Nothing is known of where a real scene's surfaces are: the whole room between the cameras.
+    s.init_box = 1.0;
+    s.init_radius = 0.01;
+    s.init_count = std::max<std::uint32_t>(s.init_count, 30'000);
+  }
+  set(init_count, s.init_count);
+  const double unit = scene.normalisation.scale;
+  if (init_box) {
+    const glm::dvec3 origin = scene.normalisation.to_normalised(glm::dvec3(0.0));
+    s.init_centre = {origin.x, origin.y, origin.z};
+    s.init_box = *init_box * unit;
+  }
+  if (init_radius) s.init_radius = *init_radius * unit;
+
+  set(rate_texture, s.rate_texture);
+  set(rate_mlp, s.rate_mlp);
+  set(rate_vertex, s.rate_vertex);
+  set(rate_end, s.rate_end);
+  set(coarse_level, s.coarse_level);
+  set(coarse_share, s.coarse_share);
+  set(level_min, s.level_min);
+  set(level_max, s.level_max);
+  s.keep_opacity = keep_opacity;
+  s.keep_moments = keep_moments;
+  set(resample_every, s.resample_every);
+  set(resample_until, s.resample_until);
+  set(split_views, s.split_views);
+  set(split_length, s.split_length);
+  set(near, s.near);
+  set(far, s.far);
+  set(test_near, s.test_near);
+  set(eval_every, s.eval_every);
+  set(checkpoint_every, s.checkpoint_every);
+  train::check(s);
+  return s;
+}
+
+}  // namespace trisoup

@@ -1,0 +1,37 @@
+// What soup-train is asked to do.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "train/settings.h"
+
+namespace trisoup {
+
+struct CommandLine {
+  std::string dataset, output;
+  bool list_devices = false, resume = false, quiet = false, timings = false;
+  std::uint64_t log_every = 0, memory_mb = 0;
+  gpu::DeviceOptions device;
+  scene::LoadOptions load;
+
+  /// The published settings of the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
+  /// Error on values that cannot be.
+  train::Settings settings(const scene::Scene& scene) const;
+
+  // Options that were given; what is empty keeps its default.
+  std::optional<std::uint64_t> steps, seed, resample_every, eval_every, checkpoint_every;
+  std::optional<std::uint32_t> triangles, batch, init_count, coarse_level, level_min, level_max, split_views;
+  std::optional<double> init_box, init_radius, rate_texture, rate_mlp, rate_vertex, rate_end, coarse_share, resample_until,
+      split_length, near, far, test_near;
+  std::string preset, init, recipe;
+  bool keep_opacity = false, keep_moments = false;
+};
+
+/// Exit status to end with, or nothing to go on.
+std::optional<int> parse(int argc, char** argv, CommandLine& out);
+
+}  // namespace trisoup

@@ -1,0 +1,172 @@
+// soup-train: from a folder of photographs to a model.
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "command_line.h"
+#include "train/evaluate.h"
+#include "error.h"
+#include "progress_bar.h"
+#include "revision.h"
+#if __has_include("soup/model_file.h")
+#include "soup/model_file.h"
+#else
+namespace trisoup::soup { struct ModelFileOptions { std::optional<glm::dvec3> up; nlohmann::json settings; }; inline std::uint64_t write_model(const std::filesystem::path&, const Model&, const ModelFileOptions&) { return 0; } }
+#endif
+#include "train/initial_triangles.h"
+#include "train/run_folder.h"
+#include "train/trainer.h"
+
+namespace {
+
+using namespace trisoup;
+
+std::atomic<bool> g_stop{false};
+
+void on_signal(int) { g_stop = true; }
+
+void say(const CommandLine& o, const std::string& line) {
+  if (!o.quiet) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+int list_devices() {
+  const auto devices = gpu::list_devices();
+  if (devices.empty()) throw Error("Vulkan: no device with Vulkan 1.3; install a driver (Debian: mesa-vulkan-drivers runs on the CPU)");
+  for (const gpu::DeviceInfo& d : devices)
+    std::printf("%d  %s  %s (%s), %s, %llu MB\n", d.index, d.backend.c_str(), d.name.c_str(), gpu::to_string(d.kind),
+                d.driver.c_str(), static_cast<unsigned long long>(d.memory_bytes >> 20));
+  return 0;
+}
+
+double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
+
+int run(const CommandLine& o) {
+  if (o.list_devices) return list_devices();
+
+  train::RunFolder folder(o.output);
+  const bool resume = o.resume && std::filesystem::exists(folder.checkpoint());
+  auto device = gpu::open_device(o.device);
+  if (o.memory_mb > 0) device->set_ceiling(o.memory_mb << 20);
+  say(o, fmt::format("device: {} ({}, {})", device->info().name, gpu::to_string(device->info().kind), device->info().driver));
+
+  ProgressBar loading(0, 0, o.quiet);
+  scene::LoadOptions load = o.load;
+  load.progress = [&](int done, int total) { loading.loading(done, total); };
+  load.warn = [&](const std::string& line) {
+    loading.clear();
+    std::fprintf(stderr, "warning: %s\n", line.c_str());
+  };
+  const scene::Scene scene = scene::load(o.dataset, load);
+  loading.clear();
+  const train::Settings settings = o.settings(scene);
+  say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
+                     scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), settings.init));
+
+  const train::MemoryNeed need = train::memory_need(scene, settings);
+  say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} frame, {:.0f} triangles), ceiling {:.0f} MB",
+                     mb(need.total()), mb(need.photographs), mb(need.frame), mb(need.soup), mb(device->ceiling())));
+  if (need.total() > device->ceiling()) {
+    const std::uint32_t fits = train::triangles_that_fit(scene, settings, device->ceiling());
+    throw Error("device memory: {} triangles need {:.0f} MB and {:.0f} MB may be used; {}", settings.triangles, mb(need.total()),
+                mb(device->ceiling()),
+                fits > 0 ? fmt::format("--triangles {} would fit, or lower the resolution with -r", fits)
+                         : "lower the resolution with -r or raise --memory");
+  }
+
+  std::unique_ptr<train::Trainer> trainer;
+  if (resume) {
+    trainer = std::make_unique<train::Trainer>(*device, scene, settings, folder.checkpoint());
+    folder.resume_log(trainer->step());
+    say(o, fmt::format("resuming after step {}", trainer->step()));
+  } else {
+    trainer = std::make_unique<train::Trainer>(*device, scene, settings, train::initial_triangles(scene, settings));
+  }
+
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  if (o.timings) device->enable_timings(true);
+
+  const std::uint64_t log_every = o.log_every > 0 ? o.log_every : std::max<std::uint64_t>(10, settings.steps / 100 / 10 * 10);
+  ProgressBar bar(settings.steps, log_every, o.quiet);
+  train::Trainer::Callbacks callbacks;
+  callbacks.stop = &g_stop;
+  callbacks.on_progress = [&](const train::Progress& p) {
+    folder.log(p);
+    bar.training(p);
+  };
+  callbacks.on_checkpoint = [&](std::uint64_t) {
+    trainer->write_checkpoint(folder.checkpoint());
+    folder.write_log();
+  };
+  callbacks.on_evaluate = [&](std::uint64_t step) {
+    const train::Evaluation e = trainer->evaluate_float();
+    bar.clear();
+    say(o, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
+  };
+  trainer->run(callbacks);
+  bar.clear();
+  trainer->write_checkpoint(folder.checkpoint());
+  folder.write_log();
+  if (!trainer->finished()) {
+    say(o, fmt::format("interrupted after step {}; go on with --resume", trainer->step()));
+    return 130;
+  }
+
+  const soup::Model model = trainer->model();
+  soup::ModelFileOptions options;
+  options.settings = to_json(settings);
+  options.settings["resolution"] = o.load.downscale;
+  options.settings["test_every"] = o.load.test_every;
+  if (scene.synthetic) options.up = glm::dvec3(0, 0, 1);
+  const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
+
+  const train::Evaluation evaluation =
+      train::evaluate(*device, model, scene, settings.test_near, settings.far,
+                      [&](const scene::View& view, const std::vector<float>& colour) { folder.write_render(view, colour); });
+  const train::Evaluation unquantised = trainer->evaluate_float();
+  nlohmann::json metrics = to_json(evaluation);
+  metrics["psnr_float_textures"] = unquantised.mean.psnr;
+  metrics["triangles"] = trainer->triangles();
+  metrics["bytes"] = bytes;
+  metrics["seconds"] = trainer->seconds();
+  metrics["ms_per_step"] = 1e3 * trainer->seconds() / static_cast<double>(settings.steps);
+  metrics["device"] = device->info().name;
+  metrics["driver"] = device->info().driver;
+  metrics["peak_device_bytes"] = device->peak_bytes();
+  metrics["settings"] = to_json(settings);
+  metrics["dataset"] = {{"path", o.dataset}, {"resolution", o.load.downscale}, {"test_every", o.load.test_every}};
+  metrics["revision"] = kRevision;
+  folder.write_metrics(metrics);
+
+  if (o.timings)
+    for (const auto& [kernel, t] : device->timings())
+      std::printf("%-18s %8.3f ms x %llu\n", kernel.c_str(), t.milliseconds / static_cast<double>(t.launches),
+                  static_cast<unsigned long long>(t.launches));
+  if (!scene.test.empty())
+    say(o, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
+                       evaluation.mean.mae, evaluation.views.size()));
+  say(o, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder.model().string(), trainer->triangles(), mb(bytes),
+                     trainer->seconds()));
+  if (const auto messages = device->validation_messages(); !messages.empty())
+    throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CommandLine options;
+  if (const auto status = parse(argc, argv, options)) return *status;
+  try {
+    return run(options);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "soup-train: %s\n", e.what());
+    return 1;
+  }
+}
