@@ -14,11 +14,7 @@
 #include "error.h"
 #include "progress_bar.h"
 #include "revision.h"
-#if __has_include("soup/model_file.h")
 #include "soup/model_file.h"
-#else
-namespace trisoup::soup { struct ModelFileOptions { std::optional<glm::dvec3> up; nlohmann::json settings; }; inline std::uint64_t write_model(const std::filesystem::path&, const Model&, const ModelFileOptions&) { return 0; } }
-#endif
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
 #include "train/trainer.h"

@@ -154,40 +154,6 @@ void append_chunk(std::string& file, const char* type, std::string_view content)
       crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(file.data() + start), static_cast<uInt>(file.size() - start))));
 }
 
-std::string encode_png(const Image& image, const std::string& name) {
-  bool opaque = true;
-  for (std::size_t i = 3; i < image.rgba.size() && opaque; i += 4) opaque = image.rgba[i] == 255;
-  const std::size_t channels = opaque ? 3 : 4, row_bytes = std::size_t(image.width) * channels;
-
-  // Every row is stored as differences to the one above (filter 2): half the size of plain rows for renders, one pass.
-  std::string rows;
-  rows.reserve((row_bytes + 1) * std::size_t(image.height));
-  std::string above(row_bytes, '\0'), row(row_bytes, '\0');
-  for (int y = 0; y < image.height; ++y) {
-    const std::uint8_t* pixels = image.rgba.data() + std::size_t(y) * std::size_t(image.width) * 4;
-    for (std::size_t x = 0; x < std::size_t(image.width); ++x) std::memcpy(&row[x * channels], pixels + x * 4, channels);
-    rows.push_back(2);
-    for (std::size_t i = 0; i < row_bytes; ++i) rows.push_back(static_cast<char>(row[i] - above[i]));
-    above.swap(row);
-  }
-  uLongf packed_size = compressBound(rows.size());
-  std::string packed(packed_size, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &packed_size, reinterpret_cast<const Bytef*>(rows.data()), rows.size(),
-                Z_DEFAULT_COMPRESSION) != Z_OK)
-    throw Error("{}: the image cannot be compressed; free some memory", name);
-  packed.resize(packed_size);
-
-  std::string header;
-  for (const std::uint32_t side : {std::uint32_t(image.width), std::uint32_t(image.height)})
-    for (int shift = 24; shift >= 0; shift -= 8) header.push_back(static_cast<char>(side >> shift));
-  header += {8, static_cast<char>(opaque ? 2 : 6), 0, 0, 0};
-  std::string file(reinterpret_cast<const char*>(png_signature.data()), png_signature.size());
-  append_chunk(file, "IHDR", header);
-  append_chunk(file, "IDAT", packed);
-  append_chunk(file, "IEND", {});
-  return file;
-}
-
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
@@ -235,6 +201,40 @@ Image decode_image(std::span<const std::byte> content, const std::string& name) 
 Image read_image(const std::filesystem::path& path) {
   const std::string content = read_file(path);
   return decode_image(bytes_of(content), printable(path.string()));
+}
+
+std::string encode_png(const Image& image, const std::string& name) {
+  bool opaque = true;
+  for (std::size_t i = 3; i < image.rgba.size() && opaque; i += 4) opaque = image.rgba[i] == 255;
+  const std::size_t channels = opaque ? 3 : 4, row_bytes = std::size_t(image.width) * channels;
+
+  // Every row is stored as differences to the one above (filter 2): half the size of plain rows for renders, one pass.
+  std::string rows;
+  rows.reserve((row_bytes + 1) * std::size_t(image.height));
+  std::string above(row_bytes, '\0'), row(row_bytes, '\0');
+  for (int y = 0; y < image.height; ++y) {
+    const std::uint8_t* pixels = image.rgba.data() + std::size_t(y) * std::size_t(image.width) * 4;
+    for (std::size_t x = 0; x < std::size_t(image.width); ++x) std::memcpy(&row[x * channels], pixels + x * 4, channels);
+    rows.push_back(2);
+    for (std::size_t i = 0; i < row_bytes; ++i) rows.push_back(static_cast<char>(row[i] - above[i]));
+    above.swap(row);
+  }
+  uLongf packed_size = compressBound(rows.size());
+  std::string packed(packed_size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &packed_size, reinterpret_cast<const Bytef*>(rows.data()), rows.size(),
+                Z_DEFAULT_COMPRESSION) != Z_OK)
+    throw Error("{}: the image cannot be compressed; free some memory", name);
+  packed.resize(packed_size);
+
+  std::string header;
+  for (const std::uint32_t side : {std::uint32_t(image.width), std::uint32_t(image.height)})
+    for (int shift = 24; shift >= 0; shift -= 8) header.push_back(static_cast<char>(side >> shift));
+  header += {8, static_cast<char>(opaque ? 2 : 6), 0, 0, 0};
+  std::string file(reinterpret_cast<const char*>(png_signature.data()), png_signature.size());
+  append_chunk(file, "IHDR", header);
+  append_chunk(file, "IDAT", packed);
+  append_chunk(file, "IEND", {});
+  return file;
 }
 
 void write_png(const std::filesystem::path& path, const Image& image) {

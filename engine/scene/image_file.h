@@ -28,6 +28,9 @@ Image read_image(const std::filesystem::path& path);
 /// True if the bytes are those of a JPEG, whose values are only approximate.
 bool is_jpeg(std::span<const std::byte> bytes);
 
+/// An 8-bit PNG, RGB where every alpha is 255 and RGBA otherwise. `name` begins error messages.
+std::string encode_png(const Image& image, const std::string& name);
+
 /// Writes an 8-bit PNG, RGB where every alpha is 255 and RGBA otherwise, under a temporary name in the same folder that is
 /// then renamed: whoever reads `path` sees the old file or the whole new one. Throws Error if that fails, and then leaves
 /// no temporary file.

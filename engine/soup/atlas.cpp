@@ -1,0 +1,87 @@
+#include "soup/atlas.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "error.h"
+
+namespace trisoup::soup {
+namespace {
+
+glm::ivec2 block_size(std::uint32_t level) {
+  const int r = 1 << level;
+  return {r + 3, r + 2};
+}
+
+/// Fills pages of `width` texels row by row; returns the total height used.
+struct Shelves {
+  int width, x = 0, y = 0, shelf = 0, page = 0;
+  std::vector<int> heights{0};
+
+  /// Top left corner of a new block; blocks come in order of falling height.
+  glm::ivec2 place(const glm::ivec2& block) {
+    if (x + block.x > width) {
+      y += shelf;
+      x = 0;
+      shelf = 0;
+    }
+    if (y + block.y > kAtlasSide) {
+      ++page;
+      heights.push_back(0);
+      x = y = shelf = 0;
+    }
+    shelf = std::max(shelf, block.y);
+    const glm::ivec2 corner(x, y);
+    x += block.x;
+    heights[page] = std::max(heights[page], y + block.y);
+    return corner;
+  }
+};
+
+}  // namespace
+
+Atlas make_atlas(std::span<const std::uint32_t> levels) {
+  std::vector<std::uint32_t> order(levels.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return levels[a] > levels[b]; });
+
+  std::uint64_t area = 0;
+  for (const std::uint32_t level : levels) {
+    const glm::ivec2 block = block_size(level);
+    area += static_cast<std::uint64_t>(block.x) * block.y / 2 + 1;
+  }
+  int width = 64;
+  while (width < kAtlasSide && static_cast<std::uint64_t>(width) * width < area + area / 16) width *= 2;
+
+  Atlas atlas;
+  atlas.places.resize(levels.size());
+  Shelves shelves{width};
+  for (std::size_t i = 0; i < order.size();) {
+    const std::uint32_t level = levels[order[i]];
+    const glm::ivec2 block = block_size(level), corner = shelves.place(block);
+    if (shelves.page > 255) throw Error("model: its textures need more than 256 atlas pages; use fewer triangles or lower levels");
+    for (int half = 0; half < 2 && i < order.size() && levels[order[i]] == level; ++half, ++i) {
+      AtlasPlace& place = atlas.places[order[i]];
+      place.x0 = static_cast<std::uint16_t>(half ? corner.x + block.x - 1 : corner.x);
+      place.y0 = static_cast<std::uint16_t>(half ? corner.y + block.y - 1 : corner.y);
+      place.level = static_cast<std::uint8_t>(level);
+      place.page = static_cast<std::uint8_t>(shelves.page);
+      place.turned = static_cast<std::uint8_t>(half);
+    }
+  }
+  for (const int height : shelves.heights) atlas.pages.emplace_back(width, std::max(1, height));
+  return atlas;
+}
+
+glm::ivec2 atlas_texel(const AtlasPlace& place, int x, int y) {
+  return place.turned ? glm::ivec2(place.x0 - x, place.y0 - y) : glm::ivec2(place.x0 + x, place.y0 + y);
+}
+
+void atlas_uv(const AtlasPlace& place, const glm::ivec2& page, glm::vec2 uv[3]) {
+  const int r = 1 << place.level;
+  // Barycentrics (x / r, y / r) belong to vertices 0 and 1.
+  const glm::ivec2 corners[3] = {atlas_texel(place, r, 0), atlas_texel(place, 0, r), atlas_texel(place, 0, 0)};
+  for (int k = 0; k < 3; ++k) uv[k] = (glm::vec2(corners[k]) + 0.5f) / glm::vec2(page);
+}
+
+}  // namespace trisoup::soup
