@@ -45,29 +45,28 @@ void main() {
         y[i] = s_y[row * kPatch + x0 + i];
       }
       UNROLL for (uint o = 0u; o < 8u; ++o) {
-        float m[5] = float[5](0.0, 0.0, 0.0, 0.0, 0.0);
+        float m[4] = float[4](0.0, 0.0, 0.0, 0.0);
         UNROLL for (int i = 0; i < 11; ++i) {
           const float tap = ssim_tap(i), p = x[o + i], q = y[o + i];
           m[0] += tap * p;
           m[1] += tap * q;
-          m[2] += tap * (p * p);
-          m[3] += tap * (q * q);
-          m[4] += tap * (p * q);
+          m[2] += tap * (p * p + q * q);
+          m[3] += tap * (p * q);
         }
-        UNROLL for (uint k = 0u; k < 5u; ++k) s_rows[(k * kPatch + row) * kBlock + x0 + o] = m[k];
+        UNROLL for (uint k = 0u; k < 4u; ++k) s_rows[(k * kPatch + row) * kBlock + x0 + o] = m[k];
       }
     }
     barrier();
     const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
-    const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0), mxx = blur_column(2u, column, y0),
-               myy = blur_column(3u, column, y0), mxy = blur_column(4u, column, y0);
+    const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0), squares = blur_column(2u, column, y0),
+               mxy = blur_column(3u, column, y0);
     UNROLL for (uint k = 0u; k < 4u; ++k) {
       const uint x = corner.x + column, y = corner.y + y0 + k;
       if (x >= width || y >= height) continue;
       SsimWindow s;
       s.value = s.d_x = s.d_xx = s.d_xy = 0.0;
       // A window is known by its first pixel; those that reach out of the image do not count.
-      if (x + 10u < width && y + 10u < height) s = ssim_window(mx[k], my[k], mxx[k], myy[k], mxy[k]);
+      if (x + 10u < width && y + 10u < height) s = ssim_window(mx[k], my[k], squares[k], mxy[k]);
       total += s.value;
       const uint at = pixel_offset + y * width + x;
       a.partial.v[(channel * 3u) * a.pixels + at] = s.d_x;

@@ -37,13 +37,12 @@ ImageMetrics compare(std::span<const float> colour, const scene::Image& photo) {
   double squares = 0, absolute = 0, ssim = 0;
   std::size_t counted = 0;
   for (int c = 0; c < 3; ++c) {
-    std::vector<double> x(pixels), y(pixels), xx(pixels), yy(pixels), xy(pixels);
+    std::vector<double> x(pixels), y(pixels), squares_sum(pixels), xy(pixels);
     for (std::size_t p = 0; p < pixels; ++p) {
       if (photo.rgba[4 * p + 3] < 128) continue;
       x[p] = std::clamp<double>(colour[3 * p + c], 0.0, 1.0);
       y[p] = photo.rgba[4 * p + c] / 255.0;
-      xx[p] = x[p] * x[p];
-      yy[p] = y[p] * y[p];
+      squares_sum[p] = x[p] * x[p] + y[p] * y[p];
       xy[p] = x[p] * y[p];
       const double d = x[p] - y[p];
       squares += d * d;
@@ -51,9 +50,9 @@ ImageMetrics compare(std::span<const float> colour, const scene::Image& photo) {
       ++counted;
     }
     if (w <= 10 || h <= 10) continue;
-    const auto mx = blur(x, w, h), my = blur(y, w, h), mxx = blur(xx, w, h), myy = blur(yy, w, h), mxy = blur(xy, w, h);
+    const auto mx = blur(x, w, h), my = blur(y, w, h), ms = blur(squares_sum, w, h), mxy = blur(xy, w, h);
     double sum = 0;
-    for (std::size_t i = 0; i < mx.size(); ++i) sum += f64::ssim_window(mx[i], my[i], mxx[i], myy[i], mxy[i]).value;
+    for (std::size_t i = 0; i < mx.size(); ++i) sum += f64::ssim_window(mx[i], my[i], ms[i], mxy[i]).value;
     ssim += sum / static_cast<double>(mx.size());
   }
   const double mse = counted > 0 ? squares / static_cast<double>(counted) : 0;

@@ -6,31 +6,18 @@ const float kFixedOne = 17592186044416.0;      // 2^44: resolution 6e-14, range 
 const float kFixedInverse = 5.684341886080802e-14;
 const float kFixedLimit = 262144.0;  // a single term is clamped to +-2^18
 
-/// Words of x, or of zero if x is not a number.
+/// Words of x, or of zero if x is not a number. What is left of x after the high word fits in a signed low word exactly.
 uvec2 to_fixed(float x) {
   if (!(abs(x) <= kFixedLimit)) x = x > 0.0 ? kFixedLimit : x < 0.0 ? -kFixedLimit : 0.0;
-  const float scaled = abs(x) * kFixedOne;
-  const float high = floor(scaled * 2.3283064365386963e-10);
-  uvec2 words = uvec2(uint(scaled - high * 4294967296.0), uint(high));
-  if (x < 0.0) {
-    words = ~words;
-    words.x += 1u;
-    if (words.x == 0u) words.y += 1u;
-  }
-  return words;
+  const float scaled = x * kFixedOne;
+  const float high = floor(scaled * 2.3283064365386963e-10 + 0.5);
+  const int low = int(scaled - high * 4294967296.0);
+  return uvec2(uint(low), uint(int(high) + (low >> 31)));
 }
 
+/// The offset of the low word makes it, less that offset, a signed number.
 float from_fixed(uint low, uint high) {
-  // Take the offset of the low word away, then the sign.
-  uint l = low - kFixedZero;
-  uint h = high - (low < kFixedZero ? 1u : 0u);
-  const bool negative = (h & 0x80000000u) != 0u;
-  if (negative) {
-    l = ~l + 1u;
-    h = ~h + (l == 0u ? 1u : 0u);
-  }
-  const float magnitude = (float(h) * 4294967296.0 + float(l)) * kFixedInverse;
-  return negative ? -magnitude : magnitude;
+  return float(int(high)) * 0.000244140625 + float(int(low ^ kFixedZero)) * kFixedInverse;
 }
 
 void add_fixed(Uints low, uint low_index, Uints high, uint high_index, float x) {

@@ -18,10 +18,11 @@ struct SsimWindow {
   real value, d_x, d_xx, d_xy;
 };
 
-FN SsimWindow ssim_window(real x, real y, real xx, real yy, real xy) {
+/// x, y: E[x], E[y]; squares: E[xx + yy], of which the two parts are never needed alone; xy: E[xy].
+FN SsimWindow ssim_window(real x, real y, real squares, real xy) {
   const real c1 = real(1e-4), c2 = real(9e-4);
   const real a1 = real(2) * x * y + c1, a2 = real(2) * (xy - x * y) + c2;
-  const real b1 = x * x + y * y + c1, b2 = (xx - x * x) + (yy - y * y) + c2;
+  const real b1 = x * x + y * y + c1, b2 = squares - x * x - y * y + c2;
   const real inv = real(1) / (b1 * b2);
   SsimWindow s;
   s.value = a1 * a2 * inv;

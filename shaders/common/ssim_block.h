@@ -1,7 +1,7 @@
 // A block of 16 x 16 pixels and its surroundings for the 11-tap SSIM window. Needs block_grid.h.
 const uint kPatch = 26u;  // a block and the 10 pixels that its windows reach beyond it
 
-shared float s_rows[5 * 26 * 16];
+shared float s_rows[4 * 26 * 16];
 
 /// Column `x` of map `map`, rows y0 .. y0 + 3, through the vertical half of the window.
 vec4 blur_column(uint map, uint x, uint y0) {
