@@ -88,7 +88,7 @@ void main() {
       if (DEBUG && p.inside[k]) UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[p.index[k] * 7u + c] = dx[c][k];
     }
 
-    for (uint k = 0u; k < 4u; ++k) {
+    UNROLL for (uint k = 0u; k < 4u; ++k) {
       if (s_covered[k] == 0u) continue;
       barrier();
       put(kX, thread, x, k);
