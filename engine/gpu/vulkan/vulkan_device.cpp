@@ -1,5 +1,6 @@
 #include "gpu/vulkan/vulkan_device.h"
 
+#include <unistd.h>
 #include <vulkan/vulkan.h>
 
 #include <algorithm>
@@ -181,6 +182,12 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
     info.free_bytes = heap.size;
     if (has_budget && budget.heapBudget[h] > 0)
       info.free_bytes = budget.heapBudget[h] - std::min(budget.heapBudget[h], budget.heapUsage[h]);
+  }
+  if (info.kind == Kind::cpu) {
+    // lavapipe states 2 GiB whatever the machine has; its memory is the machine's.
+    const std::uint64_t page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
+    info.free_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_AVPHYS_PAGES));
   }
   return info;
 }
