@@ -13,6 +13,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   CLI::App app{"Turns posed photographs into a few thousand opaque textured triangles.\n\n"
                "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
                "OUT receives model.glb, checkpoint.safetensors, train.csv, metrics.json and renders/."};
+  app.option_defaults()->take_last();  // of an option given twice the last counts, so that scripts can override
   app.set_version_flag("--version", "soup-train " TRISOUP_VERSION);
   app.add_option("DATASET", o.dataset, "folder of photographs with poses");
   app.add_option("-o,--output", o.output, "folder for what the run leaves");

@@ -14,6 +14,7 @@
 #include "error.h"
 #include "progress_bar.h"
 #include "revision.h"
+#include "soup/initialise.h"
 #include "soup/model_file.h"
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
@@ -38,6 +39,17 @@ int list_devices() {
     std::printf("%d  %s  %s (%s), %s, %llu MB\n", d.index, d.backend.c_str(), d.name.c_str(), gpu::to_string(d.kind),
                 d.driver.c_str(), static_cast<unsigned long long>(d.memory_bytes >> 20));
   return 0;
+}
+
+/// Eight directions, spread over those from which the cameras look.
+std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
+  std::vector<glm::vec3> all, chosen;
+  for (const scene::View& view : scene.train) {
+    const glm::dvec3 centre = view.camera.centre();
+    if (glm::length(centre) > 1e-6) all.emplace_back(glm::normalize(centre));
+  }
+  for (const std::uint32_t i : soup::farthest_points(all, 8)) chosen.push_back(all[i]);
+  return chosen;
 }
 
 double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
@@ -120,6 +132,7 @@ int run(const CommandLine& o) {
   options.settings["resolution"] = o.load.downscale;
   options.settings["test_every"] = o.load.test_every;
   if (scene.synthetic) options.up = glm::dvec3(0, 0, 1);
+  options.bake_directions = bake_directions(scene);
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
 
   const train::Evaluation evaluation =

@@ -1,0 +1,13 @@
+# Sourced by the end-to-end tests: a scratch folder, a tiny scene, a short training.
+set -euo pipefail
+bin=$1
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+"$bin/make-tiny-scene" "$scratch/scene"
+device=()
+[ -n "${TRISOUP_DEVICE:-}" ] && device=(--device "$TRISOUP_DEVICE")
+short=(--steps 60 --triangles 40 --init-count 120 --init-radius 0.2 --init-box 0.7 --resample-every 20 --checkpoint-every 10 "${device[@]}")
+fail() {
+  echo "FAIL: $*" >&2
+  exit 1
+}

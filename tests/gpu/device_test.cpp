@@ -1,0 +1,79 @@
+// Tests engine/gpu/device.h and its Vulkan implementation.
+#include <catch2/catch.hpp>
+
+#include <numeric>
+
+#include "error.h"
+#include "gpu/small_scene.h"
+
+using namespace trisoup;
+using Catch::Matchers::Contains;
+
+TEST_CASE("copies of any size arrive, in order", "[device]") {
+  auto gpu = test::open_device();
+  // Below and above the inline limit of 64 KiB and the staging buffer of 64 MiB.
+  for (const std::size_t count : {1ul, 1000ul, 16384ul, 16385ul, 17ul << 20}) {
+    std::vector<std::uint32_t> values(count);
+    std::iota(values.begin(), values.end(), 5u);
+    const gpu::Buffer a = gpu->allocate(count * 4, "a"), b = gpu->allocate(count * 4, "b");
+    gpu->upload(a.address(), values);
+    gpu->copy(b.address(), a.address(), count * 4);
+    gpu->fill(a.address(), count * 4, 7);
+    CHECK(gpu->download_vector<std::uint32_t>(b.address(), count) == values);
+    CHECK(gpu->download_vector<std::uint32_t>(a.address(), count) == std::vector<std::uint32_t>(count, 7));
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("memory is counted and its ceiling kept", "[device]") {
+  auto gpu = test::open_device();
+  const std::uint64_t before = gpu->allocated_bytes();
+  {
+    const gpu::Buffer a = gpu->allocate(1 << 20, "a");
+    CHECK(gpu->allocated_bytes() == before + (1 << 20));
+    gpu->set_ceiling(before + (2 << 20));
+    CHECK_THROWS_WITH(gpu->allocate(4 << 20, "the elephant"), Contains("the elephant") && Contains("MB"));
+  }
+  CHECK(gpu->allocated_bytes() == before);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a copy outside every buffer is refused", "[device]") {
+  auto gpu = test::open_device();
+  const gpu::Buffer a = gpu->allocate(64, "a");
+  std::vector<std::uint32_t> out(17);
+  CHECK_THROWS_AS(gpu->download(a.address(), std::as_writable_bytes(std::span(out))), Error);
+}
+
+TEST_CASE("a kernel or a device that does not exist is named", "[device]") {
+  auto gpu = test::open_device();
+  CHECK_THROWS_WITH(gpu->launch({"no_such_kernel"}, 1, std::uint64_t(0)), Contains("no_such_kernel"));
+  gpu::DeviceOptions options;
+  options.device = "no such device";
+  CHECK_THROWS_WITH(gpu::open_device(options), Contains("no such device"));
+  options.device = "99";
+  CHECK_THROWS_WITH(gpu::open_device(options), Contains("99"));
+}
+
+TEST_CASE("a lost device names the kernel that was running", "[device]") {
+  // sum_textures is the first launch of a small scene; project, bin, bin_scan, bin, visibility follow.
+  auto gpu = test::open_device(4);
+  test::SmallScene s(*gpu, 5, {{0, 0}}, {test::view_from(0, 16, 16)});
+  s.step.begin(1, 0, 0, {});
+  s.step.visibility(train::Thresholds::half, s.inputs);
+  CHECK_THROWS_WITH(gpu->wait(), Contains("lost") && Contains("'bin_scan'"));
+}
+
+TEST_CASE("kernels are timed when asked", "[device]") {
+  auto gpu = test::open_device();
+  test::SmallScene s(*gpu, 5, {{0, 0}}, {test::view_from(0, 64, 64)});
+  gpu->enable_timings(true);
+  gpu->wait();
+  s.step.begin(1, 0, 0, {});
+  s.step.visibility(train::Thresholds::half, s.inputs);
+  const auto timings = gpu->timings();
+  REQUIRE(timings.contains("visibility"));
+  CHECK(timings.at("bin").launches == 2);
+  CHECK(timings.at("visibility").milliseconds > 0);
+  test::require_silence(*gpu);
+}

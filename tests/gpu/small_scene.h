@@ -1,0 +1,109 @@
+// A few triangles before a few cameras, on the device under test with the validation layers on.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "gpu/device.h"
+#include "scene/camera.h"
+#include "soup/random.h"
+#include "soup/texture_table.h"
+#include "train/frame.h"
+#include "train/render_pass.h"
+#include "train/soup_buffers.h"
+#include "train/step.h"
+
+namespace trisoup::test {
+
+/// Device under test: TRISOUP_DEVICE, or the default one.
+inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
+  gpu::DeviceOptions options;
+  if (const char* name = std::getenv("TRISOUP_DEVICE")) options.device = name;
+  options.validation = true;
+  options.lose_after_launches = lose_after;
+  return gpu::open_device(options);
+}
+
+/// Fails the test on any message of the validation layers.
+inline void require_silence(const gpu::Device& gpu) {
+  for (const std::string& message : gpu.validation_messages()) FAIL_CHECK(message);
+}
+
+inline double fixed_to_double(std::uint32_t low, std::uint32_t high) {
+  const std::uint64_t words = (std::uint64_t(high) << 32 | low) - 0x80000000ull;
+  return static_cast<double>(static_cast<std::int64_t>(words)) * 0x1p-44;
+}
+
+/// Camera at distance 1 from the origin in the xy plane, looking at it.
+inline train::BatchView view_from(double angle, std::uint32_t width, std::uint32_t height) {
+  scene::Camera camera;
+  camera.width = static_cast<int>(width);
+  camera.height = static_cast<int>(height);
+  camera.fx = camera.fy = 1.2 * std::max(width, height);
+  camera.cx = 0.5 * width;
+  camera.cy = 0.5 * height;
+  const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
+  const glm::dmat4 world_from_camera(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1));
+  camera.world_to_camera = glm::inverse(world_from_camera);
+  return train::batch_view(camera, 0.025, 2.5);
+}
+
+/// A random soup in a box of half side 0.3 with random logits.
+struct SmallScene {
+  SmallScene(gpu::Device& device, std::uint32_t triangles, std::vector<soup::TextureLevels> levels,
+             std::vector<train::BatchView> batch, std::uint64_t seed = 1)
+      : gpu(device), frame(device, 8), step(device, soup, frame), views(std::move(batch)) {
+    soup::Random random(seed);
+    std::vector<glm::vec3> vertices;
+    for (std::uint32_t t = 0; t < triangles; ++t) {
+      const glm::vec3 centre(random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25));
+      for (int k = 0; k < 3; ++k)
+        vertices.push_back(centre + glm::vec3(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)));
+    }
+    levels.resize(triangles, levels.back());
+    const soup::TextureTable table = soup::make_texture_table(levels);
+    train::allocate_soup(gpu, soup, vertices, table.entries);
+    logits.resize(table.source_samples * 8);
+    for (float& v : logits) v = static_cast<float>(random.uniform(-1.5, 1.5));
+    gpu.upload(soup.source.address(), logits);
+    train::allocate_mlp(gpu, soup, train::initial_mlp(seed));
+    frame.set_batch(views, triangles, true);
+    std::vector<float> values(3ull * frame.batch().pixels);
+    for (float& v : values) v = random.uniform01();
+    target = gpu.allocate(values.size() * 4, "target");
+    gpu.upload(target.address(), values);
+    inputs.target = target.address();
+    step.sum_textures();
+  }
+
+  void train(std::uint32_t i, const train::Rates& rates) {
+    step.begin(i * 7919u + 1u, i, i % train::Frame::kStatisticsRows, rates);
+    step.train(inputs);
+  }
+  static train::Rates rates(std::uint32_t i) { return {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1}; }
+
+  std::vector<float> state() {
+    std::vector<float> all = gpu.download_vector<float>(soup.vertices.address(), 9ull * soup.triangles);
+    for (const auto& [buffer, n] : {std::pair(&soup.source, soup.source_samples * 8), {&soup.source_moment1, soup.source_samples * 8},
+                                    {&soup.source_moment2, soup.source_samples * 8}, {&soup.mlp, std::uint64_t(595)}}) {
+      const auto values = gpu.download_vector<float>(buffer->address(), n);
+      all.insert(all.end(), values.begin(), values.end());
+    }
+    return all;
+  }
+
+  gpu::Device& gpu;
+  train::SoupBuffers soup;
+  train::Frame frame;
+  train::Step step;
+  train::StepInputs inputs;
+  gpu::Buffer target;
+  std::vector<float> logits;
+  std::vector<train::BatchView> views;
+};
+
+}  // namespace trisoup::test

@@ -1,0 +1,266 @@
+// Tests engine/train/step.cpp and the kernels it launches, beyond the golden vectors (tests/golden).
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstring>
+
+#include "common/host.h"
+#include "error.h"
+#include "gpu/small_scene.h"
+
+using namespace trisoup;
+using test::SmallScene;
+
+namespace {
+
+const std::vector<soup::TextureLevels> kFine{{2, 5}};
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * 4) == 0;
+}
+
+bool all_finite(const std::vector<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+}
+
+}  // namespace
+
+TEST_CASE("twenty steps from the same state give the same bits", "[step]") {
+  auto gpu = test::open_device();
+  std::vector<std::vector<float>> states;
+  for (int run = 0; run < 2; ++run) {
+    SmallScene s(*gpu, 40, kFine, {test::view_from(0, 48, 40), test::view_from(2, 33, 47)});
+    s.frame.reserve_lists(1 << 16);
+    for (std::uint32_t i = 0; i < 20; ++i) s.train(i, SmallScene::rates(i));
+    states.push_back(s.state());
+  }
+  CHECK(all_finite(states[0]));
+  CHECK(same_bits(states[0], states[1]));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("lists that do not fit change nothing until they do, then give the same bits", "[step]") {
+  auto gpu = test::open_device();
+  const std::vector<train::BatchView> views{test::view_from(0, 64, 64), test::view_from(2, 64, 64)};
+  SmallScene roomy(*gpu, 60, kFine, views);
+  roomy.frame.reserve_lists(1 << 16);
+  SmallScene tight(*gpu, 60, kFine, views);
+  tight.frame.lists = gpu->allocate(64 * 4, "too small on purpose");
+  const std::vector<float> before = tight.state();
+
+  tight.train(5, SmallScene::rates(0));
+  tight.train(6, SmallScene::rates(1));
+  CHECK(same_bits(tight.state(), before));
+  const auto overflow = train::grow_lists_if_needed(*gpu, tight.frame);
+  REQUIRE(overflow.has_value());
+  CHECK(*overflow == 5);
+
+  for (auto* s : {&roomy, &tight}) {
+    s->train(5, SmallScene::rates(0));
+    s->train(6, SmallScene::rates(1));
+  }
+  CHECK_FALSE(train::grow_lists_if_needed(*gpu, tight.frame).has_value());
+  CHECK_FALSE(same_bits(tight.state(), before));
+  CHECK(same_bits(tight.state(), roomy.state()));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("levels of a texture sum up and their gradients go back by the transposed interpolation", "[textures]") {
+  auto gpu = test::open_device();
+  // Mixed levels in one table, as an adaptive budget will have them.
+  const std::vector<soup::TextureLevels> levels{{2, 5}, {0, 0}, {1, 3}, {0, 5}, {5, 5}, {3, 4}};
+  SmallScene s(*gpu, static_cast<std::uint32_t>(levels.size()), levels, {test::view_from(0, 16, 16)});
+  const auto lattice = gpu->download_vector<float>(s.soup.lattice.address(), s.soup.lattice_samples * 8);
+
+  soup::Random random(7);
+  std::vector<std::uint32_t> low(s.soup.lattice_samples * 8), high(low.size());
+  std::vector<double> gradient(low.size());
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    const auto quanta = static_cast<std::int64_t>(std::llround((random.uniform01() - 0.5) * 1e-3 * 0x1p44));
+    const std::uint64_t words = static_cast<std::uint64_t>(quanta) + 0x80000000ull;
+    low[i] = static_cast<std::uint32_t>(words);
+    high[i] = static_cast<std::uint32_t>(words >> 32);
+    gradient[i] = static_cast<double>(quanta) * 0x1p-44;
+  }
+  gpu->upload(s.soup.lattice_gradient.low.address(), low);
+  gpu->upload(s.soup.lattice_gradient.high.address(), high);
+  const gpu::Buffer seen = gpu->allocate(s.soup.source_samples * 32, "gradient");
+  train::StepInputs inputs;
+  inputs.source_gradient = seen.address();
+  gpu->fill(s.frame.mlp_partial.address(), s.frame.mlp_partial.bytes(), 0);
+  s.step.begin(1, 0, 0, {});
+  s.step.update(inputs);
+  const auto actual = gpu->download_vector<float>(seen.address(), s.soup.source_samples * 8);
+
+  double worst_value = 0, worst_gradient = 0;
+  for (std::size_t t = 0; t < levels.size(); ++t) {
+    const soup::TextureEntry& row = s.soup.table[t];
+    std::vector<double> expected(soup::samples_in(row.level_min, row.level_max) * 8, 0.0);
+    for (std::uint32_t p = 0; p < soup::samples_at(row.level_max); ++p) {
+      std::uint32_t x = 0, y = 0;
+      f64::lattice_point(p, x, y);
+      const double r = 1u << row.level_max;
+      for (int c = 0; c < 8; ++c) {
+        const std::size_t at = (std::size_t(row.lattice_offset) + p) * 8 + c;
+        double sum = 0;
+        std::uint32_t base = 0;
+        for (std::uint32_t l = row.level_min; l <= row.level_max; ++l) {
+          const f64::LatticeCell cell = f64::lattice_cell(x / r, y / r, l);
+          const auto logit = [&](std::uint32_t i) { return double(s.logits[(std::size_t(row.source_offset) + base + i) * 8 + c]); };
+          sum += cell.w0 * logit(cell.i0) + cell.w1 * logit(cell.i1) + cell.w2 * logit(cell.i2);
+          base += soup::samples_at(l);
+        }
+        const double value = f64::sigmoid(sum);
+        worst_value = std::max(worst_value, std::abs(value - lattice[at]));
+        const double g = gradient[at] * value * (1 - value);
+        base = 0;
+        for (std::uint32_t l = row.level_min; l <= row.level_max; ++l) {
+          const f64::LatticeCell cell = f64::lattice_cell(x / r, y / r, l);
+          expected[(base + cell.i0) * 8 + c] += cell.w0 * g;
+          expected[(base + cell.i1) * 8 + c] += cell.w1 * g;
+          expected[(base + cell.i2) * 8 + c] += cell.w2 * g;
+          base += soup::samples_at(l);
+        }
+      }
+    }
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      worst_gradient = std::max(worst_gradient, std::abs(expected[i] - actual[std::size_t(row.source_offset) * 8 + i]));
+  }
+  CHECK(worst_value < 1e-6);
+  CHECK(worst_gradient < 1e-3 * 1e-5);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the expected error", "[opacity]") {
+  auto gpu = test::open_device();
+  // Three triangles over one view, each of constant opacity and colour (no MLP: feature 3 is 0).
+  SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, 8, 8)});
+  const double alpha[3] = {0.3, 0.6, 0.8}, shade[3] = {0.1, 0.5, 0.9}, background = 1.0;
+  std::vector<float> logits(s.logits.size());
+  for (std::size_t t = 0; t < 3; ++t)
+    for (std::size_t k = 0; k < 3; ++k)
+      for (int c = 0; c < 8; ++c) {
+        const double value = c < 3 ? shade[t] : c == 3 ? 1e-9 : c == 7 ? alpha[t] : 0.5;
+        logits[(t * 3 + k) * 8 + c] = static_cast<float>(std::log(value / (1 - value)));
+      }
+  gpu->upload(s.soup.source.address(), logits);
+  // All cover the whole picture, in the order 2, 0, 1 from the camera (which is at x = 1).
+  const float depth[3] = {0.0f, -0.2f, 0.2f};
+  std::vector<glm::vec3> vertices;
+  for (const float x : depth) vertices.insert(vertices.end(), {{x, -9, -9}, {x, 9, -9}, {x, 0, 18}});
+  gpu->upload(s.soup.vertices.address(), vertices);
+  s.inputs.background = glm::vec3(static_cast<float>(background));
+  const auto target = gpu->download_vector<float>(s.target.address(), 192);
+  s.step.sum_textures();
+
+  // By enumeration: E[L1] = mean over pixels and channels of sum over fragments of its weight times its error.
+  const int order[3] = {2, 0, 1};
+  double exact[3] = {};
+  for (int which = 0; which < 3; ++which) {
+    for (const float t : target) {
+      double through = 1, d_through = 0, sum = 0;
+      for (const int f : order) {
+        const double e = std::abs(shade[f] - t), a = alpha[f], da = f == which ? 1 : 0;
+        sum += (d_through * a + through * da) * e;
+        d_through = d_through * (1 - a) - through * da;
+        through *= 1 - a;
+      }
+      sum += d_through * std::abs(background - t);
+      exact[which] += sum / 192;
+    }
+  }
+
+  constexpr int kSamples = 3000;
+  double mean[3] = {}, square[3] = {};
+  for (int i = 0; i < kSamples; ++i) {
+    train::clear(*gpu, s.soup.lattice_gradient);
+    s.step.begin(f32::hash32(i), 0, 0, {});
+    s.step.visibility(train::Thresholds::random, s.inputs);
+    s.step.shade(s.inputs);
+    s.step.loss(s.inputs);
+    s.step.backward(s.inputs);
+    const auto low = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), 72);
+    const auto high = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), 72);
+    for (int t = 0; t < 3; ++t) {
+      double g = 0;
+      for (int k = 0; k < 3; ++k) g += test::fixed_to_double(low[(t * 3 + k) * 8 + 7], high[(t * 3 + k) * 8 + 7]);
+      mean[t] += g / kSamples;
+      square[t] += g * g / kSamples;
+    }
+  }
+  for (int t = 0; t < 3; ++t) {
+    const double error = std::sqrt((square[t] - mean[t] * mean[t]) / kSamples);
+    CAPTURE(t, mean[t], exact[t], error);
+    CHECK(std::abs(mean[t] - exact[t]) < 4 * error);
+    CHECK(error < 0.1 * std::abs(exact[t]) + 1e-3);  // or the test says nothing
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("views of any size go together, also those smaller than the SSIM window", "[step]") {
+  auto gpu = test::open_device();
+  const std::vector<train::BatchView> views{test::view_from(0, 1, 1), test::view_from(1, 7, 5), test::view_from(2, 17, 33),
+                                            test::view_from(3, 64, 48)};
+  SmallScene together(*gpu, 30, kFine, views);
+  together.frame.reserve_lists(1 << 16);
+  together.step.begin(1, 0, 0, {});
+  together.step.visibility(train::Thresholds::half, together.inputs);
+  together.step.shade(together.inputs);
+  together.step.loss(together.inputs);
+  const auto colours = gpu->download_vector<float>(together.frame.colour.address(), 3ull * together.frame.batch().pixels);
+  const auto gradients = gpu->download_vector<float>(together.frame.gradient.address(), 4ull * together.frame.batch().pixels);
+  CHECK(all_finite(colours));
+  CHECK(all_finite(gradients));
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    SmallScene alone(*gpu, 30, kFine, {views[v]});
+    alone.frame.reserve_lists(1 << 16);
+    alone.step.begin(1, 0, 0, {});
+    alone.step.visibility(train::Thresholds::half, alone.inputs);
+    alone.step.shade(alone.inputs);
+    const std::size_t first = together.frame.batch().records[v].pixel_offset, n = alone.frame.batch().pixels;
+    const auto own = gpu->download_vector<float>(alone.frame.colour.address(), 3 * n);
+    CHECK(std::equal(own.begin(), own.end(), colours.begin() + 3 * first));
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("triangles that no rasteriser likes leave every value finite", "[step]") {
+  auto gpu = test::open_device();
+  SmallScene s(*gpu, 12, kFine, {test::view_from(0, 48, 48)});
+  auto v = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 36);
+  v[0] = v[1] = v[2];                                   // a point
+  v[3] = v[4];                                          // a line
+  v[6] = {0.1f, 0, 0}, v[7] = {0.2f, 0, 0}, v[8] = {0.3f, 0, 0};
+  v[9] = {NAN, 0, 0};
+  v[12] = {INFINITY, 0, 0};
+  v[15] = {1.0f, 0, 0};                                 // at the camera
+  v[18] = {3.0f, 0, 0};                                 // behind it
+  v[21] = {0.97f, -50, -50}, v[22] = {0.97f, 50, -50}, v[23] = {0.97f, 0, 100};  // before everything, far out of the picture
+  v[24] = {1e6f, 0, 0};
+  gpu->upload(s.soup.vertices.address(), v);
+  s.frame.reserve_lists(1 << 16);
+  for (std::uint32_t i = 0; i < 5; ++i) s.train(i, SmallScene::rates(i));
+  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * 48 * 48);
+  CHECK(all_finite(colour));
+  CHECK(all_finite(gpu->download_vector<float>(s.soup.source.address(), s.soup.source_samples * 8)));
+  CHECK(all_finite(gpu->download_vector<float>(s.soup.mlp.address(), 595)));
+  const auto after = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 36);
+  for (std::size_t i = 0; i < after.size(); ++i)
+    if (i != 9 && i != 12) CHECK((std::isfinite(after[i].x) && std::isfinite(after[i].y) && std::isfinite(after[i].z)));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
+  auto gpu = test::open_device();
+  SmallScene s(*gpu, 60, kFine, {test::view_from(0, 48, 48), test::view_from(1.5, 48, 48)});
+  std::vector<float> flat(3ull * s.frame.batch().pixels, 0.25f);
+  gpu->upload(s.target.address(), flat);
+  s.inputs.background = glm::vec3(0.25f);
+  s.frame.reserve_lists(1 << 16);
+  for (std::uint32_t i = 0; i < 60; ++i) s.train(i, SmallScene::rates(i));
+  const auto rows = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 60);
+  const double first = test::fixed_to_double(rows[0].l1_low, rows[0].l1_high), last = test::fixed_to_double(rows[59].l1_low, rows[59].l1_high);
+  CAPTURE(first, last);
+  CHECK(last < 0.3 * first);
+  test::require_silence(*gpu);
+}
