@@ -19,7 +19,7 @@ std::string duration(double seconds) {
 std::string bar(double share) {
   constexpr int kWidth = 24;
   const int full = static_cast<int>(share * kWidth);
-  return "[" + std::string(full, '#') + std::string(kWidth - full, '.') + "]";
+  return fmt::format("[{}{}]", std::string(full, '#'), std::string(kWidth - full, '.'));
 }
 
 }  // namespace
