@@ -186,7 +186,7 @@ TEST_CASE("COLMAP: subfolders, every place of the model, images beside it", "[sc
   CHECK(scene.normalisation.scale == Approx(0.2));
 }
 
-TEST_CASE("-r resamples, or takes the prescaled folder where there is one", "[scene][load]") {
+TEST_CASE("the resolution option resamples or takes the prescaled folder where there is one", "[scene][load]") {
   const TemporaryFolder folder;
   write_colmap(folder, "sparse/0/", "1 PINHOLE 33 24 40 41 16.5 12");
   for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) folder.write(name, plain(33, 24, 100, 0, 0));
