@@ -264,3 +264,59 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
   CHECK(last < 0.3 * first);
   test::require_silence(*gpu);
 }
+
+TEST_CASE("texture and MLP gradients of a whole step agree with differences of its loss", "[step]") {
+  auto gpu = test::open_device();
+  SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
+  s.frame.reserve_lists(1 << 16);
+  std::vector<gpu::Buffer> outputs;
+  const auto room = [&](std::uint64_t floats) {
+    outputs.push_back(gpu->allocate(floats * 4, "gradient"));
+    return outputs.back().address();
+  };
+  s.inputs.source_gradient = room(s.soup.source_samples * 8);
+  s.inputs.mlp_gradient = room(595);
+  const auto loss = [&] {
+    s.step.sum_textures();
+    s.step.begin(1, 0, 0, {});
+    s.step.visibility(train::Thresholds::half, s.inputs);
+    s.step.shade(s.inputs);
+    s.step.loss(s.inputs);
+    const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+    return 0.8 * test::fixed_to_double(r.l1_low, r.l1_high) + 0.1 * (1 - test::fixed_to_double(r.ssim_low, r.ssim_high));
+  };
+  loss();
+  s.step.backward(s.inputs);
+  s.step.update(s.inputs);  // learning rates are 0
+  const auto texture = gpu->download_vector<float>(s.inputs.source_gradient, s.soup.source_samples * 8);
+  const auto mlp = gpu->download_vector<float>(s.inputs.mlp_gradient, 595);
+  auto weights = gpu->download_vector<float>(s.soup.mlp.address(), 595);
+
+  // The largest of each channel: small ones drown in the rounding of a float image.
+  double ab = 0, bb = 0, aa = 0;
+  const auto compare = [&](double actual, float& value, gpu::Address address, float h) {
+    const float kept = value;
+    const auto at = [&](float v) {
+      gpu->upload(address, std::as_bytes(std::span(&v, 1)));
+      return loss();
+    };
+    const double expected = (at(kept + h) - at(kept - h)) / (2.0 * h);
+    at(kept);
+    ab += actual * expected, bb += expected * expected, aa += actual * actual;
+    CHECK(actual == Approx(expected).epsilon(0.1).margin(0.02 * std::sqrt(bb)));
+  };
+  for (int c = 0; c < 7; ++c) {
+    std::size_t best = c;
+    for (std::size_t i = c; i < texture.size(); i += 8)
+      if (std::abs(texture[i]) > std::abs(texture[best])) best = i;
+    compare(texture[best], s.logits[best], s.soup.source.address() + 4 * best, 0.05f);
+  }
+  CHECK(ab / bb == Approx(1).margin(0.03));
+  CHECK(ab / std::sqrt(aa * bb) > 0.999);
+  ab = aa = bb = 0;
+  for (const std::size_t i : {3ul, 40ul, 130ul, 260ul, 300ul, 420ul, 530ul, 550ul, 580ul, 592ul, 594ul})
+    compare(mlp[i], weights[i], s.soup.mlp.address() + 4 * i, 0.02f);
+  CHECK(ab / bb == Approx(1).margin(0.03));
+  CHECK(ab / std::sqrt(aa * bb) > 0.999);
+  test::require_silence(*gpu);
+}
