@@ -43,6 +43,18 @@ soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& fra
   return soup::bisect_on_screens(vertices, screens, static_cast<float>(settings.split_length), visible, room);
 }
 
+/// Everything but the MLP anew. The old arrays go before the new ones come: both together might not fit.
+void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices, const soup::TextureTable& table,
+             gpu::Buffer source) {
+  SoupBuffers fresh;
+  fresh.mlp = std::move(soup.mlp);
+  fresh.mlp_moment1 = std::move(soup.mlp_moment1);
+  fresh.mlp_moment2 = std::move(soup.mlp_moment2);
+  gpu.wait();
+  soup = std::move(fresh);
+  allocate_soup(gpu, soup, vertices, table.entries, std::move(source));
+}
+
 /// Replaces the soup by `change` of it.
 void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, const Settings& settings) {
   std::vector<soup::TextureLevels> levels;
@@ -67,14 +79,7 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
     moment1 = inherit(soup.source_moment1);
     moment2 = inherit(soup.source_moment2);
   }
-  // The old arrays go before the new ones come: both together might not fit.
-  SoupBuffers fresh;
-  fresh.mlp = std::move(soup.mlp);
-  fresh.mlp_moment1 = std::move(soup.mlp_moment1);
-  fresh.mlp_moment2 = std::move(soup.mlp_moment2);
-  gpu.wait();
-  soup = std::move(fresh);
-  allocate_soup(gpu, soup, change.vertices, table.entries, std::move(source));
+  replace(gpu, soup, change.vertices, table, std::move(source));
   if (settings.keep_moments) {
     soup.source_moment1 = std::move(moment1);
     soup.source_moment2 = std::move(moment2);
@@ -117,13 +122,7 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& set
              kernels::LiftTexturesArgs{soup.textures.address(), rows.address(), soup.source.address(), source.address(),
                                        soup.triangles, settings.keep_opacity});
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
-  SoupBuffers fresh;
-  fresh.mlp = std::move(soup.mlp);
-  fresh.mlp_moment1 = std::move(soup.mlp_moment1);
-  fresh.mlp_moment2 = std::move(soup.mlp_moment2);
-  gpu.wait();
-  soup = std::move(fresh);
-  allocate_soup(gpu, soup, vertices, table.entries, std::move(source));
+  replace(gpu, soup, vertices, table, std::move(source));
   Step(gpu, soup, frame).sum_textures();
 }
 

@@ -12,6 +12,7 @@
 #include "soup/random.h"
 #include "soup/safetensors.h"
 #include "soup/texture_table.h"
+#include "train/fixed_sum.h"
 #include "train/render_pass.h"
 #include "train/resample.h"
 
@@ -19,11 +20,6 @@ namespace trisoup::train {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double fixed_sum(std::uint32_t low, std::uint32_t high) {
-  const std::uint64_t words = (std::uint64_t(high) << 32 | low) - 0x80000000ull;  // common/fixed_point.h
-  return static_cast<double>(static_cast<std::int64_t>(words)) * 0x1p-44;
-}
 
 /// Pixels and tiles of the largest batch that can come up.
 struct BatchSize {

@@ -13,6 +13,7 @@
 #include "golden/host_cases.h"
 #include "npz.h"
 #include "soup/texture_table.h"
+#include "train/fixed_sum.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
 #include "train/soup_buffers.h"
@@ -159,11 +160,6 @@ struct Scene {
   std::uint32_t triangles = 0, width = 0, height = 0, level_min = 0, level_max = 0, views = 0, pixels = 0;
 };
 
-double fixed_to_double(std::uint32_t low, std::uint32_t high) {
-  const std::uint64_t words = (std::uint64_t(high) << 32 | low) - 0x80000000ull;
-  return static_cast<double>(static_cast<std::int64_t>(words)) * 0x1p-44;
-}
-
 struct Losses {
   double loss, l1, half_dssim;
 };
@@ -171,8 +167,8 @@ Losses losses(Scene& s, std::uint32_t slot) {
   const auto rows = s.gpu.download_vector<kernels::Statistics>(s.frame.statistics.address(), Frame::kStatisticsRows);
   const kernels::Statistics& r = rows[slot];
   Losses l;
-  l.l1 = fixed_to_double(r.l1_low, r.l1_high);
-  l.half_dssim = 0.5 * (1.0 - fixed_to_double(r.ssim_low, r.ssim_high));
+  l.l1 = train::fixed_sum(r.l1_low, r.l1_high);
+  l.half_dssim = 0.5 * (1.0 - train::fixed_sum(r.ssim_low, r.ssim_high));
   l.loss = 0.8 * l.l1 + 0.2 * l.half_dssim;
   return l;
 }
@@ -274,7 +270,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   const auto low = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), s.soup.lattice_samples * 8);
   const auto high = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), s.soup.lattice_samples * 8);
   std::vector<float> lattice_gradient;
-  for (std::size_t i = 0; i < low.size(); ++i) lattice_gradient.push_back(static_cast<float>(fixed_to_double(low[i], high[i])));
+  for (std::size_t i = 0; i < low.size(); ++i) lattice_gradient.push_back(static_cast<float>(train::fixed_sum(low[i], high[i])));
   const std::size_t lattice_n = soup::samples_at(s.level_max), source_n = soup::samples_in(s.level_min, s.level_max);
   report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient, per_triangle(lattice_n * 7));
   report.array("d_alpha_acc", opacity_of(lattice_gradient), need(npz, "d_alpha_acc").f, kGradient, per_triangle(lattice_n));
@@ -314,7 +310,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   for (std::size_t i = 0; i < clip_count; ++i) {
     const std::size_t corner = i / 4 % (3 * s.triangles), view = i / (12 * s.triangles);
     const std::size_t to = (view * s.shared_vertices + s.faces[corner]) * 4 + i % 4;
-    clip_gradient[to] += static_cast<float>(fixed_to_double(clip_low[i], clip_high[i]));
+    clip_gradient[to] += static_cast<float>(train::fixed_sum(clip_low[i], clip_high[i]));
     if (tied_triangle[corner / 3]) tied_clip[to] = true;
   }
   report.array("d_V_clip", clip_gradient, need(npz, "d_V_clip").f, kGradient, tied_clip);
@@ -373,7 +369,7 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
     const auto high = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), n * 8);
     const auto lattice = gpu.download_vector<float>(s.soup.opacity.address(), n);
     for (std::size_t k = 0; k < n; ++k) {
-      const double g = fixed_to_double(low[k * 8 + 7], high[k * 8 + 7]) * lattice[k] * (1 - lattice[k]);
+      const double g = train::fixed_sum(low[k * 8 + 7], high[k * 8 + 7]) * lattice[k] * (1 - lattice[k]);
       mean[k] += g / kSamples;
       square[k] += g * g / kSamples;
     }
@@ -447,7 +443,7 @@ void ssim(gpu::Device& gpu, const Npz& npz, Report& report) {
   step.begin(0, 0, 0, {});
   step.loss(inputs);
   const auto rows = gpu.download_vector<kernels::Statistics>(frame.statistics.address(), 1);
-  const float value = static_cast<float>(fixed_to_double(rows[0].ssim_low, rows[0].ssim_high));
+  const float value = static_cast<float>(train::fixed_sum(rows[0].ssim_low, rows[0].ssim_high));
   report.array("ssim", {&value, 1}, need(npz, "ssim").f, kImage);
   const auto gradient = gpu.download_vector<float>(frame.gradient.address(), 4ull * frame.batch().pixels);
   const double l1 = 0.8 / static_cast<double>(target.size());

@@ -99,7 +99,7 @@ void compare(const std::function<std::vector<Flat>(soup::Random&)>& make, bool a
           double actual = 0;
           for (int i = 0; i < 3; ++i) {
             const std::size_t at = (t * 3 + k) * 3 + i;
-            actual += axis[i] * test::fixed_to_double(low[at], high[at]);
+            actual += axis[i] * train::fixed_sum(low[at], high[at]);
           }
           const double h = 0.01;
           std::vector<Flat> moved = scene;

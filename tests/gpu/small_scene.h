@@ -12,6 +12,7 @@
 #include "scene/camera.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
+#include "train/fixed_sum.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
 #include "train/soup_buffers.h"
@@ -31,11 +32,6 @@ inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
 /// Fails the test on any message of the validation layers.
 inline void require_silence(const gpu::Device& gpu) {
   for (const std::string& message : gpu.validation_messages()) FAIL_CHECK(message);
-}
-
-inline double fixed_to_double(std::uint32_t low, std::uint32_t high) {
-  const std::uint64_t words = (std::uint64_t(high) << 32 | low) - 0x80000000ull;
-  return static_cast<double>(static_cast<std::int64_t>(words)) * 0x1p-44;
 }
 
 /// Camera at distance 1 from the origin in the xy plane, looking at it.

@@ -183,7 +183,7 @@ TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the ex
     const auto high = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), 72);
     for (int t = 0; t < 3; ++t) {
       double g = 0;
-      for (int k = 0; k < 3; ++k) g += test::fixed_to_double(low[(t * 3 + k) * 8 + 7], high[(t * 3 + k) * 8 + 7]);
+      for (int k = 0; k < 3; ++k) g += train::fixed_sum(low[(t * 3 + k) * 8 + 7], high[(t * 3 + k) * 8 + 7]);
       mean[t] += g / kSamples;
       square[t] += g * g / kSamples;
     }
@@ -259,7 +259,7 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
   s.frame.reserve_lists(1 << 16);
   for (std::uint32_t i = 0; i < 60; ++i) s.train(i, SmallScene::rates(i));
   const auto rows = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 60);
-  const double first = test::fixed_to_double(rows[0].l1_low, rows[0].l1_high), last = test::fixed_to_double(rows[59].l1_low, rows[59].l1_high);
+  const double first = train::fixed_sum(rows[0].l1_low, rows[0].l1_high), last = train::fixed_sum(rows[59].l1_low, rows[59].l1_high);
   CAPTURE(first, last);
   CHECK(last < 0.3 * first);
   test::require_silence(*gpu);
@@ -283,7 +283,7 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
     const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
-    return 0.8 * test::fixed_to_double(r.l1_low, r.l1_high) + 0.1 * (1 - test::fixed_to_double(r.ssim_low, r.ssim_high));
+    return 0.8 * train::fixed_sum(r.l1_low, r.l1_high) + 0.1 * (1 - train::fixed_sum(r.ssim_low, r.ssim_high));
   };
   loss();
   s.step.backward(s.inputs);
