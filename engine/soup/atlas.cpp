@@ -8,14 +8,9 @@
 namespace trisoup::soup {
 namespace {
 
-glm::ivec2 block_size(std::uint32_t level) {
-  const int r = 1 << level;
-  return {r + 3, r + 2};
-}
-
-/// Fills pages of `width` texels row by row; returns the total height used.
+/// Fills pages of `width` x at most `side` texels, row by row.
 struct Shelves {
-  int width, x = 0, y = 0, shelf = 0, page = 0;
+  int width, side, x = 0, y = 0, shelf = 0, page = 0;
   std::vector<int> heights{0};
 
   /// Top left corner of a new block; blocks come in order of falling height.
@@ -25,7 +20,7 @@ struct Shelves {
       x = 0;
       shelf = 0;
     }
-    if (y + block.y > kAtlasSide) {
+    if (y + block.y > side) {
       ++page;
       heights.push_back(0);
       x = y = shelf = 0;
@@ -40,26 +35,39 @@ struct Shelves {
 
 }  // namespace
 
-Atlas make_atlas(std::span<const std::uint32_t> levels) {
+glm::ivec2 atlas_block(std::uint32_t level) {
+  const int r = 1 << level;
+  return {r + 3, r + 2};
+}
+
+Atlas make_atlas(std::span<const std::uint32_t> levels, int side) {
+  if (side < kMinAtlasSide || side > kAtlasSide)
+    throw Error("model: an atlas side of {} texels is impossible; choose {} to {}", side, kMinAtlasSide, kAtlasSide);
+  for (const std::uint32_t level : levels)
+    if (level > kMaxAtlasLevel)
+      throw Error("model: a texture of level {} has no place in an atlas; use levels up to {}", level, kMaxAtlasLevel);
   std::vector<std::uint32_t> order(levels.size());
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return levels[a] > levels[b]; });
 
   std::uint64_t area = 0;
   for (const std::uint32_t level : levels) {
-    const glm::ivec2 block = block_size(level);
+    const glm::ivec2 block = atlas_block(level);
     area += static_cast<std::uint64_t>(block.x) * block.y / 2 + 1;
   }
   int width = 64;
-  while (width < kAtlasSide && static_cast<std::uint64_t>(width) * width < area + area / 16) width *= 2;
+  if (!levels.empty())
+    while (width < atlas_block(levels[order[0]]).x) width *= 2;
+  while (width * 2 <= side && static_cast<std::uint64_t>(width) * width < area + area / 16) width *= 2;
 
   Atlas atlas;
   atlas.places.resize(levels.size());
-  Shelves shelves{width};
+  Shelves shelves{width, side};
   for (std::size_t i = 0; i < order.size();) {
     const std::uint32_t level = levels[order[i]];
-    const glm::ivec2 block = block_size(level), corner = shelves.place(block);
-    if (shelves.page > 255) throw Error("model: its textures need more than 256 atlas pages; use fewer triangles or lower levels");
+    const glm::ivec2 block = atlas_block(level), corner = shelves.place(block);
+    if (shelves.page > 255)
+      throw Error("model: its textures need more than 256 atlas pages; use fewer triangles or lower levels");
     for (int half = 0; half < 2 && i < order.size() && levels[order[i]] == level; ++half, ++i) {
       AtlasPlace& place = atlas.places[order[i]];
       place.x0 = static_cast<std::uint16_t>(half ? corner.x + block.x - 1 : corner.x);

@@ -1,16 +1,18 @@
 #include "soup/model_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
-#include <string>
 
 #include "atomic_file.h"
+#include "common/host.h"
 #include "error.h"
 #include "scene/image_file.h"
+#include "scene/printable.h"
 #include "scene/read_file.h"
-#include "soup/atlas.h"
 #include "soup/bake.h"
+#include "soup/glb.h"
 #include "soup/texture_table.h"
 
 namespace trisoup::soup {
@@ -20,19 +22,54 @@ using nlohmann::json;
 using scene::Image;
 
 constexpr const char* kExtension = "TRISOUP_neural_textures";
-constexpr std::uint32_t kMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;
+constexpr std::size_t kMaxPages = 256;  // AtlasPlace::page is a byte
+// glTF's numbers for types of components and of buffers.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+
+bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+std::uint32_t level_of(const TextureEntry& row) { return row.level_max; }
+
+/// Calls f(x, y, index) for every point of a lattice with its index in the lattice.
+template <typename F>
+void each_lattice_point(std::uint32_t level, F&& f) {
+  const int r = 1 << level;
+  for (int y = 0; y <= r; ++y)
+    for (int x = 0; x + y <= r; ++x) f(x, y, f32::lattice_index(x, y));
+}
+
+/// Throws Error on a model that cannot be written so that it can be read again.
+void check(const Model& model) {
+  if (model.triangles() == 0) throw Error("model: has no triangles; nothing is written");
+  if (model.vertices.size() != 3 * model.triangles())
+    throw Error("model: {} triangles with {} vertices; give it three each", model.triangles(), model.vertices.size());
+  for (std::size_t t = 0; t < model.triangles(); ++t) {
+    const TextureEntry& row = model.textures[t];
+    if (level_of(row) > static_cast<std::uint32_t>(kMaxLevel) ||
+        (std::size_t(row.lattice_offset) + samples_at(level_of(row))) * kChannels > model.lattice.size())
+      throw Error("model: the texture of triangle {} lies outside the lattice; lay the table out again", t);
+  }
+  if (model.mlp.parameters.size() != Mlp::kParameters)
+    throw Error("model: an MLP of {} parameters instead of {}; give it all layers", model.mlp.parameters.size(),
+                Mlp::kParameters);
+  const bool numbers =
+      std::all_of(model.vertices.begin(), model.vertices.end(), [](const glm::vec3& v) { return finite(v); }) &&
+      std::all_of(model.mlp.parameters.begin(), model.mlp.parameters.end(), [](float w) { return std::isfinite(w); }) &&
+      finite(model.background) && finite(model.centre) && std::isfinite(model.scale) && model.scale > 0;
+  if (!numbers) throw Error("model: has values that are no finite numbers; training diverged, lower the learning rates");
+}
 
 /// The binary chunk while it grows, and its bufferViews.
 struct Binary {
-  std::string bytes;
+  std::vector<std::byte> bytes;
   json views = json::array();
 
   int add(const void* data, std::size_t size, int target = 0) {
-    bytes.resize((bytes.size() + 3) / 4 * 4, '\0');
+    bytes.resize((bytes.size() + 3) / 4 * 4);
     json view = {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", size}};
     if (target != 0) view["target"] = target;
-    bytes.append(static_cast<const char*>(data), size);
+    const auto* begin = static_cast<const std::byte*>(data);
+    bytes.insert(bytes.end(), begin, begin + size);
     views.push_back(view);
     return static_cast<int>(views.size()) - 1;
   }
@@ -53,49 +90,60 @@ class Pages {
   void fill(const std::vector<TextureEntry>& table, F&& value) {
     for (std::size_t t = 0; t < table.size(); ++t) {
       const AtlasPlace& place = atlas_.places[t];
-      const int r = 1 << place.level;
-      for (int y = 0; y <= r; ++y)
-        for (int x = 0; x + y <= r; ++x) {
-          const std::uint32_t n = x + y, sample = table[t].lattice_offset + n * (n + 1) / 2 + y;
-          std::uint8_t* texel = at(place, x, y);
-          for (int c = 0; c < 4; ++c) texel[c] = value(sample, c);
-        }
-      each_gutter_texel(place.level, [&](int x, int y, int sx, int sy) { std::memcpy(at(place, x, y), at(place, sx, sy), 4); });
+      each_lattice_point(place.level, [&](int x, int y, std::uint32_t index) {
+        std::uint8_t* texel = at(place, {x, y});
+        for (int c = 0; c < 4; ++c) texel[c] = value(table[t].lattice_offset + index, c);
+      });
+      each_gutter_texel(place.level, [&](const GutterTexel& gutter) {
+        const std::uint8_t *a = at(place, gutter.a), *b = at(place, gutter.b), *d = at(place, gutter.c);
+        std::uint8_t* texel = at(place, gutter.at);
+        for (int c = 0; c < 4; ++c) texel[c] = static_cast<std::uint8_t>(std::clamp(a[c] + b[c] - d[c], 0, 255));
+      });
     }
-  }
-  std::uint8_t* at(const AtlasPlace& place, int x, int y) {
-    const glm::ivec2 texel = atlas_texel(place, x, y);
-    Image& image = images_[place.page];
-    return &image.rgba[(static_cast<std::size_t>(texel.y) * image.width + texel.x) * 4];
   }
   const std::vector<Image>& images() const { return images_; }
 
  private:
+  std::uint8_t* at(const AtlasPlace& place, const glm::ivec2& point) {
+    const glm::ivec2 texel = atlas_texel(place, point.x, point.y);
+    Image& image = images_[place.page];
+    return &image.rgba[(static_cast<std::size_t>(texel.y) * image.width + texel.x) * 4];
+  }
+
   const Atlas& atlas_;
   std::vector<Image> images_;
 };
 
-std::uint32_t level_of(const TextureEntry& row) { return row.level_max; }
-
-/// Row-major 3x3 that turns `up` to +Y, as a glTF node matrix (column-major 4x4).
+/// The rotation that turns `up` to +Y, as the matrix of a glTF node (4x4, column after column).
 json up_matrix(const glm::dvec3& up) {
+  if (!finite(up) || glm::length(up) < 1e-12) throw Error("model: its up direction has no length; give one or none");
   const glm::dvec3 y = glm::normalize(up);
   const glm::dvec3 helper = std::abs(y.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   const glm::dvec3 z = glm::normalize(glm::cross(helper, y)), x = glm::cross(y, z);
   return {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, 0, 0, 0, 1};
 }
 
-void put_u32(std::vector<std::byte>& out, std::uint32_t value) {
-  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<std::byte>(value >> shift));
+/// The texels that a PNG's header states, 0 if it is no PNG: asked before any memory is taken for them.
+std::uint64_t png_texels(std::span<const std::byte> png) {
+  constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  if (png.size() < 24 || std::memcmp(png.data(), signature.data(), signature.size()) != 0 ||
+      std::memcmp(png.data() + 12, "IHDR", 4) != 0)
+    return 0;
+  const auto side = [&](std::size_t at) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<std::uint64_t>(png[at + i]);
+    return value;
+  };
+  return side(16) * side(20);
 }
 
 }  // namespace
 
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options) {
-  if (model.triangles() == 0) throw Error("model: has no triangles; nothing is written");
+  check(model);
   std::vector<std::uint32_t> levels;
   for (const TextureEntry& row : model.textures) levels.push_back(level_of(row));
-  const Atlas atlas = make_atlas(levels);
+  const Atlas atlas = make_atlas(levels, options.atlas_side);
 
   Binary binary;
   json gltf;
@@ -114,13 +162,16 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   }
   const std::size_t vertices = model.vertices.size();
   std::vector<glm::vec2> uv(vertices);
-  for (std::size_t t = 0; t < model.triangles(); ++t)
-    atlas_uv(atlas.places[t], atlas.pages[atlas.places[t].page], &uv[3 * t]);
+  for (std::size_t t = 0; t < model.triangles(); ++t) atlas_uv(atlas.places[t], atlas.pages[atlas.places[t].page], &uv[3 * t]);
   const int position_view = binary.add(model.vertices.data(), vertices * 12, kArrayBuffer);
   const int uv_view = binary.add(uv.data(), vertices * 8, kArrayBuffer);
   json accessors = json::array();
-  accessors.push_back({{"bufferView", position_view}, {"componentType", kFloat}, {"count", vertices}, {"type", "VEC3"},
-                       {"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}});
+  accessors.push_back({{"bufferView", position_view},
+                       {"componentType", kFloat},
+                       {"count", vertices},
+                       {"type", "VEC3"},
+                       {"min", {low.x, low.y, low.z}},
+                       {"max", {high.x, high.y, high.z}}});
   accessors.push_back({{"bufferView", uv_view}, {"componentType", kFloat}, {"count", vertices}, {"type", "VEC2"}});
 
   // Pictures: the baked colour that every viewer shows, then the features.
@@ -141,20 +192,23 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   for (std::size_t page = 0; page < atlas.pages.size(); ++page) {
     const int image = add_image(colour.images()[page], "colour");
     textures.push_back({{"sampler", 0}, {"source", image}});
-    materials.push_back({{"name", "soup"},
-                         {"alphaMode", "MASK"},
-                         {"alphaCutoff", 0.5},
-                         {"doubleSided", true},
-                         {"extensions", {{"KHR_materials_unlit", json::object()}}},
-                         {"pbrMetallicRoughness",
-                          {{"baseColorTexture", {{"index", textures.size() - 1}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}});
+    materials.push_back(
+        {{"name", "soup"},
+         {"alphaMode", "MASK"},
+         {"alphaCutoff", 0.5},
+         {"doubleSided", true},
+         {"extensions", {{"KHR_materials_unlit", json::object()}}},
+         {"pbrMetallicRoughness",
+          {{"baseColorTexture", {{"index", textures.size() - 1}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}});
     json primitive = {{"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}}, {"material", page}, {"mode", 4}};
     if (atlas.pages.size() > 1) {
       std::vector<std::uint32_t> indices;
       for (std::uint32_t t = 0; t < model.triangles(); ++t)
         if (atlas.places[t].page == page) indices.insert(indices.end(), {3 * t, 3 * t + 1, 3 * t + 2});
       accessors.push_back({{"bufferView", binary.add(indices.data(), indices.size() * 4, kElementArrayBuffer)},
-                           {"componentType", kUnsignedInt}, {"count", indices.size()}, {"type", "SCALAR"}});
+                           {"componentType", kUnsignedInt},
+                           {"count", indices.size()},
+                           {"type", "SCALAR"}});
       primitive["indices"] = accessors.size() - 1;
     }
     primitives.push_back(primitive);
@@ -183,123 +237,105 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   extension["settings"] = options.settings;
   gltf["extensions"] = {{kExtension, extension}};
 
-  binary.bytes.resize((binary.bytes.size() + 3) / 4 * 4, '\0');
   gltf["accessors"] = accessors;
   gltf["bufferViews"] = binary.views;
   gltf["buffers"] = json::array({json{{"byteLength", binary.bytes.size()}}});
-
-  std::string text = gltf.dump();
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::uint64_t total = 12 + 8 + text.size() + 8 + binary.bytes.size();
-  if (total > 0xffffffffull) throw Error("model: {} bytes are more than a .glb can hold; use fewer triangles", total);
-  std::vector<std::byte> out;
-  out.reserve(total);
-  const auto append = [&](const std::string& s) {
-    const auto bytes = std::as_bytes(std::span(s));
-    out.insert(out.end(), bytes.begin(), bytes.end());
-  };
-  for (const std::uint32_t word : {kMagic, 2u, static_cast<std::uint32_t>(total), static_cast<std::uint32_t>(text.size()), kJsonChunk})
-    put_u32(out, word);
-  append(text);
-  put_u32(out, static_cast<std::uint32_t>(binary.bytes.size()));
-  put_u32(out, kBinChunk);
-  append(binary.bytes);
-  return out;
+  return encode_glb(gltf, binary.bytes, "model");
 }
 
 ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name) {
   const auto damaged = [&](const char* what) {
     return Error("{}: {}; the file is cut or damaged, export or copy it again", name, what);
   };
-  const auto u32 = [&](std::size_t at) {
-    std::uint32_t value = 0;
-    if (at + 4 > bytes.size()) throw damaged("ends within its header");
-    for (int i = 3; i >= 0; --i) value = value << 8 | static_cast<std::uint32_t>(bytes[at + i]);
-    return value;
-  };
-  if (bytes.size() < 4 || u32(0) != kMagic) throw Error("{}: is not a binary glTF file; give a model.glb", name);
-  if (u32(4) != 2 || u32(8) != bytes.size()) throw damaged("does not have the length it states");
-  const std::size_t text_size = u32(12);
-  if (u32(16) != kJsonChunk || text_size > bytes.size() - 20) throw damaged("has no whole JSON chunk");
-  const char* text = reinterpret_cast<const char*>(bytes.data()) + 20;
-  const std::size_t bin_at = 20 + text_size;
-  const std::size_t bin_size = u32(bin_at);
-  if (u32(bin_at + 4) != kBinChunk || bin_size > bytes.size() - bin_at - 8) throw damaged("has no whole binary chunk");
-  const std::span<const std::byte> bin = bytes.subspan(bin_at + 8, bin_size);
+  const Glb glb = decode_glb(bytes, name);
+  const json& gltf = glb.document;
+  if (!gltf.contains("extensions") || !gltf["extensions"].contains(kExtension))
+    throw Error("{}: has no {} extension; it is not a trisoup model", name, kExtension);
 
   ModelFile file;
   Model& model = file.model;
   try {
-    const json gltf = json::parse(text, text + text_size);
-    if (!gltf.contains("extensions") || !gltf["extensions"].contains(kExtension))
-      throw Error("{}: has no {} extension; it is not a trisoup model", name, kExtension);
     const json& extension = gltf["extensions"][kExtension];
-    if (extension.at("version").get<int>() != 1)
-      throw Error("{}: is of version {}, this program reads version 1; use a newer one", name, extension["version"].dump());
-    const auto view = [&](std::size_t index) {
-      const json& v = gltf.at("bufferViews").at(index);
-      const std::size_t offset = v.value("byteOffset", std::size_t(0)), length = v.at("byteLength").get<std::size_t>();
-      if (offset > bin.size() || length > bin.size() - offset) throw damaged("has a bufferView beyond its end");
-      return bin.subspan(offset, length);
+    const auto whole = [&](const json& value) {
+      if (!value.is_number_unsigned()) throw damaged("has something else where a whole number belongs");
+      return value.get<std::size_t>();
     };
-    const std::size_t triangles = extension.at("triangles").get<std::size_t>();
+    const auto view = [&](const json& index) {
+      const json& v = gltf.at("bufferViews").at(whole(index));
+      const std::size_t offset = v.contains("byteOffset") ? whole(v["byteOffset"]) : 0, length = whole(v.at("byteLength"));
+      if (offset > glb.binary.size() || length > glb.binary.size() - offset) throw damaged("has a bufferView beyond its end");
+      return glb.binary.subspan(offset, length);
+    };
+    if (const std::size_t version = whole(extension.at("version")); version != 1)
+      throw Error("{}: is of version {}, this program reads version 1; use a newer one", name, version);
 
-    const json& positions = gltf.at("accessors").at(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION").get<std::size_t>());
-    const auto position_bytes = view(positions.at("bufferView").get<std::size_t>());
-    if (triangles == 0 || triangles > position_bytes.size() / 36 || position_bytes.size() != triangles * 36)
-      throw damaged("has another number of vertices than triangles need");
+    // Vertices. Divisions rather than products: the file may claim any number.
+    const std::size_t triangles = whole(extension.at("triangles"));
+    const json& positions =
+        gltf.at("accessors").at(whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
+    const std::span<const std::byte> position_bytes = view(positions.at("bufferView"));
+    constexpr std::size_t triangle_bytes = 3 * sizeof(glm::vec3);
+    if (triangles == 0 || position_bytes.size() % triangle_bytes != 0 || position_bytes.size() / triangle_bytes != triangles)
+      throw damaged("has another number of vertices than its triangles need");
     model.vertices.resize(3 * triangles);
     std::memcpy(model.vertices.data(), position_bytes.data(), position_bytes.size());
     for (const glm::vec3& v : model.vertices)
-      if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) throw damaged("has a vertex that is no number");
+      if (!finite(v)) throw damaged("has a vertex that is no number");
 
-    const auto place_bytes = view(extension.at("places").get<std::size_t>());
-    if (place_bytes.size() != triangles * sizeof(AtlasPlace)) throw damaged("has a texture table of another length");
+    const std::span<const std::byte> mlp_bytes = view(extension.at("mlp"));
+    if (mlp_bytes.size() != Mlp::kParameters * sizeof(float)) throw damaged("has an MLP of another size");
+    std::memcpy(model.mlp.parameters.data(), mlp_bytes.data(), mlp_bytes.size());
+    for (const float w : model.mlp.parameters)
+      if (!std::isfinite(w)) throw damaged("has an MLP weight that is no number");
+
+    // Textures: where they lie, then page after page what is there.
+    const std::span<const std::byte> place_bytes = view(extension.at("places"));
+    if (place_bytes.size() / sizeof(AtlasPlace) != triangles || place_bytes.size() % sizeof(AtlasPlace) != 0)
+      throw damaged("has a texture table of another length");
     std::vector<AtlasPlace> places(triangles);
     std::memcpy(places.data(), place_bytes.data(), place_bytes.size());
-
-    const auto mlp_bytes = view(extension.at("mlp").get<std::size_t>());
-    if (mlp_bytes.size() != Mlp::kParameters * 4) throw damaged("has an MLP of another size");
-    std::memcpy(model.mlp.parameters.data(), mlp_bytes.data(), mlp_bytes.size());
-
-    std::vector<std::array<Image, 2>> pages;
-    for (const json& page : extension.at("pages")) {
-      auto& images = pages.emplace_back();
-      for (int i = 0; i < 2; ++i) {
-        const json& image = gltf.at("images").at(page.at("features").at(i).get<std::size_t>());
-        images[i] = scene::decode_image(view(image.at("bufferView").get<std::size_t>()), name + " (texture)");
-      }
-      if (images[0].width != images[1].width || images[0].height != images[1].height) throw damaged("has pages of unequal size");
-    }
-
+    const json& pages = extension.at("pages");
+    if (!pages.is_array() || pages.size() > kMaxPages) throw damaged("has an impossible number of atlas pages");
     std::vector<TextureLevels> levels;
+    // One page, however little it holds, and room for every place.
+    std::uint64_t texels_left = std::uint64_t(kAtlasSide) * kAtlasSide;
     for (const AtlasPlace& place : places) {
-      if (place.level > kMaxLevel || place.page >= pages.size() || place.turned > 1) throw damaged("has an impossible texture table");
-      const int r = 1 << place.level;
-      const glm::ivec2 a = atlas_texel(place, 0, 0), b = atlas_texel(place, r, r);
-      const Image& image = pages[place.page][0];
-      if (std::min(a.x, b.x) < 0 || std::min(a.y, b.y) < 0 || std::max(a.x, b.x) >= image.width || std::max(a.y, b.y) >= image.height)
-        throw damaged("has a texture outside its page");
+      if (place.level > kMaxLevel || place.page >= pages.size() || place.turned > 1)
+        throw damaged("has an impossible texture table");
       levels.push_back({place.level, place.level});
+      const glm::ivec2 block = atlas_block(place.level);
+      texels_left += 2 * std::uint64_t(block.x) * std::uint64_t(block.y);
     }
     const TextureTable table = make_texture_table(levels);
     model.textures = table.entries;
     for (TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
     model.lattice.resize(table.lattice_samples * kChannels);
-    for (std::size_t t = 0; t < triangles; ++t) {
-      const AtlasPlace& place = places[t];
-      const int r = 1 << place.level;
-      for (int y = 0; y <= r; ++y)
-        for (int x = 0; x + y <= r; ++x) {
-          const glm::ivec2 texel = atlas_texel(place, x, y);
-          const std::uint32_t n = x + y;
-          std::uint8_t* to = &model.lattice[(std::size_t(model.textures[t].lattice_offset) + n * (n + 1) / 2 + y) * kChannels];
-          for (int i = 0; i < 2; ++i) {
-            const Image& image = pages[place.page][i];
-            std::memcpy(to + 4 * i, &image.rgba[(static_cast<std::size_t>(texel.y) * image.width + texel.x) * 4], 4);
-          }
+    for (std::size_t page = 0; page < pages.size(); ++page) {
+      const json& features = pages[page].at("features");
+      for (int half = 0; half < 2; ++half) {
+        const std::span<const std::byte> png = view(gltf.at("images").at(whole(features.at(half))).at("bufferView"));
+        const std::uint64_t texels = png_texels(png);
+        if (texels == 0) throw damaged("has a texture that is no PNG");
+        if (texels > texels_left) throw damaged("has textures of more texels than its triangles need");
+        if (half == 1) texels_left -= texels;
+        const Image image = scene::decode_image(png, name + " (texture)");
+        for (std::size_t t = 0; t < triangles; ++t) {
+          const AtlasPlace& place = places[t];
+          if (place.page != page) continue;
+          const int r = 1 << place.level;
+          const glm::ivec2 a = atlas_texel(place, 0, 0), b = atlas_texel(place, r, r);
+          if (std::min(a.x, b.x) < 0 || std::min(a.y, b.y) < 0 || std::max(a.x, b.x) >= image.width ||
+              std::max(a.y, b.y) >= image.height)
+            throw damaged("has a texture outside its page");
+          each_lattice_point(place.level, [&](int x, int y, std::uint32_t index) {
+            const glm::ivec2 texel = atlas_texel(place, x, y);
+            std::memcpy(&model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * kChannels + 4 * half],
+                        &image.rgba[(static_cast<std::size_t>(texel.y) * image.width + texel.x) * 4], 4);
+          });
         }
+      }
     }
+
     const auto vector = [&](const char* key) {
       const json& v = extension.at(key);
       return glm::dvec3(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
@@ -307,11 +343,12 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     model.background = glm::vec3(vector("background"));
     model.centre = vector("centre");
     model.scale = extension.at("scale").get<double>();
+    if (!finite(model.background)) throw damaged("has a background that is no colour");
+    if (!finite(model.centre) || !std::isfinite(model.scale) || model.scale <= 0)
+      throw damaged("has an impossible centre or scale");
     file.settings = extension.value("settings", json());
   } catch (const json::exception& e) {
-    std::string what = e.what();
-    std::replace(what.begin(), what.end(), '\n', ' ');
-    throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, what);
+    throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, scene::printable(e.what()));
   }
   return file;
 }

@@ -6,20 +6,22 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <string_view>
+#include <string>
 #include <vector>
 
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 
+#include "soup/atlas.h"
 #include "soup/soup.h"
 
 namespace trisoup::soup {
 
 struct ModelFileOptions {
-  std::optional<glm::dvec3> up;           // of the dataset; glTF viewers get it as +Y. Without one +Y is taken as it is.
-  std::vector<glm::vec3> bake_directions; // see bake_colours
-  nlohmann::json settings;                // kept as it is, for people and for soup-eval
+  std::optional<glm::dvec3> up;            // of the dataset; glTF viewers get it as +Y. Without one +Y is taken as it is.
+  std::vector<glm::vec3> bake_directions;  // unit, from the surface towards the viewer; see bake_colours
+  nlohmann::json settings;                 // kept as it is, for people and for soup-eval
+  int atlas_side = kAtlasSide;             // largest width and height of an atlas page, texels; see make_atlas
 };
 
 struct ModelFile {
@@ -27,13 +29,18 @@ struct ModelFile {
   nlohmann::json settings;
 };
 
+/// The bytes of a model.glb. decode_model gives back the same vertices, lattices and MLP to the bit; lattices lie in triangle
+/// order. Throws Error on a model that no reader could take: no triangles, another number of vertices, a texture outside the
+/// lattice, a number that is not finite (training diverged), settings that are not UTF-8, more than the format can hold.
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options);
 
-/// Throws Error on anything that is not a whole model file. `name` begins error messages.
+/// Throws Error on anything that is not a whole model file, before it takes memory that the file does not account for. `name`
+/// begins error messages.
 ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name);
 
-/// Writes atomically; returns the size in bytes.
+/// encode_model to a file, atomically; returns its size in bytes. Throws Error as well if it cannot be written.
 std::uint64_t write_model(const std::filesystem::path& path, const Model& model, const ModelFileOptions& options);
+/// decode_model of a file. Throws Error as well if it cannot be read.
 ModelFile read_model(const std::filesystem::path& path);
 
 }  // namespace trisoup::soup

@@ -1,0 +1,113 @@
+// Tests engine/soup/atlas.cpp.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "error.h"
+#include "soup/atlas.h"
+#include "soup/random.h"
+
+using namespace trisoup;
+using Catch::Matchers::Contains;
+
+TEST_CASE("no two lattices or gutters of an atlas share a texel", "[atlas]") {
+  soup::Random random(3);
+  std::vector<std::uint32_t> levels;
+  for (int t = 0; t < 333; ++t) levels.push_back(random.bits() % (soup::kMaxAtlasLevel + 1));
+  const bool many_pages = GENERATE(false, true);
+  const soup::Atlas atlas = many_pages ? soup::make_atlas(levels, soup::kMinAtlasSide) : soup::make_atlas(levels);
+  REQUIRE((atlas.pages.size() > 1) == many_pages);
+  for (const glm::ivec2& page : atlas.pages)
+    REQUIRE(std::max(page.x, page.y) <= (many_pages ? soup::kMinAtlasSide : soup::kAtlasSide));
+  std::set<std::tuple<int, int, int>> taken;
+  std::size_t texels = 0;
+  for (const soup::AtlasPlace& place : atlas.places) {
+    const auto take = [&](int x, int y) {
+      const glm::ivec2 texel = soup::atlas_texel(place, x, y);
+      REQUIRE(texel.x >= 0);
+      REQUIRE(texel.y >= 0);
+      REQUIRE(texel.x < atlas.pages[place.page].x);
+      REQUIRE(texel.y < atlas.pages[place.page].y);
+      taken.insert({place.page, texel.x, texel.y});
+      ++texels;
+    };
+    const int r = 1 << place.level;
+    for (int y = 0; y <= r; ++y)
+      for (int x = 0; x + y <= r; ++x) take(x, y);
+    soup::each_gutter_texel(place.level, [&](const soup::GutterTexel& gutter) { take(gutter.at.x, gutter.at.y); });
+  }
+  CHECK(taken.size() == texels);
+}
+
+TEST_CASE("bilinear sampling inside a triangle reads its own texels and gutter only", "[atlas]") {
+  const std::vector<std::uint32_t> levels{5, 5, 3, 3, 0, 0, 2, 1, 8, 7, 6, 4};
+  const soup::Atlas atlas = soup::make_atlas(levels);
+  soup::Random random(5);
+  for (const soup::AtlasPlace& place : atlas.places) {
+    glm::vec2 uv[3];
+    soup::atlas_uv(place, atlas.pages[place.page], uv);
+    const int r = 1 << place.level;
+    std::set<std::pair<int, int>> own;
+    const auto add = [&](int x, int y) {
+      const glm::ivec2 t = soup::atlas_texel(place, x, y);
+      own.insert({t.x, t.y});
+    };
+    for (int y = 0; y <= r; ++y)
+      for (int x = 0; x + y <= r; ++x) add(x, y);
+    soup::each_gutter_texel(place.level, [&](const soup::GutterTexel& gutter) { add(gutter.at.x, gutter.at.y); });
+    for (int i = 0; i < 500; ++i) {
+      double b0 = random.uniform01(), b1 = random.uniform01();
+      if (b0 + b1 > 1) b0 = 1 - b0, b1 = 1 - b1;
+      const glm::dvec2 at = b0 * glm::dvec2(uv[0]) + b1 * glm::dvec2(uv[1]) + (1 - b0 - b1) * glm::dvec2(uv[2]);
+      const glm::dvec2 texel = at * glm::dvec2(atlas.pages[place.page]) - 0.5;
+      for (int dy = 0; dy < 2; ++dy)
+        for (int dx = 0; dx < 2; ++dx) {
+          const double fx = texel.x - std::floor(texel.x), fy = texel.y - std::floor(texel.y);
+          const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
+          if (weight < 1e-3) continue;  // rounding of the coordinates
+          CHECK(own.contains({int(std::floor(texel.x)) + dx, int(std::floor(texel.y)) + dy}));
+        }
+    }
+    // A lattice point is a texel centre.
+    const glm::dvec2 corner = glm::dvec2(uv[0]) * glm::dvec2(atlas.pages[place.page]) - 0.5;
+    const glm::ivec2 expected = soup::atlas_texel(place, r, 0);
+    CHECK(corner.x == Approx(expected.x).margin(1e-3));
+    CHECK(corner.y == Approx(expected.y).margin(1e-3));
+  }
+}
+
+TEST_CASE("an atlas wastes little", "[atlas]") {
+  const std::vector<std::uint32_t> levels(2000, 5);
+  const soup::Atlas atlas = soup::make_atlas(levels);
+  REQUIRE(atlas.pages.size() == 1);
+  CHECK(double(atlas.pages[0].x) * atlas.pages[0].y < 1.15 * 2000 * soup::samples_at(5));
+}
+
+TEST_CASE("a gutter texel follows from lattice points of the last cell", "[atlas]") {
+  for (std::uint32_t level = 0; level <= soup::kMaxAtlasLevel; ++level) {
+    const int r = 1 << level;
+    int count = 0;
+    soup::each_gutter_texel(level, [&](const soup::GutterTexel& gutter) {
+      ++count;
+      CHECK(gutter.at.x + gutter.at.y == r + 1);
+      for (const glm::ivec2& p : {gutter.a, gutter.b, gutter.c}) CHECK((p.x >= 0 && p.y >= 0 && p.x + p.y <= r));
+      if (gutter.at.x > 0 && gutter.at.y > 0) CHECK(gutter.a + gutter.b - gutter.c == gutter.at);  // so a plane goes on
+    });
+    CHECK(count == r + 2);
+  }
+}
+
+TEST_CASE("an atlas that cannot be is refused", "[atlas]") {
+  CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{9}), Contains("level 9"));
+  CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{1}, 100), Contains("100 texels"));
+  CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{1}, 1 << 20), Contains("atlas side"));
+  // Two triangles of level 8 share a block, and a page of 512 x 512 holds one.
+  CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>(514, 8), soup::kMinAtlasSide), Contains("256 atlas pages"));
+  CHECK(soup::make_atlas(std::vector<std::uint32_t>(512, 8), soup::kMinAtlasSide).pages.size() == 256);
+  CHECK(soup::make_atlas({}).pages.size() == 1);
+}
