@@ -3,7 +3,11 @@
 
 #include <cstdio>
 #include <map>
+#include <optional>
+#include <span>
+#include <string>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
@@ -23,14 +27,16 @@ int main(int argc, char** argv) {
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
+  // One line, like every other error of this program.
+  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
   app.add_option("MODEL", model_path, "model.glb")->required();
   app.add_option("DATASET", dataset, "the dataset it was trained on, or another with the same coordinates")->required();
   auto* resolution = app.add_option("-r,--resolution", load.downscale, "divide image sides by this factor [as trained]");
   auto* test_every = app.add_option("--test-every", load.test_every, "every K-th view is a test view [as trained]");
-  app.add_option("--background", load.background, "auto, white or black")
+  auto* background = app.add_option("--background", load.background, "auto, white or black [as trained]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, scene::BackgroundChoice>{
           {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}));
-  app.add_option("--alpha", load.alpha, "composite or mask")
+  auto* alpha = app.add_option("--alpha", load.alpha, "composite or mask [as trained]")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}));
   app.add_option("--near", near, "near plane, normalised units [as trained]");
@@ -39,12 +45,29 @@ int main(int argc, char** argv) {
   app.add_option("--renders", renders, "folder for pictures: photograph and rendering side by side");
   app.add_option("--backend", device_options.backend, "auto or vulkan [auto]");
   app.add_option("--device", device_options.device, "number or part of the name");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 1;
+  }
   try {
     const soup::ModelFile file = soup::read_model(model_path);
-    const nlohmann::json& settings = file.settings;
-    if (!*resolution) load.downscale = settings.value("resolution", 1.0);
-    if (!*test_every) load.test_every = settings.value("test_every", 8);
+    double test_near = 0.025, test_far = 2.5;
+    try {
+      // A model of another program may have no settings at all.
+      const nlohmann::json settings = file.settings.is_null() ? nlohmann::json::object() : file.settings;
+      if (!*resolution) load.downscale = settings.value("resolution", 1.0);
+      if (!*test_every) load.test_every = settings.value("test_every", 8);
+      if (!*alpha && settings.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
+      test_near = settings.value("test_near", test_near);
+      test_far = settings.value("far", test_far);
+    } catch (const nlohmann::json::exception&) {
+      throw Error("{}: its settings are not those of soup-train; give --resolution, --test-every, --alpha, --near and --far",
+                  model_path);
+    }
+    // Not what the test views alone would suggest: the model was trained against one background.
+    if (!*background)
+      load.background = file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
     load.train_images = false;
     load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
     const scene::Scene scene = scene::load(dataset, load);
@@ -57,8 +80,7 @@ int main(int argc, char** argv) {
       on_render = [&](const scene::View& view, const std::vector<float>& colour) { folder->write_render(view, colour); };
     }
     const train::Evaluation evaluation =
-        train::evaluate(*device, file.model, scene, near.value_or(settings.value("test_near", 0.025)),
-                        far.value_or(settings.value("far", 2.5)), on_render);
+        train::evaluate(*device, file.model, scene, near.value_or(test_near), far.value_or(test_far), on_render);
     const std::string text = to_json(evaluation).dump(2) + "\n";
     if (json_path.empty()) std::fputs(text.c_str(), stdout);
     else write_file_atomically(json_path, std::as_bytes(std::span(text)));

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "error.h"
 
 namespace trisoup {
@@ -14,6 +16,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
                "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
                "OUT receives model.glb, checkpoint.safetensors, train.csv, metrics.json and renders/."};
   app.option_defaults()->take_last();  // of an option given twice the last counts, so that scripts can override
+  // One line, like every other error of this program.
+  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-train: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-train " TRISOUP_VERSION);
   app.add_option("DATASET", o.dataset, "folder of photographs with poses");
   app.add_option("-o,--output", o.output, "folder for what the run leaves");
@@ -77,6 +81,11 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   device->add_option("--device", o.device.device, "number or part of the name [the fastest kind there is]");
   device->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
+
+  // strtoull takes a minus sign and turns -1 into the largest number there is.
+  for (auto* group : {common, data, start, method, output, device})
+    for (CLI::Option* option : group->get_options())
+      if (option->get_type_name() == "UINT") option->check(CLI::NonNegativeNumber);
 
   try {
     app.parse(argc, argv);

@@ -1,4 +1,5 @@
 // soup-train: from a folder of photographs to a model.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -60,7 +61,7 @@ int run(const CommandLine& o) {
   train::RunFolder folder(o.output);
   const bool resume = o.resume && std::filesystem::exists(folder.checkpoint());
   auto device = gpu::open_device(o.device);
-  if (o.memory_mb > 0) device->set_ceiling(o.memory_mb << 20);
+  if (o.memory_mb > 0) device->set_ceiling(std::min(o.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o, fmt::format("device: {} ({}, {})", device->info().name, gpu::to_string(device->info().kind), device->info().driver));
 
   ProgressBar loading(0, 0, o.quiet);
@@ -131,6 +132,7 @@ int run(const CommandLine& o) {
   options.settings = to_json(settings);
   options.settings["resolution"] = o.load.downscale;
   options.settings["test_every"] = o.load.test_every;
+  options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
   if (scene.synthetic) options.up = glm::dvec3(0, 0, 1);
   options.bake_directions = bake_directions(scene);
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);

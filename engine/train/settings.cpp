@@ -1,6 +1,7 @@
 #include "train/settings.h"
 
 #include <cmath>
+#include <type_traits>
 
 #include <nlohmann/json.hpp>
 
@@ -86,6 +87,11 @@ void check(const Settings& s) {
   const auto need = [](bool ok, const char* what) {
     if (!ok) throw Error("settings: {}", what);
   };
+  // The comparisons below let infinity pass, and some of them NaN.
+  each_member(s, [&](const char* name, const auto& value) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>)
+      if (!std::isfinite(value)) throw Error("settings: {} must be a finite number", name);
+  });
   need(s.steps > 0, "--steps 0 trains nothing; use 1 or more");
   need(s.triangles > 0, "--triangles 0 leaves no model; use a budget of 1 or more");
   need(s.batch > 0, "--batch 0 shows no view; use 1 or more");

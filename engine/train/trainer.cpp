@@ -253,6 +253,11 @@ void each_array(SoupBuffers& s, F&& f) {
 
 constexpr const char* kFormat = "trisoup checkpoint 1";
 
+/// The fingerprint knows poses and sizes only, but what photographs are composited on changes what is learnt.
+std::string background_text(const scene::Scene& scene) {
+  return fmt::format("{} {} {}", scene.background.r, scene.background.g, scene.background.b);
+}
+
 }  // namespace
 
 void Trainer::write_checkpoint(const std::filesystem::path& path) {
@@ -272,6 +277,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path) {
                    {"optimiser_start", std::to_string(optimiser_start_)},
                    {"seconds", fmt::format("{}", seconds_)},
                    {"scene", std::to_string(scene_.fingerprint)},
+                   {"background", background_text(scene_)},
                    {"settings", to_json(settings_).dump()}});
   writer.write(path);
 }
@@ -297,7 +303,10 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (number("scene") != scene.fingerprint)
     throw Error("{}: belongs to another scene (or another -r or --test-every); choose another -o or train without --resume",
                 path.string());
+  if (text("background") != background_text(scene))
+    throw Error("{}: was trained on another background; use the same --background, or train without --resume", path.string());
   nlohmann::json then = nlohmann::json::parse(text("settings"), nullptr, false), now = to_json(settings_);
+  if (!then.is_object()) throw Error("{}: its settings are damaged; train without --resume", path.string());
   // How often something is written does not change what is computed.
   for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
   if (then != now) {
@@ -308,6 +317,9 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   }
   step_ = number("step");
   optimiser_start_ = number("optimiser_start");
+  if (step_ > settings_.steps || optimiser_start_ > step_)
+    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train without --resume", path.string(), step_,
+                settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
 
   const auto rows = file.values<std::uint32_t>("texture_table");
