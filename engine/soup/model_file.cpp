@@ -152,8 +152,8 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   gltf["scene"] = 0;
   json node = {{"mesh", 0}, {"name", "soup"}};
   if (options.up) node["matrix"] = up_matrix(*options.up);
-  gltf["nodes"] = {node};
-  gltf["scenes"] = json::array({json{{"nodes", {0}}}});
+  gltf["nodes"] = json::array({node});  // {node} alone is an array to g++ and a copy to clang
+  gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
 
   glm::vec3 low(INFINITY), high(-INFINITY);
   for (const glm::vec3& v : model.vertices) {
