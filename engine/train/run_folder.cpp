@@ -1,6 +1,9 @@
 #include "train/run_folder.h"
 
+#include <signal.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -20,6 +23,22 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 
+/// Removes what writers that were killed left half-written (atomic_file.cpp names it <file>.<process>-<number>.partial): a
+/// checkpoint may be a gigabyte. What a running process writes stays.
+void remove_partial_files(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> abandoned;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() != ".partial") continue;
+    const std::string numbers = entry.path().stem().extension().string();
+    int process = 0;
+    unsigned number = 0;
+    if (std::sscanf(numbers.c_str(), ".%d-%u", &process, &number) != 2 || process <= 0) continue;
+    if (::kill(process, 0) != 0 && errno == ESRCH) abandoned.push_back(entry.path());
+  }
+  for (const auto& path : abandoned) std::filesystem::remove(path, ignored);
+}
+
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path) : path_(std::move(path)) {
@@ -30,6 +49,8 @@ RunFolder::RunFolder(std::filesystem::path path) : path_(std::move(path)) {
   const std::filesystem::path probe = path_ / ".writable";
   write_text(probe, "");
   std::filesystem::remove(probe, error);
+  remove_partial_files(path_);
+  remove_partial_files(path_ / "renders");
 }
 
 void RunFolder::resume_log(std::uint64_t step) {

@@ -16,7 +16,7 @@ namespace trisoup::train {
 
 class RunFolder {
  public:
-  /// Creates the folder. Throws Error when that, or a file in it, cannot be written.
+  /// Creates the folder, and clears it of what killed runs left half-written. Throws Error when that, or a file in it, cannot be written.
   explicit RunFolder(std::filesystem::path path);
 
   const std::filesystem::path& path() const { return path_; }
