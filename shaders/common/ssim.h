@@ -5,12 +5,12 @@
 /// Tap i of the normalised window.
 FN real ssim_tap(int i) {
   const int k = i < 5 ? 5 - i : i - 5;
-  return k == 0   ? real(0.26601171704860436)
-         : k == 1 ? real(0.21300553771125470)
-         : k == 2 ? real(0.10936068950970007)
-         : k == 3 ? real(0.036000773310661516)
-         : k == 4 ? real(0.0075987582094967478)
-                  : real(0.0010283802084191078);
+  return k == 0   ? real(0.2660117248617943)
+         : k == 1 ? real(0.21300553771125366)
+         : k == 2 ? real(0.1093606895097)
+         : k == 3 ? real(0.03600077212843082)
+         : k == 4 ? real(0.007598758135239184)
+                  : real(0.0010283800844791099);
 }
 
 /// The window's value and its derivatives by E[x], E[xx] and E[xy], x being the rendering.

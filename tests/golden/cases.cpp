@@ -9,6 +9,7 @@
 #include "args/count_visible.h"
 #include "args/edge_forces.h"
 #include "args/lift_textures.h"
+#include "common/host.h"
 #include "error.h"
 #include "golden/host_cases.h"
 #include "npz.h"
@@ -324,9 +325,13 @@ void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
   s.step.sum_textures();
   const std::vector<float>& factors = need(npz, "lr_mult").f;
   const std::vector<float>& expected = need(npz, "loss_per_step").f;
+  const std::vector<std::int32_t>& ids = need(npz, "tri_id_per_step").i;
+  std::size_t different = 0;
   for (std::uint32_t i = 0; i < factors.size(); ++i) {
     const std::uint64_t t = i + 1;
     s.forward_and_backward({5e-2 * factors[i], 1e-3 * factors[i], 1e-2 * factors[i], t, t, t}, i);
+    const auto hits = gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels);
+    for (std::uint32_t p = 0; p < s.pixels; ++p) different += hits[p].triangle != static_cast<std::uint32_t>(ids.at(std::size_t(i) * s.pixels + p));
     s.step.update(s.inputs);
     const std::string suffix = fmt::format("_after{}", t);
     if (!npz.contains("V" + suffix)) continue;
@@ -343,6 +348,15 @@ void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
          {std::pair(l.loss, expected[3 * i]), std::pair(l.l1, expected[3 * i + 1]), std::pair(l.half_dssim, expected[3 * i + 2])})
       worst = std::max(worst, std::abs(actual - reference) / reference);
   }
+  report.check("visible triangles", different * 1000 <= ids.size(), fmt::format("{} of {} pixels of all steps differ (limit 0.1 %)", different, ids.size()));
+  const std::vector<float> m = s.floats(s.soup.source_moment1.address(), s.soup.source_samples * 8),
+                           v = s.floats(s.soup.source_moment2.address(), s.soup.source_samples * 8);
+  report.parameters("adam_feat_m", features_of(m), need(npz, "adam_feat_m").f);
+  report.parameters("adam_feat_v", features_of(v), need(npz, "adam_feat_v").f);
+  report.parameters("adam_alpha_m", opacity_of(m), need(npz, "adam_alpha_m").f);
+  report.parameters("adam_alpha_v", opacity_of(v), need(npz, "adam_alpha_v").f);
+  report.parameters("vadam_g1", s.floats(s.soup.vertex_moment1.address(), s.triangles * 9), need(npz, "vadam_g1").f);
+  report.parameters("vadam_g2", s.floats(s.soup.vertex_moment2.address(), s.triangles * 3), need(npz, "vadam_g2").f);
   report.check("loss of every step", worst <= 1e-4, fmt::format("largest relative error {:.2e}", worst));
 }
 
@@ -393,6 +407,51 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
   report.check("winner counts", worst_count < 5, fmt::format("largest difference {:.2f} sigma (limit 5)", worst_count));
 }
 
+/// Random levels: their sum, and a gradient back through it. The kernel does both through the sigmoid, which is undone here.
+void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels levels, const std::string& source, const std::string& sum,
+                     const std::string& gradient, const std::string& gradient_back, Report& report) {
+  const std::vector<float>& logits = need(npz, source).f;
+  const auto triangles = static_cast<std::uint32_t>(need(npz, source).shape.at(0));
+  const std::size_t channels = need(npz, source).shape.at(2);
+  train::SoupBuffers soup;
+  train::allocate_soup(gpu, soup, std::vector<glm::vec3>(3 * triangles), soup::make_texture_table(triangles, levels).entries);
+  train::allocate_mlp(gpu, soup, {});
+  std::vector<float> all(soup.source_samples * 8, 0.0f);
+  for (std::size_t i = 0; i < logits.size(); ++i) all[i / channels * 8 + i % channels] = logits[i];
+  gpu.upload(soup.source.address(), all);
+  Frame frame(gpu, 1);
+  frame.reserve(1, 1, 1, triangles, true);
+  gpu.fill(frame.mlp_partial.address(), frame.mlp_partial.bytes(), 0);
+  Step step(gpu, soup, frame);
+  step.sum_textures();
+  const auto lattice = gpu.download_vector<float>(soup.lattice.address(), soup.lattice_samples * 8);
+  const std::vector<float>& expected_sum = need(npz, sum).f;
+  const std::vector<float>& upstream = need(npz, gradient).f;
+  std::vector<float> ours, expected;
+  std::vector<std::uint32_t> low(lattice.size(), 0x80000000u), high(lattice.size(), 0);
+  for (std::size_t i = 0; i < expected_sum.size(); ++i) {
+    const std::size_t at = i / channels * 8 + i % channels;
+    const double v = lattice[at];
+    ours.push_back(lattice[at]);
+    expected.push_back(static_cast<float>(1.0 / (1.0 + std::exp(-double(expected_sum[i])))));
+    const auto words = static_cast<std::uint64_t>(std::llround(upstream[i] / (v * (1 - v)) * 0x1p44)) + 0x80000000ull;
+    low[at] = static_cast<std::uint32_t>(words);
+    high[at] = static_cast<std::uint32_t>(words >> 32);
+  }
+  report.array("sigmoid of " + sum, ours, expected, kImage);
+  gpu.upload(soup.lattice_gradient.low.address(), low);
+  gpu.upload(soup.lattice_gradient.high.address(), high);
+  const gpu::Buffer seen = gpu.allocate(soup.source_samples * 32, "golden output");
+  StepInputs inputs;
+  inputs.source_gradient = seen.address();
+  step.begin(0, 0, 0, {});
+  step.update(inputs);
+  const auto back = gpu.download_vector<float>(seen.address(), soup.source_samples * 8);
+  ours.clear();
+  for (std::size_t i = 0; i < logits.size(); ++i) ours.push_back(back[i / channels * 8 + i % channels]);
+  report.array(gradient_back, ours, need(npz, gradient_back).f, kGradient);
+}
+
 /// From level 0 to levels 2..5, and the sum of levels 2..5.
 void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   const Array& coarse = need(npz, "feat_l0");
@@ -422,6 +481,24 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   std::vector<float> expected;
   for (const float v : need(npz, "acc_l5").f) expected.push_back(1.0f / (1.0f + std::exp(-v)));
   report.array("sigmoid of acc_l5", features_of(gpu.download_vector<float>(soup.lattice.address(), soup.lattice_samples * 8)), expected, kImage);
+
+  levels_and_back(gpu, npz, {2, 5}, "rand_2_5", "rand_acc_l5", "rand_grad_out", "rand_grad_in", report);
+  levels_and_back(gpu, npz, {0, 2}, "rand_0_2", "rand_acc_l2", "rand2_grad_out", "rand2_grad_in", report);
+
+  // The order of the samples.
+  for (const std::uint32_t level : {2u, 5u}) {
+    const std::string name = fmt::format("lattice_xy_l{}", level);
+    std::vector<std::int32_t> points;
+    for (std::uint32_t i = 0; i < soup::samples_at(level); ++i) {
+      std::uint32_t x = 0, y = 0;
+      f32::lattice_point(i, x, y);
+      points.insert(points.end(), {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)});
+    }
+    report.check(name, points == need(npz, name).i, fmt::format("{} samples", points.size() / 2));
+  }
+  std::vector<std::int32_t> sizes;
+  for (std::uint32_t level = 0; level <= 5; ++level) sizes.push_back(static_cast<std::int32_t>(soup::samples_at(level)));
+  report.check("texel_count", sizes == need(npz, "texel_count").i, "samples of levels 0 to 5");
 }
 
 /// SSIM of two images and its gradient, which is what the loss gradient holds beside the sign of L1.
@@ -445,6 +522,9 @@ void ssim(gpu::Device& gpu, const Npz& npz, Report& report) {
   const auto rows = gpu.download_vector<kernels::Statistics>(frame.statistics.address(), 1);
   const float value = static_cast<float>(train::fixed_sum(rows[0].ssim_low, rows[0].ssim_high));
   report.array("ssim", {&value, 1}, need(npz, "ssim").f, kImage);
+  std::vector<float> window;
+  for (int i = 0; i < SSIM_TAPS; ++i) window.push_back(f32::ssim_tap(i));
+  report.array("window", window, need(npz, "window").f, 1e-6);
   const auto gradient = gpu.download_vector<float>(frame.gradient.address(), 4ull * frame.batch().pixels);
   const double l1 = 0.8 / static_cast<double>(target.size());
   std::vector<float> ours;

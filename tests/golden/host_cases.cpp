@@ -86,6 +86,10 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     };
     equals(soup::visible_at_least(counts), "keep_thresh1");
     equals(soup::most_visible(counts, counts.size() - static_cast<std::size_t>(npz["remove"].i.at(0))), "keep_remove");
+    const std::vector<std::uint32_t> kept(npz["keep_remove"].i.begin(), npz["keep_remove"].i.end());
+    const soup::Resampled smaller = soup::keep(v.vertices, kept);
+    report.check("kept_V, kept_F", smaller.vertices == expand(npz["kept_V"], npz["kept_F"]), "equal to the last bit");
+    report.check("faces kept", smaller.face_map == kept, "each is its own parent");
   } else if (name.starts_with("D5_interp")) {
     const auto& bary = npz["bary"].f;
     for (const auto& [level, channels] : {std::pair(0u, 7u), {2u, 2u}, {5u, 2u}}) {
@@ -118,6 +122,12 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     report.array("soup_V", ours, npz["soup_V"].f, 1e-5);
   } else if (name.starts_with("F_")) {
     const auto f = [&](const char* key) { return npz[key].f.empty() ? double(npz[key].i.at(0)) : double(npz[key].f.at(0)); };
+    const auto compare = [&](const std::string& what, const glm::dmat4& clip, const char* key) {
+      std::vector<float> ours;
+      for (int r = 0; r < 4; ++r)
+        for (int c = 0; c < 4; ++c) ours.push_back(static_cast<float>(clip[c][r]));
+      report.array(what, ours, npz[key].f, 1e-4);
+    };
     scene::Camera camera;
     camera.width = static_cast<int>(f("W"));
     camera.height = static_cast<int>(f("H"));
@@ -127,11 +137,16 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     // The published projection turns the vertical principal point around; ours does not. Mirrored, the two agree.
     camera.cy = camera.height - npz["K"].f[5];
     camera.world_to_camera = matrix(npz["Tcw_opencv"]);
-    const glm::dmat4 clip = scene::clip_from_world(camera, f("z_near"), f("z_far"));
-    std::vector<float> ours;
-    for (int r = 0; r < 4; ++r)
-      for (int c = 0; c < 4; ++c) ours.push_back(static_cast<float>(clip[c][r]));
-    report.array("mvp_from_K (cy mirrored)", ours, npz["mvp_from_K_flipz"].f, 1e-4);
+    compare("mvp_from_K (cy mirrored)", scene::clip_from_world(camera, f("z_near"), f("z_far")), "mvp_from_K_flipz");
+
+    // Blender's camera looks along -z with y up, and its pictures are drawn with the last row at NDC y = -1; ours the other way round.
+    const glm::dmat4 turn(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, -1, 0), glm::dvec4(0, 0, 0, 1));
+    const glm::dmat4 upside_down(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(0, 0, 0, 1));
+    camera.fx = camera.fy = 0.5 * camera.width / std::tan(0.5 * f("camera_angle_x"));
+    camera.cx = 0.5 * camera.width;
+    camera.cy = 0.5 * camera.height;
+    camera.world_to_camera = turn * glm::inverse(matrix(npz["c2w_blender"]));
+    compare("mvp_blender (rows turned)", upside_down * scene::clip_from_world(camera, f("near"), f("far")), "mvp_blender");
   } else {
     return false;
   }

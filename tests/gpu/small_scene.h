@@ -82,10 +82,13 @@ struct SmallScene {
   }
   static train::Rates rates(std::uint32_t i) { return {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1}; }
 
+  /// Every parameter and every moment.
   std::vector<float> state() {
-    std::vector<float> all = gpu.download_vector<float>(soup.vertices.address(), 9ull * soup.triangles);
-    for (const auto& [buffer, n] : {std::pair(&soup.source, soup.source_samples * 8), {&soup.source_moment1, soup.source_samples * 8},
-                                    {&soup.source_moment2, soup.source_samples * 8}, {&soup.mlp, std::uint64_t(595)}}) {
+    const std::uint64_t vertices = 3ull * soup.triangles, textures = soup.source_samples * 8, mlp = 595;
+    std::vector<float> all;
+    for (const auto& [buffer, n] : {std::pair(&soup.vertices, 3 * vertices), {&soup.vertex_moment1, 3 * vertices}, {&soup.vertex_moment2, vertices},
+                                    {&soup.source, textures}, {&soup.source_moment1, textures}, {&soup.source_moment2, textures},
+                                    {&soup.mlp, mlp}, {&soup.mlp_moment1, mlp}, {&soup.mlp_moment2, mlp}}) {
       const auto values = gpu.download_vector<float>(buffer->address(), n);
       all.insert(all.end(), values.begin(), values.end());
     }

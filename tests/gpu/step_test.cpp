@@ -1,7 +1,9 @@
 // Tests engine/train/step.cpp and the kernels it launches, beyond the golden vectors (tests/golden).
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 
 #include "common/host.h"
@@ -199,28 +201,97 @@ TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the ex
 
 TEST_CASE("views of any size go together, also those smaller than the SSIM window", "[step]") {
   auto gpu = test::open_device();
-  const std::vector<train::BatchView> views{test::view_from(0, 1, 1), test::view_from(1, 7, 5), test::view_from(2, 17, 33),
-                                            test::view_from(3, 64, 48)};
-  SmallScene together(*gpu, 30, kFine, views);
+  std::vector<train::BatchView> views{test::view_from(0, 1, 1), test::view_from(1, 7, 5), test::view_from(2, 17, 33),
+                                      test::view_from(3, 64, 48)};
+  for (std::uint32_t v = 0; v < views.size(); ++v) views[v].index = v;
+  constexpr std::uint32_t kTriangles = 30;
+  SmallScene together(*gpu, kTriangles, kFine, views);
   together.frame.reserve_lists(1 << 16);
-  together.step.begin(1, 0, 0, {});
-  together.step.visibility(train::Thresholds::half, together.inputs);
-  together.step.shade(together.inputs);
-  together.step.loss(together.inputs);
-  const auto colours = gpu->download_vector<float>(together.frame.colour.address(), 3ull * together.frame.batch().pixels);
-  const auto gradients = gpu->download_vector<float>(together.frame.gradient.address(), 4ull * together.frame.batch().pixels);
+  const auto& batch = together.frame.batch();
+  // A view alone weighs as much as in the batch.
+  const auto run = [&](SmallScene& s) {
+    s.step.begin(1, 0, 0, {});
+    const float weights[2] = {static_cast<float>(1.0 / (3.0 * batch.pixels)), static_cast<float>(1.0 / (3.0 * double(batch.windows)))};
+    gpu->upload(s.frame.state.address() + offsetof(kernels::StepState, pixel_weight), std::as_bytes(std::span(weights)));
+    s.step.visibility(train::Thresholds::random, s.inputs);
+    s.step.shade(s.inputs);
+    s.step.loss(s.inputs);
+    s.step.backward(s.inputs);
+  };
+  run(together);
+  const auto floats = [&](const gpu::Buffer& buffer, std::size_t count) { return gpu->download_vector<float>(buffer.address(), count); };
+  const auto colours = floats(together.frame.colour, 3ull * batch.pixels), gradients = floats(together.frame.gradient, 4ull * batch.pixels);
   CHECK(all_finite(colours));
   CHECK(all_finite(gradients));
+  const auto target = floats(together.target, 3ull * batch.pixels);
+
+  const std::size_t lattice_words = together.soup.lattice_samples * 8, vertex_words = 9 * kTriangles;
+  const auto sums = [&](const train::FixedSums& words, std::size_t count) {
+    const auto low = gpu->download_vector<std::uint32_t>(words.low.address(), count), high = gpu->download_vector<std::uint32_t>(words.high.address(), count);
+    std::vector<std::uint64_t> out(count);
+    for (std::size_t i = 0; i < count; ++i) out[i] = (std::uint64_t(high[i]) << 32 | low[i]) - 0x80000000ull;
+    return out;
+  };
+  const auto losses = [&](SmallScene& s) {
+    const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+    return std::array{train::fixed_sum(r.l1_low, r.l1_high), train::fixed_sum(r.ssim_low, r.ssim_high), train::fixed_sum(r.mse_low, r.mse_high)};
+  };
+  const auto mlp_gradient = [&](SmallScene& s) {
+    const auto partial = floats(s.frame.mlp_partial, 595ull * s.frame.mlp_groups);
+    std::vector<double> out(595, 0.0);
+    for (std::size_t i = 0; i < partial.size(); ++i) out[i % 595] += partial[i];
+    return out;
+  };
+  std::vector<std::uint64_t> lattice(lattice_words, 0), vertices(vertex_words, 0);
+  std::vector<double> mlp(595, 0.0);
+  std::array<double, 3> loss{};
   for (std::size_t v = 0; v < views.size(); ++v) {
-    SmallScene alone(*gpu, 30, kFine, {views[v]});
+    CAPTURE(v);
+    SmallScene alone(*gpu, kTriangles, kFine, {views[v]});
     alone.frame.reserve_lists(1 << 16);
-    alone.step.begin(1, 0, 0, {});
-    alone.step.visibility(train::Thresholds::half, alone.inputs);
-    alone.step.shade(alone.inputs);
-    const std::size_t first = together.frame.batch().records[v].pixel_offset, n = alone.frame.batch().pixels;
-    const auto own = gpu->download_vector<float>(alone.frame.colour.address(), 3 * n);
-    CHECK(std::equal(own.begin(), own.end(), colours.begin() + 3 * first));
+    const std::size_t first = batch.records[v].pixel_offset, n = alone.frame.batch().pixels;
+    gpu->upload(alone.target.address(), std::vector<float>(target.begin() + 3 * first, target.begin() + 3 * (first + n)));
+    run(alone);
+    const auto colour = floats(alone.frame.colour, 3 * n), gradient = floats(alone.frame.gradient, 4 * n);
+    CHECK(std::equal(colour.begin(), colour.end(), colours.begin() + 3 * first));
+    CHECK(std::equal(gradient.begin(), gradient.end(), gradients.begin() + 4 * first));
+    const auto own_lattice = sums(alone.soup.lattice_gradient, lattice_words), own_vertices = sums(alone.soup.vertex_gradient, vertex_words);
+    for (std::size_t i = 0; i < lattice_words; ++i) lattice[i] += own_lattice[i];
+    for (std::size_t i = 0; i < vertex_words; ++i) vertices[i] += own_vertices[i];
+    const auto own_mlp = mlp_gradient(alone);
+    for (std::size_t i = 0; i < 595; ++i) mlp[i] += own_mlp[i];
+    const auto own_loss = losses(alone);
+    for (std::size_t i = 0; i < 3; ++i) loss[i] += own_loss[i];
   }
+  // Fixed-point sums of parts are the sum of the whole, to the last bit.
+  CHECK(lattice == sums(together.soup.lattice_gradient, lattice_words));
+  CHECK(vertices == sums(together.soup.vertex_gradient, vertex_words));
+  const auto whole_mlp = mlp_gradient(together);
+  double worst = 0, largest = 0;
+  for (std::size_t i = 0; i < 595; ++i) worst = std::max(worst, std::abs(mlp[i] - whole_mlp[i])), largest = std::max(largest, std::abs(mlp[i]));
+  CHECK(largest > 0);
+  CHECK(worst < 1e-5 * largest);
+  const auto whole_loss = losses(together);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(loss[i] == Approx(whole_loss[i]).epsilon(1e-9));
+  CHECK(whole_loss[0] > 0.05);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a batch without a single SSIM window trains on L1 alone", "[step]") {
+  auto gpu = test::open_device();
+  SmallScene s(*gpu, 10, kFine, {test::view_from(0, 10, 40), test::view_from(1, 64, 10)});
+  REQUIRE(s.frame.batch().windows == 0);
+  s.train(0, SmallScene::rates(0));
+  const std::size_t n = s.frame.batch().pixels;
+  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * n), target = gpu->download_vector<float>(s.target.address(), 3 * n);
+  const auto gradient = gpu->download_vector<float>(s.frame.gradient.address(), 4 * n);
+  double worst = 0;
+  for (std::size_t i = 0; i < 3 * n; ++i) {
+    const double sign = colour[i] > target[i] ? 1 : colour[i] < target[i] ? -1 : 0;
+    worst = std::max(worst, std::abs(gradient[i / 3 * 4 + i % 3] * 3.0 * static_cast<double>(n) - 0.8 * sign));
+  }
+  CHECK(worst < 1e-6);
+  CHECK(all_finite(s.state()));
   test::require_silence(*gpu);
 }
 

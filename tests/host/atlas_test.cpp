@@ -111,3 +111,48 @@ TEST_CASE("an atlas that cannot be is refused", "[atlas]") {
   CHECK(soup::make_atlas(std::vector<std::uint32_t>(512, 8), soup::kMinAtlasSide).pages.size() == 256);
   CHECK(soup::make_atlas({}).pages.size() == 1);
 }
+
+TEST_CASE("lattices of mixed levels stay apart in any order", "[atlas]") {
+  const std::uint64_t seed = GENERATE(range(0, 20));
+  soup::Random random(seed);
+  std::vector<std::uint32_t> levels;
+  for (std::uint32_t t = 0, count = 1 + random.below(200); t < count; ++t) levels.push_back(random.below(soup::kMaxLevel + 1));
+  const soup::Atlas atlas = soup::make_atlas(levels);
+  REQUIRE(atlas.places.size() == levels.size());
+  std::vector<std::vector<int>> owners;
+  for (const glm::ivec2& page : atlas.pages) owners.emplace_back(std::size_t(page.x) * page.y, -1);
+  int shared = 0;
+  for (std::size_t t = 0; t < levels.size(); ++t) {
+    const soup::AtlasPlace& place = atlas.places[t];
+    REQUIRE(place.level == levels[t]);
+    const int r = 1 << place.level;
+    for (int y = 0; y <= r + 1; ++y)
+      for (int x = 0; x + y <= r + 1; ++x) {
+        const glm::ivec2 texel = soup::atlas_texel(place, x, y);
+        int& owner = owners[place.page].at(std::size_t(texel.y) * atlas.pages[place.page].x + texel.x);
+        shared += owner >= 0;
+        owner = static_cast<int>(t);
+      }
+  }
+  CHECK(shared == 0);
+}
+
+TEST_CASE("texture coordinates between the vertices lead to the lattice point of the same barycentrics", "[atlas]") {
+  const std::vector<std::uint32_t> levels{5, 0, 3, 5, 1, 4, 2, 0, 3};
+  const soup::Atlas atlas = soup::make_atlas(levels);
+  soup::Random random(9);
+  for (const soup::AtlasPlace& place : atlas.places) {
+    glm::vec2 uv[3];
+    soup::atlas_uv(place, atlas.pages[place.page], uv);
+    const int r = 1 << place.level;
+    for (int i = 0; i < 200; ++i) {
+      float b0 = random.uniform01(), b1 = random.uniform01();
+      if (b0 + b1 > 1) b0 = 1 - b0, b1 = 1 - b1;
+      const glm::vec2 at = (b0 * uv[0] + b1 * uv[1] + (1 - b0 - b1) * uv[2]) * glm::vec2(atlas.pages[place.page]) - 0.5f;
+      const glm::vec2 point = float(r) * glm::vec2(b0, b1);  // in lattice units; texels are these, perhaps turned
+      const glm::vec2 origin = glm::vec2(soup::atlas_texel(place, 0, 0));
+      const glm::vec2 expected = place.turned ? origin - point : origin + point;
+      CHECK(glm::length(at - expected) < 2e-3f);
+    }
+  }
+}

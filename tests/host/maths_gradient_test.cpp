@@ -1,260 +1,929 @@
-// Tests shaders/common: every hand-written gradient against central differences in double.
+// Tests shaders/common, compiled as C++: every hand-written gradient against central differences in double, and what the kernels
+// take for granted of coverage, lattices, edges and thresholds.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "common/host.h"
+#include "npz.h"
+#include "shared_data.h"
 #include "soup/random.h"
 
 using namespace trisoup;
 
 namespace {
 
+using Triangle = std::array<glm::dvec4, 3>;  // clip coordinates
+
+/// Where several make a vector they stand in braces, which, unlike parentheses, say which is drawn first.
 double random_in(soup::Random& r, double low, double high) { return low + (high - low) * r.uniform01(); }
 
-/// Central difference of f by x.
-double difference(const std::function<double()>& f, double& x, double h = 1e-6) {
-  const double x0 = x;
-  x = x0 + h;
-  const double up = f();
-  x = x0 - h;
-  const double down = f();
-  x = x0;
-  return (up - down) / (2 * h);
+/// A triangle from NDC positions, with random w: nothing that is said of NDC may depend on it.
+Triangle clip_triangle(soup::Random& r, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
+  Triangle t;
+  const glm::dvec3 ndc[3] = {a, b, c};
+  for (int k = 0; k < 3; ++k) t[k] = random_in(r, 0.4, 2.5) * glm::dvec4(ndc[k], 1);
+  return t;
 }
 
-void check_gradient(double actual, double expected, double scale) {
-  CHECK(std::abs(actual - expected) <= 1e-5 * std::max(scale, std::abs(expected)));
+/// Central difference of f by x. Of fourth order, so that the step can be long enough for rounding not to matter.
+double difference(const std::function<double()>& f, double& x, double h = 1e-4) {
+  const double x0 = x;
+  const auto at = [&](double offset) {
+    x = x0 + offset;
+    return f();
+  };
+  const double near = at(h) - at(-h), far = at(2 * h) - at(-2 * h);
+  x = x0;
+  return (8 * near - far) / (12 * h);
+}
+
+/// Equal to 1e-5, or to the rounding of the differences where the gradient is next to nothing.
+Approx gradient(double expected) { return Approx(expected).epsilon(1e-5).margin(1e-10); }
+
+f64::ClipGradient no_gradient() { return {glm::dvec4(0), glm::dvec4(0), glm::dvec4(0)}; }
+
+std::array<glm::dvec4, 3> rows(const f64::ClipGradient& g) { return {g.g0, g.g1, g.g2}; }
+
+void check_same(const f64::ClipGradient& actual, const f64::ClipGradient& expected) {
+  const auto a = rows(actual), b = rows(expected);
+  for (int k = 0; k < 3; ++k)
+    for (int i = 0; i < 4; ++i) CHECK(a[k][i] == Approx(b[k][i]).epsilon(1e-9).margin(1e-11));
 }
 
 }  // namespace
 
-TEST_CASE("MLP and skip connection: gradients of inputs and all parameters", "[maths]") {
+// --- Neural shading ---
+
+TEST_CASE("MLP: forward is the textbook's, backward the gradient by its inputs and all 595 parameters", "[maths]") {
   soup::Random r(1);
-  std::vector<double> w(595);
-  for (double& v : w) v = random_in(r, -0.6, 0.6);
+  int networks = 0, attempts = 0;
+  while (networks < 4) {
+    REQUIRE(++attempts < 200);
+    std::vector<double> w(MLP_COUNT);
+    for (double& v : w) v = random_in(r, -0.6, 0.6);
+    double x[16];
+    for (double& v : x) v = random_in(r, -1, 1);
+
+    double textbook1[16], textbook2[16], nearest_kink = 1;
+    int off = 0;
+    for (int layer = 0; layer < 2; ++layer)
+      for (int o = 0; o < 16; ++o) {
+        double sum = w[layer * 272 + 256 + o];
+        for (int i = 0; i < 16; ++i) sum += w[layer * 272 + o * 16 + i] * (layer == 0 ? x : textbook1)[i];
+        (layer == 0 ? textbook1 : textbook2)[o] = std::max(sum, 0.0);
+        nearest_kink = std::min(nearest_kink, std::abs(sum));
+        off += sum < 0;
+      }
+    // Differences across a kink of a ReLU would mean nothing; units that are off must be among those tested.
+    if (nearest_kink < 1e-2 || off < 6 || off > 26) continue;
+    ++networks;
+
+    const double g[3] = {0.3, -0.7, 0.5};
+    const auto loss = [&] {
+      double h1[16], h2[16], y[3];
+      f64::mlp_forward(w.data(), x, h1, h2, y);
+      return g[0] * y[0] + g[1] * y[1] + g[2] * y[2];
+    };
+    double h1[16], h2[16], y[3], d1[16], d2[16], d3[3], dx[7];
+    f64::mlp_forward(w.data(), x, h1, h2, y);
+    for (int i = 0; i < 16; ++i) {
+      CHECK(h1[i] == Approx(textbook1[i]).epsilon(1e-12));
+      CHECK(h2[i] == Approx(textbook2[i]).epsilon(1e-12));
+    }
+    for (int o = 0; o < 3; ++o) {
+      double sum = w[592 + o];
+      for (int i = 0; i < 16; ++i) sum += w[544 + o * 16 + i] * textbook2[i];
+      CHECK(y[o] == Approx(1 / (1 + std::exp(-sum))).epsilon(1e-12));
+    }
+
+    f64::mlp_backward(w.data(), h1, h2, y, g, d1, d2, d3, dx);
+    for (int i = 0; i < 7; ++i) CHECK(dx[i] == gradient(difference(loss, x[i])));
+    std::vector<double> dw(MLP_COUNT);
+    for (int o = 0; o < 16; ++o) {
+      for (int i = 0; i < 16; ++i) {
+        dw[o * 16 + i] = d1[o] * x[i];
+        dw[MLP_W2 + o * 16 + i] = d2[o] * h1[i];
+      }
+      dw[MLP_B1 + o] = d1[o];
+      dw[MLP_B2 + o] = d2[o];
+    }
+    for (int o = 0; o < 3; ++o) {
+      for (int i = 0; i < 16; ++i) dw[MLP_W3 + o * 16 + i] = d3[o] * h2[i];
+      dw[MLP_B3 + o] = d3[o];
+    }
+    for (int k = 0; k < MLP_COUNT; ++k) {
+      INFO("parameter " << k);
+      CHECK(dw[k] == gradient(difference(loss, w[k])));
+    }
+  }
+}
+
+TEST_CASE("skip connection: gradients by features and the MLP's colour", "[maths]") {
+  soup::Random r(2);
+  for (int n = 0; n < 50; ++n) {
+    double f[7];
+    for (double& v : f) v = r.uniform01();
+    glm::dvec3 y{r.uniform01(), r.uniform01(), r.uniform01()};
+    const glm::dvec3 dc{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+    const auto loss = [&] { return glm::dot(dc, f64::skip_connection(f, y)); };
+    glm::dvec3 dy, drgb;
+    double dmix;
+    f64::skip_connection_backward(f, y, dc, dy, drgb, dmix);
+    for (int c = 0; c < 3; ++c) {
+      CHECK(dy[c] == gradient(difference(loss, y[c])));
+      CHECK(drgb[c] == gradient(difference(loss, f[c])));
+    }
+    CHECK(dmix == gradient(difference(loss, f[3])));
+  }
+}
+
+TEST_CASE("a pixel's colour: gradients by the features through the MLP and past it", "[maths]") {
+  soup::Random r(3);
+  std::vector<double> w(MLP_COUNT);
+  for (double& v : w) v = random_in(r, -0.5, 0.5);
   double x[16];
   for (double& v : x) v = random_in(r, 0.05, 0.95);
-  const glm::dvec3 g(0.3, -0.7, 0.5);  // dL/dcolour
+  const glm::dvec3 dc(0.4, -0.9, 0.6);
   const auto loss = [&] {
     double h1[16], h2[16], y[3];
     f64::mlp_forward(w.data(), x, h1, h2, y);
-    return glm::dot(g, f64::skip_connection(x, {y[0], y[1], y[2]}));
+    return glm::dot(dc, f64::skip_connection(x, {y[0], y[1], y[2]}));
   };
-  double h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7];
+  double h1[16], h2[16], y[3], d1[16], d2[16], d3[3], dx[7];
   f64::mlp_forward(w.data(), x, h1, h2, y);
-  glm::dvec3 dy_vector, drgb;
+  glm::dvec3 dy, drgb;
   double dmix;
-  f64::skip_connection_backward(x, {y[0], y[1], y[2]}, g, dy_vector, drgb, dmix);
-  for (int c = 0; c < 3; ++c) dy[c] = dy_vector[c];
-  f64::mlp_backward(w.data(), h1, h2, y, dy, d1, d2, d3, dx);
+  f64::skip_connection_backward(x, {y[0], y[1], y[2]}, dc, dy, drgb, dmix);
+  const double dy_array[3] = {dy[0], dy[1], dy[2]};
+  f64::mlp_backward(w.data(), h1, h2, y, dy_array, d1, d2, d3, dx);
   for (int c = 0; c < 3; ++c) dx[c] += drgb[c];
   dx[3] += dmix;
-  for (int i = 0; i < 7; ++i) check_gradient(dx[i], difference(loss, x[i]), 1e-3);
-  for (int o = 0; o < 16; ++o) {
-    for (int i = 0; i < 16; ++i) {
-      check_gradient(d1[o] * x[i], difference(loss, w[o * 16 + i]), 1e-3);
-      check_gradient(d2[o] * h1[i], difference(loss, w[272 + o * 16 + i]), 1e-3);
-    }
-    check_gradient(d1[o], difference(loss, w[256 + o]), 1e-3);
-    check_gradient(d2[o], difference(loss, w[528 + o]), 1e-3);
-  }
-  for (int o = 0; o < 3; ++o) {
-    for (int i = 0; i < 16; ++i) check_gradient(d3[o] * h2[i], difference(loss, w[544 + o * 16 + i]), 1e-3);
-    check_gradient(d3[o], difference(loss, w[592 + o]), 1e-3);
-  }
+  for (int i = 0; i < 7; ++i) CHECK(dx[i] == gradient(difference(loss, x[i])));
 }
 
-TEST_CASE("SSIM: derivatives of a window and of a whole image", "[maths]") {
-  double sum = 0;
-  for (int i = 0; i < SSIM_TAPS; ++i) sum += f64::ssim_tap(i);
-  CHECK(sum == Approx(1).margin(1e-12));
-  CHECK(f64::ssim_tap(3) / f64::ssim_tap(5) == Approx(std::exp(-4 / 4.5)).margin(1e-12));
-
-  soup::Random r(2);
-  const int width = 14, height = 13;
-  std::vector<double> x(width * height), y(width * height);
-  for (double& v : x) v = r.uniform01();
-  for (double& v : y) v = r.uniform01();
-  const auto window = [&](int ox, int oy) {
-    double mx = 0, my = 0, squares = 0, xy = 0;
-    for (int j = 0; j < 11; ++j)
-      for (int i = 0; i < 11; ++i) {
-        const double t = f64::ssim_tap(i) * f64::ssim_tap(j), p = x[(oy + j) * width + ox + i], q = y[(oy + j) * width + ox + i];
-        mx += t * p, my += t * q, squares += t * (p * p + q * q), xy += t * p * q;
-      }
-    return f64::ssim_window(mx, my, squares, xy);
-  };
-  const int windows = (width - 10) * (height - 10);
-  const auto mean = [&] {
-    double total = 0;
-    for (int oy = 0; oy < height - 10; ++oy)
-      for (int ox = 0; ox < width - 10; ++ox) total += window(ox, oy).value;
-    return total / windows;
-  };
-  // As loss_gradient.comp puts it together: the window's derivatives through the transposed window.
-  std::vector<double> gradient(x.size(), 0.0);
-  for (int oy = 0; oy < height - 10; ++oy)
-    for (int ox = 0; ox < width - 10; ++ox) {
-      const f64::SsimWindow s = window(ox, oy);
-      for (int j = 0; j < 11; ++j)
-        for (int i = 0; i < 11; ++i) {
-          const int at = (oy + j) * width + ox + i;
-          gradient[at] += f64::ssim_tap(i) * f64::ssim_tap(j) * (s.d_x + 2 * x[at] * s.d_xx + y[at] * s.d_xy) / windows;
-        }
-    }
-  for (std::size_t i = 0; i < x.size(); ++i) check_gradient(gradient[i], difference(mean, x[i], 1e-5), 1e-3);
-}
-
-TEST_CASE("lattice: indices, weights and hat functions", "[maths]") {
-  soup::Random r(3);
-  for (std::uint32_t level = 0; level <= 5; ++level) {
-    for (std::uint32_t i = 0; i < f64::lattice_samples(level); ++i) {
-      std::uint32_t x = 0, y = 0;
-      f64::lattice_point(i, x, y);
-      REQUIRE(f64::lattice_index(x, y) == i);
-      f32::lattice_point(i, x, y);
-      REQUIRE(f32::lattice_index(x, y) == i);
-    }
-    const double side = 1u << level;
-    for (int n = 0; n < 300; ++n) {
-      double b0 = r.uniform01(), b1 = r.uniform01();
-      if (b0 + b1 > 1) b0 = 1 - b0, b1 = 1 - b1;
-      const f64::LatticeCell cell = f64::lattice_cell(b0, b1, level);
-      CHECK(cell.w0 + cell.w1 + cell.w2 == Approx(1).margin(1e-12));
-      for (const auto& [index, weight] : {std::pair(cell.i0, cell.w0), {cell.i1, cell.w1}, {cell.i2, cell.w2}}) {
-        std::uint32_t x = 0, y = 0;
-        f64::lattice_point(index, x, y);
-        const double dx = b0 * side - x, dy = b1 * side - y;
-        CHECK(weight == Approx(std::max(0.0, 1 - std::max({std::abs(dx), std::abs(dy), std::abs(dx + dy)}))).margin(1e-9));
-      }
-    }
-  }
-  // A constant texture is constant everywhere, to the last bit.
-  for (int n = 0; n < 1000; ++n) {
-    const f32::LatticeCell cell = f32::lattice_cell(r.uniform01() * 0.5f, r.uniform01() * 0.5f, 5);
-    CHECK(f32::lattice_mix(cell, 0.5f, 0.5f, 0.5f) == 0.5f);
-  }
-}
-
-TEST_CASE("coverage: edge functions about an origin agree with the plane's point", "[maths]") {
-  soup::Random r(4);
-  int inside = 0;
-  for (int n = 0; n < 2000; ++n) {
-    glm::dvec4 p[3];
-    for (glm::dvec4& v : p) {
-      const double w = random_in(r, 0.3, 3);
-      v = glm::dvec4(random_in(r, -1, 1) * w, random_in(r, -1, 1) * w, random_in(r, -0.9, 0.9) * w, w);
-    }
-    const glm::dvec2 origin(random_in(r, -1, 1), random_in(r, -1, 1)), at(random_in(r, -1, 1), random_in(r, -1, 1));
-    const f64::PlanePoint point = f64::plane_point(p[0], p[1], p[2], at);
-    const f64::TriangleSetup setup = f64::triangle_setup(p[0], p[1], p[2], origin);
-    REQUIRE(setup.valid);
-    const glm::dvec2 d = at - origin;
-    const double e0 = f64::at_offset(setup.e0, d), e1 = f64::at_offset(setup.e1, d), e2 = f64::at_offset(setup.e2, d);
-    CHECK((std::min({e0, e1, e2}) >= 0) == point.inside);
-    if (!point.inside) continue;
-    ++inside;
-    CHECK(e0 / (e0 + e1 + e2) == Approx(point.b0).margin(1e-9));
-    CHECK(e1 / (e0 + e1 + e2) == Approx(point.b1).margin(1e-9));
-    CHECK(f64::at_offset(setup.plane, d) == Approx(point.depth).margin(1e-9));
-  }
-  CHECK(inside > 100);
-}
-
-TEST_CASE("edges: a force is the derivative of the point it acts on", "[maths]") {
-  soup::Random r(5);
-  for (int n = 0; n < 50; ++n) {
-    glm::dvec4 p[3];
-    for (glm::dvec4& v : p) v = glm::dvec4(random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, 0.5, 2));
-    const double s0 = random_in(r, 0, 0.5), s1 = random_in(r, 0, 0.5), s2 = 1 - s0 - s1;
-    const glm::dvec3 force(random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1));
-    const auto work = [&] {
-      const glm::dvec4 c = s0 * p[0] + s1 * p[1] + s2 * p[2];
-      return glm::dot(force, glm::dvec3(c) / c.w);
-    };
-    f64::ClipGradient g{glm::dvec4(0), glm::dvec4(0), glm::dvec4(0)};
-    f64::apply_force(p[0], p[1], p[2], s0, s1, s2, force, g);
-    const glm::dvec4* gradients[3] = {&g.g0, &g.g1, &g.g2};
-    for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < 4; ++i) check_gradient((*gradients[k])[i], difference(work, p[k][i]), 1e-2);
-  }
-}
-
-TEST_CASE("edges: each kind where it belongs", "[maths]") {
-  const auto at = [](double x, double y, double z) { return glm::dvec4(x, y, z, 1); };
-  const glm::dvec2 p(0, 0), q(0.1, 0), force(1, 0);
-  f64::ClipGradient g{glm::dvec4(0), glm::dvec4(0), glm::dvec4(0)};
-  const glm::dvec4 big[3] = {at(-3, -3, 0), at(3, -3, 0), at(0, 4, 0)};       // covers both
-  const glm::dvec4 far_one[3] = {at(-3, -3, 0.5), at(3, -3, 0.5), at(0, 4, 0.5)};
-  const glm::dvec4 left[3] = {at(-3, -3, 0), at(0.05, 0, 0), at(-3, 3, 0)};   // ends between p and q
-  const glm::dvec4 only_q[3] = {at(0.05, -1, -0.5), at(3, -1, -0.5), at(0.05, 3, -0.5)};
-  const glm::dvec4 tilted[3] = {at(-3, -3, 3), at(3, -3, -3.1), at(0, 4, 0.2)};  // behind big at p, before it at q
-  CHECK(f64::edge_force(big[0], big[1], big[2], big[0], big[1], big[2], true, false, 0, 0, p, q, force, true, g) == EDGE_INTERIOR);
-  CHECK(f64::edge_force(big[0], big[1], big[2], big[0], big[1], big[2], false, true, 0, 0, p, q, force, true, g) == EDGE_OPACITY);
-  CHECK(f64::edge_force(big[0], big[1], big[2], far_one[0], far_one[1], far_one[2], false, false, 0, 0.5, p, q, force, true, g) == EDGE_OPACITY);
-  CHECK(f64::edge_force(left[0], left[1], left[2], big[0], big[1], big[2], false, true, 0, 0, p, q, force, true, g) == EDGE_SILHOUETTE);
-  // B hides A at q and is not there at p: B's silhouette, none of A's business.
-  CHECK(f64::edge_force(big[0], big[1], big[2], only_q[0], only_q[1], only_q[2], false, false, 0, -0.5, p, q, force, true, g) == EDGE_NONE);
-  const double tilted_at_q = f64::plane_point(tilted[0], tilted[1], tilted[2], q).depth;
-  REQUIRE(tilted_at_q < 0);
-  REQUIRE(f64::plane_point(tilted[0], tilted[1], tilted[2], p).depth > 0);
-  CHECK(f64::edge_force(big[0], big[1], big[2], tilted[0], tilted[1], tilted[2], false, false, 0, tilted_at_q, p, q, force, true, g) ==
-        EDGE_INTERSECTION);
-  CHECK(f64::intersection_force({0, 1}, {0, 2}, 1.0) == glm::dvec2(0));
-}
-
-TEST_CASE("Adam and VectorAdam are the textbook's", "[maths]") {
-  soup::Random r(6);
-  double p = 1, m = 0, v = 0, tp = 1, tm = 0, tv = 0, vv = 0, tvv = 0;
-  glm::dvec3 q(1), qm(0), tq(1), tqm(0);
-  for (int t = 1; t <= 30; ++t) {
-    const double g = random_in(r, -1e-6, 1e-6);
-    const glm::dvec3 gv(random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1));
-    const double rate = 0.05 / (1 - std::pow(0.9, t)), second = 1 / std::sqrt(1 - std::pow(0.999, t));
-    p -= f64::adam(g, rate, second, m, v);
-    q -= f64::vector_adam(gv, rate, second, qm, vv);
-    tm = 0.9 * tm + 0.1 * g, tv = 0.999 * tv + 0.001 * g * g;
-    tp -= 0.05 * (tm / (1 - std::pow(0.9, t))) / (std::sqrt(tv / (1 - std::pow(0.999, t))) + 1e-8);
-    tqm = 0.9 * tqm + 0.1 * gv, tvv = 0.999 * tvv + 0.001 * glm::dot(gv, gv);
-    tq -= 0.05 * (tqm / (1 - std::pow(0.9, t))) / (std::sqrt(tvv / (1 - std::pow(0.999, t))) + 1e-8);
-  }
-  CHECK(p == Approx(tp).epsilon(1e-9));
-  CHECK(glm::length(q - tq) < 1e-9);
-}
-
-TEST_CASE("spherical harmonics are orthonormal", "[maths]") {
-  // Gauss-free quadrature: midpoints in cos(theta) and phi are exact enough for degree 4.
+TEST_CASE("spherical harmonics are orthonormal, with the published signs", "[maths]") {
+  // Exact up to rounding: products are of degree 4 in z (Gauss-Legendre of 3 points: 5) and of order 4 in phi (8 midpoints: 7).
+  const double pi = std::acos(-1.0), node = std::sqrt(0.6);
   double gram[9][9] = {};
-  const int n = 200;
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < 2 * n; ++j) {
-      const double z = -1 + 2 * (i + 0.5) / n, phi = 3.14159265358979 * (j + 0.5) / n, s = std::sqrt(1 - z * z);
+  for (const auto& [z, weight] : {std::pair(-node, 5.0 / 9), {0.0, 8.0 / 9}, {node, 5.0 / 9}})
+    for (int j = 0; j < 8; ++j) {
+      const double phi = 2 * pi * (j + 0.3) / 8, s = std::sqrt(1 - z * z);
       double y[9];
       f64::spherical_harmonics({s * std::cos(phi), s * std::sin(phi), z}, y);
       for (int a = 0; a < 9; ++a)
-        for (int b = 0; b < 9; ++b) gram[a][b] += y[a] * y[b] * (2.0 / n) * (3.14159265358979 / n);
+        for (int b = 0; b < 9; ++b) gram[a][b] += y[a] * y[b] * weight * 2 * pi / 8;
     }
+  // The constants have 8 digits.
   for (int a = 0; a < 9; ++a)
-    for (int b = 0; b < 9; ++b) CHECK(gram[a][b] == Approx(a == b ? 1 : 0).margin(1e-3));
+    for (int b = 0; b < 9; ++b) CHECK(gram[a][b] == Approx(a == b ? 1 : 0).margin(1e-7));
+
+  const double s = std::sqrt(0.5);
+  const glm::dvec3 largest[9] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {s, s, 0}, {0, s, s}, {0, 0, 1}, {s, 0, s}, {1, 0, 0}};
+  const int sign[9] = {1, -1, 1, -1, 1, -1, 1, -1, 1};
+  for (int k = 0; k < 9; ++k) {
+    double y[9];
+    f64::spherical_harmonics(largest[k], y);
+    CHECK(sign[k] * y[k] > 0.25);
+  }
 }
 
-TEST_CASE("thresholds are uniform and do not depend on each other", "[maths]") {
-  constexpr int kBins = 64, kDraws = 100000;
-  std::vector<int> bins(kBins, 0);
-  double together = 0;
-  for (std::uint32_t i = 0; i < kDraws; ++i) {
-    const std::uint32_t pixel = f64::threshold_pixel(12345, i);
-    const double a = f64::threshold_of(pixel, 3), b = f64::threshold_of(pixel, 4);
-    REQUIRE(a >= 0);
-    REQUIRE(a < 1);
-    ++bins[static_cast<int>(a * kBins)];
-    together += (a - 0.5) * (b - 0.5);
+// --- SSIM ---
+
+namespace {
+
+/// One channel, and the mean SSIM of its whole windows by the definition.
+struct SsimImage {
+  int width, height;
+  std::vector<double> x, y;
+
+  f64::SsimWindow window(int at_x, int at_y) const {
+    double mx = 0, my = 0, squares = 0, xy = 0;
+    for (int j = 0; j < SSIM_TAPS; ++j)
+      for (int i = 0; i < SSIM_TAPS; ++i) {
+        const int at = (at_y + j) * width + at_x + i;
+        const double tap = f64::ssim_tap(i) * f64::ssim_tap(j);
+        mx += tap * x[at];
+        my += tap * y[at];
+        squares += tap * (x[at] * x[at] + y[at] * y[at]);
+        xy += tap * x[at] * y[at];
+      }
+    return f64::ssim_window(mx, my, squares, xy);
   }
-  double chi = 0;
-  for (const int count : bins) chi += std::pow(count - double(kDraws) / kBins, 2) / (double(kDraws) / kBins);
-  CHECK(chi < 63 + 5 * std::sqrt(2 * 63.0));
-  CHECK(std::abs(together / kDraws) < 5 * (1.0 / 12) / std::sqrt(double(kDraws)));
+
+  int windows() const { return (width - 10) * (height - 10); }
+
+  double mean() const {
+    double sum = 0;
+    for (int j = 0; j < height - 10; ++j)
+      for (int i = 0; i < width - 10; ++i) sum += window(i, j).value;
+    return sum / windows();
+  }
+
+  /// As ssim.comp and loss_gradient.comp do it: maps of the windows' derivatives, known by the window's first pixel and zero where
+  /// the window reaches out of the image, blurred over the windows that a pixel is in.
+  std::vector<double> gradient() const {
+    std::vector<f64::SsimWindow> maps(x.size(), f64::SsimWindow{0, 0, 0, 0});
+    for (int j = 0; j < height - 10; ++j)
+      for (int i = 0; i < width - 10; ++i) maps[j * width + i] = window(i, j);
+    std::vector<double> out(x.size());
+    for (int v = 0; v < height; ++v)
+      for (int u = 0; u < width; ++u) {
+        double d_x = 0, d_xx = 0, d_xy = 0;
+        for (int j = 0; j < SSIM_TAPS; ++j)
+          for (int i = 0; i < SSIM_TAPS; ++i) {
+            const int map_x = u - 10 + i, map_y = v - 10 + j;
+            if (map_x < 0 || map_y < 0) continue;
+            const f64::SsimWindow& s = maps[map_y * width + map_x];
+            const double tap = f64::ssim_tap(i) * f64::ssim_tap(j);
+            d_x += tap * s.d_x;
+            d_xx += tap * s.d_xx;
+            d_xy += tap * s.d_xy;
+          }
+        const int at = v * width + u;
+        out[at] = (d_x + 2 * x[at] * d_xx + y[at] * d_xy) / windows();
+      }
+    return out;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("SSIM: the window is the normalised Gaussian of sigma 1.5", "[maths]") {
+  double normaliser = 0, sum = 0, sum_float = 0;
+  for (int i = 0; i < SSIM_TAPS; ++i) normaliser += std::exp(-(i - 5) * (i - 5) / 4.5);
+  for (int i = 0; i < SSIM_TAPS; ++i) {
+    CHECK(f64::ssim_tap(i) == Approx(std::exp(-(i - 5) * (i - 5) / 4.5) / normaliser).epsilon(1e-13));
+    sum += f64::ssim_tap(i);
+    sum_float += f32::ssim_tap(i);
+  }
+  CHECK(sum == Approx(1).epsilon(1e-13));
+  CHECK(sum_float == Approx(1).epsilon(2e-7));
+}
+
+TEST_CASE("SSIM: value and derivatives of a window", "[maths]") {
+  soup::Random r(4);
+  for (int n = 0; n < 200; ++n) {
+    double x = r.uniform01(), squares, xy;
+    const double y = r.uniform01(), var_x = random_in(r, 1e-4, 0.2), var_y = random_in(r, 1e-4, 0.2);
+    const double covariance = random_in(r, -0.95, 0.95) * std::sqrt(var_x * var_y);
+    squares = x * x + var_x + y * y + var_y;
+    xy = x * y + covariance;
+    const f64::SsimWindow s = f64::ssim_window(x, y, squares, xy);
+    CHECK(s.value == Approx((2 * x * y + 1e-4) * (2 * covariance + 9e-4) / ((x * x + y * y + 1e-4) * (var_x + var_y + 9e-4))));
+    // The moments on which it depends are independent variables here. Short steps: with small variances the curve is steep.
+    const auto value = [&] { return f64::ssim_window(x, y, squares, xy).value; };
+    CHECK(s.d_x == Approx(difference(value, x, 3e-6)).epsilon(1e-5).margin(1e-8));
+    CHECK(s.d_xx == Approx(difference(value, squares, 3e-6)).epsilon(1e-5).margin(1e-8));
+    CHECK(s.d_xy == Approx(difference(value, xy, 3e-6)).epsilon(1e-5).margin(1e-8));
+  }
+  CHECK(f64::ssim_window(0.4, 0.4, 0.5, 0.25).value == Approx(1));
+}
+
+TEST_CASE("SSIM: gradient of a whole image from the three maps", "[maths]") {
+  soup::Random r(5);
+  SsimImage image{14, 13, std::vector<double>(14 * 13), std::vector<double>(14 * 13)};
+  for (std::size_t i = 0; i < image.x.size(); ++i) {
+    image.y[i] = r.uniform01();
+    image.x[i] = 0.6 * image.y[i] + 0.4 * r.uniform01();
+  }
+  const std::vector<double> ours = image.gradient();
+  for (std::size_t i = 0; i < image.x.size(); ++i) {
+    INFO("pixel " << i);
+    CHECK(ours[i] == gradient(difference([&] { return image.mean(); }, image.x[i])));
+  }
+}
+
+TEST_CASE("SSIM: golden value and gradient", "[maths]") {
+  REQUIRE_SHARED_FOLDER(shared);
+  const test::Npz npz = test::load_npz(shared / "golden" / "G_ssim.npz");
+  const auto &target = npz.at("target"), &picture = npz.at("image"), &d_image = npz.at("d_image");
+  REQUIRE(picture.shape.size() == 4);
+  for (int i = 0; i < SSIM_TAPS; ++i) CHECK(f64::ssim_tap(i) == Approx(npz.at("window").f.at(i)).epsilon(1e-6));
+  const std::size_t views = picture.shape[0], height = picture.shape[1], width = picture.shape[2];
+  const double images = static_cast<double>(views) * 3;
+  double ssim = 0, largest = 0, worst = 0;
+  for (std::size_t view = 0; view < views; ++view)
+    for (std::size_t c = 0; c < 3; ++c) {
+      SsimImage image{static_cast<int>(width), static_cast<int>(height), {}, {}};
+      const auto at = [&](std::size_t p) { return (view * width * height + p) * 3 + c; };
+      for (std::size_t p = 0; p < width * height; ++p) {
+        image.x.push_back(picture.f[at(p)]);
+        image.y.push_back(target.f[at(p)]);
+      }
+      ssim += image.mean() / images;
+      const std::vector<double> ours = image.gradient();
+      for (std::size_t p = 0; p < width * height; ++p) {
+        largest = std::max<double>(largest, std::abs(d_image.f[at(p)]));
+        worst = std::max(worst, std::abs(ours[p] / images - d_image.f[at(p)]));
+      }
+    }
+  CHECK(ssim == Approx(npz.at("ssim").f.at(0)).epsilon(1e-5));
+  CHECK(largest > 1e-5);
+  CHECK(worst <= 1e-4 * largest);
+}
+
+// --- Lattices ---
+
+namespace {
+
+/// The basis function of sample (x, y) of a level with r cells along a side.
+double hat(double u, double v, std::uint32_t x, std::uint32_t y) {
+  const double dx = u - x, dy = v - y;
+  return std::max(0.0, 1 - std::max({std::abs(dx), std::abs(dy), std::abs(dx + dy)}));
+}
+
+/// Barycentrics all over the triangle: its corners, its sides, the samples of level 5 and random points.
+std::vector<glm::dvec2> barycentrics(soup::Random& r) {
+  std::vector<glm::dvec2> out;
+  for (int x = 0; x <= 32; ++x)
+    for (int y = 0; x + y <= 32; ++y) out.emplace_back(x / 32.0, y / 32.0);
+  for (int n = 0; n < 100; ++n) {
+    const double s = r.uniform01();
+    out.insert(out.end(), {{s, 0}, {0, s}, {s, 1 - s}});
+  }
+  for (int n = 0; n < 400; ++n) {
+    const double b0 = r.uniform01(), b1 = r.uniform01();
+    out.push_back(b0 + b1 <= 1 ? glm::dvec2(b0, b1) : glm::dvec2(1 - b0, 1 - b1));
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("lattice: points and indices are inverse, diagonal by diagonal", "[maths]") {
+  for (std::uint32_t level = 0; level <= 5; ++level) {
+    const std::uint32_t r = 1u << level;
+    std::uint32_t expected = 0;
+    for (std::uint32_t diagonal = 0; diagonal <= r; ++diagonal)
+      for (std::uint32_t y = 0; y <= diagonal; ++y, ++expected) {
+        CHECK(f64::lattice_index(diagonal - y, y) == expected);
+        std::uint32_t px = 99, py = 99;
+        f64::lattice_point(expected, px, py);
+        CHECK((px == diagonal - y && py == y));
+        f32::lattice_point(expected, px, py);
+        CHECK((px == diagonal - y && py == y));
+      }
+    CHECK(f64::lattice_samples(level) == expected);
+  }
+}
+
+TEST_CASE("lattice: a cell's weights are the hats there, and reproduce linear functions", "[maths]") {
+  soup::Random r(6);
+  for (std::uint32_t level = 0; level <= 5; ++level) {
+    const double side = 1u << level;
+    const std::uint32_t samples = f64::lattice_samples(level);
+    std::vector<double> texture(samples);
+    for (double& v : texture) v = random_in(r, -2, 2);
+    for (const glm::dvec2& b : barycentrics(r)) {
+      INFO("level " << level << ", barycentrics " << b.x << " " << b.y);
+      const f64::LatticeCell cell = f64::lattice_cell(b.x, b.y, level);
+      REQUIRE(std::max({cell.i0, cell.i1, cell.i2}) < samples);
+      CHECK(cell.w0 + cell.w1 + cell.w2 == Approx(1).epsilon(1e-13));
+      CHECK(std::min({cell.w0, cell.w1, cell.w2}) >= -1e-13);
+      const auto linear = [&](std::uint32_t index) {
+        std::uint32_t x, y;
+        f64::lattice_point(index, x, y);
+        return 0.3 - 1.7 * x / side + 0.9 * y / side;
+      };
+      CHECK(f64::lattice_mix(cell, linear(cell.i0), linear(cell.i1), linear(cell.i2)) ==
+            Approx(0.3 - 1.7 * b.x + 0.9 * b.y).margin(1e-12));
+      double sum = 0;
+      for (std::uint32_t i = 0; i < samples; ++i) {
+        std::uint32_t x, y;
+        f64::lattice_point(i, x, y);
+        sum += hat(b.x * side, b.y * side, x, y) * texture[i];
+      }
+      CHECK(f64::lattice_mix(cell, texture[cell.i0], texture[cell.i1], texture[cell.i2]) == Approx(sum).margin(1e-12));
+    }
+  }
+}
+
+TEST_CASE("lattice: rounding in float never leaves the texture nor breaks a constant", "[maths]") {
+  soup::Random r(7);
+  for (std::uint32_t level = 0; level <= 5; ++level)
+    for (int n = 0; n < 3000; ++n) {
+      // Along the hypotenuse, where the two may round to a little more than one; and a little outside the other sides.
+      const float b0 = r.uniform01();
+      float b1 = n % 2 ? 1 - b0 : r.uniform01() * (1 - b0);
+      if (n % 4 == 3) b1 = std::nextafter(b1, 2.0f);
+      const f32::LatticeCell cell = f32::lattice_cell(n % 8 == 2 ? -1e-7f : b0, n % 8 == 4 ? -1e-7f : b1, level);
+      REQUIRE(std::max({cell.i0, cell.i1, cell.i2}) < f32::lattice_samples(level));
+      // An opacity of 0.5 all over has to pass a threshold of 0.5 all over.
+      REQUIRE(f32::lattice_mix(cell, 0.5f, 0.5f, 0.5f) == 0.5f);
+      REQUIRE(f32::lattice_mix(cell, 0.3f, 0.3f, 0.3f) == 0.3f);
+    }
+}
+
+TEST_CASE("lattice: golden lookups", "[maths]") {
+  REQUIRE_SHARED_FOLDER(shared);
+  const test::Npz npz = test::load_npz(shared / "golden" / "D5_interp.npz");
+  const auto& bary = npz.at("bary");
+  for (const std::uint32_t level : {0u, 2u, 5u}) {
+    const auto& texture = npz.at("feat_l" + std::to_string(level));
+    const auto& expected = npz.at("out_l" + std::to_string(level));
+    const std::size_t channels = expected.shape.at(1);
+    REQUIRE(texture.shape == std::vector<std::size_t>{1, f64::lattice_samples(level), channels});
+    for (std::size_t i = 0; i < bary.shape.at(0); ++i) {
+      const f64::LatticeCell cell = f64::lattice_cell(bary.f[2 * i], bary.f[2 * i + 1], level);
+      for (std::size_t c = 0; c < channels; ++c)
+        CHECK(f64::lattice_mix(cell, texture.f[cell.i0 * channels + c], texture.f[cell.i1 * channels + c],
+                               texture.f[cell.i2 * channels + c]) == Approx(expected.f[i * channels + c]).margin(3e-5));
+    }
+  }
+}
+
+// --- Coverage ---
+
+TEST_CASE("coverage: edge functions about any origin agree with the plane's point, in both windings", "[maths]") {
+  soup::Random r(8);
+  int inside = 0, outside = 0, counter_clockwise = 0, clockwise = 0;
+  for (int n = 0; n < 3000; ++n) {
+    const auto corner = [&] { return glm::dvec3{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -0.9, 0.9)}; };
+    const glm::dvec3 a = corner(), b = corner(), c = corner();
+    const double area = f64::cross2(glm::dvec2(b - a), glm::dvec2(c - a));
+    if (std::abs(area) < 1e-2) continue;
+    ++(area > 0 ? counter_clockwise : clockwise);
+    const Triangle t = clip_triangle(r, a, b, c);
+    const glm::dvec2 at{random_in(r, -1, 1), random_in(r, -1, 1)};
+
+    // The point is the one of the plane that projects there; its barycentrics sum to one; depth is linear on the screen.
+    const f64::PlanePoint point = f64::plane_point(t[0], t[1], t[2], at);
+    const double w0 = f64::cross2(glm::dvec2(b) - at, glm::dvec2(c) - at), w1 = f64::cross2(glm::dvec2(c) - at, glm::dvec2(a) - at);
+    const double s0 = w0 / area, s1 = w1 / area, s2 = 1 - s0 - s1;  // linear on the screen
+    if (std::min({std::abs(s0), std::abs(s1), std::abs(s2)}) < 1e-6) continue;
+    CHECK(point.inside == (s0 > 0 && s1 > 0 && s2 > 0));
+    CHECK(point.b0 + point.b1 + point.b2 == Approx(1));
+    CHECK(point.depth == Approx(s0 * a.z + s1 * b.z + s2 * c.z).margin(1e-9));
+    const glm::dvec4 clip = point.b0 * t[0] + point.b1 * t[1] + point.b2 * t[2];
+    // Near the plane's horizon w goes to zero and takes the digits with it.
+    if (std::abs(clip.w) > 1e-3 && std::abs(clip.w) < 1e3) {
+      CHECK(clip.x / clip.w == Approx(at.x).margin(1e-8));
+      CHECK(clip.y / clip.w == Approx(at.y).margin(1e-8));
+      CHECK(point.w == Approx(clip.w));
+    }
+    ++(point.inside ? inside : outside);
+
+    const glm::dvec2 origins[4] = {{0, 0}, at, {-0.93, 0.71}, {random_in(r, -5, 5), random_in(r, -5, 5)}};
+    for (const glm::dvec2& origin : origins) {
+      const f64::TriangleSetup setup = f64::triangle_setup(t[0], t[1], t[2], origin);
+      REQUIRE(setup.valid);
+      const glm::dvec2 d = at - origin;
+      const double e0 = f64::at_offset(setup.e0, d), e1 = f64::at_offset(setup.e1, d), e2 = f64::at_offset(setup.e2, d);
+      CHECK((std::min({e0, e1, e2}) >= 0) == point.inside);
+      CHECK(f64::at_offset(setup.plane, d) == Approx(point.depth).margin(1e-9));
+      if (std::abs(clip.w) > 1e3) continue;
+      CHECK(e0 / (e0 + e1 + e2) == Approx(point.b0).margin(1e-8));
+      CHECK(e1 / (e0 + e1 + e2) == Approx(point.b1).margin(1e-8));
+    }
+  }
+  CHECK(inside > 200);
+  CHECK(outside > 200);
+  CHECK(counter_clockwise > 200);
+  CHECK(clockwise > 200);
+}
+
+TEST_CASE("coverage: what has no area is neither valid nor inside", "[maths]") {
+  const glm::dvec4 a(0.2, 0.3, 0.1, 1), b(-0.4, 0.1, 0.2, 2);
+  CHECK(!f64::triangle_setup(a, b, b, {0.1, 0.2}).valid);
+  CHECK(!f64::triangle_setup(a, a, a, {0.1, 0.2}).valid);
+  CHECK(!f64::plane_point(a, a, b, {0.1, 0.2}).inside);
+  CHECK(!f64::plane_point(a, a, a, {0.2, 0.3}).inside);
+}
+
+TEST_CASE("coverage: an origin nearby keeps small triangles exact in float", "[maths]") {
+  soup::Random r(9);
+  double worst = 0;
+  for (int n = 0; n < 500; ++n) {
+    const glm::vec2 middle{r.uniform(-1, 1), r.uniform(-1, 1)}, origin = middle + glm::vec2(r.uniform(-0.01f, 0.01f), 0.004f);
+    glm::vec4 p[3];
+    for (int k = 0; k < 3; ++k) {
+      const float angle = 2.0944f * static_cast<float>(k), w = r.uniform(1, 3);
+      p[k] = glm::vec4(w * (middle.x + 2e-3f * std::cos(angle)), w * (middle.y + 2e-3f * std::sin(angle)), 0.1f * w, w);
+    }
+    const f32::TriangleSetup setup = f32::triangle_setup(p[0], p[1], p[2], origin);
+    const glm::vec2 d = middle - origin;
+    const f64::PlanePoint exact =
+        f64::plane_point(glm::dvec4(p[0]), glm::dvec4(p[1]), glm::dvec4(p[2]), glm::dvec2(origin) + glm::dvec2(d));
+    const float e0 = f32::at_offset(setup.e0, d), e1 = f32::at_offset(setup.e1, d), e2 = f32::at_offset(setup.e2, d);
+    worst = std::max(worst, std::abs(e0 / (e0 + e1 + e2) - exact.b0));
+  }
+  CHECK(worst < 2e-3);
+}
+
+// --- Edges ---
+
+TEST_CASE("edges: a force is the derivative of the point it acts on", "[maths]") {
+  soup::Random r(10);
+  for (int n = 0; n < 50; ++n) {
+    Triangle t;
+    for (glm::dvec4& v : t) v = {random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, 0.5, 2)};
+    const double s0 = random_in(r, 0, 0.5), s1 = random_in(r, 0, 0.5), s2 = 1 - s0 - s1;
+    const glm::dvec3 force{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+    const auto work = [&] {
+      const glm::dvec4 point = s0 * t[0] + s1 * t[1] + s2 * t[2];
+      return glm::dot(force, glm::dvec3(point) / point.w);
+    };
+    f64::ClipGradient once = no_gradient();
+    f64::apply_force(t[0], t[1], t[2], s0, s1, s2, force, once);
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < 4; ++i) CHECK(rows(once)[k][i] == gradient(difference(work, t[k][i])));
+    // It adds to what is there.
+    f64::ClipGradient twice = once;
+    f64::apply_force(t[0], t[1], t[2], s0, s1, s2, force, twice);
+    check_same(twice, {2.0 * once.g0, 2.0 * once.g1, 2.0 * once.g2});
+  }
+}
+
+TEST_CASE("edges: a silhouette's weights are those of the crossing in space", "[maths]") {
+  soup::Random r(11);
+  int hits = 0, misses = 0;
+  for (int n = 0; n < 4000; ++n) {
+    const auto ndc = [&] { return glm::dvec2{random_in(r, -1, 1), random_in(r, -1, 1)}; };
+    const glm::dvec2 i = ndc(), j = ndc(), p = ndc(), q = ndc();
+    const double wi = random_in(r, 0.3, 3), wj = random_in(r, 0.3, 3);
+    const glm::dvec4 vi = wi * glm::dvec4(i, random_in(r, -1, 1), 1), vj = wj * glm::dvec4(j, random_in(r, -1, 1), 1);
+    // Two segments meet if each has its ends on both sides of the other.
+    const double side_p = f64::cross2(j - i, p - i), side_q = f64::cross2(j - i, q - i);
+    const double side_i = f64::cross2(q - p, i - p), side_j = f64::cross2(q - p, j - p);
+    if (std::min({std::abs(side_p), std::abs(side_q), std::abs(side_i), std::abs(side_j)}) < 1e-4) continue;
+    const bool expected = side_p * side_q < 0 && side_i * side_j < 0;
+    double si = -1, sj = -1;
+    REQUIRE(f64::silhouette_edge(vi, vj, p, q, si, sj) == expected);
+    ++(expected ? hits : misses);
+    if (!expected) continue;
+    const glm::dvec2 crossing = i + (j - i) * (side_i / (side_i - side_j));
+    const glm::dvec4 point = si * vi + sj * vj;
+    CHECK(si + sj == Approx(1));
+    CHECK(point.x / point.w == Approx(crossing.x).margin(1e-10));
+    CHECK(point.y / point.w == Approx(crossing.y).margin(1e-10));
+  }
+  CHECK(hits > 500);
+  CHECK(misses > 500);
+  double si, sj;
+  CHECK(!f64::silhouette_edge({0, 0.5, 0, 1}, {1, 0.5, 0, 1}, {0, 0}, {1, 0}, si, sj));  // parallel
+}
+
+// In the plane of the pixels' axis s and z, A is the line a . (s, z) = c and B the line b . (s, z) = d, a and b being unit vectors.
+// If A moves by m along a, the point X where they meet moves with a . dX = m and b . dX = 0, so that
+// ds = m b_z / (a_s b_z - a_z b_s). A force f on s does the work f ds: as much as a force f ds/dm a on A.
+TEST_CASE("edges: an intersection's force is the motion of the line in which two planes meet", "[maths]") {
+  soup::Random r(12);
+  int tested = 0;
+  for (int n = 0; n < 300; ++n) {
+    const glm::dvec2 n_a{random_in(r, -2, 2), random_in(r, -2, 2)}, n_b{random_in(r, -2, 2), random_in(r, -2, 2)};
+    const glm::dvec2 a = glm::normalize(n_a), b = glm::normalize(n_b);
+    if (std::abs(f64::cross2(a, b)) < 0.05) continue;
+    ++tested;
+    const glm::dvec2 on_b(0.2, -0.4), along_a(-a.y, a.x);
+    const double force = random_in(r, -3, 3);
+    double moved = 0;
+    const auto work = [&] {
+      // Start from a point of A and walk along A until B is met.
+      const glm::dvec2 start = glm::dvec2(-0.3, 0.6) + moved * a;
+      return force * (start + along_a * (glm::dot(b, on_b - start) / glm::dot(b, along_a))).x;
+    };
+    const glm::dvec2 result = f64::intersection_force(n_a, n_b, force);
+    CHECK(glm::dot(result, a) == gradient(difference(work, moved)));
+    CHECK(glm::dot(result, along_a) == Approx(0).margin(1e-12));  // a plane that slides in itself moves nothing
+    // Neither the length of a normal nor the side it is on matters.
+    CHECK(glm::length(f64::intersection_force(-3.0 * n_a, n_b, force) - result) <= 1e-12 * glm::length(result));
+    CHECK(glm::length(f64::intersection_force(n_a, -0.2 * n_b, force) - result) <= 1e-12 * glm::length(result));
+  }
+  CHECK(tested > 200);
+  CHECK(f64::intersection_force({0, 1}, {0, 2}, 1) == glm::dvec2(0));
+  CHECK(f64::intersection_force({0.6, 0.8}, {-0.6, -0.8}, 1) == glm::dvec2(0));
+  CHECK(f64::intersection_force({0, 0}, {0, 1}, 1) == glm::dvec2(0));
+  CHECK(f64::intersection_force({0, 1}, {0, 0}, 1) == glm::dvec2(0));
+}
+
+namespace {
+
+/// A pixel and one of its four neighbours, the force on the axis between them.
+struct Pair {
+  glm::dvec2 p, q, force;
+  bool horizontal;
+};
+
+std::vector<Pair> pairs() {
+  const glm::dvec2 p(0.13, -0.21);
+  return {{p, p + glm::dvec2(0.1, 0), {1.3, 0}, true},
+          {p, p - glm::dvec2(0.1, 0), {-0.7, 0}, true},
+          {p, p + glm::dvec2(0, 0.1), {0, 0.8}, false},
+          {p, p - glm::dvec2(0, 0.1), {0, -1.9}, false}};
+}
+
+/// A plane of the screen: depth z + slope . (ndc - through).
+struct Plane {
+  double z;
+  glm::dvec2 slope, through;
+
+  double at(glm::dvec2 ndc) const { return z + glm::dot(slope, ndc - through); }
+};
+
+/// A triangle of that plane that covers the whole neighbourhood, of either winding.
+Triangle covering(soup::Random& r, const Plane& plane, bool flip) {
+  const auto corner = [&](double x, double y) { return glm::dvec3(x, y, plane.at({x, y})); };
+  const glm::dvec3 a = corner(-3, random_in(r, -3, -2)), b = corner(3, random_in(r, -3, -2)), c = corner(random_in(r, -1, 1), 4);
+  return flip ? clip_triangle(r, b, a, c) : clip_triangle(r, a, b, c);
+}
+
+/// A triangle of that plane on the side of `through` to which `direction` points: it ends where it passes `through`.
+Triangle ending(soup::Random& r, const Plane& plane, glm::dvec2 through, glm::dvec2 direction, int first) {
+  const glm::dvec2 along(-direction.y, direction.x);
+  glm::dvec2 corners[3] = {through + 0.5 * along, through - 0.8 * along, through + 2.0 * direction + 0.1 * along};
+  std::rotate(corners, corners + first, corners + 3);
+  const auto corner = [&](int k) { return glm::dvec3(corners[k], plane.at(corners[k])); };
+  return clip_triangle(r, corner(0), corner(1), corner(2));
+}
+
+/// Weights of the vertices at an NDC point of a triangle's plane: perspective-correct, from the inverse of the rows (x, y, w).
+glm::dvec3 weights_at(const Triangle& t, glm::dvec2 ndc) {
+  glm::dmat3 m;
+  for (int k = 0; k < 3; ++k) m[k] = {t[k].x, t[k].y, t[k].w};
+  const glm::dvec3 s = glm::inverse(m) * glm::dvec3(ndc, 1);
+  return s / (s.x + s.y + s.z);
+}
+
+f64::ClipGradient force_at(const Triangle& t, glm::dvec2 ndc, glm::dvec3 force) {
+  const glm::dvec3 s = weights_at(t, ndc);
+  f64::ClipGradient g = no_gradient();
+  f64::apply_force(t[0], t[1], t[2], s.x, s.y, s.z, force, g);
+  return g;
+}
+
+int edge(const Triangle& a, const Triangle& b, bool same, bool empty, double depth_p, double depth_q, const Pair& pair,
+         f64::ClipGradient& g) {
+  g = no_gradient();
+  return f64::edge_force(a[0], a[1], a[2], b[0], b[1], b[2], same, empty, depth_p, depth_q, pair.p, pair.q, pair.force,
+                         pair.horizontal, g);
+}
+
+}  // namespace
+
+TEST_CASE("edges: inside a triangle the force acts midway between the pixels", "[maths]") {
+  soup::Random r(13);
+  for (const Pair& pair : pairs())
+    for (const bool flip : {false, true}) {
+      const glm::dvec2 middle = 0.5 * (pair.p + pair.q);
+      const Plane plane{0.1, {0.2, -0.3}, pair.p};
+      const Triangle a = covering(r, plane, flip);
+      f64::ClipGradient g;
+      CHECK(edge(a, a, true, false, plane.at(pair.p), plane.at(pair.q), pair, g) == EDGE_INTERIOR);
+      check_same(g, force_at(a, middle, {pair.force, 0}));
+    }
+}
+
+TEST_CASE("edges: what is seen through a triangle pulls at it midway between the pixels", "[maths]") {
+  soup::Random r(14);
+  for (const Pair& pair : pairs())
+    for (const bool flip : {false, true}) {
+      const glm::dvec2 middle = 0.5 * (pair.p + pair.q);
+      const Plane front{0.1, {0.2, -0.3}, pair.p}, back{0.6, {-0.4, 0.1}, pair.p};
+      const Triangle a = covering(r, front, flip), b = covering(r, back, !flip);
+      f64::ClipGradient g;
+      CHECK(edge(a, b, false, false, front.at(pair.p), back.at(pair.q), pair, g) == EDGE_OPACITY);
+      check_same(g, force_at(a, middle, {pair.force, 0}));
+      CHECK(edge(a, a, false, true, front.at(pair.p), 0, pair, g) == EDGE_OPACITY);  // the background
+      check_same(g, force_at(a, middle, {pair.force, 0}));
+      // A comes nearer towards q, where it lets see B, which is farther than A there and nearer than A at p: nobody's edge.
+      const Plane steep{0.5, -(pair.q - pair.p) / 0.01, pair.p}, between{0.1, {0, 0}, pair.p};
+      const Triangle sloping = covering(r, steep, flip), seen = covering(r, between, flip);
+      REQUIRE(steep.at(pair.q) < -0.4);
+      CHECK(edge(sloping, seen, false, false, 0.5, 0.1, pair, g) == EDGE_NONE);
+      check_same(g, no_gradient());
+    }
+}
+
+TEST_CASE("edges: a silhouette's force acts where the edge crosses between the pixels", "[maths]") {
+  soup::Random r(15);
+  for (const Pair& pair : pairs())
+    for (int first = 0; first < 3; ++first) {
+      const double t = random_in(r, 0.1, 0.9);
+      const glm::dvec2 crossing = pair.p + t * (pair.q - pair.p);
+      const Plane plane{0.1, {0.2, -0.3}, pair.p}, back{0.6, {-0.4, 0.1}, pair.p}, front{-0.6, {-0.4, 0.1}, pair.p};
+      const Triangle a = ending(r, plane, crossing, glm::normalize(pair.p - pair.q), first);
+      const Triangle behind = covering(r, back, first == 1), before = covering(r, front, first == 1);
+      REQUIRE(f64::plane_point(a[0], a[1], a[2], pair.p).inside);
+      REQUIRE(!f64::plane_point(a[0], a[1], a[2], pair.q).inside);
+      f64::ClipGradient g;
+      for (const bool empty : {false, true}) {
+        CHECK(edge(a, behind, false, empty, plane.at(pair.p), empty ? 0 : back.at(pair.q), pair, g) == EDGE_SILHOUETTE);
+        check_same(g, force_at(a, crossing, {pair.force, 0}));
+        // The vertex opposite to the edge has no part in it.
+        CHECK(rows(g)[(5 - first) % 3] == glm::dvec4(0));
+      }
+      // What is before A at q has an edge of its own or hides A's.
+      CHECK(edge(a, before, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
+      check_same(g, no_gradient());
+    }
+}
+
+TEST_CASE("edges: two triangles that pass through each other move the line in which they meet", "[maths]") {
+  soup::Random r(16);
+  for (int n = 0; n < 60; ++n)
+    for (const Pair& pair : pairs()) {
+      const int axis = pair.horizontal ? 0 : 1;
+      const glm::dvec2 crossing = pair.p + random_in(r, 0.1, 0.9) * (pair.q - pair.p);
+      Plane front{0.1, {random_in(r, -1, 1), random_in(r, -1, 1)}, crossing}, other = front;
+      // B rises towards p and so comes before A at q.
+      other.slope[axis] -= (pair.q - pair.p)[axis] * random_in(r, 2, 10);
+      other.slope[1 - axis] = random_in(r, -1, 1);
+      Triangle a = covering(r, front, n % 2 == 0);
+      const Triangle b = covering(r, other, n % 4 < 2);
+      f64::ClipGradient g;
+      REQUIRE(edge(a, b, false, false, front.at(pair.p), other.at(pair.q), pair, g) == EDGE_INTERSECTION);
+      // The force as a whole: what the vertices' NDC positions would feel if they moved together.
+      glm::dvec3 total(0);
+      for (int k = 0; k < 3; ++k) total += glm::dvec3(rows(g)[k]) * a[k].w;
+      glm::dvec3 moved(0);
+      const auto work = [&] {
+        Triangle shifted = a;
+        for (glm::dvec4& v : shifted) v += glm::dvec4(moved * v.w, 0);
+        // Depths are linear on the screen, so one step of the secant finds the crossing.
+        const auto gap = [&](glm::dvec2 at) {
+          return f64::plane_point(shifted[0], shifted[1], shifted[2], at).depth - f64::plane_point(b[0], b[1], b[2], at).depth;
+        };
+        const double at_p = gap(pair.p), at_q = gap(pair.q);
+        return pair.force[axis] * (pair.p + (pair.q - pair.p) * (at_p / (at_p - at_q)))[axis];
+      };
+      CHECK(total[axis] == Approx(difference(work, moved[axis])).epsilon(1e-5).margin(1e-8));
+      CHECK(total.z == Approx(difference(work, moved.z)).epsilon(1e-5).margin(1e-8));
+      CHECK(total[1 - axis] == Approx(0).margin(1e-11));
+      // It acts on A where A is seen midway.
+      check_same(g, force_at(a, 0.5 * (pair.p + pair.q), total));
+    }
+}
+
+TEST_CASE("edges: what hides a triangle without being hidden by it has an edge of its own", "[maths]") {
+  soup::Random r(17);
+  for (const Pair& pair : pairs())
+    for (int first = 0; first < 3; ++first) {
+      const glm::dvec2 crossing = 0.4 * pair.p + 0.6 * pair.q;
+      const Plane plane{0.1, {0.2, -0.3}, pair.p}, front{-0.4, {0.1, 0.1}, pair.p};
+      const Triangle a = covering(r, plane, first == 1);
+      // B begins between the pixels.
+      const Triangle b = ending(r, front, crossing, glm::normalize(pair.q - pair.p), first);
+      REQUIRE(f64::plane_point(b[0], b[1], b[2], pair.q).inside);
+      REQUIRE(!f64::plane_point(b[0], b[1], b[2], pair.p).inside);
+      f64::ClipGradient g;
+      CHECK(edge(a, b, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
+      check_same(g, no_gradient());
+      // B is before A at both, and only lets A be seen at p: an edge of B's opacity.
+      const Triangle over = covering(r, front, first == 2);
+      CHECK(edge(a, over, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
+      check_same(g, no_gradient());
+      // B's plane passes behind A at p, but B does not reach there.
+      Plane through = plane;
+      through.through = crossing;
+      through.z = plane.at(crossing);
+      through.slope -= 5.0 * (pair.q - pair.p);
+      const Triangle short_of_p = ending(r, through, crossing, glm::normalize(pair.q - pair.p), first);
+      REQUIRE(through.at(pair.p) > plane.at(pair.p));
+      REQUIRE(through.at(pair.q) < plane.at(pair.q));
+      CHECK(edge(a, short_of_p, false, false, plane.at(pair.p), through.at(pair.q), pair, g) == EDGE_NONE);
+      check_same(g, no_gradient());
+    }
+}
+
+// --- Optimisers ---
+
+TEST_CASE("Adam and VectorAdam are the textbook's", "[maths]") {
+  soup::Random r(18);
+  // Gradients far above, about and far below the epsilon, which only counts for the last.
+  for (const double size : {1.0, 1e-4, 1e-8}) {
+    const double learning_rate = 0.05;
+    double p = 1, m = 0, v = 0, tp = 1, tm = 0, tv = 0, vector_v = 0, tvv = 0;
+    glm::dvec3 q(1), qm(0), tq(1), tqm(0);
+    for (int t = 1; t <= 20; ++t) {
+      // A parameter that nothing has touched yet must stay where it is.
+      const double scale = t <= 2 ? 0 : size;
+      const double g = scale * random_in(r, -1, 1);
+      const glm::dvec3 gv = scale * glm::dvec3{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+      const double correct1 = 1 - std::pow(0.9, t), correct2 = 1 - std::pow(0.999, t);
+      const double rate = learning_rate / correct1, second = 1 / std::sqrt(correct2);
+      p -= f64::adam(g, rate, second, m, v);
+      q -= f64::vector_adam(gv, rate, second, qm, vector_v);
+      tm = 0.9 * tm + (1 - 0.9) * g;
+      tv = 0.999 * tv + (1 - 0.999) * g * g;
+      tp -= learning_rate * (tm / correct1) / (std::sqrt(tv / correct2) + 1e-8);
+      tqm = 0.9 * tqm + (1 - 0.9) * gv;
+      tvv = 0.999 * tvv + (1 - 0.999) * (gv.x * gv.x + gv.y * gv.y + gv.z * gv.z);
+      tq -= learning_rate * (tqm / correct1) / (std::sqrt(tvv / correct2) + 1e-8);
+      CHECK(p == Approx(tp).epsilon(1e-12).margin(1e-13));
+      CHECK(m == Approx(tm).epsilon(1e-12));
+      CHECK(v == Approx(tv).epsilon(1e-12));
+      CHECK(vector_v == Approx(tvv).epsilon(1e-12));
+      CHECK(glm::length(q - tq) < 1e-13);
+      CHECK(glm::length(qm - tqm) <= 1e-12 * glm::length(tqm));
+      if (t <= 2) CHECK(p == 1);
+    }
+    CHECK(p != 1);
+  }
+}
+
+TEST_CASE("VectorAdam's step turns with the axes", "[maths]") {
+  soup::Random r(19);
+  const glm::dmat3 turn = r.rotation();
+  glm::dvec3 m(0), turned_m(0);
+  double v = 0, turned_v = 0;
+  for (int t = 1; t <= 5; ++t) {
+    const glm::dvec3 g{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+    const glm::dvec3 step = f64::vector_adam(g, 0.1, 2.0, m, v), turned_step = f64::vector_adam(turn * g, 0.1, 2.0, turned_m, turned_v);
+    CHECK(glm::length(turn * step - turned_step) < 1e-12);
+  }
+}
+
+// --- Random numbers ---
+
+namespace {
+
+/// Sum of (observed - expected)^2 / expected with equal expectations.
+double chi_square(const std::vector<int>& bins, int draws) {
+  const double expected = static_cast<double>(draws) / static_cast<double>(bins.size());
+  double sum = 0;
+  for (const int count : bins) sum += (count - expected) * (count - expected) / expected;
+  return sum;
+}
+
+/// Five standard deviations above the mean of the statistic for so many bins. Counters are fixed: a test passes always or never.
+double chi_square_limit(std::size_t bins) {
+  const double freedom = static_cast<double>(bins) - 1;
+  return freedom + 5 * std::sqrt(2 * freedom);
+}
+
+}  // namespace
+
+TEST_CASE("hash32 can be undone, so no two counters share a hash", "[maths]") {
+  // Multiplication by an odd number is undone by its inverse, x ^= x >> n by x ^= x >> n ^ x >> 2n ^ ...
+  CHECK(0x7feb352du * 0x1d69e2a5u == 1u);
+  CHECK(0x846ca68bu * 0x43021123u == 1u);
+  const auto undo = [](std::uint32_t x) {
+    x ^= x >> 16;
+    x *= 0x43021123u;
+    x ^= x >> 15 ^ x >> 30;
+    x *= 0x1d69e2a5u;
+    x ^= x >> 16;
+    return x;
+  };
+  soup::Random r(20);
+  std::vector<std::uint32_t> hashes;
+  for (std::uint32_t i = 0; i < 100000; ++i) {
+    REQUIRE(undo(f64::hash32(i)) == i);
+    REQUIRE(undo(f64::hash32(~i)) == ~i);
+    const std::uint32_t word = r.bits();
+    REQUIRE(undo(f64::hash32(word)) == word);
+    hashes.push_back(f32::hash32(i));
+  }
+  std::sort(hashes.begin(), hashes.end());
+  CHECK(std::adjacent_find(hashes.begin(), hashes.end()) == hashes.end());
+}
+
+TEST_CASE("thresholds are uniform over pixels, triangles and steps", "[maths]") {
+  constexpr int kBins = 64, kDraws = 100000;
+  const auto check_uniform = [&](const auto& draw) {
+    std::vector<int> bins(kBins, 0);
+    for (std::uint32_t i = 0; i < kDraws; ++i) {
+      const double value = draw(i);
+      REQUIRE(value >= 0);
+      REQUIRE(value < 1);
+      ++bins[static_cast<int>(value * kBins)];
+    }
+    CHECK(chi_square(bins, kDraws) < chi_square_limit(kBins));
+  };
+  for (const std::uint32_t key : {0u, 12345u, 0xdeadbeefu}) {
+    check_uniform([&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(key, i), 7); });
+    check_uniform([&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(key, 4711), i); });
+    check_uniform([&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(f64::hash32(key + i), 4711), 7); });
+  }
+  // 24 bits: float and double have the same numbers.
+  for (std::uint32_t i = 0; i < 1000; ++i) CHECK(f64::threshold_of(i, i * i) == f32::threshold_of(i, i * i));
+}
+
+TEST_CASE("thresholds of different triangles, pixels and steps have nothing to do with each other", "[maths]") {
+  constexpr int kSide = 16, kDraws = 100000;
+  const auto check_independent = [&](const auto& draw_a, const auto& draw_b) {
+    std::vector<int> bins(kSide * kSide, 0);
+    for (std::uint32_t i = 0; i < kDraws; ++i)
+      ++bins[static_cast<int>(draw_a(i) * kSide) * kSide + static_cast<int>(draw_b(i) * kSide)];
+    CHECK(chi_square(bins, kDraws) < chi_square_limit(bins.size()));
+  };
+  const auto draw = [](std::uint32_t key, std::uint32_t pixel, std::uint32_t triangle) {
+    return f64::threshold_of(f64::threshold_pixel(key, pixel), triangle);
+  };
+  const std::uint32_t key = f64::hash32(99);
+  for (const std::uint32_t other : {1u, 2u, 64u, 1000u}) {
+    INFO("distance " << other);
+    check_independent([&](std::uint32_t i) { return draw(key, i, 3); }, [&](std::uint32_t i) { return draw(key, i, 3 + other); });
+    check_independent([&](std::uint32_t i) { return draw(key, i, 3); }, [&](std::uint32_t i) { return draw(key, i + other, 3); });
+    check_independent([&](std::uint32_t i) { return draw(key, i, 3); },
+                      [&](std::uint32_t i) { return draw(f64::hash32(99 + other), i, 3); });
+    check_independent([&](std::uint32_t i) { return draw(key, 5, i); }, [&](std::uint32_t i) { return draw(key, 5 + other, i); });
+  }
 }

@@ -227,6 +227,52 @@ TEST_CASE("a model file with impossible values in its JSON is refused", "[model_
   refuses("JSON", [](json& j) { j["meshes"] = 7; });
 }
 
+TEST_CASE("a model file is refused for what its binary part says", "[model_file]") {
+  const auto bytes = soup::encode_model(random_model(20, 4), {});
+  const soup::Glb glb = soup::decode_glb(bytes, "memory");
+  const auto refuses = [&](const char* what, auto&& view_index, auto&& edit) {
+    std::vector<std::byte> binary(glb.binary.begin(), glb.binary.end());
+    const nlohmann::json& view = glb.document["bufferViews"][view_index(glb.document)];
+    edit(std::span(binary).subspan(view["byteOffset"].get<std::size_t>(), view["byteLength"].get<std::size_t>()));
+    CHECK_THROWS_WITH(soup::decode_model(soup::encode_glb(glb.document, binary, "memory"), "model.glb"),
+                      Contains("model.glb") && Contains(what));
+  };
+  using nlohmann::json;
+  const auto places = [](json j) { return extension_of(j)["places"].get<std::size_t>(); };
+  const auto mlp = [](json j) { return extension_of(j)["mlp"].get<std::size_t>(); };
+  const auto vertices = [](const json&) { return std::size_t{0}; };
+  const auto features = [](json j) {
+    return j["images"][extension_of(j)["pages"][0]["features"][0].get<std::size_t>()]["bufferView"].get<std::size_t>();
+  };
+  // Rows of the table: u16 x0, u16 y0, u8 level, u8 page, u8 turned.
+  refuses("outside its page", places, [](auto row) { row[1] = std::byte{0xff}; });
+  refuses("outside its page", places, [](auto row) { row[3] = std::byte{0xff}; });
+  refuses("outside its page", places, [](auto row) {  // turned at the origin: to the left of the page
+    row[0] = row[1] = row[2] = row[3] = std::byte{0};
+    row[6] = std::byte{1};
+  });
+  refuses("impossible texture table", places, [](auto row) { row[4] = std::byte{6}; });
+  refuses("impossible texture table", places, [](auto row) { row[5] = std::byte{1}; });
+  refuses("impossible texture table", places, [](auto row) { row[6] = std::byte{2}; });
+  const auto nan = [](auto floats) { std::fill_n(floats.begin(), 4, std::byte{0xff}); };
+  refuses("vertex", vertices, nan);
+  refuses("MLP weight", mlp, nan);
+  // A PNG of which the pixels are damaged: its checksums tell.
+  refuses("texture", features, [](auto png) { png[png.size() / 2] ^= std::byte{0x55}; });
+  refuses("texture", features, [](auto png) { std::fill(png.begin() + 40, png.end(), std::byte{0}); });
+  refuses("no PNG", features, [](auto png) { png[1] = std::byte{'X'}; });
+
+  auto other = bytes;
+  other[0] = std::byte{'G'};
+  CHECK_THROWS_WITH(soup::decode_model(other, "model.glb"), Contains("model.glb") && Contains("binary glTF"));
+  other = bytes;
+  other[4] = std::byte{1};
+  CHECK_THROWS_WITH(soup::decode_model(other, "model.glb"), Contains("glTF version 1"));
+  other = bytes;
+  other.push_back(std::byte{0});
+  CHECK_THROWS_WITH(soup::decode_model(other, "model.glb"), Contains("length"));
+}
+
 TEST_CASE("a small file whose pages unpack to gigabytes is refused before they are", "[model_file]") {
   // One empty page of 8,192 x 8,192 texels is some 300 KB of PNG, and JSON may name it many times.
   const auto bytes = soup::encode_model(random_model(2, 4), {});
@@ -295,7 +341,7 @@ TEST_CASE("a trained model of 2,000 triangles survives its file", "[model_file]"
     mlp.insert(mlp.end(), npz.at(name).f.begin(), npz.at(name).f.end());
   model.mlp.parameters = mlp;
   const auto bytes = soup::encode_model(model, {});
-  INFO(bytes.size() << " bytes");
+  WARN("model.glb: " << bytes.size() << " bytes for " << model.lattice.size() << " texture values");
   CHECK(bytes.size() < 12 * model.lattice.size() / 10);
   CHECK(same(model, soup::decode_model(bytes, "memory").model));
 }

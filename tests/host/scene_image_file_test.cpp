@@ -47,7 +47,7 @@ std::string decode_message(const std::string& content) {
 }  // namespace
 
 TEST_CASE("a PNG comes back as it was written", "[scene][image]") {
-  const test::TemporaryFolder folder;
+  const test::SceneFolder folder;
   const bool opaque = GENERATE(true, false);
   const Image image = noise(37, 21, opaque);
   const auto path = folder.path() / "a.png";
@@ -78,7 +78,7 @@ TEST_CASE("a JPEG is decoded, its EXIF thumbnail and its trailing bytes do no ha
 }
 
 TEST_CASE("an image cut anywhere is an Error of one line", "[scene][image]") {
-  const test::TemporaryFolder folder;
+  const test::SceneFolder folder;
   scene::write_png(folder.path() / "a.png", noise(9, 7, false));
   const std::string png = scene::read_file(folder.path() / "a.png"), jpeg = jpeg_of(noise(24, 24, true));
   for (const std::string& whole : {png, jpeg}) {
@@ -101,7 +101,7 @@ TEST_CASE("a JPEG whose Huffman table overflows is refused", "[scene][image]") {
 }
 
 TEST_CASE("a changed PNG is noticed by its checksum", "[scene][image]") {
-  const test::TemporaryFolder folder;
+  const test::SceneFolder folder;
   scene::write_png(folder.path() / "a.png", noise(9, 7, false));
   std::string png = scene::read_file(folder.path() / "a.png");
   png[60] = static_cast<char>(png[60] ^ 1);
@@ -111,7 +111,7 @@ TEST_CASE("a changed PNG is noticed by its checksum", "[scene][image]") {
 TEST_CASE("other formats and impossible sizes are Errors", "[scene][image]") {
   CHECK(decode_message("") == "photo: neither PNG nor JPEG; convert the image to one of them");
   CHECK(decode_message("BM not an image") == "photo: neither PNG nor JPEG; convert the image to one of them");
-  const test::TemporaryFolder folder;
+  const test::SceneFolder folder;
   folder.write("empty.png", std::string());
   CHECK_THROWS_AS(scene::image_size(folder.path() / "empty.png"), Error);
   CHECK_THROWS_AS(scene::image_size(folder.path() / "missing.png"), Error);
@@ -127,7 +127,7 @@ TEST_CASE("other formats and impossible sizes are Errors", "[scene][image]") {
 }
 
 TEST_CASE("write_png fails with an Error and leaves the old file", "[scene][image]") {
-  const test::TemporaryFolder folder;
+  const test::SceneFolder folder;
   CHECK_THROWS_AS(scene::write_png(folder.path() / "no" / "folder.png", noise(4, 4, true)), Error);
   CHECK_THROWS_AS(scene::write_png(folder.path() / "empty.png", Image{}), Error);
   CHECK_THROWS_AS(scene::write_png(folder.path() / "short.png", Image{2, 2, {1, 2, 3}}), Error);

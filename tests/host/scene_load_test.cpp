@@ -11,7 +11,7 @@
 using namespace trisoup;
 using namespace trisoup::scene;
 using test::plain;
-using test::TemporaryFolder;
+using test::SceneFolder;
 
 namespace {
 
@@ -32,7 +32,7 @@ std::string file_of(const std::string& shared, const std::vector<std::string>& f
 }
 
 // transforms.json with `count` images of 16 x 12 of growing brightness.
-void write_transforms(const TemporaryFolder& folder, int count, const std::string& shared = "") {
+void write_transforms(const SceneFolder& folder, int count, const std::string& shared = "") {
   std::vector<std::string> frames;
   for (int i = 0; i < count; ++i) {
     const std::string name = fmt::format("images/{:02}.png", i);
@@ -43,7 +43,7 @@ void write_transforms(const TemporaryFolder& folder, int count, const std::strin
 }
 
 // COLMAP text model with two images in a subfolder.
-void write_colmap(const TemporaryFolder& folder, const std::string& model, const std::string& camera) {
+void write_colmap(const SceneFolder& folder, const std::string& model, const std::string& camera) {
   folder.write(model + "cameras.txt", camera + "\n");
   folder.write(model + "images.txt", "1 1 0 0 0 0 0 4 1 sub/b.png\n\n2 0.8 0.6 0 0 0 0 4 1 sub/a.png\n\n");
   folder.write(model + "points3D.txt", "1 0 0 1 255 0 0 0.1 1 0\n");
@@ -67,7 +67,7 @@ std::vector<int> pixel(const View& view, int index = 0) {
 }  // namespace
 
 TEST_CASE("Blender: extension added, given test split, white behind alpha", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   for (int i : {0, 1, 2, 10})
     folder.write(fmt::format("train/r_{}.png", i), plain(8, 8, 0, 255, 0, std::uint8_t(i == 2 ? 0 : 255)));
   folder.write("test/r_0.png", plain(8, 8, 10, 20, 30));
@@ -106,7 +106,7 @@ TEST_CASE("Blender: extension added, given test split, white behind alpha", "[sc
 }
 
 TEST_CASE("transforms.json: every n-th view in name order is held out, index 0 first", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_transforms(folder, 7);
   LoadOptions options;
   options.test_every = 3;
@@ -123,7 +123,7 @@ TEST_CASE("transforms.json: every n-th view in name order is held out, index 0 f
 }
 
 TEST_CASE("nerfstudio: split by file names, masks and points", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_transforms(folder, 4,
                    "\"ply_file_path\": \"p.ply\", \"train_filenames\": [\"images/00.png\", \"images/03.png\"], "
                    "\"test_filenames\": [\"./images/02.png\"],");
@@ -142,7 +142,7 @@ TEST_CASE("nerfstudio: split by file names, masks and points", "[scene][load]") 
   CHECK(glm::distance(glm::dvec3(scene.points.positions[0]), scene.normalisation.to_normalised({0, 0, 2})) < 1e-6);
   CHECK(scene.points.colours.at(0) == glm::u8vec3(1, 2, 3));
 
-  const TemporaryFolder own;
+  const SceneFolder own;
   own.write("a.jpg.png", plain(16, 12, 9, 9, 9));
   own.write("m.png", plain(16, 12, 0, 0, 0));
   own.write("transforms.json", file_of("\"fl_x\": 20,", {frame("a.jpg.png", 0, ", \"mask_path\": \"m.png\"")}));
@@ -152,7 +152,7 @@ TEST_CASE("nerfstudio: split by file names, masks and points", "[scene][load]") 
 }
 
 TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_transforms(folder, 6);
   std::filesystem::remove(folder.path() / "images/01.png");
   std::filesystem::remove(folder.path() / "images/04.png");
@@ -170,7 +170,7 @@ TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
 TEST_CASE("COLMAP: subfolders, every place of the model, images beside it", "[scene][load]") {
   const std::string model = GENERATE("sparse/0/", "sparse/", "");
   const std::string images = GENERATE("images/", "");
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_colmap(folder, model, "1 PINHOLE 32 24 40 41 16 12");
   folder.write(images + "sub/a.png", plain(32, 24, 1, 0, 0));
   folder.write(images + "sub/b.png", plain(32, 24, 2, 0, 0));
@@ -187,7 +187,7 @@ TEST_CASE("COLMAP: subfolders, every place of the model, images beside it", "[sc
 }
 
 TEST_CASE("the resolution option resamples or takes the prescaled folder where there is one", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "1 PINHOLE 33 24 40 41 16.5 12");
   for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) folder.write(name, plain(33, 24, 100, 0, 0));
   LoadOptions options;
@@ -225,7 +225,7 @@ TEST_CASE("the resolution option resamples or takes the prescaled folder where t
 }
 
 TEST_CASE("distorted images come undistorted, with pixels that see past them out of the loss", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "1 SIMPLE_RADIAL 32 24 30 16 12 0.3");
   folder.write("images/sub/a.png", plain(32, 24, 100, 0, 0));
   folder.write("images/sub/b.png", plain(32, 24, 100, 0, 0));
@@ -237,7 +237,7 @@ TEST_CASE("distorted images come undistorted, with pixels that see past them out
 }
 
 TEST_CASE("images of several sizes in one scene", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   folder.write("a.png", plain(10, 20, 1, 1, 1));
   folder.write("b.png", plain(40, 8, 1, 1, 1));
   folder.write("c.png", plain(10, 10, 1, 1, 1));
@@ -252,7 +252,7 @@ TEST_CASE("images of several sizes in one scene", "[scene][load]") {
 }
 
 TEST_CASE("train_images = false leaves cameras and fingerprint as they are", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_transforms(folder, 9);
   std::atomic<int> calls = 0;
   int last = 0;
@@ -278,7 +278,7 @@ TEST_CASE("train_images = false leaves cameras and fingerprint as they are", "[s
 }
 
 TEST_CASE("the fingerprint tells scenes apart", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_transforms(folder, 5);
   LoadOptions options;
   const auto first = load(folder.path(), options).fingerprint;
@@ -295,7 +295,7 @@ TEST_CASE("the fingerprint tells scenes apart", "[scene][load]") {
 }
 
 TEST_CASE("a single view is for training", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_transforms(folder, 1);
   const Scene scene = load(folder.path(), {});
   CHECK(scene.train.size() == 1);
@@ -304,7 +304,7 @@ TEST_CASE("a single view is for training", "[scene][load]") {
 }
 
 TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   CHECK(message(folder.path() / "nowhere").find("nowhere: no such file or folder; ") != std::string::npos);
   CHECK(message(folder.path()).find("holds neither transforms_train.json nor ") != std::string::npos);
   folder.write("notes.txt", std::string("x"));
@@ -335,7 +335,7 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
   write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
   CHECK(message(folder.path()).find("p.ply: no such file; ") != std::string::npos);
 
-  const TemporaryFolder spot;
+  const SceneFolder spot;
   spot.write("a.png", plain(4, 4, 0, 0, 0));
   const std::string here = ", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]}";
   spot.write("transforms.json", file_of("\"fl_x\": 9,", {"{\"file_path\": \"a.png\"" + here, "{\"file_path\": \"a\"" + here}));
@@ -345,7 +345,7 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
 }
 
 TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
-  const TemporaryFolder folder;
+  const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "2 PINHOLE 32 24 40 41 16 12");
   CHECK(message(folder.path()).find("images.txt: sub/b.png was taken by camera 1, which cameras.txt lacks; ") !=
         std::string::npos);

@@ -1,50 +1,28 @@
 // A folder of small files that a scene test makes up, removed at the end of the test.
 #pragma once
 
-#include <unistd.h>
-
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
-#include <fmt/format.h>
-
 #include "error.h"
 #include "scene/image_file.h"
+#include "temporary_folder.h"
 
 namespace trisoup::test {
 
-class TemporaryFolder {
+class SceneFolder : public TemporaryFolder {
  public:
-  TemporaryFolder() {
-    static std::atomic<int> count = 0;
-    path_ = std::filesystem::temp_directory_path() / fmt::format("trisoup-scene-test-{}-{}", ::getpid(), count++);
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
   /// Writes a file below the folder and makes the folders it needs.
   void write(const std::string& name, const std::string& content) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << content;
+    std::filesystem::create_directories((path() / name).parent_path());
+    std::ofstream(path() / name, std::ios::binary) << content;
   }
 
   void write(const std::string& name, const scene::Image& image) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    scene::write_png(path_ / name, image);
+    std::filesystem::create_directories((path() / name).parent_path());
+    scene::write_png(path() / name, image);
   }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// An image of one colour.

@@ -1,0 +1,123 @@
+// Tests shaders/common/fixed_point.h through the kernels that use it: sums are those of double, in whatever order they are made.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/host.h"
+#include "gpu/small_scene.h"
+
+using namespace trisoup;
+using test::SmallScene;
+
+namespace {
+
+struct Words {
+  std::vector<std::uint32_t> low, high;
+};
+
+Words download(gpu::Device& gpu, const train::FixedSums& sums, std::size_t count) {
+  return {gpu.download_vector<std::uint32_t>(sums.low.address(), count), gpu.download_vector<std::uint32_t>(sums.high.address(), count)};
+}
+
+void forward_and_backward(SmallScene& s, train::Thresholds thresholds) {
+  s.step.begin(3, 0, 0, {});
+  s.step.visibility(thresholds, s.inputs);
+  s.step.shade(s.inputs);
+  s.step.loss(s.inputs);
+  s.step.backward(s.inputs);
+}
+
+}  // namespace
+
+TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixed point]") {
+  auto gpu = test::open_device();
+  // One triangle over the whole picture: three samples take the terms of 3,072 pixels.
+  SmallScene s(*gpu, 1, {{0, 0}}, {test::view_from(0, 64, 48)});
+  gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, -9}, {0, 9, -9}, {0, 0, 18}});
+  gpu->upload(s.soup.source.address(), std::vector<float>(24, 1.0f));
+  s.step.sum_textures();
+  const std::size_t pixels = s.frame.batch().pixels;
+  const gpu::Buffer seen = gpu->allocate(pixels * 28, "feature gradient");
+  s.inputs.feature_gradient = seen.address();
+
+  // Small terms stay in the low word, large ones carry into the high word all the time; sums that wander across zero do both.
+  // The largest sums here come near 2^17; the range ends at 2^19.
+  for (const float size : {1e-7f, 1e-3f, 1.0f, 100.0f}) {
+    for (const float bias : {0.0f, 0.3f, -0.3f}) {
+      CAPTURE(size, bias);
+      soup::Random random(9);
+      train::clear(*gpu, s.soup.lattice_gradient);
+      s.step.begin(1, 0, 0, {});
+      s.step.visibility(train::Thresholds::half, s.inputs);
+      s.step.shade(s.inputs);
+      s.step.loss(s.inputs);
+      std::vector<float> gradient(4 * pixels, 0.0f);  // the fourth, the L1 error, is 0: nothing of opacity
+      for (std::size_t i = 0; i < gradient.size(); ++i)
+        if (i % 4 != 3) gradient[i] = size * (random.uniform(-1, 1) + bias);
+      gpu->upload(s.frame.gradient.address(), gradient);
+      s.step.backward(s.inputs);
+
+      const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), pixels);
+      const auto terms = gpu->download_vector<float>(seen.address(), 7 * pixels);
+      double expected[3][7] = {}, magnitude[3][7] = {};
+      for (std::size_t p = 0; p < pixels; ++p) {
+        REQUIRE(hits[p].triangle == 1);
+        const f32::LatticeCell cell = f32::lattice_cell(hits[p].b0, hits[p].b1, 0);
+        for (const auto& [sample, weight] : {std::pair(cell.i0, cell.w0), {cell.i1, cell.w1}, {cell.i2, cell.w2}})
+          for (int c = 0; c < 7; ++c) {
+            const double term = double(weight) * terms[7 * p + c];
+            expected[sample][c] += term;
+            magnitude[sample][c] += std::abs(term);
+          }
+      }
+      const Words words = download(*gpu, s.soup.lattice_gradient, 24);
+      for (int k = 0; k < 3; ++k)
+        for (int c = 0; c < 7; ++c) {
+          const double actual = train::fixed_sum(words.low[k * 8 + c], words.high[k * 8 + c]);
+          // Half an ulp of every float term, and one quantum each.
+          CHECK(std::abs(actual - expected[k][c]) <= 1e-7 * magnitude[k][c] + static_cast<double>(pixels) * 0x1p-44);
+        }
+    }
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("gradients have the same bits whatever the order of the triangles", "[fixed point]") {
+  auto gpu = test::open_device();
+  constexpr std::uint32_t kTriangles = 50;
+  const std::vector<train::BatchView> views{test::view_from(0, 48, 40), test::view_from(2, 33, 47)};
+  SmallScene a(*gpu, kTriangles, {{0, 3}}, views), b(*gpu, kTriangles, {{0, 3}}, views);
+  a.frame.reserve_lists(1 << 16);
+  b.frame.reserve_lists(1 << 16);
+
+  std::vector<std::uint32_t> order(kTriangles);
+  std::iota(order.begin(), order.end(), 0u);
+  soup::Random(5).shuffle(std::span(order));
+  const auto permuted = [&](const auto& values) {
+    auto out = values;
+    const std::size_t n = values.size() / kTriangles;
+    for (std::uint32_t t = 0; t < kTriangles; ++t) std::copy_n(values.begin() + order[t] * n, n, out.begin() + t * n);
+    return out;
+  };
+  gpu->upload(b.soup.vertices.address(), permuted(gpu->download_vector<float>(a.soup.vertices.address(), 9 * kTriangles)));
+  gpu->upload(b.soup.source.address(), permuted(a.logits));
+  b.step.sum_textures();
+
+  // Not random ones: a threshold belongs to the number of its triangle.
+  forward_and_backward(a, train::Thresholds::half);
+  forward_and_backward(b, train::Thresholds::half);
+  for (const auto& [sums_a, sums_b, count] :
+       {std::tuple(&a.soup.lattice_gradient, &b.soup.lattice_gradient, a.soup.lattice_samples * 8),
+        {&a.soup.vertex_gradient, &b.soup.vertex_gradient, std::uint64_t(9) * kTriangles}}) {
+    const Words wa = download(*gpu, *sums_a, count), wb = download(*gpu, *sums_b, count);
+    CHECK(permuted(wa.low) == wb.low);
+    CHECK(permuted(wa.high) == wb.high);
+    CHECK(std::any_of(wa.high.begin(), wa.high.end(), [](std::uint32_t w) { return w != 0; }));  // or the test says little
+  }
+  const std::size_t partial = 595ull * a.frame.mlp_groups;
+  CHECK(gpu->download_vector<std::uint32_t>(a.frame.mlp_partial.address(), partial) ==
+        gpu->download_vector<std::uint32_t>(b.frame.mlp_partial.address(), partial));
+  test::require_silence(*gpu);
+}
