@@ -59,6 +59,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--level-min", o.level_min, "coarsest texture level after it [2]");
   method->add_option("--level-max", o.level_max, "finest texture level [5]");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
+  method->add_flag("--copy-textures", o.copy_textures, "halves of a split triangle copy its texture, as published");
   method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
   method->add_option("--resample-every", o.resample_every, "steps between topology changes [1 % of the steps, at least 100]");
   method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95]");
@@ -83,9 +84,10 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
 
   // strtoull takes a minus sign and turns -1 into the largest number there is.
+  const CLI::Validator whole([](const std::string& text) { return std::string(text.starts_with('-') ? "must not be negative" : ""); }, "");
   for (auto* group : {common, data, start, method, output, device})
     for (CLI::Option* option : group->get_options())
-      if (option->get_type_name() == "UINT") option->check(CLI::NonNegativeNumber);
+      if (option->get_type_name() == "UINT") option->check(whole);
 
   try {
     app.parse(argc, argv);
@@ -142,6 +144,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(level_max, s.level_max);
   s.keep_opacity = keep_opacity;
   s.keep_moments = keep_moments;
+  s.copy_textures = copy_textures;
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);

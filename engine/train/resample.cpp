@@ -67,17 +67,26 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
   gpu.upload(parents.address(), change.face_map);
   const gpu::Buffer rows = gpu.allocate(triangles * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(rows.address(), table.entries);
-  const auto inherit = [&](const gpu::Buffer& from) {
+  gpu::Buffer corners;
+  if (!settings.copy_textures) {
+    std::vector<glm::vec2> barycentrics;
+    for (const soup::Corners& triangle : change.corners)
+      for (const glm::vec3& corner : triangle) barycentrics.emplace_back(corner);
+    corners = gpu.allocate(barycentrics.size() * sizeof(glm::vec2), "corners of triangles");
+    gpu.upload(corners.address(), barycentrics);
+  }
+  const auto inherit = [&](const gpu::Buffer& from, bool moments) {
     gpu::Buffer to = gpu.allocate(table.source_samples * 32, "textures");
     gpu.launch({"inherit_textures"}, triangles,
-               kernels::InheritTexturesArgs{parents.address(), soup.textures.address(), rows.address(), from.address(),
-                                            to.address(), triangles, 0});
+               kernels::InheritTexturesArgs{parents.address(), settings.copy_textures ? gpu::Address{0} : corners.address(),
+                                            soup.textures.address(), rows.address(), from.address(), to.address(), triangles,
+                                            (settings.copy_textures ? INHERIT_COPY : 0u) | (moments ? INHERIT_MOMENTS : 0u)});
     return to;
   };
-  gpu::Buffer source = inherit(soup.source), moment1, moment2;
+  gpu::Buffer source = inherit(soup.source, false), moment1, moment2;
   if (settings.keep_moments) {
-    moment1 = inherit(soup.source_moment1);
-    moment2 = inherit(soup.source_moment2);
+    moment1 = inherit(soup.source_moment1, true);
+    moment2 = inherit(soup.source_moment2, true);
   }
   replace(gpu, soup, change.vertices, table, std::move(source));
   if (settings.keep_moments) {

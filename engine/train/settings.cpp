@@ -1,6 +1,8 @@
 #include "train/settings.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <type_traits>
 
 #include <nlohmann/json.hpp>
@@ -33,6 +35,7 @@ void each_member(S& s, F&& f) {
   f("coarse_share", s.coarse_share);
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
+  f("copy_textures", s.copy_textures);
   f("resample_every", s.resample_every);
   f("resample_until", s.resample_until);
   f("split_views", s.split_views);
@@ -90,7 +93,11 @@ void check(const Settings& s) {
   // The comparisons below let infinity pass, and some of them NaN.
   each_member(s, [&](const char* name, const auto& value) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>)
-      if (!std::isfinite(value)) throw Error("settings: {} must be a finite number", name);
+      if (!std::isfinite(value)) {
+        std::string option = name;
+        std::replace(option.begin(), option.end(), '_', '-');
+        throw Error("settings: --{} must be a finite number", option);
+      }
   });
   need(s.steps > 0, "--steps 0 trains nothing; use 1 or more");
   need(s.triangles > 0, "--triangles 0 leaves no model; use a budget of 1 or more");

@@ -147,7 +147,7 @@ void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
                                             f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
       step.begin(key, static_cast<std::uint32_t>(step_), static_cast<std::uint32_t>(step_ % Frame::kStatisticsRows),
                  {settings_.rate_texture * factor, settings_.rate_vertex * factor, settings_.rate_mlp * factor,
-                  t - optimiser_start_, t - optimiser_start_, t});
+                  t - texture_start_, t - vertex_start_, t});
       step.train(inputs);
       gpu_.submit();
       ++step_;
@@ -161,10 +161,9 @@ void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
 }
 
 void Trainer::change_topology() {
-  bool changed = false;
   if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
     lift(gpu_, soup_, frame_, settings_);
-    changed = true;
+    texture_start_ = vertex_start_ = step_;
   }
   if (is_resampling(settings_, step_) && step_ < settings_.steps) {
     const std::uint64_t used = gpu_.allocated_bytes(), room = gpu_.ceiling() > used ? gpu_.ceiling() - used : 0;
@@ -173,9 +172,9 @@ void Trainer::change_topology() {
     const std::uint32_t most = static_cast<std::uint32_t>(
         std::min<std::uint64_t>(8ull * settings_.triangles, soup_.triangles + room / (2 * each)));
     resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_, std::max(most, settings_.triangles));
-    changed = true;
+    vertex_start_ = step_;
+    if (!settings_.keep_moments) texture_start_ = step_;
   }
-  if (changed) optimiser_start_ = step_;
 }
 
 Progress Trainer::progress_since(std::uint64_t first, double seconds) {
@@ -251,7 +250,7 @@ void each_array(SoupBuffers& s, F&& f) {
   f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
 }
 
-constexpr const char* kFormat = "trisoup checkpoint 1";
+constexpr const char* kFormat = "trisoup checkpoint 2";
 
 /// The fingerprint knows poses and sizes only, but what photographs are composited on changes what is learnt.
 std::string background_text(const scene::Scene& scene) {
@@ -274,7 +273,8 @@ void Trainer::write_checkpoint(const std::filesystem::path& path) {
   writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
   writer.metadata({{"format", kFormat},
                    {"step", std::to_string(step_)},
-                   {"optimiser_start", std::to_string(optimiser_start_)},
+                   {"texture_start", std::to_string(texture_start_)},
+                   {"vertex_start", std::to_string(vertex_start_)},
                    {"seconds", fmt::format("{}", seconds_)},
                    {"scene", std::to_string(scene_.fingerprint)},
                    {"background", background_text(scene_)},
@@ -316,8 +316,9 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
                     path.string(), key, then.contains(key) ? then[key].dump() : "unset", value.dump());
   }
   step_ = number("step");
-  optimiser_start_ = number("optimiser_start");
-  if (step_ > settings_.steps || optimiser_start_ > step_)
+  texture_start_ = number("texture_start");
+  vertex_start_ = number("vertex_start");
+  if (step_ > settings_.steps || texture_start_ > step_ || vertex_start_ > step_)
     throw Error("{}: claims step {} of {}; the checkpoint is damaged, train without --resume", path.string(), step_,
                 settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);

@@ -84,7 +84,8 @@ class Trainer {
   Photographs photos_;
   std::vector<BatchView> views_, half_views_;
   std::uint64_t step_ = 0;             // completed steps
-  std::uint64_t optimiser_start_ = 0;  // completed steps when the moments of textures and vertices were last zero
+  // Completed steps when the moments of textures and of vertices were last zero.
+  std::uint64_t texture_start_ = 0, vertex_start_ = 0;
   double seconds_ = 0;
   std::uint64_t epoch_ = ~0ull;        // of order_
   std::vector<std::uint32_t> order_;

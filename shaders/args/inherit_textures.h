@@ -6,14 +6,19 @@
 namespace trisoup::kernels {
 #endif
 
-/// Textures of a new topology: every triangle copies its parent's levels. One workgroup per triangle.
+#define INHERIT_COPY 1     // as published: as if every triangle were its whole parent; corners are not read
+#define INHERIT_MOMENTS 2  // level by level; otherwise it is the sum of the levels that is kept
+
+/// Textures of a new topology, or their moments: every triangle takes its part of its parent's. One workgroup per triangle.
 struct InheritTexturesArgs {
-  POINTER(Uints) parents;  // [new T]
+  POINTER(Uints) parents;   // [new T]
+  POINTER(Floats) corners;  // [new T][3][2]: b0, b1 of the triangle's corners in its parent
   POINTER(Textures) old_textures;
   POINTER(Textures) new_textures;
   POINTER(Floats) old_source;
   POINTER(Floats) new_source;
-  uint triangles, pad;
+  uint triangles;
+  uint flags;
 };
 
 #ifndef GL_core_profile
