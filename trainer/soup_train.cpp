@@ -99,6 +99,7 @@ int run(const CommandLine& o) {
 
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
   if (o.timings) device->enable_timings(true);
 
   const std::uint64_t log_every = o.log_every > 0 ? o.log_every : std::max<std::uint64_t>(10, settings.steps / 100 / 10 * 10);
