@@ -3,7 +3,7 @@
 #include "scene/byte_cursor.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "scene/printable.h"
+#include "printable.h"
 
 namespace trisoup::scene {
 

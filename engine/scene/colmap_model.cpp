@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "error.h"
-#include "scene/printable.h"
+#include "printable.h"
 
 namespace trisoup::scene {
 namespace {

@@ -4,7 +4,7 @@
 #include "error.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "scene/printable.h"
+#include "printable.h"
 #include "scene/word_reader.h"
 
 namespace trisoup::scene {

@@ -1,8 +1,8 @@
 #include "scene/dataset.h"
 
 #include "error.h"
-#include "scene/printable.h"
-#include "scene/read_file.h"
+#include "printable.h"
+#include "read_file.h"
 
 namespace trisoup::scene {
 namespace fs = std::filesystem;

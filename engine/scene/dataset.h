@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "scene/camera.h"
-#include "scene/image_file.h"
+#include "image/image_file.h"
 #include "scene/lens.h"
 #include "scene/photograph_files.h"
 #include "scene/point_cloud.h"

@@ -2,8 +2,8 @@
 #include "error.h"
 #include "scene/colmap_model.h"
 #include "scene/dataset.h"
-#include "scene/printable.h"
-#include "scene/read_file.h"
+#include "printable.h"
+#include "read_file.h"
 
 namespace trisoup::scene {
 namespace {

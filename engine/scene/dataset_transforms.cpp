@@ -4,8 +4,8 @@
 #include "error.h"
 #include "scene/dataset.h"
 #include "scene/ply_points.h"
-#include "scene/printable.h"
-#include "scene/read_file.h"
+#include "printable.h"
+#include "read_file.h"
 #include "scene/transforms_json.h"
 
 namespace trisoup::scene {

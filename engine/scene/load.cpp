@@ -9,8 +9,8 @@
 #include "scene/fingerprint.h"
 #include "scene/parallel_for.h"
 #include "scene/photograph.h"
-#include "scene/printable.h"
-#include "scene/read_file.h"
+#include "printable.h"
+#include "read_file.h"
 #include "scene/scene.h"
 #include "scene/undistort.h"
 

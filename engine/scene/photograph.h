@@ -6,7 +6,7 @@
 
 #include <glm/glm.hpp>
 
-#include "scene/image.h"
+#include "image/image.h"
 
 namespace trisoup::scene {
 

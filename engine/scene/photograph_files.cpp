@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "scene/read_file.h"
+#include "read_file.h"
 
 namespace trisoup::scene {
 namespace {

@@ -9,7 +9,7 @@
 #include "error.h"
 #include "scene/byte_cursor.h"
 #include "scene/pose.h"
-#include "scene/printable.h"
+#include "printable.h"
 #include "scene/word_reader.h"
 
 namespace trisoup::scene {

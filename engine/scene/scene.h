@@ -11,7 +11,7 @@
 #include <glm/glm.hpp>
 
 #include "scene/camera.h"
-#include "scene/image.h"
+#include "image/image.h"
 #include "scene/normalisation.h"
 
 namespace trisoup::scene {

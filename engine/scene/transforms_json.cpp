@@ -8,7 +8,7 @@
 
 #include "error.h"
 #include "scene/pose.h"
-#include "scene/printable.h"
+#include "printable.h"
 
 namespace trisoup::scene {
 namespace {

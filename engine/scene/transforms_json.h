@@ -9,7 +9,7 @@
 #include <glm/glm.hpp>
 
 #include "scene/camera.h"
-#include "scene/image_file.h"
+#include "image/image_file.h"
 #include "scene/lens.h"
 
 namespace trisoup::scene {

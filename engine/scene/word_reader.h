@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "error.h"
-#include "scene/printable.h"
+#include "printable.h"
 
 namespace trisoup::scene {
 

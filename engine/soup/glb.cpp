@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "error.h"
-#include "scene/printable.h"
+#include "printable.h"
 
 namespace trisoup::soup {
 namespace {
@@ -27,7 +27,7 @@ std::vector<std::byte> encode_glb(const json& document, std::span<const std::byt
   try {
     text = document.dump();
   } catch (const json::exception& e) {
-    throw Error("{}: its settings cannot be written as JSON ({}); use UTF-8 text", name, scene::printable(e.what()));
+    throw Error("{}: its settings cannot be written as JSON ({}); use UTF-8 text", name, printable(e.what()));
   }
   text.resize(padded(text.size()), ' ');
   const std::size_t binary_size = padded(binary.size());
@@ -80,7 +80,7 @@ Glb decode_glb(std::span<const std::byte> bytes, const std::string& name) {
     glb.document = json::parse(begin, begin + text.size());
   } catch (const json::exception& e) {
     throw Error("{}: its JSON cannot be read ({}); the file is damaged, export or copy it again", name,
-                scene::printable(e.what()));
+                printable(e.what()));
   }
   // A file without binary data has no second chunk.
   if (at < bytes.size()) glb.binary = chunk(kBinaryChunk, "has no whole binary chunk");

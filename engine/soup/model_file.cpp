@@ -8,9 +8,9 @@
 #include "atomic_file.h"
 #include "common/host.h"
 #include "error.h"
-#include "scene/image_file.h"
-#include "scene/printable.h"
-#include "scene/read_file.h"
+#include "image/image_file.h"
+#include "printable.h"
+#include "read_file.h"
 #include "soup/bake.h"
 #include "soup/glb.h"
 #include "soup/texture_table.h"
@@ -19,7 +19,6 @@ namespace trisoup::soup {
 namespace {
 
 using nlohmann::json;
-using scene::Image;
 
 constexpr const char* kExtension = "TRISOUP_neural_textures";
 constexpr std::size_t kMaxPages = 256;  // AtlasPlace::page is a byte
@@ -185,7 +184,7 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   json images = json::array(), textures = json::array(), materials = json::array(), primitives = json::array(),
        extension_pages = json::array();
   const auto add_image = [&](const Image& image, const std::string& name) {
-    const std::string png = scene::encode_png(image, "model");
+    const std::string png = encode_png(image, "model");
     images.push_back({{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", name}});
     return static_cast<int>(images.size()) - 1;
   };
@@ -318,7 +317,7 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
         if (texels == 0) throw damaged("has a texture that is no PNG");
         if (texels > texels_left) throw damaged("has textures of more texels than its triangles need");
         if (half == 1) texels_left -= texels;
-        const Image image = scene::decode_image(png, name + " (texture)");
+        const Image image = decode_image(png, name + " (texture)");
         for (std::size_t t = 0; t < triangles; ++t) {
           const AtlasPlace& place = places[t];
           if (place.page != page) continue;
@@ -348,7 +347,7 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
       throw damaged("has an impossible centre or scale");
     file.settings = extension.value("settings", json());
   } catch (const json::exception& e) {
-    throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, scene::printable(e.what()));
+    throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, printable(e.what()));
   }
   return file;
 }
@@ -360,7 +359,7 @@ std::uint64_t write_model(const std::filesystem::path& path, const Model& model,
 }
 
 ModelFile read_model(const std::filesystem::path& path) {
-  const std::string content = scene::read_file(path);
+  const std::string content = read_file(path);
   return decode_model(std::as_bytes(std::span(content)), path.string());
 }
 

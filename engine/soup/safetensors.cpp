@@ -13,6 +13,7 @@
 
 #include "atomic_file.h"
 #include "error.h"
+#include "printable.h"
 
 namespace trisoup::soup {
 namespace {
@@ -88,13 +89,6 @@ bool byte_size(const std::vector<std::uint64_t>& shape, Dtype dtype, std::uint64
 }
 
 std::uint64_t aligned(std::uint64_t offset) { return (offset + kAlignment - 1) / kAlignment * kAlignment; }
-
-// Names come from the file: what is printed of them stays on one line and short.
-std::string printable(const std::string& name) {
-  std::string out;
-  for (const char c : name.substr(0, 60)) out += c >= ' ' && c < 127 ? c : '?';
-  return out;
-}
 
 // "2x3", or "scalar".
 std::string text_of(const std::vector<std::uint64_t>& shape) {

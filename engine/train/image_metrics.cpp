@@ -30,7 +30,7 @@ std::vector<double> blur(const std::vector<double>& image, int w, int h) {
 
 }  // namespace
 
-ImageMetrics compare(std::span<const float> colour, const scene::Image& photo) {
+ImageMetrics compare(std::span<const float> colour, const Image& photo) {
   const int w = photo.width, h = photo.height;
   const std::size_t pixels = static_cast<std::size_t>(w) * h;
   ImageMetrics metrics;

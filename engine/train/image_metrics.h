@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "scene/image.h"
+#include "image/image.h"
 
 namespace trisoup::train {
 
@@ -15,6 +15,6 @@ struct ImageMetrics {
 
 /// colour: [height][width][3], clamped to 0..1. Pixels masked out of the photograph do not count for PSNR and MAE and are black
 /// in both images for SSIM.
-ImageMetrics compare(std::span<const float> colour, const scene::Image& photograph);
+ImageMetrics compare(std::span<const float> colour, const Image& photograph);
 
 }  // namespace trisoup::train

@@ -12,7 +12,7 @@
 
 #include "atomic_file.h"
 #include "error.h"
-#include "scene/image_file.h"
+#include "image/image_file.h"
 
 namespace trisoup::train {
 namespace {
@@ -81,7 +81,7 @@ void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(
 
 void RunFolder::write_render(const scene::View& view, const std::vector<float>& colour) const {
   const int w = view.image.width, h = view.image.height, gap = 4;
-  scene::Image both;
+  Image both;
   both.width = 2 * w + gap;
   both.height = h;
   both.rgba.assign(static_cast<std::size_t>(both.width) * h * 4, 255);
@@ -97,7 +97,7 @@ void RunFolder::write_render(const scene::View& view, const std::vector<float>& 
     }
   std::string name = view.name;
   std::replace(name.begin(), name.end(), '/', '_');
-  scene::write_png(path_ / "renders" / (std::filesystem::path(name).stem().string() + ".png"), both);
+  write_png(path_ / "renders" / (std::filesystem::path(name).stem().string() + ".png"), both);
 }
 
 }  // namespace trisoup::train

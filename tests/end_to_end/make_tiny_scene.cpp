@@ -10,7 +10,7 @@
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 
-#include "scene/image_file.h"
+#include "image/image_file.h"
 
 namespace fs = std::filesystem;
 
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
       const double a = 6.2831853 * (i + offset) / count;
       const glm::dvec3 position(3.5 * std::cos(a), 3.5 * std::sin(a), 1.5), back = glm::normalize(position);
       const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 0, 1), back)), up = glm::cross(back, right);
-      trisoup::scene::Image image{size, size, {}};
+      trisoup::Image image{size, size, {}};
       for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
           const glm::dvec3 ray = (x + 0.5 - 0.5 * size) / focal * right - (y + 0.5 - 0.5 * size) / focal * up - back;
@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
           image.rgba.insert(image.rgba.end(), colour.begin(), colour.end());
         }
       const std::string name = "r_" + std::to_string(i);
-      trisoup::scene::write_png(folder / split / (name + ".png"), image);
+      trisoup::write_png(folder / split / (name + ".png"), image);
       nlohmann::json matrix = nlohmann::json::array();
       for (int r = 0; r < 3; ++r) matrix.push_back({right[r], up[r], back[r], position[r]});
       matrix.push_back({0, 0, 0, 1});

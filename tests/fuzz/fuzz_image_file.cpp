@@ -1,8 +1,8 @@
 // Fuzzes the decoding of PNG and JPEG files.
-#include "scene/image_file.h"
+#include "image/image_file.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trisoup;
-  return fuzz::expect_result_or_error([&] { scene::decode_image(fuzz::bytes(data, size), "fuzz"); });
+  return fuzz::expect_result_or_error([&] { decode_image(fuzz::bytes(data, size), "fuzz"); });
 }

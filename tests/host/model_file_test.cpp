@@ -10,7 +10,7 @@
 #include "common/host.h"
 #include "error.h"
 #include "npz.h"
-#include "scene/image_file.h"
+#include "image/image_file.h"
 #include "shared_data.h"
 #include "soup/bake.h"
 #include "soup/glb.h"
@@ -130,7 +130,7 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
   for (std::uint8_t& value : model.lattice) value = static_cast<std::uint8_t>(100 + value % 50);  // nothing saturates in a gutter
   const auto bytes = soup::encode_model(model, {});
   const soup::Glb glb = soup::decode_glb(bytes, "memory");
-  const scene::Image image = scene::decode_image(view_of(glb, glb.document["images"][0]["bufferView"]), "base colour");
+  const Image image = decode_image(view_of(glb, glb.document["images"][0]["bufferView"]), "base colour");
   std::vector<glm::vec2> uv(model.vertices.size());
   std::memcpy(uv.data(), view_of(glb, glb.document["accessors"][1]["bufferView"]).data(), uv.size() * sizeof(glm::vec2));
 
@@ -277,9 +277,9 @@ TEST_CASE("a small file whose pages unpack to gigabytes is refused before they a
   // One empty page of 8,192 x 8,192 texels is some 300 KB of PNG, and JSON may name it many times.
   const auto bytes = soup::encode_model(random_model(2, 4), {});
   soup::Glb glb = soup::decode_glb(bytes, "memory");
-  scene::Image empty{8192, 8192, {}};
+  Image empty{8192, 8192, {}};
   empty.rgba.resize(std::size_t(8192) * 8192 * 4, 0);
-  const std::string png = scene::encode_png(empty, "memory");
+  const std::string png = encode_png(empty, "memory");
   std::vector<std::byte> binary(glb.binary.begin(), glb.binary.end());
   glb.document["images"].push_back({{"bufferView", glb.document["bufferViews"].size()}, {"mimeType", "image/png"}});
   glb.document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", png.size()}});

@@ -7,7 +7,7 @@
 #include "error.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "scene/read_file.h"
+#include "read_file.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -3,7 +3,7 @@
 
 #include "error.h"
 #include "scene/ply_points.h"
-#include "scene/read_file.h"
+#include "read_file.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

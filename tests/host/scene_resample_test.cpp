@@ -6,6 +6,7 @@
 #include "scene/area_resample.h"
 #include "scene/photograph.h"
 
+using namespace trisoup;
 using namespace trisoup::scene;
 
 namespace {

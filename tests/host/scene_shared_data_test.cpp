@@ -7,7 +7,7 @@
 
 #include "error.h"
 #include "scene/colmap_model.h"
-#include "scene/read_file.h"
+#include "read_file.h"
 #include "scene/scene.h"
 #include "shared_data.h"
 

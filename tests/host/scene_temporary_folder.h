@@ -6,7 +6,7 @@
 #include <string>
 
 #include "error.h"
-#include "scene/image_file.h"
+#include "image/image_file.h"
 #include "temporary_folder.h"
 
 namespace trisoup::test {
@@ -19,15 +19,15 @@ class SceneFolder : public TemporaryFolder {
     std::ofstream(path() / name, std::ios::binary) << content;
   }
 
-  void write(const std::string& name, const scene::Image& image) const {
+  void write(const std::string& name, const Image& image) const {
     std::filesystem::create_directories((path() / name).parent_path());
-    scene::write_png(path() / name, image);
+    write_png(path() / name, image);
   }
 };
 
 /// An image of one colour.
-inline scene::Image plain(int width, int height, std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a = 255) {
-  scene::Image image{width, height, std::vector<std::uint8_t>(std::size_t(width * height) * 4)};
+inline Image plain(int width, int height, std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a = 255) {
+  Image image{width, height, std::vector<std::uint8_t>(std::size_t(width * height) * 4)};
   for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
     image.rgba[i] = r, image.rgba[i + 1] = g;
     image.rgba[i + 2] = b, image.rgba[i + 3] = a;

@@ -6,9 +6,9 @@
 #include <span>
 #include <string>
 
-#include "scene/image.h"
+#include "image/image.h"
 
-namespace trisoup::scene {
+namespace trisoup {
 
 struct ImageSize {
   int width = 0, height = 0;  // pixels
@@ -36,4 +36,4 @@ std::string encode_png(const Image& image, const std::string& name);
 /// no temporary file.
 void write_png(const std::filesystem::path& path, const Image& image);
 
-}  // namespace trisoup::scene
+}  // namespace trisoup

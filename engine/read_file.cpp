@@ -1,12 +1,12 @@
-#include "scene/read_file.h"
+#include "read_file.h"
 
 #include <cstring>
 #include <fstream>
 
 #include "error.h"
-#include "scene/printable.h"
+#include "printable.h"
 
-namespace trisoup::scene {
+namespace trisoup {
 
 bool is_file(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -28,4 +28,4 @@ std::string read_file(const std::filesystem::path& path) {
   return content;
 }
 
-}  // namespace trisoup::scene
+}  // namespace trisoup

@@ -4,10 +4,10 @@
 #include <string>
 #include <string_view>
 
-namespace trisoup::scene {
+namespace trisoup {
 
 /// `text` with control characters replaced by '?' and cut to 120 characters: names in a damaged file must not break the
 /// one-line promise of Error.
 std::string printable(std::string_view text);
 
-}  // namespace trisoup::scene
+}  // namespace trisoup

@@ -1,4 +1,4 @@
-#include "scene/image_file.h"
+#include "image/image_file.h"
 
 #include <zlib.h>
 
@@ -13,8 +13,8 @@
 
 #include "atomic_file.h"
 #include "error.h"
-#include "scene/printable.h"
-#include "scene/read_file.h"
+#include "printable.h"
+#include "read_file.h"
 
 // The decoder is private to this file: other libraries in the program bring their own copy under the same names. Memory is
 // cleared for it, because it reads tables that a damaged JPEG never sets.
@@ -40,7 +40,7 @@
 #pragma clang attribute pop
 #endif
 
-namespace trisoup::scene {
+namespace trisoup {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -245,4 +245,4 @@ void write_png(const std::filesystem::path& path, const Image& image) {
   write_file_atomically(path, bytes_of(content));
 }
 
-}  // namespace trisoup::scene
+}  // namespace trisoup

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "error.h"
-#include "scene/image_file.h"
-#include "scene/read_file.h"
+#include "image/image_file.h"
+#include "read_file.h"
 #include "scene_temporary_folder.h"
 
 #pragma GCC diagnostic push
@@ -20,7 +20,6 @@
 #pragma GCC diagnostic pop
 
 using namespace trisoup;
-using scene::Image;
 
 namespace {
 
@@ -41,7 +40,7 @@ std::string jpeg_of(const Image& image) {
 }
 
 std::string decode_message(const std::string& content) {
-  return test::message_of([&] { scene::decode_image(scene::bytes_of(content), "photo"); });
+  return test::message_of([&] { decode_image(bytes_of(content), "photo"); });
 }
 
 }  // namespace
@@ -51,14 +50,14 @@ TEST_CASE("a PNG comes back as it was written", "[scene][image]") {
   const bool opaque = GENERATE(true, false);
   const Image image = noise(37, 21, opaque);
   const auto path = folder.path() / "a.png";
-  scene::write_png(path, test::plain(5, 5, 1, 2, 3));  // to be replaced
-  scene::write_png(path, image);
-  const Image back = scene::read_image(path);
+  write_png(path, test::plain(5, 5, 1, 2, 3));  // to be replaced
+  write_png(path, image);
+  const Image back = read_image(path);
   CHECK(back.width == 37);
   CHECK(back.height == 21);
   CHECK(back.rgba == image.rgba);
-  CHECK(scene::image_size(path).width == 37);
-  CHECK(scene::image_size(path).height == 21);
+  CHECK(image_size(path).width == 37);
+  CHECK(image_size(path).height == 21);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);  // no temporary file left
 }
 
@@ -67,20 +66,20 @@ TEST_CASE("a JPEG is decoded, its EXIF thumbnail and its trailing bytes do no ha
   const auto near_colour = [](const Image& image) {
     return image.width == 40 && image.height == 30 && std::abs(image.rgba[0] - 200) < 4 && image.rgba[3] == 255;
   };
-  CHECK(near_colour(scene::decode_image(scene::bytes_of(jpeg), "photo")));
-  CHECK(near_colour(scene::decode_image(scene::bytes_of(jpeg + "appended by a phone"), "photo")));
+  CHECK(near_colour(decode_image(bytes_of(jpeg), "photo")));
+  CHECK(near_colour(decode_image(bytes_of(jpeg + "appended by a phone"), "photo")));
   std::string with_thumbnail = jpeg;
   with_thumbnail.insert(2, std::string("\xff\xe1\0\x08"
                                        "xx\xff\xd9xx",
                                        10));  // an APP1 segment with an end marker inside
-  CHECK(near_colour(scene::decode_image(scene::bytes_of(with_thumbnail), "photo")));
+  CHECK(near_colour(decode_image(bytes_of(with_thumbnail), "photo")));
   CHECK(decode_message(with_thumbnail.substr(0, with_thumbnail.size() - 30)).starts_with("photo: is cut before its end; "));
 }
 
 TEST_CASE("an image cut anywhere is an Error of one line", "[scene][image]") {
   const test::SceneFolder folder;
-  scene::write_png(folder.path() / "a.png", noise(9, 7, false));
-  const std::string png = scene::read_file(folder.path() / "a.png"), jpeg = jpeg_of(noise(24, 24, true));
+  write_png(folder.path() / "a.png", noise(9, 7, false));
+  const std::string png = read_file(folder.path() / "a.png"), jpeg = jpeg_of(noise(24, 24, true));
   for (const std::string& whole : {png, jpeg}) {
     REQUIRE(decode_message(whole).empty());
     for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -102,8 +101,8 @@ TEST_CASE("a JPEG whose Huffman table overflows is refused", "[scene][image]") {
 
 TEST_CASE("a changed PNG is noticed by its checksum", "[scene][image]") {
   const test::SceneFolder folder;
-  scene::write_png(folder.path() / "a.png", noise(9, 7, false));
-  std::string png = scene::read_file(folder.path() / "a.png");
+  write_png(folder.path() / "a.png", noise(9, 7, false));
+  std::string png = read_file(folder.path() / "a.png");
   png[60] = static_cast<char>(png[60] ^ 1);
   CHECK(decode_message(png) == "photo: has a wrong checksum; copy or export the image again");
 }
@@ -113,27 +112,27 @@ TEST_CASE("other formats and impossible sizes are Errors", "[scene][image]") {
   CHECK(decode_message("BM not an image") == "photo: neither PNG nor JPEG; convert the image to one of them");
   const test::SceneFolder folder;
   folder.write("empty.png", std::string());
-  CHECK_THROWS_AS(scene::image_size(folder.path() / "empty.png"), Error);
-  CHECK_THROWS_AS(scene::image_size(folder.path() / "missing.png"), Error);
-  CHECK_THROWS_AS(scene::read_image(folder.path() / "missing.png"), Error);
-  CHECK_THROWS_AS(scene::read_image(folder.path()), Error);
-  scene::write_png(folder.path() / "a.png", noise(9, 7, false));
-  std::string png = scene::read_file(folder.path() / "a.png");
+  CHECK_THROWS_AS(image_size(folder.path() / "empty.png"), Error);
+  CHECK_THROWS_AS(image_size(folder.path() / "missing.png"), Error);
+  CHECK_THROWS_AS(read_image(folder.path() / "missing.png"), Error);
+  CHECK_THROWS_AS(read_image(folder.path()), Error);
+  write_png(folder.path() / "a.png", noise(9, 7, false));
+  std::string png = read_file(folder.path() / "a.png");
   png[16] = png[20] = 0;
   png[18] = 0x40, png[22] = 0x30;
   folder.write("huge.png", png);
-  const std::string message = test::message_of([&] { scene::image_size(folder.path() / "huge.png"); });
+  const std::string message = test::message_of([&] { image_size(folder.path() / "huge.png"); });
   CHECK(message.find("huge.png: claims 16393 x 12295 pixels in ") != std::string::npos);
 }
 
 TEST_CASE("write_png fails with an Error and leaves the old file", "[scene][image]") {
   const test::SceneFolder folder;
-  CHECK_THROWS_AS(scene::write_png(folder.path() / "no" / "folder.png", noise(4, 4, true)), Error);
-  CHECK_THROWS_AS(scene::write_png(folder.path() / "empty.png", Image{}), Error);
-  CHECK_THROWS_AS(scene::write_png(folder.path() / "short.png", Image{2, 2, {1, 2, 3}}), Error);
+  CHECK_THROWS_AS(write_png(folder.path() / "no" / "folder.png", noise(4, 4, true)), Error);
+  CHECK_THROWS_AS(write_png(folder.path() / "empty.png", Image{}), Error);
+  CHECK_THROWS_AS(write_png(folder.path() / "short.png", Image{2, 2, {1, 2, 3}}), Error);
 
   const auto path = folder.path() / "a.png";
-  scene::write_png(path, test::plain(2, 2, 9, 9, 9));
+  write_png(path, test::plain(2, 2, 9, 9, 9));
   // A limit on the file size stands in for a disk that is full.
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -141,10 +140,10 @@ TEST_CASE("write_png fails with an Error and leaves the old file", "[scene][imag
   rlimit small = before;
   small.rlim_cur = 1000;
   setrlimit(RLIMIT_FSIZE, &small);
-  const std::string message = test::message_of([&] { scene::write_png(path, noise(64, 64, true)); });
+  const std::string message = test::message_of([&] { write_png(path, noise(64, 64, true)); });
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   CHECK(message.find("a.png: ") != std::string::npos);
-  CHECK(scene::read_image(path).width == 2);
+  CHECK(read_image(path).width == 2);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }

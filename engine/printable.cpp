@@ -1,8 +1,8 @@
-#include "scene/printable.h"
+#include "printable.h"
 
 #include <algorithm>
 
-namespace trisoup::scene {
+namespace trisoup {
 
 std::string printable(std::string_view text) {
   constexpr std::size_t longest = 120;
@@ -12,4 +12,4 @@ std::string printable(std::string_view text) {
   return text.size() > longest ? line + "..." : line;
 }
 
-}  // namespace trisoup::scene
+}  // namespace trisoup

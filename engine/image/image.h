@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace trisoup::scene {
+namespace trisoup {
 
 /// 8-bit RGBA image, row 0 on top. In a View, RGB is already composited on the background and A is the loss mask:
 /// 255 where the pixel takes part in the loss and in the metrics, 0 where it does not.
@@ -13,4 +13,4 @@ struct Image {
   std::vector<std::uint8_t> rgba;  // height * width * 4
 };
 
-}  // namespace trisoup::scene
+}  // namespace trisoup
