@@ -26,7 +26,7 @@ void main() {
   const float ssim_weight = -0.1 * a.state.v[0].window_weight;
   const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
 
-  vec4 l1 = vec4(0.0), squares = vec4(0.0);
+  vec4 l1 = vec4(0.0), squares = vec4(0.0), seen = vec4(0.0);
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
     for (uint i = thread; i < kPatch * kPatch; i += 64u) {
@@ -63,6 +63,7 @@ void main() {
       const float gradient =
           l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0 * colour * d_xx[k] + target * d_xy[k]);
       a.gradient.v[at * 4u + channel] = mask * gradient;
+      seen[k] = mask;
       l1[k] += abs(error);
       squares[k] += error * error;
     }
@@ -72,7 +73,7 @@ void main() {
   UNROLL for (uint k = 0u; k < 4u; ++k) {
     const uint x = corner.x + column, y = corner.y + y0 + k;
     if (x >= width || y >= height) continue;
-    a.gradient.v[(pixel_offset + y * width + x) * 4u + 3u] = l1[k];
+    a.gradient.v[(pixel_offset + y * width + x) * 4u + 3u] = seen[k] > 0.0 ? l1[k] : -1.0;
     l1_sum += l1[k];
     square_sum += squares[k];
   }

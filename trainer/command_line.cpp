@@ -59,6 +59,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--level-min", o.level_min, "coarsest texture level after it [2]");
   method->add_option("--level-max", o.level_max, "finest texture level [5]");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
+  method->add_flag("!--no-opacity-baseline", o.opacity_baseline,
+                   "opacities learn from a pixel's error alone, as published, not from how it differs from its neighbours'");
   method->add_flag("--copy-textures", o.copy_textures, "halves of a split triangle copy its texture, as published");
   method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
   method->add_option("--resample-every", o.resample_every, "steps between topology changes [1 % of the steps, at least 100]");
@@ -145,6 +147,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   s.keep_opacity = keep_opacity;
   s.keep_moments = keep_moments;
   s.copy_textures = copy_textures;
+  s.opacity_baseline = opacity_baseline;
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);

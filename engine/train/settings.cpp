@@ -36,6 +36,7 @@ void each_member(S& s, F&& f) {
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
   f("copy_textures", s.copy_textures);
+  f("opacity_baseline", s.opacity_baseline);
   f("resample_every", s.resample_every);
   f("resample_until", s.resample_until);
   f("split_views", s.split_views);

@@ -100,7 +100,7 @@ void Step::backward(const StepInputs& inputs) {
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
                              soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles, batch.views,
                              soup_.triangles, 0});
-  gpu_.launch({"opacity_backward"}, batch.tiles,
+  gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, batch.tiles,
               OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
                                   soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,
                                   high, soup_.triangles, batch.views, batch.tiles, frame_.list_capacity()});

@@ -134,6 +134,7 @@ void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
   StepInputs inputs;
   inputs.background = scene_.background;
   inputs.photos = photos_.pixels.address();
+  inputs.opacity_baseline = settings_.opacity_baseline;
   Step step(gpu_, soup_, frame_);
   std::vector<BatchView> batch;
   do {

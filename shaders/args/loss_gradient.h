@@ -13,7 +13,7 @@ struct LossGradientArgs {
   POINTER(Uints) photos;
   POINTER(Floats) target;
   POINTER(Floats) partial;
-  POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|
+  POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|, -1 where masked out
   POINTER(Steps) state;
   POINTER(StatisticsRows) statistics;
   uint view_count, blocks, pixels, pad;
