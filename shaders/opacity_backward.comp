@@ -55,16 +55,15 @@ void main() {
       stage_triangle(thread, a.lists.v[base + thread], a.screen, view * a.triangles, a.textures, origin);
     barrier();
     const uint count = min(64u, last - base);
-    for (uint k = 0u; k < count; ++k) {
-      const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
-      const float depth = at_offset(s_plane[k].xyz, d);
-      const uvec4 row = s_texture[k];
-      const bool own = row.z + 1u == winner;
-      const float sum = e0 + e1 + e2;
-      if (min(e0, min(e1, e2)) >= 0.0 && sum > 0.0 && depth > -1.0 && (own || depth <= depth_limit) && weight != 0.0) {
+    for (uint first_slot = 0u; first_slot < count; first_slot += 32u) {
+      for (uint bits = weight != 0.0 ? covering(first_slot, count, d, depth_limit, winner) : 0u; bits != 0u; bits &= bits - 1u) {
+        const uint k = first_slot + uint(findLSB(bits));
+        const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
+        const uvec4 row = s_texture[k];
+        const float sum = e0 + e1 + e2;
         const LatticeCell cell = lattice_cell(e0 / sum, e1 / sum, row.y);
         const float alpha = opacity_at(a.opacity, row, cell);
-        const float g = own ? weight / max(alpha, 1e-5) : -weight / max(1.0 - alpha, 1e-5);
+        const float g = row.z + 1u == winner ? weight / max(alpha, 1e-5) : -weight / max(1.0 - alpha, 1e-5);
         const uint i0 = (row.x + cell.i0) * 8u + 7u, i1 = (row.x + cell.i1) * 8u + 7u, i2 = (row.x + cell.i2) * 8u + 7u;
         add_fixed(a.gradient_low, i0, a.gradient_high, i0, cell.w0 * g);
         add_fixed(a.gradient_low, i1, a.gradient_high, i1, cell.w1 * g);

@@ -38,14 +38,15 @@ void main() {
       stage_triangle(thread, a.lists.v[base + thread], a.screen, view * a.triangles, a.textures, origin);
     barrier();
     const uint count = min(64u, last - base);
-    for (uint k = 0u; k < count; ++k) {
-      const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
-      const float depth = at_offset(s_plane[k].xyz, d);
-      const uvec4 row = s_texture[k];
-      // Lists come in any order: equal depths go to the lower index.
-      const bool nearer = depth < best || (depth == best && (hit.triangle == 0u || row.z + 1u < hit.triangle));
-      const float sum = e0 + e1 + e2;
-      if (min(e0, min(e1, e2)) >= 0.0 && sum > 0.0 && nearer && depth > -1.0) {
+    for (uint first_slot = 0u; first_slot < count; first_slot += 32u) {
+      for (uint bits = covering(first_slot, count, d, best, 0u); bits != 0u; bits &= bits - 1u) {
+        const uint k = first_slot + uint(findLSB(bits));
+        const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
+        const float depth = at_offset(s_plane[k].xyz, d), sum = e0 + e1 + e2;
+        const uvec4 row = s_texture[k];
+        // Lists come in any order: equal depths go to the lower index.
+        const bool nearer = depth < best || (depth == best && (hit.triangle == 0u || row.z + 1u < hit.triangle));
+        if (!nearer) continue;
         const float b0 = e0 / sum, b1 = e1 / sum;
         const LatticeCell cell = lattice_cell(b0, b1, row.y);
         const float alpha = opacity_at(a.opacity, row, cell);

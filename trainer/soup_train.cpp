@@ -29,6 +29,12 @@ std::atomic<bool> g_stop{false};
 
 void on_signal(int) { g_stop = true; }
 
+void print_timings(gpu::Device& device) {
+  for (const auto& [kernel, t] : device.timings())
+    std::printf("%-18s %8.3f ms x %llu\n", kernel.c_str(), t.milliseconds / static_cast<double>(t.launches),
+                static_cast<unsigned long long>(t.launches));
+}
+
 void say(const CommandLine& o, const std::string& line) {
   if (!o.quiet) std::fprintf(stderr, "%s\n", line.c_str());
 }
@@ -124,6 +130,7 @@ int run(const CommandLine& o) {
   trainer->write_checkpoint(folder.checkpoint());
   folder.write_log();
   if (!trainer->finished()) {
+    if (o.timings) print_timings(*device);
     say(o, fmt::format("interrupted after step {}; go on with --resume", trainer->step()));
     return 130;
   }
@@ -156,10 +163,7 @@ int run(const CommandLine& o) {
   metrics["revision"] = kRevision;
   folder.write_metrics(metrics);
 
-  if (o.timings)
-    for (const auto& [kernel, t] : device->timings())
-      std::printf("%-18s %8.3f ms x %llu\n", kernel.c_str(), t.milliseconds / static_cast<double>(t.launches),
-                  static_cast<unsigned long long>(t.launches));
+  if (o.timings) print_timings(*device);
   if (!scene.test.empty())
     say(o, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
                        evaluation.mean.mae, evaluation.views.size()));
