@@ -16,38 +16,52 @@ layout(push_constant) uniform Push { ShadeArgs a; };
 
 shared uint s_covered;
 
-void main() {
-  const uint block = group_index(), thread = gl_LocalInvocationIndex;
-  if (block >= a.blocks) return;
-  if (thread == 0u) s_covered = 0u;
-  barrier();
-  const uint view = block_view(a.views, a.view_count, block);
-  const uvec2 corner = block_corner(a.views, view, block);
-  Fragments p;
-  load_fragments(a.views, view, corner, thread, a.hits, p);
-  if ((p.triangle[0] | p.triangle[1] | p.triangle[2] | p.triangle[3]) != 0u) s_covered = 1u;
-  barrier();
+void write_colour(uint index, vec3 colour) {
+  const uint at = index * 3u;
+  a.colour.v[at] = colour.x;
+  a.colour.v[at + 1u] = colour.y;
+  a.colour.v[at + 2u] = colour.z;
+}
 
-  vec3 colour[4];
-  UNROLL for (uint k = 0u; k < 4u; ++k) colour[k] = vec3(a.background_r, a.background_g, a.background_b);
-  // Uniform in the workgroup: empty blocks cost next to nothing.
-  if (s_covered != 0u) {
-    stage_mlp(a.mlp, thread);
+/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; those before it become
+/// background. Uniform in the workgroup. A loop of its own for the reason given in shade_backward.comp.
+uint next_covered(uint block, uint thread) {
+  for (; block < a.blocks; block += a.groups) {
+    barrier();
+    if (thread == 0u) s_covered = 0u;
+    barrier();
+    const uint view = block_view(a.views, a.view_count, block);
+    Fragments p;
+    load_fragments(a.views, view, block_corner(a.views, view, block), thread, a.hits, p);
+    if ((p.triangle[0] | p.triangle[1] | p.triangle[2] | p.triangle[3]) != 0u) s_covered = 1u;
+    barrier();
+    if (s_covered != 0u) break;
+    UNROLL for (uint k = 0u; k < 4u; ++k)
+      if (p.inside[k]) write_colour(p.index[k], vec3(a.background_r, a.background_g, a.background_b));
+  }
+  return block;
+}
+
+void main() {
+  const uint group = group_index(), thread = gl_LocalInvocationIndex;
+  if (group >= a.groups) return;
+  stage_mlp(a.mlp, thread);
+  uint block = next_covered(group, thread);
+  if (block < a.blocks) do {
+    const uint view = block_view(a.views, a.view_count, block);
+    const uvec2 corner = block_corner(a.views, view, block);
+    Fragments p;
+    load_fragments(a.views, view, corner, thread, a.hits, p);
     vec4 x[16], h1[16], h2[16], y[3];
     mlp_inputs(a.views, view, corner, thread, a.hits, a.textures, a.lattice, p, x);
-    barrier();
     mlp_forward(x, h1, h2, y);
     UNROLL for (uint k = 0u; k < 4u; ++k) {
       const float f[7] = float[7](x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]);
-      if (p.triangle[k] != 0u) colour[k] = skip_connection(f, vec3(y[0][k], y[1][k], y[2][k]));
+      vec3 colour = vec3(a.background_r, a.background_g, a.background_b);
+      if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(y[0][k], y[1][k], y[2][k]));
+      if (p.inside[k]) write_colour(p.index[k], colour);
       if (DEBUG && p.inside[k]) UNROLL for (uint i = 0u; i < 16u; ++i) a.debug.v[p.index[k] * 16u + i] = x[i][k];
     }
-  }
-  UNROLL for (uint k = 0u; k < 4u; ++k)
-    if (p.inside[k]) {
-      const uint at = p.index[k] * 3u;
-      a.colour.v[at] = colour[k].x;
-      a.colour.v[at + 1u] = colour[k].y;
-      a.colour.v[at + 2u] = colour[k].z;
-    }
+    block = next_covered(block + a.groups, thread);
+  } while (block < a.blocks);
 }

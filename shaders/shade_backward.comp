@@ -26,6 +26,25 @@ void put(uint row, uint thread, vec4 v[16], uint k) {
     s_row[(row + i) * 64u + thread] = vec4(v[4u * i][k], v[4u * i + 1u][k], v[4u * i + 2u][k], v[4u * i + 3u][k]);
 }
 
+/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills s_covered.
+/// Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask (llvmpipe), passing them
+/// over inside the large loop would cost all of its arithmetic.
+uint next_covered(uint block, uint thread) {
+  for (; block < a.blocks; block += a.groups) {
+    barrier();
+    if (thread < 4u) s_covered[thread] = 0u;
+    barrier();
+    const uint view = block_view(a.views, a.view_count, block);
+    Fragments p;
+    load_fragments(a.views, view, block_corner(a.views, view, block), thread, a.hits, p);
+    UNROLL for (uint k = 0u; k < 4u; ++k)
+      if (p.triangle[k] != 0u) s_covered[k] = 1u;
+    barrier();
+    if ((s_covered[0] | s_covered[1] | s_covered[2] | s_covered[3]) != 0u) break;
+  }
+  return block;
+}
+
 void main() {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
@@ -40,19 +59,12 @@ void main() {
   mat4 weights = mat4(0.0);  // column: output
   vec4 biases = vec4(0.0);
 
-  for (uint block = group; block < a.blocks; block += a.groups) {
-    barrier();
-    if (thread < 4u) s_covered[thread] = 0u;
-    barrier();
+  uint block = next_covered(group, thread);
+  if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
     Fragments p;
     load_fragments(a.views, view, corner, thread, a.hits, p);
-    UNROLL for (uint k = 0u; k < 4u; ++k)
-      if (p.triangle[k] != 0u) s_covered[k] = 1u;
-    barrier();
-    if ((s_covered[0] | s_covered[1] | s_covered[2] | s_covered[3]) == 0u) continue;
-
     vec4 x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = vec4(0.0), drgb[3];
     UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = vec4(0.0);
     mlp_inputs(a.views, view, corner, thread, a.hits, a.textures, a.lattice, p, x);
@@ -105,7 +117,8 @@ void main() {
           biases += delta;
         }
     }
-  }
+    block = next_covered(block + a.groups, thread);
+  } while (block < a.blocks);
 
   if (thread >= 36u) return;
   const uint base = group * 595u + (layer == 0u ? 0u : layer == 1u ? MLP_W2 : MLP_W3);

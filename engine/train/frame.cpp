@@ -4,7 +4,14 @@
 
 namespace trisoup::train {
 
-Frame::Frame(gpu::Device& gpu, std::uint32_t groups) : mlp_groups(groups), gpu_(gpu) {
+namespace {
+
+// A GPU wants many workgroups in flight. A CPU wants each to run long: what it must do once per workgroup, it does often otherwise.
+std::uint32_t usual_groups(const gpu::Device& gpu) { return gpu.info().kind == gpu::Kind::cpu ? 64 : 256; }
+
+}  // namespace
+
+Frame::Frame(gpu::Device& gpu, std::uint32_t groups) : mlp_groups(groups > 0 ? groups : usual_groups(gpu)), gpu_(gpu) {
   statistics = gpu.allocate(kStatisticsRows * sizeof(kernels::Statistics), "loss sums");
   state = gpu.allocate(sizeof(kernels::StepState), "step state");
   control = gpu.allocate(sizeof(kernels::Control), "control flags");

@@ -13,8 +13,8 @@ class Frame {
  public:
   static constexpr std::uint32_t kStatisticsRows = 256;  // steps whose sums are kept
 
-  /// mlp_groups: workgroups over which shade_backward splits a batch.
-  Frame(gpu::Device& gpu, std::uint32_t mlp_groups = 256);
+  /// mlp_groups: workgroups over which shade_backward splits a batch; 0: what suits the device.
+  Frame(gpu::Device& gpu, std::uint32_t mlp_groups = 0);
 
   /// Makes room for batches of up to `views` views, `pixels` pixels in all and `triangles` triangles. Buffers only grow.
   void reserve(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles, bool training);

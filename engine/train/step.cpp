@@ -70,10 +70,12 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
 
 void Step::shade(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
-  gpu_.launch({"shade", {inputs.mlp_inputs != 0}}, batch.blocks,
+  // On a CPU few workgroups that run long: each brings the MLP to its shared memory.
+  const std::uint32_t groups = gpu_.info().kind == gpu::Kind::cpu ? std::min(batch.blocks, frame_.mlp_groups) : batch.blocks;
+  gpu_.launch({"shade", {inputs.mlp_inputs != 0}}, groups,
               ShadeArgs{frame_.views.address(), frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
                         soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
-                        inputs.background.r, inputs.background.g, inputs.background.b, 0});
+                        inputs.background.r, inputs.background.g, inputs.background.b, groups});
 }
 
 void Step::loss(const StepInputs& inputs) {

@@ -6,7 +6,8 @@
 namespace trisoup::kernels {
 #endif
 
-/// Features, view direction, MLP, background: the colour of every pixel. One workgroup per block of 16 x 16 pixels.
+/// Features, view direction, MLP, background: the colour of every pixel. A workgroup takes
+/// every groups-th block of 16 x 16 pixels.
 struct ShadeArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
@@ -17,7 +18,7 @@ struct ShadeArgs {
   POINTER(Floats) debug;    // [pixels][16]: MLP inputs, where they are asked for
   uint blocks, view_count;
   float background_r, background_g, background_b;
-  uint pad;
+  uint groups;
 };
 
 #ifndef GL_core_profile
