@@ -21,19 +21,20 @@ void main() {
   const uint tiles_x = a.views.v[view].tiles_x, first_tile = a.views.v[view].tile_offset;
   const uvec2 t0 = uvec2(low & 0xffffu, low >> 16) / kTile, t1 = uvec2(high & 0xffffu, high >> 16) / kTile;
 
-  const vec2 step = 2.0 * float(kTile) / size;  // NDC per tile
-  const vec2 origin = (vec2(t0) + 0.5) * step - 1.0;
+  // Counting and filling are two pipelines and must find the same.
+  precise const vec2 step = 2.0 * float(kTile) / size;  // NDC per tile
+  precise const vec2 origin = (vec2(t0) + 0.5) * step - 1.0;
   const TriangleSetup setup = triangle_setup(a.screen.v[i].p0, a.screen.v[i].p1, a.screen.v[i].p2, origin);
   if (!setup.valid) return;
   // A tile is out if one edge function is negative in all of it. Half a tile's width is half a pixel more than its pixel
   // centres need: that covers rounding.
   const vec2 half_tile = 0.5 * step;
-  const vec3 reach = vec3(abs(setup.e0.y) * half_tile.x + abs(setup.e0.z) * half_tile.y,
+  precise const vec3 reach = vec3(abs(setup.e0.y) * half_tile.x + abs(setup.e0.z) * half_tile.y,
                           abs(setup.e1.y) * half_tile.x + abs(setup.e1.z) * half_tile.y,
                           abs(setup.e2.y) * half_tile.x + abs(setup.e2.z) * half_tile.y);
   for (uint y = t0.y; y <= t1.y; ++y)
     for (uint x = t0.x; x <= t1.x; ++x) {
-      const vec2 d = vec2(x - t0.x, y - t0.y) * step;
+      precise const vec2 d = vec2(x - t0.x, y - t0.y) * step;
       if (at_offset(setup.e0, d) + reach.x < 0.0 || at_offset(setup.e1, d) + reach.y < 0.0 ||
           at_offset(setup.e2, d) + reach.z < 0.0)
         continue;

@@ -9,6 +9,9 @@
 layout(local_size_x = 64) in;
 layout(push_constant) uniform Push { InheritTexturesArgs a; };
 
+// What threads of a workgroup write and others of it read.
+layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer CoherentFloats { float v[]; };
+
 /// Channel c of a level whose samples begin at `base`, at (b0, b1).
 float look_up(Floats source, uint base, uint level, vec2 b, uint c) {
   const LatticeCell cell = lattice_cell(b.x, b.y, level);
@@ -61,11 +64,16 @@ void main() {
       if (rest) {
         uint new_base = new_row.source_offset;
         for (uint l = new_row.level_min; l < level; ++l) {
-          value -= look_up(a.new_source, new_base, l, own, c);
+          const LatticeCell cell = lattice_cell(own.x, own.y, l);
+          CoherentFloats sum = CoherentFloats(a.new_source);
+          value -= lattice_mix(cell, sum.v[(new_base + cell.i0) * 8u + c], sum.v[(new_base + cell.i1) * 8u + c],
+                               sum.v[(new_base + cell.i2) * 8u + c]);
           new_base += lattice_samples(l);
         }
       }
-      a.new_source.v[(base + s) * 8u + c] = value;
+      // Rounding takes a mean of zeros below zero, and Adam its root.
+      if ((a.flags & INHERIT_SQUARES) != 0u) value = max(value, 0.0);
+      CoherentFloats(a.new_source).v[(base + s) * 8u + c] = value;
     }
     base += samples;
     memoryBarrierBuffer();

@@ -21,7 +21,8 @@ void main() {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
-  const uint pixel_offset = a.views.v[view].pixel_offset, photo_offset = a.views.v[view].photo_offset;
+  const uint pixel_offset = a.views.v[view].pixel_offset;
+  Uints photo = a.views.v[view].photo;
   const float l1_weight = 0.8 * a.state.v[0].pixel_weight;
   const float ssim_weight = -0.1 * a.state.v[0].window_weight;
   const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
@@ -57,7 +58,7 @@ void main() {
       if (x >= width || y >= height) continue;
       const uint at = pixel_offset + y * width + x;
       float colour, target;
-      const float mask = masked_pixel(a.colour, a.target, a.photos, FLOAT_TARGET, at, photo_offset + y * width + x, channel,
+      const float mask = masked_pixel(a.colour, a.target, photo, FLOAT_TARGET, at, y * width + x, channel,
                                       colour, target);
       const float error = colour - target;
       const float gradient =

@@ -56,7 +56,7 @@ void main() {
     barrier();
     const uint count = min(64u, last - base);
     for (uint first_slot = 0u; first_slot < count; first_slot += 32u) {
-      for (uint bits = weight != 0.0 ? covering(first_slot, count, d, depth_limit, winner) : 0u; bits != 0u; bits &= bits - 1u) {
+      for (uint bits = weight != 0.0 ? covering(first_slot, count, d, depth_limit, winner != 0u ? winner : 0xffffffffu) : 0u; bits != 0u; bits &= bits - 1u) {
         const uint k = first_slot + uint(findLSB(bits));
         const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
         const uvec4 row = s_texture[k];

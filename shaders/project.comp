@@ -27,8 +27,7 @@ void main() {
   s.p2 = p[2];
   s.box_min = 0xffffffffu;
   s.box_max = 0u;
-  s.nearest = 0.0;
-  s.pad0 = 0u;
+  s.pad0 = s.pad1 = 0u;
 
   bool seen = finite(p[0]) && finite(p[1]) && finite(p[2]);
   // As published: a triangle that reaches the camera plane is dropped whole.
@@ -43,7 +42,6 @@ void main() {
     // Pixels whose centres may be covered; the margin is for rounding.
     const ivec2 first = ivec2(ceil(clamp(low - 0.02, vec2(0.0), size)));
     const ivec2 last = ivec2(floor(clamp(high + 0.02, vec2(-1.0), size - 1.0)));
-    s.nearest = min(a0.z, min(a1.z, a2.z));
     if (first.x <= last.x && first.y <= last.y) {
       s.box_min = uint(first.x) | (uint(first.y) << 16);
       s.box_max = uint(last.x) | (uint(last.y) << 16);

@@ -21,7 +21,8 @@ void main() {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
-  const uint pixel_offset = a.views.v[view].pixel_offset, photo_offset = a.views.v[view].photo_offset;
+  const uint pixel_offset = a.views.v[view].pixel_offset;
+  Uints photo = a.views.v[view].photo;
 
   float total = 0.0;
   for (uint channel = 0u; channel < 3u; ++channel) {
@@ -30,7 +31,7 @@ void main() {
       const uint x = corner.x + i % kPatch, y = corner.y + i / kPatch;
       float colour = 0.0, target = 0.0;
       if (x < width && y < height)
-        masked_pixel(a.colour, a.target, a.photos, FLOAT_TARGET, pixel_offset + y * width + x, photo_offset + y * width + x,
+        masked_pixel(a.colour, a.target, photo, FLOAT_TARGET, pixel_offset + y * width + x, y * width + x,
                      channel, colour, target);
       s_x[i] = colour;
       s_y[i] = target;

@@ -11,14 +11,12 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SAMPLES = 774u;  // the most that a triangle of this launch has, all levels
-layout(constant_id = 1) const uint CHANNELS = 8u;   // of the 8, per workgroup: 4 or 8, what fits in shared memory
-layout(constant_id = 2) const bool ADAM = true;     // false: only sum the levels
-layout(constant_id = 3) const bool DEBUG = false;   // also write the gradient
+layout(constant_id = 1) const bool ADAM = true;     // false: only sum the levels
+layout(constant_id = 2) const bool DEBUG = false;   // also write the gradient
 layout(push_constant) uniform Push { UpdateTexturesArgs a; };
 
-// Channels go four at a time: QUADS vectors per sample.
-const uint QUADS = CHANNELS / 4u;
-shared vec4 s_value[SAMPLES * CHANNELS / 4u];
+const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
+shared vec4 s_value[SAMPLES * QUADS];
 
 // Runs over `count` elements so that eight neighbouring threads always hold eight neighbouring elements, and the same eight go on
 // with the next: whole cache lines for a GPU, one stream of memory for a CPU that runs eight threads as one.
@@ -34,9 +32,7 @@ uint samples_before(uint level_min, uint level) {
 }
 
 void main() {
-  const uint groups_per_triangle = 8u / CHANNELS;
-  const uint triangle = group_index() / groups_per_triangle;
-  const uint quad0 = (group_index() % groups_per_triangle) * QUADS;
+  const uint triangle = group_index();
   const uint thread = gl_LocalInvocationIndex;
   if (triangle >= a.triangles) return;
   const Texture row = a.textures.v[triangle];
@@ -45,7 +41,7 @@ void main() {
 
   if (ADAM) {
     FOR_ELEMENTS(e, fine_count * QUADS) {
-      const uint at = (row.lattice_offset + e / QUADS) * 2u + quad0 + e % QUADS;
+      const uint at = (row.lattice_offset + e / QUADS) * 2u + e % QUADS;
       const uvec4 low = a.gradient_low.v[at], high = a.gradient_high.v[at];
       vec4 gradient = vec4(0.0);
       if (low != uvec4(kFixedZero) || high != uvec4(0u)) {
@@ -88,7 +84,7 @@ void main() {
 
   const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;
   FOR_ELEMENTS(e, (fine + fine_count) * QUADS) {
-    const uint at = (row.source_offset + e / QUADS) * 2u + quad0 + e % QUADS;
+    const uint at = (row.source_offset + e / QUADS) * 2u + e % QUADS;
     vec4 logit = a.source.v[at];
     if (ADAM) {
       const vec4 gradient = s_value[e];
@@ -122,7 +118,7 @@ void main() {
   }
   barrier();
   FOR_ELEMENTS(e, fine_count * QUADS) {
-    const uint sample_index = row.lattice_offset + e / QUADS, quad = quad0 + e % QUADS;
+    const uint sample_index = row.lattice_offset + e / QUADS, quad = e % QUADS;
     const vec4 logit = s_value[fine * QUADS + e];
     const vec4 value = vec4(sigmoid(logit.x), sigmoid(logit.y), sigmoid(logit.z), sigmoid(logit.w));
     a.lattice.v[sample_index * 2u + quad] = value;

@@ -55,7 +55,6 @@ std::vector<train::BatchView> cameras(const Case& c) {
     camera.world_to_camera = glm::inverse(world_from_camera);
     views.push_back(train::batch_view(camera, 0.025, 2.5));
     views.back().index = i;
-    views.back().photo_offset = i * c.side * c.side;
   }
   return views;
 }
@@ -69,14 +68,15 @@ Costs measure(gpu::Device& gpu, const Case& c, int repeats) {
   train::allocate_soup(gpu, soup, vertices, soup::make_texture_table(c.triangles, {c.level_min, c.level_max}).entries);
   train::allocate_mlp(gpu, soup, train::initial_mlp(1));
   train::Frame frame(gpu);
-  frame.set_batch(cameras(c), c.triangles, true);
-  const std::uint64_t pixels = frame.batch().pixels;
+  std::vector<train::BatchView> views = cameras(c);
+  const std::uint64_t pixels_each = std::uint64_t(c.side) * c.side, pixels = pixels_each * views.size();
   gpu::Buffer photos = gpu.allocate(pixels * 4, "photographs");
   std::vector<std::uint32_t> noise(pixels);
   for (std::uint64_t i = 0; i < pixels; ++i) noise[i] = 0xff000000u | static_cast<std::uint32_t>(i * 2654435761u >> 8);
   gpu.upload(photos.address(), noise);
+  for (std::size_t i = 0; i < views.size(); ++i) views[i].photo = photos.address() + 4 * pixels_each * i;
+  frame.set_batch(views, c.triangles, true);
   train::StepInputs inputs;
-  inputs.photos = photos.address();
   train::Step step(gpu, soup, frame);
   step.sum_textures();
 

@@ -79,7 +79,7 @@ int run(const CommandLine& o) {
   };
   const scene::Scene scene = scene::load(o.dataset, load);
   loading.clear();
-  const train::Settings settings = o.settings(scene);
+  train::Settings settings = o.settings(scene);
   say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
                      scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), settings.init));
 
@@ -88,11 +88,17 @@ int run(const CommandLine& o) {
                      mb(need.total()), mb(need.photographs), mb(need.frame), mb(need.soup), mb(device->ceiling())));
   if (need.total() > device->ceiling()) {
     const std::uint32_t fits = train::triangles_that_fit(scene, settings, device->ceiling());
+    train::Settings few = settings;  // the start itself may be what does not fit
+    few.init_count = 1;
+    const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device->ceiling());
     throw Error("device memory: {} triangles need {:.0f} MB and {:.0f} MB may be used; {}", settings.triangles, mb(need.total()),
                 mb(device->ceiling()),
                 fits > 0 ? fmt::format("--triangles {} would fit, or lower the resolution with -r", fits)
-                         : "lower the resolution with -r or raise --memory");
+                : fits_with_few > 0 ? fmt::format("start with fewer than --init-count {}", settings.init_count)
+                                    : "lower the resolution with -r or raise --memory");
   }
+  if (!resume && settings.recipe == train::Recipe::real && settings.most_triangles == 0)
+    settings.most_triangles = train::most_triangles_that_fit(scene, settings, device->ceiling());
 
   std::unique_ptr<train::Trainer> trainer;
   if (resume) {
@@ -137,7 +143,7 @@ int run(const CommandLine& o) {
 
   const soup::Model model = trainer->model();
   soup::ModelFileOptions options;
-  options.settings = to_json(settings);
+  options.settings = to_json(trainer->settings());
   options.settings["resolution"] = o.load.downscale;
   options.settings["test_every"] = o.load.test_every;
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
@@ -158,7 +164,7 @@ int run(const CommandLine& o) {
   metrics["device"] = device->info().name;
   metrics["driver"] = device->info().driver;
   metrics["peak_device_bytes"] = device->peak_bytes();
-  metrics["settings"] = to_json(settings);
+  metrics["settings"] = to_json(trainer->settings());
   metrics["dataset"] = {{"path", o.dataset}, {"resolution", o.load.downscale}, {"test_every", o.load.test_every}};
   metrics["revision"] = kRevision;
   folder.write_metrics(metrics);

@@ -1,7 +1,5 @@
 #include "soup/texture_table.h"
 
-#include <limits>
-
 #include "error.h"
 
 namespace trisoup::soup {
@@ -9,7 +7,7 @@ namespace {
 
 template <typename LevelsOf>
 TextureTable lay_out(std::size_t triangles, LevelsOf&& levels_of) {
-  constexpr std::uint64_t kLimit = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint64_t kLimit = (1ull << 31) / kChannels;  // indices of values are signed 32-bit numbers in kernels
   TextureTable table;
   table.entries.reserve(triangles);
   for (std::size_t t = 0; t < triangles; ++t) {
@@ -23,7 +21,7 @@ TextureTable lay_out(std::size_t triangles, LevelsOf&& levels_of) {
     table.lattice_samples += samples_at(levels.level_max);
     // Checked on the way: no sum of 32-bit counts can pass 64 bits unnoticed, and a huge soup fails before it fills the memory.
     if (table.source_samples > kLimit)
-      throw Error("textures: {} triangles at levels up to {} need more than 2^32 samples; lower the triangle budget or the level",
+      throw Error("textures: {} triangles at levels up to {} need more than 2^28 samples; lower the triangle budget or the level",
                   triangles, levels.level_max);
   }
   return table;

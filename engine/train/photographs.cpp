@@ -1,20 +1,24 @@
 #include "train/photographs.h"
 
-#include "error.h"
-
 namespace trisoup::train {
 
 Photographs upload_photographs(gpu::Device& gpu, const std::vector<scene::View>& views) {
-  std::uint64_t pixels = 0;
+  // Pools, because devices limit the size of an allocation, and the number of them.
+  constexpr std::uint64_t kPoolBytes = 256u << 20;
   Photographs photos;
-  for (const scene::View& view : views) {
-    photos.offsets.push_back(static_cast<std::uint32_t>(pixels));
-    pixels += view.image.rgba.size() / 4;
+  for (std::size_t first = 0; first < views.size();) {
+    std::uint64_t bytes = 0;
+    std::size_t last = first;
+    while (last < views.size() && (last == first || bytes + views[last].image.rgba.size() <= kPoolBytes))
+      bytes += views[last++].image.rgba.size();
+    photos.pools.push_back(gpu.allocate(bytes, "photographs"));
+    gpu::Address address = photos.pools.back().address();
+    for (; first < last; ++first) {
+      photos.addresses.push_back(address);
+      gpu.upload(address, views[first].image.rgba);
+      address += views[first].image.rgba.size();
+    }
   }
-  if (pixels >> 32) throw Error("dataset: {} pixels are more than the trainer can address; lower the resolution with -r", pixels);
-  photos.pixels = gpu.allocate(pixels * 4, "photographs");
-  for (std::size_t i = 0; i < views.size(); ++i)
-    gpu.upload(photos.pixels.address() + 4ull * photos.offsets[i], views[i].image.rgba);
   return photos;
 }
 

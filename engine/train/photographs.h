@@ -1,7 +1,6 @@
 // The photographs of a scene in device memory, 8 bits a channel.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "gpu/device.h"
@@ -10,11 +9,11 @@
 namespace trisoup::train {
 
 struct Photographs {
-  gpu::Buffer pixels;                  // RGBA8, alpha is the loss mask
-  std::vector<std::uint32_t> offsets;  // per view, in pixels
+  std::vector<gpu::Buffer> pools;        // RGBA8, alpha is the loss mask; several photographs each
+  std::vector<gpu::Address> addresses;   // per view, of its first pixel
 };
 
-/// Uploads the views' images one after the other. Throws Error when they have 2^32 pixels or more, or do not fit.
+/// Uploads the views' images one after the other. Throws Error when they do not fit.
 Photographs upload_photographs(gpu::Device& gpu, const std::vector<scene::View>& views);
 
 }  // namespace trisoup::train

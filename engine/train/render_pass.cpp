@@ -18,13 +18,14 @@ std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, Frame& frame
 void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, bool colours,
                     const StepInputs& inputs, std::size_t most, const std::function<void(std::size_t, std::size_t)>& visit) {
   Step step(gpu, soup, frame);
+  const std::uint64_t screen_bytes = std::max(frame.screen.bytes(), kPassScreenBytes);
   for (std::size_t first = 0; first < views.size();) {
     std::size_t count = 0;
     std::uint64_t pixels = 0;
     while (first + count < views.size() && count < most) {
       const BatchView& view = views[first + count];
       pixels += std::uint64_t(view.width) * view.height;
-      if (count > 0 && pixels > kPassPixels) break;
+      if (count > 0 && (pixels > kPassPixels || (count + 1) * soup.triangles * sizeof(kernels::ScreenTriangle) > screen_bytes)) break;
       ++count;
     }
     do {

@@ -15,9 +15,11 @@ namespace trisoup::train {
 
 /// Most pixels that a pass without gradients takes at once.
 inline constexpr std::uint64_t kPassPixels = 1u << 20;
+/// Room for projected triangles that a pass may take where training has not taken more.
+inline constexpr std::uint64_t kPassScreenBytes = 32u << 20;
 
 /// Calls visit(first, count) after the visible fragments (and, with colours, Frame::colour) of views first .. first + count - 1
-/// are in `frame`. Thresholds are 0.5. A batch has at most `most` views. Lists that do not fit are grown and the batch is done
+/// are in `frame`. Thresholds are 0.5. A batch has at most `most` views, and no more than have room. Lists that do not fit are grown and the batch is done
 /// again before it is visited.
 void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, bool colours,
                     const StepInputs& inputs, std::size_t most, const std::function<void(std::size_t, std::size_t)>& visit);

@@ -45,14 +45,14 @@ soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& fra
 
 /// Everything but the MLP anew. The old arrays go before the new ones come: both together might not fit.
 void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices, const soup::TextureTable& table,
-             gpu::Buffer source) {
+             Textures textures) {
   SoupBuffers fresh;
   fresh.mlp = std::move(soup.mlp);
   fresh.mlp_moment1 = std::move(soup.mlp_moment1);
   fresh.mlp_moment2 = std::move(soup.mlp_moment2);
   gpu.wait();
   soup = std::move(fresh);
-  allocate_soup(gpu, soup, vertices, table.entries, std::move(source));
+  allocate_soup(gpu, soup, vertices, table.entries, std::move(textures));
 }
 
 /// Replaces the soup by `change` of it.
@@ -75,24 +75,21 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
     corners = gpu.allocate(barycentrics.size() * sizeof(glm::vec2), "corners of triangles");
     gpu.upload(corners.address(), barycentrics);
   }
-  const auto inherit = [&](const gpu::Buffer& from, bool moments) {
+  const auto inherit = [&](const gpu::Buffer& from, std::uint32_t flags) {
     gpu::Buffer to = gpu.allocate(table.source_samples * 32, "textures");
     gpu.launch({"inherit_textures"}, triangles,
                kernels::InheritTexturesArgs{parents.address(), settings.copy_textures ? gpu::Address{0} : corners.address(),
                                             soup.textures.address(), rows.address(), from.address(), to.address(), triangles,
-                                            (settings.copy_textures ? INHERIT_COPY : 0u) | (moments ? INHERIT_MOMENTS : 0u)});
+                                            (settings.copy_textures ? INHERIT_COPY : 0u) | flags});
     return to;
   };
-  gpu::Buffer source = inherit(soup.source, false), moment1, moment2;
+  Textures textures;
+  textures.source = inherit(soup.source, 0);
   if (settings.keep_moments) {
-    moment1 = inherit(soup.source_moment1, true);
-    moment2 = inherit(soup.source_moment2, true);
+    textures.moment1 = inherit(soup.source_moment1, INHERIT_MOMENTS);
+    textures.moment2 = inherit(soup.source_moment2, INHERIT_MOMENTS | INHERIT_SQUARES);
   }
-  replace(gpu, soup, change.vertices, table, std::move(source));
-  if (settings.keep_moments) {
-    soup.source_moment1 = std::move(moment1);
-    soup.source_moment2 = std::move(moment2);
-  }
+  replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();
 }
 
@@ -126,12 +123,13 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& set
   const soup::TextureTable table = soup::make_texture_table(soup.triangles, {settings.level_min, settings.level_max});
   const gpu::Buffer rows = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(rows.address(), table.entries);
-  gpu::Buffer source = gpu.allocate(table.source_samples * 32, "textures");
+  Textures textures;
+  textures.source = gpu.allocate(table.source_samples * 32, "textures");
   gpu.launch({"lift_textures"}, soup.triangles,
-             kernels::LiftTexturesArgs{soup.textures.address(), rows.address(), soup.source.address(), source.address(),
+             kernels::LiftTexturesArgs{soup.textures.address(), rows.address(), soup.source.address(), textures.source.address(),
                                        soup.triangles, settings.keep_opacity});
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
-  replace(gpu, soup, vertices, table, std::move(source));
+  replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();
 }
 

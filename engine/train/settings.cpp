@@ -41,6 +41,7 @@ void each_member(S& s, F&& f) {
   f("resample_until", s.resample_until);
   f("split_views", s.split_views);
   f("split_length", s.split_length);
+  f("most_triangles", s.most_triangles);
   f("count_scale", s.count_scale);
   f("near", s.near);
   f("far", s.far);
@@ -113,6 +114,7 @@ void check(const Settings& s) {
   need(s.near > 0 && s.far > s.near && s.test_near > 0 && s.far > s.test_near, "0 < --near < --far must hold");
   need(s.init_box > 0 && s.init_radius > 0, "--init-box and --init-radius must be above 0");
   need(s.split_length > 0, "--split-length must be above 0");
+  need(s.most_triangles == 0 || s.most_triangles >= s.triangles, "--most-triangles is below --triangles; use at least the budget");
   need(s.count_scale > 0 && s.count_scale <= 1, "--count-scale must be above 0 and at most 1");
 }
 

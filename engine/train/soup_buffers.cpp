@@ -20,7 +20,7 @@ void clear(gpu::Device& gpu, const FixedSums& sums) {
 }
 
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
-                   std::vector<soup::TextureEntry> table, gpu::Buffer source) {
+                   std::vector<soup::TextureEntry> table, Textures textures) {
   soup.triangles = static_cast<std::uint32_t>(table.size());
   soup.source_samples = soup.lattice_samples = 0;
   soup.level_max = 0;
@@ -51,9 +51,12 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
   soup.vertex_gradient = sums(vertex_count * 3, "vertex gradients");
   soup.textures = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(soup.textures.address(), soup.table);
-  soup.source = source ? std::move(source) : zeroed(soup.source_samples * 32, "textures");
-  soup.source_moment1 = zeroed(soup.source_samples * 32, "texture moments");
-  soup.source_moment2 = zeroed(soup.source_samples * 32, "texture moments");
+  const auto given = [&](gpu::Buffer& buffer, const char* what) {
+    return buffer ? std::move(buffer) : zeroed(soup.source_samples * 32, what);
+  };
+  soup.source = given(textures.source, "textures");
+  soup.source_moment1 = given(textures.moment1, "texture moments");
+  soup.source_moment2 = given(textures.moment2, "texture moments");
   soup.lattice = gpu.allocate(soup.lattice_samples * 32, "summed textures");
   soup.opacity = gpu.allocate(soup.lattice_samples * 4, "opacities");
   soup.lattice_gradient = sums(soup.lattice_samples * 8, "texture gradients");

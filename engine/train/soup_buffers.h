@@ -35,10 +35,14 @@ struct SoupBuffers {
 /// Bytes of device memory that a soup of `triangles` with levels level_min..level_max takes, gradients and moments included.
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max);
 
-/// Allocates everything but the MLP; vertices are uploaded, moments are zero, gradients empty, logits are those of `source`, or
-/// zero without one. The lattices are undefined until the levels are summed (Step::sum_textures).
+/// Textures that a soup begins with: logits and moments, each zero where there is no buffer.
+struct Textures {
+  gpu::Buffer source, moment1, moment2;
+};
+
+/// Allocates everything but the MLP; vertices are uploaded, their moments are zero, gradients empty. The lattices are undefined until the levels are summed (Step::sum_textures).
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
-                   std::vector<soup::TextureEntry> table, gpu::Buffer source = {});
+                   std::vector<soup::TextureEntry> table, Textures textures = {});
 void allocate_mlp(gpu::Device& gpu, SoupBuffers& soup, const soup::Mlp& mlp);
 
 /// Sets the sums to zero, which in fixed point is not all bits zero.

@@ -82,10 +82,10 @@ void Step::loss(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t float_target = inputs.target != 0;
   gpu_.launch({"ssim", {float_target}}, batch.blocks,
-              SsimArgs{frame_.views.address(), frame_.colour.address(), inputs.photos, inputs.target, frame_.partial.address(),
+              SsimArgs{frame_.views.address(), frame_.colour.address(), inputs.target, frame_.partial.address(),
                        frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, 0});
   gpu_.launch({"loss_gradient", {float_target}}, batch.blocks,
-              LossGradientArgs{frame_.views.address(), frame_.colour.address(), inputs.photos, inputs.target,
+              LossGradientArgs{frame_.views.address(), frame_.colour.address(), inputs.target,
                                frame_.partial.address(), frame_.gradient.address(), frame_.state.address(),
                                frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, 0});
 }
@@ -122,12 +122,10 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
                                 inputs.source_gradient,
                                 soup_.triangles,
                                 0};
-  // All levels of a triangle in shared memory: 8 channels at a time, or 4 where there is little of it.
+  // All levels of a triangle at once in shared memory.
   std::uint32_t samples = 0;
   for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));
-  const std::uint32_t channels = samples * 8 * 4 <= gpu_.info().shared_memory_bytes ? 8 : 4;
-  gpu_.launch({"update_textures", {samples, channels, adam, inputs.source_gradient != 0}},
-              std::uint64_t(soup_.triangles) * (8 / channels), args);
+  gpu_.launch({"update_textures", {samples, adam, inputs.source_gradient != 0}}, soup_.triangles, args);
 }
 
 void Step::update(const StepInputs& inputs) {

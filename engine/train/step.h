@@ -21,7 +21,6 @@ enum class Thresholds : std::uint32_t {
 /// Where a step reads what it does not own. Addresses that are not used stay 0.
 struct StepInputs {
   glm::vec3 background{0.0f};
-  gpu::Address photos = 0;      // RGBA8 pool, see kernels::ViewRecord::photo_offset
   gpu::Address target = 0;      // [pixels][3] float targets in place of photographs
   gpu::Address thresholds = 0;  // [pixels][T]
   bool opacity_baseline = false;  // Settings::opacity_baseline

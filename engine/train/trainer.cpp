@@ -41,31 +41,54 @@ BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& s
   return size;
 }
 
+/// Triangles that splitting may reach where nobody said.
+std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
+
+/// The largest value in 0..high that `fits`; it must fit all below it too.
+template <typename Fits>
+std::uint32_t largest(std::uint32_t high, Fits&& fits) {
+  std::uint32_t low = 0;
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low + 1) / 2;
+    if (fits(middle)) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
 }  // namespace
 
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
   MemoryNeed need;
   for (const scene::View& v : scene.train) need.photographs += 4ull * v.camera.width * v.camera.height;
+  // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
+  std::uint64_t most = s.triangles;
+  if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
   const BatchSize batch = largest_batch(scene.train, s);
-  const std::uint32_t most = std::max(s.triangles, s.init_count);
-  need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles, most, true) + (96ull << 20);
-  const std::uint64_t fine = soup_bytes(s.triangles, s.level_min, s.level_max);
-  // Resampling holds the logits of the old soup and of the new one.
-  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32;
-  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level), fine + copies);
+  need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
+                           static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
+               kPassScreenBytes + (64ull << 20);
+  // A change of topology holds the logits (and moments, where they are kept) of the old soup and of the new one.
+  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32 * (s.keep_moments ? 3 : 1);
+  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level), soup_bytes(most, s.level_min, s.level_max) + copies);
   return need;
 }
 
 std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
-  Settings s = settings;
-  std::uint32_t low = 0, high = settings.triangles;
-  while (low < high) {
-    s.triangles = low + (high - low + 1) / 2;
-    s.init_count = std::min(settings.init_count, s.triangles);
-    if (memory_need(scene, s).total() <= bytes) low = s.triangles;
-    else high = s.triangles - 1;
-  }
-  return low;
+  return largest(settings.triangles, [&](std::uint32_t n) {
+    Settings s = settings;
+    s.triangles = n;
+    return memory_need(scene, s).total() <= bytes;
+  });
+}
+
+std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
+  const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(usual_most(settings), 0xffffffffu));
+  return largest(high, [&](std::uint32_t n) {
+    Settings s = settings;
+    s.most_triangles = n;
+    return n <= settings.triangles || memory_need(scene, s).total() <= bytes;
+  });
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::vector<glm::vec3>& vertices)
@@ -86,7 +109,7 @@ void Trainer::prepare() {
     for (auto* views : {&views_, &half_views_}) {
       BatchView view =
           batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : settings_.count_scale);
-      view.photo_offset = photos_.offsets[i];
+      view.photo = photos_.addresses[i];
       view.index = static_cast<std::uint32_t>(i);
       views->push_back(view);
     }
@@ -133,7 +156,6 @@ std::uint64_t Trainer::next_event(std::uint64_t progress_every) const {
 void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
   StepInputs inputs;
   inputs.background = scene_.background;
-  inputs.photos = photos_.pixels.address();
   inputs.opacity_baseline = settings_.opacity_baseline;
   Step step(gpu_, soup_, frame_);
   std::vector<BatchView> batch;
@@ -144,8 +166,8 @@ void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
       frame_.set_batch(batch, soup_.triangles, true);
       const std::uint64_t t = step_ + 1;
       const double factor = rate_factor(settings_, t);
-      const std::uint32_t key = f32::hash32(static_cast<std::uint32_t>(settings_.seed) ^
-                                            f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
+      const std::uint32_t seed = static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
+      const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
       step.begin(key, static_cast<std::uint32_t>(step_), static_cast<std::uint32_t>(step_ % Frame::kStatisticsRows),
                  {settings_.rate_texture * factor, settings_.rate_vertex * factor, settings_.rate_mlp * factor,
                   t - texture_start_, t - vertex_start_, t});
@@ -167,12 +189,9 @@ void Trainer::change_topology() {
     texture_start_ = vertex_start_ = step_;
   }
   if (is_resampling(settings_, step_) && step_ < settings_.steps) {
-    const std::uint64_t used = gpu_.allocated_bytes(), room = gpu_.ceiling() > used ? gpu_.ceiling() - used : 0;
-    const soup::TextureEntry& row = soup_.table.front();
-    const std::uint64_t each = soup_bytes(1, row.level_min, row.level_max) + 64ull * settings_.batch;
-    const std::uint32_t most = static_cast<std::uint32_t>(
-        std::min<std::uint64_t>(8ull * settings_.triangles, soup_.triangles + room / (2 * each)));
-    resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_, std::max(most, settings_.triangles));
+    const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : usual_most(settings_);
+    resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
+             static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
     vertex_start_ = step_;
     if (!settings_.keep_moments) texture_start_ = step_;
   }
@@ -198,7 +217,7 @@ Progress Trainer::progress_since(std::uint64_t first, double seconds) {
   p.loss = 0.8 * p.l1 + 0.1 * (1.0 - p.ssim);
   p.psnr = mse > 0 ? -10.0 * std::log10(mse) : 100.0;
   p.seconds = seconds_;
-  p.ms_per_step = 1e3 * seconds / n;
+  p.ms_per_step = 1e3 * seconds / std::max<double>(1.0, static_cast<double>(step_ - first));
   return p;
 }
 
@@ -310,6 +329,11 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (!then.is_object()) throw Error("{}: its settings are damaged; train without --resume", path.string());
   // How often something is written does not change what is computed.
   for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
+  // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
+  if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {
+    settings_.most_triangles = then["most_triangles"].get<std::uint32_t>();
+    now["most_triangles"] = then["most_triangles"];
+  }
   if (then != now) {
     for (const auto& [key, value] : now.items())
       if (!then.contains(key) || then[key] != value)

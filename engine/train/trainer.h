@@ -30,14 +30,17 @@ struct Progress {
   double ms_per_step = 0;
 };
 
-/// Device memory that a run needs, before anything is allocated.
+/// Device memory that a run needs, before anything is allocated. The synthetic recipe's budget is a floor: where more than
+/// that is visible at the change to fine textures, a run needs more, and says so then.
 struct MemoryNeed {
   std::uint64_t photographs = 0, frame = 0, soup = 0;
   std::uint64_t total() const { return photographs + frame + soup; }
 };
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& settings);
-/// The largest budget of which memory_need is at most `bytes`; 0 when none is.
+/// The largest budget of which memory_need is at most `bytes`, all else being as it is; 0 when none is.
 std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes);
+/// How far splitting may go beyond the budget in `bytes`: what Settings::most_triangles is set to where nobody said.
+std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes);
 
 class Trainer {
  public:

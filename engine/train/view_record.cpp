@@ -44,7 +44,7 @@ BatchLayout lay_out(std::span<const BatchView> views) {
     record.pixel_offset = layout.pixels;
     record.tile_offset = layout.tiles;
     record.block_offset = layout.blocks;
-    record.photo_offset = view.photo_offset;
+    record.photo = view.photo;
     record.index = view.index;
     layout.records.push_back(record);
     layout.pixels += view.width * view.height;

@@ -17,8 +17,8 @@ struct BatchView {
   glm::dmat4 clip_from_world{1.0};  // OpenGL clip space, row 0 of the image at NDC y = -1
   glm::dmat4 world_from_clip{1.0};  // its inverse
   std::uint32_t width = 0, height = 0;
-  std::uint32_t photo_offset = 0;  // of its first pixel in the photograph pool
-  std::uint32_t index = 0;         // of the view in the dataset
+  gpu::Address photo = 0;   // RGBA8, alpha is the loss mask; not needed to render
+  std::uint32_t index = 0;  // of the view in the dataset
 };
 
 /// A camera in normalised coordinates as a view of a batch. scale: of the image's sides, for counting visible pixels.

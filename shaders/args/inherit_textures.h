@@ -8,6 +8,7 @@ namespace trisoup::kernels {
 
 #define INHERIT_COPY 1     // as published: as if every triangle were its whole parent; corners are not read
 #define INHERIT_MOMENTS 2  // level by level; otherwise it is the sum of the levels that is kept
+#define INHERIT_SQUARES 4  // second moments: never below zero
 
 /// Textures of a new topology, or their moments: every triangle takes its part of its parent's. One workgroup per triangle.
 struct InheritTexturesArgs {

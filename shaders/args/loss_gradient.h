@@ -10,7 +10,6 @@ namespace trisoup::kernels {
 struct LossGradientArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
-  POINTER(Uints) photos;
   POINTER(Floats) target;
   POINTER(Floats) partial;
   POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|, -1 where masked out

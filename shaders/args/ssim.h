@@ -10,7 +10,6 @@ namespace trisoup::kernels {
 struct SsimArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
-  POINTER(Uints) photos;   // [pixels], RGBA8; alpha is the loss mask
   POINTER(Floats) target;   // [pixels][3] float, where the target is given in float
   POINTER(Floats) partial;  // [3 channels][d_x, d_xx, d_xy][pixels], at the window's first pixel
   POINTER(Steps) state;

@@ -16,6 +16,12 @@ using glm::vec4;
 #define STRUCT struct alignas(16)
 #endif
 
+#ifdef GL_core_profile
+#define POINTER_TYPE(name, type, alignment) \
+  layout(buffer_reference, std430, buffer_reference_align = alignment) buffer name { type v[]; };
+POINTER_TYPE(Uints, uint, 4)
+#endif
+
 /// One view of a batch. Frame buffers hold the views' pixels one after the other, rows from NDC y = -1 upwards.
 STRUCT ViewRecord {
   mat4 clip_from_world;
@@ -26,17 +32,16 @@ STRUCT ViewRecord {
   uint pixel_offset;   // of its first pixel in the frame buffers
   uint tile_offset;    // of its first tile
   uint block_offset;   // of its first block of 16 x 16 pixels
-  uint photo_offset;   // of its first pixel in the photograph pool
   uint index;          // of the view in the dataset: part of the thresholds' counter
-  uint pad0, pad1, pad2;
+  POINTER(Uints) photo;  // RGBA8; alpha is the loss mask
+  uint pad0, pad1;
 };
 
 /// A triangle as one view sees it. Pixels x, y in 16 bits each; the box is empty where min > max.
 STRUCT ScreenTriangle {
   vec4 p0, p1, p2;  // clip coordinates
   uint box_min, box_max;
-  float nearest;  // smallest NDC depth of a vertex
-  uint pad0;
+  uint pad0, pad1;
 };
 
 /// The visible fragment of a pixel.
@@ -81,11 +86,8 @@ STRUCT Control {
 };
 
 #ifdef GL_core_profile
-#define POINTER_TYPE(name, type, alignment) \
-  layout(buffer_reference, std430, buffer_reference_align = alignment) buffer name { type v[]; };
 POINTER_TYPE(Floats, float, 4)
 POINTER_TYPE(Float4s, vec4, 16)
-POINTER_TYPE(Uints, uint, 4)
 POINTER_TYPE(Uint4s, uvec4, 16)
 POINTER_TYPE(Views, ViewRecord, 16)
 POINTER_TYPE(ScreenTriangles, ScreenTriangle, 16)

@@ -1,4 +1,5 @@
 // Projection and coverage (DiffSoup, section 4; homogeneous rasterisation after Olano and Greer, 1997).
+// What decides coverage and depth is computed by several kernels, which must agree to the last bit: hence PRECISE.
 // Clip space is OpenGL's: NDC x, y, z in [-1, 1], w > 0 in front of the camera.
 
 FN real cross2(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
@@ -45,19 +46,20 @@ struct TriangleSetup {
 };
 
 FN vec3 edge_function(vec2 q, real w, vec2 r, real v) {
-  return vec3(cross2(q, r), q.y * v - w * r.y, w * r.x - q.x * v);
+  PRECISE vec3 edge = vec3(q.x * r.y - q.y * r.x, q.y * v - w * r.y, w * r.x - q.x * v);
+  return edge;
 }
 
 FN TriangleSetup triangle_setup(vec4 p0, vec4 p1, vec4 p2, vec2 origin) {
-  const vec2 q0 = vec2(p0.x - origin.x * p0.w, p0.y - origin.y * p0.w);
-  const vec2 q1 = vec2(p1.x - origin.x * p1.w, p1.y - origin.y * p1.w);
-  const vec2 q2 = vec2(p2.x - origin.x * p2.w, p2.y - origin.y * p2.w);
-  TriangleSetup setup;
+  const PRECISE vec2 q0 = vec2(p0.x - origin.x * p0.w, p0.y - origin.y * p0.w);
+  const PRECISE vec2 q1 = vec2(p1.x - origin.x * p1.w, p1.y - origin.y * p1.w);
+  const PRECISE vec2 q2 = vec2(p2.x - origin.x * p2.w, p2.y - origin.y * p2.w);
+  PRECISE TriangleSetup setup;
   setup.e0 = edge_function(q1, p1.w, q2, p2.w);
   setup.e1 = edge_function(q2, p2.w, q0, p0.w);
   setup.e2 = edge_function(q0, p0.w, q1, p1.w);
   // sum of edge_k w_k does not depend on the point: it is the determinant of the rows (x, y, w).
-  const real det = setup.e0.x * p0.w + setup.e1.x * p1.w + setup.e2.x * p2.w;
+  const PRECISE real det = setup.e0.x * p0.w + setup.e1.x * p1.w + setup.e2.x * p2.w;
   setup.valid = det != real(0);
   setup.plane = vec3(0);
   if (setup.valid) {
@@ -71,4 +73,7 @@ FN TriangleSetup triangle_setup(vec4 p0, vec4 p1, vec4 p2, vec2 origin) {
   return setup;
 }
 
-FN real at_offset(vec3 linear, vec2 d) { return linear.x + d.x * linear.y + d.y * linear.z; }
+FN real at_offset(vec3 linear, vec2 d) {
+  PRECISE real value = linear.x + d.x * linear.y + d.y * linear.z;
+  return value;
+}

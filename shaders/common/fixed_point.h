@@ -4,7 +4,7 @@
 const uint kFixedZero = 0x80000000u;  // low word of an empty sum
 const float kFixedOne = 17592186044416.0;      // 2^44: resolution 6e-14, range +-5e5
 const float kFixedInverse = 5.684341886080802e-14;
-const float kFixedLimit = 262144.0;  // a single term is clamped to +-2^18
+const float kFixedLimit = 64.0;  // a single term is clamped: 8,192 of them fit. Terms of a mean loss are far below 1
 
 /// Words of x, or of zero if x is not a number. What is left of x after the high word fits in a signed low word exactly.
 uvec2 to_fixed(float x) {

@@ -11,6 +11,8 @@
 #define INOUT(type) inout type
 #define UNROLL [[unroll]]
 #define POINTER(type) type
+// Rounded the same wherever it is computed: no contraction, no reordering.
+#define PRECISE precise
 #else
 #define FN inline
 #define IN_ARRAY(name, n) const real* name
@@ -18,5 +20,6 @@
 #define OUT(type) type&
 #define INOUT(type) type&
 #define UNROLL
+#define PRECISE
 #define POINTER(type) trisoup::gpu::Address
 #endif

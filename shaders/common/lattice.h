@@ -54,4 +54,5 @@ FN real lattice_mix(LatticeCell cell, real v0, real v1, real v2) {
   return v2 + cell.w0 * (v0 - v2) + cell.w1 * (v1 - v2);
 }
 
-FN real sigmoid(real x) { return real(1) / (real(1) + exp(-x)); }
+/// Exactly 0.5 at 0, which division and exponential of a GPU need not give: new opacities must pass a threshold of 0.5.
+FN real sigmoid(real x) { return x == real(0) ? real(0.5) : real(1) / (real(1) + exp(-x)); }

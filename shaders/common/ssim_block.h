@@ -13,14 +13,14 @@ vec4 blur_column(uint map, uint x, uint y0) {
 }
 
 /// Colour and target of a pixel, zero where it is masked out; returns the mask.
-float masked_pixel(Floats colour, Floats target, Uints photos, bool float_target, uint index, uint photo, uint channel,
+float masked_pixel(Floats colour, Floats target, Uints photo, bool float_target, uint index, uint photo_index, uint channel,
                    out float x, out float y) {
   float mask = 1.0;
   x = colour.v[index * 3u + channel];
   if (float_target) {
     y = target.v[index * 3u + channel];
   } else {
-    const uint rgba = photos.v[photo];
+    const uint rgba = photo.v[photo_index];
     mask = (rgba >> 24) >= 128u ? 1.0 : 0.0;
     y = float((rgba >> (8u * channel)) & 255u) * (1.0 / 255.0) * mask;
   }

@@ -13,18 +13,18 @@ void stage_triangle(uint slot, uint triangle, ScreenTriangles screen, uint first
   s_texture[slot] = uvec4(textures.v[triangle].lattice_offset, textures.v[triangle].level_max, triangle, 0u);
 }
 
-/// Bit k: the staged triangle first + k covers the pixel at offset d, no deeper than `limit` unless it is triangle `winner` - 1
-/// (0: none), whose depth rounding must not hide. At most 32, up to slot `end`.
+/// Bit k: the staged triangle first + k covers the pixel at offset d nearer than `limit`, or as near and of an index below
+/// `index_end`: equal depths go to the lower index. At most 32, up to slot `end`.
 /// Only arithmetic, the same for all pixels: each then goes on with its own few fragments, which is where memory is read. A test
 /// inside one loop would read for every triangle of the list that any pixel of a SIMD group is covered by, or, where a branch is a
 /// mask (llvmpipe), for all of them.
-uint covering(uint first, uint end, vec2 d, float limit, uint winner) {
+uint covering(uint first, uint end, vec2 d, float limit, uint index_end) {
   uint bits = 0u;
   for (uint k = first; k < min(first + 32u, end); ++k) {
     const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
     const float depth = at_offset(s_plane[k].xyz, d);
     const bool covers = min(e0, min(e1, e2)) >= 0.0 && e0 + e1 + e2 > 0.0 && depth > -1.0 &&
-                        (depth <= limit || s_texture[k].z + 1u == winner);
+                        (depth < limit || (depth == limit && s_texture[k].z < index_end));
     bits |= covers ? 1u << (k - first) : 0u;
   }
   return bits;

@@ -236,7 +236,8 @@ TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their 
     CHECK(covered[2] == 128);
     const gpu::Buffer photos = gpu->allocate(1024, "photograph");
     gpu->upload(photos.address(), photo);
-    s.inputs.photos = photos.address();
+    s.views[0].photo = photos.address();
+    s.frame.set_batch(s.views, 2, true);
     s.step.sum_textures();
     train::clear(*gpu, s.soup.lattice_gradient);
     s.step.begin(1, 0, 0, {});

@@ -43,8 +43,8 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
   s.inputs.feature_gradient = seen.address();
 
   // Small terms stay in the low word, large ones carry into the high word all the time; sums that wander across zero do both.
-  // The largest sums here come near 2^17; the range ends at 2^19.
-  for (const float size : {1e-7f, 1e-3f, 1.0f, 100.0f}) {
+  // A single term is clamped to 64; the largest here come near it.
+  for (const float size : {1e-7f, 1e-3f, 1.0f, 40.0f}) {
     for (const float bias : {0.0f, 0.3f, -0.3f}) {
       CAPTURE(size, bias);
       soup::Random random(9);
@@ -81,6 +81,26 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
         }
     }
   }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("terms beyond every bound saturate: sums keep their sign", "[fixed point]") {
+  auto gpu = test::open_device();
+  SmallScene s(*gpu, 1, {{0, 0}}, {test::view_from(0, 64, 48)});
+  gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, -9}, {0, 9, -9}, {0, 0, 18}});
+  gpu->upload(s.soup.source.address(), std::vector<float>(24, 1.0f));
+  s.step.sum_textures();
+  const float sign = GENERATE(1.0f, -1.0f);
+  forward_and_backward(s, train::Thresholds::half);
+  train::clear(*gpu, s.soup.lattice_gradient);
+  std::vector<float> gradient(4ull * s.frame.batch().pixels, sign * 1e12f);
+  for (std::size_t i = 3; i < gradient.size(); i += 4) gradient[i] = 0;
+  gpu->upload(s.frame.gradient.address(), gradient);
+  s.step.backward(s.inputs);
+  const Words words = download(*gpu, s.soup.lattice_gradient, 24);
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < 3; ++c)  // the base colour enters with a positive weight
+      CHECK(sign * train::fixed_sum(words.low[k * 8 + c], words.high[k * 8 + c]) > 1e4);
   test::require_silence(*gpu);
 }
 

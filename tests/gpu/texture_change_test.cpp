@@ -167,3 +167,35 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures]")
   CHECK(coarse < 1e-5);
   test::require_silence(*gpu);
 }
+
+TEST_CASE("second moments that were never touched stay at zero, and never fall below it, in the halves of a split triangle", "[textures]") {
+  auto gpu = test::open_device();
+  soup::Random random(24);
+  // One edge of the parent has not been seen: zeros beside values of every size.
+  Pool old_pool(*gpu, {{2, 5}}, random);
+  for (std::uint32_t i = 0; i < old_pool.logits.size(); ++i) old_pool.logits[i] = std::pow(10.0f, random.uniform(-12, 0));
+  std::uint32_t base = 0;
+  for (std::uint32_t level = 2; level <= 5; base += soup::samples_at(level++))
+    for (std::uint32_t s = 0; s < soup::samples_at(level); ++s) {
+      std::uint32_t x = 0, y = 0;
+      f64::lattice_point(s, x, y);
+      if (x + y < (3u << level) / 4) continue;
+      for (std::uint32_t c = 0; c < 8; ++c) old_pool.logits[(base + s) * 8 + c] = 0;
+    }
+  gpu->upload(old_pool.source.address(), old_pool.logits);
+  const std::vector<glm::vec3> vertices{{0, 0, 0}, {1, 0.1f, 0}, {0.3f, 1, 0.2f}};
+  const soup::Resampled split = soup::bisect_longest(vertices, 50);
+  const std::vector<soup::TextureLevels> levels(split.triangles(), {2, 5});
+  Pool new_pool(*gpu, levels, random);
+  const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"), corners = upload_corners(*gpu, split.corners);
+  gpu->upload(map.address(), split.face_map);
+  const auto triangles = static_cast<std::uint32_t>(split.triangles());
+  gpu->launch({"inherit_textures"}, triangles,
+              kernels::InheritTexturesArgs{map.address(), corners.address(), old_pool.rows.address(), new_pool.rows.address(),
+                                           old_pool.source.address(), new_pool.source.address(), triangles,
+                                           INHERIT_MOMENTS | INHERIT_SQUARES});
+  const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
+  CHECK(*std::min_element(moments.begin(), moments.end()) == 0.0f);
+  CHECK(*std::max_element(moments.begin(), moments.end()) > 0.1f);
+  test::require_silence(*gpu);
+}

@@ -139,10 +139,17 @@ bool has_extension(VkPhysicalDevice device, const char* name) {
                      [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
 }
 
+/// Shared memory that a workgroup of ours may take, in bytes.
+constexpr std::uint32_t kSharedMemoryBytes = 32768;
+
 bool usable(VkPhysicalDevice device) {
   VkPhysicalDeviceProperties properties;
   vkGetPhysicalDeviceProperties(device, &properties);
   if (properties.apiVersion < VK_API_VERSION_1_3) return false;
+  // What the largest kernels take (shade_backward: 24 KB, bin_scan: 256 threads). Vulkan promises 16 KB and 128; desktop and
+  // phone GPUs of today have more.
+  if (properties.limits.maxComputeSharedMemorySize < kSharedMemoryBytes || properties.limits.maxComputeWorkGroupInvocations < 256)
+    return false;
   auto v12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
   VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &v12, {}};
   vkGetPhysicalDeviceFeatures2(device, &features);
@@ -197,25 +204,17 @@ class VulkanDevice final : public Device {
   VulkanDevice(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, const DeviceInfo& info,
                const DeviceOptions& options)
       : instance_(std::move(instance)), physical_(physical), info_(info), lose_after_(options.lose_after_launches) {
-    create_device();
+    try {
+      create_device();
+    } catch (...) {
+      close();
+      throw;
+    }
     // A tenth is left to the rest of the desktop and to the driver.
     ceiling_ = info_.free_bytes / 10 * 9;
   }
 
-  ~VulkanDevice() override {
-    vkDeviceWaitIdle(device_);
-    for (auto& [address, memory] : memory_) destroy(memory);
-    destroy(staging_);
-    destroy(crumbs_);
-    for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_, pipeline, nullptr);
-    vkDestroyPipelineLayout(device_, layout_, nullptr);
-    for (Recording& r : recordings_) {
-      vkDestroyFence(device_, r.fence, nullptr);
-      vkDestroyQueryPool(device_, r.queries, nullptr);
-    }
-    vkDestroyCommandPool(device_, pool_, nullptr);
-    vkDestroyDevice(device_, nullptr);
-  }
+  ~VulkanDevice() override { close(); }
 
   const DeviceInfo& info() const override { return info_; }
 
@@ -276,9 +275,9 @@ class VulkanDevice final : public Device {
     auto info = structure<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
     info.commandBufferCount = 1;
     info.pCommandBuffers = &r.commands;
+    recording_ = nullptr;  // also where submitting fails: it has ended
     guard(vkQueueSubmit(queue_, 1, &info, r.fence), "vkQueueSubmit");
-    in_flight_.push_back(recording_);
-    recording_ = nullptr;
+    in_flight_.push_back(&r);
   }
 
   void wait() override {
@@ -287,7 +286,10 @@ class VulkanDevice final : public Device {
     if (lost_now_) guard(VK_ERROR_DEVICE_LOST, "injected fault");
   }
 
-  void enable_timings(bool on) override { timing_ = on && timestamp_period_ > 0; }
+  void enable_timings(bool on) override {
+    submit();  // what is being recorded began without its queries being reset
+    timing_ = on && timestamp_period_ > 0;
+  }
   std::map<std::string, KernelTiming> timings() override {
     wait();
     return timings_;
@@ -333,7 +335,7 @@ class VulkanDevice final : public Device {
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
     Memory memory;
     try {
-      memory = create(bytes, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, true);
+      memory = create(bytes, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, true);
     } catch (const Error&) {
       throw Error("device memory: {} ({} MB) cannot be had, {} MB are in use; use fewer triangles or a lower resolution (-r)",
                   what, (bytes >> 20) + 1, allocated_bytes() >> 20);
@@ -360,6 +362,22 @@ class VulkanDevice final : public Device {
   }
 
  private:
+  void close() {
+    if (!device_) return;
+    vkDeviceWaitIdle(device_);
+    for (auto& [address, memory] : memory_) destroy(memory);
+    destroy(staging_);
+    destroy(crumbs_);
+    for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_, pipeline, nullptr);
+    vkDestroyPipelineLayout(device_, layout_, nullptr);
+    for (Recording& r : recordings_) {
+      vkDestroyFence(device_, r.fence, nullptr);
+      vkDestroyQueryPool(device_, r.queries, nullptr);
+    }
+    vkDestroyCommandPool(device_, pool_, nullptr);
+    vkDestroyDevice(device_, nullptr);
+  }
+
   struct Memory {
     VkBuffer buffer = VK_NULL_HANDLE;
     VkDeviceMemory memory = VK_NULL_HANDLE;
@@ -393,7 +411,9 @@ class VulkanDevice final : public Device {
 
     VkPhysicalDeviceProperties properties;
     vkGetPhysicalDeviceProperties(physical_, &properties);
-    timestamp_period_ = families[family].timestampValidBits > 0 ? properties.limits.timestampPeriod : 0;
+    const std::uint32_t timestamp_bits = families[family].timestampValidBits;
+    timestamp_period_ = timestamp_bits > 0 ? properties.limits.timestampPeriod : 0;
+    timestamp_mask_ = timestamp_bits < 64 ? (1ull << timestamp_bits) - 1 : ~0ull;
 
     const float priority = 1.0f;
     auto queue = structure<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
@@ -433,11 +453,11 @@ class VulkanDevice final : public Device {
     layout.pPushConstantRanges = &range;
     check(vkCreatePipelineLayout(device_, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
 
-    crumbs_ = create(16, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, false);
+    crumbs_ = create(16, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, 0, false);
     std::memset(crumbs_.mapped, 0, 16);
   }
 
-  Memory create(std::uint64_t bytes, VkMemoryPropertyFlags wanted, bool addressed) {
+  Memory create(std::uint64_t bytes, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred, bool addressed) {
     Memory m;
     m.bytes = bytes;
     auto info = structure<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
@@ -454,19 +474,29 @@ class VulkanDevice final : public Device {
     auto allocate = structure<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, addressed ? &flags : nullptr);
     allocate.allocationSize = requirements.size;
     VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
-    for (std::uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
-      if (!(requirements.memoryTypeBits & (1u << i)) || (properties.memoryTypes[i].propertyFlags & wanted) != wanted) continue;
-      allocate.memoryTypeIndex = i;
-      result = vkAllocateMemory(device_, &allocate, nullptr, &m.memory);
-      if (result == VK_SUCCESS) break;
+    // Types that need a feature of their own (AMD's device-coherent memory) are not for us.
+    const VkMemoryPropertyFlags strange = VK_MEMORY_PROPERTY_DEVICE_COHERENT_BIT_AMD | VK_MEMORY_PROPERTY_PROTECTED_BIT;
+    // First those that are all that is preferred, then those that will do.
+    for (const VkMemoryPropertyFlags flags_now : {wanted | preferred, wanted}) {
+      for (std::uint32_t i = 0; i < properties.memoryTypeCount && result != VK_SUCCESS; ++i) {
+        const VkMemoryPropertyFlags has = properties.memoryTypes[i].propertyFlags;
+        if (!(requirements.memoryTypeBits & (1u << i)) || (has & flags_now) != flags_now || (has & strange)) continue;
+        allocate.memoryTypeIndex = i;
+        result = vkAllocateMemory(device_, &allocate, nullptr, &m.memory);
+      }
     }
     if (result != VK_SUCCESS) {
       vkDestroyBuffer(device_, m.buffer, nullptr);
       check(result, "vkAllocateMemory");
     }
-    check(vkBindBufferMemory(device_, m.buffer, m.memory, 0), "vkBindBufferMemory");
-    if (wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)
-      check(vkMapMemory(device_, m.memory, 0, VK_WHOLE_SIZE, 0, &m.mapped), "vkMapMemory");
+    try {
+      check(vkBindBufferMemory(device_, m.buffer, m.memory, 0), "vkBindBufferMemory");
+      if (wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)
+        check(vkMapMemory(device_, m.memory, 0, VK_WHOLE_SIZE, 0, &m.mapped), "vkMapMemory");
+    } catch (const Error&) {
+      destroy(m);
+      throw;
+    }
     return m;
   }
 
@@ -478,7 +508,9 @@ class VulkanDevice final : public Device {
 
   Memory& staging() {
     if (!staging_.buffer)
-      staging_ = create(kStagingBytes, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, false);
+      // Uncached memory is slow to read from, and checkpoints read a lot.
+      staging_ = create(kStagingBytes, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                        VK_MEMORY_PROPERTY_HOST_CACHED_BIT, false);
     return staging_;
   }
 
@@ -562,7 +594,7 @@ class VulkanDevice final : public Device {
     for (std::size_t i = 0; i < r.timed.size(); ++i) {
       KernelTiming& t = timings_[r.timed[i]];
       ++t.launches;
-      t.milliseconds += (ticks[2 * i + 1] - ticks[2 * i]) * timestamp_period_ * 1e-6;
+      t.milliseconds += static_cast<double>((ticks[2 * i + 1] - ticks[2 * i]) & timestamp_mask_) * timestamp_period_ * 1e-6;
     }
   }
 
@@ -594,7 +626,8 @@ class VulkanDevice final : public Device {
   std::uint64_t launches_ = 0, lose_after_ = 0;
   bool lost_now_ = false;
   bool timing_ = false;
-  double timestamp_period_ = 0;
+  double timestamp_period_ = 0;  // ns a tick; 0: no timestamps
+  std::uint64_t timestamp_mask_ = 0;
   std::map<std::string, KernelTiming> timings_;
 };
 
@@ -622,7 +655,7 @@ std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options) {
   auto instance = std::make_unique<Instance>(options.validation);
   const auto devices = usable_devices(*instance);
   if (devices.empty())
-    throw Error("Vulkan: no device with Vulkan 1.3 and buffer device addresses; install a driver "
+    throw Error("Vulkan: no device with Vulkan 1.3, buffer device addresses and 32 KB of shared memory; install a driver "
                 "(Debian: mesa-vulkan-drivers also runs on the CPU)");
   const std::pair<VkPhysicalDevice, DeviceInfo>* chosen = nullptr;
   if (options.device.empty()) {
