@@ -1,5 +1,7 @@
 #include "printable.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 
 namespace trisoup {
@@ -10,6 +12,11 @@ std::string printable(std::string_view text) {
   std::replace_if(
       line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
   return text.size() > longest ? line + "..." : line;
+}
+
+std::string utf8(std::string_view text) {
+  const std::string quoted = nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return nlohmann::json::parse(quoted).get<std::string>();
 }
 
 }  // namespace trisoup

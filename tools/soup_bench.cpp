@@ -151,6 +151,7 @@ double bandwidth(gpu::Device& gpu) {
 
 void table(const std::string& what, const std::vector<std::string>& heads, const std::vector<Costs>& columns,
            const std::vector<double>& sizes, nlohmann::json& json) {
+  if (columns.empty()) return;  // not asked for
   std::printf("\n%s: ms per kernel; last column: growth exponent between the last two (1: linear)\n%-18s", what.c_str(), "kernel");
   for (const std::string& head : heads) std::printf("%10s", head.c_str());
   std::printf("%10s\n", "exponent");
@@ -226,6 +227,8 @@ int steps(gpu::Device& gpu, const Case& base, int repeats, std::uint32_t most_pi
 int main(int argc, char** argv) {
   CLI::App app{"Measures trisoup on a device."};
   app.require_subcommand(1);
+  // One line, like every other error of this program.
+  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
   gpu::DeviceOptions options;
   Case base;
   int repeats = 5;
@@ -233,14 +236,14 @@ int main(int argc, char** argv) {
   std::string json;
   auto* sub = app.add_subcommand("steps", "time and bytes of a training step by kernel, over pixels and over triangles");
   sub->add_option("--device", options.device, "number or part of the name");
-  sub->add_option("--size", base.side, "side of the square views [200]");
-  sub->add_option("--triangles", base.triangles, "triangles [2000]");
-  sub->add_option("--views", base.views, "views per step [4]");
-  sub->add_option("--level-min", base.level_min, "coarsest texture level [2]");
-  sub->add_option("--level-max", base.level_max, "finest texture level [5]");
+  sub->add_option("--size", base.side, "side of the square views [200]")->check(CLI::Range(1, 16384));
+  sub->add_option("--triangles", base.triangles, "triangles [2000]")->check(CLI::Range(1, 10'000'000));
+  sub->add_option("--views", base.views, "views per step [4]")->check(CLI::Range(1, 1024));
+  sub->add_option("--level-min", base.level_min, "coarsest texture level [2]")->check(CLI::Range(0, soup::kMaxLevel));
+  sub->add_option("--level-max", base.level_max, "finest texture level [5]")->check(CLI::Range(0, soup::kMaxLevel));
   sub->add_option("--repeats", repeats, "steps timed for each figure [5]")->check(CLI::PositiveNumber);
-  sub->add_option("--most-pixels", most_pixels, "largest side in the growth table [800]");
-  sub->add_option("--most-triangles", most_triangles, "most triangles in the growth table [60000]");
+  sub->add_option("--most-pixels", most_pixels, "largest side in the growth table, from 100; less: no table [800]");
+  sub->add_option("--most-triangles", most_triangles, "most triangles in the growth table, from 1000; less: no table [60000]");
   sub->add_option("--json", json, "also write the figures as JSON");
   try {
     app.parse(argc, argv);

@@ -1,6 +1,7 @@
 // soup-eval: quality of a model file on the held-out views of a dataset.
 #include <CLI/CLI.hpp>
 
+#include <csignal>
 #include <cstdio>
 #include <map>
 #include <optional>
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   }
+  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
   try {
     const soup::ModelFile file = soup::read_model(model_path);
     double test_near = 0.025, test_far = 2.5;
@@ -82,8 +84,12 @@ int main(int argc, char** argv) {
     const train::Evaluation evaluation =
         train::evaluate(*device, file.model, scene, near.value_or(test_near), far.value_or(test_far), on_render);
     const std::string text = to_json(evaluation).dump(2) + "\n";
-    if (json_path.empty()) std::fputs(text.c_str(), stdout);
-    else write_file_atomically(json_path, std::as_bytes(std::span(text)));
+    if (json_path.empty()) {
+      if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+        throw Error("standard output cannot be written; free some room, or give --json FILE");
+    } else {
+      write_file_atomically(json_path, std::as_bytes(std::span(text)));
+    }
     return 0;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "soup-eval: %s\n", e.what());

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -87,8 +88,15 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   device->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
 
-  // strtoull takes a minus sign and turns -1 into the largest number there is.
-  const CLI::Validator whole([](const std::string& text) { return std::string(text.starts_with('-') ? "must not be negative" : ""); }, "");
+  // strtoull turns -1 and what is too large into the largest number there is.
+  const CLI::Validator whole(
+      [](const std::string& text) {
+        std::uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error == std::errc::result_out_of_range) return text + " is too large";
+        return error != std::errc() || end != text.data() + text.size() ? "'" + text + "' is not a whole number from 0 on" : std::string();
+      },
+      "");
   for (auto* group : {common, data, start, method, output, device})
     for (CLI::Option* option : group->get_options())
       if (option->get_type_name() == "UINT") option->check(whole);

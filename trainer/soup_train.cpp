@@ -13,6 +13,7 @@
 #include "command_line.h"
 #include "train/evaluate.h"
 #include "error.h"
+#include "printable.h"
 #include "progress_bar.h"
 #include "revision.h"
 #include "soup/initialise.h"
@@ -28,6 +29,11 @@ using namespace trisoup;
 std::atomic<bool> g_stop{false};
 
 void on_signal(int) { g_stop = true; }
+
+/// Ends the program with status 130; a checkpoint has been written.
+struct Interrupted {
+  std::string when;
+};
 
 void print_timings(gpu::Device& device) {
   for (const auto& [kernel, t] : device.timings())
@@ -45,6 +51,7 @@ int list_devices() {
   for (const gpu::DeviceInfo& d : devices)
     std::printf("%d  %s  %s (%s), %s, %llu MB\n", d.index, d.backend.c_str(), d.name.c_str(), gpu::to_string(d.kind),
                 d.driver.c_str(), static_cast<unsigned long long>(d.memory_bytes >> 20));
+  if (std::fflush(stdout) != 0) throw Error("standard output cannot be written; free some room");
   return 0;
 }
 
@@ -64,8 +71,6 @@ double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; 
 int run(const CommandLine& o) {
   if (o.list_devices) return list_devices();
 
-  train::RunFolder folder(o.output);
-  const bool resume = o.resume && std::filesystem::exists(folder.checkpoint());
   auto device = gpu::open_device(o.device);
   if (o.memory_mb > 0) device->set_ceiling(std::min(o.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o, fmt::format("device: {} ({}, {})", device->info().name, gpu::to_string(device->info().kind), device->info().driver));
@@ -80,6 +85,8 @@ int run(const CommandLine& o) {
   const scene::Scene scene = scene::load(o.dataset, load);
   loading.clear();
   train::Settings settings = o.settings(scene);
+  train::RunFolder folder(o.output);
+  const bool resume = o.resume && std::filesystem::exists(folder.checkpoint());
   say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
                      scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), settings.init));
 
@@ -109,8 +116,8 @@ int run(const CommandLine& o) {
     trainer = std::make_unique<train::Trainer>(*device, scene, settings, train::initial_triangles(scene, settings));
   }
 
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
+  std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave before training ends
   std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
   if (o.timings) device->enable_timings(true);
 
@@ -137,8 +144,7 @@ int run(const CommandLine& o) {
   folder.write_log();
   if (!trainer->finished()) {
     if (o.timings) print_timings(*device);
-    say(o, fmt::format("interrupted after step {}; go on with --resume", trainer->step()));
-    return 130;
+    throw Interrupted{fmt::format("after step {}; go on with --resume", trainer->step())};
   }
 
   const soup::Model model = trainer->model();
@@ -151,12 +157,19 @@ int run(const CommandLine& o) {
   options.bake_directions = bake_directions(scene);
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
 
+  const auto stop_if_asked = [&] {
+    if (g_stop) throw Interrupted{"after training, before its quality was measured; --resume measures it"};
+  };
+  folder.clear_renders();
   const train::Evaluation evaluation =
       train::evaluate(*device, model, scene, settings.test_near, settings.far,
-                      [&](const scene::View& view, const std::vector<float>& colour) { folder.write_render(view, colour); });
-  const train::Evaluation unquantised = trainer->evaluate_float();
+                      [&](const scene::View& view, const std::vector<float>& colour) {
+                        folder.write_render(view, colour);
+                        stop_if_asked();
+                      });
+  const train::Evaluation unquantised = trainer->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
   nlohmann::json metrics = to_json(evaluation);
-  metrics["psnr_float_textures"] = unquantised.mean.psnr;
+  metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
   metrics["triangles"] = trainer->triangles();
   metrics["bytes"] = bytes;
   metrics["seconds"] = trainer->seconds();
@@ -165,12 +178,13 @@ int run(const CommandLine& o) {
   metrics["driver"] = device->info().driver;
   metrics["peak_device_bytes"] = device->peak_bytes();
   metrics["settings"] = to_json(trainer->settings());
-  metrics["dataset"] = {{"path", o.dataset}, {"resolution", o.load.downscale}, {"test_every", o.load.test_every}};
+  metrics["dataset"] = {{"path", utf8(o.dataset)}, {"resolution", o.load.downscale}, {"test_every", o.load.test_every}};
   metrics["revision"] = kRevision;
   folder.write_metrics(metrics);
 
   if (o.timings) print_timings(*device);
-  if (!scene.test.empty())
+  if (scene.test.empty()) say(o, "test: there are no test views, so quality was not measured; --test-every K holds some out");
+  else
     say(o, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
                        evaluation.mean.mae, evaluation.views.size()));
   say(o, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder.model().string(), trainer->triangles(), mb(bytes),
@@ -187,6 +201,9 @@ int main(int argc, char** argv) {
   if (const auto status = parse(argc, argv, options)) return *status;
   try {
     return run(options);
+  } catch (const Interrupted& interrupted) {
+    say(options, "interrupted " + interrupted.when);
+    return 130;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "soup-train: %s\n", e.what());
     return 1;

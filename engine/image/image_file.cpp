@@ -172,7 +172,8 @@ ImageSize image_size(const std::filesystem::path& path) {
   ImageSize size;
   int channels = 0;
   if (stbi_info_from_file(file.get(), &size.width, &size.height, &channels) == 0)
-    throw Error("{}: no readable PNG or JPEG header ({}); convert or copy the image again", name, stbi_failure_reason());
+    throw Error("{}: its header is damaged, not that of a PNG or JPEG, or of an image too large ({}); convert or copy the image again",
+                name, stbi_failure_reason());
   std::error_code problem;
   check_size(name, size.width, size.height, std::filesystem::file_size(path, problem));
   return size;

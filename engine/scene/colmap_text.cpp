@@ -23,8 +23,17 @@ class Records {
     return std::nullopt;
   }
 
-  /// Passes over the next line, whatever it holds.
-  void skip_line() { take_line(text_), ++number_; }
+  /// Passes over an image's second line: its observations, x, y and point id each, or nothing. Where exporters left out blank
+  /// lines this is the next image, which must not go missing unnoticed.
+  void skip_observations() {
+    WordReader line(take_line(text_), fmt::format("{}: line {}", name_, ++number_));
+    const std::string_view text = line.remainder();
+    const bool observations = text.find_first_not_of("0123456789+-.eE \t\r") == std::string_view::npos;
+    if (!observations && !text.starts_with('#'))
+      throw Error("{}: is not the observations of the image before it; every image has two lines, the second one blank where there "
+                  "are none",
+                  line.where());
+  }
 
  private:
   std::string_view text_;
@@ -69,7 +78,7 @@ std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const s
     if (image.name.empty()) throw Error("{}: ends before its image name; correct or export the file again", line->where());
     image.world_to_camera = from_colmap_pose(quaternion, translation, line->where());
     images.push_back(std::move(image));
-    records.skip_line();  // the observations; blank if there are none
+    records.skip_observations();
   }
   return images;
 }

@@ -27,8 +27,8 @@ struct Shot {
 void check(const LoadOptions& options) {
   if (!(options.downscale >= 1) || !std::isfinite(options.downscale))
     throw Error("-r {}: the downscale factor must be at least 1; images are never enlarged", options.downscale);
-  if (options.test_every < 0 || options.test_every == 1)
-    throw Error("test_every {}: every view would be held out; use 0 for none or at least 2", options.test_every);
+  if (options.test_every < 0) throw Error("--test-every {}: must not be negative; use 0 for no test views", options.test_every);
+  if (options.test_every == 1) throw Error("--test-every 1: every view would be held out; use 0 for none or at least 2");
 }
 
 void report_missing(const Dataset& dataset, const LoadOptions& options) {

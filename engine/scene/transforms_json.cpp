@@ -22,7 +22,8 @@ json parse_json(std::string_view text, const std::string& name) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(problem.byte, text.size()));
     // The byte is the one after the last that was read; a newline there still belongs to the line it ends.
     const auto line = 1 + std::count(text.begin(), end == text.begin() ? end : end - 1, '\n');
-    throw Error("{}: line {} is not valid JSON; correct or export the file again", name, line);
+    throw Error("{}: line {} is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again",
+                name, line);
   } catch (const json::exception&) {
     throw Error("{}: holds a number out of range; correct or export the file again", name);
   }

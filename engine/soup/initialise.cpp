@@ -178,7 +178,7 @@ std::vector<glm::vec3> triangles_from_mesh(const Mesh& mesh, std::size_t budget)
   check_mesh(mesh, "mesh");
   const Mesh decimated = decimate(mesh, budget);
   if (decimated.indices.empty())
-    throw Error("mesh: no triangle is left within a budget of {}; raise it or give another mesh", budget);
+    throw Error("mesh: has no triangle with an area, or none that {} triangles can stand for; give another mesh", budget);
   std::vector<glm::vec3> triangles;
   triangles.reserve(decimated.indices.size());
   for (const std::uint32_t index : decimated.indices) triangles.push_back(decimated.positions[index]);

@@ -1,5 +1,7 @@
 // Wavefront OBJ, by tinyobjloader.
+#include <algorithm>
 #include <limits>
+#include <string_view>
 
 #include <tiny_obj_loader.h>
 
@@ -8,10 +10,28 @@
 
 namespace trisoup::soup {
 
+namespace {
+
+/// The library reads "nan" and "1e999" as it likes.
+void check_numbers(std::span<const std::byte> bytes, const std::string& name) {
+  std::string_view rest(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (int number = 1; !rest.empty(); ++number) {
+    const std::size_t length = std::min(rest.find('\n'), rest.size());
+    const std::string_view line = rest.substr(0, length);
+    rest.remove_prefix(std::min(length + 1, rest.size()));
+    if ((line.starts_with("v ") || line.starts_with("v\t")) &&
+        line.find_first_not_of("0123456789+-.eE \t\r", 1) != std::string_view::npos)
+      throw Error("{}: line {} is a vertex with something that is no number; export the mesh again", name, number);
+  }
+}
+
+}  // namespace
+
 Mesh read_obj(std::span<const std::byte> bytes, const std::string& name) {
   tinyobj::ObjReaderConfig config;
   config.triangulate = false;  // its ear clipping reads positions before anybody has checked the indices
   config.vertex_color = false;
+  check_numbers(bytes, name);
   tinyobj::ObjReader reader;
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (!reader.ParseFromString(text, "", config)) {

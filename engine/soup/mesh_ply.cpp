@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cstdlib>
 #include <cmath>
 #include <cstring>
 #include <string_view>
@@ -117,6 +118,8 @@ class Body {
     const auto [end, error] = std::from_chars(first, rest_.data() + length, value);
     if (error == std::errc::invalid_argument || end != rest_.data() + length)
       throw Error("{}: has something that is no number in its data; export the mesh again", name_);
+    // Too small is zero; too large must not be.
+    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(rest_.substr(0, length)).c_str(), nullptr);
     rest_.remove_prefix(length);
     return value;
   }
@@ -205,6 +208,10 @@ Mesh read_ply(std::span<const std::byte> bytes, const std::string& name) {
     for (const Property& property : element.properties) least += body.least_size(property);
     body.expect_at_least(element.count, least);
     const bool vertices = element.name == "vertex", faces = element.name == "face";
+    for (const char* axis : {"x", "y", "z"})
+      if (vertices && std::none_of(element.properties.begin(), element.properties.end(),
+                                   [&](const Property& p) { return !p.list && p.name == axis; }))
+        throw Error("{}: its vertices have no {}; export the mesh with positions", name, axis);
     if (vertices) mesh.positions.reserve(element.count);
 
     for (std::uint64_t k = 0; k < element.count; ++k) {

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "error.h"
+#include "printable.h"
 #include "soup/texture_table.h"
 #include "train/render_pass.h"
 
@@ -11,6 +13,8 @@ namespace trisoup::train {
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render) {
+  if (!(near > 0 && near < far && far < 1e37))
+    throw Error("clip planes: near {} and far {} must be 0 < near < far; correct --near and --far", near, far);
   std::vector<BatchView> batch;
   for (const scene::View& view : views) batch.push_back(batch_view(view.camera, near, far));
   StepInputs inputs;
@@ -88,10 +92,12 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     to["mae"] = m.mae;
   };
   put(json, evaluation.mean);
+  // A mean over nothing would read as a measurement.
+  if (evaluation.views.empty()) json["psnr"] = json["ssim"] = json["mae"] = nullptr;
   json["views"] = nlohmann::json::array();
   for (const ViewMetrics& view : evaluation.views) {
     nlohmann::json row;
-    row["name"] = view.name;
+    row["name"] = utf8(view.name);
     put(row, view.metrics);
     json["views"].push_back(row);
   }

@@ -1,6 +1,7 @@
 #include "train/run_folder.h"
 
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -44,9 +45,9 @@ void remove_partial_files(const std::filesystem::path& folder) {
 RunFolder::RunFolder(std::filesystem::path path) : path_(std::move(path)) {
   std::error_code error;
   std::filesystem::create_directories(path_ / "renders", error);
-  if (error) throw Error("{}: cannot be made ({}); choose another folder with -o", path_.string(), error.message());
+  if (error) throw Error("{}: cannot be made ({}); choose another folder", path_.string(), error.message());
   // Better now than after hours of training.
-  const std::filesystem::path probe = path_ / ".writable";
+  const std::filesystem::path probe = path_ / fmt::format(".writable-{}", ::getpid());
   write_text(probe, "");
   std::filesystem::remove(probe, error);
   remove_partial_files(path_);
@@ -79,7 +80,16 @@ void RunFolder::write_log() const {
 
 void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(path_ / "metrics.json", metrics.dump(2) + "\n"); }
 
-void RunFolder::write_render(const scene::View& view, const std::vector<float>& colour) const {
+void RunFolder::clear_renders() {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> old;
+  for (const auto& entry : std::filesystem::directory_iterator(path_ / "renders", ignored))
+    if (entry.path().extension() == ".png") old.push_back(entry.path());
+  for (const auto& path : old) std::filesystem::remove(path, ignored);
+  renders_.clear();
+}
+
+void RunFolder::write_render(const scene::View& view, const std::vector<float>& colour) {
   const int w = view.image.width, h = view.image.height, gap = 4;
   Image both;
   both.width = 2 * w + gap;
@@ -95,9 +105,13 @@ void RunFolder::write_render(const scene::View& view, const std::vector<float>& 
         right[c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(colour[3 * from + c], 0.0f, 1.0f)));
       }
     }
-  std::string name = view.name;
+  std::string name = std::filesystem::path(view.name).replace_extension().string();
   std::replace(name.begin(), name.end(), '/', '_');
-  write_png(path_ / "renders" / (std::filesystem::path(name).stem().string() + ".png"), both);
+  // File systems end at 255 bytes, and the writer adds some while it writes.
+  if (name.size() > 200) name.erase(0, name.size() - 200);
+  std::string numbered = name;
+  for (int n = 2; !renders_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
+  write_png(path_ / "renders" / (numbered + ".png"), both);
 }
 
 }  // namespace trisoup::train

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,12 +30,15 @@ class RunFolder {
   void write_log() const;
 
   void write_metrics(const nlohmann::json& metrics) const;
-  /// renders/<name>.png: photograph on the left, rendering on the right.
-  void write_render(const scene::View& view, const std::vector<float>& colour) const;
+  /// Removes the pictures of a run before this one, which may have had other views.
+  void clear_renders();
+  /// renders/<name>.png: photograph on the left, rendering on the right. Views whose names would give the same file are numbered.
+  void write_render(const scene::View& view, const std::vector<float>& colour);
 
  private:
   std::filesystem::path path_;
   std::vector<Progress> rows_;
+  std::set<std::string> renders_;  // written so far
 };
 
 }  // namespace trisoup::train

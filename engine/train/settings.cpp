@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "error.h"
+#include "printable.h"
 #include "soup/soup.h"
 
 namespace trisoup::train {
@@ -95,10 +96,11 @@ void check(const Settings& s) {
   // The comparisons below let infinity pass, and some of them NaN.
   each_member(s, [&](const char* name, const auto& value) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>)
-      if (!std::isfinite(value)) {
+      // Kernels compute in float: what it cannot hold would only show as a training that diverges.
+      if (!(std::abs(value) < 1e37) || (value != 0 && std::abs(value) < 1e-37)) {
         std::string option = name;
         std::replace(option.begin(), option.end(), '_', '-');
-        throw Error("settings: --{} must be a finite number", option);
+        throw Error("settings: --{} {} is not a number of a size that can be computed with", option, value);
       }
   });
   need(s.steps > 0, "--steps 0 trains nothing; use 1 or more");
@@ -106,12 +108,13 @@ void check(const Settings& s) {
   need(s.batch > 0, "--batch 0 shows no view; use 1 or more");
   need(s.init_count > 0, "--init-count 0 starts with nothing; use 1 or more");
   need(s.level_min <= s.level_max, "--level-min is above --level-max; give them in order");
-  need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel) && s.coarse_level <= static_cast<std::uint32_t>(soup::kMaxLevel),
-       "texture levels end at 5; lower --level-max");
+  need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --level-max");
+  need(s.coarse_level <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --coarse-level");
   need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");
   need(s.rate_end > 0, "--rate-end must be above 0");
   need(s.rate_texture >= 0 && s.rate_mlp >= 0 && s.rate_vertex >= 0, "learning rates must not be negative");
-  need(s.near > 0 && s.far > s.near && s.test_near > 0 && s.far > s.test_near, "0 < --near < --far must hold");
+  need(s.near > 0 && s.far > s.near, "0 < --near < --far must hold");
+  need(s.test_near > 0 && s.far > s.test_near, "0 < --test-near < --far must hold");
   need(s.init_box > 0 && s.init_radius > 0, "--init-box and --init-radius must be above 0");
   need(s.split_length > 0, "--split-length must be above 0");
   need(s.most_triangles == 0 || s.most_triangles >= s.triangles, "--most-triangles is below --triangles; use at least the budget");
@@ -121,7 +124,10 @@ void check(const Settings& s) {
 nlohmann::json to_json(const Settings& settings) {
   nlohmann::json json;
   json["recipe"] = to_string(settings.recipe);
-  each_member(settings, [&](const char* name, const auto& value) { json[name] = value; });
+  each_member(settings, [&](const char* name, const auto& value) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, std::string>) json[name] = utf8(value);
+    else json[name] = value;
+  });
   return json;
 }
 

@@ -49,7 +49,7 @@ template <typename Fits>
 std::uint32_t largest(std::uint32_t high, Fits&& fits) {
   std::uint32_t low = 0;
   while (low < high) {
-    const std::uint32_t middle = low + (high - low + 1) / 2;
+    const std::uint32_t middle = low + (high - low) / 2 + (high - low) % 2;
     if (fits(middle)) low = middle;
     else high = middle - 1;
   }
@@ -352,7 +352,11 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (rows.size() % 4 != 0 || rows.empty())
     throw Error("{}: its texture table is damaged; train without --resume", path.string());
   std::vector<soup::TextureLevels> levels;
-  for (std::size_t t = 0; t < rows.size() / 4; ++t) levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
+  for (std::size_t t = 0; t < rows.size() / 4; ++t) {
+    levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
+    if (levels.back().level_min > levels.back().level_max || levels.back().level_max > static_cast<std::uint32_t>(soup::kMaxLevel))
+      throw Error("{}: its texture table is damaged; train without --resume", path.string());
+  }
   const soup::TextureTable table = soup::make_texture_table(levels);
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});
   allocate_soup(gpu_, soup_, {reinterpret_cast<const glm::vec3*>(vertices.data()), vertices.size() / 3}, table.entries);

@@ -1,8 +1,9 @@
 // make-tiny-scene DIR [SIZE]: eight views of a coloured cube in the layout of NeRF-Synthetic, for the end-to-end tests.
+#include <CLI/CLI.hpp>
+
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -36,13 +37,13 @@ std::array<std::uint8_t, 4> cast(const glm::dvec3& from, const glm::dvec3& direc
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  if (argc < 2) {
-    std::fprintf(stderr, "usage: make-tiny-scene DIR [SIZE]\n");
-    return 1;
-  }
-  const fs::path folder = argv[1];
-  const int size = argc > 2 ? std::atoi(argv[2]) : 24;
+int main(int argc, char** argv) try {
+  CLI::App app{"Writes eight views of a coloured cube in the layout of NeRF-Synthetic, for the end-to-end tests."};
+  fs::path folder;
+  int size = 24;
+  app.add_option("DIR", folder, "folder to write")->required();
+  app.add_option("SIZE", size, "side of the pictures in pixels [24]")->check(CLI::Range(1, 4096));
+  CLI11_PARSE(app, argc, argv);
   const double angle_x = 0.7, focal = 0.5 * size / std::tan(0.5 * angle_x);
   for (const auto& [split, count, offset] : {std::tuple("train", 6, 0.0), std::tuple("test", 2, 0.4)}) {
     fs::create_directories(folder / split);
@@ -67,4 +68,7 @@ int main(int argc, char** argv) {
     }
     std::ofstream(folder / (std::string("transforms_") + split + ".json")) << json.dump(1) << "\n";
   }
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "make-tiny-scene: %s\n", e.what());
+  return 1;
 }

@@ -112,6 +112,8 @@ TEST_CASE("OBJ: damage", "[mesh]") {
   CHECK_THAT(message_of([&] { obj(vertices + "f 1 2 9\n"); }), Contains("test.obj"));
   CHECK_THAT(message_of([&] { obj(vertices + "f 1 2 0\n"); }), Contains("test.obj"));
   CHECK_THAT(message_of([&] { obj(vertices + "f 1 2 -9\n"); }), Contains("test.obj"));
+  for (const char* number : {"nan", "inf", "1e999", "one"})
+    CHECK_THAT(message_of([&] { obj(vertices + "v 0 " + number + " 1\nf 1 2 4\n"); }), Contains("test.obj: "));
   std::string many;
   for (int k = 1; k <= 300; ++k) many.append("v 0 0 ").append(std::to_string(k)).append("\n");
   many += "f";
@@ -143,7 +145,9 @@ TEST_CASE("PLY: damage", "[mesh]") {
   CHECK_THAT(with("1 1 0.5 0", "1 nan 0.5 0"), Contains("vertex 2 is no finite point"));
   CHECK_THAT(with("1 1 0.5 0", "1 1e99 0.5 0"), Contains("no finite point"));
   CHECK_THAT(with("1 1 0.5 0", "1 x 0.5 0"), Contains("no number"));
-  CHECK_THAT(with("property float y", "property float w"), Contains("no finite point"));
+  CHECK_THAT(with("property float y", "property float w"), Contains("have no y"));
+  CHECK_THAT(with("1 1 0.5 0", "1 1e999 0.5 0"), Contains("no finite point"));
+  CHECK(ply(std::string(kPlyAscii).replace(kPlyAscii.find("1 1 0.5 0"), 9, "1 1e-999 0.5 0")).positions[2].y == 0.0f);
   CHECK_THAT(with("element face 1", "element face 0"), Contains("no faces"));
   CHECK_THAT(with("element vertex 4", "element vertex 4000000000"), Contains("ends before"));
   CHECK_THAT(with("4 0 1 2 3", "4000000000 0 1 2 3"), Contains("ends before"));

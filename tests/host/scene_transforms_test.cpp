@@ -97,9 +97,9 @@ TEST_CASE("masks, points and splits", "[scene][transforms]") {
 }
 
 TEST_CASE("bad transforms files say what, where and how to mend it", "[scene][transforms]") {
-  CHECK(message("{\n\"frames\": [\n oops ]}") == "t.json: line 3 is not valid JSON; correct or export the file again");
-  CHECK(message("") == "t.json: line 1 is not valid JSON; correct or export the file again");
-  CHECK(message("{\"frames\": [NaN]}") == "t.json: line 1 is not valid JSON; correct or export the file again");
+  CHECK(message("{\n\"frames\": [\n oops ]}") == "t.json: line 3 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
+  CHECK(message("") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
+  CHECK(message("{\"frames\": [NaN]}") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
   CHECK(message("{\"fl_x\": 1e999, \"frames\": []}") == "t.json: holds a number out of range; correct or export the file again");
   CHECK(message("[]") == "t.json: is array, not an object with frames; give a transforms file");
   CHECK(message("{}") == "t.json: frames is missing; give a transforms file");
