@@ -342,7 +342,10 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     model.background = glm::vec3(vector("background"));
     model.centre = vector("centre");
     model.scale = extension.at("scale").get<double>();
-    if (!finite(model.background)) throw damaged("has a background that is no colour");
+    for (int c = 0; c < 3; ++c)
+      if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f)) throw damaged("has a background that is no colour");
+    if (extension.at("sphericalHarmonicsDegree").get<int>() != 2)
+      throw Error("{}: was made with spherical harmonics of another degree than 2; use a newer trisoup", name);
     if (!finite(model.centre) || !std::isfinite(model.scale) || model.scale <= 0)
       throw damaged("has an impossible centre or scale");
     file.settings = extension.value("settings", json());

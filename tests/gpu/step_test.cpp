@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <cstddef>
 #include <cstring>
 
@@ -451,5 +452,23 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
     compare(mlp[i], weights[i], s.soup.mlp.address() + 4 * i, 0.02f);
   CHECK(ab / bb == Approx(1).margin(0.03));
   CHECK(ab / std::sqrt(aa * bb) > 0.999);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("visible pixels of many views are counted in passes that do not outgrow their room", "[visibility]") {
+  auto gpu = test::open_device();
+  std::vector<train::BatchView> views;
+  for (int i = 0; i < 24; ++i) views.push_back(test::view_from(0.26 * i, 24, 20));
+  constexpr std::uint32_t kTriangles = 40'000;  // all views at once would take 61 MB
+  SmallScene s(*gpu, kTriangles, {{0, 0}}, {views[0]});
+  const auto together = train::count_visible(*gpu, s.soup, s.frame, views);
+  CHECK(s.frame.screen.bytes() <= train::kPassScreenBytes);
+  std::vector<std::uint32_t> sum(kTriangles);
+  for (const train::BatchView& view : views) {
+    const auto one = train::count_visible(*gpu, s.soup, s.frame, std::span(&view, 1));
+    for (std::uint32_t t = 0; t < kTriangles; ++t) sum[t] += one[t];
+  }
+  CHECK(together == sum);
+  CHECK(std::accumulate(sum.begin(), sum.end(), 0u) > 0);
   test::require_silence(*gpu);
 }

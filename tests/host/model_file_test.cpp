@@ -223,6 +223,8 @@ TEST_CASE("a model file with impossible values in its JSON is refused", "[model_
   refuses("no PNG", [](json& j) { j["images"][1]["bufferView"] = 0; });
   refuses("centre or scale", [](json& j) { extension_of(j)["scale"] = 0; });
   refuses("background", [](json& j) { extension_of(j)["background"] = {1e300, 0, 0}; });
+  refuses("background", [](json& j) { extension_of(j)["background"] = {0, 9, 0}; });
+  refuses("harmonics", [](json& j) { extension_of(j)["sphericalHarmonicsDegree"] = 3; });
   refuses("JSON", [](json& j) { extension_of(j)["background"] = nullptr; });
   refuses("JSON", [](json& j) { j["meshes"] = 7; });
 }

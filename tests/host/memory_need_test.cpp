@@ -1,0 +1,67 @@
+// Tests memory_need and what fits (train/trainer.h), and that what a run takes stays within it.
+#include <catch2/catch.hpp>
+
+#include "train/trainer.h"
+
+using namespace trisoup;
+
+namespace {
+
+scene::Scene scene_of(int views, int side) {
+  scene::Scene scene;
+  scene::View view;
+  view.camera.width = view.camera.height = side;
+  scene.train.assign(static_cast<std::size_t>(views), view);
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("what is said to fit fits, and one more does not", "[memory]") {
+  const scene::Scene scene = scene_of(20, 200);
+  for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {
+    train::Settings s = train::published(recipe);
+    s.init_count = 1000;
+    s.triangles = GENERATE(50'000u, 0xffffffffu);
+    const std::uint64_t room = 3ull << 30;
+    const std::uint32_t fits = train::triangles_that_fit(scene, s, room);
+    REQUIRE(fits > 100);
+    s.triangles = fits;
+    CHECK(train::memory_need(scene, s).total() <= room);
+    s.triangles = fits + 1;
+    CHECK(train::memory_need(scene, s).total() > room);
+  }
+}
+
+TEST_CASE("a start that does not fit is not blamed on the budget", "[memory]") {
+  const scene::Scene scene = scene_of(20, 200);
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.init_count = 10'000'000;
+  CHECK(train::triangles_that_fit(scene, s, 1ull << 30) == 0);
+  s.init_count = 1000;
+  CHECK(train::triangles_that_fit(scene, s, 1ull << 30) > 0);
+}
+
+TEST_CASE("splitting goes as far as memory lets it, from the budget to eight times that", "[memory]") {
+  const scene::Scene scene = scene_of(20, 200);
+  train::Settings s = train::published(train::Recipe::real);
+  s.triangles = s.init_count = 5000;
+  CHECK(train::most_triangles_that_fit(scene, s, 0) == s.triangles);
+  CHECK(train::most_triangles_that_fit(scene, s, 1ull << 60) == 8 * s.triangles);
+  const std::uint64_t room = 2ull << 30;
+  s.most_triangles = train::most_triangles_that_fit(scene, s, room);
+  CHECK(s.most_triangles > s.triangles);
+  CHECK(train::memory_need(scene, s).total() <= room);
+  ++s.most_triangles;
+  CHECK(train::memory_need(scene, s).total() > room);
+  s.triangles = 0xffffffffu;
+  CHECK(train::most_triangles_that_fit(scene, s, 1ull << 60) == s.triangles);
+}
+
+TEST_CASE("moments that are kept need room twice", "[memory]") {
+  const scene::Scene scene = scene_of(4, 50);
+  train::Settings s = train::published(train::Recipe::synthetic);
+  const std::uint64_t without = train::memory_need(scene, s).total();
+  s.keep_moments = true;
+  CHECK(train::memory_need(scene, s).total() > without);
+}
