@@ -15,9 +15,7 @@ layout(push_constant) uniform Push { LossGradientArgs a; };
 shared float s_map[3 * 26 * 26];
 shared vec2 s_sum[64];
 
-void main() {
-  const uint block = group_index(), thread = gl_LocalInvocationIndex;
-  if (block >= a.blocks) return;
+void gradient_of_block(uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
@@ -89,4 +87,42 @@ void main() {
     add_fixed(words, at, words, at + 1u, sum.x);
     add_fixed(words, at + 4u, words, at + 5u, sum.y);
   }
+}
+
+/// Whether all windows over a block's pixels are the same in rendering and target: those of the block and of the ones before it.
+bool is_same(uint view, uint block) {
+  const uint blocks_x = (a.views.v[view].width + kBlock - 1u) / kBlock, local = block - a.views.v[view].block_offset;
+  const uint left = local % blocks_x > 0u ? 1u : 0u, up = local >= blocks_x ? blocks_x : 0u;
+  return (a.same.v[block] & a.same.v[block - left] & a.same.v[block - up] & a.same.v[block - up - left]) != 0u;
+}
+
+/// The first of this workgroup's blocks from `block` on with a gradient, a.blocks if none; that of those before it is zero.
+uint next_different(uint block, uint thread) {
+  for (; block < a.blocks; block += a.groups) {
+    const uint view = block_view(a.views, a.view_count, block);
+    if (!is_same(view, block)) break;
+    const uvec2 corner = block_corner(a.views, view, block);
+    const uint width = a.views.v[view].width, height = a.views.v[view].height;
+    UNROLL for (uint k = 0u; k < 4u; ++k) {
+      const uint x = corner.x + (thread & 15u), y = corner.y + (thread >> 4) * 4u + k;
+      if (x >= width || y >= height) continue;
+      const uint at = a.views.v[view].pixel_offset + y * width + x;
+      float colour, target;
+      const float mask = masked_pixel(a.colour, a.target, a.views.v[view].photo, FLOAT_TARGET, at, y * width + x, 0u, colour, target);
+      UNROLL for (uint c = 0u; c < 3u; ++c) a.gradient.v[at * 4u + c] = 0.0;
+      a.gradient.v[at * 4u + 3u] = mask > 0.0 ? 0.0 : -1.0;
+    }
+  }
+  return block;
+}
+
+void main() {
+  const uint group = group_index(), thread = gl_LocalInvocationIndex;
+  if (group >= a.groups) return;
+  uint block = next_different(group, thread);
+  if (block < a.blocks) do {
+    gradient_of_block(block, thread);
+    barrier();  // before shared memory is used again
+    block = next_different(block + a.groups, thread);
+  } while (block < a.blocks);
 }

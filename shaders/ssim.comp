@@ -15,9 +15,14 @@ layout(push_constant) uniform Push { SsimArgs a; };
 shared float s_x[26 * 26], s_y[26 * 26];
 shared float s_sum[64];
 
-void main() {
-  const uint block = group_index(), thread = gl_LocalInvocationIndex;
-  if (block >= a.blocks) return;
+/// Adds to the mean SSIM of the batch.
+void add_ssim(float sum) {
+  Uints words = Uints(a.statistics);
+  const uint at = a.state.v[0].slot * 8u;
+  add_fixed(words, at + 2u, words, at + 3u, sum * a.state.v[0].window_weight);
+}
+
+void ssim_of_block(uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
@@ -81,8 +86,58 @@ void main() {
   if (thread == 0u) {
     float sum = 0.0;
     for (uint i = 0u; i < 64u; ++i) sum += s_sum[i];
-    Uints words = Uints(a.statistics);
-    const uint at = a.state.v[0].slot * 8u;
-    add_fixed(words, at + 2u, words, at + 3u, sum * a.state.v[0].window_weight);
+    add_ssim(sum);
   }
+}
+
+shared uint s_differs;
+
+/// The first of this workgroup's blocks from `block` on with a window in which rendering and target differ, a.blocks if none. The
+/// windows of those before it have an SSIM of 1, where its gradient is zero. Uniform in the workgroup. A loop of its own for the
+/// reason given in shade_backward.comp.
+uint next_different(uint block, uint thread) {
+  for (; block < a.blocks; block += a.groups) {
+    barrier();
+    if (thread == 0u) s_differs = 0u;
+    barrier();
+    const uint view = block_view(a.views, a.view_count, block);
+    const uvec2 corner = block_corner(a.views, view, block);
+    const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
+    Uints photo = a.views.v[view].photo;
+    for (uint first = 0u; first < kPatch * kPatch; first += 64u) {
+      const uint i = first + thread, x = corner.x + i % kPatch, y = corner.y + i / kPatch;
+      if (i < kPatch * kPatch && x < width && y < height) {
+        bool differs = false;
+        UNROLL for (uint channel = 0u; channel < 3u; ++channel) {
+          float colour, target;
+          masked_pixel(a.colour, a.target, photo, FLOAT_TARGET, pixel_offset + y * width + x, y * width + x, channel, colour, target);
+          differs = differs || colour != target;
+        }
+        if (differs) s_differs = 1u;
+      }
+      barrier();
+      if (s_differs != 0u) break;
+      barrier();
+    }
+    if (thread == 0u) a.same.v[block] = 1u - s_differs;
+    if (s_differs != 0u) break;
+    UNROLL for (uint k = 0u; k < 4u; ++k) {
+      const uint x = corner.x + (thread & 15u), y = corner.y + (thread >> 4) * 4u + k;
+      if (x >= width || y >= height) continue;
+      UNROLL for (uint map = 0u; map < 9u; ++map) a.partial.v[map * a.pixels + pixel_offset + y * width + x] = 0.0;
+    }
+    if (thread == 0u && corner.x + 10u < width && corner.y + 10u < height)
+      add_ssim(3.0 * float(min(kBlock, width - 10u - corner.x) * min(kBlock, height - 10u - corner.y)));
+  }
+  return block;
+}
+
+void main() {
+  const uint group = group_index(), thread = gl_LocalInvocationIndex;
+  if (group >= a.groups) return;
+  uint block = next_different(group, thread);
+  if (block < a.blocks) do {
+    ssim_of_block(block, thread);
+    block = next_different(block + a.groups, thread);
+  } while (block < a.blocks);
 }

@@ -27,7 +27,7 @@ class Frame {
   void reserve_lists(std::uint64_t entries);
   std::uint32_t list_capacity() const { return static_cast<std::uint32_t>(lists.bytes() / 4); }
 
-  gpu::Buffer views, screen, counts, offsets, lists, hits, colour, gradient, partial, mlp_partial, statistics, state, control;
+  gpu::Buffer views, screen, counts, offsets, lists, hits, colour, gradient, partial, same, mlp_partial, statistics, state, control;
   std::uint32_t mlp_groups;
 
  private:

@@ -68,10 +68,13 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
                              inputs.thresholds, frame_.state.address(), frame_.hits.address(), triangles, views, tiles, capacity});
 }
 
+std::uint32_t Step::groups_over(std::uint32_t blocks) const {
+  return gpu_.info().kind == gpu::Kind::cpu ? std::min(blocks, frame_.mlp_groups) : blocks;
+}
+
 void Step::shade(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
-  // On a CPU few workgroups that run long: each brings the MLP to its shared memory.
-  const std::uint32_t groups = gpu_.info().kind == gpu::Kind::cpu ? std::min(batch.blocks, frame_.mlp_groups) : batch.blocks;
+  const std::uint32_t groups = groups_over(batch.blocks);
   gpu_.launch({"shade", {inputs.mlp_inputs != 0}}, groups,
               ShadeArgs{frame_.views.address(), frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
                         soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
@@ -81,13 +84,15 @@ void Step::shade(const StepInputs& inputs) {
 void Step::loss(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t float_target = inputs.target != 0;
-  gpu_.launch({"ssim", {float_target}}, batch.blocks,
+  const std::uint32_t groups = groups_over(batch.blocks);
+  gpu_.launch({"ssim", {float_target}}, groups,
               SsimArgs{frame_.views.address(), frame_.colour.address(), inputs.target, frame_.partial.address(),
-                       frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, 0});
-  gpu_.launch({"loss_gradient", {float_target}}, batch.blocks,
+                       frame_.same.address(), frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks,
+                       batch.pixels, groups});
+  gpu_.launch({"loss_gradient", {float_target}}, groups,
               LossGradientArgs{frame_.views.address(), frame_.colour.address(), inputs.target,
-                               frame_.partial.address(), frame_.gradient.address(), frame_.state.address(),
-                               frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, 0});
+                               frame_.partial.address(), frame_.same.address(), frame_.gradient.address(), frame_.state.address(),
+                               frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
 }
 
 void Step::backward(const StepInputs& inputs) {
@@ -98,10 +103,10 @@ void Step::backward(const StepInputs& inputs) {
               ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
                                 high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
                                 batch.views, 0});
-  gpu_.launch({"edge_forces", {0}}, batch.tiles,
+  gpu_.launch({"edge_forces", {0}}, groups_over(batch.tiles),
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
                              soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles, batch.views,
-                             soup_.triangles, 0});
+                             soup_.triangles, groups_over(batch.tiles)});
   gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, batch.tiles,
               OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
                                   soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,

@@ -6,16 +6,18 @@
 namespace trisoup::kernels {
 #endif
 
-/// dL/dC of every pixel from L1 and SSIM. One workgroup per 16 x 16 pixels of a view.
+/// dL/dC of every pixel from L1 and SSIM. A workgroup takes every groups-th block of 16 x 16
+/// pixels.
 struct LossGradientArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
   POINTER(Floats) target;
   POINTER(Floats) partial;
+  POINTER(Uints) same;       // [blocks], from ssim
   POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|, -1 where masked out
   POINTER(Steps) state;
   POINTER(StatisticsRows) statistics;
-  uint view_count, blocks, pixels, pad;
+  uint view_count, blocks, pixels, groups;
 };
 
 #ifndef GL_core_profile

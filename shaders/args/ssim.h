@@ -6,15 +6,17 @@
 namespace trisoup::kernels {
 #endif
 
-/// SSIM of every window and its derivatives. One workgroup per 16 x 16 windows of a view.
+/// SSIM of every window and its derivatives. A workgroup takes every groups-th block of
+/// 16 x 16 windows.
 struct SsimArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
   POINTER(Floats) target;   // [pixels][3] float, where the target is given in float
   POINTER(Floats) partial;  // [3 channels][d_x, d_xx, d_xy][pixels], at the window's first pixel
+  POINTER(Uints) same;      // [blocks]: 1 where rendering and target are the same in all windows of the block
   POINTER(Steps) state;
   POINTER(StatisticsRows) statistics;
-  uint view_count, blocks, pixels, pad;
+  uint view_count, blocks, pixels, groups;
 };
 
 #ifndef GL_core_profile

@@ -472,3 +472,67 @@ TEST_CASE("visible pixels of many views are counted in passes that do not outgro
   CHECK(std::accumulate(sum.begin(), sum.end(), 0u) > 0);
   test::require_silence(*gpu);
 }
+
+TEST_CASE("where rendering and target are the same nothing pulls, and next to it as much as it should", "[step]") {
+  auto gpu = test::open_device();
+  SmallScene s(*gpu, 20, kFine, {test::view_from(0, 90, 70), test::view_from(1, 40, 57), test::view_from(2, 33, 9)});
+  const auto& batch = s.frame.batch();
+  s.step.begin(1, 0, 0, {});
+  s.step.visibility(train::Thresholds::half, s.inputs);
+  s.step.shade(s.inputs);
+  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3ull * batch.pixels);
+  auto target = colour;
+  // A pixel whose windows all begin in its own block and reach into three others, four at the corner of another, a strip at a border.
+  soup::Random random(4);
+  for (const auto& [view, x0, y0, x1, y1] : {std::array{0u, 44u, 28u, 45u, 29u}, {0u, 79u, 47u, 81u, 49u}, {1u, 0u, 50u, 40u, 57u}})
+    for (std::uint32_t y = y0; y < y1; ++y)
+      for (std::uint32_t x = x0; x < x1; ++x)
+        for (int c = 0; c < 3; ++c) target[3 * (batch.records[view].pixel_offset + y * batch.records[view].width + x) + c] = random.uniform01();
+  gpu->upload(s.target.address(), target);
+  // What a step before left must not be taken for this one's.
+  gpu->fill(s.frame.partial.address(), s.frame.partial.bytes(), 0x3f800000u);
+  gpu->fill(s.frame.gradient.address(), s.frame.gradient.bytes(), 0x3f800000u);
+  s.step.loss(s.inputs);
+  const auto gradient = gpu->download_vector<float>(s.frame.gradient.address(), 4ull * batch.pixels);
+
+  std::vector<double> expected(3ull * batch.pixels, 0.0);
+  double ssim = 0, largest = 0;
+  for (const kernels::ViewRecord& view : batch.records)
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      const auto at = [&](std::uint32_t x, std::uint32_t y) { return 3 * (view.pixel_offset + y * view.width + x) + c; };
+      for (std::uint32_t y = 0; y < view.height; ++y)
+        for (std::uint32_t x = 0; x < view.width; ++x) {
+          const double error = double(colour[at(x, y)]) - target[at(x, y)];
+          expected[at(x, y)] += 0.8 / (3.0 * batch.pixels) * (error > 0 ? 1 : error < 0 ? -1 : 0);
+          if (x + 10 >= view.width || y + 10 >= view.height) continue;
+          double m[4] = {};
+          const auto each = [&](auto&& f) {
+            for (int j = 0; j < SSIM_TAPS; ++j)
+              for (int i = 0; i < SSIM_TAPS; ++i) f(f64::ssim_tap(i) * f64::ssim_tap(j), at(x + i, y + j));
+          };
+          each([&](double tap, std::size_t p) {
+            const double a = colour[p], b = target[p];
+            m[0] += tap * a, m[1] += tap * b, m[2] += tap * (a * a + b * b), m[3] += tap * a * b;
+          });
+          const f64::SsimWindow w = f64::ssim_window(m[0], m[1], m[2], m[3]);
+          ssim += w.value / (3.0 * double(batch.windows));
+          each([&](double tap, std::size_t p) {
+            expected[p] -= 0.1 / (3.0 * double(batch.windows)) * tap * (w.d_x + 2 * colour[p] * w.d_xx + target[p] * w.d_xy);
+          });
+        }
+    }
+  std::size_t none = 0;
+  for (std::size_t p = 0; p < batch.pixels; ++p)
+    for (int c = 0; c < 3; ++c) {
+      largest = std::max(largest, std::abs(expected[3 * p + c]));
+      none += gradient[4 * p + c] == 0.0f;
+    }
+  double worst = 0;
+  for (std::size_t p = 0; p < batch.pixels; ++p)
+    for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(gradient[4 * p + c] - expected[3 * p + c]));
+  CHECK(worst < 1e-5 * largest);
+  CHECK(none > batch.pixels);  // a third and more of all values: or nothing was passed over
+  const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+  CHECK(std::abs(train::fixed_sum(r.ssim_low, r.ssim_high) - ssim) < 1e-6);
+  test::require_silence(*gpu);
+}
