@@ -23,7 +23,9 @@ void add_vertex(uint view, uint triangle, uint vertex, vec4 g) {
     add_fixed(a.vertex_low, at + i, a.vertex_high, at + i, dot(a.views.v[view].clip_from_world[i], g));
 }
 
-void forces_of_tile(uint tile, uint thread) {
+void main() {
+  const uint tile = group_index(), thread = gl_LocalInvocationIndex;
+  if (tile >= a.tiles) return;
   const uint view = tile_view(a.views, a.view_count, tile);
   const TilePixel pixel = tile_pixel(a.views, view, tile, thread);
   if (!pixel.inside) return;
@@ -65,31 +67,4 @@ void forces_of_tile(uint tile, uint thread) {
   add_vertex(view, hit.triangle - 1u, 0u, sum.g0);
   add_vertex(view, hit.triangle - 1u, 1u, sum.g1);
   add_vertex(view, hit.triangle - 1u, 2u, sum.g2);
-}
-
-shared uint s_covered;
-
-/// The first of this workgroup's tiles from `tile` on in which something is visible, a.tiles if none. Uniform in the workgroup. A loop
-/// of its own for the reason given in shade_backward.comp.
-uint next_covered(uint tile, uint thread) {
-  for (; tile < a.tiles; tile += a.groups) {
-    barrier();
-    if (thread == 0u) s_covered = 0u;
-    barrier();
-    const TilePixel pixel = tile_pixel(a.views, tile_view(a.views, a.view_count, tile), tile, thread);
-    if (pixel.inside && a.hits.v[pixel.index].triangle != 0u) s_covered = 1u;
-    barrier();
-    if (s_covered != 0u) break;
-  }
-  return tile;
-}
-
-void main() {
-  const uint group = group_index(), thread = gl_LocalInvocationIndex;
-  if (group >= a.groups) return;
-  uint tile = next_covered(group, thread);
-  if (tile < a.tiles) do {
-    forces_of_tile(tile, thread);
-    tile = next_covered(tile + a.groups, thread);
-  } while (tile < a.tiles);
 }

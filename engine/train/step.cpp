@@ -103,10 +103,10 @@ void Step::backward(const StepInputs& inputs) {
               ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
                                 high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
                                 batch.views, 0});
-  gpu_.launch({"edge_forces", {0}}, groups_over(batch.tiles),
+  gpu_.launch({"edge_forces", {0}}, batch.tiles,
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
                              soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles, batch.views,
-                             soup_.triangles, groups_over(batch.tiles)});
+                             soup_.triangles, 0});
   gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, batch.tiles,
               OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
                                   soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,

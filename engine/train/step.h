@@ -59,7 +59,7 @@ class Step {
 
  private:
   void update_textures(bool adam, const StepInputs& inputs);
-  /// Workgroups for kernels that go over blocks or tiles. One each on a GPU; on a CPU fewer that run long and pass over empty ones.
+  /// Workgroups for kernels that go over blocks. One each on a GPU; on a CPU fewer that run long and pass over empty ones.
   std::uint32_t groups_over(std::uint32_t blocks) const;
   gpu::Device& gpu_;
   SoupBuffers& soup_;

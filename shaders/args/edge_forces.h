@@ -6,8 +6,7 @@
 namespace trisoup::kernels {
 #endif
 
-/// Forces between neighbouring pixels on the vertices of the visible triangles. A workgroup
-/// takes every groups-th tile of 8 x 8 pixels.
+/// Forces between neighbouring pixels on the vertices of the visible triangles. One workgroup per tile of 8 x 8 pixels.
 struct EdgeForcesArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
@@ -16,7 +15,7 @@ struct EdgeForcesArgs {
   POINTER(Floats) gradient;
   POINTER(Uints) vertex_low;   // [T][3][3], fixed point, world
   POINTER(Uints) vertex_high;
-  uint tiles, view_count, triangles, groups;
+  uint tiles, view_count, triangles, pad;
 };
 
 #ifndef GL_core_profile

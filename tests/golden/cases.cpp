@@ -303,7 +303,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   gpu.launch({"edge_forces", {1}}, s.frame.batch().tiles,
              kernels::EdgeForcesArgs{s.frame.views.address(), s.frame.hits.address(), s.frame.screen.address(),
                                      s.frame.colour.address(), s.frame.gradient.address(), clip_sums.low.address(),
-                                     clip_sums.high.address(), s.frame.batch().tiles, s.views, s.triangles, s.frame.batch().tiles});
+                                     clip_sums.high.address(), s.frame.batch().tiles, s.views, s.triangles, 0});
   const auto clip_low = gpu.download_vector<std::uint32_t>(clip_sums.low.address(), clip_count);
   const auto clip_high = gpu.download_vector<std::uint32_t>(clip_sums.high.address(), clip_count);
   std::vector<float> clip_gradient(s.views * s.shared_vertices * 4, 0.0f);
