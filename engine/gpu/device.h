@@ -29,7 +29,6 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0;  // of the largest device-local heap
   std::uint64_t free_bytes = 0;    // what the driver says is free in it; memory_bytes where it does not say
   std::uint32_t subgroup_size = 0;
-  std::uint32_t shared_memory_bytes = 0;
 };
 
 /// A kernel and the values of its specialisation constants (constant_id 0, 1, ...).

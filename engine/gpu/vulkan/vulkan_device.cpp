@@ -175,7 +175,6 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
     default: info.kind = Kind::other;
   }
   info.subgroup_size = subgroup.subgroupSize;
-  info.shared_memory_bytes = properties.properties.limits.maxComputeSharedMemorySize;
 
   const bool has_budget = has_extension(device, VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
   auto budget = structure<VkPhysicalDeviceMemoryBudgetPropertiesEXT>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_BUDGET_PROPERTIES_EXT);
