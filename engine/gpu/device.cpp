@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "error.h"
-#include "gpu/vulkan/vulkan_device.h"
+#include "gpu/vulkan/vulkan_backend.h"
 
 namespace trisoup::gpu {
 
@@ -11,20 +11,28 @@ Buffer::~Buffer() {
   if (device_) device_->release(address_, bytes_);
 }
 
-Buffer Device::allocate(std::uint64_t bytes, std::string_view what) {
-  // Odd sizes would make fills and 8-byte loads at the end of a buffer illegal.
-  bytes = std::max<std::uint64_t>(16, (bytes + 15) / 16 * 16);
+void Device::count(std::uint64_t bytes, std::string_view what) {
   if (allocated_ + bytes > ceiling_)
     throw Error("device memory: {} needs {} MB, {} of {} MB are left; use fewer triangles, a lower resolution (-r) or --memory",
                 what, (bytes >> 20) + 1, (ceiling_ - allocated_) >> 20, ceiling_ >> 20);
-  Buffer buffer(*this, allocate_raw(bytes, what), bytes);
   allocated_ += bytes;
   peak_ = std::max(peak_, allocated_);
-  return buffer;
+}
+
+Buffer Device::allocate(std::uint64_t bytes, std::string_view what) {
+  // Odd sizes would make fills and 8-byte loads at the end of a buffer illegal.
+  bytes = std::max<std::uint64_t>(16, (bytes + 15) / 16 * 16);
+  count(bytes, what);
+  try {
+    return Buffer(*this, allocate_raw(bytes, what), bytes);
+  } catch (...) {
+    uncount(bytes);
+    throw;
+  }
 }
 
 void Device::release(Address address, std::uint64_t bytes) {
-  allocated_ -= bytes;
+  uncount(bytes);
   free_raw(address);
 }
 

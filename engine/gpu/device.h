@@ -44,6 +44,7 @@ struct KernelTiming {
 };
 
 class Device;
+class Graphics;
 
 /// Device memory; freed with the object. Contents start undefined.
 class Buffer {
@@ -106,6 +107,9 @@ class Device {
   virtual void submit() = 0;
   virtual void wait() = 0;
 
+  /// For drawing (gpu/graphics.h); null where the backend or the device has no rasteriser.
+  virtual Graphics* graphics() { return nullptr; }
+
   /// Kernel times need timestamps on the device and cost a little; off at the start.
   virtual void enable_timings(bool on) = 0;
   virtual std::map<std::string, KernelTiming> timings() = 0;  // waits
@@ -131,6 +135,10 @@ class Device {
   virtual Address allocate_raw(std::uint64_t bytes, std::string_view what) = 0;
   virtual void free_raw(Address address) = 0;
 
+  /// Counts memory that is about to be taken or was given back. Throws when it would pass the ceiling.
+  void count(std::uint64_t bytes, std::string_view what);
+  void uncount(std::uint64_t bytes) { allocated_ -= bytes; }
+
   std::uint64_t ceiling_ = ~0ull;
 
  private:
@@ -141,6 +149,7 @@ class Device {
 struct DeviceOptions {
   std::string backend = "auto";  // auto, vulkan
   std::string device;            // number, or a part of the name; empty: the fastest kind there is
+  std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
   bool validation = false;       // Khronos validation layer, core and synchronisation
   std::uint64_t lose_after_launches = 0;  // fault injection for tests: report a lost device at this launch; 0: never
 };

@@ -33,4 +33,11 @@ glm::dmat4 clip_from_world(const Camera& camera, double near, double far) {
   return clip_from_camera * camera.world_to_camera;
 }
 
+PixelRays pixel_rays(const glm::dmat4& world_from_clip) {
+  const glm::dvec4 x = world_from_clip[0], y = world_from_clip[1];
+  const glm::dvec4 near = world_from_clip[3] - world_from_clip[2], far = world_from_clip[3] + world_from_clip[2];
+  const double slope = 1.0 / near.w - 1.0 / far.w;
+  return {glm::dvec3(near) / near.w - glm::dvec3(far) / far.w, glm::dvec3(x) * slope, glm::dvec3(y) * slope};
+}
+
 }  // namespace trisoup::scene

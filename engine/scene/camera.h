@@ -25,4 +25,14 @@ Camera resized(const Camera& camera, int width, int height);
 /// centre at y = -1 + 2 (j + 0.5) / H, and row 0 is the top. Distances are in units of the world space, 0 < near < far.
 glm::dmat4 clip_from_world(const Camera& camera, double near, double far);
 
+/// Directions from the surface towards the camera, linear in NDC: centre + ndc.x * x + ndc.y * y, not normalised; the same for
+/// every depth of a pixel.
+struct PixelRays {
+  glm::dvec3 centre, x, y;
+};
+
+/// world_from_clip: inverse of a clip_from_world of a pinhole camera. The ray from far to near through NDC (x, y) is linear in
+/// x and y there: w of the unprojected near and far points does not depend on them.
+PixelRays pixel_rays(const glm::dmat4& world_from_clip);
+
 }  // namespace trisoup::scene

@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "common/host.h"
 #include "soup/soup.h"
 
 namespace trisoup::soup {
@@ -44,6 +45,14 @@ glm::ivec2 atlas_texel(const AtlasPlace& place, int x, int y);
 /// Texture coordinates (0..1, v down) of a triangle's three vertices: centres of the texels of its corner lattice points.
 /// Linear interpolation between them hits the texel centre of every lattice point.
 void atlas_uv(const AtlasPlace& place, const glm::ivec2& page, glm::vec2 uv[3]);
+
+/// Calls f(x, y, index) for every point of a lattice with its index in the lattice.
+template <typename F>
+void each_lattice_point(std::uint32_t level, F&& f) {
+  const int r = 1 << level;
+  for (int y = 0; y <= r; ++y)
+    for (int x = 0; x + y <= r; ++x) f(x, y, f32::lattice_index(x, y));
+}
 
 /// A texel beyond the diagonal, x + y = r + 1, and the lattice points it follows from: value = value(a) + value(b) - value(c).
 struct GutterTexel {

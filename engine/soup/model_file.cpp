@@ -29,14 +29,6 @@ bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.
 
 std::uint32_t level_of(const TextureEntry& row) { return row.level_max; }
 
-/// Calls f(x, y, index) for every point of a lattice with its index in the lattice.
-template <typename F>
-void each_lattice_point(std::uint32_t level, F&& f) {
-  const int r = 1 << level;
-  for (int y = 0; y <= r; ++y)
-    for (int x = 0; x + y <= r; ++x) f(x, y, f32::lattice_index(x, y));
-}
-
 /// Throws Error on a model that cannot be written so that it can be read again.
 void check(const Model& model) {
   if (model.triangles() == 0) throw Error("model: has no triangles; nothing is written");

@@ -41,13 +41,12 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
   return evaluation;
 }
 
-Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                    const OnRender& on_render) {
+SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation) {
   SoupBuffers soup;
   soup.triangles = static_cast<std::uint32_t>(model.triangles());
   soup.table = model.textures;
   std::vector<glm::vec3> vertices;
-  for (const glm::vec3& v : model.vertices) vertices.emplace_back(scene.normalisation.to_normalised(glm::dvec3(v)));
+  for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v)));
   soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
   gpu.upload(soup.vertices.address(), vertices);
   soup.textures = gpu.allocate(model.textures.size() * sizeof(soup::TextureEntry), "texture table");
@@ -64,6 +63,12 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
   soup.opacity = gpu.allocate(opacity.size() * 4, "opacities");
   gpu.upload(soup.opacity.address(), opacity);
   allocate_mlp(gpu, soup, model.mlp);
+  return soup;
+}
+
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
+                    const OnRender& on_render) {
+  SoupBuffers soup = load_model(gpu, model, scene.normalisation);
   Frame frame(gpu);
   return evaluate(gpu, soup, frame, scene.test, model.background, near, far, on_render);
 }

@@ -33,6 +33,9 @@ using OnRender = std::function<void(const scene::View& view, const std::vector<f
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {});
 
+/// A model as the kernels render it: 8-bit textures, normalised coordinates. No gradients and no moments.
+SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
+
 /// The same from a model as it is in its file: 8-bit textures, dataset coordinates.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
                     const OnRender& on_render = {});

@@ -4,21 +4,6 @@
 #include <cmath>
 
 namespace trisoup::train {
-namespace {
-
-/// The ray from far to near through NDC (x, y) is linear in x and y for a pinhole camera: w of the unprojected near and far
-/// points does not depend on them.
-void set_rays(kernels::ViewRecord& record, const glm::dmat4& world_from_clip) {
-  const glm::dvec4 x = world_from_clip[0], y = world_from_clip[1];
-  const glm::dvec4 near = world_from_clip[3] - world_from_clip[2], far = world_from_clip[3] + world_from_clip[2];
-  const double slope = 1.0 / near.w - 1.0 / far.w;
-  record.ray = glm::vec4(glm::dvec3(near) / near.w - glm::dvec3(far) / far.w, 0.0);
-  record.ray_x = glm::vec4(glm::dvec3(x) * slope, 0.0);
-  record.ray_y = glm::vec4(glm::dvec3(y) * slope, 0.0);
-}
-
-}  // namespace
-
 BatchView batch_view(const scene::Camera& camera, double near, double far, double scale) {
   const auto side = [&](int n) { return std::max(1, static_cast<int>(std::lround(n * scale))); };
   const scene::Camera sized = scene::resized(camera, side(camera.width), side(camera.height));
@@ -36,7 +21,10 @@ BatchLayout lay_out(std::span<const BatchView> views) {
   for (const BatchView& view : views) {
     kernels::ViewRecord record{};
     record.clip_from_world = glm::mat4(view.clip_from_world);
-    set_rays(record, view.world_from_clip);
+    const scene::PixelRays rays = scene::pixel_rays(view.world_from_clip);
+    record.ray = glm::vec4(rays.centre, 0.0);
+    record.ray_x = glm::vec4(rays.x, 0.0);
+    record.ray_y = glm::vec4(rays.y, 0.0);
     record.width = view.width;
     record.height = view.height;
     record.tiles_x = (view.width + 7) / 8;

@@ -25,23 +25,42 @@ struct LatticeCell {
   real w0, w1, w2;
 };
 
-FN LatticeCell lattice_cell(real b0, real b1, uint level) {
+/// The square of four points that a place on a triangle lies in, (x, y) its lowest, and the place within it, 0..1 each.
+struct LatticeSquare {
+  uint x, y;
+  real fu, fv;
+};
+
+FN LatticeSquare lattice_square(real b0, real b1, uint level) {
   const uint r = 1u << level;
   const real u = b0 * real(r), v = b1 * real(r);
-  const uint x = min(uint(max(u, real(0))), r - 1u);
-  const uint y = min(uint(max(v, real(0))), r - 1u - x);
-  const real fu = u - real(x), fv = v - real(y);
+  LatticeSquare square;
+  square.x = min(uint(max(u, real(0))), r - 1u);
+  square.y = min(uint(max(v, real(0))), r - 1u - square.x);
+  square.fu = u - real(square.x);
+  square.fv = v - real(square.y);
+  return square;
+}
+
+/// True in the half of the square next to its lowest point; the other half's third sample is (x + 1, y + 1).
+FN bool lower_half(LatticeSquare square) { return square.fu + square.fv <= real(1); }
+/// In the squares along the hypotenuse rounding can get into the other half; there is no sample beyond it.
+FN bool has_upper_half(LatticeSquare square, uint level) { return square.x + square.y + 2u <= (1u << level); }
+
+FN LatticeCell lattice_cell(real b0, real b1, uint level) {
+  const LatticeSquare square = lattice_square(b0, b1, level);
+  const uint x = square.x, y = square.y;
+  const real fu = square.fu, fv = square.fv;
   LatticeCell cell;
   cell.i0 = lattice_index(x + 1u, y);
   cell.i1 = lattice_index(x, y + 1u);
-  if (fu + fv <= real(1)) {
+  if (lower_half(square)) {
     cell.i2 = lattice_index(x, y);
     cell.w0 = fu;
     cell.w1 = fv;
     cell.w2 = real(1) - fu - fv;
   } else {
-    // In the cells along the hypotenuse rounding can get here; there is no sample beyond it.
-    cell.i2 = x + y + 2u <= r ? lattice_index(x + 1u, y + 1u) : lattice_index(x, y);
+    cell.i2 = has_upper_half(square, level) ? lattice_index(x + 1u, y + 1u) : lattice_index(x, y);
     cell.w0 = real(1) - fv;
     cell.w1 = real(1) - fu;
     cell.w2 = fu + fv - real(1);

@@ -14,13 +14,17 @@ FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
   y[8] = real(0.54627422) * (v.x * v.x - v.y * v.y);
 }
 
-// LANES is what the MLP computes with: in GLSL four pixels at once, so that a weight is read once for them.
+// LANES is what the MLP computes with: in kernels four pixels at once, so that a weight is read once for them, or what the
+// includer defines it to be.
 #ifdef GL_core_profile
 #define MLP_PARAMETERS
+#ifndef LANES
 #define LANES vec4
-#define LANES_IN(name, n) vec4 name[n]
-#define LANES_OUT(name, n) out vec4 name[n]
-FN LANES one_where_positive(LANES x) { return vec4(greaterThan(x, vec4(0.0))); }
+#endif
+#define LANES_IN(name, n) LANES name[n]
+#define LANES_OUT(name, n) out LANES name[n]
+vec4 one_where_positive(vec4 x) { return vec4(greaterThan(x, vec4(0.0))); }
+float one_where_positive(float x) { return float(x > 0.0); }
 #else
 #define LANES real
 #define LANES_IN(name, n) const real* name

@@ -1,14 +1,120 @@
 // gpu::Device on Vulkan 1.3 with buffer device addresses.
 #pragma once
 
+#include <array>
+#include <deque>
+#include <map>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "gpu/device.h"
+#include "gpu/vulkan/vulkan_call.h"
+#include "gpu/vulkan/vulkan_instance.h"
 
 namespace trisoup::gpu {
 
-std::vector<DeviceInfo> list_vulkan_devices();
-std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options);
+class VulkanGraphics;
+
+class VulkanDevice final : public Device {
+ public:
+  VulkanDevice(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, const DeviceInfo& info,
+               const DeviceOptions& options);
+  ~VulkanDevice() override;
+
+  const DeviceInfo& info() const override { return info_; }
+  void upload(Address to, std::span<const std::byte> bytes) override;
+  void download(Address from, std::span<std::byte> bytes) override;
+  void fill(Address to, std::uint64_t bytes, std::uint32_t value) override;
+  void copy(Address to, Address from, std::uint64_t bytes) override;
+  void submit() override;
+  void wait() override;
+  Graphics* graphics() override;
+  void enable_timings(bool on) override;
+  std::map<std::string, KernelTiming> timings() override;
+  void reset_timings() override;
+  std::vector<std::string> validation_messages() const override;
+
+ protected:
+  void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) override;
+  Address allocate_raw(std::uint64_t bytes, std::string_view what) override;
+  void free_raw(Address address) override;
+
+ private:
+  friend class VulkanGraphics;  // draws in the same stream
+  friend class VulkanSurface;   // shows what was drawn
+
+  struct Memory {
+    VkBuffer buffer = VK_NULL_HANDLE;
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    std::uint64_t bytes = 0;
+    void* mapped = nullptr;
+  };
+  /// A command buffer and what belongs to it until it has run.
+  struct Recording {
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    VkFence fence = VK_NULL_HANDLE;
+    VkQueryPool queries = VK_NULL_HANDLE;
+    VkDescriptorPool descriptors = VK_NULL_HANDLE;  // of its draws; made by VulkanGraphics
+    std::uint32_t sets = 0;                         // taken from it
+    std::vector<std::string> timed;
+  };
+
+  static constexpr std::size_t kInlineUpload = 65536;  // the most vkCmdUpdateBuffer takes
+  static constexpr std::size_t kStagingBytes = 64u << 20;
+  static constexpr std::size_t kCrumbNames = 4096;
+  static constexpr std::size_t kMaxTimed = 2048;
+
+  /// Waits for what reads memory that is about to be freed; a lost device has nothing that does.
+  void finish();
+  void submit(VkSemaphore wait_for, VkSemaphore signal);
+  void create_device();
+  void close();
+  VkDeviceMemory allocate_memory(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted,
+                                 VkMemoryPropertyFlags preferred, bool addressed);
+  Memory create(std::uint64_t bytes, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred, bool addressed);
+  void destroy(Memory& m);
+  Memory& staging();
+  std::pair<VkBuffer, std::uint64_t> find(Address address, std::uint64_t bytes) const;
+  VkShaderModule make_shader(const char* name);
+  VkPipeline find_pipeline(const Kernel& kernel);
+
+  /// The command buffer that is being recorded.
+  VkCommandBuffer begin();
+  /// Names what runs next: in the message if the device is lost there, and in the timings. False: the device is lost already.
+  bool begin_work(const char* name);
+  void end_work(const char* name);
+  /// In-order semantics: whatever follows sees whatever came before.
+  void barrier();
+  void host_barrier();
+  void memory_barrier(VkPipelineStageFlags stages, VkAccessFlags access);
+  void retire();
+  void guard(VkResult result, const char* call);
+
+  std::unique_ptr<Instance> instance_;
+  VkPhysicalDevice physical_;
+  DeviceInfo info_;
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  std::uint32_t family_ = 0;
+  bool draws_ = false;  // the queue takes graphics too
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  std::array<Recording, 3> recordings_;
+  Recording* recording_ = nullptr;
+  std::deque<Recording*> in_flight_;
+  std::map<Address, Memory> memory_;
+  std::map<std::pair<std::string, std::vector<std::uint32_t>>, VkPipeline> pipelines_;
+  std::unique_ptr<VulkanGraphics> graphics_;
+  Memory staging_, crumbs_;
+  std::vector<std::string> crumb_names_;
+  std::uint64_t launches_ = 0, lose_after_ = 0;
+  bool lost_now_ = false;
+  bool timing_ = false, timed_now_ = false;
+  double timestamp_period_ = 0;  // ns a tick; 0: no timestamps
+  std::uint64_t timestamp_mask_ = 0;
+  std::map<std::string, KernelTiming> timings_;
+};
 
 }  // namespace trisoup::gpu

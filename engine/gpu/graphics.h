@@ -1,0 +1,147 @@
+// What drawing needs of a graphics API beyond compute: images, the rasteriser, and a surface to show pictures on.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "gpu/device.h"
+
+namespace trisoup::gpu {
+
+enum class Format { r8, rgba8, rg32_uint, depth32 };
+constexpr std::uint32_t bytes_per_pixel(Format format) {
+  return format == Format::r8 ? 1 : format == Format::rg32_uint ? 8 : 4;
+}
+
+struct ImageShape {
+  Format format = Format::rgba8;
+  std::uint32_t width = 0, height = 0;  // pixels
+  std::uint32_t layers = 0;             // 0: a plain image, not an array
+  std::uint32_t samples = 1;            // per pixel: 1 or 4
+  bool operator==(const ImageShape&) const = default;
+};
+
+class Graphics;
+
+/// An image in device memory; freed with the object. Contents start undefined.
+class Image {
+ public:
+  Image() = default;
+  Image(Graphics& graphics, std::uint32_t id, const ImageShape& shape) : graphics_(&graphics), id_(id), shape_(shape) {}
+  Image(Image&& other) noexcept { swap(other); }
+  Image& operator=(Image&& other) noexcept {
+    Image taken(std::move(other));
+    swap(taken);
+    return *this;
+  }
+  ~Image();
+  std::uint32_t id() const { return id_; }
+  const ImageShape& shape() const { return shape_; }
+  explicit operator bool() const { return graphics_ != nullptr; }
+
+ private:
+  void swap(Image& other) {
+    std::swap(graphics_, other.graphics_);
+    std::swap(id_, other.id_);
+    std::swap(shape_, other.shape_);
+  }
+  Graphics* graphics_ = nullptr;
+  std::uint32_t id_ = 0;
+  ImageShape shape_;
+};
+
+/// Depth is reversed: 1 near, 0 far, which is also what it is cleared to.
+enum class Depth {
+  off,
+  nearest,  // keeps the fragment with the largest depth, and writes it
+  drawn,    // at depth 0, passes where something else has been drawn; writes nothing
+};
+
+struct Rectangle {
+  std::int32_t x = 0, y = 0;
+  std::uint32_t width = 0, height = 0;
+};
+
+/// One call of the rasteriser: lists of triangles, both windings.
+struct Draw {
+  const char* vertex;                      // shaders/<vertex>.vert
+  const char* fragment;                    // shaders/<fragment>.frag
+  std::vector<std::uint32_t> constants = {};  // specialisation constants 0, 1, ... of both
+  Depth depth = Depth::off;
+  bool blend = false;                      // over what is there, by the colour's alpha
+  Address vertices = 0;                    // 0: the shader makes its own
+  std::uint32_t vertex_vectors = 0;        // 32-bit 4-vectors per vertex: locations 0, 1, ... as floats, the last as uints
+  Address indices = 0;                     // 32-bit; 0: none
+  std::uint32_t first = 0, count = 0;      // of vertices, or of indices
+  std::vector<const Image*> textures = {};  // bindings 0.., nearest, clamped to the edge
+  std::vector<std::pair<Address, std::uint64_t>> uniforms = {};  // uniform buffers and their bytes: bindings 4..
+  std::optional<Rectangle> scissor = {};
+  std::array<std::byte, Device::kMaxArgumentBytes> arguments{};  // push constants of both shaders
+  std::uint32_t argument_bytes = 0;
+
+  template <typename Args>
+  void set_arguments(const Args& args) {
+    static_assert(std::is_trivially_copyable_v<Args> && sizeof(Args) <= Device::kMaxArgumentBytes && sizeof(Args) % 4 == 0);
+    std::memcpy(arguments.data(), &args, sizeof(Args));
+    argument_bytes = sizeof(Args);
+  }
+};
+
+/// Where draws go: images of one size and number of samples. Colour k is the fragment shader's output at location k.
+struct Targets {
+  std::vector<const Image*> colour;
+  const Image* depth = nullptr;
+  bool clear = true;           // to `background` (rgba8), 0 (others) and the far plane; else what they hold stays
+  bool keep_depth = false;     // with clear: not the depth
+  glm::vec4 background{0.0f};
+};
+
+/// A window's surface.
+class Surface {
+ public:
+  virtual ~Surface() = default;
+  /// Copies an rgba8 image to the window, scaled if their sizes differ. False if it cannot be shown now: the window has
+  /// no area, or is changing; try again after the next event. width, height: of the window's framebuffer, in pixels.
+  virtual bool show(const Image& image, std::uint32_t width, std::uint32_t height) = 0;
+};
+
+/// Part of a Device: the same in-order stream, and the same errors.
+class Graphics {
+ public:
+  virtual ~Graphics() = default;
+  /// Throws Error when there is no memory for it, or when it is larger than max_side(); `what` names it for people.
+  virtual Image create_image(const ImageShape& shape, std::string_view what) = 0;
+  virtual std::uint32_t max_side() const = 0;
+  /// Samples per pixel that images of the format may have.
+  virtual bool can_multisample(Format format, std::uint32_t samples) const = 0;
+  /// Whole layers, rows from the top, tightly packed. One sample per pixel.
+  virtual void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) = 0;
+  virtual void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) = 0;  // waits
+  virtual void draw(const Targets& targets, std::span<const Draw> draws) = 0;
+  void draw(const Targets& targets, const Draw& one) { draw(targets, std::span(&one, 1)); }
+  /// create: makes the surface of a window from the instance (VkInstance to VkSurfaceKHR here), as window libraries do.
+  /// The device must have been opened with the library's extensions (DeviceOptions::window_extensions).
+  virtual std::unique_ptr<Surface> open_surface(const std::function<std::uint64_t(void* instance)>& create) = 0;
+
+ protected:
+  friend class Image;
+  virtual void free_image(std::uint32_t id) = 0;
+};
+
+inline Image::~Image() {
+  if (graphics_) graphics_->free_image(id_);
+}
+
+}  // namespace trisoup::gpu

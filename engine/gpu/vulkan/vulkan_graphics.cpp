@@ -1,0 +1,430 @@
+#include "gpu/vulkan/vulkan_graphics.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "error.h"
+#include "gpu/vulkan/vulkan_surface.h"
+
+namespace trisoup::gpu {
+namespace {
+
+VkFormat vk_format(Format format) {
+  switch (format) {
+    case Format::r8: return VK_FORMAT_R8_UNORM;
+    case Format::rgba8: return VK_FORMAT_R8G8B8A8_UNORM;
+    case Format::rg32_uint: return VK_FORMAT_R32G32_UINT;
+    case Format::depth32: break;
+  }
+  return VK_FORMAT_D32_SFLOAT;
+}
+
+VkImageAspectFlags aspect(Format format) {
+  return format == Format::depth32 ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
+}
+
+VkImageSubresourceRange whole(const ImageShape& shape) { return {aspect(shape.format), 0, 1, 0, std::max(1u, shape.layers)}; }
+
+constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+
+}  // namespace
+
+VulkanGraphics::VulkanGraphics(VulkanDevice& device) : device_(device) {
+  VkPhysicalDeviceProperties properties;
+  vkGetPhysicalDeviceProperties(device_.physical_, &properties);
+  max_side_ = std::min({properties.limits.maxImageDimension2D, properties.limits.maxFramebufferWidth,
+                        properties.limits.maxFramebufferHeight});
+
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  for (std::uint32_t i = 0; i < kTextures; ++i)
+    bindings.push_back({i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, VK_SHADER_STAGE_FRAGMENT_BIT, nullptr});
+  for (std::uint32_t i = 0; i < kUniforms; ++i)
+    bindings.push_back({kTextures + i, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, kStages, nullptr});
+  auto sets = structure<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
+  sets.bindingCount = static_cast<std::uint32_t>(bindings.size());
+  sets.pBindings = bindings.data();
+  check(vkCreateDescriptorSetLayout(device_.device_, &sets, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
+
+  const VkPushConstantRange range{kStages, 0, Device::kMaxArgumentBytes};
+  auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
+  layout.setLayoutCount = 1;
+  layout.pSetLayouts = &set_layout_;
+  layout.pushConstantRangeCount = 1;
+  layout.pPushConstantRanges = &range;
+  check(vkCreatePipelineLayout(device_.device_, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+
+  auto sampler = structure<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
+  sampler.addressModeU = sampler.addressModeV = sampler.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  check(vkCreateSampler(device_.device_, &sampler, nullptr, &sampler_), "vkCreateSampler");
+  nothing_ = device_.create(16, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, true);
+}
+
+VulkanGraphics::~VulkanGraphics() {
+  vkDeviceWaitIdle(device_.device_);
+  for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_.device_, pipeline, nullptr);
+  device_.destroy(nothing_);
+  vkDestroySampler(device_.device_, sampler_, nullptr);
+  vkDestroyPipelineLayout(device_.device_, layout_, nullptr);
+  vkDestroyDescriptorSetLayout(device_.device_, set_layout_, nullptr);
+}
+
+bool VulkanGraphics::can_multisample(Format format, std::uint32_t samples) const {
+  VkImageUsageFlags usage = VK_IMAGE_USAGE_SAMPLED_BIT;
+  usage |= format == Format::depth32 ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+  VkImageFormatProperties properties;
+  return vkGetPhysicalDeviceImageFormatProperties(device_.physical_, vk_format(format), VK_IMAGE_TYPE_2D, VK_IMAGE_TILING_OPTIMAL,
+                                                  usage, 0, &properties) == VK_SUCCESS &&
+         (properties.sampleCounts & samples);
+}
+
+Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view what) {
+  if (shape.width == 0 || shape.height == 0 || std::max(shape.width, shape.height) > max_side_)
+    throw Error("{}: {} x {} pixels are not possible on {}; choose 1 to {}", what, shape.width, shape.height, device_.info_.name,
+                max_side_);
+  Stored s;
+  s.shape = shape;
+  auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
+  info.imageType = VK_IMAGE_TYPE_2D;
+  info.format = vk_format(shape.format);
+  info.extent = {shape.width, shape.height, 1};
+  info.mipLevels = 1;
+  info.arrayLayers = std::max(1u, shape.layers);
+  info.samples = static_cast<VkSampleCountFlagBits>(shape.samples);
+  info.tiling = VK_IMAGE_TILING_OPTIMAL;
+  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT;
+  if (shape.samples == 1) info.usage |= VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  if (shape.format == Format::depth32)
+    info.usage |= VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
+  else if (shape.layers == 0 && shape.format != Format::r8)
+    info.usage |= VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+  VkDevice device = device_.device_;
+  check(vkCreateImage(device, &info, nullptr, &s.image), "vkCreateImage");
+  try {
+    VkMemoryRequirements requirements;
+    vkGetImageMemoryRequirements(device, s.image, &requirements);
+    device_.count(requirements.size, what);
+    s.bytes = requirements.size;
+    try {
+      s.memory = device_.allocate_memory(requirements, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, false);
+    } catch (const Error&) {
+      throw Error("device memory: {} ({} MB) cannot be had; use a smaller picture or fewer triangles", what,
+                  (requirements.size >> 20) + 1);
+    }
+    check(vkBindImageMemory(device, s.image, s.memory, 0), "vkBindImageMemory");
+    auto view = structure<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
+    view.image = s.image;
+    view.viewType = shape.layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
+    view.format = info.format;
+    view.subresourceRange = whole(shape);
+    check(vkCreateImageView(device, &view, nullptr, &s.view), "vkCreateImageView");
+  } catch (...) {
+    destroy(s);
+    throw;
+  }
+  const std::uint32_t id = next_image_++;
+  images_.emplace(id, s);
+  return Image(*this, id, shape);
+}
+
+void VulkanGraphics::destroy(Stored& s) {
+  vkDestroyImageView(device_.device_, s.view, nullptr);
+  vkDestroyImage(device_.device_, s.image, nullptr);
+  vkFreeMemory(device_.device_, s.memory, nullptr);
+  device_.uncount(s.bytes);
+  s = {};
+}
+
+void VulkanGraphics::free_image(std::uint32_t id) {
+  const auto it = images_.find(id);
+  if (it == images_.end()) return;
+  device_.finish();
+  destroy(it->second);
+  images_.erase(it);
+}
+
+void VulkanGraphics::move_to(Stored& image, VkImageLayout layout) {
+  auto barrier = structure<VkImageMemoryBarrier>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER);
+  barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
+  barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
+  barrier.oldLayout = image.layout;
+  barrier.newLayout = layout;
+  barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+  barrier.image = image.image;
+  barrier.subresourceRange = whole(image.shape);
+  // A frame has a handful of these; finer stages would save nothing that can be measured.
+  vkCmdPipelineBarrier(device_.begin(), VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, nullptr, 0,
+                       nullptr, 1, &barrier);
+  image.layout = layout;
+}
+
+void VulkanGraphics::upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) {
+  Stored& s = stored(image);
+  const std::uint64_t row = std::uint64_t(s.shape.width) * bytes_per_pixel(s.shape.format);
+  if (bytes.size() != row * s.shape.height) throw Error("gpu: {} bytes do not fill an image layer", bytes.size());
+  const std::uint32_t rows = static_cast<std::uint32_t>(VulkanDevice::kStagingBytes / row);
+  for (std::uint32_t first = 0; first < s.shape.height; first += rows) {
+    const std::uint32_t count = std::min(rows, s.shape.height - first);
+    device_.wait();  // the staging memory may still be read by what was submitted before
+    std::memcpy(device_.staging().mapped, bytes.data() + first * row, count * row);
+    move_to(s, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    VkBufferImageCopy region{};
+    region.imageSubresource = {aspect(s.shape.format), 0, layer, 1};
+    region.imageOffset = {0, static_cast<std::int32_t>(first), 0};
+    region.imageExtent = {s.shape.width, count, 1};
+    vkCmdCopyBufferToImage(device_.begin(), device_.staging_.buffer, s.image, s.layout, 1, &region);
+  }
+  device_.wait();
+}
+
+void VulkanGraphics::download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) {
+  Stored& s = stored(image);
+  const std::uint64_t row = std::uint64_t(s.shape.width) * bytes_per_pixel(s.shape.format);
+  if (bytes.size() != row * s.shape.height) throw Error("gpu: {} bytes do not hold an image layer", bytes.size());
+  const std::uint32_t rows = static_cast<std::uint32_t>(VulkanDevice::kStagingBytes / row);
+  for (std::uint32_t first = 0; first < s.shape.height; first += rows) {
+    const std::uint32_t count = std::min(rows, s.shape.height - first);
+    device_.staging();
+    move_to(s, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+    VkBufferImageCopy region{};
+    region.imageSubresource = {aspect(s.shape.format), 0, layer, 1};
+    region.imageOffset = {0, static_cast<std::int32_t>(first), 0};
+    region.imageExtent = {s.shape.width, count, 1};
+    vkCmdCopyImageToBuffer(device_.begin(), s.image, s.layout, device_.staging_.buffer, 1, &region);
+    device_.host_barrier();
+    device_.wait();
+    std::memcpy(bytes.data() + first * row, device_.staging_.mapped, count * row);
+  }
+}
+
+VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& targets) {
+  const std::uint32_t samples = (targets.depth ? targets.depth : targets.colour.at(0))->shape().samples;
+  PipelineKey key{static_cast<std::uint32_t>(draw.depth), draw.blend, draw.vertices != 0 ? draw.vertex_vectors : 0, samples,
+                  targets.depth != nullptr};
+  for (const Image* image : targets.colour) key.push_back(static_cast<std::uint32_t>(image->shape().format));
+  key.push_back(~0u);
+  key.insert(key.end(), draw.constants.begin(), draw.constants.end());
+  auto name = std::pair(fmt::format("{} {}", draw.vertex, draw.fragment), key);
+  if (const auto it = pipelines_.find(name); it != pipelines_.end()) return it->second;
+
+  std::vector<VkSpecializationMapEntry> entries;
+  for (std::uint32_t i = 0; i < draw.constants.size(); ++i) entries.push_back({i, i * 4, 4});
+  const VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(), draw.constants.size() * 4,
+                                       draw.constants.data()};
+  VkPipelineShaderStageCreateInfo stages[2];
+  for (int i = 0; i < 2; ++i) {
+    stages[i] = structure<VkPipelineShaderStageCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO);
+    stages[i].stage = i == 0 ? VK_SHADER_STAGE_VERTEX_BIT : VK_SHADER_STAGE_FRAGMENT_BIT;
+    stages[i].pName = "main";
+    stages[i].pSpecializationInfo = &constants;
+  }
+
+  const VkVertexInputBindingDescription binding{0, 16 * draw.vertex_vectors, VK_VERTEX_INPUT_RATE_VERTEX};
+  std::vector<VkVertexInputAttributeDescription> attributes;
+  for (std::uint32_t i = 0; i < draw.vertex_vectors; ++i)
+    attributes.push_back({i, 0, i + 1 == draw.vertex_vectors ? VK_FORMAT_R32G32B32A32_UINT : VK_FORMAT_R32G32B32A32_SFLOAT, 16 * i});
+  auto input = structure<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
+  if (draw.vertices != 0) {
+    input.vertexBindingDescriptionCount = 1;
+    input.pVertexBindingDescriptions = &binding;
+    input.vertexAttributeDescriptionCount = static_cast<std::uint32_t>(attributes.size());
+    input.pVertexAttributeDescriptions = attributes.data();
+  }
+  auto assembly = structure<VkPipelineInputAssemblyStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO);
+  assembly.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+  auto viewport = structure<VkPipelineViewportStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO);
+  viewport.viewportCount = viewport.scissorCount = 1;
+  auto raster = structure<VkPipelineRasterizationStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO);
+  raster.polygonMode = VK_POLYGON_MODE_FILL;
+  raster.cullMode = VK_CULL_MODE_NONE;
+  raster.lineWidth = 1.0f;
+  auto multisample = structure<VkPipelineMultisampleStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO);
+  multisample.rasterizationSamples = static_cast<VkSampleCountFlagBits>(samples);
+  auto depth = structure<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
+  depth.depthTestEnable = draw.depth != Depth::off;
+  depth.depthWriteEnable = draw.depth == Depth::nearest;
+  depth.depthCompareOp = draw.depth == Depth::nearest ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_LESS;
+  std::vector<VkPipelineColorBlendAttachmentState> blends(targets.colour.size());
+  for (VkPipelineColorBlendAttachmentState& b : blends) {
+    b.blendEnable = draw.blend;
+    b.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+    b.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+    b.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+    b.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+    b.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
+  }
+  auto blend = structure<VkPipelineColorBlendStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO);
+  blend.attachmentCount = static_cast<std::uint32_t>(blends.size());
+  blend.pAttachments = blends.data();
+  const VkDynamicState states[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
+  auto dynamic = structure<VkPipelineDynamicStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO);
+  dynamic.dynamicStateCount = 2;
+  dynamic.pDynamicStates = states;
+  std::vector<VkFormat> formats;
+  for (const Image* image : targets.colour) formats.push_back(vk_format(image->shape().format));
+  auto rendering = structure<VkPipelineRenderingCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO);
+  rendering.colorAttachmentCount = static_cast<std::uint32_t>(formats.size());
+  rendering.pColorAttachmentFormats = formats.data();
+  rendering.depthAttachmentFormat = targets.depth ? VK_FORMAT_D32_SFLOAT : VK_FORMAT_UNDEFINED;
+
+  auto info = structure<VkGraphicsPipelineCreateInfo>(VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO, &rendering);
+  info.stageCount = 2;
+  info.pStages = stages;
+  info.pVertexInputState = &input;
+  info.pInputAssemblyState = &assembly;
+  info.pViewportState = &viewport;
+  info.pRasterizationState = &raster;
+  info.pMultisampleState = &multisample;
+  info.pDepthStencilState = &depth;
+  info.pColorBlendState = &blend;
+  info.pDynamicState = &dynamic;
+  info.layout = layout_;
+  stages[0].module = device_.make_shader(fmt::format("{}.vert", draw.vertex).c_str());
+  stages[1].module = VK_NULL_HANDLE;
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  VkResult result = VK_ERROR_UNKNOWN;
+  try {
+    stages[1].module = device_.make_shader(fmt::format("{}.frag", draw.fragment).c_str());
+    result = vkCreateGraphicsPipelines(device_.device_, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+  } catch (...) {
+    vkDestroyShaderModule(device_.device_, stages[0].module, nullptr);
+    throw;
+  }
+  for (const auto& stage : stages) vkDestroyShaderModule(device_.device_, stage.module, nullptr);
+  if (result != VK_SUCCESS)
+    throw Error("Vulkan: shaders {} do not compile on {} ({})", name.first, device_.info_.name, result_name(result));
+  pipelines_.emplace(std::move(name), pipeline);
+  return pipeline;
+}
+
+VkDescriptorSet VulkanGraphics::describe(const Draw& draw) {
+  VulkanDevice::Recording& recording = *device_.recording_;
+  if (!recording.descriptors) {
+    const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kTextures * kSetsPerRecording},
+                                          {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kUniforms * kSetsPerRecording}};
+    auto pool = structure<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
+    pool.maxSets = kSetsPerRecording;
+    pool.poolSizeCount = 2;
+    pool.pPoolSizes = sizes;
+    check(vkCreateDescriptorPool(device_.device_, &pool, nullptr, &recording.descriptors), "vkCreateDescriptorPool");
+  }
+  ++recording.sets;
+  auto allocate = structure<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
+  allocate.descriptorPool = recording.descriptors;
+  allocate.descriptorSetCount = 1;
+  allocate.pSetLayouts = &set_layout_;
+  VkDescriptorSet set;
+  check(vkAllocateDescriptorSets(device_.device_, &allocate, &set), "vkAllocateDescriptorSets");
+
+  std::array<VkDescriptorImageInfo, kTextures> images;
+  std::array<VkDescriptorBufferInfo, kUniforms> buffers;
+  std::vector<VkWriteDescriptorSet> writes;
+  const auto write = [&](std::uint32_t binding, VkDescriptorType type) -> VkWriteDescriptorSet& {
+    auto w = structure<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
+    w.dstSet = set;
+    w.dstBinding = binding;
+    w.descriptorCount = 1;
+    w.descriptorType = type;
+    return writes.emplace_back(w);
+  };
+  // Bindings that the shaders do not use are filled too: lavapipe reads every descriptor of a set.
+  for (std::uint32_t i = 0; i < kTextures && !draw.textures.empty(); ++i) {
+    const Image& image = *draw.textures[i < draw.textures.size() ? i : 0];
+    images[i] = {sampler_, stored(image).view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+    write(i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER).pImageInfo = &images[i];
+  }
+  for (std::uint32_t i = 0; i < kUniforms; ++i) {
+    buffers[i] = {nothing_.buffer, 0, nothing_.bytes};
+    if (i < draw.uniforms.size()) {
+      const auto [buffer, offset] = device_.find(draw.uniforms[i].first, draw.uniforms[i].second);
+      buffers[i] = {buffer, offset, draw.uniforms[i].second};
+    }
+    write(kTextures + i, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER).pBufferInfo = &buffers[i];
+  }
+  vkUpdateDescriptorSets(device_.device_, static_cast<std::uint32_t>(writes.size()), writes.data(), 0, nullptr);
+  return set;
+}
+
+void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
+  if (draws.empty() && !targets.clear) return;
+  // Everything that may fail or that belongs outside of a rendering comes first.
+  std::vector<VkPipeline> pipelines;
+  for (const Draw& d : draws) pipelines.push_back(find_pipeline(d, targets));
+  if (draws.size() > kSetsPerRecording) throw Error("gpu: {} draws at once; {} are possible", draws.size(), kSetsPerRecording);
+  device_.begin();
+  if (device_.recording_->sets + draws.size() > kSetsPerRecording) device_.submit();
+  const char* name = draws.empty() ? "clear" : draws.back().fragment;
+  if (!device_.begin_work(name)) return;
+  for (const Draw& d : draws)
+    for (const Image* texture : d.textures)
+      if (stored(*texture).layout != VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)
+        move_to(stored(*texture), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+
+  const auto attachment = [&](const Image& image, VkImageLayout layout, bool clear) {
+    Stored& s = stored(image);
+    if (clear) s.layout = VK_IMAGE_LAYOUT_UNDEFINED;
+    move_to(s, layout);
+    auto a = structure<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
+    a.imageView = s.view;
+    a.imageLayout = layout;
+    a.loadOp = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+    a.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    return a;
+  };
+  std::vector<VkRenderingAttachmentInfo> colours;
+  for (const Image* image : targets.colour) {
+    colours.push_back(attachment(*image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, targets.clear));
+    if (image->shape().format == Format::rgba8)
+      for (int c = 0; c < 4; ++c) colours.back().clearValue.color.float32[c] = targets.background[c];
+  }
+  auto rendering = structure<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
+  const ImageShape& shape = (targets.depth ? targets.depth : targets.colour.at(0))->shape();
+  rendering.renderArea.extent = {shape.width, shape.height};
+  rendering.layerCount = 1;
+  rendering.colorAttachmentCount = static_cast<std::uint32_t>(colours.size());
+  rendering.pColorAttachments = colours.data();
+  VkRenderingAttachmentInfo depth{};
+  if (targets.depth) {
+    depth = attachment(*targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, targets.clear && !targets.keep_depth);
+    rendering.pDepthAttachment = &depth;
+  }
+  // Buffers that the shaders read may just have been written.
+  VkCommandBuffer commands = device_.begin();
+  device_.memory_barrier(VK_PIPELINE_STAGE_ALL_GRAPHICS_BIT, VK_ACCESS_MEMORY_READ_BIT);
+  vkCmdBeginRendering(commands, &rendering);
+  const VkViewport viewport{0, 0, static_cast<float>(shape.width), static_cast<float>(shape.height), 0, 1};
+  vkCmdSetViewport(commands, 0, 1, &viewport);
+  for (std::size_t i = 0; i < draws.size(); ++i) {
+    const Draw& d = draws[i];
+    VkRect2D scissor{{0, 0}, {shape.width, shape.height}};
+    if (d.scissor) scissor = {{d.scissor->x, d.scissor->y}, {d.scissor->width, d.scissor->height}};
+    vkCmdSetScissor(commands, 0, 1, &scissor);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines[i]);
+    if (!d.textures.empty() || !d.uniforms.empty()) {
+      const VkDescriptorSet set = describe(d);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &set, 0, nullptr);
+    }
+    if (d.argument_bytes > 0) vkCmdPushConstants(commands, layout_, kStages, 0, d.argument_bytes, d.arguments.data());
+    if (d.vertices != 0) {
+      const auto [buffer, offset] = device_.find(d.vertices, 16ull * d.vertex_vectors);
+      vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &offset);
+    }
+    if (d.indices != 0) {
+      const auto [buffer, offset] = device_.find(d.indices, 4ull * (d.first + d.count));
+      vkCmdBindIndexBuffer(commands, buffer, offset, VK_INDEX_TYPE_UINT32);
+      vkCmdDrawIndexed(commands, d.count, 1, d.first, 0, 0);
+    } else {
+      vkCmdDraw(commands, d.count, 1, d.first, 0);
+    }
+  }
+  vkCmdEndRendering(commands);
+  // What follows may write what was read here.
+  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_GRAPHICS_BIT,
+                       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, nullptr, 0, nullptr, 0, nullptr);
+  device_.end_work(name);
+}
+
+std::unique_ptr<Surface> VulkanGraphics::open_surface(const std::function<std::uint64_t(void* instance)>& create) {
+  return std::make_unique<VulkanSurface>(device_, *this, create);
+}
+
+}  // namespace trisoup::gpu

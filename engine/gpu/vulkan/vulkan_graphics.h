@@ -1,0 +1,65 @@
+// gpu::Graphics on Vulkan: dynamic rendering, one descriptor set layout for every draw.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gpu/graphics.h"
+#include "gpu/vulkan/vulkan_device.h"
+
+namespace trisoup::gpu {
+
+class VulkanGraphics final : public Graphics {
+ public:
+  explicit VulkanGraphics(VulkanDevice& device);
+  ~VulkanGraphics() override;
+  VulkanGraphics(const VulkanGraphics&) = delete;
+  VulkanGraphics& operator=(const VulkanGraphics&) = delete;
+
+  Image create_image(const ImageShape& shape, std::string_view what) override;
+  std::uint32_t max_side() const override { return max_side_; }
+  bool can_multisample(Format format, std::uint32_t samples) const override;
+  void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) override;
+  void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) override;
+  void draw(const Targets& targets, std::span<const Draw> draws) override;
+  std::unique_ptr<Surface> open_surface(const std::function<std::uint64_t(void* instance)>& create) override;
+
+ protected:
+  void free_image(std::uint32_t id) override;
+
+ private:
+  friend class VulkanSurface;
+
+  struct Stored {
+    VkImage image = VK_NULL_HANDLE;
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    VkImageView view = VK_NULL_HANDLE;
+    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
+    ImageShape shape;
+    std::uint64_t bytes = 0;  // counted by the device
+  };
+  /// What a pipeline is made of, in the order in which it is compared.
+  using PipelineKey = std::vector<std::uint32_t>;
+
+  static constexpr std::uint32_t kTextures = 4, kUniforms = 2, kSetsPerRecording = 1024;
+
+  Stored& stored(const Image& image) { return images_.at(image.id()); }
+  /// Makes the image ready for a use; whatever was done to it before has been done.
+  void move_to(Stored& image, VkImageLayout layout);
+  VkPipeline find_pipeline(const Draw& draw, const Targets& targets);
+  VkDescriptorSet describe(const Draw& draw);
+  void destroy(Stored& image);
+
+  VulkanDevice& device_;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkSampler sampler_ = VK_NULL_HANDLE;
+  VulkanDevice::Memory nothing_;  // stands where a draw has no uniform buffer
+  std::map<std::uint32_t, Stored> images_;
+  std::uint32_t next_image_ = 1, max_side_ = 0;
+  std::map<std::pair<std::string, PipelineKey>, VkPipeline> pipelines_;
+};
+
+}  // namespace trisoup::gpu

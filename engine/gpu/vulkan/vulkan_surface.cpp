@@ -1,0 +1,168 @@
+#include "gpu/vulkan/vulkan_surface.h"
+
+#include <algorithm>
+
+#include "error.h"
+#include "gpu/vulkan/vulkan_graphics.h"
+
+namespace trisoup::gpu {
+
+VulkanSurface::VulkanSurface(VulkanDevice& device, VulkanGraphics& graphics, std::function<std::uint64_t(void*)> create)
+    : device_(device), graphics_(graphics), create_(std::move(create)) {
+  auto semaphore = structure<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
+  check(vkCreateSemaphore(device_.device_, &semaphore, nullptr, &acquired_), "vkCreateSemaphore");
+  try {
+    open();
+  } catch (...) {
+    close();
+    vkDestroySemaphore(device_.device_, acquired_, nullptr);
+    throw;
+  }
+}
+
+VulkanSurface::~VulkanSurface() {
+  close();
+  vkDestroySemaphore(device_.device_, acquired_, nullptr);
+}
+
+void VulkanSurface::open() {
+  surface_ = reinterpret_cast<VkSurfaceKHR>(create_(device_.instance_->handle()));
+  if (!surface_) throw Error("Vulkan: the window has no surface to draw on; use --screenshot where there is no display");
+  VkBool32 supported = VK_FALSE;
+  check(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical_, device_.family_, surface_, &supported),
+        "vkGetPhysicalDeviceSurfaceSupportKHR");
+  if (!supported) throw Error("Vulkan: {} cannot show pictures in this window; choose another with --device", device_.info_.name);
+}
+
+void VulkanSurface::close() {
+  close_swapchain();
+  vkDestroySurfaceKHR(device_.instance_->handle(), surface_, nullptr);
+  surface_ = VK_NULL_HANDLE;
+}
+
+void VulkanSurface::close_swapchain() {
+  vkDeviceWaitIdle(device_.device_);
+  for (VkSemaphore s : drawn_) vkDestroySemaphore(device_.device_, s, nullptr);
+  drawn_.clear();
+  images_.clear();
+  vkDestroySwapchainKHR(device_.device_, swapchain_, nullptr);
+  swapchain_ = VK_NULL_HANDLE;
+}
+
+bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
+  close_swapchain();
+  VkSurfaceCapabilitiesKHR can;
+  const VkResult result = vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical_, surface_, &can);
+  if (result == VK_ERROR_SURFACE_LOST_KHR) {
+    close();
+    open();
+    return false;
+  }
+  check(result, "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
+  asked_ = {width, height};
+  extent_ = can.currentExtent;
+  // Some window systems leave the size to the program.
+  if (extent_.width == ~0u)
+    extent_ = {std::clamp(width, can.minImageExtent.width, can.maxImageExtent.width),
+               std::clamp(height, can.minImageExtent.height, can.maxImageExtent.height)};
+  if (extent_.width == 0 || extent_.height == 0) return false;
+  if (!(can.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_DST_BIT))
+    throw Error("Vulkan: {} cannot copy pictures to this window; choose another with --device", device_.info_.name);
+
+  std::uint32_t count = 0;
+  check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, nullptr), "vkGetPhysicalDeviceSurfaceFormatsKHR");
+  std::vector<VkSurfaceFormatKHR> formats(count);
+  check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()),
+        "vkGetPhysicalDeviceSurfaceFormatsKHR");
+  if (formats.empty()) throw Error("Vulkan: this window takes no format of pictures; choose another device with --device");
+  // Colours are display values already, so they must not be encoded once more.
+  VkSurfaceFormatKHR format = formats[0];
+  for (const VkSurfaceFormatKHR& f : formats)
+    if (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM) {
+      format = f;
+      break;
+    }
+
+  auto info = structure<VkSwapchainCreateInfoKHR>(VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR);
+  info.surface = surface_;
+  info.minImageCount = can.maxImageCount > 0 ? std::min(can.minImageCount + 1, can.maxImageCount) : can.minImageCount + 1;
+  info.imageFormat = format.format;
+  info.imageColorSpace = format.colorSpace;
+  info.imageExtent = extent_;
+  info.imageArrayLayers = 1;
+  info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
+  info.preTransform = can.currentTransform;
+  info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
+  if (!(can.supportedCompositeAlpha & info.compositeAlpha)) info.compositeAlpha = VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR;
+  info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
+  info.clipped = VK_TRUE;
+  check(vkCreateSwapchainKHR(device_.device_, &info, nullptr, &swapchain_), "vkCreateSwapchainKHR");
+  check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
+  images_.resize(count);
+  check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, images_.data()), "vkGetSwapchainImagesKHR");
+  auto semaphore = structure<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
+  for (std::uint32_t i = 0; i < count; ++i)
+    check(vkCreateSemaphore(device_.device_, &semaphore, nullptr, &drawn_.emplace_back()), "vkCreateSemaphore");
+  return true;
+}
+
+bool VulkanSurface::show(const Image& image, std::uint32_t width, std::uint32_t height) {
+  if (width == 0 || height == 0) return false;
+  // The picture before this one has been shown: its semaphores are free.
+  device_.wait();
+  if (!swapchain_ || asked_.width != width || asked_.height != height)
+    if (!open_swapchain(width, height)) return false;
+  std::uint32_t index = 0;
+  VkResult result = vkAcquireNextImageKHR(device_.device_, swapchain_, UINT64_MAX, acquired_, VK_NULL_HANDLE, &index);
+  if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR) {
+    close_swapchain();  // the next call opens another
+    if (result == VK_ERROR_SURFACE_LOST_KHR) {
+      close();
+      open();
+    }
+    return false;
+  }
+  device_.guard(result, "vkAcquireNextImageKHR");
+
+  VulkanGraphics::Stored& from = graphics_.stored(image);
+  graphics_.move_to(from, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+  VkCommandBuffer commands = device_.begin();
+  auto barrier = structure<VkImageMemoryBarrier>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER);
+  barrier.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
+  barrier.newLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+  barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+  barrier.image = images_[index];
+  barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, nullptr, 0, nullptr, 1,
+                       &barrier);
+  VkImageBlit region{};
+  region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  region.srcOffsets[1] = {static_cast<std::int32_t>(from.shape.width), static_cast<std::int32_t>(from.shape.height), 1};
+  region.dstOffsets[1] = {static_cast<std::int32_t>(extent_.width), static_cast<std::int32_t>(extent_.height), 1};
+  vkCmdBlitImage(commands, from.image, from.layout, images_[index], VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region,
+                 VK_FILTER_NEAREST);
+  barrier.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
+  barrier.dstAccessMask = 0;
+  barrier.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+  barrier.newLayout = VK_IMAGE_LAYOUT_PRESENT_SRC_KHR;
+  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, 0, 0, nullptr, 0, nullptr,
+                       1, &barrier);
+  device_.submit(acquired_, drawn_[index]);
+
+  auto present = structure<VkPresentInfoKHR>(VK_STRUCTURE_TYPE_PRESENT_INFO_KHR);
+  present.waitSemaphoreCount = 1;
+  present.pWaitSemaphores = &drawn_[index];
+  present.swapchainCount = 1;
+  present.pSwapchains = &swapchain_;
+  present.pImageIndices = &index;
+  result = vkQueuePresentKHR(device_.queue_, &present);
+  if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR || result == VK_SUBOPTIMAL_KHR) {
+    asked_ = {};  // opened anew at the next picture
+    return result == VK_SUBOPTIMAL_KHR;
+  }
+  device_.guard(result, "vkQueuePresentKHR");
+  return true;
+}
+
+}  // namespace trisoup::gpu

@@ -1,0 +1,39 @@
+// gpu::Surface on Vulkan: a swapchain that pictures are copied to.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "gpu/graphics.h"
+#include "gpu/vulkan/vulkan_device.h"
+
+namespace trisoup::gpu {
+
+class VulkanSurface final : public Surface {
+ public:
+  VulkanSurface(VulkanDevice& device, VulkanGraphics& graphics, std::function<std::uint64_t(void*)> create);
+  ~VulkanSurface() override;
+  VulkanSurface(const VulkanSurface&) = delete;
+  VulkanSurface& operator=(const VulkanSurface&) = delete;
+
+  bool show(const Image& image, std::uint32_t width, std::uint32_t height) override;
+
+ private:
+  void open();
+  void close();
+  void close_swapchain();
+  /// False where the window has no area now.
+  bool open_swapchain(std::uint32_t width, std::uint32_t height);
+
+  VulkanDevice& device_;
+  VulkanGraphics& graphics_;
+  std::function<std::uint64_t(void*)> create_;
+  VkSurfaceKHR surface_ = VK_NULL_HANDLE;
+  VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
+  VkExtent2D asked_{}, extent_{};
+  std::vector<VkImage> images_;
+  std::vector<VkSemaphore> drawn_;  // per image: it may be presented
+  VkSemaphore acquired_ = VK_NULL_HANDLE;
+};
+
+}  // namespace trisoup::gpu

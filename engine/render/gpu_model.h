@@ -1,0 +1,33 @@
+// A model in the form the renderer draws: 8-bit textures in atlases, and triangles sorted by what their opacity asks for.
+#pragma once
+
+#include <cstdint>
+
+#include <glm/glm.hpp>
+
+#include "gpu/graphics.h"
+#include "soup/soup.h"
+
+namespace trisoup::render {
+
+/// Everything is in the model's normalised coordinates: scale * (dataset - centre).
+struct GpuModel {
+  std::uint32_t triangles = 0;       // of the model
+  std::uint32_t opaque = 0;          // of them, at least a half everywhere: drawn without looking at opacity
+  std::uint32_t masked = 0;          // a half somewhere
+  gpu::Buffer vertices;              // [T][3][3]
+  gpu::Buffer corners;               // [3 (opaque + masked)] kernels::SoupVertex, the opaque ones first
+  gpu::Buffer mlp;                   // uniform buffer, 149 vec4
+  gpu::Image opacities;              // r8, one byte per lattice point
+  gpu::Image features;               // rg32_uint, the eight bytes of a lattice point
+  gpu::Image places;                 // rg32_uint, per triangle: place, layer and level as in kernels::SoupVertex
+  glm::vec3 background{0.0f};
+  glm::dvec3 centre{0.0};            // of the normalisation
+  double scale = 1.0;
+  glm::vec3 low{0.0f}, high{0.0f};   // box around the vertices
+};
+
+/// Throws Error when the device cannot hold or draw it.
+GpuModel upload_model(gpu::Device& gpu, const soup::Model& model);
+
+}  // namespace trisoup::render

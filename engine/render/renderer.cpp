@@ -1,0 +1,133 @@
+#include "render/renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "args/soup.h"
+#include "error.h"
+#include "scene/camera.h"
+
+namespace trisoup::render {
+namespace {
+
+constexpr std::array<const char*, kModes> kModeNames{"colour", "triangles", "normals", "depth", "opacity", "level", "wireframe", "channel"};
+constexpr std::array<const char*, 3> kAaNames{"none", "msaa", "ssaa"};
+
+gpu::Graphics& graphics_of(gpu::Device& gpu) {
+  gpu::Graphics* graphics = gpu.graphics();
+  if (!graphics) throw Error("{} cannot draw, only compute; choose another with --device", gpu.info().name);
+  return *graphics;
+}
+
+/// Makes the image anew where its shape has changed.
+void fit(gpu::Graphics& graphics, gpu::Image& image, const gpu::ImageShape& shape, std::string_view what) {
+  if (image && image.shape() == shape) return;
+  image = {};
+  image = graphics.create_image(shape, what);
+}
+
+}  // namespace
+
+const char* to_string(Mode mode) { return kModeNames[static_cast<std::size_t>(mode)]; }
+std::optional<Mode> mode_from(std::string_view name) {
+  for (std::size_t i = 0; i < kModeNames.size(); ++i)
+    if (name == kModeNames[i]) return static_cast<Mode>(i);
+  return {};
+}
+const char* to_string(AntiAliasing aa) { return kAaNames[static_cast<std::size_t>(aa)]; }
+std::optional<AntiAliasing> anti_aliasing_from(std::string_view name) {
+  for (std::size_t i = 0; i < kAaNames.size(); ++i)
+    if (name == kAaNames[i]) return static_cast<AntiAliasing>(i);
+  return {};
+}
+
+Renderer::Renderer(gpu::Device& gpu) : gpu_(gpu), graphics_(graphics_of(gpu)) {
+  frame_ = gpu.allocate(sizeof(kernels::ShadeFrame), "frame");
+}
+
+void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target) {
+  AntiAliasing aa = options.aa;
+  // Few devices cannot multisample integers; 2 x 2 samples look better still.
+  if (aa == AntiAliasing::msaa && !graphics_.can_multisample(gpu::Format::rg32_uint, 4)) aa = AntiAliasing::ssaa;
+  const std::uint32_t samples = aa == AntiAliasing::msaa ? 4 : 1, side = aa == AntiAliasing::ssaa ? 2 : 1;
+  const std::uint32_t width = side * view.width, height = side * view.height;
+  fit(graphics_, hits_, {gpu::Format::rg32_uint, width, height, 0, samples}, "visible triangles");
+  fit(graphics_, depth_, {gpu::Format::depth32, width, height, 0, samples}, "depth");
+
+  kernels::SoupArgs args{};
+  args.clip_from_world = glm::mat4(view.clip_from_world);
+  args.pixel_x = 2.0f / static_cast<float>(width);
+  args.pixel_y = 2.0f / static_cast<float>(height);
+  args.drop_behind = options.drop_behind;
+  gpu::Draw opaque{.vertex = "soup", .fragment = "opaque"};
+  opaque.depth = gpu::Depth::nearest;
+  opaque.vertices = model.corners.address();
+  opaque.vertex_vectors = 4;
+  opaque.count = 3 * model.opaque;
+  opaque.textures = {&model.opacities};
+  opaque.set_arguments(args);
+  gpu::Draw masked = opaque;
+  masked.fragment = aa == AntiAliasing::msaa ? "masked_multisampled" : "masked";
+  masked.first = opaque.count;
+  masked.count = 3 * model.masked;
+  graphics_.draw({.colour = {&hits_}, .depth = &depth_}, std::array{opaque, masked});
+
+  const scene::PixelRays rays = scene::pixel_rays(glm::inverse(view.clip_from_world));
+  kernels::ShadeFrame frame{};
+  frame.clip_from_world = args.clip_from_world;
+  frame.ray = glm::vec4(rays.centre, 0.0);
+  frame.ray_x = glm::vec4(rays.x, 0.0);
+  frame.ray_y = glm::vec4(rays.y, 0.0);
+  frame.background = glm::vec4(options.background, 1.0f);
+  frame.pixel_x = 2.0f / static_cast<float>(view.width);
+  frame.pixel_y = 2.0f / static_cast<float>(view.height);
+  // Depth along the viewing direction at the corners of the model's box.
+  float nearest = 1e30f, farthest = 0.0f;
+  for (int i = 0; i < 8; ++i) {
+    const glm::vec3 corner(i & 1 ? model.high.x : model.low.x, i & 2 ? model.high.y : model.low.y, i & 4 ? model.high.z : model.low.z);
+    const float w = (args.clip_from_world * glm::vec4(corner, 1.0f)).w;
+    nearest = std::min(nearest, w);
+    farthest = std::max(farthest, w);
+  }
+  frame.depth_near = std::max(nearest, 0.0f);
+  frame.depth_far = std::max(farthest, frame.depth_near + 1e-6f);
+  frame.channel = options.channel;
+  frame.places_width = model.places.shape().width;
+  frame.vertices = model.vertices.address();
+  gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
+
+  gpu::Draw shade{.vertex = "screen", .fragment = "shade"};
+  if (aa == AntiAliasing::msaa) shade.fragment = "shade_multisampled";
+  if (aa == AntiAliasing::ssaa) shade.fragment = "shade_supersampled";
+  shade.constants = {static_cast<std::uint32_t>(options.mode)};
+  shade.count = 3;
+  shade.textures = {&hits_, &model.places, &model.features};
+  shade.uniforms = {{model.mlp.address(), model.mlp.bytes()}, {frame_.address(), frame_.bytes()}};
+  // With one sample the depth of the first pass says where there is something to shade.
+  if (aa == AntiAliasing::none) shade.depth = gpu::Depth::drawn;
+  gpu::Targets targets{.colour = {&target}};
+  targets.background = frame.background;
+  if (aa == AntiAliasing::none) {
+    targets.depth = &depth_;
+    targets.keep_depth = true;
+  }
+  graphics_.draw(targets, shade);
+}
+
+Image Renderer::picture(const GpuModel& model, const View& view, const DrawOptions& options) {
+  fit(graphics_, target_, {gpu::Format::rgba8, view.width, view.height}, "picture");
+  draw(model, view, options, target_);
+  Image image{static_cast<int>(view.width), static_cast<int>(view.height), {}};
+  image.rgba.resize(std::size_t(view.width) * view.height * 4);
+  graphics_.download(target_, 0, std::as_writable_bytes(std::span(image.rgba)));
+  return image;
+}
+
+std::vector<glm::uvec2> Renderer::hits() {
+  std::vector<glm::uvec2> hits(std::size_t(hits_.shape().width) * hits_.shape().height);
+  graphics_.download(hits_, 0, std::as_writable_bytes(std::span(hits)));
+  return hits;
+}
+
+}  // namespace trisoup::render

@@ -1,0 +1,65 @@
+// The real-time renderer: the graphics pipeline finds what is visible, then the MLP runs once per pixel.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "gpu/graphics.h"
+#include "image/image.h"
+#include "render/gpu_model.h"
+
+namespace trisoup::render {
+
+/// What a picture shows. Numbers are those of shaders/common/surface_colour.h.
+enum class Mode : std::uint32_t { colour, triangles, normals, depth, opacity, level, wireframe, channel };
+inline constexpr std::uint32_t kModes = 8;
+const char* to_string(Mode mode);
+std::optional<Mode> mode_from(std::string_view name);
+
+/// none: one sample per pixel, as in training. msaa: four samples of visibility, opacity tested at each, shading once per
+/// triangle and pixel. ssaa: 2 x 2 samples, each shaded.
+enum class AntiAliasing { none, msaa, ssaa };
+const char* to_string(AntiAliasing aa);
+std::optional<AntiAliasing> anti_aliasing_from(std::string_view name);
+
+struct View {
+  glm::dmat4 clip_from_world{1.0};  // of normalised coordinates; OpenGL clip space, row 0 of the image at NDC y = -1
+  std::uint32_t width = 0, height = 0;
+};
+
+struct DrawOptions {
+  Mode mode = Mode::colour;
+  std::uint32_t channel = 0;          // of Mode::channel, 0..7: red, green, blue, mix, three latent ones, opacity
+  AntiAliasing aa = AntiAliasing::none;
+  glm::vec3 background{0.0f};         // display values 0..1
+  bool drop_behind = false;           // leave out triangles that reach behind the camera, as training does, instead of clipping
+};
+
+/// Draws models to images. Keeps the images of its passes between pictures of one size.
+class Renderer {
+ public:
+  /// Throws Error when the device cannot draw.
+  explicit Renderer(gpu::Device& gpu);
+
+  /// Draws to `target`, rgba8, of the view's size. Nothing waits.
+  void draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target);
+
+  /// The same, to memory of the host.
+  Image picture(const GpuModel& model, const View& view, const DrawOptions& options);
+
+  /// What the first pass of the last picture without anti-aliasing found: per pixel index + 1 (0: nothing) and two barycentrics
+  /// in 16 bits each, b0 low.
+  std::vector<glm::uvec2> hits();
+
+ private:
+  gpu::Device& gpu_;
+  gpu::Graphics& graphics_;
+  gpu::Image hits_, depth_, target_;
+  gpu::Buffer frame_;
+};
+
+}  // namespace trisoup::render
