@@ -155,6 +155,8 @@ int run(const CommandLine& o) {
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
   if (scene.synthetic) options.up = glm::dvec3(0, 0, 1);
   options.bake_directions = bake_directions(scene);
+  for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
+    for (const scene::View& view : *views) options.cameras.push_back({utf8(view.name), test, view.camera});
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
 
   const auto stop_if_asked = [&] {

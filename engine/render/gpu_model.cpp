@@ -1,6 +1,7 @@
 #include "render/gpu_model.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <span>
 #include <vector>
@@ -36,7 +37,7 @@ std::pair<std::uint8_t, std::uint8_t> opacity_range(const soup::Model& model, co
 
 }  // namespace
 
-GpuModel upload_model(gpu::Device& gpu, const soup::Model& model) {
+GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use) {
   gpu::Graphics* graphics = gpu.graphics();
   if (!graphics) throw Error("{} cannot draw, only compute; choose another with --device", gpu.info().name);
   GpuModel m;
@@ -85,6 +86,8 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model) {
   gpu.upload(m.corners.address(), corners);
 
   std::vector<float> mlp = model.mlp.parameters;
+  if (mlp_use == MlpUse::compiled)
+    for (const float w : mlp) m.mlp_constants.push_back(std::bit_cast<std::uint32_t>(w));
   mlp.resize((mlp.size() + 3) / 4 * 4);
   m.mlp = gpu.allocate(mlp.size() * 4, "MLP");
   gpu.upload(m.mlp.address(), mlp);

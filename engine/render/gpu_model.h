@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include <glm/glm.hpp>
 
@@ -17,6 +18,7 @@ struct GpuModel {
   std::uint32_t masked = 0;          // a half somewhere
   gpu::Buffer vertices;              // [T][3][3]
   gpu::Buffer corners;               // [3 (opaque + masked)] kernels::SoupVertex, the opaque ones first
+  std::vector<std::uint32_t> mlp_constants;  // the MLP's parameters, bit for bit; empty: shaders read them from `mlp`
   gpu::Buffer mlp;                   // uniform buffer, 149 vec4
   gpu::Image opacities;              // r8, one byte per lattice point
   gpu::Image features;               // rg32_uint, the eight bytes of a lattice point
@@ -27,7 +29,10 @@ struct GpuModel {
   glm::vec3 low{0.0f}, high{0.0f};   // box around the vertices
 };
 
+/// What becomes of the MLP: compiled into the shaders for a model that stays, or read by them for one that changes.
+enum class MlpUse { compiled, read };
+
 /// Throws Error when the device cannot hold or draw it.
-GpuModel upload_model(gpu::Device& gpu, const soup::Model& model);
+GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp = MlpUse::compiled);
 
 }  // namespace trisoup::render

@@ -98,9 +98,12 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
 
   gpu::Draw shade{.vertex = "screen", .fragment = "shade"};
-  if (aa == AntiAliasing::msaa) shade.fragment = "shade_multisampled";
-  if (aa == AntiAliasing::ssaa) shade.fragment = "shade_supersampled";
+  const bool fixed = !model.mlp_constants.empty();
+  if (fixed) shade.fragment = "shade_fixed";
+  if (aa == AntiAliasing::msaa) shade.fragment = fixed ? "shade_multisampled_fixed" : "shade_multisampled";
+  if (aa == AntiAliasing::ssaa) shade.fragment = fixed ? "shade_supersampled_fixed" : "shade_supersampled";
   shade.constants = {static_cast<std::uint32_t>(options.mode)};
+  shade.constants.insert(shade.constants.end(), model.mlp_constants.begin(), model.mlp_constants.end());
   shade.count = 3;
   shade.textures = {&hits_, &model.places, &model.features};
   shade.uniforms = {{model.mlp.address(), model.mlp.bytes()}, {frame_.address(), frame_.bytes()}};

@@ -114,6 +114,43 @@ json up_matrix(const glm::dvec3& up) {
   return {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, 0, 0, 0, 1};
 }
 
+json cameras_json(const std::vector<ModelCamera>& cameras) {
+  json rows = json::array();
+  for (const ModelCamera& c : cameras) {
+    const scene::Camera& k = c.camera;
+    json pose = json::array();
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 4; ++column) pose.push_back(k.world_to_camera[column][row]);
+    rows.push_back({{"name", c.name}, {"test", c.test}, {"size", {k.width, k.height}}, {"focal", {k.fx, k.fy}},
+                    {"centre", {k.cx, k.cy}}, {"world_to_camera", pose}});
+  }
+  return rows;
+}
+
+ModelCamera camera_of(const json& row) {
+  ModelCamera c;
+  c.name = row.at("name").get<std::string>();
+  c.test = row.at("test").get<bool>();
+  c.camera.width = row.at("size").at(0).get<int>();
+  c.camera.height = row.at("size").at(1).get<int>();
+  c.camera.fx = row.at("focal").at(0).get<double>();
+  c.camera.fy = row.at("focal").at(1).get<double>();
+  c.camera.cx = row.at("centre").at(0).get<double>();
+  c.camera.cy = row.at("centre").at(1).get<double>();
+  for (int i = 0; i < 12; ++i) c.camera.world_to_camera[i % 4][i / 4] = row.at("world_to_camera").at(i).get<double>();
+  return c;
+}
+
+bool possible(const scene::Camera& c) {
+  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 0 && c.fy > 0 &&
+            std::isfinite(c.fx) && std::isfinite(c.fy) && std::isfinite(c.cx) && std::isfinite(c.cy);
+  const glm::dmat3 rotation(c.world_to_camera);
+  const glm::dmat3 product = rotation * glm::transpose(rotation);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) ok = ok && std::abs(product[i][j] - (i == j)) < 1e-3;
+  return ok && finite(glm::dvec3(c.world_to_camera[3]));
+}
+
 /// The texels that a PNG's header states, 0 if it is no PNG: asked before any memory is taken for them.
 std::uint64_t png_texels(std::span<const std::byte> png) {
   constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -226,6 +263,8 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   extension["centre"] = {model.centre.x, model.centre.y, model.centre.z};
   extension["scale"] = model.scale;
   extension["settings"] = options.settings;
+  if (options.up) extension["up"] = {options.up->x, options.up->y, options.up->z};
+  if (!options.cameras.empty()) extension["cameras"] = cameras_json(options.cameras);
   gltf["extensions"] = {{kExtension, extension}};
 
   gltf["accessors"] = accessors;
@@ -341,6 +380,14 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     if (!finite(model.centre) || !std::isfinite(model.scale) || model.scale <= 0)
       throw damaged("has an impossible centre or scale");
     file.settings = extension.value("settings", json());
+    if (extension.contains("up")) {
+      file.up = vector("up");
+      if (!finite(*file.up) || glm::length(*file.up) < 1e-12) throw damaged("has an up direction without a length");
+    }
+    for (const json& row : extension.value("cameras", json::array())) {
+      file.cameras.push_back(camera_of(row));
+      if (!possible(file.cameras.back().camera)) throw damaged("has an impossible camera");
+    }
   } catch (const json::exception& e) {
     throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, printable(e.what()));
   }

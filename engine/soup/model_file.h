@@ -12,21 +12,32 @@
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 
+#include "scene/camera.h"
 #include "soup/atlas.h"
 #include "soup/soup.h"
 
 namespace trisoup::soup {
 
+/// A camera that the model was trained or tested with, in normalised coordinates.
+struct ModelCamera {
+  std::string name;  // of its photograph, UTF-8
+  bool test = false;
+  scene::Camera camera;
+};
+
 struct ModelFileOptions {
   std::optional<glm::dvec3> up;            // of the dataset; glTF viewers get it as +Y. Without one +Y is taken as it is.
   std::vector<glm::vec3> bake_directions;  // unit, from the surface towards the viewer; see bake_colours
   nlohmann::json settings;                 // kept as it is, for people and for soup-eval
+  std::vector<ModelCamera> cameras;        // for viewers
   int atlas_side = kAtlasSide;             // largest width and height of an atlas page, texels; see make_atlas
 };
 
 struct ModelFile {
   Model model;
   nlohmann::json settings;
+  std::optional<glm::dvec3> up;
+  std::vector<ModelCamera> cameras;  // as they were written; none in files before there were any
 };
 
 /// The bytes of a model.glb. decode_model gives back the same vertices, lattices and MLP to the bit; lattices lie in triangle

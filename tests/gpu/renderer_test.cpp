@@ -72,7 +72,8 @@ TEST_CASE("the renderer shows what the kernels infer", "[renderer]") {
   auto gpu = test::open_device();
   Reference r(*gpu);
   render::Renderer renderer(*gpu);
-  const render::GpuModel drawn = render::upload_model(*gpu, r.model);
+  const render::MlpUse use = GENERATE(render::MlpUse::compiled, render::MlpUse::read);
+  const render::GpuModel drawn = render::upload_model(*gpu, r.model, use);
   CHECK(drawn.opaque + drawn.masked <= drawn.triangles);
   const Difference d = compare(r, renderer, drawn, r.scene.views);
   CAPTURE(d.pixels, d.visible, d.ties, d.psnr);

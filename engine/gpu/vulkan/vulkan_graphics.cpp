@@ -346,6 +346,12 @@ VkDescriptorSet VulkanGraphics::describe(const Draw& draw) {
 
 void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   if (draws.empty() && !targets.clear) return;
+  // A model may have its own pipelines; those of models long gone must not pile up.
+  if (pipelines_.size() > kMostPipelines) {
+    device_.wait();
+    for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_.device_, pipeline, nullptr);
+    pipelines_.clear();
+  }
   // Everything that may fail or that belongs outside of a rendering comes first.
   std::vector<VkPipeline> pipelines;
   for (const Draw& d : draws) pipelines.push_back(find_pipeline(d, targets));

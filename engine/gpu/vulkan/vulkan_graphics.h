@@ -43,6 +43,7 @@ class VulkanGraphics final : public Graphics {
   /// What a pipeline is made of, in the order in which it is compared.
   using PipelineKey = std::vector<std::uint32_t>;
 
+  static constexpr std::size_t kMostPipelines = 128;
   static constexpr std::uint32_t kTextures = 4, kUniforms = 2, kSetsPerRecording = 1024;
 
   Stored& stored(const Image& image) { return images_.at(image.id()); }

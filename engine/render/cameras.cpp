@@ -1,0 +1,121 @@
+#include "render/cameras.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace trisoup::render {
+namespace {
+
+/// Two unit vectors that complete a unit `up` to a right-handed basis.
+std::array<glm::dvec3, 2> ground(const glm::dvec3& up) {
+  const glm::dvec3 helper = std::abs(up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+  const glm::dvec3 x = glm::normalize(glm::cross(helper, up));
+  return {x, glm::cross(up, x)};
+}
+
+scene::Camera around(const Framing& framing, double azimuth, double elevation, int width, int height) {
+  const auto [x, y] = ground(framing.up);
+  const glm::dvec3 towards =
+      std::cos(elevation) * (std::cos(azimuth) * x + std::sin(azimuth) * y) + std::sin(elevation) * framing.up;
+  // From straight above, any direction on the ground will do for up.
+  const glm::dvec3 up = std::abs(std::sin(elevation)) > 0.9999 ? y : framing.up;
+  return look_at(framing.target + framing.distance * towards, framing.target, up, framing.fov, width, height);
+}
+
+}  // namespace
+
+scene::Camera look_at(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double fov, int width, int height) {
+  scene::Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = 0.5 * height / std::tan(0.5 * fov);
+  camera.cx = 0.5 * width;
+  camera.cy = 0.5 * height;
+  const glm::dvec3 z = glm::normalize(target - eye), x = glm::normalize(glm::cross(z, up)), y = glm::cross(z, x);
+  const glm::dmat3 rotation = glm::transpose(glm::dmat3(x, y, z));
+  camera.world_to_camera = glm::dmat4(rotation);
+  camera.world_to_camera[3] = glm::dvec4(-(rotation * eye), 1.0);
+  return camera;
+}
+
+scene::Camera reshaped(const scene::Camera& camera, int width, int height) {
+  const double s = double(height) / camera.height;
+  scene::Camera result = camera;
+  result.width = width;
+  result.height = height;
+  result.fx *= s;
+  result.fy *= s;
+  result.cx = 0.5 * width + s * (camera.cx - 0.5 * camera.width);
+  result.cy *= s;
+  return result;
+}
+
+glm::dvec3 mean_up(std::span<const scene::Camera> cameras) {
+  glm::dvec3 sum(0.0);
+  for (const scene::Camera& c : cameras) sum -= glm::dvec3(c.world_to_camera[0][1], c.world_to_camera[1][1], c.world_to_camera[2][1]);
+  const double length = glm::length(sum);
+  return length > 1e-3 * static_cast<double>(cameras.size()) && !cameras.empty() ? sum / length : glm::dvec3(0, 1, 0);
+}
+
+Framing frame(std::span<const glm::vec3> vertices, std::span<const scene::Camera> cameras, const glm::dvec3& up) {
+  Framing f;
+  f.up = glm::normalize(up);
+  glm::dvec3 low(0.0), high(0.0);
+  if (!vertices.empty())
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<float> values;
+      for (const glm::vec3& v : vertices) values.push_back(v[axis]);
+      const auto quantile = [&](double q) {
+        const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+        std::nth_element(values.begin(), at, values.end());
+        return double(*at);
+      };
+      low[axis] = quantile(0.05);
+      high[axis] = quantile(0.95);
+    }
+  f.target = 0.5 * (low + high);
+  if (!cameras.empty()) {
+    // Cameras lie at mean distance 1 from the origin, and look at it.
+    f.target = glm::dvec3(0.0);
+    double distance = 0, fov = 0;
+    for (const scene::Camera& c : cameras) {
+      distance += glm::length(c.centre());
+      fov += 2 * std::atan(0.5 * c.height / c.fy);
+    }
+    f.distance = distance / static_cast<double>(cameras.size());
+    f.fov = fov / static_cast<double>(cameras.size());
+  } else {
+    f.distance = std::max(1e-3, 0.65 * glm::length(high - low) / std::tan(0.5 * f.fov));
+  }
+  return f;
+}
+
+std::vector<scene::Camera> orbit(const Framing& framing, int count, double elevation, double start, int width, int height) {
+  std::vector<scene::Camera> cameras;
+  for (int i = 0; i < count; ++i)
+    cameras.push_back(around(framing, start + 2 * std::numbers::pi * i / count, elevation, width, height));
+  return cameras;
+}
+
+std::vector<scene::Camera> hemisphere(const Framing& framing, int count, int width, int height) {
+  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::vector<scene::Camera> cameras;
+  for (int i = 0; i < count; ++i) cameras.push_back(around(framing, golden_angle * i, std::asin((i + 0.5) / count), width, height));
+  return cameras;
+}
+
+View view_of(const scene::Camera& camera, double near, double far) {
+  return {scene::clip_from_world(camera, near, far), static_cast<std::uint32_t>(camera.width), static_cast<std::uint32_t>(camera.height)};
+}
+
+View view_of(const scene::Camera& camera, const scene::Normalisation& of_camera, const GpuModel& model, double near, double far) {
+  View view = view_of(camera, near, far);
+  glm::dmat4 camera_from_model(of_camera.scale / model.scale);
+  camera_from_model[3] = glm::dvec4(of_camera.scale * (model.centre - of_camera.centre), 1.0);
+  view.clip_from_world = view.clip_from_world * camera_from_model;
+  return view;
+}
+
+}  // namespace trisoup::render

@@ -1,0 +1,108 @@
+#include "command_line.h"
+
+#include <CLI/CLI.hpp>
+
+#include <map>
+
+#include <fmt/format.h>
+
+namespace trisoup::viewer {
+namespace {
+
+/// WIDTHxHEIGHT
+std::optional<glm::ivec2> size_from(const std::string& text) {
+  int width = 0, height = 0, used = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%n", &width, &height, &used) != 2 || used != static_cast<int>(text.size())) return {};
+  if (width < 1 || height < 1 || width > 16384 || height > 16384) return {};
+  return glm::ivec2(width, height);
+}
+
+std::optional<glm::vec3> vector_from(const std::string& text) {
+  glm::vec3 v;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%f,%f,%f%n", &v.x, &v.y, &v.z, &used) != 3 || used != static_cast<int>(text.size())) return {};
+  return v;
+}
+
+std::optional<glm::vec3> colour_from(const std::string& text) {
+  if (text == "white") return glm::vec3(1.0f);
+  if (text == "black") return glm::vec3(0.0f);
+  const auto v = vector_from(text);
+  return v && glm::all(glm::greaterThanEqual(*v, glm::vec3(0.0f))) && glm::all(glm::lessThanEqual(*v, glm::vec3(1.0f))) ? v
+                                                                                                              : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
+  CommandLine c;
+  CLI::App app{"Draws a soup in real time. Without --screenshot, --path or --benchmark it opens a window.\n"
+               "  soup-view model.glb\n"
+               "  soup-view model.glb --screenshot out.png --camera 12 --size 1920x1080\n"
+               "  soup-view model.glb --path orbit --frames 120 -o frames\n"
+               "  soup-view model.glb --benchmark --json times.json"};
+  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-view: {}; see --help\n", e.what()); });
+  std::string size, background, up, mode, aa;
+  app.add_option("MODEL", c.model, "model.glb");
+  auto* without = "Without a window (no display needed)";
+  auto* screenshot = app.add_option("--screenshot", c.screenshot, "write one picture, PNG")->group(without);
+  auto* path = app.add_option("--path", c.path, "orbit or cameras: write a picture per step to -o")
+                   ->check(CLI::IsMember({"orbit", "cameras"}))->group(without);
+  app.add_option("-o,--output", c.output, "folder for the pictures of --path")->group(without);
+  app.add_option("--frames", c.frames, "pictures of --path orbit, views of the hemisphere in --benchmark [120]")
+      ->check(CLI::Range(1, 100000))->group(without);
+  app.add_option("--elevation", c.elevation, "of --path orbit, degrees above the ground [20]")->check(CLI::Range(-89.0, 89.0))->group(without);
+  app.add_flag("--benchmark", c.benchmark, "time pictures from the model's cameras and from the upper hemisphere")->group(without)
+      ->excludes(screenshot)->excludes(path);
+  app.add_option("--json", c.json, "write the times of --benchmark to a file")->group(without);
+  screenshot->excludes(path);
+  auto* camera = "Camera";
+  app.add_option("--camera", c.camera, "number or name of a view, test views first [the first]")->group(camera);
+  app.add_option("--size", size, "WIDTHxHEIGHT in pixels [the camera's; 1280x720]")->group(camera);
+  app.add_option("--dataset", c.dataset, "photographs and cameras to compare with")->group(camera);
+  app.add_option("--fov", c.fov, "vertical field of view, degrees [the camera's]")->check(CLI::Range(1.0, 170.0))->group(camera);
+  app.add_option("--near", c.near, "near plane, normalised units [as the model was tested]")->check(CLI::PositiveNumber)->group(camera);
+  app.add_option("--far", c.far, "far plane, normalised units")->check(CLI::PositiveNumber)->group(camera);
+  app.add_option("--up", up, "X,Y,Z: up direction of the dataset [the model's, or the cameras']")->group(camera);
+  auto* picture = "Picture";
+  app.add_option("--mode", mode, "colour, triangles, normals, depth, opacity, level, wireframe or channel [colour]")->group(picture);
+  app.add_option("--channel", c.draw.channel, "of --mode channel, 0..7: red, green, blue, mix, three latent ones, opacity [0]")
+      ->check(CLI::Range(0, 7))->group(picture);
+  app.add_option("--aa", aa, "none, msaa (four samples of visibility) or ssaa (2 x 2 shaded samples) [none]")->group(picture);
+  app.add_option("--background", background, "white, black or R,G,B from 0 to 1 [the model's]")->group(picture);
+  auto* device = "Device";
+  app.add_option("--device", c.device.device, "number or part of the name")->group(device);
+  app.add_flag("--list-devices", c.list_devices, "name the devices and exit")->group(device);
+  app.add_flag("--validate", c.device.validation, "run with the Vulkan validation layers; fail on any message")->group(device);
+  const auto fail = [&](const std::string& line) -> std::optional<CommandLine> {
+    std::fprintf(stderr, "soup-view: %s; see --help\n", line.c_str());
+    exit_code = 1;
+    return {};
+  };
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    exit_code = app.exit(e) == 0 ? 0 : 1;
+    return {};
+  }
+  if (!size.empty() && !(c.size = size_from(size))) return fail(fmt::format("--size {}: give WIDTHxHEIGHT, each 1 to 16384", size));
+  if (!background.empty() && !(c.background = colour_from(background)))
+    return fail(fmt::format("--background {}: give white, black or R,G,B from 0 to 1", background));
+  if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f)))
+    return fail(fmt::format("--up {}: give X,Y,Z, not all zero", up));
+  if (!mode.empty()) {
+    const auto m = render::mode_from(mode);
+    if (!m) return fail(fmt::format("--mode {}: there is no such mode", mode));
+    c.draw.mode = *m;
+  }
+  if (!aa.empty()) {
+    const auto a = render::anti_aliasing_from(aa);
+    if (!a) return fail(fmt::format("--aa {}: give none, msaa or ssaa", aa));
+    c.draw.aa = *a;
+  }
+  if (c.path && !c.output) return fail("--path needs -o FOLDER");
+  if ((c.screenshot || c.path || c.benchmark) && c.model.empty()) return fail("a model is required: soup-view MODEL ...");
+  return c;
+}
+
+}  // namespace trisoup::viewer

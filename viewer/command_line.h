@@ -1,0 +1,32 @@
+// soup-view's command line.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <glm/glm.hpp>
+
+#include "gpu/device.h"
+#include "render/renderer.h"
+
+namespace trisoup::viewer {
+
+struct CommandLine {
+  std::string model;                  // empty: the window opens without one
+  std::string dataset;                // for photographs and cameras; empty: the model's own cameras
+  std::optional<std::string> screenshot, path, output, camera, json;
+  bool benchmark = false, list_devices = false;
+  std::optional<glm::ivec2> size;     // pixels
+  int frames = 120;
+  double elevation = 20;              // degrees
+  std::optional<double> fov, near, far;  // degrees; normalised units
+  std::optional<glm::vec3> background, up;
+  render::DrawOptions draw;
+  gpu::DeviceOptions device;
+};
+
+/// nullopt: the program is to end with `exit_code` (after --help, or after an error that has been printed).
+std::optional<CommandLine> parse(int argc, char** argv, int& exit_code);
+
+}  // namespace trisoup::viewer

@@ -1,0 +1,148 @@
+#include "headless.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "error.h"
+#include "image/image_file.h"
+
+namespace trisoup::viewer {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kDegrees = std::numbers::pi / 180;
+
+struct Setting {
+  gpu::Device& gpu;
+  const CommandLine& options;
+  const Subject& subject;
+  render::GpuModel model;
+  render::Renderer renderer;
+  render::DrawOptions draw;
+
+  Setting(gpu::Device& device, const CommandLine& o, const Subject& s)
+      : gpu(device), options(o), subject(s), model(render::upload_model(device, s.model)), renderer(device), draw(o.draw) {
+    draw.background = o.background.value_or(s.model.background);
+    // A dataset's view is to look as it was evaluated.
+    draw.drop_behind = true;
+    if (!(near() < far())) throw Error("--near {} and --far {}: near must be less than far", near(), far());
+  }
+
+  double near() const { return options.near.value_or(subject.near); }
+  double far() const { return options.far.value_or(subject.far); }
+  render::View view(scene::Camera camera) const {
+    if (options.fov) camera.fx = camera.fy = 0.5 * camera.height / std::tan(0.5 * *options.fov * kDegrees);
+    return render::view_of(camera, near(), far());
+  }
+  glm::ivec2 size() const {
+    if (options.size) return *options.size;
+    return {1280, 720};
+  }
+  scene::Camera camera(std::size_t index) const {
+    const scene::Camera& c = subject.cameras[index].camera;
+    return options.size ? render::reshaped(c, options.size->x, options.size->y) : c;
+  }
+};
+
+void screenshot(Setting& s) {
+  scene::Camera camera;
+  if (s.options.camera || !s.subject.cameras.empty())
+    camera = s.camera(find_camera(s.subject, s.options.camera.value_or("0")));
+  else
+    camera = render::orbit(s.subject.framing, 1, s.options.elevation * kDegrees, 0, s.size().x, s.size().y)[0];
+  write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
+}
+
+void path(Setting& s) {
+  std::vector<scene::Camera> cameras;
+  if (*s.options.path == "orbit") {
+    cameras = render::orbit(s.subject.framing, s.options.frames, s.options.elevation * kDegrees, 0, s.size().x, s.size().y);
+  } else {
+    for (std::size_t i = 0; i < s.subject.cameras.size(); ++i) cameras.push_back(s.camera(i));
+    if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);
+  }
+  const std::filesystem::path folder(*s.options.output);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw Error("{}: cannot be created ({}); give another -o", folder.string(), error.message());
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    write_png(folder / fmt::format("{:05}.png", i), s.renderer.picture(s.model, s.view(cameras[i]), s.draw));
+}
+
+json statistics(std::vector<double> ms) {
+  std::sort(ms.begin(), ms.end());
+  const auto quantile = [&](double q) { return ms[static_cast<std::size_t>(q * static_cast<double>(ms.size() - 1) + 0.5)]; };
+  return {{"frames", ms.size()},
+          {"mean_ms", std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size())},
+          {"p50_ms", quantile(0.5)},
+          {"p90_ms", quantile(0.9)},
+          {"p99_ms", quantile(0.99)}};
+}
+
+void benchmark(Setting& s) {
+  json result;
+  result["device"] = s.gpu.info().name;
+  result["driver"] = s.gpu.info().driver;
+  result["model"] = s.subject.path;
+  result["triangles"] = s.model.triangles;
+  result["opaque"] = s.model.opaque;
+  result["masked"] = s.model.masked;
+  result["aa"] = to_string(s.draw.aa);
+  std::vector<scene::Camera> cameras;
+  for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
+    cameras.push_back(render::reshaped(s.subject.cameras[i].camera, s.size().x, s.size().y));
+  const std::vector<scene::Camera> sky = render::hemisphere(s.subject.framing, s.options.frames, s.size().x, s.size().y);
+  gpu::Graphics& graphics = *s.gpu.graphics();
+  const gpu::Image target = graphics.create_image(
+      {gpu::Format::rgba8, static_cast<std::uint32_t>(s.size().x), static_cast<std::uint32_t>(s.size().y)}, "picture");
+  result["width"] = s.size().x;
+  result["height"] = s.size().y;
+  for (const auto& [name, views] : {std::pair<const char*, const std::vector<scene::Camera>*>("cameras", &cameras), {"hemisphere", &sky}}) {
+    if (views->empty()) continue;
+    std::vector<double> ms;
+    const auto draw = [&](const scene::Camera& camera) {
+      s.renderer.draw(s.model, s.view(camera), s.draw, target);
+      s.gpu.wait();
+    };
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, views->size()); ++i) draw((*views)[i]);  // pipelines are made here
+    s.gpu.reset_timings();
+    s.gpu.enable_timings(true);
+    for (const scene::Camera& camera : *views) {
+      const auto start = std::chrono::steady_clock::now();
+      draw(camera);
+      ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    }
+    result[name] = statistics(ms);
+    // A pass goes by its last fragment shader.
+    for (const auto& [pass, t] : s.gpu.timings())
+      result[name]["passes_ms"][pass] = t.milliseconds / static_cast<double>(std::max<std::uint64_t>(1, t.launches));
+    s.gpu.enable_timings(false);
+  }
+  const std::string text = result.dump(2) + "\n";
+  if (s.options.json)
+    write_file_atomically(*s.options.json, std::as_bytes(std::span(text)));
+  else if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+    throw Error("standard output cannot be written; free some room, or give --json FILE");
+}
+
+}  // namespace
+
+void run_headless(gpu::Device& gpu, const CommandLine& options, const Subject& subject) {
+  Setting setting(gpu, options, subject);
+  if (options.screenshot) screenshot(setting);
+  if (options.path) path(setting);
+  if (options.benchmark) benchmark(setting);
+  const auto messages = gpu.validation_messages();
+  if (!messages.empty()) throw Error("Vulkan validation: {}", messages.front());
+}
+
+}  // namespace trisoup::viewer

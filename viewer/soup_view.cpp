@@ -1,0 +1,35 @@
+// soup-view: draws a soup in a window, or without one to files.
+#include <csignal>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "command_line.h"
+#include "error.h"
+#include "headless.h"
+#include "subject.h"
+
+using namespace trisoup;
+
+int main(int argc, char** argv) {
+  int exit_code = 0;
+  const auto options = viewer::parse(argc, argv, exit_code);
+  if (!options) return exit_code;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+  try {
+    if (options->list_devices) {
+      for (const gpu::DeviceInfo& d : gpu::list_devices())
+        std::printf("%d: %s (%s, %s)\n", d.index, d.name.c_str(), to_string(d.kind), d.driver.c_str());
+      return 0;
+    }
+    const bool headless = options->screenshot || options->path || options->benchmark;
+    if (!headless) throw Error("this build has no window; use --screenshot, --path or --benchmark");
+    const viewer::Subject subject = viewer::load_subject(options->model, options->dataset, options->up);
+    const auto device = gpu::open_device(options->device);
+    viewer::run_headless(*device, *options, subject);
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "soup-view: %s\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,79 @@
+#include "subject.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include "error.h"
+#include "printable.h"
+
+namespace trisoup::viewer {
+namespace {
+
+/// A camera of one normalisation in the coordinates of another.
+scene::Camera moved(const scene::Camera& camera, const scene::Normalisation& from, const scene::Normalisation& to) {
+  scene::Camera c = camera;
+  const glm::dvec3 centre = to.to_normalised(from.to_world(camera.centre()));
+  c.world_to_camera[3] = glm::dvec4(-(glm::dmat3(camera.world_to_camera) * centre), 1.0);
+  return c;
+}
+
+}  // namespace
+
+Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up) {
+  Subject s;
+  s.path = model;
+  soup::ModelFile file = soup::read_model(model);
+  s.model = std::move(file.model);
+  s.cameras = std::move(file.cameras);
+  if (!dataset.empty()) {
+    scene::LoadOptions load;
+    load.train_images = false;
+    if (file.settings.is_object()) {
+      try {
+        load.downscale = file.settings.value("resolution", 1.0);
+        load.test_every = file.settings.value("test_every", 8);
+      } catch (const nlohmann::json::exception&) {
+        // Settings of another program: the defaults will do.
+      }
+    }
+    const scene::Scene scene = scene::load(dataset, load);
+    const scene::Normalisation ours{s.model.centre, s.model.scale};
+    s.cameras.clear();
+    for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
+      for (const scene::View& v : *views) s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
+  }
+  std::stable_sort(s.cameras.begin(), s.cameras.end(), [](const auto& a, const auto& b) { return a.test > b.test; });
+  try {
+    if (file.settings.is_object()) {
+      s.near = file.settings.value("test_near", s.near);
+      s.far = file.settings.value("far", s.far);
+    }
+  } catch (const nlohmann::json::exception&) {
+  }
+  std::vector<scene::Camera> cameras;
+  for (const soup::ModelCamera& c : s.cameras) cameras.push_back(c.camera);
+  const glm::dvec3 upward = up ? glm::dvec3(*up) : file.up ? *file.up : render::mean_up(cameras);
+  std::vector<glm::vec3> vertices;
+  for (const glm::vec3& v : s.model.vertices) vertices.emplace_back(s.model.scale * (glm::dvec3(v) - s.model.centre));
+  s.framing = render::frame(vertices, cameras, upward);
+  return s;
+}
+
+std::size_t find_camera(const Subject& subject, const std::string& which) {
+  if (subject.cameras.empty())
+    throw Error("--camera {}: {} has no cameras; give --dataset FOLDER", which, subject.path);
+  std::size_t number = 0;
+  const char* end = which.data() + which.size();
+  if (std::from_chars(which.data(), end, number).ptr == end) {
+    if (number >= subject.cameras.size())
+      throw Error("--camera {}: there are {}, counted from 0, test views first", which, subject.cameras.size());
+    return number;
+  }
+  for (std::size_t i = 0; i < subject.cameras.size(); ++i)
+    if (subject.cameras[i].name == which) return i;
+  throw Error("--camera {}: no view has that name; the first is {}", which, subject.cameras[0].name);
+}
+
+}  // namespace trisoup::viewer

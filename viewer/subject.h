@@ -1,0 +1,31 @@
+// What soup-view looks at: a model, the cameras around it, and photographs where there is a dataset.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "render/cameras.h"
+#include "scene/scene.h"
+#include "soup/model_file.h"
+
+namespace trisoup::viewer {
+
+struct Subject {
+  std::string path;
+  soup::Model model;
+  std::vector<soup::ModelCamera> cameras;  // test views first; normalised coordinates of the model
+  render::Framing framing;
+  double near = 0.025, far = 2.5;          // normalised units
+  double training_near = 0.025;            // triangles nearer than that were never seen in training
+};
+
+/// Throws Error on a file that is no model, or a dataset that is none. dataset: empty for none.
+Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up);
+
+/// Index of the camera with this number or name. Throws Error.
+std::size_t find_camera(const Subject& subject, const std::string& which);
+
+}  // namespace trisoup::viewer
