@@ -1,4 +1,4 @@
-// soup-bench: what a training step costs, kernel by kernel.
+// soup-bench: what a training step costs, kernel by kernel, and what a picture costs.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
+#include "bench_frames.h"
 #include "error.h"
 #include "gpu/device.h"
 #include "soup/initialise.h"
@@ -245,6 +246,12 @@ int main(int argc, char** argv) {
   sub->add_option("--most-pixels", most_pixels, "largest side in the growth table, from 100; less: no table [800]");
   sub->add_option("--most-triangles", most_triangles, "most triangles in the growth table, from 1000; less: no table [60000]");
   sub->add_option("--json", json, "also write the figures as JSON");
+  FramesOptions frames;
+  auto* frames_sub = app.add_subcommand("frames", "time of a picture over sizes and triangles, beside the passes of the published viewer");
+  frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is split and thinned for the table")->required();
+  frames_sub->add_option("--device", options.device, "number or part of the name");
+  frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")->check(CLI::Range(1, 100000));
+  frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -252,6 +259,10 @@ int main(int argc, char** argv) {
   }
   try {
     auto device = gpu::open_device(options);
+    if (*frames_sub) {
+      bench_frames(*device, frames);
+      return 0;
+    }
     return steps(*device, base, repeats, most_pixels, most_triangles, json);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "soup-bench: %s\n", e.what());

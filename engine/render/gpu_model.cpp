@@ -13,7 +13,7 @@
 namespace trisoup::render {
 namespace {
 
-constexpr std::uint32_t kPlacesWidth = 1024;
+using kernels::kPlacesWidth;
 
 struct Record {
   std::uint32_t place = 0, layer_level = 0;
@@ -106,8 +106,8 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
   }
   const auto pages = static_cast<std::uint32_t>(atlas.pages.size());
   m.opacities = graphics->create_image({gpu::Format::r8, width, height, pages}, "opacities");
-  m.features = graphics->create_image({gpu::Format::rg32_uint, width, height, pages}, "features");
-  std::vector<std::uint8_t> opacities(std::size_t(width) * height), features(opacities.size() * soup::kChannels);
+  m.features = graphics->create_image({gpu::Format::rgba8, width, height, 2 * pages}, "features");
+  std::vector<std::uint8_t> opacities(std::size_t(width) * height), low(4 * opacities.size()), high(low.size());
   for (std::uint32_t page = 0; page < pages; ++page) {
     for (std::uint32_t t = 0; t < m.triangles; ++t) {
       const soup::AtlasPlace& place = atlas.places[t];
@@ -117,11 +117,13 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
         const std::size_t at = std::size_t(texel.y) * width + texel.x;
         const std::uint8_t* sample = &model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * soup::kChannels];
         opacities[at] = sample[7];
-        std::copy_n(sample, soup::kChannels, &features[at * soup::kChannels]);
+        std::copy_n(sample, 4, &low[4 * at]);
+        std::copy_n(sample + 4, 4, &high[4 * at]);
       });
     }
     graphics->upload(m.opacities, page, std::as_bytes(std::span(opacities)));
-    graphics->upload(m.features, page, std::as_bytes(std::span(features)));
+    graphics->upload(m.features, 2 * page, std::as_bytes(std::span(low)));
+    graphics->upload(m.features, 2 * page + 1, std::as_bytes(std::span(high)));
   }
   return m;
 }

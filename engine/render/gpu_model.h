@@ -21,7 +21,7 @@ struct GpuModel {
   std::vector<std::uint32_t> mlp_constants;  // the MLP's parameters, bit for bit; empty: shaders read them from `mlp`
   gpu::Buffer mlp;                   // uniform buffer, 149 vec4
   gpu::Image opacities;              // r8, one byte per lattice point
-  gpu::Image features;               // rg32_uint, the eight bytes of a lattice point
+  gpu::Image features;               // rgba8: a layer of features 0..3, then one of 4..7, per page
   gpu::Image places;                 // rg32_uint, per triangle: place, layer and level as in kernels::SoupVertex
   glm::vec3 background{0.0f};
   glm::dvec3 centre{0.0};            // of the normalisation

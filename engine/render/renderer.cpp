@@ -93,7 +93,6 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   frame.depth_near = std::max(nearest, 0.0f);
   frame.depth_far = std::max(farthest, frame.depth_near + 1e-6f);
   frame.channel = options.channel;
-  frame.places_width = model.places.shape().width;
   frame.vertices = model.vertices.address();
   gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
 

@@ -17,6 +17,13 @@ STRUCT SoupArgs {
   uint pad0;
 };
 
+/// Width of the image of places: triangle t is its texel (t % width, t / width).
+#ifdef GL_core_profile
+#define kPlacesWidth 1024u
+#else
+inline constexpr uint kPlacesWidth = 1024;
+#endif
+
 /// A vertex of the first pass: it knows its whole triangle. Three 4-vectors of floats, then one of uints.
 STRUCT SoupVertex {
   vec4 v0, v1, v2;   // world
@@ -34,7 +41,7 @@ STRUCT ShadeFrame {
   float pixel_x, pixel_y;  // NDC per pixel
   float depth_near, depth_far;  // of the depth mode, along the viewing direction
   uint channel;            // of the channel mode
-  uint places_width;       // of the image of places
+  uint pad0;
   POINTER(Floats) vertices;  // [T][3][3], world
 };
 

@@ -11,7 +11,7 @@
 
 layout(constant_id = 0) const uint MODE = MODE_COLOUR;
 layout(binding = 1) uniform usampler2D places;         // per triangle: place, layer and level
-layout(binding = 2) uniform usampler2DArray features;  // eight bytes per lattice point
+layout(binding = 2) uniform sampler2DArray features;   // 0..3 of a lattice point; 4..7 lie in the layer after
 layout(binding = 5) uniform Frame { ShadeFrame frame; };
 
 // The MLP's parameters: compiled into the shader as specialisation constants, which doubles its speed on a CPU and costs a
@@ -26,17 +26,21 @@ layout(binding = 4) uniform Mlp { vec4 mlp[149]; };
 #define LANES float
 #include "common/shading.h"
 
+/// Place, layer and level of a triangle's lattice. Shifts, since a CPU has no division of vectors of integers.
+uvec2 place_of(uint triangle) {
+  return texelFetch(places, ivec2(int(triangle & (kPlacesWidth - 1u)), int(triangle >> 10)), 0).xy;
+}
+
 void features_at(uint triangle, vec2 b, out float f[8]) {
-  const uvec2 place = texelFetch(places, ivec2(int(triangle % frame.places_width), int(triangle / frame.places_width)), 0).xy;
+  const uvec2 place = place_of(triangle);
   const uint level = place.y & 255u;
   const LatticeSquare square = lattice_square(b.x, b.y, level);
   const AtlasSquare s = atlas_square(place.x, place.y, square);
   const SquareWeights w = square_weights(square, level);
-  const uvec2 u0 = texelFetch(features, ivec3(s.at + ivec2(s.step, 0), s.page), 0).xy;
-  const uvec2 u1 = texelFetch(features, ivec3(s.at + ivec2(0, s.step), s.page), 0).xy;
-  const uvec2 u2 = texelFetch(features, ivec3(s.at + (w.upper ? ivec2(s.step) : ivec2(0)), s.page), 0).xy;
-  const vec4 a0 = unpackUnorm4x8(u0.x), a1 = unpackUnorm4x8(u1.x), a2 = unpackUnorm4x8(u2.x);
-  const vec4 b0 = unpackUnorm4x8(u0.y), b1 = unpackUnorm4x8(u1.y), b2 = unpackUnorm4x8(u2.y);
+  const ivec3 i0 = ivec3(s.at + ivec2(s.step, 0), 2 * s.page), i1 = ivec3(s.at + ivec2(0, s.step), 2 * s.page);
+  const ivec3 i2 = ivec3(s.at + (w.upper ? ivec2(s.step) : ivec2(0)), 2 * s.page), next = ivec3(0, 0, 1);
+  const vec4 a0 = texelFetch(features, i0, 0), a1 = texelFetch(features, i1, 0), a2 = texelFetch(features, i2, 0);
+  const vec4 b0 = texelFetch(features, i0 + next, 0), b1 = texelFetch(features, i1 + next, 0), b2 = texelFetch(features, i2 + next, 0);
   const vec4 low = a2 + w.w0 * (a0 - a2) + w.w1 * (a1 - a2), high = b2 + w.w0 * (b0 - b2) + w.w1 * (b1 - b2);
   UNROLL for (int c = 0; c < 4; ++c) {
     f[c] = low[c];
@@ -102,7 +106,7 @@ vec3 surface_colour(uvec2 hit, vec2 ndc) {
     return vec3(value);
   }
   if (MODE == MODE_LEVEL) {
-    const uint level = texelFetch(places, ivec2(int(triangle % frame.places_width), int(triangle / frame.places_width)), 0).y & 255u;
+    const uint level = place_of(triangle).y & 255u;
     const float t = float(level) / 5.0;
     return mix(mix(vec3(0.1, 0.2, 0.7), vec3(0.2, 0.75, 0.4), min(2.0 * t, 1.0)), vec3(0.95, 0.85, 0.2), max(2.0 * t - 1.0, 0.0));
   }
