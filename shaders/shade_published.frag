@@ -1,5 +1,5 @@
-// For comparison in soup-bench alone: the second pass of the published viewer, features from what the first one wrote. The MLP is
-// evaluated as in shade.frag, and like there only where something was drawn.
+// For comparison in soup-bench alone: the second pass of the published viewer, features from what the first one wrote. It runs
+// over the whole picture; the MLP is evaluated as in shade.frag.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/language.h"
@@ -16,5 +16,6 @@ layout(location = 0) out vec4 colour;
 void main() {
   const vec2 ndc = gl_FragCoord.xy * vec2(frame.pixel_x, frame.pixel_y) - 1.0;
   const vec4 l = texelFetch(low, ivec2(gl_FragCoord.xy), 0), h = texelFetch(high, ivec2(gl_FragCoord.xy), 0);
-  colour = vec4(neural_colour(float[8](l.x, l.y, l.z, l.w, h.x, h.y, h.z, h.w), ndc), 1.0);
+  colour = frame.background;
+  if (h.w > 0.0) colour = vec4(neural_colour(float[8](l.x, l.y, l.z, l.w, h.x, h.y, h.z, h.w), ndc), 1.0);
 }

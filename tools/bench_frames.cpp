@@ -134,19 +134,17 @@ class Published {
     frame.ray = glm::vec4(rays.centre, 0.0);
     frame.ray_x = glm::vec4(rays.x, 0.0);
     frame.ray_y = glm::vec4(rays.y, 0.0);
+    frame.background = glm::vec4(background, 1.0f);
     frame.pixel_x = args.pixel_x;
     frame.pixel_y = args.pixel_y;
     gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
     gpu::Draw second{.vertex = "screen", .fragment = "shade_published_fixed"};
     second.constants = {0};
     second.constants.insert(second.constants.end(), model_.mlp_constants.begin(), model_.mlp_constants.end());
-    second.depth = gpu::Depth::drawn;
     second.count = 3;
     second.textures = {&targets_[0], &model_.places, &model_.features, &targets_[1]};
     second.uniforms = {{model_.mlp.address(), model_.mlp.bytes()}, {frame_.address(), frame_.bytes()}};
-    gpu::Targets to{.colour = {&target}, .depth = &depth_};
-    to.background = glm::vec4(background, 1.0f);
-    to.keep_depth = true;
+    gpu::Targets to{.colour = {&target}};
     graphics_.draw(to, second);
   }
 
