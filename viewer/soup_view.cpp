@@ -8,6 +8,7 @@
 #include "error.h"
 #include "headless.h"
 #include "subject.h"
+#include "window.h"
 
 using namespace trisoup;
 
@@ -23,7 +24,10 @@ int main(int argc, char** argv) {
       return 0;
     }
     const bool headless = options->screenshot || options->path || options->benchmark;
-    if (!headless) throw Error("this build has no window; use --screenshot, --path or --benchmark");
+    if (!headless) {
+      viewer::run_window(*options);
+      return 0;
+    }
     const viewer::Subject subject = viewer::load_subject(options->model, options->dataset, options->up);
     const auto device = gpu::open_device(options->device);
     viewer::run_headless(*device, *options, subject);

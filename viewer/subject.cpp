@@ -27,17 +27,19 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
   soup::ModelFile file = soup::read_model(model);
   s.model = std::move(file.model);
   s.cameras = std::move(file.cameras);
-  if (!dataset.empty()) {
-    scene::LoadOptions load;
-    load.train_images = false;
+  try {
     if (file.settings.is_object()) {
-      try {
-        load.downscale = file.settings.value("resolution", 1.0);
-        load.test_every = file.settings.value("test_every", 8);
-      } catch (const nlohmann::json::exception&) {
-        // Settings of another program: the defaults will do.
-      }
+      s.load.downscale = file.settings.value("resolution", 1.0);
+      s.load.test_every = file.settings.value("test_every", 8);
+      s.near = file.settings.value("test_near", s.near);
+      s.far = file.settings.value("far", s.far);
     }
+  } catch (const nlohmann::json::exception&) {
+    // Settings of another program: the defaults will do.
+  }
+  if (!dataset.empty()) {
+    scene::LoadOptions load = s.load;
+    load.train_images = false;
     const scene::Scene scene = scene::load(dataset, load);
     const scene::Normalisation ours{s.model.centre, s.model.scale};
     s.cameras.clear();
@@ -45,13 +47,6 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
       for (const scene::View& v : *views) s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
   }
   std::stable_sort(s.cameras.begin(), s.cameras.end(), [](const auto& a, const auto& b) { return a.test > b.test; });
-  try {
-    if (file.settings.is_object()) {
-      s.near = file.settings.value("test_near", s.near);
-      s.far = file.settings.value("far", s.far);
-    }
-  } catch (const nlohmann::json::exception&) {
-  }
   std::vector<scene::Camera> cameras;
   for (const soup::ModelCamera& c : s.cameras) cameras.push_back(c.camera);
   const glm::dvec3 upward = up ? glm::dvec3(*up) : file.up ? *file.up : render::mean_up(cameras);

@@ -19,7 +19,7 @@ struct Subject {
   std::vector<soup::ModelCamera> cameras;  // test views first; normalised coordinates of the model
   render::Framing framing;
   double near = 0.025, far = 2.5;          // normalised units
-  double training_near = 0.025;            // triangles nearer than that were never seen in training
+  scene::LoadOptions load;                 // how the model's dataset was loaded
 };
 
 /// Throws Error on a file that is no model, or a dataset that is none. dataset: empty for none.

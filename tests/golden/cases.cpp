@@ -14,6 +14,7 @@
 #include "golden/host_cases.h"
 #include "npz.h"
 #include "soup/texture_table.h"
+#include "render/renderer.h"
 #include "train/fixed_sum.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
@@ -589,6 +590,46 @@ void trained_model(gpu::Device& gpu, const Npz& npz, Report& report) {
   report.check("colour", worst <= 1e-3 && psnr > 60, fmt::format("largest difference {:.2e} (limit 1e-3), PSNR {:.1f} dB (limit 60)", worst, psnr));
 }
 
+/// The same pictures through the real-time renderer.
+void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
+  soup::Model model;
+  const std::vector<float>& v = need(npz, "V").f;
+  for (const std::int32_t i : need(npz, "F").i) model.vertices.emplace_back(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
+  const std::uint32_t level = scalar(npz, "level");
+  model.textures = soup::make_texture_table(model.vertices.size() / 3, {level, level}).entries;
+  for (const std::int32_t value : need(npz, "lut_u8").i) model.lattice.push_back(static_cast<std::uint8_t>(value));
+  model.mlp.parameters = mlp_parameters(npz, "mlp_", "");
+  const render::GpuModel drawn = render::upload_model(gpu, model);
+  render::Renderer renderer(gpu);
+  render::DrawOptions options;
+  options.background = glm::vec3(1.0f);
+  options.drop_behind = true;
+
+  const Array& mvp = need(npz, "mvp_test");
+  const std::vector<std::int32_t>& ids = need(npz, "test_tri_id").i;
+  const std::vector<float>& colours = need(npz, "test_color_f16").f;
+  std::size_t at = 0, ties = 0;
+  double squares = 0;
+  for (std::size_t b = 0; b < mvp.shape.at(0); ++b) {
+    const Image image = renderer.picture(drawn, {row_major(&mvp.f[16 * b]), scalar(npz, "W"), scalar(npz, "H")}, options);
+    const std::vector<glm::uvec2> hits = renderer.hits();
+    for (std::size_t p = 0; p < hits.size(); ++p, ++at) {
+      if (hits[p].x != static_cast<std::uint32_t>(ids.at(at))) {
+        ++ties;
+        continue;
+      }
+      for (int c = 0; c < 3; ++c) {
+        // The picture's own rounding to 8 bits is not at issue.
+        const double d = std::max(0.0, std::abs(image.rgba[4 * p + c] / 255.0 - colours.at(3 * at + c)) - 0.5 / 255.0);
+        squares += d * d;
+      }
+    }
+  }
+  report.check("renderer: visible triangle", ties * 1000 <= ids.size(), fmt::format("{} of {} pixels tie (limit 0.1 %)", ties, ids.size()));
+  const double psnr = -10.0 * std::log10(std::max(1e-20, squares / (3.0 * static_cast<double>(ids.size() - ties))));
+  report.check("renderer: colour", psnr > 60, fmt::format("PSNR {:.1f} dB (limit 60)", psnr));
+}
+
 }  // namespace
 
 void Report::array(const std::string& what, std::span<const float> actual, std::span<const float> expected, double tolerance,
@@ -637,7 +678,11 @@ bool run_case(gpu::Device& gpu, const std::filesystem::path& file, Report& repor
     else if (name.starts_with("C_")) opacity_expectation(gpu, load_npz(file), report);
     else if (name.starts_with("D5_lift")) lift(gpu, load_npz(file), report);
     else if (name.starts_with("G_")) ssim(gpu, load_npz(file), report);
-    else if (name.starts_with("M_")) trained_model(gpu, load_npz(file), report);
+    else if (name.starts_with("M_")) {
+      const Npz npz = load_npz(file);
+      trained_model(gpu, npz, report);
+      if (gpu.graphics()) trained_model_drawn(gpu, npz, report);
+    }
     else return run_host_case(gpu, name, load_npz(file), report);
   } catch (const Error& e) {
     throw Error("{}: {}", file.string(), e.what());

@@ -1,0 +1,29 @@
+#include "glfw_surface.h"
+
+#include <cstdint>
+
+#define GLFW_INCLUDE_VULKAN
+#include <GLFW/glfw3.h>
+
+#include "error.h"
+
+namespace trisoup::viewer {
+
+std::vector<std::string> window_extensions() {
+  std::uint32_t count = 0;
+  const char** names = glfwGetRequiredInstanceExtensions(&count);
+  if (!names) throw Error("this display has no Vulkan; use --screenshot, --path or --benchmark");
+  return {names, names + count};
+}
+
+std::unique_ptr<gpu::Surface> open_surface(gpu::Device& gpu, GLFWwindow* window) {
+  gpu::Graphics* graphics = gpu.graphics();
+  if (!graphics) throw Error("{} cannot draw, only compute; choose another with --device", gpu.info().name);
+  return graphics->open_surface([window](void* instance) -> std::uint64_t {
+    VkSurfaceKHR surface = VK_NULL_HANDLE;
+    if (glfwCreateWindowSurface(static_cast<VkInstance>(instance), window, nullptr, &surface) != VK_SUCCESS) return 0;
+    return reinterpret_cast<std::uint64_t>(surface);
+  });
+}
+
+}  // namespace trisoup::viewer

@@ -1,0 +1,31 @@
+// The photographs of a dataset, loaded beside the running window.
+#pragma once
+
+#include <future>
+#include <map>
+#include <string>
+
+#include "image/image.h"
+#include "scene/scene.h"
+
+namespace trisoup::viewer {
+
+class Photographs {
+ public:
+  /// Begins to load; returns at once.
+  void load(const std::string& dataset, const scene::LoadOptions& options);
+  /// True once, when loading has ended; then error() says how.
+  bool finished();
+  bool loading() const { return future_.valid(); }
+  const std::string& error() const { return error_; }
+  /// Null where there is none of that name.
+  const Image* find(const std::string& name) const;
+  std::size_t count() const { return images_.size(); }
+
+ private:
+  std::future<std::map<std::string, Image>> future_;
+  std::map<std::string, Image> images_;
+  std::string error_;
+};
+
+}  // namespace trisoup::viewer

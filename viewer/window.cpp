@@ -1,0 +1,527 @@
+#include "window.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <string>
+
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+#include <imgui_impl_glfw.h>
+
+#include "args/interface.h"
+#include "error.h"
+#include "glfw_surface.h"
+#include "image/image_file.h"
+#include "interface_painter.h"
+#include "navigation.h"
+#include "photographs.h"
+#include "render/renderer.h"
+#include "subject.h"
+
+namespace trisoup::viewer {
+namespace {
+
+constexpr double kDegrees = std::numbers::pi / 180;
+constexpr std::array<const char*, render::kModes> kModeLabels{"Colour", "Triangles", "Normals", "Depth", "Opacity", "Texture level", "Wireframe", "Feature channel"};
+constexpr std::array<const char*, 8> kChannelLabels{"0 red", "1 green", "2 blue", "3 mix", "4 latent", "5 latent", "6 latent", "7 opacity"};
+constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 2 shaded (ssaa)"};
+
+enum class Compare { rendering, photograph, slider, error };
+constexpr std::array<const char*, 4> kCompareLabels{"Rendering", "Photograph", "Slider", "Error x 4"};
+
+class Glfw {
+ public:
+  Glfw() {
+    if (glfwInit()) return;
+    const char* why = nullptr;
+    glfwGetError(&why);
+    throw Error("no window can be opened ({}); use --screenshot, --path or --benchmark", why ? why : "no display");
+  }
+  ~Glfw() { glfwTerminate(); }
+  Glfw(const Glfw&) = delete;
+  Glfw& operator=(const Glfw&) = delete;
+};
+
+class Window {
+ public:
+  explicit Window(const CommandLine& options);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+  void run();
+
+ private:
+  void open(const std::string& path);
+  void open_model(const std::string& path);
+  void open_dataset(const std::string& path);
+  void take_screenshot();
+  void snap(int step);
+  void snap_to(std::size_t index);
+  void frame();
+  void handle_key(int key, int modifiers);
+  void handle_input();
+  void panels();
+  void draw_picture(std::uint32_t width, std::uint32_t height);
+  void scale_fonts();
+  bool animated() const;
+  void complain(const std::string& text) { message_ = text; }
+
+  CommandLine options_;
+  Glfw glfw_;
+  GLFWwindow* window_ = nullptr;
+  std::unique_ptr<gpu::Device> gpu_;
+  std::unique_ptr<gpu::Surface> surface_;
+  std::unique_ptr<InterfacePainter> painter_;
+  std::unique_ptr<render::Renderer> renderer_;
+  std::optional<Subject> subject_;
+  std::optional<render::GpuModel> model_;
+  Navigation navigation_{render::Framing{}};
+  Photographs photographs_;
+  gpu::Image picture_, final_, photograph_;
+  std::string photograph_name_, dataset_;
+
+  render::DrawOptions draw_;
+  Compare compare_ = Compare::rendering;
+  float split_ = 0.5f;
+  std::optional<std::size_t> camera_;  // that it was last snapped to
+  float near_ = 0.025f, far_ = 2.5f;
+  int up_axis_ = 0;                    // 0: the model's; then +X -X +Y -Y +Z -Z
+  bool panel_ = true, help_ = false;
+  std::string message_, status_;
+  std::vector<std::string> dropped_;   // paths to open at the next frame
+  std::array<char, 1024> path_{};      // that is being typed
+  bool ask_path_ = false, typed_ = false;
+  std::vector<std::pair<int, int>> keys_;  // pressed since the last frame, and their modifiers
+  float font_scale_ = 0.0f;
+  int redraw_ = 3;                     // frames that are still to be drawn; Dear ImGui takes a few to settle
+  double gpu_ms_ = 0, first_ms_ = 0, shade_ms_ = 0;
+};
+
+Window::Window(const CommandLine& options) : options_(options), draw_(options.draw) {
+  gpu::DeviceOptions device = options.device;
+  device.window_extensions = window_extensions();
+  gpu_ = gpu::open_device(device);
+  glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+  const glm::ivec2 size = options.size.value_or(glm::ivec2(1280, 800));
+  window_ = glfwCreateWindow(size.x, size.y, "soup-view", nullptr, nullptr);
+  if (!window_) throw Error("no window can be opened; use --screenshot, --path or --benchmark");
+  surface_ = open_surface(*gpu_, window_);
+  renderer_ = std::make_unique<render::Renderer>(*gpu_);
+  painter_ = std::make_unique<InterfacePainter>(*gpu_);
+  glfwSetWindowUserPointer(window_, this);
+  const auto self = [](GLFWwindow* w) { return static_cast<Window*>(glfwGetWindowUserPointer(w)); };
+  static const auto of = self;
+  glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+    of(w)->dropped_.assign(paths, paths + count);
+    of(w)->redraw_ = 3;
+  });
+  // Whatever happens to the window, it is drawn anew; Dear ImGui calls these before its own.
+  glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { of(w)->redraw_ = 3; });
+  glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { of(w)->redraw_ = 3; });
+  glfwSetWindowContentScaleCallback(window_, [](GLFWwindow* w, float, float) { of(w)->redraw_ = 3; });
+  glfwSetWindowFocusCallback(window_, [](GLFWwindow* w, int) { of(w)->redraw_ = 3; });
+  glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double, double) { of(w)->redraw_ = std::max(of(w)->redraw_, 2); });
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { of(w)->redraw_ = 3; });
+  glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { of(w)->redraw_ = 3; });
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+    // Dear ImGui looks at keys once a frame and would miss a short press in a long one.
+    if (action == GLFW_PRESS) of(w)->keys_.emplace_back(key, modifiers);
+    of(w)->redraw_ = 3;
+  });
+  glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { of(w)->redraw_ = 3; });
+
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;
+  ImGui::GetIO().LogFilename = nullptr;
+  ImGui_ImplGlfw_InitForVulkan(window_, true);
+  // What the command line names must be there: a script is to notice.
+  if (!options.model.empty())
+    open_model(std::filesystem::is_directory(options.model) ? (std::filesystem::path(options.model) / "model.glb").string() : options.model);
+  if (!options.dataset.empty() && subject_) open_dataset(options.dataset);
+}
+
+Window::~Window() {
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  surface_.reset();
+  glfwDestroyWindow(window_);
+}
+
+void Window::open(const std::string& path) {
+  try {
+    if (!std::filesystem::is_directory(path)) {
+      open_model(path);
+    } else if (std::filesystem::exists(std::filesystem::path(path) / "model.glb")) {
+      open_model((std::filesystem::path(path) / "model.glb").string());
+    } else if (subject_) {
+      open_dataset(path);
+    } else {
+      complain(fmt::format("{}: has no model.glb; open a model first, then its photographs", path));
+    }
+  } catch (const std::exception& e) {
+    // What was open stays open.
+    complain(e.what());
+  }
+}
+
+void Window::open_model(const std::string& path) {
+  Subject subject = load_subject(path, {}, options_.up);
+  render::GpuModel model = render::upload_model(*gpu_, subject.model);
+  model_ = std::move(model);
+  subject_ = std::move(subject);
+  camera_.reset();
+  photograph_name_.clear();
+  near_ = static_cast<float>(options_.near.value_or(0.01));
+  far_ = static_cast<float>(options_.far.value_or(10.0));
+  draw_.background = options_.background.value_or(subject_->model.background);
+  up_axis_ = 0;
+  navigation_.set_home(subject_->framing);
+  if (options_.fov) navigation_.set_fov(*options_.fov * kDegrees);
+  // The first test view: right way up, framed as the photographer did.
+  if (!subject_->cameras.empty()) snap_to(options_.camera ? find_camera(*subject_, *options_.camera) : 0);
+  status_ = fmt::format("{}: {} triangles", path, model_->triangles);
+  glfwSetWindowTitle(window_, fmt::format("soup-view - {}", path).c_str());
+}
+
+void Window::open_dataset(const std::string& path) {
+  // Cameras of the dataset where the model has none of its own.
+  if (subject_->cameras.empty()) {
+    Subject with = load_subject(subject_->path, path, options_.up);
+    subject_->cameras = std::move(with.cameras);
+    subject_->framing = with.framing;
+    navigation_.set_home(subject_->framing);
+    if (!subject_->cameras.empty()) snap_to(0);
+  }
+  photographs_.load(path, subject_->load);
+  dataset_ = path;
+}
+
+void Window::snap_to(std::size_t index) {
+  camera_ = index;
+  navigation_.snap(subject_->cameras[index].camera);
+}
+
+void Window::snap(int step) {
+  if (!subject_ || subject_->cameras.empty()) return;
+  const auto n = static_cast<long>(subject_->cameras.size());
+  const long at = camera_ ? static_cast<long>(*camera_) : -step;
+  snap_to(static_cast<std::size_t>((at + step + n) % n));
+}
+
+void Window::take_screenshot() {
+  if (!model_ || !picture_) return;
+  try {
+    std::string name;
+    for (int i = 1; name.empty() || std::filesystem::exists(name); ++i) name = fmt::format("soup-view-{:03}.png", i);
+    const gpu::ImageShape& shape = picture_.shape();
+    const gpu::Image& from = compare_ != Compare::rendering && final_ ? final_ : picture_;
+    // As on the screen, without the panels.
+    draw_picture(shape.width, shape.height);
+    Image image{static_cast<int>(shape.width), static_cast<int>(shape.height), {}};
+    image.rgba.resize(std::size_t(shape.width) * shape.height * 4);
+    gpu_->graphics()->download(from, 0, std::as_writable_bytes(std::span(image.rgba)));
+    for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
+    write_png(name, image);
+    status_ = fmt::format("wrote {}", (std::filesystem::current_path() / name).string());
+  } catch (const std::exception& e) {
+    complain(e.what());
+  }
+}
+
+bool Window::animated() const {
+  if (photographs_.loading()) return true;
+  for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
+    if (glfwGetKey(window_, key) == GLFW_PRESS) return true;
+  return false;
+}
+
+void Window::handle_key(int key, int modifiers) {
+  if (ImGui::GetIO().WantTextInput) {
+    if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER) typed_ = true;
+    return;
+  }
+  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + static_cast<int>(render::kModes)) draw_.mode = static_cast<render::Mode>(key - GLFW_KEY_1);
+  switch (key) {
+    case GLFW_KEY_F: navigation_.frame(); break;
+    case GLFW_KEY_R: navigation_.reset(); break;
+    case GLFW_KEY_H: help_ = !help_; break;
+    case GLFW_KEY_TAB: panel_ = !panel_; break;
+    case GLFW_KEY_O: ask_path_ = panel_ = true; break;
+    case GLFW_KEY_P: take_screenshot(); break;
+    case GLFW_KEY_RIGHT_BRACKET:
+    case GLFW_KEY_PAGE_DOWN: snap(1); break;
+    case GLFW_KEY_LEFT_BRACKET:
+    case GLFW_KEY_PAGE_UP: snap(-1); break;
+    case GLFW_KEY_SPACE: compare_ = static_cast<Compare>((static_cast<int>(compare_) + 1) % 4); break;
+    case GLFW_KEY_X: draw_.aa = static_cast<render::AntiAliasing>((static_cast<int>(draw_.aa) + 1) % 3); break;
+    case GLFW_KEY_Q:
+      if (modifiers & GLFW_MOD_CONTROL) glfwSetWindowShouldClose(window_, GLFW_TRUE);
+      break;
+    case GLFW_KEY_ESCAPE:
+      help_ = false;
+      message_.clear();
+      break;
+    default: break;
+  }
+}
+
+void Window::handle_input() {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (!io.WantCaptureMouse && model_) {
+    const double radians = 0.008, pixels = std::max(1.0f, io.DisplaySize.y);
+    const bool left = ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0.0f), right = ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0.0f);
+    const bool middle = ImGui::IsMouseDragging(ImGuiMouseButton_Middle, 0.0f);
+    const double dx = io.MouseDelta.x, dy = io.MouseDelta.y;
+    if (dx != 0 || dy != 0) {
+      if (left && io.KeyShift) navigation_.pan(-dx / pixels, dy / pixels);
+      else if (left && io.KeyCtrl) navigation_.look(-radians * dx, radians * dy);
+      else if (left) navigation_.orbit(-radians * dx, radians * dy);
+      else if (right || middle) navigation_.pan(-dx / pixels, dy / pixels);
+    }
+    if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
+  }
+  for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
+  if (io.WantTextInput) return;
+  const auto down = [&](int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; };
+  const double step = 0.5 * std::min(io.DeltaTime, 0.1f) * (io.KeyShift ? 4.0 : 1.0) * navigation_.home().distance;
+  const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q), down(GLFW_KEY_W) - down(GLFW_KEY_S));
+  if (go != glm::dvec3(0.0) && model_) navigation_.fly(step * go.x, step * go.y, step * go.z);
+}
+
+void Window::panels() {
+  if (panel_) {
+    ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSize({280 * font_scale_, 0}, ImGuiCond_FirstUseEver);
+    ImGui::Begin("View", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
+    if (model_) {
+      ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
+      ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", gpu_ms_, first_ms_, shade_ms_);
+      ImGui::Separator();
+      int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
+      if (ImGui::Combo("Show", &mode, kModeLabels.data(), static_cast<int>(kModeLabels.size()))) draw_.mode = static_cast<render::Mode>(mode);
+      if (draw_.mode == render::Mode::channel && ImGui::Combo("Channel", &channel, kChannelLabels.data(), static_cast<int>(kChannelLabels.size())))
+        draw_.channel = static_cast<std::uint32_t>(channel);
+      if (ImGui::Combo("Smooth edges", &aa, kAaLabels.data(), static_cast<int>(kAaLabels.size()))) draw_.aa = static_cast<render::AntiAliasing>(aa);
+      ImGui::ColorEdit3("Background", &draw_.background.x, ImGuiColorEditFlags_NoInputs);
+      ImGui::Separator();
+      if (!subject_->cameras.empty()) {
+        const std::string current = camera_ ? subject_->cameras[*camera_].name : "none";
+        if (ImGui::BeginCombo("Camera", current.c_str())) {
+          for (std::size_t i = 0; i < subject_->cameras.size(); ++i) {
+            const auto& c = subject_->cameras[i];
+            const std::string label = fmt::format("{} {}##{}", c.test ? "test" : "train", c.name, i);
+            if (ImGui::Selectable(label.c_str(), camera_ == i)) snap_to(i);
+          }
+          ImGui::EndCombo();
+        }
+        int compare = static_cast<int>(compare_);
+        if (ImGui::Combo("Against", &compare, kCompareLabels.data(), static_cast<int>(kCompareLabels.size()))) compare_ = static_cast<Compare>(compare);
+        if (compare_ == Compare::slider) ImGui::SliderFloat("Slider", &split_, 0.0f, 1.0f, "%.2f");
+        if (compare_ != Compare::rendering) {
+          if (photographs_.loading()) ImGui::TextUnformatted("loading photographs...");
+          else if (photographs_.count() == 0) ImGui::TextUnformatted("drop the dataset's folder here for photographs");
+          else if (!navigation_.snapped()) ImGui::TextUnformatted("choose a camera to see its photograph");
+        }
+      }
+      ImGui::Separator();
+      float fov = static_cast<float>(navigation_.fov() / kDegrees);
+      if (ImGui::SliderFloat("Field of view", &fov, 5.0f, 120.0f, "%.0f deg")) {
+        navigation_.orbit(0, 0);  // leaves the snapped camera: it has a field of view of its own
+        navigation_.set_fov(fov * kDegrees);
+      }
+      ImGui::DragFloatRange2("Near, far", &near_, &far_, 0.005f, 0.001f, 100.0f, "%.3f", "%.2f", ImGuiSliderFlags_AlwaysClamp);
+      if (far_ <= near_ * 1.01f) far_ = near_ * 1.01f;
+      constexpr std::array<const char*, 7> kAxes{"as the model says", "+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+      if (ImGui::Combo("Up", &up_axis_, kAxes.data(), static_cast<int>(kAxes.size()))) {
+        glm::dvec3 up = subject_->framing.up;
+        if (up_axis_ > 0) {
+          up = glm::dvec3(0.0);
+          up[(up_axis_ - 1) / 2] = up_axis_ % 2 == 1 ? 1.0 : -1.0;
+        }
+        navigation_.set_up(up);
+      }
+      if (ImGui::Button("Frame (F)")) navigation_.frame();
+      ImGui::SameLine();
+      if (ImGui::Button("Reset (R)")) navigation_.reset();
+      ImGui::SameLine();
+      if (ImGui::Button("Picture (P)")) take_screenshot();
+      ImGui::SameLine();
+      if (ImGui::Button("Help (H)")) help_ = !help_;
+    } else {
+      ImGui::TextUnformatted("Drop a model.glb, or a folder with one, on this window.");
+    }
+    if (ask_path_) ImGui::SetKeyboardFocusHere();
+    ask_path_ = false;
+    ImGui::InputTextWithHint("Open (O)", "model or dataset", path_.data(), path_.size());
+    if (std::exchange(typed_, false) && path_[0] != '\0') {
+      dropped_ = {path_.data()};
+      path_.fill('\0');
+      ImGui::ClearActiveID();
+      redraw_ = 3;
+    }
+    if (!status_.empty()) ImGui::TextWrapped("%s", status_.c_str());
+    ImGui::End();
+  }
+  if (help_) {
+    ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x * 0.5f, ImGui::GetIO().DisplaySize.y * 0.5f}, ImGuiCond_Appearing, {0.5f, 0.5f});
+    ImGui::Begin("Help", &help_, ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::TextUnformatted(
+        "Left drag         orbit            Shift or right drag   pan\n"
+        "Control drag      look around      Wheel                 nearer, farther\n"
+        "W A S D, Q E      fly; Shift: faster\n"
+        "F                 frame the soup   R                     back to the start\n"
+        "1 2 3 4           colour, triangles, normals, depth\n"
+        "5 6 7 8           opacity, texture level, wireframe, feature channel\n"
+        "[ ]               last, next camera\n"
+        "Space             rendering, photograph, slider, error\n"
+        "X                 smooth edges: none, msaa, ssaa\n"
+        "P                 picture to a file\n"
+        "O                 open a path      Tab                   hide the panel\n"
+        "H                 this help        Escape                close messages\n"
+        "Control Q         close the window");
+    ImGui::End();
+  }
+  if (!message_.empty()) {
+    bool open = true;
+    ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x * 0.5f, ImGui::GetIO().DisplaySize.y * 0.3f}, ImGuiCond_Appearing, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({std::min(600.0f * font_scale_, ImGui::GetIO().DisplaySize.x * 0.9f), 0}, ImGuiCond_Appearing);
+    ImGui::Begin("This did not work", &open);
+    ImGui::TextWrapped("%s", message_.c_str());
+    if (ImGui::Button("Close") || !open) message_.clear();
+    ImGui::End();
+  }
+}
+
+void Window::draw_picture(std::uint32_t width, std::uint32_t height) {
+  gpu::Graphics& graphics = *gpu_->graphics();
+  const auto fit = [&](gpu::Image& image, const char* what) {
+    const gpu::ImageShape shape{gpu::Format::rgba8, width, height};
+    if (image && image.shape() == shape) return;
+    image = {};
+    image = graphics.create_image(shape, what);
+  };
+  fit(picture_, "picture");
+  if (!model_) {
+    gpu::Targets targets{.colour = {&picture_}};
+    targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
+    graphics.draw(targets, std::span<const gpu::Draw>{});
+    return;
+  }
+  const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
+  // A view of the dataset is shown as it was evaluated.
+  const bool exact = navigation_.snapped();
+  draw_.drop_behind = exact;
+  const render::View view = exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_);
+  renderer_->draw(*model_, view, draw_, picture_);
+
+  if (compare_ == Compare::rendering) return;
+  fit(final_, "picture");
+  const Image* photograph = exact && camera_ ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
+  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), 0.0f, 0};
+  if (photograph) {
+    if (photograph_name_ != subject_->cameras[*camera_].name) {
+      photograph_ = graphics.create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(photograph->width),
+                                           static_cast<std::uint32_t>(photograph->height)}, "photograph");
+      graphics.upload(photograph_, 0, std::as_bytes(std::span(photograph->rgba)));
+      photograph_name_ = subject_->cameras[*camera_].name;
+    }
+    args.split = compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f;
+    args.error = compare_ == Compare::error;
+  }
+  gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
+  draw.count = 3;
+  draw.textures = {&picture_, photograph ? &photograph_ : &picture_};
+  draw.set_arguments(args);
+  graphics.draw({.colour = {&final_}}, draw);
+}
+
+void Window::scale_fonts() {
+  float x = 1.0f, y = 1.0f;
+  glfwGetWindowContentScale(window_, &x, &y);
+  int framebuffer = 1, size = 1, unused = 0;
+  glfwGetFramebufferSize(window_, &framebuffer, &unused);
+  glfwGetWindowSize(window_, &size, &unused);
+  // Where the window library scales by itself, its units are larger than pixels already.
+  const float units = size > 0 && framebuffer > 0 ? static_cast<float>(framebuffer) / static_cast<float>(size) : 1.0f;
+  const float scale = std::clamp(x / std::max(units, 0.1f), 0.5f, 4.0f);
+  if (scale == font_scale_) return;
+  font_scale_ = scale;
+  ImGuiIO& io = ImGui::GetIO();
+  io.Fonts->Clear();
+  io.Fonts->Flags |= ImFontAtlasFlags_NoBakedLines;
+  ImFontConfig config;
+  config.SizePixels = std::round(13.0f * scale);
+  io.Fonts->AddFontDefault(&config);
+  painter_->load_fonts();
+  ImGui::GetStyle() = ImGuiStyle();
+  ImGui::GetStyle().ScaleAllSizes(scale);
+  ImGui::GetStyle().WindowRounding = 4 * scale;
+}
+
+void Window::frame() {
+  int width = 0, height = 0;
+  glfwGetFramebufferSize(window_, &width, &height);
+  // Minimised: nothing to draw until an event says otherwise.
+  if (width <= 0 || height <= 0) {
+    redraw_ = 0;
+    return;
+  }
+  scale_fonts();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+  for (const std::string& path : std::exchange(dropped_, {})) open(path);
+  if (photographs_.finished()) {
+    if (!photographs_.error().empty()) complain(photographs_.error());
+    else status_ = fmt::format("{}: {} photographs", dataset_, photographs_.count());
+    redraw_ = 3;
+  }
+  handle_input();
+  panels();
+  ImGui::Render();
+  gpu_->reset_timings();
+  gpu_->enable_timings(true);
+  draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+  const gpu::Image& shown = model_ && compare_ != Compare::rendering ? final_ : picture_;
+  painter_->paint(*ImGui::GetDrawData(), shown);
+  const bool done = surface_->show(shown, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+  first_ms_ = shade_ms_ = 0;
+  for (const auto& [pass, t] : gpu_->timings()) {
+    if (pass.starts_with("masked")) first_ms_ += t.milliseconds;
+    if (pass.starts_with("shade")) shade_ms_ += t.milliseconds;
+  }
+  gpu_ms_ = first_ms_ + shade_ms_;
+  gpu_->enable_timings(false);
+  redraw_ = done ? redraw_ - 1 : std::max(1, redraw_);
+}
+
+void Window::run() {
+  while (!glfwWindowShouldClose(window_)) {
+    if (redraw_ > 0 || animated()) {
+      glfwPollEvents();
+      frame();
+    } else {
+      glfwWaitEvents();
+    }
+  }
+  const auto messages = gpu_->validation_messages();
+  if (!messages.empty()) throw Error("Vulkan validation: {}", messages.front());
+}
+
+}  // namespace
+
+void run_window(const CommandLine& options) {
+  Window window(options);
+  window.run();
+}
+
+}  // namespace trisoup::viewer
