@@ -13,12 +13,40 @@
 
 #include "atomic_file.h"
 #include "error.h"
+#include "render/cameras.h"
+#include "render/renderer.h"
 #include "scene/scene.h"
 #include "soup/model_file.h"
 #include "train/evaluate.h"
 #include "train/run_folder.h"
 
 using namespace trisoup;
+
+namespace {
+
+/// The same as train::evaluate, with pictures of the real-time renderer.
+train::Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
+                                 render::AntiAliasing aa, const train::OnRender& on_render) {
+  render::Renderer renderer(gpu);
+  const render::GpuModel drawn = render::upload_model(gpu, model);
+  render::DrawOptions options;
+  options.aa = aa;
+  options.background = model.background;
+  options.drop_behind = true;
+  train::Evaluation evaluation;
+  for (const scene::View& view : scene.test) {
+    const Image image = renderer.picture(drawn, render::view_of(view.camera, scene.normalisation, drawn, near, far), options);
+    std::vector<float> colour;
+    for (std::size_t i = 0; i < image.rgba.size(); ++i)
+      if (i % 4 != 3) colour.push_back(static_cast<float>(image.rgba[i]) / 255.0f);
+    evaluation.views.push_back({view.name, train::compare(colour, view.image)});
+    if (on_render) on_render(view, colour);
+  }
+  evaluation.mean = train::mean(evaluation.views);
+  return evaluation;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Renders the test views of DATASET from MODEL alone and compares them with the photographs.\n"
@@ -28,6 +56,8 @@ int main(int argc, char** argv) {
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
+  bool with_renderer = false;
+  std::string aa = "none";
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
   app.add_option("MODEL", model_path, "model.glb")->required();
@@ -44,6 +74,9 @@ int main(int argc, char** argv) {
   app.add_option("--far", far, "far plane, normalised units [as trained]");
   app.add_option("--json", json_path, "write the JSON to a file instead");
   app.add_option("--renders", renders, "folder for pictures: photograph and rendering side by side");
+  app.add_flag("--renderer", with_renderer, "draw with the real-time renderer of soup-view instead of the training kernels");
+  app.add_option("--aa", aa, "of --renderer: none, msaa or ssaa [none]")
+      ->check(CLI::IsMember({"none", "msaa", "ssaa"}))->needs("--renderer");
   app.add_option("--backend", device_options.backend, "auto or vulkan [auto]");
   app.add_option("--device", device_options.device, "number or part of the name");
   try {
@@ -81,8 +114,10 @@ int main(int argc, char** argv) {
       folder.emplace(renders);
       on_render = [&](const scene::View& view, const std::vector<float>& colour) { folder->write_render(view, colour); };
     }
+    const double near_now = near.value_or(test_near), far_now = far.value_or(test_far);
     const train::Evaluation evaluation =
-        train::evaluate(*device, file.model, scene, near.value_or(test_near), far.value_or(test_far), on_render);
+        with_renderer ? evaluate_drawn(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(aa), on_render)
+                      : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
     const std::string text = to_json(evaluation).dump(2) + "\n";
     if (json_path.empty()) {
       if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)

@@ -68,12 +68,13 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("--mode", mode, "colour, triangles, normals, depth, opacity, level, wireframe or channel [colour]")->group(picture);
   app.add_option("--channel", c.draw.channel, "of --mode channel, 0..7: red, green, blue, mix, three latent ones, opacity [0]")
       ->check(CLI::Range(0, 7))->group(picture);
-  app.add_option("--aa", aa, "none, msaa (four samples of visibility) or ssaa (2 x 2 shaded samples) [none]")->group(picture);
+  app.add_option("--aa", aa, "none, msaa (four samples of visibility) or ssaa (2 x 2 shaded samples) [msaa; none in --benchmark and in a\n"
+                 "window that a CPU draws]")->group(picture);
   app.add_option("--background", background, "white, black or R,G,B from 0 to 1 [the model's]")->group(picture);
   auto* device = "Device";
   app.add_option("--device", c.device.device, "number or part of the name")->group(device);
   app.add_flag("--list-devices", c.list_devices, "name the devices and exit")->group(device);
-  app.add_flag("--validate", c.device.validation, "run with the Vulkan validation layers; fail on any message")->group(device);
+  app.add_flag("--validation", c.device.validation, "run with the Vulkan validation layers; fail on any message")->group(device);
   const auto fail = [&](const std::string& line) -> std::optional<CommandLine> {
     std::fprintf(stderr, "soup-view: %s; see --help\n", line.c_str());
     exit_code = 1;
@@ -98,7 +99,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   if (!aa.empty()) {
     const auto a = render::anti_aliasing_from(aa);
     if (!a) return fail(fmt::format("--aa {}: give none, msaa or ssaa", aa));
-    c.draw.aa = *a;
+    c.aa = *a;
   }
   if (c.path && !c.output) return fail("--path needs -o FOLDER");
   if ((c.screenshot || c.path || c.benchmark) && c.model.empty()) return fail("a model is required: soup-view MODEL ...");

@@ -23,6 +23,7 @@ struct CommandLine {
   std::optional<double> fov, near, far;  // degrees; normalised units
   std::optional<glm::vec3> background, up;
   render::DrawOptions draw;
+  std::optional<render::AntiAliasing> aa;  // none given: what suits the device
   gpu::DeviceOptions device;
 };
 

@@ -31,6 +31,7 @@ struct Setting {
 
   Setting(gpu::Device& device, const CommandLine& o, const Subject& s)
       : gpu(device), options(o), subject(s), model(render::upload_model(device, s.model)), renderer(device), draw(o.draw) {
+    draw.aa = o.aa.value_or(o.benchmark ? render::AntiAliasing::none : render::AntiAliasing::msaa);
     draw.background = o.background.value_or(s.model.background);
     // A dataset's view is to look as it was evaluated.
     draw.drop_behind = true;

@@ -110,6 +110,7 @@ Window::Window(const CommandLine& options) : options_(options), draw_(options.dr
   gpu::DeviceOptions device = options.device;
   device.window_extensions = window_extensions();
   gpu_ = gpu::open_device(device);
+  draw_.aa = options.aa.value_or(gpu_->info().kind == gpu::Kind::cpu ? render::AntiAliasing::none : render::AntiAliasing::msaa);
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   const glm::ivec2 size = options.size.value_or(glm::ivec2(1280, 800));
   window_ = glfwCreateWindow(size.x, size.y, "soup-view", nullptr, nullptr);

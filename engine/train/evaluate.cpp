@@ -11,6 +11,17 @@
 
 namespace trisoup::train {
 
+ImageMetrics mean(const std::vector<ViewMetrics>& views) {
+  ImageMetrics sum;
+  for (const ViewMetrics& view : views) {
+    sum.psnr += view.metrics.psnr;
+    sum.ssim += view.metrics.ssim;
+    sum.mae += view.metrics.mae;
+  }
+  const double n = std::max<double>(1.0, static_cast<double>(views.size()));
+  return {sum.psnr / n, sum.ssim / n, sum.mae / n};
+}
+
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render) {
   if (!(near > 0 && near < far && far < 1e37))
@@ -28,16 +39,10 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
                                                      3ull * record.width * record.height);
       const ImageMetrics m = compare(colour, view.image);
       evaluation.views.push_back({view.name, m});
-      evaluation.mean.psnr += m.psnr;
-      evaluation.mean.ssim += m.ssim;
-      evaluation.mean.mae += m.mae;
       if (on_render) on_render(view, colour);
     }
   });
-  const double n = std::max<double>(1.0, static_cast<double>(evaluation.views.size()));
-  evaluation.mean.psnr /= n;
-  evaluation.mean.ssim /= n;
-  evaluation.mean.mae /= n;
+  evaluation.mean = mean(evaluation.views);
   return evaluation;
 }
 

@@ -26,6 +26,9 @@ struct Evaluation {
   ImageMetrics mean;  // of the views' values
 };
 
+/// Mean of every metric over views; zeros without views.
+ImageMetrics mean(const std::vector<ViewMetrics>& views);
+
 /// Called with every rendered view: colour is [height][width][3], row 0 on top.
 using OnRender = std::function<void(const scene::View& view, const std::vector<float>& colour)>;
 

@@ -1,0 +1,97 @@
+// Tests engine/render/cameras.h.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "render/cameras.h"
+
+using namespace trisoup;
+
+namespace {
+
+/// NDC of a point.
+glm::dvec2 project(const scene::Camera& camera, const glm::dvec3& p) {
+  const glm::dvec4 clip = scene::clip_from_world(camera, 0.01, 10) * glm::dvec4(p, 1);
+  REQUIRE(clip.w > 0);
+  return glm::dvec2(clip) / clip.w;
+}
+
+}  // namespace
+
+TEST_CASE("look_at sees its target in the middle, up upwards", "[cameras]") {
+  const glm::dvec3 eye(1, -2, 0.5), target(0.2, 0.1, 0), up(0, 0, 1);
+  const scene::Camera c = render::look_at(eye, target, up, 0.8, 320, 200);
+  CHECK(glm::length(c.centre() - eye) < 1e-12);
+  CHECK(glm::length(project(c, target)) < 1e-12);
+  // Rows grow downwards, and so does NDC y.
+  CHECK(project(c, target + 0.1 * up).y < -0.01);
+  const glm::dvec3 right = glm::cross(c.forward(), up);
+  CHECK(project(c, target + 0.1 * right).x > 0.01);
+  // Rotations, not mirrors.
+  CHECK(glm::determinant(glm::dmat3(c.world_to_camera)) == Approx(1));
+  // The top of the picture is half the field of view away.
+  const double distance = glm::length(target - eye);
+  const glm::dvec3 above = glm::normalize(glm::cross(right, c.forward())) * distance * std::tan(0.4);
+  CHECK(project(c, target + above).y == Approx(-1));
+}
+
+TEST_CASE("a reshaped camera keeps its height and its middle", "[cameras]") {
+  scene::Camera c = render::look_at({0, -1, 0}, {0, 0, 0}, {0, 0, 1}, 0.7, 200, 100);
+  c.cx = 90;
+  c.cy = 55;
+  const glm::dvec3 p(0.1, 0.2, 0.05);
+  const glm::dvec2 before = project(c, p), after = project(render::reshaped(c, 1000, 1000), p);
+  CHECK(after.y == Approx(before.y));
+  // Pixels from the middle, in heights of the picture.
+  CHECK(0.5 * after.x == Approx(0.5 * before.x * 200 / 100));
+}
+
+TEST_CASE("an orbit stays level, at its distance, looking at its target", "[cameras]") {
+  render::Framing f;
+  f.target = {0.1, 0.2, 0.3};
+  f.up = glm::normalize(glm::dvec3(0.2, 1, -0.1));
+  f.distance = 1.5;
+  const auto cameras = render::orbit(f, 8, 0.3, 0.1, 64, 48);
+  REQUIRE(cameras.size() == 8);
+  for (const scene::Camera& c : cameras) {
+    const glm::dvec3 from = c.centre() - f.target;
+    CHECK(glm::length(from) == Approx(1.5));
+    CHECK(glm::dot(from, f.up) == Approx(1.5 * std::sin(0.3)));
+    CHECK(glm::dot(c.forward(), -from) == Approx(1.5));
+  }
+  CHECK(glm::length(cameras[0].centre() - cameras[4].centre()) == Approx(3 * std::cos(0.3)));
+}
+
+TEST_CASE("hemisphere views spread evenly over the upper half", "[cameras]") {
+  render::Framing f;
+  f.up = {0, 0, 1};
+  const auto cameras = render::hemisphere(f, 400, 64, 48);
+  glm::dvec3 mean(0);
+  int lower_half = 0;
+  for (const scene::Camera& c : cameras) {
+    CHECK(c.centre().z > 0);
+    mean += c.centre() / 400.0;
+    lower_half += c.centre().z < 0.5;
+  }
+  // A sphere's area is even in height.
+  CHECK(lower_half == 200);
+  CHECK(mean.z == Approx(0.5).margin(1e-3));
+  CHECK(std::hypot(mean.x, mean.y) < 0.01);
+}
+
+TEST_CASE("framing takes strays and cameras into account", "[cameras]") {
+  std::vector<glm::vec3> vertices;
+  for (int i = 0; i < 1000; ++i)
+    vertices.push_back({std::sin(i * 12.9898f) * 0.2f + 0.5f, std::sin(i * 78.233f) * 0.2f, std::sin(i * 37.719f) * 0.2f});
+  for (int i = 0; i < 20; ++i) vertices.push_back({100.0f, 100.0f, 100.0f});
+  const render::Framing alone = render::frame(vertices, {}, {0, 0, 2});
+  CHECK(alone.target.x == Approx(0.5).margin(0.05));
+  CHECK(alone.distance < 2);
+  CHECK(alone.up.z == Approx(1));
+  const std::vector<scene::Camera> cameras{render::look_at({0, -1.2, 0}, {}, {0, 0, 1}, 0.5, 64, 48)};
+  const render::Framing with = render::frame(vertices, cameras, {0, 0, 1});
+  CHECK(with.distance == Approx(1.2));
+  CHECK(with.fov == Approx(0.5));
+  CHECK(glm::length(render::mean_up(cameras) - glm::dvec3(0, 0, 1)) < 1e-12);
+  CHECK(render::mean_up({}) == glm::dvec3(0, 1, 0));
+}
