@@ -13,10 +13,10 @@
 
 #include "atomic_file.h"
 #include "error.h"
-#include "render/cameras.h"
-#include "render/renderer.h"
+#include "printable.h"
 #include "scene/scene.h"
 #include "soup/model_file.h"
+#include "train/drawn.h"
 #include "train/evaluate.h"
 #include "train/run_folder.h"
 
@@ -24,26 +24,16 @@ using namespace trisoup;
 
 namespace {
 
-/// The same as train::evaluate, with pictures of the real-time renderer.
-train::Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                                 render::AntiAliasing aa, const train::OnRender& on_render) {
-  render::Renderer renderer(gpu);
-  const render::GpuModel drawn = render::upload_model(gpu, model);
-  render::DrawOptions options;
-  options.aa = aa;
-  options.background = model.background;
-  options.drop_behind = true;
-  train::Evaluation evaluation;
-  for (const scene::View& view : scene.test) {
-    const Image image = renderer.picture(drawn, render::view_of(view.camera, scene.normalisation, drawn, near, far), options);
-    std::vector<float> colour;
-    for (std::size_t i = 0; i < image.rgba.size(); ++i)
-      if (i % 4 != 3) colour.push_back(static_cast<float>(image.rgba[i]) / 255.0f);
-    evaluation.views.push_back({view.name, train::compare(colour, view.image)});
-    if (on_render) on_render(view, colour);
+/// Prints how well renderer and kernels agree. Throws Error when a view does worse than it may.
+void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far) {
+  std::string bad;
+  nlohmann::json views = nlohmann::json::array();
+  for (const train::Agreement& a : train::agreement(gpu, model, scene.test, scene.normalisation, near, far)) {
+    views.push_back({{"name", utf8(a.view)}, {"pixels", a.pixels}, {"ties", a.ties}, {"psnr", a.psnr}});
+    if (a.ties * 1000 > a.pixels || !(a.psnr > 60)) bad = a.view;
   }
-  evaluation.mean = train::mean(evaluation.views);
-  return evaluation;
+  std::printf("%s\n", nlohmann::json{{"agreement", views}}.dump(2).c_str());
+  if (!bad.empty()) throw Error("{}: {} does not draw what was trained (over 0.1 % of the pixels tie, or 60 dB are missed)", bad, gpu.info().name);
 }
 
 }  // namespace
@@ -56,7 +46,7 @@ int main(int argc, char** argv) {
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
-  bool with_renderer = false;
+  bool with_renderer = false, agreement = false;
   std::string aa = "none";
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
@@ -77,6 +67,7 @@ int main(int argc, char** argv) {
   app.add_flag("--renderer", with_renderer, "draw with the real-time renderer of soup-view instead of the training kernels");
   app.add_option("--aa", aa, "of --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))->needs("--renderer");
+  app.add_flag("--agreement", agreement, "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties");
   app.add_option("--backend", device_options.backend, "auto or vulkan [auto]");
   app.add_option("--device", device_options.device, "number or part of the name");
   try {
@@ -115,8 +106,12 @@ int main(int argc, char** argv) {
       on_render = [&](const scene::View& view, const std::vector<float>& colour) { folder->write_render(view, colour); };
     }
     const double near_now = near.value_or(test_near), far_now = far.value_or(test_far);
+    if (agreement) {
+      print_agreement(*device, file.model, scene, near_now, far_now);
+      return 0;
+    }
     const train::Evaluation evaluation =
-        with_renderer ? evaluate_drawn(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(aa), on_render)
+        with_renderer ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(aa), on_render)
                       : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
     const std::string text = to_json(evaluation).dump(2) + "\n";
     if (json_path.empty()) {

@@ -1,84 +1,138 @@
 // Tests engine/render/renderer.h against the kernels that train.
 #include <catch2/catch.hpp>
 
-#include <cmath>
-#include <set>
+#include <numeric>
 
 #include "gpu/small_scene.h"
+#include "render/cameras.h"
 #include "render/renderer.h"
-#include "train/evaluate.h"
+#include "train/drawn.h"
 
 using namespace trisoup;
 
 namespace {
 
-/// A random model and what the compute kernels make of it.
-struct Reference {
-  explicit Reference(gpu::Device& device, std::uint32_t triangles = 40)
-      : gpu(device), scene(device, triangles, {{0, 0}, {2, 5}, {1, 3}, {5, 5}, {0, 1}, {2, 4}},
-                           {test::view_from(0.3, 200, 144), test::view_from(2.0, 160, 160)}) {
-    model = train::make_model(gpu, scene.soup, glm::vec3(1.0f, 0.5f, 0.25f), {});
-    soup = train::load_model(gpu, model, {});
-  }
+scene::View view_at(double angle, int width, int height) {
+  scene::View view;
+  view.name = "view";
+  view.camera = render::look_at({std::cos(angle), std::sin(angle), 0.2}, {0, 0, 0}, {0, 0, 1}, 0.8, width, height);
+  return view;
+}
 
-  gpu::Device& gpu;
-  test::SmallScene scene;
-  soup::Model model;
-  train::SoupBuffers soup;
-};
+/// A random soup of all levels.
+soup::Model random_model(gpu::Device& gpu, std::uint32_t triangles) {
+  test::SmallScene scene(gpu, triangles, {{0, 0}, {2, 5}, {1, 3}, {5, 5}, {0, 1}, {2, 4}}, {test::view_from(0, 16, 16)});
+  return train::make_model(gpu, scene.soup, glm::vec3(1.0f, 0.5f, 0.25f), {});
+}
 
-struct Difference {
-  std::size_t pixels = 0, ties = 0, visible = 0;
-  double psnr = 0;  // of the pixels that do not tie, 8-bit against float
-};
-
-/// A tie: the two show another triangle.
-Difference compare(Reference& r, render::Renderer& renderer, const render::GpuModel& drawn, const std::vector<train::BatchView>& views) {
-  Difference d;
-  double squares = 0;
-  train::StepInputs inputs;
-  inputs.background = r.model.background;
-  train::Frame frame(r.gpu);
-  train::for_each_batch(r.gpu, r.soup, frame, views, true, inputs, 1, [&](std::size_t first, std::size_t) {
-    const std::size_t pixels = frame.batch().pixels;
-    const auto hits = r.gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
-    const auto colour = r.gpu.download_vector<float>(frame.colour.address(), 3 * pixels);
-    render::DrawOptions options;
-    options.background = r.model.background;
-    options.drop_behind = true;
-    const Image image = renderer.picture(drawn, {views[first].clip_from_world, views[first].width, views[first].height}, options);
-    const auto ours = renderer.hits();
-    for (std::size_t p = 0; p < pixels; ++p) {
-      ++d.pixels;
-      d.visible += hits[p].triangle != 0;
-      if (ours[p].x != hits[p].triangle) {
-        ++d.ties;
-        continue;
-      }
-      for (int c = 0; c < 3; ++c) {
-        // Rounding to 8 bits is part of neither.
-        const double e = std::max(0.0, std::abs(image.rgba[4 * p + c] - 255.0 * colour[3 * p + c]) - 0.5) / 255.0;
-        squares += e * e;
-      }
-    }
-  });
-  d.psnr = -10 * std::log10(std::max(1e-20, squares / (3.0 * static_cast<double>(d.pixels - d.ties))));
-  return d;
+double mean_of(const Image& image) {
+  return std::accumulate(image.rgba.begin(), image.rgba.end(), 0.0) / static_cast<double>(image.rgba.size());
 }
 
 }  // namespace
 
 TEST_CASE("the renderer shows what the kernels infer", "[renderer]") {
   auto gpu = test::open_device();
-  Reference r(*gpu);
-  render::Renderer renderer(*gpu);
+  const soup::Model model = random_model(*gpu, 40);
   const render::MlpUse use = GENERATE(render::MlpUse::compiled, render::MlpUse::read);
-  const render::GpuModel drawn = render::upload_model(*gpu, r.model, use);
-  CHECK(drawn.opaque + drawn.masked <= drawn.triangles);
-  const Difference d = compare(r, renderer, drawn, r.scene.views);
-  CAPTURE(d.pixels, d.visible, d.ties, d.psnr);
-  CHECK(d.visible > d.pixels / 10);
-  CHECK(d.ties * 1000 <= d.pixels);
-  CHECK(d.psnr > 60);
+  for (const train::Agreement& a : train::agreement(*gpu, model, {view_at(0.3, 200, 144), view_at(2.0, 160, 160)}, {}, 0.025, 2.5, use)) {
+    CAPTURE(a.pixels, a.ties, a.psnr);
+    CHECK(a.ties * 1000 <= a.pixels);
+    CHECK(a.psnr > 60);
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("opaque, masked and invisible triangles are told apart", "[renderer]") {
+  auto gpu = test::open_device();
+  soup::Model model = random_model(*gpu, 12);
+  for (std::size_t t = 0; t < 12; ++t)
+    for (std::uint32_t i = 0; i < soup::samples_at(model.textures[t].level_max); ++i) {
+      // 128 / 255 is just above the threshold, 127 / 255 just below.
+      std::uint8_t& opacity = model.lattice[(model.textures[t].lattice_offset + i) * 8 + 7];
+      opacity = t < 4 ? 128 : t < 8 ? 127 : i == 0 ? 128 : 0;
+    }
+  const render::GpuModel drawn = render::upload_model(*gpu, model);
+  CHECK(drawn.opaque == 4);
+  CHECK(drawn.masked == 4);
+  for (const train::Agreement& a : train::agreement(*gpu, model, {view_at(1.0, 128, 96)}, {}, 0.025, 2.5)) {
+    CHECK(a.ties * 1000 <= a.pixels);
+    CHECK(a.psnr > 60);
+  }
+}
+
+TEST_CASE("anti-aliasing averages what finer pictures show", "[renderer]") {
+  auto gpu = test::open_device();
+  const soup::Model model = random_model(*gpu, 40);
+  const render::GpuModel drawn = render::upload_model(*gpu, model);
+  render::Renderer renderer(*gpu);
+  const auto picture = [&](int scale, render::AntiAliasing aa) {
+    render::DrawOptions options;
+    options.aa = aa;
+    return renderer.picture(drawn, render::view_of(view_at(0.3, 96 * scale, 64 * scale).camera, 0.025, 2.5), options);
+  };
+  // The box-filtered picture of eight times the size is the truth.
+  const Image fine = picture(8, render::AntiAliasing::none);
+  const auto error = [&](render::AntiAliasing aa) {
+    const Image image = picture(1, aa);
+    double squares = 0;
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 96; ++x)
+        for (int c = 0; c < 3; ++c) {
+          double sum = 0;
+          for (int j = 0; j < 8; ++j)
+            for (int i = 0; i < 8; ++i) sum += fine.rgba[((std::size_t(y) * 8 + j) * 768 + std::size_t(x) * 8 + i) * 4 + c];
+          const double e = sum / 64 - image.rgba[(std::size_t(y) * 96 + x) * 4 + c];
+          squares += e * e;
+        }
+    return squares;
+  };
+  const double none = error(render::AntiAliasing::none), msaa = error(render::AntiAliasing::msaa), ssaa = error(render::AntiAliasing::ssaa);
+  CAPTURE(none, msaa, ssaa);
+  // Four samples for one: a quarter of the variance, less what the grid and the shading leave.
+  CHECK(msaa < 0.5 * none);
+  CHECK(ssaa < 0.5 * none);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("every mode draws, silently", "[renderer]") {
+  auto gpu = test::open_device();
+  const soup::Model model = random_model(*gpu, 20);
+  const render::GpuModel drawn = render::upload_model(*gpu, model);
+  render::Renderer renderer(*gpu);
+  for (std::uint32_t mode = 0; mode < render::kModes; ++mode)
+    for (const auto aa : {render::AntiAliasing::none, render::AntiAliasing::msaa, render::AntiAliasing::ssaa}) {
+      render::DrawOptions options;
+      options.mode = static_cast<render::Mode>(mode);
+      options.aa = aa;
+      const Image image = renderer.picture(drawn, render::view_of(view_at(0.5, 80, 60).camera, 0.025, 2.5), options);
+      // Alpha alone makes a mean of 64.
+      CAPTURE(mode, to_string(aa));
+      CHECK(mean_of(image) > 65);
+    }
+  CHECK(render::mode_from("normals") == render::Mode::normals);
+  CHECK_FALSE(render::mode_from("sepia"));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("triangles that reach behind the camera are clipped, or left out as in training", "[renderer]") {
+  auto gpu = test::open_device();
+  soup::Model model = random_model(*gpu, 1);
+  // The ground: one large triangle under the camera and far behind it.
+  model.vertices = {{-50, -30, -0.3f}, {50, -30, -0.3f}, {0, 60, -0.3f}};
+  for (std::size_t i = 7; i < model.lattice.size(); i += 8) model.lattice[i] = 255;
+  const render::GpuModel drawn = render::upload_model(*gpu, model);
+  render::Renderer renderer(*gpu);
+  const render::View view = render::view_of(view_at(0.0, 64, 64).camera, 0.025, 2.5);
+  const auto covered = [&](bool drop) {
+    render::DrawOptions options;
+    options.drop_behind = drop;
+    renderer.picture(drawn, view, options);
+    std::size_t count = 0;
+    for (const glm::uvec2& hit : renderer.hits()) count += hit.x != 0;
+    return count;
+  };
+  CHECK(covered(true) == 0);
+  CHECK(covered(false) > 64 * 64 / 4);
   test::require_silence(*gpu);
 }
