@@ -79,6 +79,9 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   output->add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [1000]");
   output->add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]");
   output->add_flag("-q,--quiet", o.quiet, "errors only");
+  auto* view = output->add_flag("--view", o.view, "show the soup in a window while it is trained");
+  output->add_flag("--finish-headless", o.finish_headless, "closing the window of --view lets training go on; else it ends, with a checkpoint")
+      ->needs(view);
   output->add_flag("--timings", o.timings, "time of every kernel at the end");
 
   auto* device = app.add_option_group("Device");

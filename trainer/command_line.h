@@ -14,6 +14,7 @@ namespace trisoup {
 struct CommandLine {
   std::string dataset, output;
   bool list_devices = false, resume = false, quiet = false, timings = false;
+  bool view = false, finish_headless = false;
   std::uint64_t log_every = 0, memory_mb = 0;
   gpu::DeviceOptions device;
   scene::LoadOptions load;

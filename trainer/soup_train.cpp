@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -21,6 +22,8 @@
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
 #include "train/trainer.h"
+#include "viewer/live.h"
+#include "viewer/window.h"
 
 namespace {
 
@@ -68,7 +71,8 @@ std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
 
 double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
 
-int run(const CommandLine& o) {
+/// live: where a window looks on; null for none.
+int run(const CommandLine& o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
 
   auto device = gpu::open_device(o.device);
@@ -120,6 +124,11 @@ int run(const CommandLine& o) {
   std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave before training ends
   std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
   if (o.timings) device->enable_timings(true);
+  std::vector<soup::ModelCamera> cameras;
+  for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
+    for (const scene::View& view : *views) cameras.push_back({utf8(view.name), test, view.camera});
+  const std::optional<glm::dvec3> up = scene.synthetic ? std::optional(glm::dvec3(0, 0, 1)) : std::nullopt;
+  if (live) live->begin({cameras, up, settings.test_near, settings.far, settings.steps, settings.triangles, o.load});
 
   const std::uint64_t log_every = o.log_every > 0 ? o.log_every : std::max<std::uint64_t>(10, settings.steps / 100 / 10 * 10);
   ProgressBar bar(settings.steps, log_every, o.quiet);
@@ -128,7 +137,9 @@ int run(const CommandLine& o) {
   callbacks.on_progress = [&](const train::Progress& p) {
     folder.log(p);
     bar.training(p);
+    if (live) live->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step);
   };
+  if (live) callbacks.until = [&](std::uint64_t step) { return live->until(step, [&] { return trainer->model(); }, g_stop); };
   callbacks.on_checkpoint = [&](std::uint64_t) {
     trainer->write_checkpoint(folder.checkpoint());
     folder.write_log();
@@ -148,15 +159,18 @@ int run(const CommandLine& o) {
   }
 
   const soup::Model model = trainer->model();
+  if (live) {
+    live->publish(model);
+    live->phase("measuring quality");
+  }
   soup::ModelFileOptions options;
   options.settings = to_json(trainer->settings());
   options.settings["resolution"] = o.load.downscale;
   options.settings["test_every"] = o.load.test_every;
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
-  if (scene.synthetic) options.up = glm::dvec3(0, 0, 1);
+  options.up = up;
   options.bake_directions = bake_directions(scene);
-  for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
-    for (const scene::View& view : *views) options.cameras.push_back({utf8(view.name), test, view.camera});
+  options.cameras = cameras;
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
 
   const auto stop_if_asked = [&] {
@@ -196,13 +210,10 @@ int run(const CommandLine& o) {
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CommandLine options;
-  if (const auto status = parse(argc, argv, options)) return *status;
+/// Exit status; errors are printed.
+int run_guarded(const CommandLine& options, viewer::Live* live) {
   try {
-    return run(options);
+    return run(options, live);
   } catch (const Interrupted& interrupted) {
     say(options, "interrupted " + interrupted.when);
     return 130;
@@ -210,4 +221,44 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "soup-train: %s\n", e.what());
     return 1;
   }
+}
+
+/// Trains in a thread of its own while the window has this one, as window systems ask for.
+int run_with_window(const CommandLine& options) {
+  viewer::Live live;
+  int status = 1;
+  std::jthread training;
+  // However the window ends, training must not wait for it.
+  struct Closing {
+    viewer::Live& live;
+    ~Closing() { live.close(); }
+  } closing{live};
+  viewer::CommandLine look;
+  look.dataset = options.dataset;
+  look.device = options.device;
+  look.device.validation = false;  // of the training's own device
+  viewer::run_window(look, &live, [&] {
+    training = std::jthread([&] {
+      status = run_guarded(options, &live);
+      live.end();
+    });
+  });
+  if (!options.finish_headless) g_stop = true;
+  live.close();
+  training.join();
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CommandLine options;
+  if (const auto status = parse(argc, argv, options)) return *status;
+  try {
+    if (options.view && !options.list_devices) return run_with_window(options);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "soup-train: %s\n", e.what());
+    return 1;
+  }
+  return run_guarded(options, nullptr);
 }

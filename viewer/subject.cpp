@@ -46,14 +46,17 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
     for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
       for (const scene::View& v : *views) s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
   }
+  frame_subject(s, up ? glm::dvec3(*up) : file.up);
+  return s;
+}
+
+void frame_subject(Subject& s, const std::optional<glm::dvec3>& up) {
   std::stable_sort(s.cameras.begin(), s.cameras.end(), [](const auto& a, const auto& b) { return a.test > b.test; });
   std::vector<scene::Camera> cameras;
   for (const soup::ModelCamera& c : s.cameras) cameras.push_back(c.camera);
-  const glm::dvec3 upward = up ? glm::dvec3(*up) : file.up ? *file.up : render::mean_up(cameras);
   std::vector<glm::vec3> vertices;
   for (const glm::vec3& v : s.model.vertices) vertices.emplace_back(s.model.scale * (glm::dvec3(v) - s.model.centre));
-  s.framing = render::frame(vertices, cameras, upward);
-  return s;
+  s.framing = render::frame(vertices, cameras, up ? *up : render::mean_up(cameras));
 }
 
 std::size_t find_camera(const Subject& subject, const std::string& which) {

@@ -25,6 +25,9 @@ struct Subject {
 /// Throws Error on a file that is no model, or a dataset that is none. dataset: empty for none.
 Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up);
 
+/// Sorts the cameras, test views first, and finds the framing. up: of the dataset, where it is known.
+void frame_subject(Subject& subject, const std::optional<glm::dvec3>& up);
+
 /// Index of the camera with this number or name. Throws Error.
 std::size_t find_camera(const Subject& subject, const std::string& which);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -53,7 +54,7 @@ class Glfw {
 
 class Window {
  public:
-  explicit Window(const CommandLine& options);
+  Window(const CommandLine& options, Live* live);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
@@ -75,7 +76,12 @@ class Window {
   bool animated() const;
   void complain(const std::string& text) { message_ = text; }
 
+  void show_training();
+  void training_panel();
+
   CommandLine options_;
+  Live* live_ = nullptr;
+  std::optional<Live::Setting> setting_;
   Glfw glfw_;
   GLFWwindow* window_ = nullptr;
   std::unique_ptr<gpu::Device> gpu_;
@@ -88,6 +94,7 @@ class Window {
   Photographs photographs_;
   gpu::Image picture_, final_, photograph_;
   std::string photograph_name_, dataset_;
+  bool photographs_wanted_ = false;    // dataset_ is still to be loaded
 
   render::DrawOptions draw_;
   Compare compare_ = Compare::rendering;
@@ -106,7 +113,7 @@ class Window {
   double gpu_ms_ = 0, first_ms_ = 0, shade_ms_ = 0;
 };
 
-Window::Window(const CommandLine& options) : options_(options), draw_(options.draw) {
+Window::Window(const CommandLine& options, Live* live) : options_(options), live_(live), draw_(options.draw) {
   gpu::DeviceOptions device = options.device;
   device.window_extensions = window_extensions();
   gpu_ = gpu::open_device(device);
@@ -149,6 +156,8 @@ Window::Window(const CommandLine& options) : options_(options), draw_(options.dr
   if (!options.model.empty())
     open_model(std::filesystem::is_directory(options.model) ? (std::filesystem::path(options.model) / "model.glb").string() : options.model);
   if (!options.dataset.empty() && subject_) open_dataset(options.dataset);
+  if (live_) glfwSetWindowTitle(window_, fmt::format("soup-train - {}", options.dataset).c_str());
+  if (live_) live_->on_news([] { glfwPostEmptyEvent(); });
 }
 
 Window::~Window() {
@@ -194,6 +203,57 @@ void Window::open_model(const std::string& path) {
   glfwSetWindowTitle(window_, fmt::format("soup-view - {}", path).c_str());
 }
 
+void Window::show_training() {
+  if (auto setting = live_->take_setting()) setting_ = std::move(setting);
+  const std::shared_ptr<const soup::Model> model = live_->take_model();
+  if (!model || !setting_) return;
+  model_ = render::upload_model(*gpu_, *model, render::MlpUse::read);
+  if (subject_) return;
+  // The first one: from here on only the triangles change.
+  Subject s;
+  s.path = "training";
+  s.model = *model;
+  s.cameras = setting_->cameras;
+  s.near = setting_->near;
+  s.far = setting_->far;
+  s.load = setting_->load;
+  frame_subject(s, setting_->up);
+  subject_ = std::move(s);
+  near_ = 0.01f;
+  far_ = 10.0f;
+  draw_.background = options_.background.value_or(subject_->model.background);
+  navigation_.set_home(subject_->framing);
+  if (!subject_->cameras.empty()) snap_to(0);
+  if (!options_.dataset.empty()) open_dataset(options_.dataset);
+}
+
+void Window::training_panel() {
+  const Live::State state = live_->state();
+  ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - 10, 10}, ImGuiCond_Always, {1.0f, 0.0f});
+  ImGui::Begin("Training", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
+  const float width = 260 * font_scale_;
+  ImGui::Text("%s", state.ended ? "ended" : state.paused ? "paused" : state.phase.c_str());
+  if (state.steps > 0) {
+    ImGui::ProgressBar(static_cast<float>(double(state.step) / double(state.steps)), {width, 0},
+                       fmt::format("step {} of {}", state.step, state.steps).c_str());
+    ImGui::Text("%u triangles, budget %u", state.triangles, state.budget);
+    ImGui::Text("%.1f ms a step, %.0f s left", state.ms_per_step, 1e-3 * state.ms_per_step * double(state.steps - state.step));
+  }
+  const auto plot = [&](const char* name, const std::vector<float>& values, const char* format) {
+    if (values.empty()) return;
+    const auto label = fmt::format(fmt::runtime(format), values.back());
+    ImGui::PlotLines(name, values.data(), static_cast<int>(values.size()), 0, label.c_str(), FLT_MAX, FLT_MAX, {width, 70 * font_scale_});
+  };
+  plot("loss", state.loss, "{:.4f}");
+  plot("PSNR", state.psnr, "{:.2f} dB");
+  if (!state.ended && state.steps > 0) {
+    if (ImGui::Button(state.paused ? "Continue (T)" : "Pause (T)")) live_->pause(!state.paused);
+    ImGui::SameLine();
+    if (ImGui::Button("One step (N)")) live_->step_once();
+  }
+  ImGui::End();
+}
+
 void Window::open_dataset(const std::string& path) {
   // Cameras of the dataset where the model has none of its own.
   if (subject_->cameras.empty()) {
@@ -203,8 +263,8 @@ void Window::open_dataset(const std::string& path) {
     navigation_.set_home(subject_->framing);
     if (!subject_->cameras.empty()) snap_to(0);
   }
-  photographs_.load(path, subject_->load);
   dataset_ = path;
+  photographs_wanted_ = true;
 }
 
 void Window::snap_to(std::size_t index) {
@@ -259,6 +319,12 @@ void Window::handle_key(int key, int modifiers) {
     case GLFW_KEY_TAB: panel_ = !panel_; break;
     case GLFW_KEY_O: ask_path_ = panel_ = true; break;
     case GLFW_KEY_P: take_screenshot(); break;
+    case GLFW_KEY_T:
+      if (live_) live_->pause(!live_->state().paused);
+      break;
+    case GLFW_KEY_N:
+      if (live_) live_->step_once();
+      break;
     case GLFW_KEY_RIGHT_BRACKET:
     case GLFW_KEY_PAGE_DOWN: snap(1); break;
     case GLFW_KEY_LEFT_BRACKET:
@@ -358,6 +424,8 @@ void Window::panels() {
       if (ImGui::Button("Picture (P)")) take_screenshot();
       ImGui::SameLine();
       if (ImGui::Button("Help (H)")) help_ = !help_;
+    } else if (live_) {
+      ImGui::TextUnformatted("The soup appears when training begins.");
     } else {
       ImGui::TextUnformatted("Drop a model.glb, or a folder with one, on this window.");
     }
@@ -388,6 +456,7 @@ void Window::panels() {
         "X                 smooth edges: none, msaa, ssaa\n"
         "P                 picture to a file\n"
         "O                 open a path      Tab                   hide the panel\n"
+        "T, N              while training: pause, one step\n"
         "H                 this help        Escape                close messages\n"
         "Control Q         close the window");
     ImGui::End();
@@ -486,8 +555,13 @@ void Window::frame() {
     else status_ = fmt::format("{}: {} photographs", dataset_, photographs_.count());
     redraw_ = 3;
   }
+  const auto start = std::chrono::steady_clock::now();
+  if (live_) show_training();
   handle_input();
+  // Photographs are loaded when somebody asks to see one.
+  if (compare_ != Compare::rendering && subject_ && std::exchange(photographs_wanted_, false)) photographs_.load(dataset_, subject_->load);
   panels();
+  if (live_ && panel_) training_panel();
   ImGui::Render();
   gpu_->reset_timings();
   gpu_->enable_timings(true);
@@ -502,6 +576,7 @@ void Window::frame() {
   }
   gpu_ms_ = first_ms_ + shade_ms_;
   gpu_->enable_timings(false);
+  if (live_) live_->spent(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   redraw_ = done ? redraw_ - 1 : std::max(1, redraw_);
 }
 
@@ -512,6 +587,8 @@ void Window::run() {
       frame();
     } else {
       glfwWaitEvents();
+      // The only event that no callback tells of is news of the training.
+      if (live_) redraw_ = std::max(redraw_, 1);
     }
   }
   const auto messages = gpu_->validation_messages();
@@ -520,8 +597,9 @@ void Window::run() {
 
 }  // namespace
 
-void run_window(const CommandLine& options) {
-  Window window(options);
+void run_window(const CommandLine& options, Live* live, const std::function<void()>& started) {
+  Window window(options, live);
+  if (started) started();
   window.run();
 }
 

@@ -1,12 +1,16 @@
 // The window of soup-view.
 #pragma once
 
+#include <functional>
+
 #include "command_line.h"
+#include "live.h"
 
 namespace trisoup::viewer {
 
 /// Opens a window and runs until it is closed. Throws Error when there is no display or the device fails; a file that cannot be
 /// opened is told in the window.
-void run_window(const CommandLine& options);
+/// live: a training to show instead of a file; null for none. started: called once the window is open.
+void run_window(const CommandLine& options, Live* live = nullptr, const std::function<void()>& started = {});
 
 }  // namespace trisoup::viewer

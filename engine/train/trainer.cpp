@@ -225,9 +225,12 @@ void Trainer::run(const Callbacks& callbacks) {
   std::uint64_t reported = step_;
   double seconds_since = 0;
   while (!finished() && !(callbacks.stop && *callbacks.stop)) {
+    std::uint64_t last = next_event(callbacks.progress_every);
+    if (callbacks.until) last = std::clamp(callbacks.until(step_), step_ + 1, std::max(last, step_ + 1));
+    if (callbacks.stop && *callbacks.stop) break;
     const auto start = Clock::now();
     const std::uint64_t before = step_;
-    train_until(next_event(callbacks.progress_every), callbacks.stop);
+    train_until(last, callbacks.stop);
     if (step_ > before) change_topology();
     gpu_.wait();
     const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();

@@ -54,6 +54,8 @@ class Trainer {
     std::function<void(const Progress&)> on_progress;       // about every progress_every steps
     std::function<void(std::uint64_t step)> on_checkpoint;  // every Settings::checkpoint_every steps, not after the last
     std::function<void(std::uint64_t step)> on_evaluate;    // every Settings::eval_every steps
+    std::function<std::uint64_t(std::uint64_t step)> until;  // asked between steps, the device idle: the step to go on to
+                                                             // before asking again; may wait
     std::uint64_t progress_every = 10;
     const std::atomic<bool>* stop = nullptr;                // asks to end after the current step
   };

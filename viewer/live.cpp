@@ -1,0 +1,122 @@
+#include "live.h"
+
+#include <algorithm>
+
+namespace trisoup::viewer {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double kShare = 0.07;      // of the time that looking may take, where device and CPU are one
+constexpr double kInterval = 0.1;    // s: ten pictures a second at most
+
+}  // namespace
+
+void Live::begin(Setting setting) {
+  std::lock_guard lock(mutex_);
+  state_.phase = "training";
+  state_.steps = setting.steps;
+  state_.budget = setting.budget;
+  setting_ = std::move(setting);
+  if (wake_) wake_();
+}
+
+void Live::report(const Point& point, std::uint32_t triangles, double ms_per_step) {
+  std::lock_guard lock(mutex_);
+  state_.step = point.step;
+  state_.triangles = triangles;
+  state_.ms_per_step = ms_per_step;
+  state_.loss.push_back(static_cast<float>(point.loss));
+  state_.psnr.push_back(static_cast<float>(point.psnr));
+  if (wake_ && !closed_) wake_();
+}
+
+void Live::phase(const std::string& text) {
+  std::lock_guard lock(mutex_);
+  state_.phase = text;
+  if (wake_ && !closed_) wake_();
+}
+
+void Live::end() {
+  std::lock_guard lock(mutex_);
+  state_.ended = true;
+  if (wake_ && !closed_) wake_();
+}
+
+std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>& model, const std::atomic<bool>& stop) {
+  const auto since = [&] { return std::chrono::duration<double>(Clock::now() - last_model_).count(); };
+  std::unique_lock lock(mutex_);
+  state_.step = step;
+  const auto due = [&] {
+    return !closed_ && fresh_ && since() >= std::max(kInterval, (model_seconds_ + window_seconds_) / kShare);
+  };
+  const auto give = [&] {
+    lock.unlock();
+    const auto start = Clock::now();
+    soup::Model now = model();
+    const double took = std::chrono::duration<double>(Clock::now() - start).count();
+    publish(std::move(now));
+    lock.lock();
+    model_seconds_ = took;
+  };
+  if (due() || (state_.paused && !closed_)) give();
+  // A signal changes nothing here, so it is looked for now and then.
+  while (state_.paused && single_steps_ == 0 && !closed_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(100));
+  if (single_steps_ > 0) {
+    --single_steps_;
+    return step + 1;
+  }
+  // About 50 ms of steps: soon enough for a button.
+  const double ms = std::max(0.01, state_.ms_per_step);
+  return closed_ ? ~std::uint64_t(0) : step + std::max<std::uint64_t>(1, static_cast<std::uint64_t>(50.0 / ms));
+}
+
+void Live::publish(soup::Model model) {
+  std::lock_guard lock(mutex_);
+  model_ = std::make_shared<const soup::Model>(std::move(model));
+  fresh_ = false;
+  last_model_ = Clock::now();
+  if (wake_ && !closed_) wake_();
+}
+
+Live::State Live::state() const {
+  std::lock_guard lock(mutex_);
+  return state_;
+}
+
+std::optional<Live::Setting> Live::take_setting() {
+  std::lock_guard lock(mutex_);
+  return std::exchange(setting_, std::nullopt);
+}
+
+std::shared_ptr<const soup::Model> Live::take_model() {
+  std::lock_guard lock(mutex_);
+  return std::exchange(model_, nullptr);
+}
+
+void Live::pause(bool paused) {
+  std::lock_guard lock(mutex_);
+  state_.paused = paused;
+  changed_.notify_all();
+}
+
+void Live::step_once() {
+  std::lock_guard lock(mutex_);
+  state_.paused = true;
+  ++single_steps_;
+  changed_.notify_all();
+}
+
+void Live::spent(double seconds) {
+  std::lock_guard lock(mutex_);
+  window_seconds_ = seconds;
+  fresh_ = true;
+}
+
+void Live::close() {
+  std::lock_guard lock(mutex_);
+  closed_ = true;
+  state_.paused = false;
+  changed_.notify_all();
+}
+
+}  // namespace trisoup::viewer

@@ -1,0 +1,75 @@
+// What a training and its window tell each other, from two threads.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+#include "soup/model_file.h"
+
+namespace trisoup::viewer {
+
+class Live {
+ public:
+  struct Point {
+    std::uint64_t step = 0;
+    double loss = 0, psnr = 0;
+  };
+  struct State {
+    std::string phase = "loading";     // what the training is at
+    std::uint64_t step = 0, steps = 0;
+    std::uint32_t triangles = 0, budget = 0;
+    double ms_per_step = 0;
+    std::vector<float> loss, psnr;     // one for each report
+    bool paused = false, ended = false;
+  };
+  /// What does not change while training.
+  struct Setting {
+    std::vector<soup::ModelCamera> cameras;
+    std::optional<glm::dvec3> up;
+    double near = 0.025, far = 2.5;
+    std::uint64_t steps = 0;
+    std::uint32_t budget = 0;
+    scene::LoadOptions load;           // of its photographs
+  };
+
+  // The training's side.
+  void begin(Setting setting);
+  void report(const Point& point, std::uint32_t triangles, double ms_per_step);
+  void phase(const std::string& text);
+  void end();
+  /// Between steps: waits while paused, gives the window a model when it is due, and says how far to train before asking again.
+  std::uint64_t until(std::uint64_t step, const std::function<soup::Model()>& model, const std::atomic<bool>& stop);
+  void publish(soup::Model model);
+
+  // The window's side.
+  void on_news(std::function<void()> wake) { wake_ = std::move(wake); }  // before the training begins; called from its thread
+  State state() const;
+  std::optional<Setting> take_setting();               // once, when it is there
+  std::shared_ptr<const soup::Model> take_model();     // the newest, once; null without news
+  void pause(bool paused);
+  void step_once();
+  void spent(double seconds);                          // on showing the last model
+  void close();                                        // nobody looks any more
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  State state_;
+  std::optional<Setting> setting_;
+  std::shared_ptr<const soup::Model> model_;
+  std::function<void()> wake_;
+  std::uint64_t single_steps_ = 0;
+  bool closed_ = false, fresh_ = true;                 // fresh: the window has shown all there was
+  double window_seconds_ = 0, model_seconds_ = 0;
+  std::chrono::steady_clock::time_point last_model_{};
+};
+
+}  // namespace trisoup::viewer
