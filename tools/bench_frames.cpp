@@ -15,6 +15,7 @@
 #include "atomic_file.h"
 #include "common/host.h"
 #include "error.h"
+#include "printable.h"
 #include "render/cameras.h"
 #include "render/renderer.h"
 #include "soup/atlas.h"
@@ -214,7 +215,7 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
     }
   }
   if (!options.json.empty()) {
-    const std::string text = nlohmann::json{{"device", gpu.info().name}, {"model", options.model}, {"frames", rows}}.dump(2) + "\n";
+    const std::string text = nlohmann::json{{"device", gpu.info().name}, {"model", utf8(options.model)}, {"frames", rows}}.dump(2) + "\n";
     write_file_atomically(options.json, std::as_bytes(std::span(text)));
   }
 }

@@ -210,17 +210,23 @@ int run(const CommandLine& o, viewer::Live* live) {
   return 0;
 }
 
-/// Exit status; errors are printed.
+/// Exit status; errors are printed, and told in the window.
 int run_guarded(const CommandLine& options, viewer::Live* live) {
+  int status = 0;
+  std::string error;
   try {
-    return run(options, live);
+    status = run(options, live);
   } catch (const Interrupted& interrupted) {
     say(options, "interrupted " + interrupted.when);
-    return 130;
+    status = 130;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "soup-train: %s\n", e.what());
-    return 1;
+    error = e.what();
+    status = 1;
   }
+  // A signal ends the window too.
+  if (live) live->end(error, g_stop);
+  return status;
 }
 
 /// Trains in a thread of its own while the window has this one, as window systems ask for.
@@ -228,21 +234,17 @@ int run_with_window(const CommandLine& options) {
   viewer::Live live;
   int status = 1;
   std::jthread training;
-  // However the window ends, training must not wait for it.
-  struct Closing {
-    viewer::Live& live;
-    ~Closing() { live.close(); }
-  } closing{live};
   viewer::CommandLine look;
   look.dataset = options.dataset;
   look.device = options.device;
   look.device.validation = false;  // of the training's own device
-  viewer::run_window(look, &live, [&] {
-    training = std::jthread([&] {
-      status = run_guarded(options, &live);
-      live.end();
-    });
-  });
+  try {
+    viewer::run_window(look, &live, [&] { training = std::jthread([&] { status = run_guarded(options, &live); }); });
+  } catch (const std::exception& e) {
+    if (!training.joinable()) throw;
+    // The window is lost, the training is not.
+    std::fprintf(stderr, "soup-train: the window has ended (%s); training %s\n", e.what(), options.finish_headless ? "goes on" : "ends with a checkpoint");
+  }
   if (!options.finish_headless) g_stop = true;
   live.close();
   training.join();

@@ -89,7 +89,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   if (!size.empty() && !(c.size = size_from(size))) return fail(fmt::format("--size {}: give WIDTHxHEIGHT, each 1 to 16384", size));
   if (!background.empty() && !(c.background = colour_from(background)))
     return fail(fmt::format("--background {}: give white, black or R,G,B from 0 to 1", background));
-  if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f)))
+  if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f && glm::length(*c.up) < 1e12f)))
     return fail(fmt::format("--up {}: give X,Y,Z, not all zero", up));
   if (!mode.empty()) {
     const auto m = render::mode_from(mode);

@@ -13,6 +13,8 @@
 #include "atomic_file.h"
 #include "error.h"
 #include "image/image_file.h"
+#include "printable.h"
+#include "train/evaluate.h"
 
 namespace trisoup::viewer {
 namespace {
@@ -35,7 +37,7 @@ struct Setting {
     draw.background = o.background.value_or(s.model.background);
     // A dataset's view is to look as it was evaluated.
     draw.drop_behind = true;
-    if (!(near() < far())) throw Error("--near {} and --far {}: near must be less than far", near(), far());
+    train::check_clip_planes(near(), far());
   }
 
   double near() const { return options.near.value_or(subject.near); }
@@ -93,7 +95,7 @@ void benchmark(Setting& s) {
   json result;
   result["device"] = s.gpu.info().name;
   result["driver"] = s.gpu.info().driver;
-  result["model"] = s.subject.path;
+  result["model"] = utf8(s.subject.path);
   result["triangles"] = s.model.triangles;
   result["opaque"] = s.model.opaque;
   result["masked"] = s.model.masked;

@@ -17,7 +17,7 @@ void Live::begin(Setting setting) {
   state_.steps = setting.steps;
   state_.budget = setting.budget;
   setting_ = std::move(setting);
-  if (wake_) wake_();
+  if (wake_ && !closed_) wake_();
 }
 
 void Live::report(const Point& point, std::uint32_t triangles, double ms_per_step) {
@@ -36,9 +36,11 @@ void Live::phase(const std::string& text) {
   if (wake_ && !closed_) wake_();
 }
 
-void Live::end() {
+void Live::end(const std::string& error, bool quit) {
   std::lock_guard lock(mutex_);
   state_.ended = true;
+  state_.quit = quit;
+  state_.error = error;
   if (wake_ && !closed_) wake_();
 }
 

@@ -28,7 +28,8 @@ class Live {
     std::uint32_t triangles = 0, budget = 0;
     double ms_per_step = 0;
     std::vector<float> loss, psnr;     // one for each report
-    bool paused = false, ended = false;
+    bool paused = false, ended = false, quit = false;
+    std::string error;
   };
   /// What does not change while training.
   struct Setting {
@@ -44,7 +45,7 @@ class Live {
   void begin(Setting setting);
   void report(const Point& point, std::uint32_t triangles, double ms_per_step);
   void phase(const std::string& text);
-  void end();
+  void end(const std::string& error, bool quit);  // error: what went wrong, empty if nothing; quit: the window is to close
   /// Between steps: waits while paused, gives the window a model when it is due, and says how far to train before asking again.
   std::uint64_t until(std::uint64_t step, const std::function<soup::Model()>& model, const std::atomic<bool>& stop);
   void publish(soup::Model model);

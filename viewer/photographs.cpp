@@ -2,20 +2,35 @@
 
 #include <chrono>
 
+#include "error.h"
 #include "printable.h"
 
 namespace trisoup::viewer {
 
 void Photographs::load(const std::string& dataset, const scene::LoadOptions& options) {
+  cancel();
   images_.clear();
   error_.clear();
-  future_ = std::async(std::launch::async, [dataset, options] {
+  cancelled_ = std::make_shared<std::atomic<bool>>(false);
+  scene::LoadOptions stoppable = options;
+  stoppable.progress = [stop = cancelled_](int, int) {
+    if (*stop) throw Error("loading was cancelled");
+  };
+  stoppable.warn = {};
+  future_ = std::async(std::launch::async, [dataset, options = std::move(stoppable)] {
     scene::Scene scene = scene::load(dataset, options);
     std::map<std::string, Image> images;
     for (auto* views : {&scene.test, &scene.train})
       for (scene::View& view : *views) images[utf8(view.name)] = std::move(view.image);
     return images;
   });
+}
+
+void Photographs::cancel() {
+  if (!future_.valid()) return;
+  *cancelled_ = true;
+  future_.wait();
+  future_ = {};
 }
 
 bool Photographs::finished() {

@@ -1,8 +1,10 @@
 // The photographs of a dataset, loaded beside the running window.
 #pragma once
 
+#include <atomic>
 #include <future>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "image/image.h"
@@ -12,6 +14,10 @@ namespace trisoup::viewer {
 
 class Photographs {
  public:
+  Photographs() = default;
+  Photographs(const Photographs&) = delete;
+  Photographs& operator=(const Photographs&) = delete;
+  ~Photographs() { cancel(); }
   /// Begins to load; returns at once.
   void load(const std::string& dataset, const scene::LoadOptions& options);
   /// True once, when loading has ended; then error() says how.
@@ -23,6 +29,8 @@ class Photographs {
   std::size_t count() const { return images_.size(); }
 
  private:
+  void cancel();
+  std::shared_ptr<std::atomic<bool>> cancelled_;
   std::future<std::map<std::string, Image>> future_;
   std::map<std::string, Image> images_;
   std::string error_;

@@ -23,8 +23,10 @@ scene::Camera moved(const scene::Camera& camera, const scene::Normalisation& fro
 
 Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up) {
   Subject s;
-  s.path = model;
-  soup::ModelFile file = soup::read_model(model);
+  // The folder of a training will do as well.
+  const std::filesystem::path path(model);
+  s.path = std::filesystem::is_directory(path) ? (path / "model.glb").string() : model;
+  soup::ModelFile file = soup::read_model(s.path);
   s.model = std::move(file.model);
   s.cameras = std::move(file.cameras);
   try {
@@ -33,10 +35,14 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
       s.load.test_every = file.settings.value("test_every", 8);
       s.near = file.settings.value("test_near", s.near);
       s.far = file.settings.value("far", s.far);
+      if (file.settings.value("alpha", "composite") == "mask") s.load.alpha = scene::AlphaUse::mask;
+      if (!(s.near > 0 && s.near < s.far && s.far < 1e37)) throw Error("{}: its clip planes are impossible; train it again", model);
     }
   } catch (const nlohmann::json::exception&) {
     // Settings of another program: the defaults will do.
   }
+  // As it was trained against, whatever the photographs suggest.
+  s.load.background = s.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
   if (!dataset.empty()) {
     scene::LoadOptions load = s.load;
     load.train_images = false;
@@ -71,7 +77,7 @@ std::size_t find_camera(const Subject& subject, const std::string& which) {
   }
   for (std::size_t i = 0; i < subject.cameras.size(); ++i)
     if (subject.cameras[i].name == which) return i;
-  throw Error("--camera {}: no view has that name; the first is {}", which, subject.cameras[0].name);
+  throw Error("--camera {}: no view has that name; the first is {}", which, printable(subject.cameras[0].name));
 }
 
 }  // namespace trisoup::viewer

@@ -45,7 +45,7 @@ class Glfw {
     if (glfwInit()) return;
     const char* why = nullptr;
     glfwGetError(&why);
-    throw Error("no window can be opened ({}); use --screenshot, --path or --benchmark", why ? why : "no display");
+    throw Error("no window can be opened ({}); run without one, see --help", why ? why : "no display");
   }
   ~Glfw() { glfwTerminate(); }
   Glfw(const Glfw&) = delete;
@@ -77,6 +77,8 @@ class Window {
   void complain(const std::string& text) { message_ = text; }
 
   void show_training();
+  void set_home();
+  void set_planes();
   void training_panel();
 
   CommandLine options_;
@@ -104,6 +106,7 @@ class Window {
   int up_axis_ = 0;                    // 0: the model's; then +X -X +Y -Y +Z -Z
   bool panel_ = true, help_ = false;
   std::string message_, status_;
+  bool told_ = false;                  // how the training ended
   std::vector<std::string> dropped_;   // paths to open at the next frame
   std::array<char, 1024> path_{};      // that is being typed
   bool ask_path_ = false, typed_ = false;
@@ -121,7 +124,7 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   const glm::ivec2 size = options.size.value_or(glm::ivec2(1280, 800));
   window_ = glfwCreateWindow(size.x, size.y, "soup-view", nullptr, nullptr);
-  if (!window_) throw Error("no window can be opened; use --screenshot, --path or --benchmark");
+  if (!window_) throw Error("no window can be opened; run without one, see --help");
   surface_ = open_surface(*gpu_, window_);
   renderer_ = std::make_unique<render::Renderer>(*gpu_);
   painter_ = std::make_unique<InterfacePainter>(*gpu_);
@@ -153,14 +156,15 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   ImGui::GetIO().LogFilename = nullptr;
   ImGui_ImplGlfw_InitForVulkan(window_, true);
   // What the command line names must be there: a script is to notice.
-  if (!options.model.empty())
-    open_model(std::filesystem::is_directory(options.model) ? (std::filesystem::path(options.model) / "model.glb").string() : options.model);
+  if (!options.model.empty()) open_model(options.model);
   if (!options.dataset.empty() && subject_) open_dataset(options.dataset);
   if (live_) glfwSetWindowTitle(window_, fmt::format("soup-train - {}", options.dataset).c_str());
   if (live_) live_->on_news([] { glfwPostEmptyEvent(); });
 }
 
 Window::~Window() {
+  // From here on nobody may wake this window.
+  if (live_) live_->close();
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
   surface_.reset();
@@ -169,10 +173,9 @@ Window::~Window() {
 
 void Window::open(const std::string& path) {
   try {
-    if (!std::filesystem::is_directory(path)) {
+    if (!std::filesystem::is_directory(path) || std::filesystem::exists(std::filesystem::path(path) / "model.glb")) {
+      if (live_) throw Error("{}: this window shows a training; open it with soup-view", path);
       open_model(path);
-    } else if (std::filesystem::exists(std::filesystem::path(path) / "model.glb")) {
-      open_model((std::filesystem::path(path) / "model.glb").string());
     } else if (subject_) {
       open_dataset(path);
     } else {
@@ -186,21 +189,34 @@ void Window::open(const std::string& path) {
 
 void Window::open_model(const std::string& path) {
   Subject subject = load_subject(path, {}, options_.up);
+  const std::optional<std::string> which = std::exchange(options_.camera, std::nullopt);  // of the first model alone
+  const std::size_t camera = which && !subject.cameras.empty() ? find_camera(subject, *which) : 0;
   render::GpuModel model = render::upload_model(*gpu_, subject.model);
   model_ = std::move(model);
   subject_ = std::move(subject);
   camera_.reset();
   photograph_name_.clear();
-  near_ = static_cast<float>(options_.near.value_or(0.01));
-  far_ = static_cast<float>(options_.far.value_or(10.0));
+  set_planes();
   draw_.background = options_.background.value_or(subject_->model.background);
   up_axis_ = 0;
-  navigation_.set_home(subject_->framing);
-  if (options_.fov) navigation_.set_fov(*options_.fov * kDegrees);
+  set_home();
   // The first test view: right way up, framed as the photographer did.
-  if (!subject_->cameras.empty()) snap_to(options_.camera ? find_camera(*subject_, *options_.camera) : 0);
+  if (!subject_->cameras.empty() && !options_.fov) snap_to(camera);
   status_ = fmt::format("{}: {} triangles", path, model_->triangles);
   glfwSetWindowTitle(window_, fmt::format("soup-view - {}", path).c_str());
+}
+
+void Window::set_home() {
+  if (options_.fov) subject_->framing.fov = *options_.fov * kDegrees;
+  navigation_.set_home(subject_->framing);
+}
+
+void Window::set_planes() {
+  near_ = static_cast<float>(options_.near.value_or(0.01));
+  far_ = static_cast<float>(options_.far.value_or(10.0));
+  if (options_.near) subject_->near = *options_.near;
+  if (options_.far) subject_->far = *options_.far;
+  if (!(subject_->near < subject_->far)) throw Error("--near {} and --far {}: near must be less than far", subject_->near, subject_->far);
 }
 
 void Window::show_training() {
@@ -219,10 +235,9 @@ void Window::show_training() {
   s.load = setting_->load;
   frame_subject(s, setting_->up);
   subject_ = std::move(s);
-  near_ = 0.01f;
-  far_ = 10.0f;
+  set_planes();
   draw_.background = options_.background.value_or(subject_->model.background);
-  navigation_.set_home(subject_->framing);
+  set_home();
   if (!subject_->cameras.empty()) snap_to(0);
   if (!options_.dataset.empty()) open_dataset(options_.dataset);
 }
@@ -260,8 +275,8 @@ void Window::open_dataset(const std::string& path) {
     Subject with = load_subject(subject_->path, path, options_.up);
     subject_->cameras = std::move(with.cameras);
     subject_->framing = with.framing;
-    navigation_.set_home(subject_->framing);
-    if (!subject_->cameras.empty()) snap_to(0);
+    set_home();
+    if (!subject_->cameras.empty() && !options_.fov) snap_to(0);
   }
   dataset_ = path;
   photographs_wanted_ = true;
@@ -300,7 +315,6 @@ void Window::take_screenshot() {
 }
 
 bool Window::animated() const {
-  if (photographs_.loading()) return true;
   for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
     if (glfwGetKey(window_, key) == GLFW_PRESS) return true;
   return false;
@@ -523,7 +537,8 @@ void Window::scale_fonts() {
   glfwGetWindowSize(window_, &size, &unused);
   // Where the window library scales by itself, its units are larger than pixels already.
   const float units = size > 0 && framebuffer > 0 ? static_cast<float>(framebuffer) / static_cast<float>(size) : 1.0f;
-  const float scale = std::clamp(x / std::max(units, 0.1f), 0.5f, 4.0f);
+  // In eighths: sizes are whole numbers, so the units wobble while the window is resized.
+  const float scale = std::clamp(std::round(8.0f * x / std::max(units, 0.1f)) / 8.0f, 0.5f, 4.0f);
   if (scale == font_scale_) return;
   font_scale_ = scale;
   ImGuiIO& io = ImGui::GetIO();
@@ -553,10 +568,21 @@ void Window::frame() {
   if (photographs_.finished()) {
     if (!photographs_.error().empty()) complain(photographs_.error());
     else status_ = fmt::format("{}: {} photographs", dataset_, photographs_.count());
+    photograph_name_.clear();
     redraw_ = 3;
   }
   const auto start = std::chrono::steady_clock::now();
-  if (live_) show_training();
+  if (live_) {
+    try {
+      show_training();
+    } catch (const Error& e) {
+      complain(e.what());
+    }
+    if (const Live::State state = live_->state(); state.ended) {
+      if (state.quit) glfwSetWindowShouldClose(window_, GLFW_TRUE);
+      if (!state.error.empty() && !std::exchange(told_, true)) complain(state.error);
+    }
+  }
   handle_input();
   // Photographs are loaded when somebody asks to see one.
   if (compare_ != Compare::rendering && subject_ && std::exchange(photographs_wanted_, false)) photographs_.load(dataset_, subject_->load);
@@ -565,7 +591,16 @@ void Window::frame() {
   ImGui::Render();
   gpu_->reset_timings();
   gpu_->enable_timings(true);
-  draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+  try {
+    draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+  } catch (const Error& e) {
+    // Too large for the device in this way, perhaps; the plain way has to work.
+    complain(e.what());
+    draw_.aa = render::AntiAliasing::none;
+    compare_ = Compare::rendering;
+    redraw_ = 4;
+    draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+  }
   const gpu::Image& shown = model_ && compare_ != Compare::rendering ? final_ : picture_;
   painter_->paint(*ImGui::GetDrawData(), shown);
   const bool done = surface_->show(shown, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
@@ -586,7 +621,10 @@ void Window::run() {
       glfwPollEvents();
       frame();
     } else {
-      glfwWaitEvents();
+      // Photographs that are being loaded tell nobody when they are there.
+      if (photographs_.loading()) glfwWaitEventsTimeout(0.1);
+      else glfwWaitEvents();
+      if (photographs_.loading()) redraw_ = std::max(redraw_, 1);
       // The only event that no callback tells of is news of the training.
       if (live_) redraw_ = std::max(redraw_, 1);
     }

@@ -84,7 +84,7 @@ Framing frame(std::span<const glm::vec3> vertices, std::span<const scene::Camera
       distance += glm::length(c.centre());
       fov += 2 * std::atan(0.5 * c.height / c.fy);
     }
-    f.distance = distance / static_cast<double>(cameras.size());
+    f.distance = std::max(1e-3, distance / static_cast<double>(cameras.size()));
     f.fov = fov / static_cast<double>(cameras.size());
   } else {
     f.distance = std::max(1e-3, 0.65 * glm::length(high - low) / std::tan(0.5 * f.fov));

@@ -382,7 +382,7 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     file.settings = extension.value("settings", json());
     if (extension.contains("up")) {
       file.up = vector("up");
-      if (!finite(*file.up) || glm::length(*file.up) < 1e-12) throw damaged("has an up direction without a length");
+      if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12)) throw damaged("has an up direction without a length");
     }
     for (const json& row : extension.value("cameras", json::array())) {
       file.cameras.push_back(camera_of(row));

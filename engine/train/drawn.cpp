@@ -10,6 +10,7 @@ namespace trisoup::train {
 
 Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
                           render::AntiAliasing aa, const OnRender& on_render) {
+  check_clip_planes(near, far);
   render::Renderer renderer(gpu);
   const render::GpuModel drawn = render::upload_model(gpu, model);
   render::DrawOptions options;
@@ -32,6 +33,7 @@ Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scen
 
 std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& views,
                                  const scene::Normalisation& normalisation, double near, double far, render::MlpUse mlp) {
+  check_clip_planes(near, far);
   SoupBuffers soup = load_model(gpu, model, normalisation);
   Frame frame(gpu);
   render::Renderer renderer(gpu);

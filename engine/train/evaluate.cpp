@@ -11,6 +11,11 @@
 
 namespace trisoup::train {
 
+void check_clip_planes(double near, double far) {
+  if (!(near > 0 && near < far && far < 1e37))
+    throw Error("clip planes: near {} and far {} must be 0 < near < far; correct --near and --far", near, far);
+}
+
 ImageMetrics mean(const std::vector<ViewMetrics>& views) {
   ImageMetrics sum;
   for (const ViewMetrics& view : views) {
@@ -24,8 +29,7 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render) {
-  if (!(near > 0 && near < far && far < 1e37))
-    throw Error("clip planes: near {} and far {} must be 0 < near < far; correct --near and --far", near, far);
+  check_clip_planes(near, far);
   std::vector<BatchView> batch;
   for (const scene::View& view : views) batch.push_back(batch_view(view.camera, near, far));
   StepInputs inputs;

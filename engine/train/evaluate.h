@@ -26,6 +26,9 @@ struct Evaluation {
   ImageMetrics mean;  // of the views' values
 };
 
+/// Throws Error unless 0 < near < far, both finite.
+void check_clip_planes(double near, double far);
+
 /// Mean of every metric over views; zeros without views.
 ImageMetrics mean(const std::vector<ViewMetrics>& views);
 

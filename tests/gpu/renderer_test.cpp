@@ -136,3 +136,31 @@ TEST_CASE("triangles that reach behind the camera are clipped, or left out as in
   CHECK(covered(false) > 64 * 64 / 4);
   test::require_silence(*gpu);
 }
+
+TEST_CASE("a soup that is visible nowhere gives the background", "[renderer]") {
+  auto gpu = test::open_device();
+  soup::Model model = random_model(*gpu, 5);
+  for (std::size_t i = 7; i < model.lattice.size(); i += 8) model.lattice[i] = 0;
+  const render::GpuModel drawn = render::upload_model(*gpu, model);
+  CHECK(drawn.opaque + drawn.masked == 0);
+  render::Renderer renderer(*gpu);
+  for (const auto aa : {render::AntiAliasing::none, render::AntiAliasing::msaa, render::AntiAliasing::ssaa}) {
+    render::DrawOptions options;
+    options.aa = aa;
+    options.background = glm::vec3(1.0f, 0.0f, 1.0f);
+    const Image image = renderer.picture(drawn, render::view_of(view_at(0.5, 40, 30).camera, 0.025, 2.5), options);
+    CHECK(image.rgba[0] == 255);
+    CHECK(image.rgba[1] == 0);
+    CHECK(std::equal(image.rgba.begin() + 4, image.rgba.end(), image.rgba.begin()));
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("images that no device can have are refused", "[renderer]") {
+  auto gpu = test::open_device();
+  gpu::Graphics& graphics = *gpu->graphics();
+  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, graphics.max_side() + 1, 1}, "the wide one"), Catch::Contains("the wide one"));
+  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, 0, 1}, "the empty one"), Catch::Contains("the empty one"));
+  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, 16, 16, 1u << 30}, "the deep one"), Catch::Contains("the deep one"));
+  test::require_silence(*gpu);
+}

@@ -253,6 +253,7 @@ void VulkanDevice::create_device() {
   v13.dynamicRendering = VK_TRUE;
   auto v12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &v13);
   v12.bufferDeviceAddress = VK_TRUE;
+  v12.separateDepthStencilLayouts = VK_TRUE;  // every Vulkan 1.2 has it; depth images need it
   const char* const extensions[] = {VK_KHR_SWAPCHAIN_EXTENSION_NAME};
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &v12);
   info.queueCreateInfoCount = 1;

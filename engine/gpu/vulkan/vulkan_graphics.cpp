@@ -98,6 +98,12 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
   else if (shape.layers == 0 && shape.format != Format::r8)
     info.usage |= VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
   VkDevice device = device_.device_;
+  VkImageFormatProperties can;
+  const VkResult possible = vkGetPhysicalDeviceImageFormatProperties(device_.physical_, info.format, info.imageType, info.tiling, info.usage, 0, &can);
+  const std::uint64_t bytes = std::uint64_t(shape.width) * shape.height * info.arrayLayers * shape.samples * bytes_per_pixel(shape.format);
+  if (possible != VK_SUCCESS || info.arrayLayers > can.maxArrayLayers || bytes > can.maxResourceSize || !(can.sampleCounts & shape.samples))
+    throw Error("{}: {} x {} pixels in {} layers ({} MB) are not possible on {}; use fewer triangles or a smaller picture", what,
+                shape.width, shape.height, info.arrayLayers, bytes >> 20, device_.info_.name);
   check(vkCreateImage(device, &info, nullptr, &s.image), "vkCreateImage");
   try {
     VkMemoryRequirements requirements;
@@ -353,13 +359,26 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
     pipelines_.clear();
   }
   // Everything that may fail or that belongs outside of a rendering comes first.
-  std::vector<VkPipeline> pipelines;
-  for (const Draw& d : draws) pipelines.push_back(find_pipeline(d, targets));
+  struct Prepared {
+    const Draw* draw;
+    VkPipeline pipeline;
+    std::pair<VkBuffer, std::uint64_t> vertices{}, indices{};
+    VkDescriptorSet set = VK_NULL_HANDLE;
+  };
+  std::vector<Prepared> prepared;
+  for (const Draw& d : draws) {
+    if (d.count == 0) continue;
+    Prepared& p = prepared.emplace_back(Prepared{&d, find_pipeline(d, targets)});
+    if (d.vertices != 0) p.vertices = device_.find(d.vertices, 16ull * d.vertex_vectors);
+    if (d.indices != 0) p.indices = device_.find(d.indices, 4ull * (d.first + d.count));
+  }
   if (draws.size() > kSetsPerRecording) throw Error("gpu: {} draws at once; {} are possible", draws.size(), kSetsPerRecording);
   device_.begin();
   if (device_.recording_->sets + draws.size() > kSetsPerRecording) device_.submit();
   const char* name = draws.empty() ? "clear" : draws.back().fragment;
   if (!device_.begin_work(name)) return;
+  for (Prepared& p : prepared)
+    if (!p.draw->textures.empty() || !p.draw->uniforms.empty()) p.set = describe(*p.draw);
   for (const Draw& d : draws)
     for (const Image* texture : d.textures)
       if (stored(*texture).layout != VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)
@@ -399,24 +418,17 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   vkCmdBeginRendering(commands, &rendering);
   const VkViewport viewport{0, 0, static_cast<float>(shape.width), static_cast<float>(shape.height), 0, 1};
   vkCmdSetViewport(commands, 0, 1, &viewport);
-  for (std::size_t i = 0; i < draws.size(); ++i) {
-    const Draw& d = draws[i];
+  for (const Prepared& p : prepared) {
+    const Draw& d = *p.draw;
     VkRect2D scissor{{0, 0}, {shape.width, shape.height}};
     if (d.scissor) scissor = {{d.scissor->x, d.scissor->y}, {d.scissor->width, d.scissor->height}};
     vkCmdSetScissor(commands, 0, 1, &scissor);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines[i]);
-    if (!d.textures.empty() || !d.uniforms.empty()) {
-      const VkDescriptorSet set = describe(d);
-      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &set, 0, nullptr);
-    }
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, p.pipeline);
+    if (p.set) vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &p.set, 0, nullptr);
     if (d.argument_bytes > 0) vkCmdPushConstants(commands, layout_, kStages, 0, d.argument_bytes, d.arguments.data());
-    if (d.vertices != 0) {
-      const auto [buffer, offset] = device_.find(d.vertices, 16ull * d.vertex_vectors);
-      vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &offset);
-    }
+    if (d.vertices != 0) vkCmdBindVertexBuffers(commands, 0, 1, &p.vertices.first, &p.vertices.second);
     if (d.indices != 0) {
-      const auto [buffer, offset] = device_.find(d.indices, 4ull * (d.first + d.count));
-      vkCmdBindIndexBuffer(commands, buffer, offset, VK_INDEX_TYPE_UINT32);
+      vkCmdBindIndexBuffer(commands, p.indices.first, p.indices.second, VK_INDEX_TYPE_UINT32);
       vkCmdDrawIndexed(commands, d.count, 1, d.first, 0, 0);
     } else {
       vkCmdDraw(commands, d.count, 1, d.first, 0);

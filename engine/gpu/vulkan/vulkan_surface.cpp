@@ -6,6 +6,11 @@
 #include "gpu/vulkan/vulkan_graphics.h"
 
 namespace trisoup::gpu {
+namespace {
+
+constexpr std::uint64_t kPatience = 100'000'000;  // ns to wait for an image of the window
+
+}  // namespace
 
 VulkanSurface::VulkanSurface(VulkanDevice& device, VulkanGraphics& graphics, std::function<std::uint64_t(void*)> create)
     : device_(device), graphics_(graphics), create_(std::move(create)) {
@@ -27,7 +32,7 @@ VulkanSurface::~VulkanSurface() {
 
 void VulkanSurface::open() {
   surface_ = reinterpret_cast<VkSurfaceKHR>(create_(device_.instance_->handle()));
-  if (!surface_) throw Error("Vulkan: the window has no surface to draw on; use --screenshot where there is no display");
+  if (!surface_) throw Error("Vulkan: the window has no surface to draw on; run without a window, see --help");
   VkBool32 supported = VK_FALSE;
   check(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical_, device_.family_, surface_, &supported),
         "vkGetPhysicalDeviceSurfaceSupportKHR");
@@ -74,14 +79,17 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   std::vector<VkSurfaceFormatKHR> formats(count);
   check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()),
         "vkGetPhysicalDeviceSurfaceFormatsKHR");
-  if (formats.empty()) throw Error("Vulkan: this window takes no format of pictures; choose another device with --device");
   // Colours are display values already, so they must not be encoded once more.
-  VkSurfaceFormatKHR format = formats[0];
-  for (const VkSurfaceFormatKHR& f : formats)
-    if (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM) {
-      format = f;
-      break;
-    }
+  const auto fits = [&](const VkSurfaceFormatKHR& f) {
+    VkFormatProperties properties;
+    vkGetPhysicalDeviceFormatProperties(device_.physical_, f.format, &properties);
+    return (properties.optimalTilingFeatures & VK_FORMAT_FEATURE_BLIT_DST_BIT) && f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR &&
+           (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM || f.format == VK_FORMAT_A8B8G8R8_UNORM_PACK32 ||
+            f.format == VK_FORMAT_A2B10G10R10_UNORM_PACK32 || f.format == VK_FORMAT_R5G6B5_UNORM_PACK16);
+  };
+  const auto found = std::find_if(formats.begin(), formats.end(), fits);
+  if (found == formats.end()) throw Error("Vulkan: this window takes no plain 8-bit colours; choose another device with --device");
+  const VkSurfaceFormatKHR format = *found;
 
   auto info = structure<VkSwapchainCreateInfoKHR>(VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR);
   info.surface = surface_;
@@ -92,7 +100,7 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   info.imageArrayLayers = 1;
   info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT;
   info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
-  info.preTransform = can.currentTransform;
+  info.preTransform = can.supportedTransforms & VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR ? VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR : can.currentTransform;
   info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
   if (!(can.supportedCompositeAlpha & info.compositeAlpha)) info.compositeAlpha = VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR;
   info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
@@ -114,7 +122,7 @@ bool VulkanSurface::show(const Image& image, std::uint32_t width, std::uint32_t 
   if (!swapchain_ || asked_.width != width || asked_.height != height)
     if (!open_swapchain(width, height)) return false;
   std::uint32_t index = 0;
-  VkResult result = vkAcquireNextImageKHR(device_.device_, swapchain_, UINT64_MAX, acquired_, VK_NULL_HANDLE, &index);
+  VkResult result = vkAcquireNextImageKHR(device_.device_, swapchain_, kPatience, acquired_, VK_NULL_HANDLE, &index);
   if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR) {
     close_swapchain();  // the next call opens another
     if (result == VK_ERROR_SURFACE_LOST_KHR) {
@@ -123,6 +131,8 @@ bool VulkanSurface::show(const Image& image, std::uint32_t width, std::uint32_t 
     }
     return false;
   }
+  // A window that nobody can see may be given no image at all.
+  if (result == VK_TIMEOUT || result == VK_NOT_READY) return false;
   device_.guard(result, "vkAcquireNextImageKHR");
 
   VulkanGraphics::Stored& from = graphics_.stored(image);
@@ -157,10 +167,11 @@ bool VulkanSurface::show(const Image& image, std::uint32_t width, std::uint32_t 
   present.pSwapchains = &swapchain_;
   present.pImageIndices = &index;
   result = vkQueuePresentKHR(device_.queue_, &present);
-  if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR || result == VK_SUBOPTIMAL_KHR) {
+  if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR) {
     asked_ = {};  // opened anew at the next picture
-    return result == VK_SUBOPTIMAL_KHR;
+    return false;
   }
+  // Suboptimal is shown all the same; a change of size comes with an event, and with another size to ask for.
   device_.guard(result, "vkQueuePresentKHR");
   return true;
 }
