@@ -24,7 +24,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   app.add_option("-o,--output", o.output, "folder for what the run leaves");
 
   auto* common = app.add_option_group("Common");
-  common->add_option("--preset", o.preset, "fast (1,000 steps, 2,000 triangles), balanced (5,000, 5,000) or best (the published settings)")
+  common->add_option("--preset", o.preset, "fast (1,000 steps, 2,000 triangles, textures to level 4), balanced (5,000, 5,000) or best (the published settings)")
       ->check(CLI::IsMember({"fast", "balanced", "best"}));
   common->add_option("--steps", o.steps, "training steps; schedules scale with them [10000]");
   common->add_option("--triangles", o.triangles, "budget of triangles [15000]");
@@ -120,7 +120,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   const Recipe which = recipe.empty() ? (scene.synthetic ? Recipe::synthetic : Recipe::real)
                                       : (recipe == "synthetic" ? Recipe::synthetic : Recipe::real);
   train::Settings s = train::published(which);
-  if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000;
+  if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
   if (preset == "balanced") s.steps = 5000, s.triangles = 5000, s.init_count = 30'000;
 
   const auto set = [](const auto& given, auto& value) {
