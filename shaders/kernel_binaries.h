@@ -1,4 +1,4 @@
-// SPIR-V of the kernels, embedded at build time.
+// SPIR-V of the kernels and shaders, embedded at build time.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,8 @@
 
 namespace trisoup::gpu {
 
-/// SPIR-V words of shaders/<name>.comp; empty when there is no such kernel.
+/// SPIR-V words of shaders/<name>.comp, or of a shader of the rasteriser by its whole file name (shade_fixed.frag is shade.frag
+/// with FIXED_MLP); empty when there is none.
 std::span<const std::uint32_t> kernel_binary(std::string_view name);
 
 }  // namespace trisoup::gpu
