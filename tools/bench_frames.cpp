@@ -179,9 +179,7 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
     Published published(gpu, model, drawn);
     std::vector<scene::Camera> cameras;
     for (const soup::ModelCamera& c : file.cameras) cameras.push_back(c.camera);
-    std::vector<glm::vec3> vertices;
-    for (const glm::vec3& v : file.model.vertices) vertices.emplace_back(file.model.scale * (glm::dvec3(v) - file.model.centre));
-    const render::Framing framing = render::frame(vertices, cameras, file.up.value_or(render::mean_up(cameras)));
+    const render::Framing framing = render::frame(soup::normalised_vertices(file.model), cameras, file.up.value_or(render::mean_up(cameras)));
     for (const glm::ivec2 size : {glm::ivec2(1920, 1080), {1280, 720}, {960, 540}}) {
       const gpu::Image target = gpu.graphics()->create_image(
           {gpu::Format::rgba8, static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)}, "picture");

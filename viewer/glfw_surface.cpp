@@ -17,9 +17,7 @@ std::vector<std::string> window_extensions() {
 }
 
 std::unique_ptr<gpu::Surface> open_surface(gpu::Device& gpu, GLFWwindow* window) {
-  gpu::Graphics* graphics = gpu.graphics();
-  if (!graphics) throw Error("{} cannot draw, only compute; choose another with --device", gpu.info().name);
-  return graphics->open_surface([window](void* instance) -> std::uint64_t {
+  return gpu::graphics_of(gpu).open_surface([window](void* instance) -> std::uint64_t {
     VkSurfaceKHR surface = VK_NULL_HANDLE;
     if (glfwCreateWindowSurface(static_cast<VkInstance>(instance), window, nullptr, &surface) != VK_SUCCESS) return 0;
     return reinterpret_cast<std::uint64_t>(surface);

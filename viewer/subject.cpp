@@ -60,9 +60,7 @@ void frame_subject(Subject& s, const std::optional<glm::dvec3>& up) {
   std::stable_sort(s.cameras.begin(), s.cameras.end(), [](const auto& a, const auto& b) { return a.test > b.test; });
   std::vector<scene::Camera> cameras;
   for (const soup::ModelCamera& c : s.cameras) cameras.push_back(c.camera);
-  std::vector<glm::vec3> vertices;
-  for (const glm::vec3& v : s.model.vertices) vertices.emplace_back(s.model.scale * (glm::dvec3(v) - s.model.centre));
-  s.framing = render::frame(vertices, cameras, up ? *up : render::mean_up(cameras));
+  s.framing = render::frame(soup::normalised_vertices(s.model), cameras, up ? *up : render::mean_up(cameras));
 }
 
 std::size_t find_camera(const Subject& subject, const std::string& which) {

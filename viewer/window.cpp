@@ -299,13 +299,10 @@ void Window::take_screenshot() {
   try {
     std::string name;
     for (int i = 1; name.empty() || std::filesystem::exists(name); ++i) name = fmt::format("soup-view-{:03}.png", i);
-    const gpu::ImageShape& shape = picture_.shape();
-    const gpu::Image& from = compare_ != Compare::rendering && final_ ? final_ : picture_;
+    const gpu::ImageShape shape = picture_.shape();
     // As on the screen, without the panels.
     draw_picture(shape.width, shape.height);
-    Image image{static_cast<int>(shape.width), static_cast<int>(shape.height), {}};
-    image.rgba.resize(std::size_t(shape.width) * shape.height * 4);
-    gpu_->graphics()->download(from, 0, std::as_writable_bytes(std::span(image.rgba)));
+    Image image = render::download(*gpu_->graphics(), compare_ != Compare::rendering ? final_ : picture_);
     for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     write_png(name, image);
     status_ = fmt::format("wrote {}", (std::filesystem::current_path() / name).string());
@@ -488,13 +485,8 @@ void Window::panels() {
 
 void Window::draw_picture(std::uint32_t width, std::uint32_t height) {
   gpu::Graphics& graphics = *gpu_->graphics();
-  const auto fit = [&](gpu::Image& image, const char* what) {
-    const gpu::ImageShape shape{gpu::Format::rgba8, width, height};
-    if (image && image.shape() == shape) return;
-    image = {};
-    image = graphics.create_image(shape, what);
-  };
-  fit(picture_, "picture");
+  const gpu::ImageShape shape{gpu::Format::rgba8, width, height};
+  gpu::fit(graphics, picture_, shape, "picture");
   if (!model_) {
     gpu::Targets targets{.colour = {&picture_}};
     targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
@@ -509,7 +501,7 @@ void Window::draw_picture(std::uint32_t width, std::uint32_t height) {
   renderer_->draw(*model_, view, draw_, picture_);
 
   if (compare_ == Compare::rendering) return;
-  fit(final_, "picture");
+  gpu::fit(graphics, final_, shape, "picture");
   const Image* photograph = exact && camera_ ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
   kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), 0.0f, 0};
   if (photograph) {

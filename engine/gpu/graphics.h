@@ -140,6 +140,12 @@ class Graphics {
   virtual void free_image(std::uint32_t id) = 0;
 };
 
+/// The device's graphics. Throws Error where it has none.
+Graphics& graphics_of(Device& gpu);
+
+/// Makes the image anew where its shape is another.
+void fit(Graphics& graphics, Image& image, const ImageShape& shape, std::string_view what);
+
 inline Image::~Image() {
   if (graphics_) graphics_->free_image(id_);
 }

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "args/soup.h"
-#include "error.h"
 #include "soup/atlas.h"
 
 namespace trisoup::render {
@@ -38,22 +37,19 @@ std::pair<std::uint8_t, std::uint8_t> opacity_range(const soup::Model& model, co
 }  // namespace
 
 GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use) {
-  gpu::Graphics* graphics = gpu.graphics();
-  if (!graphics) throw Error("{} cannot draw, only compute; choose another with --device", gpu.info().name);
+  gpu::Graphics& graphics = gpu::graphics_of(gpu);
   GpuModel m;
   m.triangles = static_cast<std::uint32_t>(model.triangles());
   m.background = model.background;
   m.centre = model.centre;
   m.scale = model.scale;
 
-  std::vector<glm::vec3> vertices;
-  vertices.reserve(model.vertices.size());
+  const std::vector<glm::vec3> vertices = soup::normalised_vertices(model);
   m.low = glm::vec3(std::numeric_limits<float>::max());
   m.high = -m.low;
-  for (const glm::vec3& v : model.vertices) {
-    vertices.emplace_back(model.scale * (glm::dvec3(v) - model.centre));
-    m.low = glm::min(m.low, vertices.back());
-    m.high = glm::max(m.high, vertices.back());
+  for (const glm::vec3& v : vertices) {
+    m.low = glm::min(m.low, v);
+    m.high = glm::max(m.high, v);
   }
   m.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
   gpu.upload(m.vertices.address(), vertices);
@@ -61,7 +57,7 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
   std::vector<std::uint32_t> levels;
   for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);
   const soup::Atlas atlas =
-      soup::make_atlas(levels, std::min<int>(soup::kAtlasSide, static_cast<int>(graphics->max_side())));
+      soup::make_atlas(levels, std::min<int>(soup::kAtlasSide, static_cast<int>(graphics.max_side())));
 
   // A byte is at least a half from 128 on: 127.5 / 255 is the threshold.
   std::vector<std::uint32_t> order, masked;
@@ -96,8 +92,8 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
   for (const soup::AtlasPlace& place : atlas.places) records.push_back(record_of(place));
   const std::uint32_t rows = (m.triangles + kPlacesWidth - 1) / kPlacesWidth;
   records.resize(std::size_t(rows) * kPlacesWidth);
-  m.places = graphics->create_image({gpu::Format::rg32_uint, kPlacesWidth, std::max(1u, rows)}, "texture table");
-  graphics->upload(m.places, 0, std::as_bytes(std::span(records)));
+  m.places = graphics.create_image({gpu::Format::rg32_uint, kPlacesWidth, std::max(1u, rows)}, "texture table");
+  graphics.upload(m.places, 0, std::as_bytes(std::span(records)));
 
   std::uint32_t width = 0, height = 0;
   for (const glm::ivec2& page : atlas.pages) {
@@ -105,8 +101,8 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
     height = std::max(height, static_cast<std::uint32_t>(page.y));
   }
   const auto pages = static_cast<std::uint32_t>(atlas.pages.size());
-  m.opacities = graphics->create_image({gpu::Format::r8, width, height, pages}, "opacities");
-  m.features = graphics->create_image({gpu::Format::rgba8, width, height, 2 * pages}, "features");
+  m.opacities = graphics.create_image({gpu::Format::r8, width, height, pages}, "opacities");
+  m.features = graphics.create_image({gpu::Format::rgba8, width, height, 2 * pages}, "features");
   std::vector<std::uint8_t> opacities(std::size_t(width) * height), low(4 * opacities.size()), high(low.size());
   for (std::uint32_t page = 0; page < pages; ++page) {
     for (std::uint32_t t = 0; t < m.triangles; ++t) {
@@ -121,9 +117,9 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
         std::copy_n(sample + 4, 4, &high[4 * at]);
       });
     }
-    graphics->upload(m.opacities, page, std::as_bytes(std::span(opacities)));
-    graphics->upload(m.features, 2 * page, std::as_bytes(std::span(low)));
-    graphics->upload(m.features, 2 * page + 1, std::as_bytes(std::span(high)));
+    graphics.upload(m.opacities, page, std::as_bytes(std::span(opacities)));
+    graphics.upload(m.features, 2 * page, std::as_bytes(std::span(low)));
+    graphics.upload(m.features, 2 * page + 1, std::as_bytes(std::span(high)));
   }
   return m;
 }

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "args/soup.h"
-#include "error.h"
 #include "scene/camera.h"
 
 namespace trisoup::render {
@@ -13,19 +12,6 @@ namespace {
 
 constexpr std::array<const char*, kModes> kModeNames{"colour", "triangles", "normals", "depth", "opacity", "level", "wireframe", "channel"};
 constexpr std::array<const char*, 3> kAaNames{"none", "msaa", "ssaa"};
-
-gpu::Graphics& graphics_of(gpu::Device& gpu) {
-  gpu::Graphics* graphics = gpu.graphics();
-  if (!graphics) throw Error("{} cannot draw, only compute; choose another with --device", gpu.info().name);
-  return *graphics;
-}
-
-/// Makes the image anew where its shape has changed.
-void fit(gpu::Graphics& graphics, gpu::Image& image, const gpu::ImageShape& shape, std::string_view what) {
-  if (image && image.shape() == shape) return;
-  image = {};
-  image = graphics.create_image(shape, what);
-}
 
 }  // namespace
 
@@ -42,7 +28,7 @@ std::optional<AntiAliasing> anti_aliasing_from(std::string_view name) {
   return {};
 }
 
-Renderer::Renderer(gpu::Device& gpu) : gpu_(gpu), graphics_(graphics_of(gpu)) {
+Renderer::Renderer(gpu::Device& gpu) : gpu_(gpu), graphics_(gpu::graphics_of(gpu)) {
   frame_ = gpu.allocate(sizeof(kernels::ShadeFrame), "frame");
 }
 
@@ -52,8 +38,8 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   if (aa == AntiAliasing::msaa && !graphics_.can_multisample(gpu::Format::rg32_uint, 4)) aa = AntiAliasing::ssaa;
   const std::uint32_t samples = aa == AntiAliasing::msaa ? 4 : 1, side = aa == AntiAliasing::ssaa ? 2 : 1;
   const std::uint32_t width = side * view.width, height = side * view.height;
-  fit(graphics_, hits_, {gpu::Format::rg32_uint, width, height, 0, samples}, "visible triangles");
-  fit(graphics_, depth_, {gpu::Format::depth32, width, height, 0, samples}, "depth");
+  gpu::fit(graphics_, hits_, {gpu::Format::rg32_uint, width, height, 0, samples}, "visible triangles");
+  gpu::fit(graphics_, depth_, {gpu::Format::depth32, width, height, 0, samples}, "depth");
 
   kernels::SoupArgs args{};
   args.clip_from_world = glm::mat4(view.clip_from_world);
@@ -118,11 +104,16 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
 }
 
 Image Renderer::picture(const GpuModel& model, const View& view, const DrawOptions& options) {
-  fit(graphics_, target_, {gpu::Format::rgba8, view.width, view.height}, "picture");
+  gpu::fit(graphics_, target_, {gpu::Format::rgba8, view.width, view.height}, "picture");
   draw(model, view, options, target_);
-  Image image{static_cast<int>(view.width), static_cast<int>(view.height), {}};
-  image.rgba.resize(std::size_t(view.width) * view.height * 4);
-  graphics_.download(target_, 0, std::as_writable_bytes(std::span(image.rgba)));
+  return download(graphics_, target_);
+}
+
+Image download(gpu::Graphics& graphics, const gpu::Image& picture) {
+  const gpu::ImageShape& shape = picture.shape();
+  Image image{static_cast<int>(shape.width), static_cast<int>(shape.height), {}};
+  image.rgba.resize(std::size_t(shape.width) * shape.height * 4);
+  graphics.download(picture, 0, std::as_writable_bytes(std::span(image.rgba)));
   return image;
 }
 

@@ -39,6 +39,9 @@ struct DrawOptions {
   bool drop_behind = false;           // leave out triangles that reach behind the camera, as training does, instead of clipping
 };
 
+/// A picture (rgba8) in memory of the host.
+Image download(gpu::Graphics& graphics, const gpu::Image& picture);
+
 /// Draws models to images. Keeps the images of its passes between pictures of one size.
 class Renderer {
  public:

@@ -51,4 +51,12 @@ struct Model {
   std::size_t triangles() const { return textures.size(); }
 };
 
+/// The vertices of a model in its normalised coordinates.
+inline std::vector<glm::vec3> normalised_vertices(const Model& model) {
+  std::vector<glm::vec3> vertices;
+  vertices.reserve(model.vertices.size());
+  for (const glm::vec3& v : model.vertices) vertices.emplace_back(model.scale * (glm::dvec3(v) - model.centre));
+  return vertices;
+}
+
 }  // namespace trisoup::soup

@@ -25,6 +25,15 @@ VkImageAspectFlags aspect(Format format) {
 
 VkImageSubresourceRange whole(const ImageShape& shape) { return {aspect(shape.format), 0, 1, 0, std::max(1u, shape.layers)}; }
 
+/// Rows first.. of a layer, tightly packed at the beginning of a buffer.
+VkBufferImageCopy rows_of(const ImageShape& shape, std::uint32_t layer, std::uint32_t first, std::uint32_t count) {
+  VkBufferImageCopy region{};
+  region.imageSubresource = {aspect(shape.format), 0, layer, 1};
+  region.imageOffset = {0, static_cast<std::int32_t>(first), 0};
+  region.imageExtent = {shape.width, count, 1};
+  return region;
+}
+
 constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
 }  // namespace
@@ -173,10 +182,7 @@ void VulkanGraphics::upload(const Image& image, std::uint32_t layer, std::span<c
     device_.wait();  // the staging memory may still be read by what was submitted before
     std::memcpy(device_.staging().mapped, bytes.data() + first * row, count * row);
     move_to(s, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
-    VkBufferImageCopy region{};
-    region.imageSubresource = {aspect(s.shape.format), 0, layer, 1};
-    region.imageOffset = {0, static_cast<std::int32_t>(first), 0};
-    region.imageExtent = {s.shape.width, count, 1};
+    const VkBufferImageCopy region = rows_of(s.shape, layer, first, count);
     vkCmdCopyBufferToImage(device_.begin(), device_.staging_.buffer, s.image, s.layout, 1, &region);
   }
   device_.wait();
@@ -191,10 +197,7 @@ void VulkanGraphics::download(const Image& image, std::uint32_t layer, std::span
     const std::uint32_t count = std::min(rows, s.shape.height - first);
     device_.staging();
     move_to(s, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-    VkBufferImageCopy region{};
-    region.imageSubresource = {aspect(s.shape.format), 0, layer, 1};
-    region.imageOffset = {0, static_cast<std::int32_t>(first), 0};
-    region.imageExtent = {s.shape.width, count, 1};
+    const VkBufferImageCopy region = rows_of(s.shape, layer, first, count);
     vkCmdCopyImageToBuffer(device_.begin(), s.image, s.layout, device_.staging_.buffer, 1, &region);
     device_.host_barrier();
     device_.wait();
