@@ -1,11 +1,6 @@
-// First pass, triangles that are opaque everywhere: no texture is read, and depth can be tested and written early.
+// First pass, triangles that are opaque everywhere: nothing is read, and depth can be tested and written early.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/language.h"
-#include "args/soup.h"
-#include "common/coverage.h"
-#include "common/lattice.h"
-#include "common/atlas.h"
-#include "common/first_pass.h"
+layout(location = 0) flat in uint triangle;  // index + 1
+layout(location = 0) out uint hit;
 
-void main() { hit = hit_at(barycentrics()); }
+void main() { hit = triangle; }

@@ -4,6 +4,7 @@
 #include "common/language.h"
 #include "args/soup.h"
 #include "common/coverage.h"
+#include "common/ray_triangle.h"
 #include "common/lattice.h"
 #include "common/atlas.h"
 #include "common/surface_colour.h"
@@ -13,5 +14,5 @@ layout(location = 0) out vec4 colour;
 
 void main() {
   const vec2 ndc = gl_FragCoord.xy * vec2(frame.pixel_x, frame.pixel_y) - 1.0;
-  colour = vec4(surface_colour(texelFetch(hits, ivec2(gl_FragCoord.xy), 0).xy, ndc), 1.0);
+  colour = vec4(surface_colour(texelFetch(hits, ivec2(gl_FragCoord.xy), 0).x, ndc), 1.0);
 }

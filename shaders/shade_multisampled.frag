@@ -4,6 +4,7 @@
 #include "common/language.h"
 #include "args/soup.h"
 #include "common/coverage.h"
+#include "common/ray_triangle.h"
 #include "common/lattice.h"
 #include "common/atlas.h"
 #include "common/surface_colour.h"
@@ -15,17 +16,17 @@ void main() {
   const vec2 ndc = gl_FragCoord.xy * vec2(frame.pixel_x, frame.pixel_y) - 1.0;
   vec3 sum = vec3(0.0);
   int left = 15;  // samples that are to be added, as bits
-  uvec2 hit[4];
+  uint hit[4];
   UNROLL for (int i = 0; i < 4; ++i) {
-    hit[i] = texelFetch(hits, ivec2(gl_FragCoord.xy), i).xy;
-    if (hit[i].x == 0u) {
+    hit[i] = texelFetch(hits, ivec2(gl_FragCoord.xy), i).x;
+    if (hit[i] == 0u) {
       sum += frame.background.rgb;
       left &= ~(1 << i);
     }
   }
   while (left != 0) {
     const int i = findLSB(left);
-    const uvec2 h = i == 0 ? hit[0] : i == 1 ? hit[1] : i == 2 ? hit[2] : hit[3];
+    const uint h = i == 0 ? hit[0] : i == 1 ? hit[1] : i == 2 ? hit[2] : hit[3];
     int same = 0;
     UNROLL for (int j = 0; j < 4; ++j)
       if (hit[j] == h) same |= 1 << j;

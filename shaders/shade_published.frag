@@ -5,6 +5,7 @@
 #include "common/language.h"
 #include "args/soup.h"
 #include "common/coverage.h"
+#include "common/ray_triangle.h"
 #include "common/lattice.h"
 #include "common/atlas.h"
 #include "common/surface_colour.h"

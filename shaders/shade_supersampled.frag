@@ -4,6 +4,7 @@
 #include "common/language.h"
 #include "args/soup.h"
 #include "common/coverage.h"
+#include "common/ray_triangle.h"
 #include "common/lattice.h"
 #include "common/atlas.h"
 #include "common/surface_colour.h"
@@ -15,10 +16,10 @@ void main() {
   const vec2 pixel = vec2(frame.pixel_x, frame.pixel_y);
   vec3 sum = vec3(0.0);
   int left = 15;  // samples that are to be added, as bits
-  uvec2 hit[4];
+  uint hit[4];
   UNROLL for (int i = 0; i < 4; ++i) {
-    hit[i] = texelFetch(hits, 2 * ivec2(gl_FragCoord.xy) + ivec2(i & 1, i >> 1), 0).xy;
-    if (hit[i].x == 0u) {
+    hit[i] = texelFetch(hits, 2 * ivec2(gl_FragCoord.xy) + ivec2(i & 1, i >> 1), 0).x;
+    if (hit[i] == 0u) {
       sum += frame.background.rgb;
       left &= ~(1 << i);
     }
@@ -26,7 +27,7 @@ void main() {
   // The loop's length, not a branch, is what saves work on a CPU.
   for (; left != 0; left &= left - 1) {
     const int i = findLSB(left);
-    const uvec2 h = i == 0 ? hit[0] : i == 1 ? hit[1] : i == 2 ? hit[2] : hit[3];
+    const uint h = i == 0 ? hit[0] : i == 1 ? hit[1] : i == 2 ? hit[2] : hit[3];
     const vec2 offset = vec2(i & 1, i >> 1) * 0.5 - 0.25;
     sum += surface_colour(h, (gl_FragCoord.xy + offset) * pixel - 1.0);
   }

@@ -83,7 +83,7 @@ soup::Model with_triangles(const soup::Model& model, std::size_t count) {
   return now;
 }
 
-/// The passes of the published viewer with our vertex stage, atlas and MLP.
+/// The passes of the published viewer with our atlas and MLP.
 class Published {
  public:
   Published(gpu::Device& gpu, const soup::Model& model, const render::GpuModel& ours)
@@ -107,8 +107,21 @@ class Published {
         graphics_.upload(textures_[half], layer, std::as_bytes(std::span(page)));
       }
     }
-    // All triangles in one list: these passes do not tell opaque ones apart.
-    frame_ = gpu.allocate(sizeof(kernels::ShadeFrame), "frame");
+    struct Vertex {
+      glm::vec4 position;
+      glm::uvec4 record;
+    };
+    std::vector<Vertex> corners;
+    const std::vector<glm::vec3> vertices = soup::normalised_vertices(model);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const soup::AtlasPlace& place = atlas.places[i / 3];
+      corners.push_back({glm::vec4(vertices[i], 1.0f),
+                         {place.x0 | std::uint32_t(place.y0) << 16,
+                          place.level | std::uint32_t(place.page) << 8 | std::uint32_t(place.turned) << 16, 0, 0}});
+    }
+    corners_ = gpu.allocate(corners.size() * sizeof(Vertex), "triangles");
+    gpu.upload(corners_.address(), corners);
+    frame_ = gpu.allocate(sizeof(kernels::DrawFrame), "frame");
   }
 
   void draw(const render::View& view, const glm::vec3& background, const gpu::Image& target) {
@@ -116,35 +129,32 @@ class Published {
       depth_ = graphics_.create_image({gpu::Format::depth32, view.width, view.height}, "depth");
       for (gpu::Image& image : targets_) image = graphics_.create_image({gpu::Format::rgba8, view.width, view.height}, "features");
     }
-    kernels::SoupArgs args{};
-    args.clip_from_world = glm::mat4(view.clip_from_world);
-    args.pixel_x = 2.0f / static_cast<float>(view.width);
-    args.pixel_y = 2.0f / static_cast<float>(view.height);
-    args.drop_behind = 1;
-    gpu::Draw first{.vertex = "soup", .fragment = "both_textures"};
-    first.depth = gpu::Depth::nearest;
-    first.vertices = model_.corners.address();
-    first.vertex_vectors = 4;
-    first.count = 3 * (model_.opaque + model_.masked);
-    first.textures = {&textures_[0], &textures_[1]};
-    first.set_arguments(args);
-    graphics_.draw({.colour = {&targets_[0], &targets_[1]}, .depth = &depth_}, first);
-
     const scene::PixelRays rays = scene::pixel_rays(glm::inverse(view.clip_from_world));
-    kernels::ShadeFrame frame{};
+    kernels::DrawFrame frame{};
+    frame.clip_from_world = glm::mat4(view.clip_from_world);
     frame.ray = glm::vec4(rays.centre, 0.0);
     frame.ray_x = glm::vec4(rays.x, 0.0);
     frame.ray_y = glm::vec4(rays.y, 0.0);
     frame.background = glm::vec4(background, 1.0f);
-    frame.pixel_x = args.pixel_x;
-    frame.pixel_y = args.pixel_y;
+    frame.pixel_x = 2.0f / static_cast<float>(view.width);
+    frame.pixel_y = 2.0f / static_cast<float>(view.height);
     gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
+    // All triangles in one list: these passes do not tell opaque ones apart.
+    gpu::Draw first{.vertex = "published", .fragment = "both_textures"};
+    first.depth = gpu::Depth::nearest;
+    first.vertices = corners_.address();
+    first.vertex_vectors = 2;
+    first.count = static_cast<std::uint32_t>(3 * model_.triangles);
+    first.textures = {&textures_[0], &textures_[1]};
+    first.uniforms = {{model_.mlp.address(), model_.mlp.bytes()}, {frame_.address(), frame_.bytes()}};
+    graphics_.draw({.colour = {&targets_[0], &targets_[1]}, .depth = &depth_}, first);
+
     gpu::Draw second{.vertex = "screen", .fragment = "shade_published_fixed"};
     second.constants = {0};
     second.constants.insert(second.constants.end(), model_.mlp_constants.begin(), model_.mlp_constants.end());
     second.count = 3;
-    second.textures = {&targets_[0], &model_.places, &model_.features, &targets_[1]};
-    second.uniforms = {{model_.mlp.address(), model_.mlp.bytes()}, {frame_.address(), frame_.bytes()}};
+    second.textures = {&targets_[0], &model_.table, &model_.features, &targets_[1]};
+    second.uniforms = first.uniforms;
     gpu::Targets to{.colour = {&target}};
     graphics_.draw(to, second);
   }
@@ -155,7 +165,7 @@ class Published {
   const render::GpuModel& model_;
   std::array<gpu::Image, 2> textures_, targets_;
   gpu::Image depth_;
-  gpu::Buffer frame_;
+  gpu::Buffer corners_, frame_;
 };
 
 double median(std::vector<double> values) {
@@ -185,7 +195,6 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
           {gpu::Format::rgba8, static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)}, "picture");
       render::DrawOptions draw;
       draw.background = model.background;
-      draw.drop_behind = true;
       const std::vector<scene::Camera> views = render::hemisphere(framing, options.repeats, size.x, size.y);
       std::array<std::vector<double>, 4> times;
       const auto timed = [&](std::size_t which, bool count, const std::function<void()>& record) {

@@ -20,9 +20,9 @@
 
 namespace trisoup::gpu {
 
-enum class Format { r8, rgba8, rg32_uint, depth32 };
+enum class Format { r8, rgba8, r32_uint, rgba32_uint, depth32 };
 constexpr std::uint32_t bytes_per_pixel(Format format) {
-  return format == Format::r8 ? 1 : format == Format::rg32_uint ? 8 : 4;
+  return format == Format::r8 ? 1 : format == Format::rgba32_uint ? 16 : 4;
 }
 
 struct ImageShape {

@@ -12,15 +12,10 @@
 namespace trisoup::render {
 namespace {
 
-using kernels::kPlacesWidth;
+using kernels::kTableWidth;
 
-struct Record {
-  std::uint32_t place = 0, layer_level = 0;
-};
-
-Record record_of(const soup::AtlasPlace& place) {
-  return {place.x0 | std::uint32_t(place.y0) << 16,
-          place.level | std::uint32_t(place.page) << 8 | std::uint32_t(place.turned) << 16};
+glm::uvec3 bits(const glm::vec3& v) {
+  return {std::bit_cast<std::uint32_t>(v.x), std::bit_cast<std::uint32_t>(v.y), std::bit_cast<std::uint32_t>(v.z)};
 }
 
 /// Opacity between lattice points is a mixture of theirs, so the extremes are at the points.
@@ -51,8 +46,6 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
     m.low = glm::min(m.low, v);
     m.high = glm::max(m.high, v);
   }
-  m.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
-  gpu.upload(m.vertices.address(), vertices);
 
   std::vector<std::uint32_t> levels;
   for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);
@@ -73,11 +66,11 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
   order.insert(order.end(), masked.begin(), masked.end());
   std::vector<kernels::SoupVertex> corners;
   corners.reserve(3 * order.size());
-  for (const std::uint32_t t : order) {
-    const Record r = record_of(atlas.places[t]);
-    const auto v = [&](int k) { return glm::vec4(vertices[3 * t + k], 0.0f); };
-    corners.insert(corners.end(), 3, {v(0), v(1), v(2), r.place, r.layer_level, t + 1, 0});
-  }
+  for (const std::uint32_t t : order)
+    for (int k = 0; k < 3; ++k) {
+      const glm::uvec3 v = bits(vertices[3 * t + k]);
+      corners.push_back({v.x, v.y, v.z, t + 1});
+    }
   m.corners = gpu.allocate(corners.size() * sizeof(kernels::SoupVertex), "triangles");
   gpu.upload(m.corners.address(), corners);
 
@@ -88,12 +81,20 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
   m.mlp = gpu.allocate(mlp.size() * 4, "MLP");
   gpu.upload(m.mlp.address(), mlp);
 
-  std::vector<Record> records;
-  for (const soup::AtlasPlace& place : atlas.places) records.push_back(record_of(place));
-  const std::uint32_t rows = (m.triangles + kPlacesWidth - 1) / kPlacesWidth;
-  records.resize(std::size_t(rows) * kPlacesWidth);
-  m.places = graphics.create_image({gpu::Format::rg32_uint, kPlacesWidth, std::max(1u, rows)}, "texture table");
-  graphics.upload(m.places, 0, std::as_bytes(std::span(records)));
+  const std::uint32_t rows = std::max(1u, (m.triangles + kTableWidth - 1) / kTableWidth);
+  m.table = graphics.create_image({gpu::Format::rgba32_uint, kTableWidth, rows, 3}, "table of triangles");
+  for (std::uint32_t layer = 0; layer < 3; ++layer) {
+    std::vector<glm::uvec4> texels(std::size_t(rows) * kTableWidth);
+    for (std::uint32_t t = 0; t < m.triangles; ++t) {
+      const glm::vec3 &v0 = vertices[3 * t], &v1 = vertices[3 * t + 1], &v2 = vertices[3 * t + 2];
+      const soup::AtlasPlace& place = atlas.places[t];
+      if (layer == 0) texels[t] = glm::uvec4(bits(v2), place.x0 | std::uint32_t(place.y0) << 16);
+      if (layer == 1)
+        texels[t] = glm::uvec4(bits(v0 - v2), place.level | std::uint32_t(place.page) << 8 | std::uint32_t(place.turned) << 16);
+      if (layer == 2) texels[t] = glm::uvec4(bits(v1 - v2), 0);
+    }
+    graphics.upload(m.table, layer, std::as_bytes(std::span(texels)));
+  }
 
   std::uint32_t width = 0, height = 0;
   for (const glm::ivec2& page : atlas.pages) {

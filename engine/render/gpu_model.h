@@ -16,13 +16,12 @@ struct GpuModel {
   std::uint32_t triangles = 0;       // of the model
   std::uint32_t opaque = 0;          // of them, at least a half everywhere: drawn without looking at opacity
   std::uint32_t masked = 0;          // a half somewhere
-  gpu::Buffer vertices;              // [T][3][3]
   gpu::Buffer corners;               // [3 (opaque + masked)] kernels::SoupVertex, the opaque ones first
   std::vector<std::uint32_t> mlp_constants;  // the MLP's parameters, bit for bit; empty: shaders read them from `mlp`
   gpu::Buffer mlp;                   // uniform buffer, 149 vec4
   gpu::Image opacities;              // r8, one byte per lattice point
   gpu::Image features;               // rgba8: a layer of features 0..3, then one of 4..7, per page
-  gpu::Image places;                 // rg32_uint, per triangle: place, layer and level as in kernels::SoupVertex
+  gpu::Image table;                  // rgba32_uint, a column per triangle: shaders/common/soup_table.h
   glm::vec3 background{0.0f};
   glm::dvec3 centre{0.0};            // of the normalisation
   double scale = 1.0;

@@ -29,39 +29,23 @@ std::optional<AntiAliasing> anti_aliasing_from(std::string_view name) {
 }
 
 Renderer::Renderer(gpu::Device& gpu) : gpu_(gpu), graphics_(gpu::graphics_of(gpu)) {
-  frame_ = gpu.allocate(sizeof(kernels::ShadeFrame), "frame");
+  frame_ = gpu.allocate(sizeof(kernels::DrawFrame), "frame");
 }
 
 void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target) {
   AntiAliasing aa = options.aa;
   // Few devices cannot multisample integers; 2 x 2 samples look better still.
-  if (aa == AntiAliasing::msaa && !graphics_.can_multisample(gpu::Format::rg32_uint, 4)) aa = AntiAliasing::ssaa;
+  if (aa == AntiAliasing::msaa && !graphics_.can_multisample(gpu::Format::r32_uint, 4)) aa = AntiAliasing::ssaa;
   const std::uint32_t samples = aa == AntiAliasing::msaa ? 4 : 1, side = aa == AntiAliasing::ssaa ? 2 : 1;
   const std::uint32_t width = side * view.width, height = side * view.height;
-  gpu::fit(graphics_, hits_, {gpu::Format::rg32_uint, width, height, 0, samples}, "visible triangles");
+  gpu::fit(graphics_, hits_, {gpu::Format::r32_uint, width, height, 0, samples}, "visible triangles");
   gpu::fit(graphics_, depth_, {gpu::Format::depth32, width, height, 0, samples}, "depth");
 
-  kernels::SoupArgs args{};
-  args.clip_from_world = glm::mat4(view.clip_from_world);
-  args.pixel_x = 2.0f / static_cast<float>(width);
-  args.pixel_y = 2.0f / static_cast<float>(height);
-  args.drop_behind = options.drop_behind;
-  gpu::Draw opaque{.vertex = "soup", .fragment = "opaque"};
-  opaque.depth = gpu::Depth::nearest;
-  opaque.vertices = model.corners.address();
-  opaque.vertex_vectors = 4;
-  opaque.count = 3 * model.opaque;
-  opaque.textures = {&model.opacities};
-  opaque.set_arguments(args);
-  gpu::Draw masked = opaque;
-  masked.fragment = aa == AntiAliasing::msaa ? "masked_multisampled" : "masked";
-  masked.first = opaque.count;
-  masked.count = 3 * model.masked;
-  graphics_.draw({.colour = {&hits_}, .depth = &depth_}, std::array{opaque, masked});
-
-  const scene::PixelRays rays = scene::pixel_rays(glm::inverse(view.clip_from_world));
-  kernels::ShadeFrame frame{};
-  frame.clip_from_world = args.clip_from_world;
+  const glm::dmat4 world_from_clip = glm::inverse(view.clip_from_world);
+  const scene::PixelRays rays = scene::pixel_rays(world_from_clip);
+  kernels::DrawFrame frame{};
+  frame.clip_from_world = glm::mat4(view.clip_from_world);
+  frame.eye = glm::vec4(scene::eye(world_from_clip), 1.0);
   frame.ray = glm::vec4(rays.centre, 0.0);
   frame.ray_x = glm::vec4(rays.x, 0.0);
   frame.ray_y = glm::vec4(rays.y, 0.0);
@@ -72,15 +56,32 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   float nearest = 1e30f, farthest = 0.0f;
   for (int i = 0; i < 8; ++i) {
     const glm::vec3 corner(i & 1 ? model.high.x : model.low.x, i & 2 ? model.high.y : model.low.y, i & 4 ? model.high.z : model.low.z);
-    const float w = (args.clip_from_world * glm::vec4(corner, 1.0f)).w;
+    const float w = (frame.clip_from_world * glm::vec4(corner, 1.0f)).w;
     nearest = std::min(nearest, w);
     farthest = std::max(farthest, w);
   }
   frame.depth_near = std::max(nearest, 0.0f);
   frame.depth_far = std::max(farthest, frame.depth_near + 1e-6f);
   frame.channel = options.channel;
-  frame.vertices = model.vertices.address();
   gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
+
+  kernels::SoupArgs args{};
+  args.pixel_x = 2.0f / static_cast<float>(width);
+  args.pixel_y = 2.0f / static_cast<float>(height);
+  gpu::Draw opaque{.vertex = "soup", .fragment = "opaque"};
+  opaque.constants = {options.drop_behind};
+  opaque.depth = gpu::Depth::nearest;
+  opaque.vertices = model.corners.address();
+  opaque.vertex_vectors = 1;
+  opaque.count = 3 * model.opaque;
+  opaque.textures = {&model.opacities, &model.table};
+  opaque.uniforms = {{model.mlp.address(), model.mlp.bytes()}, {frame_.address(), frame_.bytes()}};
+  opaque.set_arguments(args);
+  gpu::Draw masked = opaque;
+  masked.fragment = aa == AntiAliasing::msaa ? "masked_multisampled" : "masked";
+  masked.first = opaque.count;
+  masked.count = 3 * model.masked;
+  graphics_.draw({.colour = {&hits_}, .depth = &depth_}, std::array{opaque, masked});
 
   gpu::Draw shade{.vertex = "screen", .fragment = "shade"};
   const bool fixed = !model.mlp_constants.empty();
@@ -90,8 +91,8 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   shade.constants = {static_cast<std::uint32_t>(options.mode)};
   shade.constants.insert(shade.constants.end(), model.mlp_constants.begin(), model.mlp_constants.end());
   shade.count = 3;
-  shade.textures = {&hits_, &model.places, &model.features};
-  shade.uniforms = {{model.mlp.address(), model.mlp.bytes()}, {frame_.address(), frame_.bytes()}};
+  shade.textures = {&hits_, &model.table, &model.features};
+  shade.uniforms = opaque.uniforms;
   // With one sample the depth of the first pass says where there is something to shade.
   if (aa == AntiAliasing::none) shade.depth = gpu::Depth::drawn;
   gpu::Targets targets{.colour = {&target}};
@@ -117,8 +118,8 @@ Image download(gpu::Graphics& graphics, const gpu::Image& picture) {
   return image;
 }
 
-std::vector<glm::uvec2> Renderer::hits() {
-  std::vector<glm::uvec2> hits(std::size_t(hits_.shape().width) * hits_.shape().height);
+std::vector<std::uint32_t> Renderer::hits() {
+  std::vector<std::uint32_t> hits(std::size_t(hits_.shape().width) * hits_.shape().height);
   graphics_.download(hits_, 0, std::as_writable_bytes(std::span(hits)));
   return hits;
 }

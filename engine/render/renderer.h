@@ -54,9 +54,9 @@ class Renderer {
   /// The same, to memory of the host.
   Image picture(const GpuModel& model, const View& view, const DrawOptions& options);
 
-  /// What the first pass of the last picture without anti-aliasing found: per pixel index + 1 (0: nothing) and two barycentrics
-  /// in 16 bits each, b0 low.
-  std::vector<glm::uvec2> hits();
+  /// What the first pass of the last picture without anti-aliasing found: per pixel index + 1 of the visible triangle,
+  /// 0 where there is none.
+  std::vector<std::uint32_t> hits();
 
  private:
   gpu::Device& gpu_;

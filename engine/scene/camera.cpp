@@ -40,4 +40,9 @@ PixelRays pixel_rays(const glm::dmat4& world_from_clip) {
   return {glm::dvec3(near) / near.w - glm::dvec3(far) / far.w, glm::dvec3(x) * slope, glm::dvec3(y) * slope};
 }
 
+glm::dvec3 eye(const glm::dmat4& world_from_clip) {
+  // Its clip coordinates x, y and w are zero.
+  return glm::dvec3(world_from_clip[2]) / world_from_clip[2].w;
+}
+
 }  // namespace trisoup::scene

@@ -35,4 +35,7 @@ struct PixelRays {
 /// x and y there: w of the unprojected near and far points does not depend on them.
 PixelRays pixel_rays(const glm::dmat4& world_from_clip);
 
+/// Where the rays of that camera meet.
+glm::dvec3 eye(const glm::dmat4& world_from_clip);
+
 }  // namespace trisoup::scene

@@ -51,11 +51,11 @@ std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, con
     const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
     const auto colour = gpu.download_vector<float>(frame.colour.address(), 3 * pixels);
     const Image image = renderer.picture(drawn, render::view_of(views[first].camera, normalisation, drawn, near, far), options);
-    const std::vector<glm::uvec2> ours = renderer.hits();
+    const std::vector<std::uint32_t> ours = renderer.hits();
     Agreement a{views[first].name, pixels, 0, 0};
     double squares = 0;
     for (std::size_t p = 0; p < pixels; ++p) {
-      if (ours[p].x != hits[p].triangle) {
+      if (ours[p] != hits[p].triangle) {
         ++a.ties;
         continue;
       }

@@ -9,44 +9,38 @@ namespace trisoup::kernels {
 #define STRUCT struct alignas(16)
 #endif
 
-/// The first pass: triangles to the nearest fragment whose opacity is at least a half.
+/// Of the picture that the first pass draws, which with 2 x 2 samples per pixel is larger than the second's.
 STRUCT SoupArgs {
-  mat4 clip_from_world;  // OpenGL clip space, rows downwards
   float pixel_x, pixel_y;  // NDC per pixel: 2 / width, 2 / height
-  uint drop_behind;        // 1: a triangle with a vertex behind the camera is left out whole, as in training; 0: clipped
-  uint pad0;
 };
 
-/// Width of the image of places: triangle t is its texel (t % width, t / width).
+/// Width of the table of triangles: triangle t is its column (t % width, t / width).
 #ifdef GL_core_profile
-#define kPlacesWidth 1024u
+#define kTableWidth 1024u
 #else
-inline constexpr uint kPlacesWidth = 1024;
+inline constexpr uint kTableWidth = 1024;
 #endif
 
-/// A vertex of the first pass: it knows its whole triangle. Three 4-vectors of floats, then one of uints.
+/// A vertex of the first pass, four uints.
 STRUCT SoupVertex {
-  vec4 v0, v1, v2;   // world
-  uint place;        // x0 | y0 << 16, see soup::AtlasPlace
-  uint layer_level;  // level | page << 8 | turned << 16
-  uint triangle;     // index + 1
-  uint pad0;
+  uint x, y, z;   // world, the bits of floats
+  uint triangle;  // index + 1
 };
 
-/// What the second pass knows of a picture; a uniform buffer.
-STRUCT ShadeFrame {
-  mat4 clip_from_world;
+/// What both passes know of a picture; a uniform buffer.
+STRUCT DrawFrame {
+  mat4 clip_from_world;    // OpenGL clip space, rows downwards
+  vec4 eye;                // world
   vec4 ray, ray_x, ray_y;  // as in ViewRecord
   vec4 background;
   float pixel_x, pixel_y;  // NDC per pixel
   float depth_near, depth_far;  // of the depth mode, along the viewing direction
   uint channel;            // of the channel mode
-  uint pad0;
-  POINTER(Floats) vertices;  // [T][3][3], world
+  uint pad0, pad1, pad2;
 };
 
 #ifndef GL_core_profile
-static_assert(sizeof(SoupVertex) == 64 && sizeof(SoupArgs) == 80 && sizeof(ShadeFrame) == 160);
+static_assert(sizeof(SoupVertex) == 16 && sizeof(DrawFrame) == 176);
 }
 #endif
 #undef STRUCT

@@ -16,6 +16,7 @@
   using vec4 = glm::vec<4, scalar>;                \
   using glm::abs;                                  \
   using glm::clamp;                                \
+  using glm::cross;                                \
   using glm::dot;                                  \
   using glm::exp;                                  \
   using glm::floor;                                \
@@ -31,6 +32,7 @@ TRISOUP_MATHS_TYPES(float)
 #include "common/lattice.h"
 #include "common/optimiser.h"
 #include "common/random.h"
+#include "common/ray_triangle.h"
 #include "common/shading.h"
 #include "common/ssim.h"
 }  // namespace trisoup::f32
@@ -42,6 +44,7 @@ TRISOUP_MATHS_TYPES(double)
 #include "common/lattice.h"
 #include "common/optimiser.h"
 #include "common/random.h"
+#include "common/ray_triangle.h"
 #include "common/shading.h"
 #include "common/ssim.h"
 }  // namespace trisoup::f64

@@ -10,9 +10,9 @@
 #define MODE_CHANNEL 7u
 
 layout(constant_id = 0) const uint MODE = MODE_COLOUR;
-layout(binding = 1) uniform usampler2D places;         // per triangle: place, layer and level
 layout(binding = 2) uniform sampler2DArray features;   // 0..3 of a lattice point; 4..7 lie in the layer after
-layout(binding = 5) uniform Frame { ShadeFrame frame; };
+layout(binding = 5) uniform Frame { DrawFrame frame; };
+#include "common/soup_table.h"
 
 // The MLP's parameters: compiled into the shader as specialisation constants, which doubles its speed on a CPU and costs a
 // compilation per model, or in a uniform buffer, for models that are still changing.
@@ -26,16 +26,10 @@ layout(binding = 4) uniform Mlp { vec4 mlp[149]; };
 #define LANES float
 #include "common/shading.h"
 
-/// Place, layer and level of a triangle's lattice. Shifts, since a CPU has no division of vectors of integers.
-uvec2 place_of(uint triangle) {
-  return texelFetch(places, ivec2(int(triangle & (kPlacesWidth - 1u)), int(triangle >> 10)), 0).xy;
-}
-
-void features_at(uint triangle, vec2 b, out float f[8]) {
-  const uvec2 place = place_of(triangle);
-  const uint level = place.y & 255u;
+void features_at(SoupTriangle t, vec2 b, out float f[8]) {
+  const uint level = t.layer_level & 255u;
   const LatticeSquare square = lattice_square(b.x, b.y, level);
-  const AtlasSquare s = atlas_square(place.x, place.y, square);
+  const AtlasSquare s = atlas_square(t.place, t.layer_level, square);
   const SquareWeights w = square_weights(square, level);
   const ivec3 i0 = ivec3(s.at + ivec2(s.step, 0), 2 * s.page), i1 = ivec3(s.at + ivec2(0, s.step), 2 * s.page);
   const ivec3 i2 = ivec3(s.at + (w.upper ? ivec2(s.step) : ivec2(0)), 2 * s.page), next = ivec3(0, 0, 1);
@@ -50,16 +44,11 @@ void features_at(uint triangle, vec2 b, out float f[8]) {
 
 vec3 neural_colour(float f[8], vec2 ndc) {
   float x[16], h1[16], h2[16], y[3], sh[9];
-  spherical_harmonics(normalize(frame.ray.xyz + ndc.x * frame.ray_x.xyz + ndc.y * frame.ray_y.xyz), sh);
+  spherical_harmonics(normalize(to_camera(ndc)), sh);
   UNROLL for (int i = 0; i < 7; ++i) x[i] = f[i];
   UNROLL for (int i = 0; i < 9; ++i) x[7 + i] = sh[i];
   mlp_forward(x, h1, h2, y);
   return skip_connection(float[7](f[0], f[1], f[2], f[3], f[4], f[5], f[6]), vec3(y[0], y[1], y[2]));
-}
-
-vec3 vertex(uint triangle, uint k) {
-  const uint at = triangle * 9u + 3u * k;
-  return vec3(frame.vertices.v[at], frame.vertices.v[at + 1u], frame.vertices.v[at + 2u]);
 }
 
 /// A colour that tells neighbours in the index apart.
@@ -71,34 +60,31 @@ vec3 random_colour(uint triangle) {
 }
 
 /// Distance from the pixel to the triangle's nearest edge, in pixels.
-float edge_distance(uint triangle, vec2 b, vec2 ndc) {
-  const vec4 p0 = frame.clip_from_world * vec4(vertex(triangle, 0u), 1.0);
-  const vec4 p1 = frame.clip_from_world * vec4(vertex(triangle, 1u), 1.0);
-  const vec4 p2 = frame.clip_from_world * vec4(vertex(triangle, 2u), 1.0);
+float edge_distance(SoupTriangle t, vec2 ndc) {
+  const vec4 p0 = frame.clip_from_world * vec4(t.v2 + t.e0, 1.0);
+  const vec4 p1 = frame.clip_from_world * vec4(t.v2 + t.e1, 1.0);
+  const vec4 p2 = frame.clip_from_world * vec4(t.v2, 1.0);
   const TriangleSetup s = triangle_setup(p0, p1, p2, ndc);
   const vec2 pixel = vec2(frame.pixel_x, frame.pixel_y);
   // An edge function over the length of its gradient, per pixel, is the distance to that edge on the screen.
   return min(abs(s.e0.x) / length(s.e0.yz * pixel), min(abs(s.e1.x) / length(s.e1.yz * pixel), abs(s.e2.x) / length(s.e2.yz * pixel)));
 }
 
-/// hit: as the first pass wrote it, index not 0. ndc: of the pixel or sample.
-vec3 surface_colour(uvec2 hit, vec2 ndc) {
-  const uint triangle = hit.x - 1u;
-  const vec2 b = unpackUnorm2x16(hit.y);
-  if (MODE == MODE_TRIANGLES) return random_colour(triangle);
+/// hit: as the first pass wrote it, not 0. ndc: of the pixel or sample.
+vec3 surface_colour(uint hit, vec2 ndc) {
+  if (MODE == MODE_TRIANGLES) return random_colour(hit - 1u);
+  const SoupTriangle t = soup_triangle(hit - 1u);
   if (MODE == MODE_NORMALS) {
-    const vec3 v0 = vertex(triangle, 0u), v1 = vertex(triangle, 1u), v2 = vertex(triangle, 2u);
-    vec3 n = normalize(cross(v1 - v0, v2 - v0));
-    const vec3 to_camera = frame.ray.xyz + ndc.x * frame.ray_x.xyz + ndc.y * frame.ray_y.xyz;
-    return 0.5 + 0.5 * (dot(n, to_camera) < 0.0 ? -n : n);
+    const vec3 n = normalize(cross(t.e0, t.e1));
+    return 0.5 + 0.5 * (dot(n, to_camera(ndc)) < 0.0 ? -n : n);
   }
+  const vec2 b = barycentrics(t, ndc);
   if (MODE == MODE_DEPTH) {
-    const vec3 p = b.x * vertex(triangle, 0u) + b.y * vertex(triangle, 1u) + (1.0 - b.x - b.y) * vertex(triangle, 2u);
-    const float w = (frame.clip_from_world * vec4(p, 1.0)).w;
+    const float w = (frame.clip_from_world * vec4(t.v2 + b.x * t.e0 + b.y * t.e1, 1.0)).w;
     return vec3(clamp(1.0 - (w - frame.depth_near) / (frame.depth_far - frame.depth_near), 0.0, 1.0));
   }
   float f[8];
-  features_at(triangle, b, f);
+  features_at(t, b, f);
   if (MODE == MODE_OPACITY) return vec3(f[7]);
   if (MODE == MODE_CHANNEL) {
     float value = f[0];
@@ -106,13 +92,13 @@ vec3 surface_colour(uvec2 hit, vec2 ndc) {
     return vec3(value);
   }
   if (MODE == MODE_LEVEL) {
-    const uint level = place_of(triangle).y & 255u;
-    const float t = float(level) / 5.0;
-    return mix(mix(vec3(0.1, 0.2, 0.7), vec3(0.2, 0.75, 0.4), min(2.0 * t, 1.0)), vec3(0.95, 0.85, 0.2), max(2.0 * t - 1.0, 0.0));
+    const float height = float(t.layer_level & 255u) / 5.0;
+    return mix(mix(vec3(0.1, 0.2, 0.7), vec3(0.2, 0.75, 0.4), min(2.0 * height, 1.0)), vec3(0.95, 0.85, 0.2),
+               max(2.0 * height - 1.0, 0.0));
   }
   const vec3 colour = neural_colour(f, ndc);
   if (MODE == MODE_WIREFRAME) {
-    const float line = clamp(1.5 - edge_distance(triangle, b, ndc), 0.0, 1.0);
+    const float line = clamp(1.5 - edge_distance(t, ndc), 0.0, 1.0);
     return mix(mix(colour, vec3(1.0), 0.6), vec3(0.05, 0.1, 0.25), line);
   }
   return colour;

@@ -612,9 +612,9 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
   double squares = 0;
   for (std::size_t b = 0; b < mvp.shape.at(0); ++b) {
     const Image image = renderer.picture(drawn, {row_major(&mvp.f[16 * b]), scalar(npz, "W"), scalar(npz, "H")}, options);
-    const std::vector<glm::uvec2> hits = renderer.hits();
+    const std::vector<std::uint32_t> hits = renderer.hits();
     for (std::size_t p = 0; p < hits.size(); ++p, ++at) {
-      if (hits[p].x != static_cast<std::uint32_t>(ids.at(at))) {
+      if (hits[p] != static_cast<std::uint32_t>(ids.at(at))) {
         ++ties;
         continue;
       }

@@ -129,7 +129,7 @@ TEST_CASE("triangles that reach behind the camera are clipped, or left out as in
     options.drop_behind = drop;
     renderer.picture(drawn, view, options);
     std::size_t count = 0;
-    for (const glm::uvec2& hit : renderer.hits()) count += hit.x != 0;
+    for (const std::uint32_t hit : renderer.hits()) count += hit != 0;
     return count;
   };
   CHECK(covered(true) == 0);

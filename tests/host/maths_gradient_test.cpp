@@ -10,8 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "common/host.h"
 #include "npz.h"
+#include "scene/camera.h"
 #include "shared_data.h"
 #include "soup/random.h"
 
@@ -495,6 +498,45 @@ TEST_CASE("coverage: what has no area is neither valid nor inside", "[maths]") {
   CHECK(!f64::triangle_setup(a, a, a, {0.1, 0.2}).valid);
   CHECK(!f64::plane_point(a, a, b, {0.1, 0.2}).inside);
   CHECK(!f64::plane_point(a, a, a, {0.2, 0.3}).inside);
+}
+
+TEST_CASE("coverage: a ray's barycentrics are those of the projected triangle, in float too where it is small", "[maths]") {
+  soup::Random r(21);
+  int small = 0;
+  for (int n = 0; n < 2000; ++n) {
+    // A camera somewhere that looks at the origin, as the renderer knows it: eye, and the direction of a pixel.
+    const glm::dvec3 eye{random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, 1, 2)};
+    const glm::dmat4 clip_from_world = glm::perspective(0.8, 1.3, 0.1, 10.0) * glm::lookAt(eye, glm::dvec3(0), glm::dvec3(0, 1, 0));
+    const scene::PixelRays rays = scene::pixel_rays(glm::inverse(clip_from_world));
+    CHECK(glm::length(scene::eye(glm::inverse(clip_from_world)) - eye) < 1e-9);
+    const double size = n % 2 ? 1.0 : 1e-2;
+    const auto corner = [&] { return size * glm::dvec3{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)}; };
+    const glm::dvec3 v0 = corner(), v1 = corner(), v2 = corner();
+    const glm::dvec2 at = size * glm::dvec2{random_in(r, -0.5, 0.5), random_in(r, -0.5, 0.5)};
+    const auto clip = [&](const glm::dvec3& v) { return clip_from_world * glm::dvec4(v, 1); };
+    const f64::PlanePoint point = f64::plane_point(clip(v0), clip(v1), clip(v2), at);
+    if (!point.inside) continue;
+    const glm::dvec3 direction = rays.centre + at.x * rays.x + at.y * rays.y;
+    for (const double factor : {1.0, -3.0}) {
+      const f64::Barycentrics b = f64::ray_barycentrics(eye, factor * direction, v2, v0 - v2, v1 - v2);
+      CHECK(b.b0 == Approx(point.b0).margin(1e-7));
+      CHECK(b.b1 == Approx(point.b1).margin(1e-7));
+    }
+    // Seen at a grazing angle, the digits of the position are not enough.
+    const glm::dvec3 normal = glm::normalize(glm::cross(v0 - v2, v1 - v2));
+    if (size == 1.0 || std::abs(glm::dot(normal, glm::normalize(direction))) < 0.2) continue;
+    if (glm::length(glm::cross(v0 - v2, v1 - v2)) < 0.2 * size * size) continue;
+    ++small;
+    const f32::Barycentrics b =
+        f32::ray_barycentrics(glm::vec3(eye), glm::vec3(direction), glm::vec3(v2), glm::vec3(v0 - v2), glm::vec3(v1 - v2));
+    // A thirtieth of a level 5 cell is 1e-3.
+    CHECK(b.b0 == Approx(point.b0).margin(2e-4));
+    CHECK(b.b1 == Approx(point.b1).margin(2e-4));
+  }
+  CHECK(small > 50);
+  const f64::Barycentrics parallel = f64::ray_barycentrics({0, 0, 1}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  CHECK(parallel.b0 == 0);
+  CHECK(parallel.b1 == 0);
 }
 
 TEST_CASE("coverage: an origin nearby keeps small triangles exact in float", "[maths]") {

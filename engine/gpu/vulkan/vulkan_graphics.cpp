@@ -13,7 +13,8 @@ VkFormat vk_format(Format format) {
   switch (format) {
     case Format::r8: return VK_FORMAT_R8_UNORM;
     case Format::rgba8: return VK_FORMAT_R8G8B8A8_UNORM;
-    case Format::rg32_uint: return VK_FORMAT_R32G32_UINT;
+    case Format::r32_uint: return VK_FORMAT_R32_UINT;
+    case Format::rgba32_uint: return VK_FORMAT_R32G32B32A32_UINT;
     case Format::depth32: break;
   }
   return VK_FORMAT_D32_SFLOAT;
@@ -46,7 +47,7 @@ VulkanGraphics::VulkanGraphics(VulkanDevice& device) : device_(device) {
 
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   for (std::uint32_t i = 0; i < kTextures; ++i)
-    bindings.push_back({i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, VK_SHADER_STAGE_FRAGMENT_BIT, nullptr});
+    bindings.push_back({i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, kStages, nullptr});
   for (std::uint32_t i = 0; i < kUniforms; ++i)
     bindings.push_back({kTextures + i, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, kStages, nullptr});
   auto sets = structure<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
