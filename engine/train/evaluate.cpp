@@ -1,9 +1,11 @@
 #include "train/evaluate.h"
 
-#include <cmath>
+#include <algorithm>
+#include <span>
 
 #include <nlohmann/json.hpp>
 
+#include "args/quantise.h"
 #include "error.h"
 #include "printable.h"
 #include "soup/texture_table.h"
@@ -89,8 +91,16 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
     model.vertices.emplace_back(normalisation.to_world(glm::dvec3(v)));
   model.textures = soup.table;
   for (soup::TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
-  for (const float value : gpu.download_vector<float>(soup.lattice.address(), soup.lattice_samples * soup::kChannels))
-    model.lattice.push_back(value >= 0.0f ? static_cast<std::uint8_t>(std::lround(value * 255.0f)) : 0);  // NaN: 0
+  // A piece at a time: little memory, and a quarter of the bytes that the floats would bring.
+  static_assert(soup::kChannels == 8);
+  constexpr std::uint64_t kPiece = 1 << 19;
+  const gpu::Buffer packed = gpu.allocate(8 * std::min(kPiece, soup.lattice_samples), "textures in 8 bits");
+  model.lattice.resize(soup.lattice_samples * 8);
+  for (std::uint64_t first = 0; first < soup.lattice_samples; first += kPiece) {
+    const auto count = static_cast<std::uint32_t>(std::min(kPiece, soup.lattice_samples - first));
+    gpu.launch({"quantise"}, (count + 63) / 64, kernels::QuantiseArgs{soup.lattice.address() + 32 * first, packed.address(), count, 0});
+    gpu.download(packed.address(), std::as_writable_bytes(std::span(model.lattice).subspan(8 * first, 8ull * count)));
+  }
   model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
   model.background = background;
   model.centre = normalisation.centre;

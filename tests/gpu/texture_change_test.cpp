@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "args/inherit_textures.h"
+#include "args/quantise.h"
 #include "args/lift_textures.h"
 #include "common/host.h"
 #include "gpu/small_scene.h"
@@ -197,5 +198,24 @@ TEST_CASE("second moments that were never touched stay at zero, and never fall b
   const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
   CHECK(*std::min_element(moments.begin(), moments.end()) == 0.0f);
   CHECK(*std::max_element(moments.begin(), moments.end()) > 0.1f);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("textures in 8 bits are rounded to the nearest", "[textures]") {
+  auto gpu = test::open_device();
+  std::vector<float> values{0.0f, 1.0f, -0.0f, -1.0f, 1.5f, NAN, 127.5f / 255.0f, std::nextafter(127.5f / 255.0f, 0.0f)};
+  // Around the middle between two bytes, and just below it, where adding a half would already round up.
+  for (int k = 0; k < 255; ++k)
+    for (float v = (static_cast<float>(k) + 0.5f) / 255.0f, i = 0; i < 8; ++i, v = std::nextafter(v, i < 4 ? 0.0f : 1.0f)) values.push_back(v);
+  values.resize(values.size() / 8 * 8);
+  const auto samples = static_cast<std::uint32_t>(values.size() / 8);
+  const gpu::Buffer lattice = gpu->allocate(values.size() * 4, "lattice"), packed = gpu->allocate(values.size(), "bytes");
+  gpu->upload(lattice.address(), values);
+  gpu->launch({"quantise"}, (samples + 63) / 64, kernels::QuantiseArgs{lattice.address(), packed.address(), samples, 0});
+  const auto bytes = gpu->download_vector<std::uint8_t>(packed.address(), values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    CAPTURE(values[i]);
+    CHECK(bytes[i] == (values[i] >= 0 ? std::lround(std::min(values[i], 1.0f) * 255.0f) : 0));
+  }
   test::require_silence(*gpu);
 }
