@@ -101,6 +101,7 @@ class Window {
   render::DrawOptions draw_;
   Compare compare_ = Compare::rendering;
   float split_ = 0.5f;
+  bool sliding_ = false;               // the mouse holds the line between photograph and rendering
   std::optional<std::size_t> camera_;  // that it was last snapped to
   float near_ = 0.025f, far_ = 2.5f;
   int up_axis_ = 0;                    // 0: the model's; then +X -X +Y -Y +Z -Z
@@ -360,7 +361,14 @@ void Window::handle_input() {
     const bool left = ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0.0f), right = ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0.0f);
     const bool middle = ImGui::IsMouseDragging(ImGuiMouseButton_Middle, 0.0f);
     const double dx = io.MouseDelta.x, dy = io.MouseDelta.y;
-    if (dx != 0 || dy != 0) {
+    const bool on_line = compare_ == Compare::slider && navigation_.snapped() &&
+                         std::abs(io.MousePos.x - split_ * io.DisplaySize.x) < 8 * font_scale_;
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) sliding_ = on_line;
+    if (!io.MouseDown[ImGuiMouseButton_Left]) sliding_ = false;
+    if (on_line || sliding_) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+    if (sliding_) {
+      split_ = std::clamp(io.MousePos.x / std::max(1.0f, io.DisplaySize.x), 0.0f, 1.0f);
+    } else if (dx != 0 || dy != 0) {
       if (left && io.KeyShift) navigation_.pan(-dx / pixels, dy / pixels);
       else if (left && io.KeyCtrl) navigation_.look(-radians * dx, radians * dy);
       else if (left) navigation_.orbit(-radians * dx, radians * dy);
@@ -463,7 +471,7 @@ void Window::panels() {
         "1 2 3 4           colour, triangles, normals, depth\n"
         "5 6 7 8           opacity, texture level, wireframe, feature channel\n"
         "[ ]               last, next camera\n"
-        "Space             rendering, photograph, slider, error\n"
+        "Space             rendering, photograph, slider (drag its line), error\n"
         "X                 smooth edges: none, msaa, ssaa\n"
         "P                 picture to a file\n"
         "O                 open a path      Tab                   hide the panel\n"
