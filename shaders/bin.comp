@@ -1,17 +1,13 @@
 // Which triangles may cover a tile: counts them, or with FILL writes them into the tiles' lists.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/bin.h"
 #include "common/coverage.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool FILL = false;
-layout(push_constant) uniform Push { BinArgs a; };
+CONSTANT(0, bool, FILL, false);
 
 const uint kTile = 8u;
 
-void main() {
+KERNEL(64, BinArgs) {
   const uint i = thread_index();
   if (i >= a.triangles * a.view_count) return;
   const uint low = a.screen.v[i].box_min, high = a.screen.v[i].box_max;
@@ -22,21 +18,21 @@ void main() {
   const uvec2 t0 = uvec2(low & 0xffffu, low >> 16) / kTile, t1 = uvec2(high & 0xffffu, high >> 16) / kTile;
 
   // Counting and filling are two pipelines and must find the same.
-  precise const vec2 step = 2.0 * float(kTile) / size;  // NDC per tile
-  precise const vec2 origin = (vec2(t0) + 0.5) * step - 1.0;
+  PRECISE const vec2 step = 2.0f * float(kTile) / size;  // NDC per tile
+  PRECISE const vec2 origin = (vec2(t0) + 0.5f) * step - 1.0f;
   const TriangleSetup setup = triangle_setup(a.screen.v[i].p0, a.screen.v[i].p1, a.screen.v[i].p2, origin);
   if (!setup.valid) return;
   // A tile is out if one edge function is negative in all of it. Half a tile's width is half a pixel more than its pixel
   // centres need: that covers rounding.
-  const vec2 half_tile = 0.5 * step;
-  precise const vec3 reach = vec3(abs(setup.e0.y) * half_tile.x + abs(setup.e0.z) * half_tile.y,
+  const vec2 half_tile = 0.5f * step;
+  PRECISE const vec3 reach = vec3(abs(setup.e0.y) * half_tile.x + abs(setup.e0.z) * half_tile.y,
                           abs(setup.e1.y) * half_tile.x + abs(setup.e1.z) * half_tile.y,
                           abs(setup.e2.y) * half_tile.x + abs(setup.e2.z) * half_tile.y);
   for (uint y = t0.y; y <= t1.y; ++y)
     for (uint x = t0.x; x <= t1.x; ++x) {
-      precise const vec2 d = vec2(x - t0.x, y - t0.y) * step;
-      if (at_offset(setup.e0, d) + reach.x < 0.0 || at_offset(setup.e1, d) + reach.y < 0.0 ||
-          at_offset(setup.e2, d) + reach.z < 0.0)
+      PRECISE const vec2 d = vec2(x - t0.x, y - t0.y) * step;
+      if (at_offset(setup.e0, d) + reach.x < 0.0f || at_offset(setup.e1, d) + reach.y < 0.0f ||
+          at_offset(setup.e2, d) + reach.z < 0.0f)
         continue;
       const uint tile = first_tile + y * tiles_x + x;
       const uint slot = atomicAdd(a.counts.v[tile], 1u);

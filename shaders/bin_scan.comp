@@ -1,15 +1,10 @@
 // Offsets of the tiles' lists: exclusive sums of their counts, which go back to zero for the fill. One workgroup.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/bin.h"
 
-layout(local_size_x = 256) in;
-layout(push_constant) uniform Push { BinArgs a; };
+SHARED uint s_sum[256];
 
-shared uint s_sum[256];
-
-void main() {
+KERNEL(256, BinArgs) {
   const uint thread = gl_LocalInvocationIndex;
   const uint share = (a.tiles + 255u) / 256u;
   const uint first = min(thread * share, a.tiles), last = min(first + share, a.tiles);

@@ -1,18 +1,14 @@
 // Vertex gradients from the differences between neighbouring pixels (common/edges.h).
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/edge_forces.h"
 #include "common/coverage.h"
 #include "common/edges.h"
 #include "common/fixed_point.h"
 #include "common/tile.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool CLIP = false;  // leave the gradient in clip space: [views][T][3][4]
-layout(push_constant) uniform Push { EdgeForcesArgs a; };
+CONSTANT(0, bool, CLIP, false);  // leave the gradient in clip space: [views][T][3][4]
 
-void add_vertex(uint view, uint triangle, uint vertex, vec4 g) {
+FN void add_vertex(IN(EdgeForcesArgs) a, uint view, uint triangle, uint vertex, vec4 g) {
   if (CLIP) {
     const uint at = ((view * a.triangles + triangle) * 3u + vertex) * 4u;
     UNROLL for (uint i = 0u; i < 4u; ++i) add_fixed(a.vertex_low, at + i, a.vertex_high, at + i, g[i]);
@@ -23,7 +19,7 @@ void add_vertex(uint view, uint triangle, uint vertex, vec4 g) {
     add_fixed(a.vertex_low, at + i, a.vertex_high, at + i, dot(a.views.v[view].clip_from_world[i], g));
 }
 
-void main() {
+KERNEL(64, EdgeForcesArgs) {
   const uint tile = group_index(), thread = gl_LocalInvocationIndex;
   if (tile >= a.tiles) return;
   const uint view = tile_view(a.views, a.view_count, tile);
@@ -43,7 +39,7 @@ void main() {
       vec3(a.gradient.v[pixel.index * 4u], a.gradient.v[pixel.index * 4u + 1u], a.gradient.v[pixel.index * 4u + 2u]);
 
   ClipGradient sum;
-  sum.g0 = sum.g1 = sum.g2 = vec4(0.0);
+  sum.g0 = sum.g1 = sum.g2 = vec4(0.0f);
   for (int n = 0; n < 4; ++n) {
     const ivec2 step = n == 0 ? ivec2(-1, 0) : n == 1 ? ivec2(1, 0) : n == 2 ? ivec2(0, -1) : ivec2(0, 1);
     const ivec2 q = ivec2(pixel.x, pixel.y) + step;
@@ -51,8 +47,8 @@ void main() {
     const uint at = uint(int(pixel.index) + step.y * int(width) + step.x);
     const vec3 c = vec3(a.colour.v[at * 3u], a.colour.v[at * 3u + 1u], a.colour.v[at * 3u + 2u]);
     const vec3 g = vec3(a.gradient.v[at * 4u], a.gradient.v[at * 4u + 1u], a.gradient.v[at * 4u + 2u]);
-    const float adjoint = 0.5 * dot(gradient + g, colour - c);
-    if (adjoint == 0.0) continue;
+    const float adjoint = 0.5f * dot(gradient + g, colour - c);
+    if (adjoint == 0.0f) continue;
     const uint other = a.hits.v[at].triangle;
     const float other_depth = a.hits.v[at].depth;
     vec4 b0 = a0, b1 = a1, b2 = a2;
@@ -62,9 +58,9 @@ void main() {
       b2 = a.screen.v[first + other - 1u].p2;
     }
     edge_force(a0, a1, a2, b0, b1, b2, other == hit.triangle, other == 0u, hit.depth, other_depth, ndc,
-               pixel_ndc(uint(q.x), uint(q.y), width, height), adjoint * vec2(step) * 0.5 * size, step.y == 0, sum);
+               pixel_ndc(uint(q.x), uint(q.y), width, height), adjoint * vec2(step) * 0.5f * size, step.y == 0, sum);
   }
-  add_vertex(view, hit.triangle - 1u, 0u, sum.g0);
-  add_vertex(view, hit.triangle - 1u, 1u, sum.g1);
-  add_vertex(view, hit.triangle - 1u, 2u, sum.g2);
+  add_vertex(a, view, hit.triangle - 1u, 0u, sum.g0);
+  add_vertex(a, view, hit.triangle - 1u, 1u, sum.g1);
+  add_vertex(a, view, hit.triangle - 1u, 2u, sum.g2);
 }

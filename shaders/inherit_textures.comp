@@ -1,31 +1,26 @@
 // After a change of topology every triangle takes its parent's texture: resampled onto its own part of the parent, or, as published,
 // copied as if it were the whole parent. One workgroup per triangle.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/inherit_textures.h"
 #include "common/lattice.h"
 
-layout(local_size_x = 64) in;
-layout(push_constant) uniform Push { InheritTexturesArgs a; };
-
 // What threads of a workgroup write and others of it read.
-layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer CoherentFloats { float v[]; };
+COHERENT_POINTER(CoherentFloats, float)
 
 /// Channel c of a level whose samples begin at `base`, at (b0, b1).
-float look_up(Floats source, uint base, uint level, vec2 b, uint c) {
+FN float look_up(Floats source, uint base, uint level, vec2 b, uint c) {
   const LatticeCell cell = lattice_cell(b.x, b.y, level);
   return lattice_mix(cell, source.v[(base + cell.i0) * 8u + c], source.v[(base + cell.i1) * 8u + c],
                      source.v[(base + cell.i2) * 8u + c]);
 }
 
-void main() {
+KERNEL(64, InheritTexturesArgs) {
   const uint triangle = group_index();
   if (triangle >= a.triangles) return;
   const uint thread = gl_LocalInvocationIndex;
   const Texture old_row = a.old_textures.v[a.parents.v[triangle]], new_row = a.new_textures.v[triangle];
 
-  vec2 corner[3] = vec2[3](vec2(1.0, 0.0), vec2(0.0, 1.0), vec2(0.0));
+  vec2 corner[3] = {vec2(1.0f, 0.0f), vec2(0.0f, 1.0f), vec2(0.0f)};
   bool whole = true;
   if ((a.flags & INHERIT_COPY) == 0u) {
     for (uint k = 0u; k < 3u; ++k) {
@@ -55,7 +50,7 @@ void main() {
       lattice_point(s, x, y);
       const vec2 own = vec2(x, y) / r;
       const vec2 b = corner[2] + own.x * (corner[0] - corner[2]) + own.y * (corner[1] - corner[2]);
-      float value = 0.0;
+      float value = 0.0f;
       uint old_base = old_row.source_offset;
       for (uint l = old_row.level_min; l <= old_row.level_max; ++l) {
         if (l == level || rest) value += look_up(a.old_source, old_base, l, b, c);
@@ -72,7 +67,7 @@ void main() {
         }
       }
       // Rounding takes a mean of zeros below zero, and Adam its root.
-      if ((a.flags & INHERIT_SQUARES) != 0u) value = max(value, 0.0);
+      if ((a.flags & INHERIT_SQUARES) != 0u) value = max(value, 0.0f);
       CoherentFloats(a.new_source).v[(base + s) * 8u + c] = value;
     }
     base += samples;

@@ -1,15 +1,10 @@
 // Coarse to fine (DiffSoup, section 5): the coarsest new level starts with the old texture looked up at its samples, finer ones
 // at zero. One workgroup per triangle.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/lift_textures.h"
 #include "common/lattice.h"
 
-layout(local_size_x = 64) in;
-layout(push_constant) uniform Push { LiftTexturesArgs a; };
-
-void main() {
+KERNEL(64, LiftTexturesArgs) {
   const uint triangle = group_index();
   if (triangle >= a.triangles) return;
   const Texture old_row = a.old_textures.v[triangle], new_row = a.new_textures.v[triangle];
@@ -18,7 +13,7 @@ void main() {
   const uint first = lattice_samples(new_row.level_min), r = 1u << new_row.level_min;
   for (uint e = gl_LocalInvocationIndex; e < samples * 8u; e += 64u) {
     const uint s = e >> 3, c = e & 7u;
-    float value = 0.0;
+    float value = 0.0f;
     if (s < first && (c != 7u || a.keep_opacity != 0u)) {
       uint x, y;
       lattice_point(s, x, y);

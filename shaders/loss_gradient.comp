@@ -1,31 +1,27 @@
 // dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient, and the sums.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/loss_gradient.h"
 #include "common/fixed_point.h"
 #include "common/ssim.h"
 #include "common/block_grid.h"
 #include "common/ssim_block.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool FLOAT_TARGET = false;
-layout(push_constant) uniform Push { LossGradientArgs a; };
+CONSTANT(0, bool, FLOAT_TARGET, false);
 
-shared float s_map[3 * 26 * 26];
-shared vec2 s_sum[64];
+SHARED float s_map[3 * 26 * 26];
+SHARED vec2 s_sum[64];
 
-void gradient_of_block(uint block, uint thread) {
+FN void gradient_of_block(IN(LossGradientArgs) a, uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
   const uint pixel_offset = a.views.v[view].pixel_offset;
   Uints photo = a.views.v[view].photo;
-  const float l1_weight = 0.8 * a.state.v[0].pixel_weight;
-  const float ssim_weight = -0.1 * a.state.v[0].window_weight;
+  const float l1_weight = 0.8f * a.state.v[0].pixel_weight;
+  const float ssim_weight = -0.1f * a.state.v[0].window_weight;
   const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
 
-  vec4 l1 = vec4(0.0), squares = vec4(0.0), seen = vec4(0.0);
+  vec4 l1 = vec4(0.0f), squares = vec4(0.0f), seen = vec4(0.0f);
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
     for (uint i = thread; i < kPatch * kPatch; i += 64u) {
@@ -34,7 +30,7 @@ void gradient_of_block(uint block, uint thread) {
       const bool inside = x >= 0 && y >= 0 && x < int(width) && y < int(height);
       const uint at = pixel_offset + uint(y) * width + uint(x);
       UNROLL for (uint k = 0u; k < 3u; ++k)
-        s_map[k * kPatch * kPatch + i] = inside ? a.partial.v[(channel * 3u + k) * a.pixels + at] : 0.0;
+        s_map[k * kPatch * kPatch + i] = inside ? a.partial.v[(channel * 3u + k) * a.pixels + at] : 0.0f;
     }
     barrier();
     if (thread < 52u) {
@@ -43,7 +39,7 @@ void gradient_of_block(uint block, uint thread) {
         float v[18];
         UNROLL for (uint i = 0u; i < 18u; ++i) v[i] = s_map[(k * kPatch + row) * kPatch + x0 + i];
         UNROLL for (uint o = 0u; o < 8u; ++o) {
-          float sum = 0.0;
+          float sum = 0.0f;
           UNROLL for (int i = 0; i < 11; ++i) sum += ssim_tap(i) * v[o + i];
           s_rows[(k * kPatch + row) * kBlock + x0 + o] = sum;
         }
@@ -60,7 +56,7 @@ void gradient_of_block(uint block, uint thread) {
                                       colour, target);
       const float error = colour - target;
       const float gradient =
-          l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0 * colour * d_xx[k] + target * d_xy[k]);
+          l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0f * colour * d_xx[k] + target * d_xy[k]);
       a.gradient.v[at * 4u + channel] = mask * gradient;
       seen[k] = mask;
       l1[k] += abs(error);
@@ -68,18 +64,18 @@ void gradient_of_block(uint block, uint thread) {
     }
   }
 
-  float l1_sum = 0.0, square_sum = 0.0;
+  float l1_sum = 0.0f, square_sum = 0.0f;
   UNROLL for (uint k = 0u; k < 4u; ++k) {
     const uint x = corner.x + column, y = corner.y + y0 + k;
     if (x >= width || y >= height) continue;
-    a.gradient.v[(pixel_offset + y * width + x) * 4u + 3u] = seen[k] > 0.0 ? l1[k] : -1.0;
+    a.gradient.v[(pixel_offset + y * width + x) * 4u + 3u] = seen[k] > 0.0f ? l1[k] : -1.0f;
     l1_sum += l1[k];
     square_sum += squares[k];
   }
   s_sum[thread] = vec2(l1_sum, square_sum);
   barrier();
   if (thread == 0u) {
-    vec2 sum = vec2(0.0);
+    vec2 sum = vec2(0.0f);
     for (uint i = 0u; i < 64u; ++i) sum += s_sum[i];
     sum *= a.state.v[0].pixel_weight;
     Uints words = Uints(a.statistics);
@@ -90,17 +86,17 @@ void gradient_of_block(uint block, uint thread) {
 }
 
 /// Whether all windows over a block's pixels are the same in rendering and target: those of the block and of the ones before it.
-bool is_same(uint view, uint block) {
+FN bool is_same(IN(LossGradientArgs) a, uint view, uint block) {
   const uint blocks_x = (a.views.v[view].width + kBlock - 1u) / kBlock, local = block - a.views.v[view].block_offset;
   const uint left = local % blocks_x > 0u ? 1u : 0u, up = local >= blocks_x ? blocks_x : 0u;
   return (a.same.v[block] & a.same.v[block - left] & a.same.v[block - up] & a.same.v[block - up - left]) != 0u;
 }
 
 /// The first of this workgroup's blocks from `block` on with a gradient, a.blocks if none; that of those before it is zero.
-uint next_different(uint block, uint thread) {
+FN uint next_different(IN(LossGradientArgs) a, uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     const uint view = block_view(a.views, a.view_count, block);
-    if (!is_same(view, block)) break;
+    if (!is_same(a, view, block)) break;
     const uvec2 corner = block_corner(a.views, view, block);
     const uint width = a.views.v[view].width, height = a.views.v[view].height;
     UNROLL for (uint k = 0u; k < 4u; ++k) {
@@ -109,20 +105,20 @@ uint next_different(uint block, uint thread) {
       const uint at = a.views.v[view].pixel_offset + y * width + x;
       float colour, target;
       const float mask = masked_pixel(a.colour, a.target, a.views.v[view].photo, FLOAT_TARGET, at, y * width + x, 0u, colour, target);
-      UNROLL for (uint c = 0u; c < 3u; ++c) a.gradient.v[at * 4u + c] = 0.0;
-      a.gradient.v[at * 4u + 3u] = mask > 0.0 ? 0.0 : -1.0;
+      UNROLL for (uint c = 0u; c < 3u; ++c) a.gradient.v[at * 4u + c] = 0.0f;
+      a.gradient.v[at * 4u + 3u] = mask > 0.0f ? 0.0f : -1.0f;
     }
   }
   return block;
 }
 
-void main() {
+KERNEL(64, LossGradientArgs) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
-  uint block = next_different(group, thread);
+  uint block = next_different(a, group, thread);
   if (block < a.blocks) do {
-    gradient_of_block(block, thread);
+    gradient_of_block(a, block, thread);
     barrier();  // before shared memory is used again
-    block = next_different(block + a.groups, thread);
+    block = next_different(a, block + a.groups, thread);
   } while (block < a.blocks);
 }

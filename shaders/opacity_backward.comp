@@ -1,8 +1,6 @@
 // Likelihood-ratio gradient of the opacities (DiffSoup, section 4.2): what the sampled L1 error says of every fragment that let
 // the pixel see through, and of the one that did not.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/opacity_backward.h"
 #include "common/coverage.h"
 #include "common/fixed_point.h"
@@ -10,28 +8,26 @@
 #include "common/tile.h"
 #include "common/staging.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool BASELINE = false;  // measure errors against those of the pixels around
-layout(push_constant) uniform Push { OpacityBackwardArgs a; };
+CONSTANT(0, bool, BASELINE, false);  // measure errors against those of the pixels around
 
 /// Mean error of the pixels next to this one. Their thresholds are not its own, so what is subtracted does not depend on what
 /// is being judged: the gradient's mean stays as it is, and its variance falls (Williams 1992, reinforcement baselines).
-float error_around(TilePixel pixel, uint view) {
+FN float error_around(IN(OpacityBackwardArgs) a, TilePixel pixel, uint view) {
   const int width = int(a.views.v[view].width), height = int(a.views.v[view].height);
-  float sum = 0.0, count = 0.0;
+  float sum = 0.0f, count = 0.0f;
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {
       const int x = int(pixel.x) + dx, y = int(pixel.y) + dy;
       if ((dx == 0 && dy == 0) || x < 0 || y < 0 || x >= width || y >= height) continue;
       const float error = a.gradient.v[(a.views.v[view].pixel_offset + uint(y * width + x)) * 4u + 3u];
-      if (error < 0.0) continue;
+      if (error < 0.0f) continue;
       sum += error;
-      count += 1.0;
+      count += 1.0f;
     }
-  return count > 0.0 ? sum / count : 0.0;
+  return count > 0.0f ? sum / count : 0.0f;
 }
 
-void main() {
+KERNEL(64, OpacityBackwardArgs) {
   const uint tile = group_index(), thread = gl_LocalInvocationIndex;
   if (tile >= a.tiles) return;
   const uint view = tile_view(a.views, a.view_count, tile);
@@ -41,12 +37,12 @@ void main() {
   const uint first = min(a.offsets.v[tile], a.capacity), last = min(a.offsets.v[tile + 1u], a.capacity);
 
   uint winner = 0u;
-  float depth_limit = 1.0, weight = 0.0;
+  float depth_limit = 1.0f, weight = 0.0f;
   if (pixel.inside) {
     winner = a.hits.v[pixel.index].triangle;
     if (winner != 0u) depth_limit = a.hits.v[pixel.index].depth;
     const float error = a.gradient.v[pixel.index * 4u + 3u];
-    if (error >= 0.0) weight = (BASELINE ? error - error_around(pixel, view) : error) * a.state.v[0].pixel_weight;
+    if (error >= 0.0f) weight = (BASELINE ? error - error_around(a, pixel, view) : error) * a.state.v[0].pixel_weight;
   }
 
   for (uint base = first; base < last; base += 64u) {
@@ -56,14 +52,14 @@ void main() {
     barrier();
     const uint count = min(64u, last - base);
     for (uint first_slot = 0u; first_slot < count; first_slot += 32u) {
-      for (uint bits = weight != 0.0 ? covering(first_slot, count, d, depth_limit, winner != 0u ? winner : 0xffffffffu) : 0u; bits != 0u; bits &= bits - 1u) {
+      for (uint bits = weight != 0.0f ? covering(first_slot, count, d, depth_limit, winner != 0u ? winner : 0xffffffffu) : 0u; bits != 0u; bits &= bits - 1u) {
         const uint k = first_slot + uint(findLSB(bits));
-        const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
+        const float e0 = at_offset(vec3(s_e0[k]), d), e1 = at_offset(vec3(s_e1[k]), d), e2 = at_offset(vec3(s_e2[k]), d);
         const uvec4 row = s_texture[k];
         const float sum = e0 + e1 + e2;
         const LatticeCell cell = lattice_cell(e0 / sum, e1 / sum, row.y);
         const float alpha = opacity_at(a.opacity, row, cell);
-        const float g = row.z + 1u == winner ? weight / max(alpha, 1e-5) : -weight / max(1.0 - alpha, 1e-5);
+        const float g = row.z + 1u == winner ? weight / max(alpha, 1e-5f) : -weight / max(1.0f - alpha, 1e-5f);
         const uint i0 = (row.x + cell.i0) * 8u + 7u, i1 = (row.x + cell.i1) * 8u + 7u, i2 = (row.x + cell.i2) * 8u + 7u;
         add_fixed(a.gradient_low, i0, a.gradient_high, i0, cell.w0 * g);
         add_fixed(a.gradient_low, i1, a.gradient_high, i1, cell.w1 * g);

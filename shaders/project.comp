@@ -1,15 +1,10 @@
 // Clip coordinates and pixel box of every triangle in every view.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/project.h"
 
-layout(local_size_x = 64) in;
-layout(push_constant) uniform Push { ProjectArgs a; };
+FN bool finite(vec4 p) { return abs(p.x) < 1e30f && abs(p.y) < 1e30f && abs(p.z) < 1e30f && abs(p.w) < 1e30f; }
 
-bool finite(vec4 p) { return abs(p.x) < 1e30 && abs(p.y) < 1e30 && abs(p.z) < 1e30 && abs(p.w) < 1e30; }
-
-void main() {
+KERNEL(64, ProjectArgs) {
   const uint i = thread_index();
   if (i >= a.triangles * a.view_count) return;
   const uint view = i / a.triangles, triangle = i % a.triangles;
@@ -18,7 +13,7 @@ void main() {
   vec4 p[3];
   UNROLL for (int k = 0; k < 3; ++k) {
     const uint at = triangle * 9u + 3u * k;
-    p[k] = m * vec4(a.vertices.v[at], a.vertices.v[at + 1u], a.vertices.v[at + 2u], 1.0);
+    p[k] = m * vec4(a.vertices.v[at], a.vertices.v[at + 1u], a.vertices.v[at + 2u], 1.0f);
   }
 
   ScreenTriangle s;
@@ -31,17 +26,17 @@ void main() {
 
   bool seen = finite(p[0]) && finite(p[1]) && finite(p[2]);
   // As published: a triangle that reaches the camera plane is dropped whole.
-  seen = seen && p[0].w > 0.0 && p[1].w > 0.0 && p[2].w > 0.0;
+  seen = seen && p[0].w > 0.0f && p[1].w > 0.0f && p[2].w > 0.0f;
   seen = seen && !(p[0].z > p[0].w && p[1].z > p[1].w && p[2].z > p[2].w);
   seen = seen && !(p[0].z < -p[0].w && p[1].z < -p[1].w && p[2].z < -p[2].w);
   if (seen) {
-    const vec3 a0 = p[0].xyz / p[0].w, a1 = p[1].xyz / p[1].w, a2 = p[2].xyz / p[2].w;
+    const vec3 a0 = vec3(p[0]) / p[0].w, a1 = vec3(p[1]) / p[1].w, a2 = vec3(p[2]) / p[2].w;
     const vec2 size = vec2(a.views.v[view].width, a.views.v[view].height);
-    const vec2 low = (min(a0.xy, min(a1.xy, a2.xy)) + 1.0) * 0.5 * size - 0.5;
-    const vec2 high = (max(a0.xy, max(a1.xy, a2.xy)) + 1.0) * 0.5 * size - 0.5;
+    const vec2 low = (vec2(min(a0, min(a1, a2))) + 1.0f) * 0.5f * size - 0.5f;
+    const vec2 high = (vec2(max(a0, max(a1, a2))) + 1.0f) * 0.5f * size - 0.5f;
     // Pixels whose centres may be covered; the margin is for rounding.
-    const ivec2 first = ivec2(ceil(clamp(low - 0.02, vec2(0.0), size)));
-    const ivec2 last = ivec2(floor(clamp(high + 0.02, vec2(-1.0), size - 1.0)));
+    const ivec2 first = ivec2(ceil(clamp(low - 0.02f, vec2(0.0f), size)));
+    const ivec2 last = ivec2(floor(clamp(high + 0.02f, vec2(-1.0f), size - 1.0f)));
     if (first.x <= last.x && first.y <= last.y) {
       s.box_min = uint(first.x) | (uint(first.y) << 16);
       s.box_max = uint(last.x) | (uint(last.y) << 16);

@@ -1,7 +1,5 @@
 // Colour of every pixel: features at the visible fragment, view direction, MLP, skip connection, background.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/shade.h"
 #include "common/block_grid.h"
 #include "common/coverage.h"
@@ -10,13 +8,11 @@
 #include "common/shading.h"
 #include "common/features.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool DEBUG = false;  // also write the MLP's inputs
-layout(push_constant) uniform Push { ShadeArgs a; };
+CONSTANT(0, bool, DEBUG, false);  // also write the MLP's inputs
 
-shared uint s_covered;
+SHARED uint s_covered;
 
-void write_colour(uint index, vec3 colour) {
+FN void write_colour(IN(ShadeArgs) a, uint index, vec3 colour) {
   const uint at = index * 3u;
   a.colour.v[at] = colour.x;
   a.colour.v[at + 1u] = colour.y;
@@ -25,7 +21,7 @@ void write_colour(uint index, vec3 colour) {
 
 /// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; those before it become
 /// background. Uniform in the workgroup. A loop of its own for the reason given in shade_backward.comp.
-uint next_covered(uint block, uint thread) {
+FN uint next_covered(IN(ShadeArgs) a, uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
     if (thread == 0u) s_covered = 0u;
@@ -37,16 +33,16 @@ uint next_covered(uint block, uint thread) {
     barrier();
     if (s_covered != 0u) break;
     UNROLL for (uint k = 0u; k < 4u; ++k)
-      if (p.inside[k]) write_colour(p.index[k], vec3(a.background_r, a.background_g, a.background_b));
+      if (p.inside[k]) write_colour(a, p.index[k], vec3(a.background_r, a.background_g, a.background_b));
   }
   return block;
 }
 
-void main() {
+KERNEL(64, ShadeArgs) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
   stage_mlp(a.mlp, thread);
-  uint block = next_covered(group, thread);
+  uint block = next_covered(a, group, thread);
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
@@ -56,12 +52,12 @@ void main() {
     mlp_inputs(a.views, view, corner, thread, a.hits, a.textures, a.lattice, p, x);
     mlp_forward(x, h1, h2, y);
     UNROLL for (uint k = 0u; k < 4u; ++k) {
-      const float f[7] = float[7](x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]);
+      const float f[7] = {x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]};
       vec3 colour = vec3(a.background_r, a.background_g, a.background_b);
       if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(y[0][k], y[1][k], y[2][k]));
-      if (p.inside[k]) write_colour(p.index[k], colour);
+      if (p.inside[k]) write_colour(a, p.index[k], colour);
       if (DEBUG && p.inside[k]) UNROLL for (uint i = 0u; i < 16u; ++i) a.debug.v[p.index[k] * 16u + i] = x[i][k];
     }
-    block = next_covered(block + a.groups, thread);
+    block = next_covered(a, block + a.groups, thread);
   } while (block < a.blocks);
 }

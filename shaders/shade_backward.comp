@@ -1,8 +1,6 @@
 // dL/dC through skip connection and MLP: feature gradients go to the lattice (fixed point), MLP gradients are summed in
 // registers. A workgroup takes every groups-th block, so that its sums always hold the same terms in the same order.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/shade_backward.h"
 #include "common/block_grid.h"
 #include "common/coverage.h"
@@ -12,16 +10,14 @@
 #include "common/shading.h"
 #include "common/features.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool DEBUG = false;  // also write dL/dfeature
-layout(push_constant) uniform Push { ShadeBackwardArgs a; };
+CONSTANT(0, bool, DEBUG, false);  // also write dL/dfeature
 
-shared uint s_covered[4];  // by quarter of the block
+SHARED uint s_covered[4];  // by quarter of the block
 // Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row).
-shared vec4 s_row[21 * 64];
+SHARED vec4 s_row[21 * 64];
 const uint kX = 0u, kH1 = 4u, kH2 = 8u, kD1 = 12u, kD2 = 16u, kD3 = 20u;
 
-void put(uint row, uint thread, vec4 v[16], uint k) {
+FN void put(uint row, uint thread, vec4 v[16], uint k) {
   UNROLL for (uint i = 0u; i < 4u; ++i)
     s_row[(row + i) * 64u + thread] = vec4(v[4u * i][k], v[4u * i + 1u][k], v[4u * i + 2u][k], v[4u * i + 3u][k]);
 }
@@ -29,7 +25,7 @@ void put(uint row, uint thread, vec4 v[16], uint k) {
 /// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills s_covered.
 /// Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask (llvmpipe), passing them
 /// over inside the large loop would cost all of its arithmetic.
-uint next_covered(uint block, uint thread) {
+FN uint next_covered(IN(ShadeBackwardArgs) a, uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
     if (thread < 4u) s_covered[thread] = 0u;
@@ -45,7 +41,7 @@ uint next_covered(uint block, uint thread) {
   return block;
 }
 
-void main() {
+KERNEL(64, ShadeBackwardArgs) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
   stage_mlp(a.mlp, thread);
@@ -56,26 +52,26 @@ void main() {
   const uint out_block = layer == 2u ? 0u : (thread >> 2) & 3u;
   const uint delta_row = (layer == 0u ? kD1 : layer == 1u ? kD2 : kD3) + out_block;
   const uint input_row = (layer == 0u ? kX : layer == 1u ? kH1 : kH2) + in_block;
-  mat4 weights = mat4(0.0);  // column: output
-  vec4 biases = vec4(0.0);
+  mat4 weights = mat4(0.0f);  // column: output
+  vec4 biases = vec4(0.0f);
 
-  uint block = next_covered(group, thread);
+  uint block = next_covered(a, group, thread);
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
     Fragments p;
     load_fragments(a.views, view, corner, thread, a.hits, p);
-    vec4 x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = vec4(0.0), drgb[3];
-    UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = vec4(0.0);
+    vec4 x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = vec4(0.0f), drgb[3];
+    UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = vec4(0.0f);
     mlp_inputs(a.views, view, corner, thread, a.hits, a.textures, a.lattice, p, x);
     mlp_forward(x, h1, h2, y);
     // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
     UNROLL for (uint k = 0u; k < 4u; ++k)
       if (p.triangle[k] != 0u) {
-        const float f[7] = float[7](x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]);
+        const float f[7] = {x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]};
         vec3 own_dy, own_drgb;
         float own_dmix;
-        skip_connection_backward(f, vec3(y[0][k], y[1][k], y[2][k]), a.gradient.v[p.index[k]].xyz, own_dy, own_drgb, own_dmix);
+        skip_connection_backward(f, vec3(y[0][k], y[1][k], y[2][k]), vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb, own_dmix);
         UNROLL for (uint c = 0u; c < 3u; ++c) {
           dy[c][k] = own_dy[c];
           drgb[c][k] = own_drgb[c];
@@ -108,7 +104,7 @@ void main() {
       put(kH2, thread, h2, k);
       put(kD1, thread, d1, k);
       put(kD2, thread, d2, k);
-      s_row[kD3 * 64u + thread] = vec4(d3[0][k], d3[1][k], d3[2][k], 0.0);
+      s_row[kD3 * 64u + thread] = vec4(d3[0][k], d3[1][k], d3[2][k], 0.0f);
       barrier();
       if (thread < 36u)
         for (uint q = 0u; q < 64u; ++q) {
@@ -117,7 +113,7 @@ void main() {
           biases += delta;
         }
     }
-    block = next_covered(block + a.groups, thread);
+    block = next_covered(a, block + a.groups, thread);
   } while (block < a.blocks);
 
   if (thread >= 36u) return;

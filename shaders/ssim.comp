@@ -1,40 +1,36 @@
 // SSIM of every window of a view, and its derivatives by the window's moments (common/ssim.h).
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/ssim.h"
 #include "common/fixed_point.h"
 #include "common/ssim.h"
 #include "common/block_grid.h"
 #include "common/ssim_block.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool FLOAT_TARGET = false;
-layout(push_constant) uniform Push { SsimArgs a; };
+CONSTANT(0, bool, FLOAT_TARGET, false);
 
-shared float s_x[26 * 26], s_y[26 * 26];
-shared float s_sum[64];
+SHARED float s_x[26 * 26], s_y[26 * 26];
+SHARED float s_sum[64];
 
 /// Adds to the mean SSIM of the batch.
-void add_ssim(float sum) {
+FN void add_ssim(IN(SsimArgs) a, float sum) {
   Uints words = Uints(a.statistics);
   const uint at = a.state.v[0].slot * 8u;
   add_fixed(words, at + 2u, words, at + 3u, sum * a.state.v[0].window_weight);
 }
 
-void ssim_of_block(uint block, uint thread) {
+FN void ssim_of_block(IN(SsimArgs) a, uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
   const uint pixel_offset = a.views.v[view].pixel_offset;
   Uints photo = a.views.v[view].photo;
 
-  float total = 0.0;
+  float total = 0.0f;
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
     for (uint i = thread; i < kPatch * kPatch; i += 64u) {
       const uint x = corner.x + i % kPatch, y = corner.y + i / kPatch;
-      float colour = 0.0, target = 0.0;
+      float colour = 0.0f, target = 0.0f;
       if (x < width && y < height)
         masked_pixel(a.colour, a.target, photo, FLOAT_TARGET, pixel_offset + y * width + x, y * width + x,
                      channel, colour, target);
@@ -51,7 +47,7 @@ void ssim_of_block(uint block, uint thread) {
         y[i] = s_y[row * kPatch + x0 + i];
       }
       UNROLL for (uint o = 0u; o < 8u; ++o) {
-        float m[4] = float[4](0.0, 0.0, 0.0, 0.0);
+        float m[4] = {0.0f, 0.0f, 0.0f, 0.0f};
         UNROLL for (int i = 0; i < 11; ++i) {
           const float tap = ssim_tap(i), p = x[o + i], q = y[o + i];
           m[0] += tap * p;
@@ -70,7 +66,7 @@ void ssim_of_block(uint block, uint thread) {
       const uint x = corner.x + column, y = corner.y + y0 + k;
       if (x >= width || y >= height) continue;
       SsimWindow s;
-      s.value = s.d_x = s.d_xx = s.d_xy = 0.0;
+      s.value = s.d_x = s.d_xx = s.d_xy = 0.0f;
       // A window is known by its first pixel; those that reach out of the image do not count.
       if (x + 10u < width && y + 10u < height) s = ssim_window(mx[k], my[k], squares[k], mxy[k]);
       total += s.value;
@@ -84,18 +80,18 @@ void ssim_of_block(uint block, uint thread) {
   s_sum[thread] = total;
   barrier();
   if (thread == 0u) {
-    float sum = 0.0;
+    float sum = 0.0f;
     for (uint i = 0u; i < 64u; ++i) sum += s_sum[i];
-    add_ssim(sum);
+    add_ssim(a, sum);
   }
 }
 
-shared uint s_differs;
+SHARED uint s_differs;
 
 /// The first of this workgroup's blocks from `block` on with a window in which rendering and target differ, a.blocks if none. The
 /// windows of those before it have an SSIM of 1, where its gradient is zero. Uniform in the workgroup. A loop of its own for the
 /// reason given in shade_backward.comp.
-uint next_different(uint block, uint thread) {
+FN uint next_different(IN(SsimArgs) a, uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
     if (thread == 0u) s_differs = 0u;
@@ -124,20 +120,20 @@ uint next_different(uint block, uint thread) {
     UNROLL for (uint k = 0u; k < 4u; ++k) {
       const uint x = corner.x + (thread & 15u), y = corner.y + (thread >> 4) * 4u + k;
       if (x >= width || y >= height) continue;
-      UNROLL for (uint map = 0u; map < 9u; ++map) a.partial.v[map * a.pixels + pixel_offset + y * width + x] = 0.0;
+      UNROLL for (uint map = 0u; map < 9u; ++map) a.partial.v[map * a.pixels + pixel_offset + y * width + x] = 0.0f;
     }
     if (thread == 0u && corner.x + 10u < width && corner.y + 10u < height)
-      add_ssim(3.0 * float(min(kBlock, width - 10u - corner.x) * min(kBlock, height - 10u - corner.y)));
+      add_ssim(a, 3.0f * float(min(kBlock, width - 10u - corner.x) * min(kBlock, height - 10u - corner.y)));
   }
   return block;
 }
 
-void main() {
+KERNEL(64, SsimArgs) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
-  uint block = next_different(group, thread);
+  uint block = next_different(a, group, thread);
   if (block < a.blocks) do {
-    ssim_of_block(block, thread);
-    block = next_different(block + a.groups, thread);
+    ssim_of_block(a, block, thread);
+    block = next_different(a, block + a.groups, thread);
   } while (block < a.blocks);
 }

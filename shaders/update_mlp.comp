@@ -1,18 +1,14 @@
 // Sums the workgroups' gradients of every MLP parameter in a fixed order and applies Adam.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/update_mlp.h"
 #include "common/optimiser.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool DEBUG = false;
-layout(push_constant) uniform Push { UpdateMlpArgs a; };
+CONSTANT(0, bool, DEBUG, false);
 
-void main() {
+KERNEL(64, UpdateMlpArgs) {
   const uint i = thread_index();
   if (i >= 595u) return;
-  float gradient = 0.0;
+  float gradient = 0.0f;
   for (uint g = 0u; g < a.groups; ++g) gradient += a.mlp_partial.v[g * 595u + i];
   if (DEBUG) a.debug.v[i] = gradient;
   if (a.control.v[0].overflow != 0u) return;

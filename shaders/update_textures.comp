@@ -1,22 +1,18 @@
 // One triangle's texture: gradient on the finest lattice through the sigmoid and down to every level, Adam on all levels, their
 // sum up to the finest lattice again, sigmoid. The hat functions of the levels are nested, so both directions go one level at a
 // time: a coarse sample takes its own fine sample's gradient and half of the six around it.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/update_textures.h"
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/optimiser.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint SAMPLES = 774u;  // the most that a triangle of this launch has, all levels
-layout(constant_id = 1) const bool ADAM = true;     // false: only sum the levels
-layout(constant_id = 2) const bool DEBUG = false;   // also write the gradient
-layout(push_constant) uniform Push { UpdateTexturesArgs a; };
+CONSTANT(0, uint, SAMPLES, 774u);  // the most that a triangle of this launch has, all levels
+CONSTANT(1, bool, ADAM, true);     // false: only sum the levels
+CONSTANT(2, bool, DEBUG, false);   // also write the gradient
 
 const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
-shared vec4 s_value[SAMPLES * QUADS];
+SHARED vec4 s_value[SAMPLES * QUADS];
 
 // Runs over `count` elements so that eight neighbouring threads always hold eight neighbouring elements, and the same eight go on
 // with the next: whole cache lines for a GPU, one stream of memory for a CPU that runs eight threads as one.
@@ -25,13 +21,13 @@ shared vec4 s_value[SAMPLES * QUADS];
        e##_i < e##_rows; ++e##_i, e += 8u)                                                                        \
     if (e < (count))
 
-uint samples_before(uint level_min, uint level) {
+FN uint samples_before(uint level_min, uint level) {
   uint n = 0u;
   for (uint l = level_min; l < level; ++l) n += lattice_samples(l);
   return n;
 }
 
-void main() {
+KERNEL(64, UpdateTexturesArgs) {
   const uint triangle = group_index();
   const uint thread = gl_LocalInvocationIndex;
   if (triangle >= a.triangles) return;
@@ -43,11 +39,11 @@ void main() {
     FOR_ELEMENTS(e, fine_count * QUADS) {
       const uint at = (row.lattice_offset + e / QUADS) * 2u + e % QUADS;
       const uvec4 low = a.gradient_low.v[at], high = a.gradient_high.v[at];
-      vec4 gradient = vec4(0.0);
+      vec4 gradient = vec4(0.0f);
       if (low != uvec4(kFixedZero) || high != uvec4(0u)) {
         const vec4 value = a.lattice.v[at];
         UNROLL for (uint c = 0u; c < 4u; ++c) gradient[c] = from_fixed(low[c], high[c]);
-        gradient *= value * (1.0 - value);
+        gradient *= value * (1.0f - value);
         a.gradient_low.v[at] = uvec4(kFixedZero);
         a.gradient_high.v[at] = uvec4(0u);
       }
@@ -63,7 +59,7 @@ void main() {
         lattice_point(e / QUADS, x, y);
         x *= 2u;
         y *= 2u;
-        vec4 around = vec4(0.0);
+        vec4 around = vec4(0.0f);
         if (x + y < r) {
           around += s_value[(from + lattice_index(x + 1u, y)) * QUADS + q];
           around += s_value[(from + lattice_index(x, y + 1u)) * QUADS + q];
@@ -76,7 +72,7 @@ void main() {
           around += s_value[(from + lattice_index(x, y - 1u)) * QUADS + q];
           around += s_value[(from + lattice_index(x + 1u, y - 1u)) * QUADS + q];
         }
-        s_value[to * QUADS + e] = s_value[(from + lattice_index(x, y)) * QUADS + q] + 0.5 * around;
+        s_value[to * QUADS + e] = s_value[(from + lattice_index(x, y)) * QUADS + q] + 0.5f * around;
       }
     }
     barrier();
@@ -92,7 +88,7 @@ void main() {
       if (!frozen) {
         vec4 m = a.moment1.v[at], v = a.moment2.v[at];
         // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left alone.
-        if (gradient != vec4(0.0) || m != vec4(0.0) || v != vec4(0.0)) {
+        if (gradient != vec4(0.0f) || m != vec4(0.0f) || v != vec4(0.0f)) {
           UNROLL for (uint c = 0u; c < 4u; ++c) logit[c] -= adam(gradient[c], rate, second, m[c], v[c]);
           a.moment1.v[at] = m;
           a.moment2.v[at] = v;
@@ -113,7 +109,7 @@ void main() {
       // The two coarse samples that a fine one lies between; the same one twice where they coincide.
       const uint x0 = x >> 1, y0 = y >> 1, ox = x & 1u, oy = y & 1u;
       const uint i = lattice_index(x0 + ox, y0), j = lattice_index(x0, y0 + oy);
-      s_value[to * QUADS + e] += 0.5 * (s_value[(from + i) * QUADS + q] + s_value[(from + j) * QUADS + q]);
+      s_value[to * QUADS + e] += 0.5f * (s_value[(from + i) * QUADS + q] + s_value[(from + j) * QUADS + q]);
     }
   }
   barrier();

@@ -1,16 +1,12 @@
 // VectorAdam on every vertex.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/update_vertices.h"
 #include "common/fixed_point.h"
 #include "common/optimiser.h"
 
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool DEBUG = false;
-layout(push_constant) uniform Push { UpdateVerticesArgs a; };
+CONSTANT(0, bool, DEBUG, false);
 
-void main() {
+KERNEL(64, UpdateVerticesArgs) {
   const uint vertex = thread_index();
   if (vertex >= a.vertex_count) return;
   vec3 gradient, m, p;

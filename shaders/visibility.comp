@@ -1,7 +1,5 @@
 // Visibility with stochastic opacity masking (DiffSoup, section 4.1): the nearest fragment whose opacity reaches its threshold.
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/glsl.h"
+#include "common/kernel.h"
 #include "args/visibility.h"
 #include "common/coverage.h"
 #include "common/lattice.h"
@@ -9,12 +7,10 @@
 #include "common/tile.h"
 #include "common/staging.h"
 
-layout(local_size_x = 64) in;
 // 0: 0.5 everywhere (inference), 1: a random number per fragment (training), 2: from a buffer
-layout(constant_id = 0) const uint THRESHOLDS = 0u;
-layout(push_constant) uniform Push { VisibilityArgs a; };
+CONSTANT(0, uint, THRESHOLDS, 0u);
 
-void main() {
+KERNEL(64, VisibilityArgs) {
   const uint tile = group_index(), thread = gl_LocalInvocationIndex;
   if (tile >= a.tiles) return;
   const uint view = tile_view(a.views, a.view_count, tile);
@@ -30,8 +26,8 @@ void main() {
 
   Hit hit;
   hit.triangle = 0u;
-  hit.b0 = hit.b1 = hit.depth = 0.0;
-  float best = 1.0;  // the far plane
+  hit.b0 = hit.b1 = hit.depth = 0.0f;
+  float best = 1.0f;  // the far plane
   for (uint base = first; base < last; base += 64u) {
     barrier();
     if (base + thread < last)
@@ -41,8 +37,8 @@ void main() {
     for (uint first_slot = 0u; first_slot < count; first_slot += 32u) {
       for (uint bits = covering(first_slot, count, d, best, 0xffffffffu); bits != 0u; bits &= bits - 1u) {
         const uint k = first_slot + uint(findLSB(bits));
-        const float e0 = at_offset(s_e0[k].xyz, d), e1 = at_offset(s_e1[k].xyz, d), e2 = at_offset(s_e2[k].xyz, d);
-        const float depth = at_offset(s_plane[k].xyz, d), sum = e0 + e1 + e2;
+        const float e0 = at_offset(vec3(s_e0[k]), d), e1 = at_offset(vec3(s_e1[k]), d), e2 = at_offset(vec3(s_e2[k]), d);
+        const float depth = at_offset(vec3(s_plane[k]), d), sum = e0 + e1 + e2;
         const uvec4 row = s_texture[k];
         // Lists come in any order: equal depths go to the lower index.
         const bool nearer = depth < best || (depth == best && (hit.triangle == 0u || row.z + 1u < hit.triangle));
@@ -50,7 +46,7 @@ void main() {
         const float b0 = e0 / sum, b1 = e1 / sum;
         const LatticeCell cell = lattice_cell(b0, b1, row.y);
         const float alpha = opacity_at(a.opacity, row, cell);
-        float threshold = 0.5;
+        float threshold = 0.5f;
         if (THRESHOLDS == 1u) threshold = threshold_of(pixel_hash, row.z);
         if (THRESHOLDS == 2u && pixel.inside) threshold = a.thresholds.v[pixel.index * a.triangles + row.z];
         if (alpha >= threshold) {

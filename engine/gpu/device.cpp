@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "error.h"
+#include "gpu/host/host_device.h"
 #include "gpu/vulkan/vulkan_backend.h"
 
 namespace trisoup::gpu {
@@ -36,11 +37,16 @@ void Device::release(Address address, std::uint64_t bytes) {
   free_raw(address);
 }
 
-std::vector<DeviceInfo> list_devices() { return list_vulkan_devices(); }
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> devices = list_vulkan_devices();
+  for (DeviceInfo& device : list_host_devices()) devices.push_back(std::move(device));
+  return devices;
+}
 
 std::unique_ptr<Device> open_device(const DeviceOptions& options) {
+  if (options.backend == "cpu") return open_host_device(options);
   if (options.backend != "auto" && options.backend != "vulkan")
-    throw Error("--backend {}: this program has no such backend; use auto or vulkan", options.backend);
+    throw Error("--backend {}: this program has no such backend; use auto, vulkan or cpu", options.backend);
   return open_vulkan_device(options);
 }
 

@@ -22,7 +22,7 @@ enum class Kind { discrete, integrated, virtual_gpu, cpu, other };
 
 struct DeviceInfo {
   int index = 0;          // what --device takes
-  std::string backend;    // "vulkan"
+  std::string backend;    // "vulkan", "cpu"
   std::string name;       // as the driver says it
   std::string driver;     // driver and its version
   Kind kind = Kind::other;
@@ -96,7 +96,7 @@ class Device {
   virtual void fill(Address to, std::uint64_t bytes, std::uint32_t value) = 0;  // bytes: a multiple of 4
   virtual void copy(Address to, Address from, std::uint64_t bytes) = 0;
 
-  /// Runs `groups` workgroups. Kernels number them with group_index() (shaders/common/glsl.h), since one dimension of a
+  /// Runs `groups` workgroups. Kernels number them with group_index() (shaders/common/kernel.h), since one dimension of a
   /// launch may hold no more than 65,535.
   template <typename Args>
   void launch(const Kernel& kernel, std::uint64_t groups, const Args& args) {
@@ -147,7 +147,7 @@ class Device {
 };
 
 struct DeviceOptions {
-  std::string backend = "auto";  // auto, vulkan
+  std::string backend = "auto";  // auto, vulkan, cpu
   std::string device;            // number, or a part of the name; empty: the fastest kind there is
   std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
   bool validation = false;       // Khronos validation layer, core and synchronisation

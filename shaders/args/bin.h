@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_BIN_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Which triangles a tile of 8 x 8 pixels may show: count, then offsets, then lists.

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_COUNT_VISIBLE_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Pixels that each triangle wins. One thread per pixel.

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_EDGE_FORCES_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Forces between neighbouring pixels on the vertices of the visible triangles. One workgroup per tile of 8 x 8 pixels.

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_INHERIT_TEXTURES_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 #define INHERIT_COPY 1     // as published: as if every triangle were its whole parent; corners are not read

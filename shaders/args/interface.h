@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_INTERFACE_H
 #ifndef GL_core_profile
 #include "args/types.h"
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Panels: from the window library's units to NDC.

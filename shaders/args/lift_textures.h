@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_LIFT_TEXTURES_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// New levels from coarse ones: a level of the new texture starts with the old one looked up at its samples.

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_LOSS_GRADIENT_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// dL/dC of every pixel from L1 and SSIM. A workgroup takes every groups-th block of 16 x 16

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_OPACITY_BACKWARD_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Likelihood-ratio gradient of opacity for every fragment not behind the visible one. One workgroup per tile.

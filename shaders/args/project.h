@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_PROJECT_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Clip coordinates and pixel box of every triangle in every view. One thread per (view, triangle).

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_QUANTISE_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Lattice samples in 8 bits, as a model keeps them. One thread per sample.

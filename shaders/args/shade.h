@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_SHADE_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Features, view direction, MLP, background: the colour of every pixel. A workgroup takes

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_SHADE_BACKWARD_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Gradients of the features, scattered to the lattice, and of the MLP, summed per workgroup in registers.

@@ -5,7 +5,7 @@
 #ifdef GL_core_profile
 #define STRUCT struct
 #else
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #define STRUCT struct alignas(16)
 #endif
 

@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_SSIM_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// SSIM of every window and its derivatives. A workgroup takes every groups-th block of

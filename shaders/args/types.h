@@ -9,7 +9,13 @@
 #include <glm/glm.hpp>
 #include "common/language.h"
 #include "gpu/device.h"
-namespace trisoup::kernels {
+// Kernels that are compiled as C++ see pointers here, everybody else addresses: two sets of types, in two namespaces.
+#ifdef TRISOUP_KERNEL_CODE
+#define KERNEL_TYPES trisoup::gpu::host
+#else
+#define KERNEL_TYPES trisoup::kernels
+#endif
+namespace KERNEL_TYPES {
 using uint = std::uint32_t;
 using glm::mat4;
 using glm::vec4;
@@ -19,6 +25,15 @@ using glm::vec4;
 #ifdef GL_core_profile
 #define POINTER_TYPE(name, type, alignment) \
   layout(buffer_reference, std430, buffer_reference_align = alignment) buffer name { type v[]; };
+POINTER_TYPE(Uints, uint, 4)
+#elif defined(TRISOUP_KERNEL_CODE)
+#define POINTER_TYPE(name, type, alignment)  \
+  struct name {                              \
+    type* v;                                 \
+    name() = default;                        \
+    template <typename Other>                \
+    explicit name(Other o) : v(reinterpret_cast<type*>(o.v)) {} \
+  };
 POINTER_TYPE(Uints, uint, 4)
 #endif
 
@@ -85,7 +100,7 @@ STRUCT Control {
   uint overflow_step;  // the first step whose lists did not fit
 };
 
-#ifdef GL_core_profile
+#if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
 POINTER_TYPE(Floats, float, 4)
 POINTER_TYPE(Float4s, vec4, 16)
 POINTER_TYPE(Uint4s, uvec4, 16)
@@ -96,10 +111,11 @@ POINTER_TYPE(Textures, Texture, 16)
 POINTER_TYPE(Steps, StepState, 16)
 POINTER_TYPE(StatisticsRows, Statistics, 16)
 POINTER_TYPE(Controls, Control, 16)
-#else
+#endif
+#ifndef GL_core_profile
 static_assert(sizeof(ViewRecord) == 160 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16);
 static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(Control) == 16);
-}  // namespace trisoup::kernels
+}
 #endif
 #undef STRUCT
 

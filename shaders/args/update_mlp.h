@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_UPDATE_MLP_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Sums the workgroups' MLP gradients and applies Adam. One thread per parameter.

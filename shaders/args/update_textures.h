@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_UPDATE_TEXTURES_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per triangle.

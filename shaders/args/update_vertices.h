@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_UPDATE_VERTICES_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// VectorAdam on every vertex. One thread per vertex.

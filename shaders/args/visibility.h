@@ -3,7 +3,7 @@
 #define TRISOUP_ARGS_VISIBILITY_H
 #include "args/types.h"
 #ifndef GL_core_profile
-namespace trisoup::kernels {
+namespace KERNEL_TYPES {
 #endif
 
 /// The nearest fragment of every pixel whose opacity reaches its threshold. One workgroup per tile.

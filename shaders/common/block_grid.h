@@ -2,20 +2,20 @@
 const uint kBlock = 16u;
 
 /// The view of block `block`; the same for the whole workgroup.
-uint block_view(Views views, uint view_count, uint block) {
+FN uint block_view(Views views, uint view_count, uint block) {
   uint view = 0u;
   while (view + 1u < view_count && block >= views.v[view + 1u].block_offset) ++view;
   return view;
 }
 
 /// First pixel of a block.
-uvec2 block_corner(Views views, uint view, uint block) {
+FN uvec2 block_corner(Views views, uint view, uint block) {
   const uint local = block - views.v[view].block_offset;
   const uint blocks_x = (views.v[view].width + kBlock - 1u) / kBlock;
   return uvec2(local % blocks_x, local / blocks_x) * kBlock;
 }
 
 /// Pixel k (0..3) of a thread (0..63): the same place in each quarter of the block.
-uvec2 block_pixel(uvec2 corner, uint thread, uint k) {
+FN uvec2 block_pixel(uvec2 corner, uint thread, uint k) {
   return corner + uvec2(thread % 8u + 8u * (k & 1u), thread / 8u + 8u * (k >> 1));
 }

@@ -1,6 +1,6 @@
 // What the MLP takes: features of a visible fragment and the direction it is seen from.
 
-void fragment_features(Float4s lattice, uint offset, LatticeCell cell, out float f[7]) {
+FN void fragment_features(Float4s lattice, uint offset, LatticeCell cell, OUT_ARRAY(f, 7)) {
   const uint i0 = (offset + cell.i0) * 2u, i1 = (offset + cell.i1) * 2u, i2 = (offset + cell.i2) * 2u;
   const vec4 a0 = lattice.v[i0], a1 = lattice.v[i1], a2 = lattice.v[i2];
   const vec4 b0 = lattice.v[i0 + 1u], b1 = lattice.v[i1 + 1u], b2 = lattice.v[i2 + 1u];
@@ -9,9 +9,9 @@ void fragment_features(Float4s lattice, uint offset, LatticeCell cell, out float
 }
 
 /// Unit vector from the surface towards the camera.
-vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint height) {
+FN vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint height) {
   const vec2 ndc = pixel_ndc(pixel.x, pixel.y, width, height);
-  return normalize(views.v[view].ray.xyz + ndc.x * views.v[view].ray_x.xyz + ndc.y * views.v[view].ray_y.xyz);
+  return normalize(vec3(views.v[view].ray + ndc.x * views.v[view].ray_x + ndc.y * views.v[view].ray_y));
 }
 
 /// The visible fragments of a thread's four pixels and the MLP's inputs for them, zero where nothing is visible.
@@ -23,7 +23,7 @@ struct Fragments {
   LatticeCell cell[4];
 };
 
-void load_fragments(Views views, uint view, uvec2 corner, uint thread, Hits hits, out Fragments p) {
+FN void load_fragments(Views views, uint view, uvec2 corner, uint thread, Hits hits, OUT(Fragments) p) {
   const uint width = views.v[view].width, height = views.v[view].height, offset = views.v[view].pixel_offset;
   UNROLL for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
@@ -34,9 +34,9 @@ void load_fragments(Views views, uint view, uvec2 corner, uint thread, Hits hits
   }
 }
 
-void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, Hits hits, Textures textures, Float4s lattice,
-                inout Fragments p, out vec4 x[16]) {
-  UNROLL for (int i = 0; i < 16; ++i) x[i] = vec4(0.0);
+FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, Hits hits, Textures textures, Float4s lattice,
+                INOUT(Fragments) p, OUT_ARRAY_OF(vec4, x, 16)) {
+  UNROLL for (int i = 0; i < 16; ++i) x[i] = vec4(0.0f);
   const uint width = views.v[view].width, height = views.v[view].height;
   UNROLL for (uint k = 0u; k < 4u; ++k)
     if (p.triangle[k] != 0u) {

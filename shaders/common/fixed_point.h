@@ -2,25 +2,25 @@
 // The low words start at 2^31, so that small terms of either sign rarely touch the high word. Words live in two arrays.
 
 const uint kFixedZero = 0x80000000u;  // low word of an empty sum
-const float kFixedOne = 17592186044416.0;      // 2^44: resolution 6e-14, range +-5e5
-const float kFixedInverse = 5.684341886080802e-14;
-const float kFixedLimit = 64.0;  // a single term is clamped: 8,192 of them fit. Terms of a mean loss are far below 1
+const float kFixedOne = 17592186044416.0f;      // 2^44: resolution 6e-14, range +-5e5
+const float kFixedInverse = 5.684341886080802e-14f;
+const float kFixedLimit = 64.0f;  // a single term is clamped: 8,192 of them fit. Terms of a mean loss are far below 1
 
 /// Words of x, or of zero if x is not a number. What is left of x after the high word fits in a signed low word exactly.
-uvec2 to_fixed(float x) {
-  if (!(abs(x) <= kFixedLimit)) x = x > 0.0 ? kFixedLimit : x < 0.0 ? -kFixedLimit : 0.0;
+FN uvec2 to_fixed(float x) {
+  if (!(abs(x) <= kFixedLimit)) x = x > 0.0f ? kFixedLimit : x < 0.0f ? -kFixedLimit : 0.0f;
   const float scaled = x * kFixedOne;
-  const float high = floor(scaled * 2.3283064365386963e-10 + 0.5);
-  const int low = int(scaled - high * 4294967296.0);
+  const float high = floor(scaled * 2.3283064365386963e-10f + 0.5f);
+  const int low = int(scaled - high * 4294967296.0f);
   return uvec2(uint(low), uint(int(high) + (low >> 31)));
 }
 
 /// The offset of the low word makes it, less that offset, a signed number.
-float from_fixed(uint low, uint high) {
-  return float(int(high)) * 0.000244140625 + float(int(low ^ kFixedZero)) * kFixedInverse;
+FN float from_fixed(uint low, uint high) {
+  return float(int(high)) * 0.000244140625f + float(int(low ^ kFixedZero)) * kFixedInverse;
 }
 
-void add_fixed(Uints low, uint low_index, Uints high, uint high_index, float x) {
+FN void add_fixed(Uints low, uint low_index, Uints high, uint high_index, float x) {
   const uvec2 words = to_fixed(x);
   if (words.x == 0u && words.y == 0u) return;
   const uint before = atomicAdd(low.v[low_index], words.x);

@@ -1,25 +1,33 @@
-// The subset in which GLSL, CUDA and C++ share the maths of this folder. The maths headers have no include guards and include
-// nothing: GLSL kernels include those they need, and common/host.h includes them all twice, in float and in double.
+// The subset in which GLSL, CUDA and C++ share the maths of this folder and the kernels. The maths headers have no include guards
+// and include nothing: kernels include those they need, and common/host.h includes them all twice, in float and in double.
 #ifdef GL_core_profile
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_control_flow_attributes : require
 #define real float
 #define FN
-#define IN_ARRAY(name, n) real name[n]
-#define OUT_ARRAY(name, n) out real name[n]
+#define IN(type) const in type
 #define OUT(type) out type
 #define INOUT(type) inout type
+#define IN_ARRAY_OF(type, name, n) type name[n]
+#define OUT_ARRAY_OF(type, name, n) out type name[n]
 #define UNROLL [[unroll]]
 #define POINTER(type) type
 // Rounded the same wherever it is computed: no contraction, no reordering.
 #define PRECISE precise
 #else
 #define FN inline
-#define IN_ARRAY(name, n) const real* name
-#define OUT_ARRAY(name, n) real* name
+#define IN(type) const type&
 #define OUT(type) type&
 #define INOUT(type) type&
+#define IN_ARRAY_OF(type, name, n) const type* name
+#define OUT_ARRAY_OF(type, name, n) type* name
 #define UNROLL
 #define PRECISE
+#ifdef TRISOUP_KERNEL_CODE
+#define POINTER(type) type
+#else
 #define POINTER(type) trisoup::gpu::Address
 #endif
+#endif
+#define IN_ARRAY(name, n) IN_ARRAY_OF(real, name, n)
+#define OUT_ARRAY(name, n) OUT_ARRAY_OF(real, name, n)

@@ -1,7 +1,7 @@
 // The MLP's parameters in shared memory: every thread reads all of them. To be included before common/shading.h.
-shared float s_mlp[595];
+SHARED float s_mlp[595];
 #define MLP(i) s_mlp[i]
 
-void stage_mlp(Floats mlp, uint thread) {
+FN void stage_mlp(Floats mlp, uint thread) {
   for (uint i = thread; i < 595u; i += 64u) s_mlp[i] = mlp.v[i];
 }

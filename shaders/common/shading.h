@@ -4,35 +4,34 @@
 /// Real spherical harmonics up to degree 2 of the unit vector v from the surface towards the camera.
 FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
   y[0] = real(0.28209479);
-  y[1] = real(-0.48860251) * v.y;
+  y[1] = real(-0.48860251f) * v.y;
   y[2] = real(0.48860251) * v.z;
-  y[3] = real(-0.48860251) * v.x;
+  y[3] = real(-0.48860251f) * v.x;
   y[4] = real(1.09254843) * v.x * v.y;
-  y[5] = real(-1.09254843) * v.y * v.z;
+  y[5] = real(-1.09254843f) * v.y * v.z;
   y[6] = real(0.31539157) * (real(2) * v.z * v.z - v.x * v.x - v.y * v.y);
-  y[7] = real(-1.09254843) * v.x * v.z;
+  y[7] = real(-1.09254843f) * v.x * v.z;
   y[8] = real(0.54627422) * (v.x * v.x - v.y * v.y);
 }
 
 // LANES is what the MLP computes with: in kernels four pixels at once, so that a weight is read once for them, or what the
 // includer defines it to be.
-#ifdef GL_core_profile
+#if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
 #define MLP_PARAMETERS
 #ifndef LANES
 #define LANES vec4
 #endif
-#define LANES_IN(name, n) LANES name[n]
-#define LANES_OUT(name, n) out LANES name[n]
-vec4 one_where_positive(vec4 x) { return vec4(greaterThan(x, vec4(0.0))); }
-float one_where_positive(float x) { return float(x > 0.0); }
 #else
 #define LANES real
-#define LANES_IN(name, n) const real* name
-#define LANES_OUT(name, n) real* name
-FN LANES one_where_positive(LANES x) { return x > real(0) ? real(1) : real(0); }
 #define MLP_PARAMETERS const real *parameters,
 #undef MLP
 #define MLP(i) parameters[i]
+#endif
+#define LANES_IN(name, n) IN_ARRAY_OF(LANES, name, n)
+#define LANES_OUT(name, n) OUT_ARRAY_OF(LANES, name, n)
+FN real one_where_positive(real x) { return x > real(0) ? real(1) : real(0); }
+#if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
+FN vec4 one_where_positive(vec4 x) { return vec4(greaterThan(x, vec4(0.0f))); }
 #endif
 
 #define MLP_B1 256

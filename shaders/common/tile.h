@@ -2,7 +2,7 @@
 const uint kTile = 8u;
 
 /// The view of tile `tile`; the same for the whole workgroup.
-uint tile_view(Views views, uint view_count, uint tile) {
+FN uint tile_view(Views views, uint view_count, uint tile) {
   uint view = 0u;
   while (view + 1u < view_count && tile >= views.v[view + 1u].tile_offset) ++view;
   return view;
@@ -14,7 +14,7 @@ struct TilePixel {
   bool inside;  // tiles at the border reach out of the image
 };
 
-TilePixel tile_pixel(Views views, uint view, uint tile, uint thread) {
+FN TilePixel tile_pixel(Views views, uint view, uint tile, uint thread) {
   const uint local = tile - views.v[view].tile_offset;
   const uint tiles_x = views.v[view].tiles_x;
   TilePixel p;
@@ -27,9 +27,9 @@ TilePixel tile_pixel(Views views, uint view, uint tile, uint thread) {
 }
 
 /// NDC of the middle of a tile: origin of its triangles' edge functions.
-vec2 tile_origin(Views views, uint view, uint tile) {
+FN vec2 tile_origin(Views views, uint view, uint tile) {
   const uint local = tile - views.v[view].tile_offset;
   const uint tiles_x = views.v[view].tiles_x;
-  const vec2 corner = vec2((local % tiles_x) * kTile, (local / tiles_x) * kTile) + 0.5 * float(kTile);
-  return 2.0 * corner / vec2(views.v[view].width, views.v[view].height) - 1.0;
+  const vec2 corner = vec2((local % tiles_x) * kTile, (local / tiles_x) * kTile) + 0.5f * float(kTile);
+  return 2.0f * corner / vec2(views.v[view].width, views.v[view].height) - 1.0f;
 }

@@ -50,6 +50,28 @@ glm::dmat4 row_major(const float* m) {
   return out;
 }
 
+/// Whether a hidden unit is so near zero that rounding decides if a gradient passes it. x: the MLP's 16 inputs.
+bool relu_ties(const std::vector<float>& mlp, const float* x) {
+  // Sixteen terms, each off by an ulp or two of their sum's magnitude.
+  constexpr double kRounding = 2e-6;
+  double in[16], out[16];
+  std::copy_n(x, 16, in);
+  for (const int layer : {0, 1}) {
+    for (int o = 0; o < 16; ++o) {
+      double sum = mlp[(layer ? MLP_B2 : MLP_B1) + o], magnitude = std::abs(sum);
+      for (int i = 0; i < 16; ++i) {
+        const double term = mlp[(layer ? MLP_W2 : 0) + o * 16 + i] * in[i];
+        sum += term;
+        magnitude += std::abs(term);
+      }
+      if (std::abs(sum) < kRounding * magnitude) return true;
+      out[o] = std::max(0.0, sum);
+    }
+    std::copy_n(out, 16, in);
+  }
+  return false;
+}
+
 std::vector<float> mlp_parameters(const Npz& npz, const std::string& prefix, const std::string& suffix) {
   std::vector<float> all;
   for (const char* name : {"w1", "b1", "w2", "b2", "w3", "b3"}) {
@@ -251,10 +273,24 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   std::vector<float> g3;
   for (std::size_t p = 0; p < s.pixels; ++p) g3.insert(g3.end(), {g4[4 * p], g4[4 * p + 1], g4[4 * p + 2]});
   report.array("d_color", g3, need(npz, "d_color").f, kGradient, spread(3));
-  report.array("d_feat", s.floats(s.inputs.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, spread(7));
+  // Where rounding decides whether a hidden unit passes a gradient, those of the features are a tie as well.
+  std::vector<bool> feature_tie = tie;
+  std::size_t relu = 0;
+  const std::vector<float> mlp = mlp_parameters(npz, "mlp_", "");
+  for (std::size_t p = 0; p < s.pixels; ++p)
+    if (hits[p].triangle != 0 && relu_ties(mlp, &x[16 * p])) {
+      feature_tie[p] = true;
+      ++relu;
+    }
+  report.check("hidden units at zero", relu <= std::max<std::size_t>(s.pixels / 1000, 3), fmt::format("{} of {} pixels tie", relu, s.pixels));
+  std::vector<bool> feature_ties;
+  for (bool t : feature_tie) feature_ties.insert(feature_ties.end(), 7, t);
+  report.array("d_feat", s.floats(s.inputs.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, feature_ties);
 
   // A tied pixel feeds the gradients of every triangle that covers it.
-  std::vector<bool> tied_triangle(s.triangles, false);
+  std::vector<bool> tied_triangle(s.triangles, false), tied_features(s.triangles, false);
+  for (std::size_t p = 0; p < s.pixels; ++p)
+    if (feature_tie[p] && hits[p].triangle != 0) tied_features[hits[p].triangle - 1] = true;
   if (ties > 0 && npz.contains("frag_pix")) {
     const Array& pix = need(npz, "frag_pix");
     const Array& attrs = need(npz, "frag_attrs");
@@ -263,9 +299,10 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
       if (tie[p]) tied_triangle[static_cast<std::size_t>(attrs.f[4 * f + 3]) - 1] = true;
     }
   }
-  const auto per_triangle = [&](std::size_t n) {
+  for (std::size_t t = 0; t < s.triangles; ++t) tied_features[t] = tied_features[t] || tied_triangle[t];
+  const auto per_triangle = [](const std::vector<bool>& tied, std::size_t n) {
     std::vector<bool> out;
-    for (bool t : tied_triangle) out.insert(out.end(), n, t);
+    for (bool t : tied) out.insert(out.end(), n, t);
     return out;
   };
 
@@ -274,13 +311,13 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   std::vector<float> lattice_gradient;
   for (std::size_t i = 0; i < low.size(); ++i) lattice_gradient.push_back(static_cast<float>(train::fixed_sum(low[i], high[i])));
   const std::size_t lattice_n = soup::samples_at(s.level_max), source_n = soup::samples_in(s.level_min, s.level_max);
-  report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient, per_triangle(lattice_n * 7));
-  report.array("d_alpha_acc", opacity_of(lattice_gradient), need(npz, "d_alpha_acc").f, kGradient, per_triangle(lattice_n));
+  report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient, per_triangle(tied_features, lattice_n * 7));
+  report.array("d_alpha_acc", opacity_of(lattice_gradient), need(npz, "d_alpha_acc").f, kGradient, per_triangle(tied_triangle, lattice_n));
 
   s.step.update(s.inputs);
   const std::vector<float> source_gradient = s.floats(s.inputs.source_gradient, s.soup.source_samples * 8);
-  report.array("d_feat_src", features_of(source_gradient), need(npz, "d_feat_src").f, kGradient, per_triangle(source_n * 7));
-  report.array("d_alpha_src", opacity_of(source_gradient), need(npz, "d_alpha_src").f, kGradient, per_triangle(source_n));
+  report.array("d_feat_src", features_of(source_gradient), need(npz, "d_feat_src").f, kGradient, per_triangle(tied_features, source_n * 7));
+  report.array("d_alpha_src", opacity_of(source_gradient), need(npz, "d_alpha_src").f, kGradient, per_triangle(tied_triangle, source_n));
 
   const std::vector<float> mlp_gradient = s.floats(s.inputs.mlp_gradient, soup::Mlp::kParameters);
   std::size_t at = 0;
@@ -599,6 +636,7 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
   model.textures = soup::make_texture_table(model.vertices.size() / 3, {level, level}).entries;
   for (const std::int32_t value : need(npz, "lut_u8").i) model.lattice.push_back(static_cast<std::uint8_t>(value));
   model.mlp.parameters = mlp_parameters(npz, "mlp_", "");
+  if (!gpu.graphics()) return report.check("renderer", true, "left out: this device cannot draw");
   const render::GpuModel drawn = render::upload_model(gpu, model);
   render::Renderer renderer(gpu);
   render::DrawOptions options;

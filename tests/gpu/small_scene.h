@@ -20,9 +20,10 @@
 
 namespace trisoup::test {
 
-/// Device under test: TRISOUP_DEVICE, or the default one.
+/// Device under test: TRISOUP_BACKEND and TRISOUP_DEVICE, or the default one.
 inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
   gpu::DeviceOptions options;
+  if (const char* backend = std::getenv("TRISOUP_BACKEND")) options.backend = backend;
   if (const char* name = std::getenv("TRISOUP_DEVICE")) options.device = name;
   options.validation = true;
   options.lose_after_launches = lose_after;
@@ -56,9 +57,9 @@ struct SmallScene {
     soup::Random random(seed);
     std::vector<glm::vec3> vertices;
     for (std::uint32_t t = 0; t < triangles; ++t) {
-      const glm::vec3 centre(random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25));
+      const glm::vec3 centre{random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25)};
       for (int k = 0; k < 3; ++k)
-        vertices.push_back(centre + glm::vec3(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)));
+        vertices.push_back(centre + glm::vec3{random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)});
     }
     levels.resize(triangles, levels.back());
     const soup::TextureTable table = soup::make_texture_table(levels);

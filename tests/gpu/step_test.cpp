@@ -402,6 +402,10 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
 TEST_CASE("texture and MLP gradients of a whole step agree with differences of its loss", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
+  // Brighter than anything drawn: where a colour passes its target, the L1 error has a kink that differences step over.
+  auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.frame.batch().pixels);
+  for (float& v : targets) v += 1.0f;
+  gpu->upload(s.target.address(), targets);
   s.frame.reserve_lists(1 << 16);
   std::vector<gpu::Buffer> outputs;
   const auto room = [&](std::uint64_t floats) {
@@ -449,7 +453,7 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
   CHECK(ab / std::sqrt(aa * bb) > 0.999);
   ab = aa = bb = 0;
   for (const std::size_t i : {3ul, 40ul, 130ul, 260ul, 300ul, 420ul, 530ul, 550ul, 580ul, 592ul, 594ul})
-    compare(mlp[i], weights[i], s.soup.mlp.address() + 4 * i, 0.02f);
+    compare(mlp[i], weights[i], s.soup.mlp.address() + 4 * i, 0.01f);
   CHECK(ab / bb == Approx(1).margin(0.03));
   CHECK(ab / std::sqrt(aa * bb) > 0.999);
   test::require_silence(*gpu);

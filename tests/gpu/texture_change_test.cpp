@@ -127,7 +127,7 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures]")
   Pool old_pool(*gpu, parent_levels, random);
   std::vector<glm::vec3> vertices;
   for (std::size_t i = 0; i < 3 * parent_levels.size(); ++i)
-    vertices.emplace_back(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    vertices.push_back(glm::vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)});
   const soup::Resampled split = soup::bisect_longest(vertices, 20);
   std::vector<soup::TextureLevels> levels;
   for (const std::uint32_t p : split.face_map) levels.push_back(parent_levels[p]);

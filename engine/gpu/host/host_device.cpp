@@ -1,0 +1,201 @@
+#include "gpu/host/host_device.h"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <unistd.h>
+
+#include "error.h"
+#include "gpu/host/kernels.h"
+#include "gpu/host/workgroup.h"
+
+namespace trisoup::gpu {
+namespace {
+
+using host::CompiledKernel;
+
+/// Threads that share the workgroups of a launch.
+class Pool {
+ public:
+  Pool() {
+    for (unsigned i = 1; i < std::max(1u, std::thread::hardware_concurrency()); ++i) threads_.emplace_back([this] { serve(); });
+  }
+  ~Pool() {
+    {
+      std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    wake_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  void run(const CompiledKernel& kernel, const std::byte* arguments, std::uint64_t groups) {
+    {
+      std::lock_guard lock(mutex_);
+      kernel_ = &kernel;
+      arguments_ = arguments;
+      groups_ = groups;
+      next_ = 0;
+      busy_ = threads_.size();
+      ++launch_;
+    }
+    wake_.notify_all();
+    work(own_);
+    std::unique_lock lock(mutex_);
+    done_.wait(lock, [&] { return busy_ == 0; });
+  }
+
+ private:
+  void work(host::Workgroup& workgroup) {
+    for (std::uint64_t g; (g = next_.fetch_add(1, std::memory_order_relaxed)) < groups_;)
+      workgroup.run(*kernel_, arguments_, static_cast<std::uint32_t>(g));
+  }
+  void serve() {
+    host::Workgroup workgroup;
+    std::uint64_t seen = 0;
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [&] { return stop_ || launch_ != seen; });
+      if (stop_) return;
+      seen = launch_;
+      lock.unlock();
+      work(workgroup);
+      lock.lock();
+      if (--busy_ == 0) done_.notify_one();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_, done_;
+  std::vector<std::thread> threads_;
+  host::Workgroup own_;
+  const CompiledKernel* kernel_ = nullptr;
+  const std::byte* arguments_ = nullptr;
+  std::uint64_t groups_ = 0, launch_ = 0;
+  std::atomic<std::uint64_t> next_{0};
+  std::size_t busy_ = 0;
+  bool stop_ = false;
+};
+
+DeviceInfo describe(int index) {
+  DeviceInfo info;
+  info.index = index;
+  info.backend = "cpu";
+  info.name = "CPU";
+  std::ifstream cpus("/proc/cpuinfo");
+  for (std::string line; std::getline(cpus, line);)
+    if (line.starts_with("model name") && line.find(": ") != std::string::npos) {
+      info.name = line.substr(line.find(": ") + 2);
+      break;
+    }
+  info.driver = "kernels compiled as C++";
+  info.kind = Kind::cpu;
+  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
+  info.free_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_AVPHYS_PAGES));
+  info.subgroup_size = 1;
+  return info;
+}
+
+class HostDevice final : public Device {
+ public:
+  explicit HostDevice(const DeviceOptions& options) : info_(describe(0)), lose_after_(options.lose_after_launches) {
+    ceiling_ = info_.free_bytes / 10 * 9;
+  }
+  const DeviceInfo& info() const override { return info_; }
+
+  using Device::upload;
+  void upload(Address to, std::span<const std::byte> bytes) override {
+    if (!bytes.empty()) std::memcpy(find(to, bytes.size()), bytes.data(), bytes.size());
+  }
+  void download(Address from, std::span<std::byte> bytes) override {
+    wait();
+    if (!bytes.empty()) std::memcpy(bytes.data(), find(from, bytes.size()), bytes.size());
+  }
+  void fill(Address to, std::uint64_t bytes, std::uint32_t value) override {
+    if (bytes > 0) std::fill_n(reinterpret_cast<std::uint32_t*>(find(to, bytes)), bytes / 4, value);
+  }
+  void copy(Address to, Address from, std::uint64_t bytes) override {
+    if (bytes > 0) std::memmove(find(to, bytes), find(from, bytes), bytes);
+  }
+  void submit() override {}
+  void wait() override {
+    if (!lost_.empty())
+      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume", info_.name, lost_);
+  }
+  void enable_timings(bool on) override { timed_ = on; }
+  std::map<std::string, KernelTiming> timings() override { return timings_; }
+  void reset_timings() override { timings_.clear(); }
+  std::vector<std::string> validation_messages() const override { return {}; }
+
+ private:
+  void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) override {
+    // As an API would tell it: not before somebody waits.
+    if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = kernel.name;
+    if (!lost_.empty()) return;
+    const CompiledKernel& found = find(kernel);
+    if (args.size() > found.argument_bytes) throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, found.argument_bytes, args.size());
+    alignas(16) std::byte arguments[kMaxArgumentBytes]{};
+    std::memcpy(arguments, args.data(), args.size());
+    const auto start = std::chrono::steady_clock::now();
+    pool_.run(found, arguments, groups);
+    if (!timed_) return;
+    KernelTiming& timing = timings_[kernel.name];
+    ++timing.launches;
+    timing.milliseconds += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
+  const CompiledKernel& find(const Kernel& kernel) {
+    for (const CompiledKernel& k : host::compiled_kernels()) {
+      if (k.name != kernel.name || k.constants.size() < kernel.constants.size()) continue;
+      bool fits = true;
+      // Constants that are not given are 0.
+      for (std::size_t i = 0; i < k.constants.size(); ++i) {
+        const std::uint32_t asked = i < kernel.constants.size() ? kernel.constants[i] : 0;
+        fits = fits && (i == 0 && k.first_is_length ? k.constants[i] >= asked : k.constants[i] == asked);
+      }
+      if (fits) return k;
+    }
+    throw Error("kernel {} is not compiled for the CPU with these constants; add them to engine/gpu/host/kernels.cmake", kernel.name);
+  }
+  Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
+    void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
+    if (!memory) throw Error("memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)", what, (bytes >> 20) + 1);
+    const auto address = reinterpret_cast<Address>(memory);
+    buffers_[address] = bytes;
+    return address;
+  }
+  void free_raw(Address address) override {
+    buffers_.erase(address);
+    std::free(reinterpret_cast<void*>(address));
+  }
+  /// Throws Error where the bytes are not in one buffer.
+  std::byte* find(Address address, std::uint64_t bytes) {
+    const auto after = buffers_.upper_bound(address);
+    if (after == buffers_.begin() || address + bytes > std::prev(after)->first + std::prev(after)->second)
+      throw Error("{} bytes at {:#x} are not in device memory", bytes, address);
+    return reinterpret_cast<std::byte*>(address);
+  }
+
+  DeviceInfo info_;
+  Pool pool_;
+  bool timed_ = false;
+  std::map<std::string, KernelTiming> timings_;
+  std::map<Address, std::uint64_t> buffers_;  // and their bytes
+  std::uint64_t lose_after_ = 0, launches_ = 0;
+  std::string lost_;                          // the kernel that was running
+};
+
+}  // namespace
+
+std::vector<DeviceInfo> list_host_devices() { return {describe(0)}; }
+
+std::unique_ptr<Device> open_host_device(const DeviceOptions& options) { return std::make_unique<HostDevice>(options); }
+
+}  // namespace trisoup::gpu

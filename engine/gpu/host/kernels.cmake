@@ -1,0 +1,42 @@
+# Compiles every kernel as C++, once for each choice of constants that the engine and the tests make: name, constants. A plus after
+# the first one: it is the length of an array.
+set(variants
+  "bin 0" "bin 1" "bin_scan" "count_visible" "edge_forces 0" "edge_forces 1" "inherit_textures" "lift_textures"
+  "loss_gradient 0" "loss_gradient 1" "opacity_backward 0" "opacity_backward 1" "project" "quantise" "shade 0" "shade 1"
+  "shade_backward 0" "shade_backward 1" "ssim 0" "ssim 1" "update_mlp 0" "update_mlp 1"
+  "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
+  "update_vertices 0" "update_vertices 1" "visibility 0" "visibility 1" "visibility 2")
+set(text "#include \"gpu/host/kernel_language.h\"\n#include \"gpu/host/kernels.h\"\n")
+file(GLOB argument_headers ${PROJECT_SOURCE_DIR}/shaders/args/*.h)
+foreach(header IN LISTS argument_headers)
+  get_filename_component(file ${header} NAME)
+  string(APPEND text "#include \"args/${file}\"\n")
+endforeach()
+set(rows "")
+foreach(variant IN LISTS variants)
+  string(REPLACE " " ";" words "${variant}")
+  list(POP_FRONT words name)
+  string(MAKE_C_IDENTIFIER "${name}_${words}" space)
+  set(length false)
+  if(words MATCHES "\\+")
+    set(length true)
+    string(REPLACE "+" "" words "${words}")
+  endif()
+  file(STRINGS ${PROJECT_SOURCE_DIR}/shaders/${name}.comp barriers REGEX "barrier\\(\\)")
+  set(waits false)
+  if(barriers)
+    set(waits true)
+  endif()
+  string(APPEND text "namespace trisoup::gpu::host::${space} {\n")
+  set(id 0)
+  foreach(word IN LISTS words)
+    string(APPEND text "#undef KERNEL_CONSTANT_${id}\n#define KERNEL_CONSTANT_${id} ${word}\n")
+    math(EXPR id "${id} + 1")
+  endforeach()
+  string(APPEND text "#undef MLP\n#undef LANES\n#include \"${name}.comp\"\nvoid run(const std::byte* a) { kernel(*reinterpret_cast<const KernelArgs*>(a)); }\n}\n")
+  list(JOIN words ", " constants)
+  string(APPEND rows "    {\"${name}\", {${constants}}, ${length}, ${waits}, ${space}::kThreads, sizeof(${space}::KernelArgs), ${space}::run},\n")
+endforeach()
+string(APPEND text "namespace trisoup::gpu::host {\nstd::span<const CompiledKernel> compiled_kernels() {\n  static const std::vector<CompiledKernel> kernels{\n${rows}  };\n  return kernels;\n}\n}\n")
+set(host_kernels ${CMAKE_CURRENT_BINARY_DIR}/host_kernels.cpp)
+file(CONFIGURE OUTPUT ${host_kernels} CONTENT "${text}" @ONLY)

@@ -1,0 +1,63 @@
+#include "gpu/host/workgroup.h"
+
+#include <boost/context/fixedsize_stack.hpp>
+
+#include "gpu/host/kernel_language.h"
+
+namespace trisoup::gpu::host {
+namespace {
+
+// The largest kernel keeps a few kilobytes; sanitizers put red zones between its variables.
+constexpr std::size_t kStackBytes = 256 << 10;
+
+thread_local Workgroup* running = nullptr;
+
+}  // namespace
+
+thread_local Invocation invocation;
+
+void barrier() {
+  boost::context::fiber& scheduler = running->threads_[invocation.thread].scheduler;
+  scheduler = std::move(scheduler).resume();
+}
+
+void Workgroup::make_threads(std::size_t count) {
+  for (std::size_t i = threads_.size(); i < count; ++i) {
+    threads_.emplace_back();
+    // A fiber lives as long as the workgroup and runs thread i of kernel after kernel.
+    threads_[i].own = boost::context::fiber(std::allocator_arg, boost::context::fixedsize_stack(kStackBytes),
+                                            [this, i](boost::context::fiber&& scheduler) {
+                                              threads_[i].scheduler = std::move(scheduler);
+                                              for (;;) {
+                                                kernel_->run(arguments_);
+                                                threads_[i].done = true;
+                                                threads_[i].scheduler = std::move(threads_[i].scheduler).resume();
+                                              }
+                                              return std::move(threads_[i].scheduler);
+                                            });
+  }
+}
+
+void Workgroup::run(const CompiledKernel& kernel, const std::byte* arguments, std::uint32_t group) {
+  invocation.group = group;
+  if (!kernel.barriers) {
+    for (invocation.thread = 0; invocation.thread < kernel.threads; ++invocation.thread) kernel.run(arguments);
+    return;
+  }
+  make_threads(kernel.threads);
+  kernel_ = &kernel;
+  arguments_ = arguments;
+  running = this;
+  for (std::uint32_t t = 0; t < kernel.threads; ++t) threads_[t].done = false;
+  for (bool left = true; left;) {
+    left = false;
+    for (std::uint32_t t = 0; t < kernel.threads; ++t) {
+      if (threads_[t].done) continue;
+      invocation.thread = t;
+      threads_[t].own = std::move(threads_[t].own).resume();
+      left = left || !threads_[t].done;
+    }
+  }
+}
+
+}  // namespace trisoup::gpu::host
