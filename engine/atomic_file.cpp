@@ -25,10 +25,25 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
+/// The file that `name` stands for: what a symbolic link points to. Renaming onto a device or a pipe would replace it.
+std::filesystem::path target_of(const std::filesystem::path& name) {
+  if (name.empty()) throw Error("a file to write has no name; give one");
+  std::error_code ignored;
+  std::filesystem::path file = name;
+  for (int links = 0; links < 40 && std::filesystem::is_symlink(std::filesystem::symlink_status(file, ignored)); ++links) {
+    const std::filesystem::path to = std::filesystem::read_symlink(file, ignored);
+    file = to.is_absolute() ? to : folder_of(file) / to;
+  }
+  const std::filesystem::file_status status = std::filesystem::status(file, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) && !std::filesystem::is_directory(status))
+    throw Error("{}: is a device or a pipe, not a file; choose another name", name.string());
+  return file;
+}
+
 }  // namespace
 
 OutputFile::OutputFile(const std::filesystem::path& target, std::uint64_t expected_bytes)
-    : target_(target), temporary_(temporary_name(target)), expected_(expected_bytes) {
+    : target_(target_of(target)), temporary_(temporary_name(target_)), expected_(expected_bytes) {
   ::unlink(temporary_.c_str());  // of a killed process that had our number
   do {
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -52,8 +67,9 @@ void OutputFile::fail(int error, std::size_t pending_bytes) const {
     case EFBIG:
       throw Error("{}: {} bytes are more than a file may have here; raise the limit (ulimit -f) or write to another disk", name,
                   end);
-    case ENOENT:
     case ENOTDIR:
+      throw Error("{}: {} is not a folder; choose another name", name, folder);
+    case ENOENT:
       throw Error("{}: the folder {} does not exist; create it", name, folder);
     case EACCES:
     case EPERM:

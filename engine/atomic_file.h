@@ -37,7 +37,8 @@ class OutputFile {
 };
 
 /// Makes `path` hold what `fill` writes, or leaves it as it was: if fill or any write throws, the temporary file is removed and
-/// the exception goes on. Permissions are those of a new file, a symbolic link is replaced by the file. expected_bytes: the size
+/// the exception goes on. Permissions are those of a new file, a symbolic link stays, and the file it
+/// points to is written. expected_bytes: the size
 /// to come if it is known; it only makes "the disk is full" tell how much is missing. Throws Error that names `path` and the fix:
 /// disk full, quota, size limit, folder missing or not writable.
 void write_file_atomically(const std::filesystem::path& path, const std::function<void(OutputFile&)>& fill,

@@ -139,7 +139,7 @@ int run(const CommandLine& o, viewer::Live* live) {
     bar.training(p);
     if (live) live->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step);
   };
-  if (live) callbacks.until = [&](std::uint64_t step) { return live->until(step, [&] { return trainer->model(); }, g_stop); };
+  if (live) callbacks.until = [&](std::uint64_t step) { return live->until(step, [&] { return trainer->model(); }); };
   callbacks.on_checkpoint = [&](std::uint64_t) {
     trainer->write_checkpoint(folder.checkpoint());
     folder.write_log();
@@ -231,23 +231,34 @@ int run_guarded(const CommandLine& options, viewer::Live* live) {
 
 /// Trains in a thread of its own while the window has this one, as window systems ask for.
 int run_with_window(const CommandLine& options) {
-  viewer::Live live;
+  viewer::Live live(g_stop);
   int status = 1;
   std::jthread training;
   viewer::CommandLine look;
   look.dataset = options.dataset;
   look.device = options.device;
   look.device.validation = false;  // of the training's own device
+  const char* const next = options.finish_headless ? "goes on" : "ends with a checkpoint";
+  const auto finish = [&] {
+    if (!options.finish_headless) g_stop = true;
+    live.close();
+    training.join();
+  };
+  const auto display_lost = [&] {
+    if (!training.joinable()) return;
+    std::fprintf(stderr, "soup-train: the display is gone; training %s\n", next);
+    finish();
+    std::fflush(nullptr);
+    std::_Exit(status);
+  };
   try {
-    viewer::run_window(look, &live, [&] { training = std::jthread([&] { status = run_guarded(options, &live); }); });
+    viewer::run_window(look, &live, [&] { training = std::jthread([&] { status = run_guarded(options, &live); }); }, display_lost);
   } catch (const std::exception& e) {
     if (!training.joinable()) throw;
     // The window is lost, the training is not.
-    std::fprintf(stderr, "soup-train: the window has ended (%s); training %s\n", e.what(), options.finish_headless ? "goes on" : "ends with a checkpoint");
+    std::fprintf(stderr, "soup-train: the window has ended (%s); training %s\n", e.what(), next);
   }
-  if (!options.finish_headless) g_stop = true;
-  live.close();
-  training.join();
+  finish();
   return status;
 }
 

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "printable.h"
+
 namespace trisoup::viewer {
 namespace {
 
@@ -32,6 +34,17 @@ std::optional<glm::vec3> colour_from(const std::string& text) {
                                                                                                               : std::nullopt;
 }
 
+/// CLI::Range lets pass what is no number.
+CLI::Validator between(double low, double high) {
+  return CLI::Validator(
+      [=](std::string& text) -> std::string {
+        double value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
+        return fmt::format("{} is not a number from {} to {}", printable(text), low, high);
+      },
+      fmt::format("{} to {}", low, high));
+}
+
 }  // namespace
 
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
@@ -51,7 +64,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("-o,--output", c.output, "folder for the pictures of --path")->group(without);
   app.add_option("--frames", c.frames, "pictures of --path orbit, views of the hemisphere in --benchmark [120]")
       ->check(CLI::Range(1, 100000))->group(without);
-  app.add_option("--elevation", c.elevation, "of --path orbit, degrees above the ground [20]")->check(CLI::Range(-89.0, 89.0))->group(without);
+  app.add_option("--elevation", c.elevation, "of --path orbit, degrees above the ground [20]")->check(between(-89, 89))->group(without);
   app.add_flag("--benchmark", c.benchmark, "time pictures from the model's cameras and from the upper hemisphere")->group(without)
       ->excludes(screenshot)->excludes(path);
   app.add_option("--json", c.json, "write the times of --benchmark to a file")->group(without);
@@ -60,9 +73,9 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("--camera", c.camera, "number or name of a view, test views first [the first]")->group(camera);
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels [the camera's; 1280x720]")->group(camera);
   app.add_option("--dataset", c.dataset, "photographs and cameras to compare with")->group(camera);
-  app.add_option("--fov", c.fov, "vertical field of view, degrees [the camera's]")->check(CLI::Range(1.0, 170.0))->group(camera);
-  app.add_option("--near", c.near, "near plane, normalised units [as the model was tested]")->check(CLI::PositiveNumber)->group(camera);
-  app.add_option("--far", c.far, "far plane, normalised units")->check(CLI::PositiveNumber)->group(camera);
+  app.add_option("--fov", c.fov, "vertical field of view, degrees [the camera's]")->check(between(1, 170))->group(camera);
+  app.add_option("--near", c.near, "near plane, normalised units [as the model was tested]")->check(between(1e-6, 1e6))->group(camera);
+  app.add_option("--far", c.far, "far plane, normalised units")->check(between(1e-6, 1e6))->group(camera);
   app.add_option("--up", up, "X,Y,Z: up direction of the dataset [the model's, or the cameras']")->group(camera);
   auto* picture = "Picture";
   app.add_option("--mode", mode, "colour, triangles, normals, depth, opacity, level, wireframe or channel [colour]")->group(picture);
@@ -90,10 +103,10 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   if (!background.empty() && !(c.background = colour_from(background)))
     return fail(fmt::format("--background {}: give white, black or R,G,B from 0 to 1", background));
   if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f && glm::length(*c.up) < 1e12f)))
-    return fail(fmt::format("--up {}: give X,Y,Z, not all zero", up));
+    return fail(fmt::format("--up {}: give three numbers X,Y,Z, not all zero and below 1e12", printable(up)));
   if (!mode.empty()) {
     const auto m = render::mode_from(mode);
-    if (!m) return fail(fmt::format("--mode {}: there is no such mode", mode));
+    if (!m) return fail(fmt::format("--mode {}: give colour, triangles, normals, depth, opacity, level, wireframe or channel", printable(mode)));
     c.draw.mode = *m;
   }
   if (!aa.empty()) {
@@ -102,6 +115,9 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     c.aa = *a;
   }
   if (c.path && !c.output) return fail("--path needs -o FOLDER");
+  if (c.json && !c.benchmark) return fail("--json takes the times of --benchmark; give both");
+  if (c.output && !c.path) return fail("-o takes the pictures of --path; give both (--screenshot names its own file)");
+  if ((c.camera || !c.dataset.empty()) && c.model.empty()) return fail("--camera and --dataset go with a model: soup-view MODEL ...");
   if ((c.screenshot || c.path || c.benchmark) && c.model.empty()) return fail("a model is required: soup-view MODEL ...");
   return c;
 }

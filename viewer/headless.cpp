@@ -62,6 +62,9 @@ void screenshot(Setting& s) {
     camera = s.camera(find_camera(s.subject, s.options.camera.value_or("0")));
   else
     camera = render::orbit(s.subject.framing, 1, s.options.elevation * kDegrees, 0, s.size().x, s.size().y)[0];
+  std::error_code none;
+  if (std::filesystem::equivalent(*s.options.screenshot, s.subject.path, none))
+    throw Error("{}: is the model itself; choose another name for the picture", *s.options.screenshot);
   write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
 }
 

@@ -17,7 +17,7 @@ void Live::begin(Setting setting) {
   state_.steps = setting.steps;
   state_.budget = setting.budget;
   setting_ = std::move(setting);
-  if (wake_ && !closed_) wake_();
+  news_ = true;
 }
 
 void Live::report(const Point& point, std::uint32_t triangles, double ms_per_step) {
@@ -27,13 +27,13 @@ void Live::report(const Point& point, std::uint32_t triangles, double ms_per_ste
   state_.ms_per_step = ms_per_step;
   state_.loss.push_back(static_cast<float>(point.loss));
   state_.psnr.push_back(static_cast<float>(point.psnr));
-  if (wake_ && !closed_) wake_();
+  news_ = true;
 }
 
 void Live::phase(const std::string& text) {
   std::lock_guard lock(mutex_);
   state_.phase = text;
-  if (wake_ && !closed_) wake_();
+  news_ = true;
 }
 
 void Live::end(const std::string& error, bool quit) {
@@ -41,10 +41,10 @@ void Live::end(const std::string& error, bool quit) {
   state_.ended = true;
   state_.quit = quit;
   state_.error = error;
-  if (wake_ && !closed_) wake_();
+  news_ = true;
 }
 
-std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>& model, const std::atomic<bool>& stop) {
+std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>& model) {
   const auto since = [&] { return std::chrono::duration<double>(Clock::now() - last_model_).count(); };
   std::unique_lock lock(mutex_);
   state_.step = step;
@@ -62,7 +62,7 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
   };
   if (due() || (state_.paused && !closed_)) give();
   // A signal changes nothing here, so it is looked for now and then.
-  while (state_.paused && single_steps_ == 0 && !closed_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(100));
+  while (state_.paused && single_steps_ == 0 && !closed_ && !stop_) changed_.wait_for(lock, std::chrono::milliseconds(100));
   if (single_steps_ > 0) {
     --single_steps_;
     return step + 1;
@@ -77,7 +77,7 @@ void Live::publish(soup::Model model) {
   model_ = std::make_shared<const soup::Model>(std::move(model));
   fresh_ = false;
   last_model_ = Clock::now();
-  if (wake_ && !closed_) wake_();
+  news_ = true;
 }
 
 Live::State Live::state() const {

@@ -41,17 +41,21 @@ class Live {
     scene::LoadOptions load;           // of its photographs
   };
 
+  /// stop: set by whoever wants the program to end.
+  explicit Live(const std::atomic<bool>& stop) : stop_(stop) {}
+
   // The training's side.
   void begin(Setting setting);
   void report(const Point& point, std::uint32_t triangles, double ms_per_step);
   void phase(const std::string& text);
   void end(const std::string& error, bool quit);  // error: what went wrong, empty if nothing; quit: the window is to close
   /// Between steps: waits while paused, gives the window a model when it is due, and says how far to train before asking again.
-  std::uint64_t until(std::uint64_t step, const std::function<soup::Model()>& model, const std::atomic<bool>& stop);
+  std::uint64_t until(std::uint64_t step, const std::function<soup::Model()>& model);
   void publish(soup::Model model);
 
   // The window's side.
-  void on_news(std::function<void()> wake) { wake_ = std::move(wake); }  // before the training begins; called from its thread
+  bool take_news() { return news_.exchange(false); }   // whether anything has changed since it was last asked
+  bool stopped() const { return stop_; }
   State state() const;
   std::optional<Setting> take_setting();               // once, when it is there
   std::shared_ptr<const soup::Model> take_model();     // the newest, once; null without news
@@ -66,7 +70,8 @@ class Live {
   State state_;
   std::optional<Setting> setting_;
   std::shared_ptr<const soup::Model> model_;
-  std::function<void()> wake_;
+  const std::atomic<bool>& stop_;
+  std::atomic<bool> news_{false};
   std::uint64_t single_steps_ = 0;
   bool closed_ = false, fresh_ = true;                 // fresh: the window has shown all there was
   double window_seconds_ = 0, model_seconds_ = 0;

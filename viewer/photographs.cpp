@@ -9,7 +9,6 @@ namespace trisoup::viewer {
 
 void Photographs::load(const std::string& dataset, const scene::LoadOptions& options) {
   cancel();
-  images_.clear();
   error_.clear();
   cancelled_ = std::make_shared<std::atomic<bool>>(false);
   scene::LoadOptions stoppable = options;

@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     }
     const bool headless = options->screenshot || options->path || options->benchmark;
     if (!headless) {
-      viewer::run_window(*options);
+      viewer::run_window(*options, nullptr, {}, [] { std::fputs("soup-view: the display is gone; start it again\n", stderr); });
       return 0;
     }
     const viewer::Subject subject = viewer::load_subject(options->model, options->dataset, options->up);

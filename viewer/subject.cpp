@@ -25,7 +25,8 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
   Subject s;
   // The folder of a training will do as well.
   const std::filesystem::path path(model);
-  s.path = std::filesystem::is_directory(path) ? (path / "model.glb").string() : model;
+  std::error_code ignored;
+  s.path = std::filesystem::is_directory(path, ignored) ? (path / "model.glb").string() : model;
   soup::ModelFile file = soup::read_model(s.path);
   s.model = std::move(file.model);
   s.cameras = std::move(file.cameras);
@@ -36,46 +37,55 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
       s.near = file.settings.value("test_near", s.near);
       s.far = file.settings.value("far", s.far);
       if (file.settings.value("alpha", "composite") == "mask") s.load.alpha = scene::AlphaUse::mask;
-      if (!(s.near > 0 && s.near < s.far && s.far < 1e37)) throw Error("{}: its clip planes are impossible; train it again", model);
+      if (!(s.near >= 1e-6 && s.near < s.far && s.far < 1e37)) throw Error("{}: its clip planes are impossible; train it again", model);
+      const double test_every = file.settings.value("test_every", 8.0);
+      if (!(s.load.downscale >= 1 && s.load.downscale < 1e6 && test_every >= 0 && test_every < 1e9))
+        throw Error("{}: its settings for the photographs are impossible; train it again", model);
     }
   } catch (const nlohmann::json::exception&) {
     // Settings of another program: the defaults will do.
   }
   // As it was trained against, whatever the photographs suggest.
   s.load.background = s.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
-  if (!dataset.empty()) {
-    scene::LoadOptions load = s.load;
-    load.train_images = false;
-    const scene::Scene scene = scene::load(dataset, load);
-    const scene::Normalisation ours{s.model.centre, s.model.scale};
-    s.cameras.clear();
-    for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
-      for (const scene::View& v : *views) s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
-  }
-  frame_subject(s, up ? glm::dvec3(*up) : file.up);
+  s.up = up ? glm::dvec3(*up) : file.up;
+  if (dataset.empty())
+    frame_subject(s);
+  else
+    take_cameras(s, dataset);
   return s;
 }
 
-void frame_subject(Subject& s, const std::optional<glm::dvec3>& up) {
+void take_cameras(Subject& s, const std::string& dataset) {
+  scene::LoadOptions load = s.load;
+  load.train_images = false;
+  const scene::Scene scene = scene::load(dataset, load);
+  const scene::Normalisation ours{s.model.centre, s.model.scale};
+  s.cameras.clear();
+  for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
+    for (const scene::View& v : *views) s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
+  frame_subject(s);
+}
+
+void frame_subject(Subject& s) {
   std::stable_sort(s.cameras.begin(), s.cameras.end(), [](const auto& a, const auto& b) { return a.test > b.test; });
   std::vector<scene::Camera> cameras;
   for (const soup::ModelCamera& c : s.cameras) cameras.push_back(c.camera);
-  s.framing = render::frame(soup::normalised_vertices(s.model), cameras, up ? *up : render::mean_up(cameras));
+  s.framing = render::frame(soup::normalised_vertices(s.model), cameras, s.up.value_or(render::mean_up(cameras)));
 }
 
 std::size_t find_camera(const Subject& subject, const std::string& which) {
   if (subject.cameras.empty())
-    throw Error("--camera {}: {} has no cameras; give --dataset FOLDER", which, subject.path);
+    throw Error("--camera {}: {} has no cameras; give --dataset FOLDER", printable(which), subject.path);
   std::size_t number = 0;
   const char* end = which.data() + which.size();
-  if (std::from_chars(which.data(), end, number).ptr == end) {
-    if (number >= subject.cameras.size())
+  if (const auto [rest, problem] = std::from_chars(which.data(), end, number); rest == end && !which.empty()) {
+    if (problem != std::errc() || number >= subject.cameras.size())
       throw Error("--camera {}: there are {}, counted from 0, test views first", which, subject.cameras.size());
     return number;
   }
   for (std::size_t i = 0; i < subject.cameras.size(); ++i)
     if (subject.cameras[i].name == which) return i;
-  throw Error("--camera {}: no view has that name; the first is {}", which, printable(subject.cameras[0].name));
+  throw Error("--camera {}: no view has that name; the first is {}", printable(which), printable(subject.cameras[0].name));
 }
 
 }  // namespace trisoup::viewer

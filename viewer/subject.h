@@ -17,6 +17,7 @@ struct Subject {
   std::string path;
   soup::Model model;
   std::vector<soup::ModelCamera> cameras;  // test views first; normalised coordinates of the model
+  std::optional<glm::dvec3> up;            // of the dataset, where it is known
   render::Framing framing;
   double near = 0.025, far = 2.5;          // normalised units
   scene::LoadOptions load;                 // how the model's dataset was loaded
@@ -25,8 +26,11 @@ struct Subject {
 /// Throws Error on a file that is no model, or a dataset that is none. dataset: empty for none.
 Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up);
 
-/// Sorts the cameras, test views first, and finds the framing. up: of the dataset, where it is known.
-void frame_subject(Subject& subject, const std::optional<glm::dvec3>& up);
+/// The cameras of a dataset instead of the model's own. Throws Error.
+void take_cameras(Subject& subject, const std::string& dataset);
+
+/// Sorts the cameras, test views first, and finds the framing.
+void frame_subject(Subject& subject);
 
 /// Index of the camera with this number or name. Throws Error.
 std::size_t find_camera(const Subject& subject, const std::string& which);

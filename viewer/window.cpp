@@ -19,6 +19,7 @@
 #include <imgui_impl_glfw.h>
 
 #include "args/interface.h"
+#include "display_loss.h"
 #include "error.h"
 #include "glfw_surface.h"
 #include "image/image_file.h"
@@ -74,11 +75,20 @@ class Window {
   void draw_picture(std::uint32_t width, std::uint32_t height);
   void scale_fonts();
   bool animated() const;
-  void complain(const std::string& text) { message_ = text; }
+  void complain(const std::string& text) {
+    message_ = text;
+    redraw_ = 3;
+    raise_message_ = true;
+  }
+  /// Says how something went that has worked.
+  void tell(const std::string& text) {
+    status_ = text;
+    message_.clear();
+  }
 
   void show_training();
   void set_home();
-  void set_planes();
+  void set_planes(Subject& subject);
   void training_panel();
 
   CommandLine options_;
@@ -107,6 +117,7 @@ class Window {
   int up_axis_ = 0;                    // 0: the model's; then +X -X +Y -Y +Z -Z
   bool panel_ = true, help_ = false;
   std::string message_, status_;
+  bool raise_message_ = false;         // before the other panels
   bool told_ = false;                  // how the training ended
   std::vector<std::string> dropped_;   // paths to open at the next frame
   std::array<char, 1024> path_{};      // that is being typed
@@ -160,7 +171,6 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   if (!options.model.empty()) open_model(options.model);
   if (!options.dataset.empty() && subject_) open_dataset(options.dataset);
   if (live_) glfwSetWindowTitle(window_, fmt::format("soup-train - {}", options.dataset).c_str());
-  if (live_) live_->on_news([] { glfwPostEmptyEvent(); });
 }
 
 Window::~Window() {
@@ -174,7 +184,9 @@ Window::~Window() {
 
 void Window::open(const std::string& path) {
   try {
-    if (!std::filesystem::is_directory(path) || std::filesystem::exists(std::filesystem::path(path) / "model.glb")) {
+    std::error_code problem;
+    if (!std::filesystem::exists(path, problem)) throw Error("{}: no such file or folder; check the path", path);
+    if (!std::filesystem::is_directory(path, problem) || std::filesystem::exists(std::filesystem::path(path) / "model.glb", problem)) {
       if (live_) throw Error("{}: this window shows a training; open it with soup-view", path);
       open_model(path);
     } else if (subject_) {
@@ -192,18 +204,18 @@ void Window::open_model(const std::string& path) {
   Subject subject = load_subject(path, {}, options_.up);
   const std::optional<std::string> which = std::exchange(options_.camera, std::nullopt);  // of the first model alone
   const std::size_t camera = which && !subject.cameras.empty() ? find_camera(subject, *which) : 0;
+  set_planes(subject);
   render::GpuModel model = render::upload_model(*gpu_, subject.model);
   model_ = std::move(model);
   subject_ = std::move(subject);
   camera_.reset();
   photograph_name_.clear();
-  set_planes();
   draw_.background = options_.background.value_or(subject_->model.background);
   up_axis_ = 0;
   set_home();
   // The first test view: right way up, framed as the photographer did.
   if (!subject_->cameras.empty() && !options_.fov) snap_to(camera);
-  status_ = fmt::format("{}: {} triangles", path, model_->triangles);
+  tell(fmt::format("{}: {} triangles", path, model_->triangles));
   glfwSetWindowTitle(window_, fmt::format("soup-view - {}", path).c_str());
 }
 
@@ -212,12 +224,13 @@ void Window::set_home() {
   navigation_.set_home(subject_->framing);
 }
 
-void Window::set_planes() {
+void Window::set_planes(Subject& subject) {
+  const double near = options_.near.value_or(subject.near), far = options_.far.value_or(subject.far);
+  if (!(near < far)) throw Error("--near and --far: {} must be less than {}, which is what the model says or you gave", near, far);
+  subject.near = near;
+  subject.far = far;
   near_ = static_cast<float>(options_.near.value_or(0.01));
-  far_ = static_cast<float>(options_.far.value_or(10.0));
-  if (options_.near) subject_->near = *options_.near;
-  if (options_.far) subject_->far = *options_.far;
-  if (!(subject_->near < subject_->far)) throw Error("--near {} and --far {}: near must be less than far", subject_->near, subject_->far);
+  far_ = static_cast<float>(options_.far.value_or(std::max(10.0, 2.0 * near_)));
 }
 
 void Window::show_training() {
@@ -234,9 +247,10 @@ void Window::show_training() {
   s.near = setting_->near;
   s.far = setting_->far;
   s.load = setting_->load;
-  frame_subject(s, setting_->up);
+  s.up = setting_->up;
+  frame_subject(s);
+  set_planes(s);
   subject_ = std::move(s);
-  set_planes();
   draw_.background = options_.background.value_or(subject_->model.background);
   set_home();
   if (!subject_->cameras.empty()) snap_to(0);
@@ -271,11 +285,11 @@ void Window::training_panel() {
 }
 
 void Window::open_dataset(const std::string& path) {
+  std::error_code problem;
+  if (!std::filesystem::exists(path, problem)) throw Error("{}: no such dataset; check the path", path);
   // Cameras of the dataset where the model has none of its own.
   if (subject_->cameras.empty()) {
-    Subject with = load_subject(subject_->path, path, options_.up);
-    subject_->cameras = std::move(with.cameras);
-    subject_->framing = with.framing;
+    take_cameras(*subject_, path);
     set_home();
     if (!subject_->cameras.empty() && !options_.fov) snap_to(0);
   }
@@ -401,7 +415,7 @@ void Window::panels() {
       ImGui::ColorEdit3("Background", &draw_.background.x, ImGuiColorEditFlags_NoInputs);
       ImGui::Separator();
       if (!subject_->cameras.empty()) {
-        const std::string current = camera_ ? subject_->cameras[*camera_].name : "none";
+        const std::string current = camera_ && navigation_.snapped() ? subject_->cameras[*camera_].name : "none";
         if (ImGui::BeginCombo("Camera", current.c_str())) {
           for (std::size_t i = 0; i < subject_->cameras.size(); ++i) {
             const auto& c = subject_->cameras[i];
@@ -417,6 +431,7 @@ void Window::panels() {
           if (photographs_.loading()) ImGui::TextUnformatted("loading photographs...");
           else if (photographs_.count() == 0) ImGui::TextUnformatted("drop the dataset's folder here for photographs");
           else if (!navigation_.snapped()) ImGui::TextUnformatted("choose a camera to see its photograph");
+          else if (camera_ && !photographs_.find(subject_->cameras[*camera_].name)) ImGui::TextUnformatted("no photograph has this view's name");
         }
       }
       ImGui::Separator();
@@ -483,9 +498,11 @@ void Window::panels() {
   if (!message_.empty()) {
     bool open = true;
     ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x * 0.5f, ImGui::GetIO().DisplaySize.y * 0.3f}, ImGuiCond_Appearing, {0.5f, 0.5f});
-    ImGui::SetNextWindowSize({std::min(600.0f * font_scale_, ImGui::GetIO().DisplaySize.x * 0.9f), 0}, ImGuiCond_Appearing);
-    ImGui::Begin("This did not work", &open);
-    ImGui::TextWrapped("%s", message_.c_str());
+    if (std::exchange(raise_message_, false)) ImGui::SetNextWindowFocus();
+    ImGui::Begin("This did not work", &open, ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::PushTextWrapPos(std::min(600.0f * font_scale_, ImGui::GetIO().DisplaySize.x * 0.9f));
+    ImGui::TextUnformatted(message_.c_str());
+    ImGui::PopTextWrapPos();
     if (ImGui::Button("Close") || !open) message_.clear();
     ImGui::End();
   }
@@ -567,7 +584,7 @@ void Window::frame() {
   for (const std::string& path : std::exchange(dropped_, {})) open(path);
   if (photographs_.finished()) {
     if (!photographs_.error().empty()) complain(photographs_.error());
-    else status_ = fmt::format("{}: {} photographs", dataset_, photographs_.count());
+    else tell(fmt::format("{}: {} photographs", dataset_, photographs_.count()));
     photograph_name_.clear();
     redraw_ = 3;
   }
@@ -599,7 +616,14 @@ void Window::frame() {
     draw_.aa = render::AntiAliasing::none;
     compare_ = Compare::rendering;
     redraw_ = 4;
-    draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+    try {
+      draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+    } catch (const Error& again) {
+      // Nothing can be shown until the window has another size.
+      complain(again.what());
+      redraw_ = 0;
+      return;
+    }
   }
   const gpu::Image& shown = model_ && compare_ != Compare::rendering ? final_ : picture_;
   painter_->paint(*ImGui::GetDrawData(), shown);
@@ -621,12 +645,12 @@ void Window::run() {
       glfwPollEvents();
       frame();
     } else {
-      // Photographs that are being loaded tell nobody when they are there.
-      if (photographs_.loading()) glfwWaitEventsTimeout(0.1);
+      // Neither photographs nor a training wake the window: waking it from another thread would take its X connection there.
+      if (live_) glfwWaitEventsTimeout(0.05);
+      else if (photographs_.loading()) glfwWaitEventsTimeout(0.1);
       else glfwWaitEvents();
-      if (photographs_.loading()) redraw_ = std::max(redraw_, 1);
-      // The only event that no callback tells of is news of the training.
-      if (live_) redraw_ = std::max(redraw_, 1);
+      if (photographs_.loading() || (live_ && live_->take_news())) redraw_ = std::max(redraw_, 1);
+      if (live_ && live_->stopped() && live_->state().ended) break;
     }
   }
   const auto messages = gpu_->validation_messages();
@@ -635,8 +659,9 @@ void Window::run() {
 
 }  // namespace
 
-void run_window(const CommandLine& options, Live* live, const std::function<void()>& started) {
+void run_window(const CommandLine& options, Live* live, const std::function<void()>& started, const std::function<void()>& display_lost) {
   Window window(options, live);
+  on_display_lost(display_lost);
   if (started) started();
   window.run();
 }

@@ -10,7 +10,9 @@ namespace trisoup::viewer {
 
 /// Opens a window and runs until it is closed. Throws Error when there is no display or the device fails; a file that cannot be
 /// opened is told in the window.
-/// live: a training to show instead of a file; null for none. started: called once the window is open.
-void run_window(const CommandLine& options, Live* live = nullptr, const std::function<void()>& started = {});
+/// live: a training to show instead of a file; null for none. started: called once the window is open. display_lost: see
+/// display_loss.h.
+void run_window(const CommandLine& options, Live* live = nullptr, const std::function<void()>& started = {},
+                const std::function<void()>& display_lost = {});
 
 }  // namespace trisoup::viewer

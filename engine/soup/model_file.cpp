@@ -131,8 +131,10 @@ ModelCamera camera_of(const json& row) {
   ModelCamera c;
   c.name = row.at("name").get<std::string>();
   c.test = row.at("test").get<bool>();
-  c.camera.width = row.at("size").at(0).get<int>();
-  c.camera.height = row.at("size").at(1).get<int>();
+  // Larger numbers would wrap.
+  const auto side = [&](int i) { return static_cast<int>(std::clamp<std::int64_t>(row.at("size").at(i).get<std::int64_t>(), 0, 65536)); };
+  c.camera.width = side(0);
+  c.camera.height = side(1);
   c.camera.fx = row.at("focal").at(0).get<double>();
   c.camera.fy = row.at("focal").at(1).get<double>();
   c.camera.cx = row.at("centre").at(0).get<double>();
@@ -142,8 +144,10 @@ ModelCamera camera_of(const json& row) {
 }
 
 bool possible(const scene::Camera& c) {
-  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 0 && c.fy > 0 &&
-            std::isfinite(c.fx) && std::isfinite(c.fy) && std::isfinite(c.cx) && std::isfinite(c.cy);
+  constexpr double kLargest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
+  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 1e-3 && c.fy > 1e-3 && c.fx < kLargest &&
+            c.fy < kLargest && std::abs(c.cx) < kLargest && std::abs(c.cy) < kLargest;
+  for (int i = 0; i < 3; ++i) ok = ok && std::abs(c.world_to_camera[3][i]) < kLargest;
   const glm::dmat3 rotation(c.world_to_camera);
   const glm::dmat3 product = rotation * glm::transpose(rotation);
   for (int i = 0; i < 3; ++i)
@@ -375,9 +379,10 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     model.scale = extension.at("scale").get<double>();
     for (int c = 0; c < 3; ++c)
       if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f)) throw damaged("has a background that is no colour");
-    if (extension.at("sphericalHarmonicsDegree").get<int>() != 2)
+    if (extension.at("sphericalHarmonicsDegree") != 2)
       throw Error("{}: was made with spherical harmonics of another degree than 2; use a newer trisoup", name);
-    if (!finite(model.centre) || !std::isfinite(model.scale) || model.scale <= 0)
+    // Beyond these, floats have no digits left for the soup.
+    if (!(glm::length(model.centre) < 1e12) || !(model.scale > 1e-9 && model.scale < 1e9))
       throw damaged("has an impossible centre or scale");
     file.settings = extension.value("settings", json());
     if (extension.contains("up")) {

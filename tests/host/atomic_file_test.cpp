@@ -9,6 +9,7 @@
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -106,6 +107,21 @@ TEST_CASE("failures name the file and the fix", "[atomic_file]") {
     CHECK_THAT(message_of(folder / "taken/a.txt", "x"), Contains("no permission"));
     std::filesystem::permissions(folder / "taken", std::filesystem::perms::owner_all);
   }
+}
+
+TEST_CASE("what is no file is not replaced, and a link stays one", "[atomic_file]") {
+  using Catch::Matchers::Contains;
+  const test::TemporaryFolder folder;
+  const auto pipe = folder / "pipe", link = folder / "link", file = folder.file("file", "earlier");
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK_THAT(message_of(pipe, "x"), Contains("pipe") && Contains("another name"));
+  CHECK(std::filesystem::is_fifo(pipe));
+  std::filesystem::create_symlink("file", link);
+  CHECK(message_of(link, "new").empty());
+  CHECK(std::filesystem::is_symlink(link));
+  CHECK(test::content_of(file) == "new");
+  CHECK_THAT(message_of("", "x"), Contains("no name"));
+  CHECK_THAT(message_of(file / "below", "x"), Contains("not a folder"));
 }
 
 TEST_CASE("beyond the file size limit the earlier file stays and nothing is left behind", "[atomic_file]") {

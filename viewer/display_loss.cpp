@@ -1,0 +1,29 @@
+#include "display_loss.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+#include <dlfcn.h>
+
+namespace trisoup::viewer {
+namespace {
+
+std::function<void()> at_loss;
+
+int lost(void*) {
+  if (at_loss) at_loss();
+  std::fflush(nullptr);
+  // Destructors would talk to the server that is gone.
+  std::_Exit(1);
+}
+
+}  // namespace
+
+void on_display_lost(std::function<void()> end) {
+  at_loss = std::move(end);
+  // From the library that the window library brought, if it is X at all.
+  using Handler = int (*)(void* display);
+  if (const auto set = reinterpret_cast<Handler (*)(Handler)>(dlsym(RTLD_DEFAULT, "XSetIOErrorHandler"))) set(lost);
+}
+
+}  // namespace trisoup::viewer
