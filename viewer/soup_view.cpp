@@ -20,7 +20,8 @@ int main(int argc, char** argv) {
   try {
     if (options->list_devices) {
       for (const gpu::DeviceInfo& d : gpu::list_devices())
-        std::printf("%d: %s (%s, %s)\n", d.index, d.name.c_str(), to_string(d.kind), d.driver.c_str());
+        if (d.backend == "vulkan")  // what can draw
+          std::printf("%d: %s (%s, %s)\n", d.index, d.name.c_str(), to_string(d.kind), d.driver.c_str());
       return 0;
     }
     const bool headless = options->screenshot || options->path || options->benchmark;

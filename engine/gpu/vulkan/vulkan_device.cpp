@@ -473,7 +473,7 @@ std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options) {
   const auto devices = usable_devices(*instance);
   if (devices.empty())
     throw Error("Vulkan: no device with Vulkan 1.3, buffer device addresses and 32 KB of shared memory; install a driver "
-                "(Debian: mesa-vulkan-drivers also runs on the CPU)");
+                "(Debian: mesa-vulkan-drivers also runs on the CPU), or give --backend cpu");
   const std::pair<VkPhysicalDevice, DeviceInfo>* chosen = nullptr;
   if (options.device.empty()) {
     chosen = &*std::min_element(devices.begin(), devices.end(),
