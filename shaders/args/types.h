@@ -10,9 +10,7 @@
 #include "common/language.h"
 #include "gpu/device.h"
 // Kernels that are compiled as C++ see pointers here, everybody else addresses: two sets of types, in two namespaces.
-#ifdef TRISOUP_KERNEL_CODE
-#define KERNEL_TYPES trisoup::gpu::host
-#else
+#ifndef KERNEL_TYPES
 #define KERNEL_TYPES trisoup::kernels
 #endif
 namespace KERNEL_TYPES {
@@ -32,7 +30,7 @@ POINTER_TYPE(Uints, uint, 4)
     type* v;                                 \
     name() = default;                        \
     template <typename Other>                \
-    explicit name(Other o) : v(reinterpret_cast<type*>(o.v)) {} \
+    FN explicit name(Other o) : v(reinterpret_cast<type*>(o.v)) {} \
   };
 POINTER_TYPE(Uints, uint, 4)
 #endif

@@ -15,13 +15,18 @@
 // Rounded the same wherever it is computed: no contraction, no reordering.
 #define PRECISE precise
 #else
+#ifdef __CUDACC__
+#define FN __device__ inline
+#define UNROLL _Pragma("unroll")
+#else
 #define FN inline
+#define UNROLL
+#endif
 #define IN(type) const type&
 #define OUT(type) type&
 #define INOUT(type) type&
 #define IN_ARRAY_OF(type, name, n) const type* name
 #define OUT_ARRAY_OF(type, name, n) type* name
-#define UNROLL
 #define PRECISE
 #ifdef TRISOUP_KERNEL_CODE
 #define POINTER(type) type

@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "error.h"
-#include "gpu/host/kernels.h"
+#include "gpu/compiled_kernels.h"
 #include "gpu/host/workgroup.h"
 
 namespace trisoup::gpu {
@@ -140,7 +140,7 @@ class HostDevice final : public Device {
     // As an API would tell it: not before somebody waits.
     if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = kernel.name;
     if (!lost_.empty()) return;
-    const CompiledKernel& found = find(kernel);
+    const CompiledKernel& found = find_compiled(host::compiled_kernels(), kernel);
     if (args.size() > found.argument_bytes) throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, found.argument_bytes, args.size());
     alignas(16) std::byte arguments[kMaxArgumentBytes]{};
     std::memcpy(arguments, args.data(), args.size());
@@ -150,19 +150,6 @@ class HostDevice final : public Device {
     KernelTiming& timing = timings_[kernel.name];
     ++timing.launches;
     timing.milliseconds += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  }
-  const CompiledKernel& find(const Kernel& kernel) {
-    for (const CompiledKernel& k : host::compiled_kernels()) {
-      if (k.name != kernel.name || k.constants.size() < kernel.constants.size()) continue;
-      bool fits = true;
-      // Constants that are not given are 0.
-      for (std::size_t i = 0; i < k.constants.size(); ++i) {
-        const std::uint32_t asked = i < kernel.constants.size() ? kernel.constants[i] : 0;
-        fits = fits && (i == 0 && k.first_is_length ? k.constants[i] >= asked : k.constants[i] == asked);
-      }
-      if (fits) return k;
-    }
-    throw Error("kernel {} is not compiled for the CPU with these constants; add them to engine/gpu/host/kernels.cmake", kernel.name);
   }
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
     void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64);

@@ -4,11 +4,13 @@
 
 #include <atomic>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 #include <glm/glm.hpp>
 
 #define TRISOUP_KERNEL_CODE
+#define KERNEL_TYPES trisoup::gpu::host
 #include "common/language.h"
 
 namespace trisoup::gpu::host {
@@ -59,6 +61,7 @@ inline uint atomicAdd(uint& x, uint value) { return std::atomic_ref<uint>(x).fet
   constexpr uint kThreads = threads; \
   using KernelArgs = Args;          \
   inline void kernel([[maybe_unused]] const Args& a)
+#define RUN_KERNEL void run(const std::byte* arguments) { kernel(*reinterpret_cast<const KernelArgs*>(arguments)); }
 // The constants' values are those of the variant that is being compiled (the generated file defines them).
 #define CONSTANT(id, type, name, value) [[maybe_unused]] constexpr type name = static_cast<type>(KERNEL_CONSTANT_##id)
 #define SHARED [[maybe_unused]] static thread_local

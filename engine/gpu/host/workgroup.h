@@ -7,7 +7,7 @@
 
 #include <boost/context/fiber.hpp>
 
-#include "gpu/host/kernels.h"
+#include "gpu/compiled_kernels.h"
 
 namespace trisoup::gpu::host {
 

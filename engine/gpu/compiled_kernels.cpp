@@ -1,0 +1,24 @@
+#include "gpu/compiled_kernels.h"
+
+#include "error.h"
+
+namespace trisoup::gpu {
+
+template <typename Run>
+const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const Kernel& kernel) {
+  for (const Compiled<Run>& k : kernels) {
+    if (k.name != kernel.name || k.constants.size() < kernel.constants.size()) continue;
+    bool fits = true;
+    for (std::size_t i = 0; i < k.constants.size(); ++i) {
+      const std::uint32_t asked = i < kernel.constants.size() ? kernel.constants[i] : 0;
+      fits = fits && (i == 0 && k.first_is_length ? k.constants[i] >= asked : k.constants[i] == asked);
+    }
+    if (fits) return k;
+  }
+  throw Error("kernel {} was not compiled with these constants; add them to engine/gpu/kernel_variants.cmake", kernel.name);
+}
+
+template const Compiled<host::Run>& find_compiled(std::span<const Compiled<host::Run>>, const Kernel&);
+template const Compiled<cuda::Run>& find_compiled(std::span<const Compiled<cuda::Run>>, const Kernel&);
+
+}  // namespace trisoup::gpu

@@ -1,0 +1,47 @@
+# kernel_variants(BACKEND FILE): writes a source that includes every kernel, once for each choice of constants that the engine and the
+# tests make, for engine/gpu/BACKEND/kernel_language.h to compile.
+# Name, constants; a plus after the first one: it is the length of an array.
+set(variants
+  "bin 0" "bin 1" "bin_scan" "count_visible" "edge_forces 0" "edge_forces 1" "inherit_textures" "lift_textures"
+  "loss_gradient 0" "loss_gradient 1" "opacity_backward 0" "opacity_backward 1" "project" "quantise" "shade 0" "shade 1"
+  "shade_backward 0" "shade_backward 1" "ssim 0" "ssim 1" "update_mlp 0" "update_mlp 1"
+  "update_textures 3+ 0 0" "update_textures 3+ 1 0" "update_textures 213+ 1 0"
+  "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
+  "update_vertices 0" "update_vertices 1" "visibility 0" "visibility 1" "visibility 2")
+
+function(kernel_variants backend output)
+  set(text "#include \"gpu/${backend}/kernel_language.h\"\n#include \"gpu/compiled_kernels.h\"\n")
+  file(GLOB argument_headers ${PROJECT_SOURCE_DIR}/shaders/args/*.h)
+  foreach(header IN LISTS argument_headers)
+    get_filename_component(file ${header} NAME)
+    string(APPEND text "#include \"args/${file}\"\n")
+  endforeach()
+  set(rows "")
+  foreach(variant IN LISTS variants)
+    string(REPLACE " " ";" words "${variant}")
+    list(POP_FRONT words name)
+    string(MAKE_C_IDENTIFIER "${name}_${words}" space)
+    set(length false)
+    if(words MATCHES "\\+")
+      set(length true)
+      string(REPLACE "+" "" words "${words}")
+    endif()
+    file(STRINGS ${PROJECT_SOURCE_DIR}/shaders/${name}.comp barriers REGEX "barrier\\(\\)")
+    set(waits false)
+    if(barriers)
+      set(waits true)
+    endif()
+    string(APPEND text "namespace trisoup::gpu::${backend}::${space} {\n")
+    set(id 0)
+    foreach(word IN LISTS words)
+      string(APPEND text "#undef KERNEL_CONSTANT_${id}\n#define KERNEL_CONSTANT_${id} ${word}\n")
+      math(EXPR id "${id} + 1")
+    endforeach()
+    string(APPEND text "#undef MLP\n#undef LANES\n#include \"${name}.comp\"\nRUN_KERNEL\n}\n")
+    list(JOIN words ", " constants)
+    string(APPEND rows "    {\"${name}\", {${constants}}, ${length}, ${waits}, ${space}::kThreads, sizeof(${space}::KernelArgs), ${space}::run},\n")
+  endforeach()
+  string(APPEND text "namespace trisoup::gpu::${backend} {\nstd::span<const CompiledKernel> compiled_kernels() {\n"
+                     "  static const std::vector<CompiledKernel> kernels{\n${rows}  };\n  return kernels;\n}\n}\n")
+  file(CONFIGURE OUTPUT ${output} CONTENT "${text}" @ONLY)
+endfunction()
