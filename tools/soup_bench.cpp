@@ -236,7 +236,7 @@ int main(int argc, char** argv) {
   std::uint32_t most_pixels = 800, most_triangles = 60000;
   std::string json;
   auto* sub = app.add_subcommand("steps", "time and bytes of a training step by kernel, over pixels and over triangles");
-  sub->add_option("--backend", options.backend, "auto, vulkan or cpu [auto]");
+  sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto, which is vulkan]");
   sub->add_option("--device", options.device, "number or part of the name");
   sub->add_option("--size", base.side, "side of the square views [200]")->check(CLI::Range(1, 16384));
   sub->add_option("--triangles", base.triangles, "triangles [2000]")->check(CLI::Range(1, 10'000'000));

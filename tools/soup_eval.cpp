@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
   app.add_option("--aa", aa, "of --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))->needs("--renderer");
   app.add_flag("--agreement", agreement, "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties");
-  app.add_option("--backend", device_options.backend, "auto, vulkan or cpu [auto]");
+  app.add_option("--backend", device_options.backend, "auto, vulkan, cuda or cpu [auto, which is vulkan]");
   app.add_option("--device", device_options.device, "number or part of the name");
   try {
     app.parse(argc, argv);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "error.h"
+#include "gpu/cuda/cuda_backend.h"
 #include "gpu/host/host_device.h"
 #include "gpu/vulkan/vulkan_backend.h"
 
@@ -39,14 +40,16 @@ void Device::release(Address address, std::uint64_t bytes) {
 
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> devices = list_vulkan_devices();
+  for (DeviceInfo& device : list_cuda_devices()) devices.push_back(std::move(device));
   for (DeviceInfo& device : list_host_devices()) devices.push_back(std::move(device));
   return devices;
 }
 
 std::unique_ptr<Device> open_device(const DeviceOptions& options) {
+  if (options.backend == "cuda") return open_cuda_device(options);
   if (options.backend == "cpu") return open_host_device(options);
   if (options.backend != "auto" && options.backend != "vulkan")
-    throw Error("--backend {}: this program has no such backend; use auto, vulkan or cpu", options.backend);
+    throw Error("--backend {}: this program has no such backend; use auto, vulkan, cuda or cpu", options.backend);
   return open_vulkan_device(options);
 }
 

@@ -22,7 +22,7 @@ enum class Kind { discrete, integrated, virtual_gpu, cpu, other };
 
 struct DeviceInfo {
   int index = 0;          // what --device takes
-  std::string backend;    // "vulkan", "cpu"
+  std::string backend;    // "vulkan", "cuda", "cpu"
   std::string name;       // as the driver says it
   std::string driver;     // driver and its version
   Kind kind = Kind::other;
@@ -147,7 +147,7 @@ class Device {
 };
 
 struct DeviceOptions {
-  std::string backend = "auto";  // auto, vulkan, cpu
+  std::string backend = "auto";  // auto (that is, vulkan), vulkan, cuda, cpu
   std::string device;            // number, or a part of the name; empty: the fastest kind there is
   std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
   bool validation = false;       // Khronos validation layer, core and synchronisation

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <cuda_runtime.h>
+#include <fmt/format.h>
+
+#include "error.h"
+#include "gpu/compiled_kernels.h"
+#include "gpu/cuda/cuda_backend.h"
+#include "gpu/cuda/small_writes.h"
+
+namespace trisoup::gpu {
+namespace {
+
+using cuda::SmallWrite;
+
+DeviceInfo describe(int index) {
+  cudaDeviceProp properties{};
+  int driver = 0, runtime = 0;
+  if (cudaGetDeviceProperties(&properties, index) != cudaSuccess || cudaDriverGetVersion(&driver) != cudaSuccess ||
+      cudaRuntimeGetVersion(&runtime) != cudaSuccess)
+    throw Error("CUDA: device {} cannot be asked what it is ({})", index, cudaGetErrorString(cudaGetLastError()));
+  DeviceInfo info;
+  info.index = index;
+  info.backend = "cuda";
+  info.name = properties.name;
+  info.driver = fmt::format("driver for CUDA {}.{}, runtime {}.{}", driver / 1000, driver % 1000 / 10, runtime / 1000, runtime % 1000 / 10);
+  info.kind = properties.integrated ? Kind::integrated : Kind::discrete;
+  info.memory_bytes = info.free_bytes = properties.totalGlobalMem;
+  info.subgroup_size = static_cast<std::uint32_t>(properties.warpSize);
+  return info;
+}
+
+/// 0 where there is no driver.
+int count_devices() {
+  int count = 0;
+  if (cudaGetDeviceCount(&count) != cudaSuccess) {
+    cudaGetLastError();  // or the next call would report it again
+    return 0;
+  }
+  return count;
+}
+
+class CudaDevice final : public Device {
+ public:
+  CudaDevice(int index, const DeviceOptions& options) : info_(describe(index)), lose_after_(options.lose_after_launches) {
+    check(cudaSetDevice(index), "cudaSetDevice");
+    std::size_t free = 0, total = 0;
+    check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
+    info_.free_bytes = free;
+    // A tenth is left to the rest of the desktop and to the driver.
+    ceiling_ = free / 10 * 9;
+    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreateWithFlags");
+  }
+  ~CudaDevice() override {
+    // What goes wrong here can be told to nobody, and has been told before.
+    cudaStreamSynchronize(stream_);
+    for (const Timed& t : timed_) {
+      cudaEventDestroy(t.start);
+      cudaEventDestroy(t.end);
+    }
+    cudaStreamDestroy(stream_);
+  }
+  const DeviceInfo& info() const override { return info_; }
+
+  using Device::upload;
+  void upload(Address to, std::span<const std::byte> bytes) override {
+    if (bytes.empty()) return;
+    void* target = find(to, bytes.size());
+    if (bytes.size() <= 4 * SmallWrite::kMostWords && bytes.size() % 4 == 0) {
+      SmallWrite write;
+      std::memcpy(write.words.data(), bytes.data(), bytes.size());
+      write.count = static_cast<std::uint32_t>(bytes.size() / 4);
+      cuda::write_small(stream_, static_cast<std::uint32_t*>(target), write);
+      check(cudaGetLastError(), "launch of a small write");
+      return;
+    }
+    // From pageable memory: the bytes have been taken when the call returns.
+    check(cudaMemcpyAsync(target, bytes.data(), bytes.size(), cudaMemcpyHostToDevice, stream_), "cudaMemcpyAsync to the device");
+  }
+  void download(Address from, std::span<std::byte> bytes) override {
+    if (!bytes.empty())
+      check(cudaMemcpyAsync(bytes.data(), find(from, bytes.size()), bytes.size(), cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync to the host");
+    wait();
+  }
+  void fill(Address to, std::uint64_t bytes, std::uint32_t value) override {
+    if (bytes == 0) return;
+    if (value == 0) {
+      check(cudaMemsetAsync(find(to, bytes), 0, bytes, stream_), "cudaMemsetAsync");
+      return;
+    }
+    cuda::fill_words(stream_, static_cast<std::uint32_t*>(find(to, bytes)), bytes / 4, value);
+    check(cudaGetLastError(), "launch of a fill");
+  }
+  void copy(Address to, Address from, std::uint64_t bytes) override {
+    if (bytes > 0) check(cudaMemcpyAsync(find(to, bytes), find(from, bytes), bytes, cudaMemcpyDeviceToDevice, stream_), "cudaMemcpyAsync on the device");
+  }
+  void submit() override {}  // a stream begins by itself
+  void wait() override {
+    if (!lost_.empty())
+      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume", info_.name, lost_);
+    check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize");
+    since_wait_.clear();
+  }
+  void enable_timings(bool on) override { timing_ = on; }
+  std::map<std::string, KernelTiming> timings() override {
+    wait();
+    for (const Timed& t : std::exchange(timed_, {})) {
+      float ms = 0;
+      check(cudaEventElapsedTime(&ms, t.start, t.end), "cudaEventElapsedTime");
+      cudaEventDestroy(t.start);
+      cudaEventDestroy(t.end);
+      KernelTiming& timing = timings_[t.kernel];
+      ++timing.launches;
+      timing.milliseconds += ms;
+    }
+    return timings_;
+  }
+  void reset_timings() override {
+    timings();
+    timings_.clear();
+  }
+  std::vector<std::string> validation_messages() const override { return {}; }
+
+ private:
+  struct Timed {
+    std::string kernel;
+    cudaEvent_t start, end;
+  };
+
+  void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) override {
+    if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = kernel.name;
+    if (!lost_.empty()) return;
+    const cuda::CompiledKernel& found = find_compiled(cuda::compiled_kernels(), kernel);
+    if (args.size() > found.argument_bytes) throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, found.argument_bytes, args.size());
+    if (groups > 0x7fffffffu) throw Error("{}: {} workgroups are more than a launch may have", kernel.name, groups);
+    std::byte arguments[kMaxArgumentBytes]{};
+    std::memcpy(arguments, args.data(), args.size());
+    if (since_wait_.empty() || since_wait_.back() != kernel.name) since_wait_.emplace_back(kernel.name);
+    // Steps follow each other without a wait; the last ones are enough to know where to look.
+    constexpr std::size_t kRemembered = 20;
+    if (since_wait_.size() > kRemembered) since_wait_.erase(since_wait_.begin());
+    Timed timed{kernel.name, nullptr, nullptr};
+    if (timing_) {
+      check(cudaEventCreate(&timed.start), "cudaEventCreate");
+      check(cudaEventCreate(&timed.end), "cudaEventCreate");
+      check(cudaEventRecord(timed.start, stream_), "cudaEventRecord");
+    }
+    found.run(stream_, static_cast<std::uint32_t>(groups), arguments);
+    check(cudaGetLastError(), fmt::format("launch of kernel '{}'", kernel.name));
+    if (timing_) {
+      check(cudaEventRecord(timed.end, stream_), "cudaEventRecord");
+      timed_.push_back(std::move(timed));
+    }
+  }
+
+  Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
+    void* memory = nullptr;
+    const cudaError_t result = cudaMalloc(&memory, bytes);
+    if (result == cudaErrorMemoryAllocation) {
+      cudaGetLastError();
+      std::size_t free = 0, total = 0;
+      cudaMemGetInfo(&free, &total);
+      throw Error("device memory: {} needs {} MB, {} of {} MB are free; use fewer triangles or a lower resolution (-r)", what,
+                  (bytes >> 20) + 1, free >> 20, total >> 20);
+    }
+    check(result, "cudaMalloc");
+    const auto address = reinterpret_cast<Address>(memory);
+    buffers_[address] = bytes;
+    return address;
+  }
+  void free_raw(Address address) override {
+    buffers_.erase(address);
+    cudaFree(reinterpret_cast<void*>(address));  // waits for what still reads it
+  }
+  /// Throws Error where the bytes are not in one buffer.
+  void* find(Address address, std::uint64_t bytes) {
+    const auto after = buffers_.upper_bound(address);
+    if (after == buffers_.begin() || address + bytes > std::prev(after)->first + std::prev(after)->second)
+      throw Error("{} bytes at {:#x} are not in device memory", bytes, address);
+    return reinterpret_cast<void*>(address);
+  }
+  void check(cudaError_t result, std::string_view call) {
+    if (result == cudaSuccess) return;
+    std::string kernels;
+    for (const std::string& kernel : since_wait_) kernels += (kernels.empty() ? "" : ", ") + kernel;
+    throw Error("CUDA: {} failed on {} ({}: {}){}", call, info_.name, cudaGetErrorName(result), cudaGetErrorString(result),
+                kernels.empty() ? std::string() : fmt::format("; kernels that may be to blame: {} (CUDA_LAUNCH_BLOCKING=1 names the one)", kernels));
+  }
+
+  DeviceInfo info_;
+  cudaStream_t stream_ = nullptr;
+  std::map<Address, std::uint64_t> buffers_;  // and their bytes
+  std::vector<std::string> since_wait_;       // kernels that no wait has vouched for
+  bool timing_ = false;
+  std::vector<Timed> timed_;
+  std::map<std::string, KernelTiming> timings_;
+  std::uint64_t lose_after_ = 0, launches_ = 0;
+  std::string lost_;                          // the kernel that was running
+};
+
+}  // namespace
+
+std::vector<DeviceInfo> list_cuda_devices() {
+  std::vector<DeviceInfo> devices;
+  for (int i = 0; i < count_devices(); ++i) devices.push_back(describe(i));
+  return devices;
+}
+
+std::unique_ptr<Device> open_cuda_device(const DeviceOptions& options) {
+  const std::vector<DeviceInfo> devices = list_cuda_devices();
+  if (devices.empty()) throw Error("--backend cuda: there is no NVIDIA driver or no NVIDIA GPU here; use vulkan or cpu");
+  if (options.device.empty()) return std::make_unique<CudaDevice>(0, options);
+  int number = -1;
+  const char* end = options.device.data() + options.device.size();
+  if (const auto [rest, problem] = std::from_chars(options.device.data(), end, number); rest != end || problem != std::errc()) {
+    number = -1;
+    for (const DeviceInfo& d : devices)
+      if (number < 0 && d.name.find(options.device) != std::string::npos) number = d.index;
+  }
+  if (number < 0 || number >= static_cast<int>(devices.size()))
+    throw Error("--device {}: there is no such device; --list-devices names them", options.device);
+  return std::make_unique<CudaDevice>(number, options);
+}
+
+}  // namespace trisoup::gpu
