@@ -236,6 +236,11 @@ int run_with_window(const CommandLine& options) {
   viewer::CommandLine look;
   look.dataset = options.dataset;
   look.device = options.device;
+  if (look.device.backend != "auto" && look.device.backend != "vulkan") {
+    // Others cannot draw; the window takes what there is.
+    look.device.backend = "auto";
+    look.device.device.clear();
+  }
   look.device.validation = false;  // of the training's own device
   const char* const next = options.finish_headless ? "goes on" : "ends with a checkpoint";
   const auto finish = [&] {
