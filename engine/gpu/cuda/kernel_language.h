@@ -3,41 +3,12 @@
 
 #include <cuda.h>  // before GLM, which otherwise takes the compiler for one that it does not know
 #define GLM_FORCE_CUDA
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 
-#include <glm/glm.hpp>
-
-#define TRISOUP_KERNEL_CODE
 #define KERNEL_TYPES trisoup::gpu::cuda
-#include "common/language.h"
+#include "gpu/kernel_words.h"
 
 namespace trisoup::gpu::cuda {
-
-using real = float;
-using uint = std::uint32_t;
-using glm::abs;
-using glm::ceil;
-using glm::clamp;
-using glm::cross;
-using glm::dot;
-using glm::exp;
-using glm::floor;
-using glm::greaterThan;
-using glm::ivec2;
-using glm::mat4;
-using glm::max;
-using glm::min;
-using glm::normalize;
-using glm::outerProduct;
-using glm::sign;
-using glm::sqrt;
-using glm::uvec2;
-using glm::uvec4;
-using glm::vec2;
-using glm::vec3;
-using glm::vec4;
 
 __device__ inline void barrier() { __syncthreads(); }
 __device__ inline void memoryBarrierBuffer() { __threadfence_block(); }
@@ -59,11 +30,4 @@ __device__ inline uint atomicAdd(uint& x, uint value) { return ::atomicAdd(&x, v
     std::memcpy(&a, arguments, sizeof a);                                                   \
     kernel<<<groups, kThreads, 0, static_cast<cudaStream_t>(stream)>>>(a);                  \
   }
-#define CONSTANT(id, type, name, value) [[maybe_unused]] constexpr type name = static_cast<type>(KERNEL_CONSTANT_##id)
 #define SHARED __shared__
-#define COHERENT_POINTER(name, type)               \
-  struct name {                                    \
-    type* v;                                       \
-    template <typename Other>                      \
-    __device__ explicit name(Other o) : v(o.v) {}  \
-  };

@@ -4,40 +4,11 @@
 
 #include <atomic>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 
-#include <glm/glm.hpp>
-
-#define TRISOUP_KERNEL_CODE
 #define KERNEL_TYPES trisoup::gpu::host
-#include "common/language.h"
+#include "gpu/kernel_words.h"
 
 namespace trisoup::gpu::host {
-
-using real = float;
-using uint = std::uint32_t;
-using glm::abs;
-using glm::ceil;
-using glm::clamp;
-using glm::cross;
-using glm::dot;
-using glm::exp;
-using glm::floor;
-using glm::greaterThan;
-using glm::ivec2;
-using glm::mat4;
-using glm::max;
-using glm::min;
-using glm::normalize;
-using glm::outerProduct;
-using glm::sign;
-using glm::sqrt;
-using glm::uvec2;
-using glm::uvec4;
-using glm::vec2;
-using glm::vec3;
-using glm::vec4;
 
 /// Which thread of which workgroup is running.
 struct Invocation {
@@ -62,12 +33,4 @@ inline uint atomicAdd(uint& x, uint value) { return std::atomic_ref<uint>(x).fet
   using KernelArgs = Args;          \
   inline void kernel([[maybe_unused]] const Args& a)
 #define RUN_KERNEL void run(const std::byte* arguments) { kernel(*reinterpret_cast<const KernelArgs*>(arguments)); }
-// The constants' values are those of the variant that is being compiled (the generated file defines them).
-#define CONSTANT(id, type, name, value) [[maybe_unused]] constexpr type name = static_cast<type>(KERNEL_CONSTANT_##id)
 #define SHARED [[maybe_unused]] static thread_local
-#define COHERENT_POINTER(name, type) \
-  struct name {                      \
-    type* v;                         \
-    template <typename Other>        \
-    explicit name(Other o) : v(o.v) {} \
-  };

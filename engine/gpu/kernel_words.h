@@ -1,0 +1,48 @@
+// What the kernels' language is for any C++ compiler; common/kernel.h says what the words in capitals mean. Included by the
+// kernel_language.h of each backend, which defines KERNEL_TYPES, the namespace of its kernels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <glm/glm.hpp>
+
+#define TRISOUP_KERNEL_CODE
+#include "common/language.h"
+
+namespace KERNEL_TYPES {
+
+using real = float;
+using uint = std::uint32_t;
+using glm::abs;
+using glm::ceil;
+using glm::clamp;
+using glm::cross;
+using glm::dot;
+using glm::exp;
+using glm::floor;
+using glm::greaterThan;
+using glm::ivec2;
+using glm::mat4;
+using glm::max;
+using glm::min;
+using glm::normalize;
+using glm::outerProduct;
+using glm::sign;
+using glm::sqrt;
+using glm::uvec2;
+using glm::uvec4;
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+
+}  // namespace KERNEL_TYPES
+
+// The constants' values are those of the variant that is being compiled (kernel_variants.cmake).
+#define CONSTANT(id, type, name, value) [[maybe_unused]] constexpr type name = static_cast<type>(KERNEL_CONSTANT_##id)
+#define COHERENT_POINTER(name, type)          \
+  struct name {                               \
+    type* v;                                  \
+    template <typename Other>                 \
+    FN explicit name(Other o) : v(o.v) {}     \
+  };
