@@ -26,6 +26,8 @@ function(kernel_variants backend output)
       set(length true)
       string(REPLACE "+" "" words "${words}")
     endif()
+    # A kernel that gains its first barrier has to be looked at again.
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/${name}.comp)
     file(STRINGS ${PROJECT_SOURCE_DIR}/shaders/${name}.comp barriers REGEX "barrier\\(\\)")
     set(waits false)
     if(barriers)

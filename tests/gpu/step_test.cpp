@@ -402,9 +402,10 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
 TEST_CASE("texture and MLP gradients of a whole step agree with differences of its loss", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
-  // Brighter than anything drawn: where a colour passes its target, the L1 error has a kink that differences step over.
+  // One view brighter than anything drawn, the other darker: where a colour passes its target, the L1 error has a kink that
+  // differences step over.
   auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.frame.batch().pixels);
-  for (float& v : targets) v += 1.0f;
+  for (std::size_t i = 0; i < targets.size(); ++i) targets[i] += i < targets.size() / 2 ? 1.0f : -1.0f;
   gpu->upload(s.target.address(), targets);
   s.frame.reserve_lists(1 << 16);
   std::vector<gpu::Buffer> outputs;
