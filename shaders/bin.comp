@@ -28,13 +28,19 @@ KERNEL(64, BinArgs) {
   PRECISE const vec3 reach = vec3(abs(setup.e0.y) * half_tile.x + abs(setup.e0.z) * half_tile.y,
                           abs(setup.e1.y) * half_tile.x + abs(setup.e1.z) * half_tile.y,
                           abs(setup.e2.y) * half_tile.x + abs(setup.e2.z) * half_tile.y);
-  for (uint y = t0.y; y <= t1.y; ++y)
+  // The rows of this view that the band has tiles in.
+  const uint tile_end = a.tile_first + a.tiles;
+  if (tile_end <= first_tile || a.tile_first >= first_tile + tiles_x * a.views.v[view].tiles_y) return;
+  const uint y0 = a.tile_first > first_tile ? (a.tile_first - first_tile) / tiles_x : 0u;
+  const uint y1 = (tile_end - 1u - first_tile) / tiles_x;
+  for (uint y = max(t0.y, y0); y <= min(t1.y, y1); ++y)
     for (uint x = t0.x; x <= t1.x; ++x) {
+      const uint tile = first_tile + y * tiles_x + x;
+      if (tile < a.tile_first || tile >= tile_end) continue;
       PRECISE const vec2 d = vec2(x - t0.x, y - t0.y) * step;
       if (at_offset(setup.e0, d) + reach.x < 0.0f || at_offset(setup.e1, d) + reach.y < 0.0f ||
           at_offset(setup.e2, d) + reach.z < 0.0f)
         continue;
-      const uint tile = first_tile + y * tiles_x + x;
       const uint slot = atomicAdd(a.counts.v[tile], 1u);
       if (FILL) {
         const uint at = a.offsets.v[tile] + slot;

@@ -7,7 +7,7 @@ SHARED uint s_sum[256];
 KERNEL(256, BinArgs) {
   const uint thread = gl_LocalInvocationIndex;
   const uint share = (a.tiles + 255u) / 256u;
-  const uint first = min(thread * share, a.tiles), last = min(first + share, a.tiles);
+  const uint first = a.tile_first + min(thread * share, a.tiles), last = min(first + share, a.tile_first + a.tiles);
   uint sum = 0u;
   for (uint i = first; i < last; ++i) sum += a.counts.v[i];
   s_sum[thread] = sum;
@@ -26,7 +26,7 @@ KERNEL(256, BinArgs) {
   }
   if (thread == 255u) {
     const uint total = s_sum[255];
-    a.offsets.v[a.tiles] = total;
+    a.offsets.v[a.tile_first + a.tiles] = total;
     a.control.v[0].list_total = total;
     a.control.v[0].list_peak = max(a.control.v[0].list_peak, total);
     if (total > a.capacity && a.control.v[0].overflow == 0u) {

@@ -28,8 +28,8 @@ FN float error_around(IN(OpacityBackwardArgs) a, TilePixel pixel, uint view) {
 }
 
 KERNEL(64, OpacityBackwardArgs) {
-  const uint tile = group_index(), thread = gl_LocalInvocationIndex;
-  if (tile >= a.tiles) return;
+  if (group_index() >= a.tiles) return;
+  const uint tile = a.tile_first + group_index(), thread = gl_LocalInvocationIndex;
   const uint view = tile_view(a.views, a.view_count, tile);
   const TilePixel pixel = tile_pixel(a.views, view, tile, thread);
   const vec2 origin = tile_origin(a.views, view, tile);

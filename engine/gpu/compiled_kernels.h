@@ -23,9 +23,10 @@ struct Compiled {
   Run* run;
 };
 
-/// The first of `kernels` that fits; those with shorter arrays come first. Constants that are not given are 0. Throws Error.
+/// The first of `kernels` that fits; those with shorter arrays come first. Constants that are not given are 0. Throws Error where
+/// none does, or takes fewer bytes of arguments.
 template <typename Run>
-const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const Kernel& kernel);
+const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const Kernel& kernel, std::size_t argument_bytes);
 
 namespace host {
 /// One thread of a workgroup, the one that `invocation` names (host/kernel_language.h).

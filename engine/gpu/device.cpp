@@ -1,6 +1,7 @@
 #include "gpu/device.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "error.h"
 #include "gpu/cuda/cuda_backend.h"
@@ -26,7 +27,10 @@ Buffer Device::allocate(std::uint64_t bytes, std::string_view what) {
   bytes = std::max<std::uint64_t>(16, (bytes + 15) / 16 * 16);
   count(bytes, what);
   try {
-    return Buffer(*this, allocate_raw(bytes, what), bytes);
+    const Address address = allocate_raw(bytes, what);
+    buffers_[address] = bytes;
+    ++generation_;
+    return Buffer(*this, address, bytes);
   } catch (...) {
     uncount(bytes);
     throw;
@@ -35,7 +39,69 @@ Buffer Device::allocate(std::uint64_t bytes, std::string_view what) {
 
 void Device::release(Address address, std::uint64_t bytes) {
   uncount(bytes);
+  buffers_.erase(address);
+  ++generation_;
   free_raw(address);
+}
+
+std::pair<Address, std::uint64_t> Device::find(Address address, std::uint64_t bytes) const {
+  const auto after = buffers_.upper_bound(address);
+  if (after != buffers_.begin()) {
+    const auto& [start, size] = *std::prev(after);
+    if (address - start <= size && bytes <= size - (address - start)) return {start, address - start};
+  }
+  throw Error("gpu: {} bytes at {:#x} lie outside every buffer", bytes, address);
+}
+
+void Device::launch(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) {
+  CommandList::Launch launch{kernel, groups, args.size(), {}};
+  std::memcpy(launch.arguments.data(), args.data(), args.size());
+  give(std::move(launch));
+}
+
+void Device::fill(Address to, std::uint64_t bytes, std::uint32_t value) {
+  if (bytes > 0) give(CommandList::Fill{to, bytes, value});
+}
+
+void Device::copy(Address to, Address from, std::uint64_t bytes) {
+  if (bytes > 0) give(CommandList::Copy{to, from, bytes});
+}
+
+void Device::give(CommandList::Command command) {
+  if (recorded_) recorded_->segments.back().push_back(std::move(command));
+  else run(command);
+}
+
+void Device::cut() {
+  if (!recorded_) submit();
+  else if (!recorded_->segments.back().empty()) recorded_->segments.emplace_back();
+}
+
+CommandList Device::record(const std::function<void()>& commands) {
+  CommandList list;
+  list.segments.emplace_back();
+  recorded_ = &list;
+  try {
+    commands();
+  } catch (...) {
+    recorded_ = nullptr;
+    throw;
+  }
+  recorded_ = nullptr;
+  if (list.segments.back().empty()) list.segments.pop_back();
+  return list;
+}
+
+void Device::replay(CommandList& list) {
+  submit();
+  run_list(list);
+}
+
+void Device::run_list(CommandList& list) {
+  for (const CommandList::Segment& segment : list.segments) {
+    for (const CommandList::Command& command : segment) run(command);
+    submit();
+  }
 }
 
 std::vector<DeviceInfo> list_devices() {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,10 +14,9 @@
 #include <utility>
 #include <vector>
 
-namespace trisoup::gpu {
+#include "gpu/command_list.h"
 
-/// A pointer in device memory. Kernels take these inside their argument structs.
-using Address = std::uint64_t;
+namespace trisoup::gpu {
 
 enum class Kind { discrete, integrated, virtual_gpu, cpu, other };
 
@@ -29,12 +29,6 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0;  // of the largest device-local heap
   std::uint64_t free_bytes = 0;    // what the driver says is free in it; memory_bytes where it does not say
   std::uint32_t subgroup_size = 0;
-};
-
-/// A kernel and the values of its specialisation constants (constant_id 0, 1, ...).
-struct Kernel {
-  const char* name;  // shaders/<name>.comp
-  std::vector<std::uint32_t> constants = {};
 };
 
 /// Time that a kernel took, from device timestamps, since Device::reset_timings().
@@ -78,8 +72,6 @@ class Buffer {
 /// message names the kernel that was running.
 class Device {
  public:
-  static constexpr std::size_t kMaxArgumentBytes = 128;  // what every Vulkan device takes as push constants
-
   virtual ~Device() = default;
   virtual const DeviceInfo& info() const = 0;
 
@@ -93,16 +85,25 @@ class Device {
 
   virtual void upload(Address to, std::span<const std::byte> bytes) = 0;  // the bytes are copied before it returns
   virtual void download(Address from, std::span<std::byte> bytes) = 0;    // waits
-  virtual void fill(Address to, std::uint64_t bytes, std::uint32_t value) = 0;  // bytes: a multiple of 4
-  virtual void copy(Address to, Address from, std::uint64_t bytes) = 0;
+  void fill(Address to, std::uint64_t bytes, std::uint32_t value);  // bytes: a multiple of 4
+  void copy(Address to, Address from, std::uint64_t bytes);
 
   /// Runs `groups` workgroups. Kernels number them with group_index() (shaders/common/kernel.h), since one dimension of a
   /// launch may hold no more than 65,535.
   template <typename Args>
   void launch(const Kernel& kernel, std::uint64_t groups, const Args& args) {
     static_assert(std::is_trivially_copyable_v<Args> && sizeof(Args) <= kMaxArgumentBytes);
-    if (groups > 0) launch_bytes(kernel, groups, std::as_bytes(std::span(&args, 1)));
+    if (groups > 0) launch(kernel, groups, std::as_bytes(std::span(&args, 1)));
   }
+
+  /// Where a submission ends, so that none keeps the device for long: drivers kill what runs for seconds.
+  void cut();
+
+  /// The launches, fills, copies and cuts that `commands` asks for; none of them is run. It may do nothing else with the device.
+  CommandList record(const std::function<void()>& commands);
+  /// Submits what was given before, then the segments of the list. The first time a backend may translate the list; after that
+  /// the host has next to nothing to do.
+  void replay(CommandList& list);
 
   virtual void submit() = 0;
   virtual void wait() = 0;
@@ -131,7 +132,14 @@ class Device {
 
  protected:
   friend class Buffer;
-  virtual void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) = 0;
+  virtual void run(const CommandList::Launch& launch) = 0;
+  virtual void run(const CommandList::Fill& fill) = 0;  // of at least one word
+  virtual void run(const CommandList::Copy& copy) = 0;  // of at least one byte
+  void run(const CommandList::Command& command) {
+    std::visit([this](const auto& c) { run(c); }, command);
+  }
+  /// replay() where there is nothing better: one command after the other.
+  virtual void run_list(CommandList& list);
   virtual Address allocate_raw(std::uint64_t bytes, std::string_view what) = 0;
   virtual void free_raw(Address address) = 0;
 
@@ -139,11 +147,20 @@ class Device {
   void count(std::uint64_t bytes, std::string_view what);
   void uncount(std::uint64_t bytes) { allocated_ -= bytes; }
 
+  /// Start of the buffer that holds these bytes, and where in it they begin. Throws Error where none does.
+  std::pair<Address, std::uint64_t> find(Address address, std::uint64_t bytes) const;
+  /// Changes whenever memory is taken or given back: addresses may mean other buffers then.
+  std::uint64_t generation() const { return generation_; }
+
   std::uint64_t ceiling_ = ~0ull;
 
  private:
+  void launch(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args);
+  void give(CommandList::Command command);
   void release(Address address, std::uint64_t bytes);
-  std::uint64_t allocated_ = 0, peak_ = 0;
+  std::uint64_t allocated_ = 0, peak_ = 0, generation_ = 0;
+  std::map<Address, std::uint64_t> buffers_;  // and their bytes
+  CommandList* recorded_ = nullptr;           // takes commands in place of the device
 };
 
 struct DeviceOptions {

@@ -88,12 +88,12 @@ struct Draw {
   std::vector<const Image*> textures = {};  // bindings 0.., nearest, clamped to the edge
   std::vector<std::pair<Address, std::uint64_t>> uniforms = {};  // uniform buffers and their bytes: bindings 4..
   std::optional<Rectangle> scissor = {};
-  std::array<std::byte, Device::kMaxArgumentBytes> arguments{};  // push constants of both shaders
+  std::array<std::byte, kMaxArgumentBytes> arguments{};  // push constants of both shaders
   std::uint32_t argument_bytes = 0;
 
   template <typename Args>
   void set_arguments(const Args& args) {
-    static_assert(std::is_trivially_copyable_v<Args> && sizeof(Args) <= Device::kMaxArgumentBytes && sizeof(Args) % 4 == 0);
+    static_assert(std::is_trivially_copyable_v<Args> && sizeof(Args) <= kMaxArgumentBytes && sizeof(Args) % 4 == 0);
     std::memcpy(arguments.data(), &args, sizeof(Args));
     argument_bytes = sizeof(Args);
   }

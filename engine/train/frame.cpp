@@ -31,7 +31,7 @@ void Frame::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_
   grow(counts, tiles * 4, "tile counts");
   grow(offsets, (tiles + 1) * 4, "tile offsets");
   // A guess: lists that do not fit are found out by the device and grown.
-  if (!lists) reserve_lists(std::max<std::uint64_t>(1u << 16, 16 * tiles));
+  if (!lists) reserve_lists(std::min(most_entries, std::max<std::uint64_t>(1u << 16, 16 * tiles)));
   grow(hits, pixels * sizeof(kernels::Hit), "visible fragments");
   grow(colour, pixels * 12, "rendered colours");
   if (!training) return;
@@ -41,10 +41,32 @@ void Frame::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_
   grow(mlp_partial, std::uint64_t(mlp_groups) * 595 * 4, "MLP gradient sums");
 }
 
-void Frame::set_batch(std::span<const BatchView> batch, std::uint32_t triangles, bool training) {
-  batch_ = lay_out(batch);
+void Frame::place(const BatchLayout& batch, std::uint32_t triangles, bool training) {
+  batch_ = batch;
+  triangles_ = triangles;
   reserve(batch_.views, batch_.pixels, batch_.tiles, triangles, training);
+}
+
+void Frame::set_batch(std::span<const BatchView> batch, std::uint32_t triangles, bool training) {
+  place(lay_out(batch), triangles, training);
   gpu_.upload(views.address(), batch_.records);
+}
+
+std::uint32_t Frame::bands() const {
+  const std::uint64_t pairs = std::uint64_t(batch_.tiles) * triangles_, most_pairs = most_entries * 64;
+  const std::uint64_t wanted = std::max<std::uint64_t>(bands_, (pairs + most_pairs - 1) / most_pairs);
+  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, 1, std::max(batch_.tiles, 1u)));
+}
+
+void Frame::make_room(std::uint32_t peak) {
+  // Half as much again: lists grow a little at every step.
+  const std::uint64_t wanted = peak + peak / 2;
+  if (wanted <= most_entries) return reserve_lists(wanted);
+  reserve_lists(most_entries);
+  const std::uint64_t now = bands();
+  if (now >= batch_.tiles) return reserve_lists(wanted);  // one tile alone has more
+  // Tiles differ: where an even cut does not do, the next overflow cuts again.
+  bands_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(batch_.tiles, now * ((wanted + most_entries - 1) / most_entries)));
 }
 
 void Frame::reserve_lists(std::uint64_t entries) { grow(lists, entries * 4, "tile lists"); }

@@ -19,13 +19,26 @@ class Frame {
   /// Makes room for batches of up to `views` views, `pixels` pixels in all and `triangles` triangles. Buffers only grow.
   void reserve(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles, bool training);
 
-  /// Uploads the records of a batch; reserves what it needs.
+  /// Takes a batch whose records the device has or will get; reserves what it needs.
+  void place(const BatchLayout& batch, std::uint32_t triangles, bool training);
+  /// Places a batch and uploads its records.
   void set_batch(std::span<const BatchView> views, std::uint32_t triangles, bool training);
   const BatchLayout& batch() const { return batch_; }
 
-  /// Lets the tiles' lists hold `entries` triangles, all tiles together.
+  /// Lets the tiles' lists hold `entries` triangles, all tiles of a band together.
   void reserve_lists(std::uint64_t entries);
+  /// Makes room for lists of `peak` entries: longer ones, or more bands.
+  void make_room(std::uint32_t peak);
+  /// Into how many bands of tiles the batch is cut. Each is a submission.
+  std::uint32_t bands() const;
   std::uint32_t list_capacity() const { return static_cast<std::uint32_t>(lists.bytes() / 4); }
+
+  /// Bound of one submission, so that no watchdog (Windows and amdgpu: 2 s) ends it: a band has at most kMostPairs pairs of a tile and a
+  /// triangle to compare, and most_entries = kMostPairs / 64 entries in its tiles' lists, each of 64 pairs of a pixel and a triangle,
+  /// unless a single tile has more. Kernels over more than kMostPixels pixels have submissions of their own.
+  static constexpr std::uint64_t kMostPairs = 1ull << 30;
+  static constexpr std::uint32_t kMostPixels = 1u << 23;
+  std::uint64_t most_entries = kMostPairs / 64;  // tests lower it
 
   gpu::Buffer views, screen, counts, offsets, lists, hits, colour, gradient, partial, same, mlp_partial, statistics, state, control;
   std::uint32_t mlp_groups;
@@ -34,6 +47,8 @@ class Frame {
   void grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what);
   gpu::Device& gpu_;
   BatchLayout batch_;
+  std::uint32_t triangles_ = 0;
+  std::uint32_t bands_ = 1;  // that the lists need
 };
 
 /// Bytes that Frame::reserve takes for such batches.

@@ -9,8 +9,7 @@ namespace trisoup::train {
 std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, Frame& frame) {
   const kernels::Control control = gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0];
   if (control.overflow == 0) return std::nullopt;
-  // Half as much again: lists grow a little at every step.
-  frame.reserve_lists(control.list_peak + control.list_peak / 2);
+  frame.make_room(control.list_peak);
   gpu.fill(frame.control.address(), sizeof(control), 0);
   return control.overflow_step;
 }

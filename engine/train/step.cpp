@@ -25,10 +25,9 @@ constexpr std::uint64_t groups_of(std::uint64_t threads) { return (threads + 63)
 
 }  // namespace
 
-void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates) {
+kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch) {
   const auto first = [](double rate, std::uint64_t t) { return static_cast<float>(rate / (1.0 - std::pow(0.9, t))); };
   const auto second = [](std::uint64_t t) { return static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(0.999, t))); };
-  const BatchLayout& batch = frame_.batch();
   StepState state{};
   state.threshold_key = threshold_key;
   state.step = step;
@@ -41,8 +40,12 @@ void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t 
   state.second_mlp = second(rates.mlp_updates);
   state.pixel_weight = static_cast<float>(1.0 / (3.0 * batch.pixels));
   state.window_weight = batch.windows > 0 ? static_cast<float>(1.0 / (3.0 * batch.windows)) : 0.0f;
-  gpu_.upload(frame_.state.address(), std::as_bytes(std::span(&state, 1)));
+  return state;
+}
 
+void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates) {
+  const StepState row = state(threshold_key, step, slot, rates, frame_.batch());
+  gpu_.upload(frame_.state.address(), std::as_bytes(std::span(&row, 1)));
   Statistics zero{};
   zero.l1_low = zero.ssim_low = zero.mse_low = 0x80000000u;  // kFixedZero
   gpu_.upload(frame_.statistics.address() + slot * sizeof(Statistics), std::as_bytes(std::span(&zero, 1)));
@@ -50,22 +53,43 @@ void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t 
 
 void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
-  const std::uint32_t triangles = soup_.triangles, views = batch.views, tiles = batch.tiles;
+  const std::uint32_t triangles = soup_.triangles, views = batch.views;
   const std::uint64_t projected = groups_of(std::uint64_t(views) * triangles);
-  const auto view_table = frame_.views.address(), screen = frame_.screen.address(), offsets = frame_.offsets.address(),
-             lists = frame_.lists.address();
-  const std::uint32_t capacity = frame_.list_capacity();
+  const auto view_table = frame_.views.address(), screen = frame_.screen.address();
 
   gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views});
-  const BinArgs bin{view_table, screen,    frame_.counts.address(), offsets, lists, frame_.control.address(),
-                    frame_.state.address(), triangles, views, tiles, capacity};
-  gpu_.fill(frame_.counts.address(), tiles * 4, 0);
+  for_each_band([&](const Band& band) {
+    list_triangles(band);
+    gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds)}}, band.tiles,
+                VisibilityArgs{view_table, screen, frame_.offsets.address(), frame_.lists.address(), soup_.textures.address(),
+                               soup_.opacity.address(), inputs.thresholds, frame_.state.address(), frame_.hits.address(), triangles,
+                               views, band.first, band.tiles, frame_.list_capacity(), 0});
+  });
+}
+
+void Step::for_each_band(const std::function<void(const Band&)>& visit) {
+  const std::uint64_t tiles = frame_.batch().tiles, bands = frame_.bands();
+  for (std::uint64_t b = 0; b < bands; ++b) {
+    const auto first = static_cast<std::uint32_t>(tiles * b / bands), last = static_cast<std::uint32_t>(tiles * (b + 1) / bands);
+    visit({first, last - first});
+    if (bands > 1) gpu_.cut();
+  }
+}
+
+void Step::list_triangles(const Band& band) {
+  const std::uint32_t triangles = soup_.triangles, views = frame_.batch().views;
+  const std::uint64_t projected = groups_of(std::uint64_t(views) * triangles);
+  const BinArgs bin{frame_.views.address(), frame_.screen.address(), frame_.counts.address(), frame_.offsets.address(),
+                    frame_.lists.address(), frame_.control.address(), frame_.state.address(), triangles, views, band.first,
+                    band.tiles, frame_.list_capacity(), 0};
+  gpu_.fill(frame_.counts.address() + 4ull * band.first, 4ull * band.tiles, 0);
   gpu_.launch({"bin", {0}}, projected, bin);
   gpu_.launch({"bin_scan"}, 1, bin);
   gpu_.launch({"bin", {1}}, projected, bin);
-  gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds)}}, tiles,
-              VisibilityArgs{view_table, screen, offsets, lists, soup_.textures.address(), soup_.opacity.address(),
-                             inputs.thresholds, frame_.state.address(), frame_.hits.address(), triangles, views, tiles, capacity});
+}
+
+void Step::end_kernel() {
+  if (frame_.batch().pixels > Frame::kMostPixels) gpu_.cut();
 }
 
 std::uint32_t Step::groups_over(std::uint32_t blocks) const {
@@ -89,6 +113,7 @@ void Step::loss(const StepInputs& inputs) {
               SsimArgs{frame_.views.address(), frame_.colour.address(), inputs.target, frame_.partial.address(),
                        frame_.same.address(), frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks,
                        batch.pixels, groups});
+  end_kernel();
   gpu_.launch({"loss_gradient", {float_target}}, groups,
               LossGradientArgs{frame_.views.address(), frame_.colour.address(), inputs.target,
                                frame_.partial.address(), frame_.same.address(), frame_.gradient.address(), frame_.state.address(),
@@ -103,14 +128,20 @@ void Step::backward(const StepInputs& inputs) {
               ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
                                 high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
                                 batch.views, 0});
+  end_kernel();
   gpu_.launch({"edge_forces", {0}}, batch.tiles,
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
                              soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles, batch.views,
                              soup_.triangles, 0});
-  gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, batch.tiles,
-              OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
-                                  soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,
-                                  high, soup_.triangles, batch.views, batch.tiles, frame_.list_capacity()});
+  end_kernel();
+  const bool listed = frame_.bands() == 1;  // by visibility()
+  for_each_band([&](const Band& band) {
+    if (!listed) list_triangles(band);
+    gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,
+                OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
+                                    soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,
+                                    high, soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
+  });
 }
 
 void Step::update_textures(bool adam, const StepInputs& inputs) {
@@ -149,9 +180,13 @@ void Step::sum_textures() { update_textures(false, {}); }
 
 void Step::train(const StepInputs& inputs) {
   visibility(Thresholds::random, inputs);
+  end_kernel();
   shade(inputs);
+  end_kernel();
   loss(inputs);
+  end_kernel();
   backward(inputs);
+  end_kernel();
   update(inputs);
 }
 

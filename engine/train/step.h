@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include <glm/glm.hpp>
 
@@ -42,7 +43,10 @@ class Step {
  public:
   Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : gpu_(gpu), soup_(soup), frame_(frame) {}
 
-  /// Uploads what changes from step to step. slot: row of Frame::statistics, which is cleared.
+  /// What changes from step to step. slot: row of Frame::statistics.
+  static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch);
+
+  /// Uploads the state of a step with the frame's batch and clears its row of Frame::statistics.
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates);
 
   void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits
@@ -59,6 +63,15 @@ class Step {
 
  private:
   void update_textures(bool adam, const StepInputs& inputs);
+  /// Tiles that are listed and visited together (Frame::bands).
+  struct Band {
+    std::uint32_t first, tiles;
+  };
+  /// Each band gets a submission of its own where there are several.
+  void for_each_band(const std::function<void(const Band&)>& visit);
+  void list_triangles(const Band& band);
+  /// Ends the submission after a kernel that visits every pixel of a very large batch.
+  void end_kernel();
   /// Workgroups for kernels that go over blocks. One each on a GPU; on a CPU fewer that run long and pass over empty ones.
   std::uint32_t groups_over(std::uint32_t blocks) const;
   gpu::Device& gpu_;

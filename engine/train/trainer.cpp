@@ -92,7 +92,7 @@ std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings&
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::vector<glm::vec3>& vertices)
-    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu) {
+    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu), schedule_(gpu) {
   const bool coarse = lift_step(settings_) > 0;
   const soup::TextureLevels levels =
       coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
@@ -153,26 +153,48 @@ std::uint64_t Trainer::next_event(std::uint64_t progress_every) const {
   return std::min<std::uint64_t>(next, step_ + Frame::kStatisticsRows / 2);
 }
 
+kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batch) const {
+  const std::uint64_t t = step + 1;
+  const double factor = rate_factor(settings_, t);
+  const std::uint32_t seed = static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
+  const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
+  return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % Frame::kStatisticsRows),
+                     {settings_.rate_texture * factor, settings_.rate_vertex * factor, settings_.rate_mlp * factor,
+                      t - texture_start_, t - vertex_start_, t},
+                     batch);
+}
+
+gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
+  frame_.place(batch, soup_.triangles, true);
+  gpu::CommandList fresh = gpu_.record([&] {
+    StepInputs inputs;
+    inputs.background = scene_.background;
+    inputs.opacity_baseline = settings_.opacity_baseline;
+    schedule_.begin_step(frame_);
+    Step(gpu_, soup_, frame_).train(inputs);
+  });
+  // Images of many sizes make as many lists; what matters is that few sizes do not record again and again.
+  constexpr std::size_t kMostLists = 64;
+  if (commands_.size() >= kMostLists) commands_.clear();
+  gpu::CommandList& list = commands_[{batch.views, batch.pixels, batch.tiles, batch.blocks, batch.windows}];
+  if (list.segments != fresh.segments) list = std::move(fresh);
+  return list;
+}
+
 void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
-  StepInputs inputs;
-  inputs.background = scene_.background;
-  inputs.opacity_baseline = settings_.opacity_baseline;
-  Step step(gpu_, soup_, frame_);
-  std::vector<BatchView> batch;
   do {
-    while (step_ < last && !(stop && *stop)) {
-      batch.clear();
-      for (const std::uint32_t v : batch_of(step_)) batch.push_back(views_[v]);
-      frame_.set_batch(batch, soup_.triangles, true);
-      const std::uint64_t t = step_ + 1;
-      const double factor = rate_factor(settings_, t);
-      const std::uint32_t seed = static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
-      const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
-      step.begin(key, static_cast<std::uint32_t>(step_), static_cast<std::uint32_t>(step_ % Frame::kStatisticsRows),
-                 {settings_.rate_texture * factor, settings_.rate_vertex * factor, settings_.rate_mlp * factor,
-                  t - texture_start_, t - vertex_start_, t});
-      step.train(inputs);
-      gpu_.submit();
+    std::vector<BatchLayout> batches;
+    schedule_.clear();
+    for (std::uint64_t step = step_; step < last; ++step) {
+      std::vector<BatchView> views;
+      for (const std::uint32_t v : batch_of(step)) views.push_back(views_[v]);
+      batches.push_back(lay_out(views));
+      schedule_.add(state_of(step, batches.back()), batches.back());
+    }
+    schedule_.upload();
+    for (const BatchLayout& batch : batches) {
+      if (stop && *stop) break;
+      gpu_.replay(commands_of(batch));
       ++step_;
     }
     gpu_.wait();
@@ -306,7 +328,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path) {
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path)
-    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu) {
+    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu), schedule_(gpu) {
   const soup::Safetensors file = soup::Safetensors::open(path);
   const auto text = [&](const char* key) {
     const auto it = file.metadata().find(key);

@@ -1,10 +1,12 @@
 // A training run: schedule, topology changes and the state that a checkpoint holds.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "train/evaluate.h"
 #include "train/frame.h"
 #include "train/photographs.h"
+#include "train/schedule.h"
 #include "train/settings.h"
 #include "train/soup_buffers.h"
 #include "train/step.h"
@@ -79,6 +82,8 @@ class Trainer {
   void train_until(std::uint64_t last, const std::atomic<bool>* stop);
   void change_topology();
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
+  kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;
+  gpu::CommandList& commands_of(const BatchLayout& batch);
   Progress progress_since(std::uint64_t first, double seconds);
 
   gpu::Device& gpu_;
@@ -88,6 +93,9 @@ class Trainer {
   SoupBuffers soup_;
   Photographs photos_;
   std::vector<BatchView> views_, half_views_;
+  Schedule schedule_;
+  /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.
+  std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;
   std::uint64_t step_ = 0;             // completed steps
   // Completed steps when the moments of textures and of vertices were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0;

@@ -6,16 +6,16 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Which triangles a tile of 8 x 8 pixels may show: count, then offsets, then lists.
+/// Which triangles a tile of 8 x 8 pixels may show: count, then offsets, then lists. Of `tiles` tiles from tile_first on: a band.
 struct BinArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
-  POINTER(Uints) counts;   // [tiles]: triangles of a tile, then the cursor of the fill
-  POINTER(Uints) offsets;  // [tiles + 1]
+  POINTER(Uints) counts;   // [all tiles]: triangles of a tile, then the cursor of the fill
+  POINTER(Uints) offsets;  // [all tiles + 1], into the lists of the band
   POINTER(Uints) lists;    // [capacity]
   POINTER(Controls) control;
   POINTER(Steps) state;
-  uint triangles, view_count, tiles, capacity;
+  uint triangles, view_count, tile_first, tiles, capacity, pad;
 };
 
 #ifndef GL_core_profile

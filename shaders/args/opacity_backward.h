@@ -6,7 +6,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Likelihood-ratio gradient of opacity for every fragment not behind the visible one. One workgroup per tile.
+/// Likelihood-ratio gradient of opacity for every fragment not behind the visible one. One workgroup per tile of a
+/// band.
 struct OpacityBackwardArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
@@ -19,7 +20,7 @@ struct OpacityBackwardArgs {
   POINTER(Steps) state;
   POINTER(Uints) gradient_low;
   POINTER(Uints) gradient_high;
-  uint triangles, view_count, tiles, capacity;
+  uint triangles, view_count, tile_first, tiles, capacity, pad;
 };
 
 #ifndef GL_core_profile

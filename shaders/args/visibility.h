@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// The nearest fragment of every pixel whose opacity reaches its threshold. One workgroup per tile.
+/// The nearest fragment of every pixel whose opacity reaches its threshold. One workgroup per tile of a band.
 struct VisibilityArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
@@ -17,7 +17,7 @@ struct VisibilityArgs {
   POINTER(Floats) thresholds;  // [pixels][T] where thresholds are given
   POINTER(Steps) state;
   POINTER(Hits) hits;
-  uint triangles, view_count, tiles, capacity;
+  uint triangles, view_count, tile_first, tiles, capacity, pad;
 };
 
 #ifndef GL_core_profile

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -70,7 +71,7 @@ class CudaDevice final : public Device {
   using Device::upload;
   void upload(Address to, std::span<const std::byte> bytes) override {
     if (bytes.empty()) return;
-    void* target = find(to, bytes.size());
+    void* target = memory(to, bytes.size());
     if (bytes.size() <= 4 * SmallWrite::kMostWords && bytes.size() % 4 == 0) {
       SmallWrite write;
       std::memcpy(write.words.data(), bytes.data(), bytes.size());
@@ -84,20 +85,8 @@ class CudaDevice final : public Device {
   }
   void download(Address from, std::span<std::byte> bytes) override {
     if (!bytes.empty())
-      check(cudaMemcpyAsync(bytes.data(), find(from, bytes.size()), bytes.size(), cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync to the host");
+      check(cudaMemcpyAsync(bytes.data(), memory(from, bytes.size()), bytes.size(), cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync to the host");
     wait();
-  }
-  void fill(Address to, std::uint64_t bytes, std::uint32_t value) override {
-    if (bytes == 0) return;
-    if (value == 0) {
-      check(cudaMemsetAsync(find(to, bytes), 0, bytes, stream_), "cudaMemsetAsync");
-      return;
-    }
-    cuda::fill_words(stream_, static_cast<std::uint32_t*>(find(to, bytes)), bytes / 4, value);
-    check(cudaGetLastError(), "launch of a fill");
-  }
-  void copy(Address to, Address from, std::uint64_t bytes) override {
-    if (bytes > 0) check(cudaMemcpyAsync(find(to, bytes), find(from, bytes), bytes, cudaMemcpyDeviceToDevice, stream_), "cudaMemcpyAsync on the device");
   }
   void submit() override {}  // a stream begins by itself
   void wait() override {
@@ -132,35 +121,96 @@ class CudaDevice final : public Device {
     cudaEvent_t start, end;
   };
 
-  void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) override {
-    if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = kernel.name;
+  /// A segment as a graph: one call in place of one for every command.
+  struct Graphs final : CommandList::Prepared {
+    explicit Graphs(std::uint64_t of) : generation(of) {}
+    ~Graphs() override {
+      for (cudaGraphExec_t graph : graphs) cudaGraphExecDestroy(graph);  // one that still runs is kept until it ends
+    }
+    std::uint64_t generation;  // of the device's memory
+    std::vector<cudaGraphExec_t> graphs;
+  };
+
+  void run_list(CommandList& list) override {
+    // Events in a graph time its last run alone, and an injected fault counts launches.
+    if (timing_ || lose_after_ > 0) return Device::run_list(list);
+    auto* ready = static_cast<Graphs*>(list.prepared.get());
+    if (!ready || ready->generation != generation()) {
+      auto made = std::make_unique<Graphs>(generation());
+      for (const CommandList::Segment& segment : list.segments) made->graphs.push_back(capture(segment));
+      ready = made.get();
+      list.prepared = std::move(made);
+    }
+    for (std::size_t i = 0; i < list.segments.size(); ++i) {
+      for (const CommandList::Command& command : list.segments[i])
+        if (const auto* launch = std::get_if<CommandList::Launch>(&command)) remember(launch->kernel.name);
+      check(cudaGraphLaunch(ready->graphs[i], stream_), "cudaGraphLaunch");
+    }
+  }
+
+  cudaGraphExec_t capture(const CommandList::Segment& segment) {
+    check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeThreadLocal), "cudaStreamBeginCapture");
+    cudaGraph_t graph = nullptr;
+    try {
+      for (const CommandList::Command& command : segment) Device::run(command);
+    } catch (...) {
+      // The stream has to leave its capture whatever was wrong.
+      cudaStreamEndCapture(stream_, &graph);
+      if (graph) cudaGraphDestroy(graph);
+      throw;
+    }
+    check(cudaStreamEndCapture(stream_, &graph), "cudaStreamEndCapture");
+    cudaGraphExec_t ready = nullptr;
+    const cudaError_t result = cudaGraphInstantiate(&ready, graph, 0);
+    cudaGraphDestroy(graph);
+    check(result, "cudaGraphInstantiate");
+    return ready;
+  }
+
+  void run(const CommandList::Fill& fill) override {
+    void* target = memory(fill.to, fill.bytes);
+    if (fill.value == 0) {
+      check(cudaMemsetAsync(target, 0, fill.bytes, stream_), "cudaMemsetAsync");
+      return;
+    }
+    cuda::fill_words(stream_, static_cast<std::uint32_t*>(target), fill.bytes / 4, fill.value);
+    check(cudaGetLastError(), "launch of a fill");
+  }
+  void run(const CommandList::Copy& copy) override {
+    check(cudaMemcpyAsync(memory(copy.to, copy.bytes), memory(copy.from, copy.bytes), copy.bytes, cudaMemcpyDeviceToDevice, stream_),
+          "cudaMemcpyAsync on the device");
+  }
+  void run(const CommandList::Launch& launch) override {
+    const char* name = launch.kernel.name;
+    if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = name;
     if (!lost_.empty()) return;
-    const cuda::CompiledKernel& found = find_compiled(cuda::compiled_kernels(), kernel);
-    if (args.size() > found.argument_bytes) throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, found.argument_bytes, args.size());
-    if (groups > 0x7fffffffu) throw Error("{}: {} workgroups are more than a launch may have", kernel.name, groups);
-    std::byte arguments[kMaxArgumentBytes]{};
-    std::memcpy(arguments, args.data(), args.size());
-    if (since_wait_.empty() || since_wait_.back() != kernel.name) since_wait_.emplace_back(kernel.name);
-    // Steps follow each other without a wait; the last ones are enough to know where to look.
-    constexpr std::size_t kRemembered = 20;
-    if (since_wait_.size() > kRemembered) since_wait_.erase(since_wait_.begin());
-    Timed timed{kernel.name, nullptr, nullptr};
+    const cuda::CompiledKernel& found = find_compiled(cuda::compiled_kernels(), launch.kernel, launch.argument_bytes);
+    if (launch.groups > 0x7fffffffu) throw Error("{}: {} workgroups are more than a launch may have", name, launch.groups);
+    remember(name);
+    Timed timed{name, nullptr, nullptr};
     if (timing_) {
       check(cudaEventCreate(&timed.start), "cudaEventCreate");
       check(cudaEventCreate(&timed.end), "cudaEventCreate");
       check(cudaEventRecord(timed.start, stream_), "cudaEventRecord");
     }
-    found.run(stream_, static_cast<std::uint32_t>(groups), arguments);
-    check(cudaGetLastError(), fmt::format("launch of kernel '{}'", kernel.name));
+    found.run(stream_, static_cast<std::uint32_t>(launch.groups), launch.arguments.data());
+    check(cudaGetLastError(), fmt::format("launch of kernel '{}'", name));
     if (timing_) {
       check(cudaEventRecord(timed.end, stream_), "cudaEventRecord");
       timed_.push_back(std::move(timed));
     }
   }
+  void remember(const char* kernel) {
+    if (!since_wait_.empty() && since_wait_.back() == kernel) return;
+    since_wait_.emplace_back(kernel);
+    // Steps follow each other without a wait; the last ones are enough to know where to look.
+    constexpr std::size_t kRemembered = 20;
+    if (since_wait_.size() > kRemembered) since_wait_.pop_front();
+  }
 
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
-    void* memory = nullptr;
-    const cudaError_t result = cudaMalloc(&memory, bytes);
+    void* taken = nullptr;
+    const cudaError_t result = cudaMalloc(&taken, bytes);
     if (result == cudaErrorMemoryAllocation) {
       cudaGetLastError();
       std::size_t free = 0, total = 0;
@@ -169,19 +219,11 @@ class CudaDevice final : public Device {
                   (bytes >> 20) + 1, free >> 20, total >> 20);
     }
     check(result, "cudaMalloc");
-    const auto address = reinterpret_cast<Address>(memory);
-    buffers_[address] = bytes;
-    return address;
+    return reinterpret_cast<Address>(taken);
   }
-  void free_raw(Address address) override {
-    buffers_.erase(address);
-    cudaFree(reinterpret_cast<void*>(address));  // waits for what still reads it
-  }
-  /// Throws Error where the bytes are not in one buffer.
-  void* find(Address address, std::uint64_t bytes) {
-    const auto after = buffers_.upper_bound(address);
-    if (after == buffers_.begin() || address + bytes > std::prev(after)->first + std::prev(after)->second)
-      throw Error("{} bytes at {:#x} are not in device memory", bytes, address);
+  void free_raw(Address address) override { cudaFree(reinterpret_cast<void*>(address)); }  // waits for what still reads it
+  void* memory(Address address, std::uint64_t bytes) const {
+    find(address, bytes);
     return reinterpret_cast<void*>(address);
   }
   void check(cudaError_t result, std::string_view call) {
@@ -194,13 +236,12 @@ class CudaDevice final : public Device {
 
   DeviceInfo info_;
   cudaStream_t stream_ = nullptr;
-  std::map<Address, std::uint64_t> buffers_;  // and their bytes
-  std::vector<std::string> since_wait_;       // kernels that no wait has vouched for
+  std::deque<std::string> since_wait_;  // kernels that no wait has vouched for
   bool timing_ = false;
   std::vector<Timed> timed_;
   std::map<std::string, KernelTiming> timings_;
   std::uint64_t lose_after_ = 0, launches_ = 0;
-  std::string lost_;                          // the kernel that was running
+  std::string lost_;                    // the kernel that was running
 };
 
 }  // namespace

@@ -113,17 +113,11 @@ class HostDevice final : public Device {
 
   using Device::upload;
   void upload(Address to, std::span<const std::byte> bytes) override {
-    if (!bytes.empty()) std::memcpy(find(to, bytes.size()), bytes.data(), bytes.size());
+    if (!bytes.empty()) std::memcpy(memory(to, bytes.size()), bytes.data(), bytes.size());
   }
   void download(Address from, std::span<std::byte> bytes) override {
     wait();
-    if (!bytes.empty()) std::memcpy(bytes.data(), find(from, bytes.size()), bytes.size());
-  }
-  void fill(Address to, std::uint64_t bytes, std::uint32_t value) override {
-    if (bytes > 0) std::fill_n(reinterpret_cast<std::uint32_t*>(find(to, bytes)), bytes / 4, value);
-  }
-  void copy(Address to, Address from, std::uint64_t bytes) override {
-    if (bytes > 0) std::memmove(find(to, bytes), find(from, bytes), bytes);
+    if (!bytes.empty()) std::memcpy(bytes.data(), memory(from, bytes.size()), bytes.size());
   }
   void submit() override {}
   void wait() override {
@@ -136,37 +130,30 @@ class HostDevice final : public Device {
   std::vector<std::string> validation_messages() const override { return {}; }
 
  private:
-  void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) override {
+  void run(const CommandList::Fill& fill) override {
+    std::fill_n(reinterpret_cast<std::uint32_t*>(memory(fill.to, fill.bytes)), fill.bytes / 4, fill.value);
+  }
+  void run(const CommandList::Copy& copy) override { std::memmove(memory(copy.to, copy.bytes), memory(copy.from, copy.bytes), copy.bytes); }
+  void run(const CommandList::Launch& launch) override {
     // As an API would tell it: not before somebody waits.
-    if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = kernel.name;
+    if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = launch.kernel.name;
     if (!lost_.empty()) return;
-    const CompiledKernel& found = find_compiled(host::compiled_kernels(), kernel);
-    if (args.size() > found.argument_bytes) throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, found.argument_bytes, args.size());
-    alignas(16) std::byte arguments[kMaxArgumentBytes]{};
-    std::memcpy(arguments, args.data(), args.size());
+    const CompiledKernel& found = find_compiled(host::compiled_kernels(), launch.kernel, launch.argument_bytes);
     const auto start = std::chrono::steady_clock::now();
-    pool_.run(found, arguments, groups);
+    pool_.run(found, launch.arguments.data(), launch.groups);
     if (!timed_) return;
-    KernelTiming& timing = timings_[kernel.name];
+    KernelTiming& timing = timings_[launch.kernel.name];
     ++timing.launches;
     timing.milliseconds += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
     void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
     if (!memory) throw Error("memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)", what, (bytes >> 20) + 1);
-    const auto address = reinterpret_cast<Address>(memory);
-    buffers_[address] = bytes;
-    return address;
+    return reinterpret_cast<Address>(memory);
   }
-  void free_raw(Address address) override {
-    buffers_.erase(address);
-    std::free(reinterpret_cast<void*>(address));
-  }
-  /// Throws Error where the bytes are not in one buffer.
-  std::byte* find(Address address, std::uint64_t bytes) {
-    const auto after = buffers_.upper_bound(address);
-    if (after == buffers_.begin() || address + bytes > std::prev(after)->first + std::prev(after)->second)
-      throw Error("{} bytes at {:#x} are not in device memory", bytes, address);
+  void free_raw(Address address) override { std::free(reinterpret_cast<void*>(address)); }
+  std::byte* memory(Address address, std::uint64_t bytes) {
+    find(address, bytes);
     return reinterpret_cast<std::byte*>(address);
   }
 
@@ -174,9 +161,8 @@ class HostDevice final : public Device {
   Pool pool_;
   bool timed_ = false;
   std::map<std::string, KernelTiming> timings_;
-  std::map<Address, std::uint64_t> buffers_;  // and their bytes
   std::uint64_t lose_after_ = 0, launches_ = 0;
-  std::string lost_;                          // the kernel that was running
+  std::string lost_;  // the kernel that was running
 };
 
 }  // namespace

@@ -35,7 +35,7 @@ VulkanDevice::~VulkanDevice() { close(); }
 
 void VulkanDevice::upload(Address to, std::span<const std::byte> bytes) {
   if (bytes.empty()) return;
-  const auto [buffer, offset] = find(to, bytes.size());
+  const auto [buffer, offset] = buffer_of(to, bytes.size());
   if (bytes.size() <= kInlineUpload && bytes.size() % 4 == 0) {
     vkCmdUpdateBuffer(begin(), buffer, offset, bytes.size(), bytes.data());
     barrier();
@@ -55,7 +55,7 @@ void VulkanDevice::upload(Address to, std::span<const std::byte> bytes) {
 
 void VulkanDevice::download(Address from, std::span<std::byte> bytes) {
   if (bytes.empty()) return;
-  const auto [buffer, offset] = find(from, bytes.size());
+  const auto [buffer, offset] = buffer_of(from, bytes.size());
   for (std::size_t done = 0; done < bytes.size();) {
     const std::size_t part = std::min<std::size_t>(bytes.size() - done, kStagingBytes);
     const VkBufferCopy region{offset + done, 0, part};
@@ -67,18 +67,16 @@ void VulkanDevice::download(Address from, std::span<std::byte> bytes) {
   }
 }
 
-void VulkanDevice::fill(Address to, std::uint64_t bytes, std::uint32_t value) {
-  if (bytes == 0) return;
-  const auto [buffer, offset] = find(to, bytes);
-  vkCmdFillBuffer(begin(), buffer, offset, bytes, value);
+void VulkanDevice::run(const CommandList::Fill& fill) {
+  const auto [buffer, offset] = buffer_of(fill.to, fill.bytes);
+  vkCmdFillBuffer(begin(), buffer, offset, fill.bytes, fill.value);
   barrier();
 }
 
-void VulkanDevice::copy(Address to, Address from, std::uint64_t bytes) {
-  if (bytes == 0) return;
-  const auto [target, target_offset] = find(to, bytes);
-  const auto [source, source_offset] = find(from, bytes);
-  const VkBufferCopy region{source_offset, target_offset, bytes};
+void VulkanDevice::run(const CommandList::Copy& copy) {
+  const auto [target, target_offset] = buffer_of(copy.to, copy.bytes);
+  const auto [source, source_offset] = buffer_of(copy.from, copy.bytes);
+  const VkBufferCopy region{source_offset, target_offset, copy.bytes};
   vkCmdCopyBuffer(begin(), source, target, 1, &region);
   barrier();
 }
@@ -88,10 +86,15 @@ void VulkanDevice::submit() { submit(VK_NULL_HANDLE, VK_NULL_HANDLE); }
 void VulkanDevice::submit(VkSemaphore wait_for, VkSemaphore signal) {
   if (!recording_) return;
   Recording& r = *recording_;
+  recording_ = nullptr;  // also where submitting fails: it has ended
   check(vkEndCommandBuffer(r.commands), "vkEndCommandBuffer");
+  submit(r.commands, r, wait_for, signal);
+}
+
+void VulkanDevice::submit(VkCommandBuffer commands, Recording& recording, VkSemaphore wait_for, VkSemaphore signal) {
   auto info = structure<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
   info.commandBufferCount = 1;
-  info.pCommandBuffers = &r.commands;
+  info.pCommandBuffers = &commands;
   const VkPipelineStageFlags stage = VK_PIPELINE_STAGE_TRANSFER_BIT;
   if (wait_for) {
     info.waitSemaphoreCount = 1;
@@ -102,9 +105,53 @@ void VulkanDevice::submit(VkSemaphore wait_for, VkSemaphore signal) {
     info.signalSemaphoreCount = 1;
     info.pSignalSemaphores = &signal;
   }
-  recording_ = nullptr;  // also where submitting fails: it has ended
-  guard(vkQueueSubmit(queue_, 1, &info, r.fence), "vkQueueSubmit");
-  in_flight_.push_back(&r);
+  guard(vkQueueSubmit(queue_, 1, &info, recording.fence), "vkQueueSubmit");
+  in_flight_.push_back(&recording);
+}
+
+/// A command buffer for each segment, which may be in flight several times at once.
+class VulkanDevice::CommandBuffers final : public CommandList::Prepared {
+ public:
+  CommandBuffers(VulkanDevice& device) : generation(device.generation()), device_(device) {}
+  ~CommandBuffers() override {
+    device_.finish();
+    if (!commands.empty()) vkFreeCommandBuffers(device_.device_, device_.pool_, static_cast<std::uint32_t>(commands.size()), commands.data());
+  }
+  const std::uint64_t generation;  // of the device's memory
+  std::vector<VkCommandBuffer> commands;
+
+ private:
+  VulkanDevice& device_;
+};
+
+void VulkanDevice::run_list(CommandList& list) {
+  // Queries and breadcrumbs' numbers belong to one run of a command buffer.
+  if (timing_ || lose_after_ > 0) return Device::run_list(list);
+  auto* ready = static_cast<CommandBuffers*>(list.prepared.get());
+  if (!ready || ready->generation != generation()) {
+    auto made = std::make_unique<CommandBuffers>(*this);
+    for (const CommandList::Segment& segment : list.segments) {
+      made->commands.push_back(kept_ = make_commands());
+      auto info = structure<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
+      info.flags = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;
+      try {
+        check(vkBeginCommandBuffer(kept_, &info), "vkBeginCommandBuffer");
+        for (const CommandList::Command& command : segment) Device::run(command);
+        check(vkEndCommandBuffer(kept_), "vkEndCommandBuffer");
+      } catch (...) {
+        kept_ = VK_NULL_HANDLE;
+        throw;
+      }
+      kept_ = VK_NULL_HANDLE;
+    }
+    ready = made.get();
+    list.prepared = std::move(made);
+  }
+  for (VkCommandBuffer commands : ready->commands) {
+    Recording& recording = free_recording();
+    recording.timed.clear();
+    submit(commands, recording, VK_NULL_HANDLE, VK_NULL_HANDLE);
+  }
 }
 
 void VulkanDevice::wait() {
@@ -137,18 +184,17 @@ bool VulkanDevice::begin_work(const char* name) {
   VkCommandBuffer commands = begin();
   if (lost_now_) return false;
   // A lost device leaves its last breadcrumb in host memory: that is how the message can name the kernel.
-  crumb_names_.resize(kCrumbNames);
-  const std::uint32_t crumb = ++launches_;
-  crumb_names_[crumb % kCrumbNames] = name;
-  vkCmdFillBuffer(commands, crumbs_.buffer, 0, 4, crumb);
+  auto crumb = std::find(crumb_names_.begin(), crumb_names_.end(), name);
+  if (crumb == crumb_names_.end()) crumb = crumb_names_.insert(crumb, name);
+  vkCmdFillBuffer(commands, crumbs_.buffer, 0, 4, static_cast<std::uint32_t>(crumb - crumb_names_.begin()) + 1);
   barrier();
-  if (lose_after_ != 0 && launches_ == lose_after_) {
+  if (lose_after_ != 0 && ++launches_ == lose_after_) {
     lost_now_ = true;
     return false;
   }
-  Recording& r = *recording_;
-  timed_now_ = timing_ && r.timed.size() < kMaxTimed;
-  if (timed_now_) vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, r.queries, 2 * r.timed.size());
+  timed_now_ = timing_ && recording_->timed.size() < kMaxTimed;
+  if (timed_now_)
+    vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, recording_->queries, 2 * recording_->timed.size());
   return true;
 }
 
@@ -159,17 +205,17 @@ void VulkanDevice::end_work(const char* name) {
   r.timed.push_back(name);
 }
 
-void VulkanDevice::launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) {
-  VkPipeline pipeline = find_pipeline(kernel);
-  if (!begin_work(kernel.name)) return;
+void VulkanDevice::run(const CommandList::Launch& launch) {
+  VkPipeline pipeline = find_pipeline(launch.kernel);
+  if (!begin_work(launch.kernel.name)) return;
   VkCommandBuffer commands = begin();
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, args.size(), args.data());
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<std::uint32_t>(launch.argument_bytes), launch.arguments.data());
   constexpr std::uint64_t kRow = 32768;
-  const std::uint32_t x = static_cast<std::uint32_t>(std::min(groups, kRow));
-  const std::uint32_t y = static_cast<std::uint32_t>((groups + x - 1) / x);
+  const std::uint32_t x = static_cast<std::uint32_t>(std::min(launch.groups, kRow));
+  const std::uint32_t y = static_cast<std::uint32_t>((launch.groups + x - 1) / x);
   vkCmdDispatch(commands, x, y, 1);
-  end_work(kernel.name);
+  end_work(launch.kernel.name);
   barrier();
 }
 
@@ -272,11 +318,7 @@ void VulkanDevice::create_device() {
   pool.queueFamilyIndex = family_;
   check(vkCreateCommandPool(device_, &pool, nullptr, &pool_), "vkCreateCommandPool");
   for (Recording& r : recordings_) {
-    auto allocate = structure<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
-    allocate.commandPool = pool_;
-    allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-    allocate.commandBufferCount = 1;
-    check(vkAllocateCommandBuffers(device_, &allocate, &r.commands), "vkAllocateCommandBuffers");
+    r.commands = make_commands();
     auto fence = structure<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
     check(vkCreateFence(device_, &fence, nullptr, &r.fence), "vkCreateFence");
     auto queries = structure<VkQueryPoolCreateInfo>(VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO);
@@ -356,14 +398,9 @@ VulkanDevice::Memory& VulkanDevice::staging() {
   return staging_;
 }
 
-std::pair<VkBuffer, std::uint64_t> VulkanDevice::find(Address address, std::uint64_t bytes) const {
-  auto it = memory_.upper_bound(address);
-  if (it != memory_.begin()) {
-    --it;
-    const std::uint64_t offset = address - it->first;
-    if (offset + bytes <= it->second.bytes) return {it->second.buffer, offset};
-  }
-  throw Error("gpu: a copy of {} bytes lies outside every buffer", bytes);
+std::pair<VkBuffer, std::uint64_t> VulkanDevice::buffer_of(Address address, std::uint64_t bytes) const {
+  const auto [start, offset] = find(address, bytes);
+  return {memory_.at(start).buffer, offset};
 }
 
 VkShaderModule VulkanDevice::make_shader(const char* name) {
@@ -402,11 +439,26 @@ VkPipeline VulkanDevice::find_pipeline(const Kernel& kernel) {
   return pipeline;
 }
 
-VkCommandBuffer VulkanDevice::begin() {
-  if (recording_) return recording_->commands;
+VkCommandBuffer VulkanDevice::make_commands() {
+  auto info = structure<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
+  info.commandPool = pool_;
+  info.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  info.commandBufferCount = 1;
+  VkCommandBuffer commands = VK_NULL_HANDLE;
+  check(vkAllocateCommandBuffers(device_, &info, &commands), "vkAllocateCommandBuffers");
+  return commands;
+}
+
+VulkanDevice::Recording& VulkanDevice::free_recording() {
   if (in_flight_.size() == recordings_.size()) retire();
-  for (Recording& r : recordings_)
-    if (std::find(in_flight_.begin(), in_flight_.end(), &r) == in_flight_.end()) recording_ = &r;
+  return *std::find_if(recordings_.begin(), recordings_.end(),
+                       [&](Recording& r) { return std::find(in_flight_.begin(), in_flight_.end(), &r) == in_flight_.end(); });
+}
+
+VkCommandBuffer VulkanDevice::begin() {
+  if (kept_) return kept_;
+  if (recording_) return recording_->commands;
+  recording_ = &free_recording();
   auto info = structure<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
   info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
   check(vkBeginCommandBuffer(recording_->commands, &info), "vkBeginCommandBuffer");
@@ -452,7 +504,7 @@ void VulkanDevice::guard(VkResult result, const char* call) {
     std::memcpy(&crumb, crumbs_.mapped, 4);
     in_flight_.clear();
     throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume",
-                info_.name, crumb == 0 ? "none" : crumb_names_[crumb % kCrumbNames]);
+                info_.name, crumb == 0 ? "none" : crumb_names_.at(crumb - 1));
   }
   check(result, call);
 }

@@ -26,8 +26,6 @@ class VulkanDevice final : public Device {
   const DeviceInfo& info() const override { return info_; }
   void upload(Address to, std::span<const std::byte> bytes) override;
   void download(Address from, std::span<std::byte> bytes) override;
-  void fill(Address to, std::uint64_t bytes, std::uint32_t value) override;
-  void copy(Address to, Address from, std::uint64_t bytes) override;
   void submit() override;
   void wait() override;
   Graphics* graphics() override;
@@ -37,7 +35,10 @@ class VulkanDevice final : public Device {
   std::vector<std::string> validation_messages() const override;
 
  protected:
-  void launch_bytes(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) override;
+  void run(const CommandList::Launch& launch) override;
+  void run(const CommandList::Fill& fill) override;
+  void run(const CommandList::Copy& copy) override;
+  void run_list(CommandList& list) override;
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override;
   void free_raw(Address address) override;
 
@@ -63,7 +64,6 @@ class VulkanDevice final : public Device {
 
   static constexpr std::size_t kInlineUpload = 65536;  // the most vkCmdUpdateBuffer takes
   static constexpr std::size_t kStagingBytes = 64u << 20;
-  static constexpr std::size_t kCrumbNames = 4096;
   static constexpr std::size_t kMaxTimed = 2048;
 
   /// Waits for what reads memory that is about to be freed; a lost device has nothing that does.
@@ -76,10 +76,15 @@ class VulkanDevice final : public Device {
   Memory create(std::uint64_t bytes, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred, bool addressed);
   void destroy(Memory& m);
   Memory& staging();
-  std::pair<VkBuffer, std::uint64_t> find(Address address, std::uint64_t bytes) const;
+  std::pair<VkBuffer, std::uint64_t> buffer_of(Address address, std::uint64_t bytes) const;
   VkShaderModule make_shader(const char* name);
   VkPipeline find_pipeline(const Kernel& kernel);
 
+  class CommandBuffers;  // what becomes of a CommandList
+  VkCommandBuffer make_commands();
+  /// One of recordings_ that is not in flight; waits where all are.
+  Recording& free_recording();
+  void submit(VkCommandBuffer commands, Recording& recording, VkSemaphore wait_for, VkSemaphore signal);
   /// The command buffer that is being recorded.
   VkCommandBuffer begin();
   /// Names what runs next: in the message if the device is lost there, and in the timings. False: the device is lost already.
@@ -108,7 +113,8 @@ class VulkanDevice final : public Device {
   std::map<std::pair<std::string, std::vector<std::uint32_t>>, VkPipeline> pipelines_;
   std::unique_ptr<VulkanGraphics> graphics_;
   Memory staging_, crumbs_;
-  std::vector<std::string> crumb_names_;
+  std::vector<std::string> crumb_names_;  // the crumb n + 1 is that of crumb_names_[n]
+  VkCommandBuffer kept_ = VK_NULL_HANDLE;  // is recorded in place of recording_, to be kept
   std::uint64_t launches_ = 0, lose_after_ = 0;
   bool lost_now_ = false;
   bool timing_ = false, timed_now_ = false;

@@ -55,7 +55,7 @@ VulkanGraphics::VulkanGraphics(VulkanDevice& device) : device_(device) {
   sets.pBindings = bindings.data();
   check(vkCreateDescriptorSetLayout(device_.device_, &sets, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
 
-  const VkPushConstantRange range{kStages, 0, Device::kMaxArgumentBytes};
+  const VkPushConstantRange range{kStages, 0, kMaxArgumentBytes};
   auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
   layout.setLayoutCount = 1;
   layout.pSetLayouts = &set_layout_;
@@ -345,7 +345,7 @@ VkDescriptorSet VulkanGraphics::describe(const Draw& draw) {
   for (std::uint32_t i = 0; i < kUniforms; ++i) {
     buffers[i] = {nothing_.buffer, 0, nothing_.bytes};
     if (i < draw.uniforms.size()) {
-      const auto [buffer, offset] = device_.find(draw.uniforms[i].first, draw.uniforms[i].second);
+      const auto [buffer, offset] = device_.buffer_of(draw.uniforms[i].first, draw.uniforms[i].second);
       buffers[i] = {buffer, offset, draw.uniforms[i].second};
     }
     write(kTextures + i, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER).pBufferInfo = &buffers[i];
@@ -373,8 +373,8 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   for (const Draw& d : draws) {
     if (d.count == 0) continue;
     Prepared& p = prepared.emplace_back(Prepared{&d, find_pipeline(d, targets)});
-    if (d.vertices != 0) p.vertices = device_.find(d.vertices, 16ull * d.vertex_vectors);
-    if (d.indices != 0) p.indices = device_.find(d.indices, 4ull * (d.first + d.count));
+    if (d.vertices != 0) p.vertices = device_.buffer_of(d.vertices, 16ull * d.vertex_vectors);
+    if (d.indices != 0) p.indices = device_.buffer_of(d.indices, 4ull * (d.first + d.count));
   }
   if (draws.size() > kSetsPerRecording) throw Error("gpu: {} draws at once; {} are possible", draws.size(), kSetsPerRecording);
   device_.begin();

@@ -1,0 +1,24 @@
+// Brings what the next step needs from its row of the schedule, so that the commands of a step are the same every time and the host
+// need not come between two steps. One workgroup.
+#include "common/kernel.h"
+#include "args/begin_step.h"
+#include "common/fixed_point.h"
+
+const uint kStateWords = 12u;  // of a StepState
+const uint kSlotWord = 10u;    // where its slot is
+
+KERNEL(64, BeginStepArgs) {
+  const uint thread = gl_LocalInvocationIndex;
+  const uint row = a.cursor.v[0];
+  barrier();
+  if (thread == 0u) {
+    a.cursor.v[0] = row + 1u;
+    const uint slot = a.schedule.v[row * a.row_words + kSlotWord];
+    Statistics zero;
+    zero.l1_low = zero.ssim_low = zero.mse_low = kFixedZero;
+    zero.l1_high = zero.ssim_high = zero.mse_high = zero.pad0 = zero.pad1 = 0u;
+    a.statistics.v[slot] = zero;
+  }
+  for (uint i = thread; i < kStateWords; i += 64u) a.state.v[i] = a.schedule.v[row * a.row_words + i];
+  for (uint i = thread; i < a.view_words; i += 64u) a.views.v[i] = a.schedule.v[row * a.row_words + kStateWords + i];
+}
