@@ -5,6 +5,7 @@
 #include "common/coverage.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"
+#include "common/pixel_lanes.h"
 #include "common/shading.h"
 #include "common/features.h"
 
@@ -27,13 +28,21 @@ FN uint next_covered(IN(ShadeArgs) a, uint block, uint thread) {
     if (thread == 0u) s_covered = 0u;
     barrier();
     const uint view = block_view(a.views, a.view_count, block);
-    Fragments p;
-    load_fragments(a.views, view, block_corner(a.views, view, block), thread, a.hits, p);
-    if ((p.triangle[0] | p.triangle[1] | p.triangle[2] | p.triangle[3]) != 0u) s_covered = 1u;
+    const uvec2 corner = block_corner(a.views, view, block);
+    UNROLL for (uint first = 0u; first < 4u; first += PIXELS) {
+      Fragments p;
+      load_fragments(a.views, view, corner, thread, first, a.hits, p);
+      UNROLL for (uint k = 0u; k < PIXELS; ++k)
+        if (p.triangle[k] != 0u) s_covered = 1u;
+    }
     barrier();
     if (s_covered != 0u) break;
-    UNROLL for (uint k = 0u; k < 4u; ++k)
-      if (p.inside[k]) write_colour(a, p.index[k], vec3(a.background_r, a.background_g, a.background_b));
+    UNROLL for (uint first = 0u; first < 4u; first += PIXELS) {
+      Fragments p;
+      load_fragments(a.views, view, corner, thread, first, a.hits, p);
+      UNROLL for (uint k = 0u; k < PIXELS; ++k)
+        if (p.inside[k]) write_colour(a, p.index[k], vec3(a.background_r, a.background_g, a.background_b));
+    }
   }
   return block;
 }
@@ -46,17 +55,19 @@ KERNEL(64, ShadeArgs) {
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
-    Fragments p;
-    load_fragments(a.views, view, corner, thread, a.hits, p);
-    vec4 x[16], h1[16], h2[16], y[3];
-    mlp_inputs(a.views, view, corner, thread, a.hits, a.textures, a.lattice, p, x);
-    mlp_forward(x, h1, h2, y);
-    UNROLL for (uint k = 0u; k < 4u; ++k) {
-      const float f[7] = {x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]};
-      vec3 colour = vec3(a.background_r, a.background_g, a.background_b);
-      if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(y[0][k], y[1][k], y[2][k]));
-      if (p.inside[k]) write_colour(a, p.index[k], colour);
-      if (DEBUG && p.inside[k]) UNROLL for (uint i = 0u; i < 16u; ++i) a.debug.v[p.index[k] * 16u + i] = x[i][k];
+    for (uint first = 0u; first < 4u; first += PIXELS) {
+      Fragments p;
+      load_fragments(a.views, view, corner, thread, first, a.hits, p);
+      LANES x[16], h1[16], h2[16], y[3];
+      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, p, x);
+      mlp_forward(x, h1, h2, y);
+      UNROLL for (uint k = 0u; k < PIXELS; ++k) {
+        const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k), LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
+        vec3 colour = vec3(a.background_r, a.background_g, a.background_b);
+        if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k)));
+        if (p.inside[k]) write_colour(a, p.index[k], colour);
+        if (DEBUG && p.inside[k]) UNROLL for (uint i = 0u; i < 16u; ++i) a.debug.v[p.index[k] * 16u + i] = LANE(x[i], k);
+      }
     }
     block = next_covered(a, block + a.groups, thread);
   } while (block < a.blocks);

@@ -7,6 +7,7 @@
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"
+#include "common/pixel_lanes.h"
 #include "common/shading.h"
 #include "common/features.h"
 
@@ -17,10 +18,10 @@ SHARED uint s_covered[4];  // by quarter of the block
 SHARED vec4 s_row[21 * 64];
 const uint kX = 0u, kH1 = 4u, kH2 = 8u, kD1 = 12u, kD2 = 16u, kD3 = 20u;
 
-FN void put(uint row, uint thread, vec4 v[16], uint k) {
-  UNROLL for (uint i = 0u; i < 4u; ++i)
-    s_row[(row + i) * 64u + thread] = vec4(v[4u * i][k], v[4u * i + 1u][k], v[4u * i + 2u][k], v[4u * i + 3u][k]);
-}
+// Pixel k of v[16] as four vectors of the thread's pixel in rows row .. row + 3.
+#define PUT(row, v, k)                                                             \
+  UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * 64u + thread] =          \
+      vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
 
 /// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills s_covered.
 /// Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask (llvmpipe), passing them
@@ -31,10 +32,13 @@ FN uint next_covered(IN(ShadeBackwardArgs) a, uint block, uint thread) {
     if (thread < 4u) s_covered[thread] = 0u;
     barrier();
     const uint view = block_view(a.views, a.view_count, block);
-    Fragments p;
-    load_fragments(a.views, view, block_corner(a.views, view, block), thread, a.hits, p);
-    UNROLL for (uint k = 0u; k < 4u; ++k)
-      if (p.triangle[k] != 0u) s_covered[k] = 1u;
+    const uvec2 corner = block_corner(a.views, view, block);
+    UNROLL for (uint first = 0u; first < 4u; first += PIXELS) {
+      Fragments p;
+      load_fragments(a.views, view, corner, thread, first, a.hits, p);
+      UNROLL for (uint k = 0u; k < PIXELS; ++k)
+        if (p.triangle[k] != 0u) s_covered[first + k] = 1u;
+    }
     barrier();
     if ((s_covered[0] | s_covered[1] | s_covered[2] | s_covered[3]) != 0u) break;
   }
@@ -59,59 +63,63 @@ KERNEL(64, ShadeBackwardArgs) {
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
-    Fragments p;
-    load_fragments(a.views, view, corner, thread, a.hits, p);
-    vec4 x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = vec4(0.0f), drgb[3];
-    UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = vec4(0.0f);
-    mlp_inputs(a.views, view, corner, thread, a.hits, a.textures, a.lattice, p, x);
-    mlp_forward(x, h1, h2, y);
-    // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
-    UNROLL for (uint k = 0u; k < 4u; ++k)
-      if (p.triangle[k] != 0u) {
-        const float f[7] = {x[0][k], x[1][k], x[2][k], x[3][k], x[4][k], x[5][k], x[6][k]};
-        vec3 own_dy, own_drgb;
-        float own_dmix;
-        skip_connection_backward(f, vec3(y[0][k], y[1][k], y[2][k]), vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb, own_dmix);
-        UNROLL for (uint c = 0u; c < 3u; ++c) {
-          dy[c][k] = own_dy[c];
-          drgb[c][k] = own_drgb[c];
+    for (uint first = 0u; first < 4u; first += PIXELS) {
+      if (PIXELS == 1 && s_covered[first] == 0u) continue;
+      Fragments p;
+      load_fragments(a.views, view, corner, thread, first, a.hits, p);
+      LANES x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = LANES(0.0f), drgb[3];
+      UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = LANES(0.0f);
+      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, p, x);
+      mlp_forward(x, h1, h2, y);
+      // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
+      UNROLL for (uint k = 0u; k < PIXELS; ++k)
+        if (p.triangle[k] != 0u) {
+          const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k), LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
+          vec3 own_dy, own_drgb;
+          float own_dmix;
+          skip_connection_backward(f, vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k)), vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb,
+                                   own_dmix);
+          UNROLL for (uint c = 0u; c < 3u; ++c) {
+            LANE(dy[c], k) = own_dy[c];
+            LANE(drgb[c], k) = own_drgb[c];
+          }
+          LANE(dmix, k) = own_dmix;
         }
-        dmix[k] = own_dmix;
-      }
-    mlp_backward(h1, h2, y, dy, d1, d2, d3, dx);
-    UNROLL for (int c = 0; c < 3; ++c) dx[c] += drgb[c];
-    dx[3] += dmix;
+      mlp_backward(h1, h2, y, dy, d1, d2, d3, dx);
+      UNROLL for (int c = 0; c < 3; ++c) dx[c] += drgb[c];
+      dx[3] += dmix;
 
-    UNROLL for (uint k = 0u; k < 4u; ++k) {
-      if (p.triangle[k] != 0u) {
-        const LatticeCell cell = p.cell[k];
-        const uint i0 = (p.lattice_offset[k] + cell.i0) * 8u, i1 = (p.lattice_offset[k] + cell.i1) * 8u,
-                   i2 = (p.lattice_offset[k] + cell.i2) * 8u;
-        UNROLL for (uint c = 0u; c < 7u; ++c) {
-          add_fixed(a.gradient_low, i0 + c, a.gradient_high, i0 + c, cell.w0 * dx[c][k]);
-          add_fixed(a.gradient_low, i1 + c, a.gradient_high, i1 + c, cell.w1 * dx[c][k]);
-          add_fixed(a.gradient_low, i2 + c, a.gradient_high, i2 + c, cell.w2 * dx[c][k]);
+      UNROLL for (uint k = 0u; k < PIXELS; ++k) {
+        if (p.triangle[k] != 0u) {
+          const LatticeCell cell = p.cell[k];
+          const uint i0 = (p.lattice_offset[k] + cell.i0) * 8u, i1 = (p.lattice_offset[k] + cell.i1) * 8u,
+                     i2 = (p.lattice_offset[k] + cell.i2) * 8u;
+          UNROLL for (uint c = 0u; c < 7u; ++c) {
+            add_fixed(a.gradient_low, i0 + c, a.gradient_high, i0 + c, cell.w0 * LANE(dx[c], k));
+            add_fixed(a.gradient_low, i1 + c, a.gradient_high, i1 + c, cell.w1 * LANE(dx[c], k));
+            add_fixed(a.gradient_low, i2 + c, a.gradient_high, i2 + c, cell.w2 * LANE(dx[c], k));
+          }
         }
+        if (DEBUG && p.inside[k]) UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[p.index[k] * 7u + c] = LANE(dx[c], k);
       }
-      if (DEBUG && p.inside[k]) UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[p.index[k] * 7u + c] = dx[c][k];
-    }
 
-    UNROLL for (uint k = 0u; k < 4u; ++k) {
-      if (s_covered[k] == 0u) continue;
-      barrier();
-      put(kX, thread, x, k);
-      put(kH1, thread, h1, k);
-      put(kH2, thread, h2, k);
-      put(kD1, thread, d1, k);
-      put(kD2, thread, d2, k);
-      s_row[kD3 * 64u + thread] = vec4(d3[0][k], d3[1][k], d3[2][k], 0.0f);
-      barrier();
-      if (thread < 36u)
-        for (uint q = 0u; q < 64u; ++q) {
-          const vec4 delta = s_row[delta_row * 64u + q];
-          weights += outerProduct(s_row[input_row * 64u + q], delta);
-          biases += delta;
-        }
+      UNROLL for (uint k = 0u; k < PIXELS; ++k) {
+        if (s_covered[first + k] == 0u) continue;
+        barrier();
+        PUT(kX, x, k);
+        PUT(kH1, h1, k);
+        PUT(kH2, h2, k);
+        PUT(kD1, d1, k);
+        PUT(kD2, d2, k);
+        s_row[kD3 * 64u + thread] = vec4(LANE(d3[0], k), LANE(d3[1], k), LANE(d3[2], k), 0.0f);
+        barrier();
+        if (thread < 36u)
+          for (uint q = 0u; q < 64u; ++q) {
+            const vec4 delta = s_row[delta_row * 64u + q];
+            weights += outerProduct(s_row[input_row * 64u + q], delta);
+            biases += delta;
+          }
+      }
     }
     block = next_covered(a, block + a.groups, thread);
   } while (block < a.blocks);

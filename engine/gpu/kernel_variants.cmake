@@ -3,8 +3,8 @@
 # Name, constants; a plus after the first one: it is the length of an array.
 set(variants
   "begin_step" "bin 0" "bin 1" "bin_scan" "count_visible" "edge_forces 0" "edge_forces 1" "inherit_textures" "lift_textures"
-  "loss_gradient 0" "loss_gradient 1" "opacity_backward 0" "opacity_backward 1" "project" "quantise" "shade 0" "shade 1"
-  "shade_backward 0" "shade_backward 1" "ssim 0" "ssim 1" "update_mlp 0" "update_mlp 1"
+  "loss_gradient 0" "loss_gradient 1" "opacity_backward 0" "opacity_backward 1" "project" "quantise" "shade 0" "shade 1" "shade_one 0" "shade_one 1"
+  "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "ssim 0" "ssim 1" "update_mlp 0" "update_mlp 1"
   "update_textures 3+ 0 0" "update_textures 3+ 1 0" "update_textures 213+ 1 0"
   "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
   "update_vertices 0" "update_vertices 1" "visibility 0" "visibility 1" "visibility 2")
@@ -28,7 +28,7 @@ function(kernel_variants backend output)
     endif()
     # A kernel that gains its first barrier has to be looked at again.
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/${name}.comp)
-    file(STRINGS ${PROJECT_SOURCE_DIR}/shaders/${name}.comp barriers REGEX "barrier\\(\\)")
+    file(STRINGS ${PROJECT_SOURCE_DIR}/shaders/${name}.comp barriers REGEX "barrier\\(\\)|include \".*\\.comp\"")
     set(waits false)
     if(barriers)
       set(waits true)
@@ -39,7 +39,7 @@ function(kernel_variants backend output)
       string(APPEND text "#undef KERNEL_CONSTANT_${id}\n#define KERNEL_CONSTANT_${id} ${word}\n")
       math(EXPR id "${id} + 1")
     endforeach()
-    string(APPEND text "#undef MLP\n#undef LANES\n#include \"${name}.comp\"\nRUN_KERNEL\n}\n")
+    string(APPEND text "#undef MLP\n#undef PIXELS\n#undef LANES\n#undef LANE\n#undef PUT\n#include \"${name}.comp\"\nRUN_KERNEL\n}\n")
     list(JOIN words ", " constants)
     string(APPEND rows "    {\"${name}\", {${constants}}, ${length}, ${waits}, ${space}::kThreads, sizeof(${space}::KernelArgs), ${space}::run},\n")
   endforeach()

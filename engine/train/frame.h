@@ -42,6 +42,7 @@ class Frame {
 
   gpu::Buffer views, screen, counts, offsets, lists, hits, colour, gradient, partial, same, mlp_partial, statistics, state, control;
   std::uint32_t mlp_groups;
+  bool one_pixel;  // a thread shades one pixel after the other (shaders/common/pixel_lanes.h); what suits the device
 
  private:
   void grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what);

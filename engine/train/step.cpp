@@ -99,7 +99,7 @@ std::uint32_t Step::groups_over(std::uint32_t blocks) const {
 void Step::shade(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t groups = groups_over(batch.blocks);
-  gpu_.launch({"shade", {inputs.mlp_inputs != 0}}, groups,
+  gpu_.launch({frame_.one_pixel ? "shade_one" : "shade", {inputs.mlp_inputs != 0}}, groups,
               ShadeArgs{frame_.views.address(), frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
                         soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
                         inputs.background.r, inputs.background.g, inputs.background.b, groups});
@@ -124,7 +124,7 @@ void Step::backward(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const auto views = frame_.views.address(), hits = frame_.hits.address(), gradient = frame_.gradient.address();
   const auto low = soup_.lattice_gradient.low.address(), high = soup_.lattice_gradient.high.address();
-  gpu_.launch({"shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
+  gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
               ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
                                 high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
                                 batch.views, 0});

@@ -14,19 +14,20 @@ FN vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint hei
   return normalize(vec3(views.v[view].ray + ndc.x * views.v[view].ray_x + ndc.y * views.v[view].ray_y));
 }
 
-/// The visible fragments of a thread's four pixels and the MLP's inputs for them, zero where nothing is visible.
+/// The visible fragments of a thread's pixels `first` to first + PIXELS - 1 of four and the MLP's inputs for them, zero where
+/// nothing is visible.
 struct Fragments {
-  bool inside[4];  // of the image
-  uint index[4];   // in the frame buffers
-  uint triangle[4];  // index + 1; 0: none
-  uint lattice_offset[4];
-  LatticeCell cell[4];
+  bool inside[PIXELS];  // of the image
+  uint index[PIXELS];   // in the frame buffers
+  uint triangle[PIXELS];  // index + 1; 0: none
+  uint lattice_offset[PIXELS];
+  LatticeCell cell[PIXELS];
 };
 
-FN void load_fragments(Views views, uint view, uvec2 corner, uint thread, Hits hits, OUT(Fragments) p) {
+FN void load_fragments(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, OUT(Fragments) p) {
   const uint width = views.v[view].width, height = views.v[view].height, offset = views.v[view].pixel_offset;
-  UNROLL for (uint k = 0u; k < 4u; ++k) {
-    const uvec2 at = block_pixel(corner, thread, k);
+  UNROLL for (uint k = 0u; k < PIXELS; ++k) {
+    const uvec2 at = block_pixel(corner, thread, first + k);
     p.inside[k] = at.x < width && at.y < height;
     p.index[k] = offset + at.y * width + at.x;
     p.triangle[k] = 0u;
@@ -34,18 +35,18 @@ FN void load_fragments(Views views, uint view, uvec2 corner, uint thread, Hits h
   }
 }
 
-FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, Hits hits, Textures textures, Float4s lattice,
-                INOUT(Fragments) p, OUT_ARRAY_OF(vec4, x, 16)) {
-  UNROLL for (int i = 0; i < 16; ++i) x[i] = vec4(0.0f);
+FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures, Float4s lattice,
+                INOUT(Fragments) p, OUT_ARRAY_OF(LANES, x, 16)) {
+  UNROLL for (int i = 0; i < 16; ++i) x[i] = LANES(0.0f);
   const uint width = views.v[view].width, height = views.v[view].height;
-  UNROLL for (uint k = 0u; k < 4u; ++k)
+  UNROLL for (uint k = 0u; k < PIXELS; ++k)
     if (p.triangle[k] != 0u) {
       p.lattice_offset[k] = textures.v[p.triangle[k] - 1u].lattice_offset;
       p.cell[k] = lattice_cell(hits.v[p.index[k]].b0, hits.v[p.index[k]].b1, textures.v[p.triangle[k] - 1u].level_max);
       float f[7], y[9];
       fragment_features(lattice, p.lattice_offset[k], p.cell[k], f);
-      spherical_harmonics(view_direction(views, view, block_pixel(corner, thread, k), width, height), y);
-      UNROLL for (uint i = 0u; i < 7u; ++i) x[i][k] = f[i];
-      UNROLL for (uint i = 0u; i < 9u; ++i) x[7u + i][k] = y[i];
+      spherical_harmonics(view_direction(views, view, block_pixel(corner, thread, first + k), width, height), y);
+      UNROLL for (uint i = 0u; i < 7u; ++i) LANE(x[i], k) = f[i];
+      UNROLL for (uint i = 0u; i < 9u; ++i) LANE(x[7u + i], k) = y[i];
     }
 }

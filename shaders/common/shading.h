@@ -14,13 +14,9 @@ FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
   y[8] = real(0.54627422) * (v.x * v.x - v.y * v.y);
 }
 
-// LANES is what the MLP computes with: in kernels four pixels at once, so that a weight is read once for them, or what the
-// includer defines it to be.
+// LANES is what the MLP computes with, one number or several pixels at once: the includer of a kernel defines it.
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
 #define MLP_PARAMETERS
-#ifndef LANES
-#define LANES vec4
-#endif
 #else
 #define LANES real
 #define MLP_PARAMETERS const real *parameters,

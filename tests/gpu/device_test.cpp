@@ -55,6 +55,33 @@ TEST_CASE("a kernel or a device that does not exist is named", "[device]") {
   CHECK_THROWS_WITH(gpu::open_device(options), Contains("99"));
 }
 
+TEST_CASE("what is recorded runs when it is replayed, as often, with what was given before", "[device]") {
+  auto gpu = test::open_device();
+  const gpu::Buffer a = gpu->allocate(16, "a"), b = gpu->allocate(16, "b"), c = gpu->allocate(16, "c");
+  gpu->fill(a.address(), 16, 1);
+  gpu->fill(b.address(), 16, 2);
+  gpu->fill(c.address(), 16, 3);
+  gpu::CommandList list = gpu->record([&] {
+    gpu->copy(c.address(), b.address(), 16);
+    gpu->cut();
+    gpu->cut();  // an empty submission is none
+    gpu->copy(b.address(), a.address(), 16);
+  });
+  CHECK(list.segments.size() == 2);
+  CHECK(gpu->download_vector<std::uint32_t>(c.address(), 1)[0] == 3);
+  for (std::uint32_t i = 10; i < 20; ++i) {
+    gpu->fill(a.address(), 16, i);
+    gpu->replay(list);
+    gpu->replay(list);
+    CHECK(gpu->download_vector<std::uint32_t>(c.address(), 1)[0] == i);
+    CHECK(gpu->download_vector<std::uint32_t>(b.address(), 1)[0] == i);
+  }
+  CHECK_THROWS_AS(gpu->record([&] { throw Error("in the middle"); }), Error);
+  gpu->fill(c.address(), 16, 7);
+  CHECK(gpu->download_vector<std::uint32_t>(c.address(), 1)[0] == 7);
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("a lost device names the kernel that was running", "[device]") {
   // sum_textures is the first launch of a small scene; project, bin, bin_scan, bin, visibility follow.
   auto gpu = test::open_device(4);

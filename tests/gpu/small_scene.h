@@ -15,6 +15,7 @@
 #include "train/fixed_sum.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
+#include "train/schedule.h"
 #include "train/soup_buffers.h"
 #include "train/step.h"
 

@@ -68,6 +68,118 @@ TEST_CASE("lists that do not fit change nothing until they do, then give the sam
   test::require_silence(*gpu);
 }
 
+TEST_CASE("bands of tiles and one pixel a thread give the bits of a step in one piece", "[step]") {
+  auto gpu = test::open_device();
+  const std::vector<train::BatchView> views{test::view_from(0, 100, 64), test::view_from(2, 64, 75)};
+  std::vector<std::vector<float>> states;
+  for (int variant = 0; variant < 3; ++variant) {
+    SmallScene s(*gpu, 60, kFine, views);
+    s.frame.one_pixel = variant == 2;
+    if (variant == 1) {
+      s.frame.most_entries = 300;
+      s.frame.lists = gpu->allocate(300 * 4, "few entries");
+    }
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      do s.train(i, SmallScene::rates(i));
+      while (train::grow_lists_if_needed(*gpu, s.frame));
+    }
+    CHECK((s.frame.bands() > 10) == (variant == 1));
+    states.push_back(s.state());
+  }
+  CHECK(all_finite(states[0]));
+  CHECK(same_bits(states[0], states[1]));
+  CHECK(same_bits(states[0], states[2]));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a schedule and a recorded step give the bits of steps given one by one", "[step]") {
+  auto gpu = test::open_device();
+  const std::vector<train::BatchView> first{test::view_from(0, 48, 40), test::view_from(2, 33, 47)},
+      second{test::view_from(4, 48, 40), test::view_from(5, 33, 47)};
+  SmallScene single(*gpu, 40, kFine, first), recorded(*gpu, 40, kFine, first);
+  for (auto* s : {&single, &recorded}) s->frame.reserve_lists(1 << 16);
+
+  train::Schedule schedule(*gpu);
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const auto& views = i % 3 == 1 ? second : first;
+    single.frame.set_batch(views, 40, true);
+    single.train(i, SmallScene::rates(i));
+    const train::BatchLayout batch = train::lay_out(views);
+    schedule.add(train::Step::state(i * 7919u + 1u, i, i, SmallScene::rates(i), batch), batch);
+  }
+  schedule.upload();
+  gpu::CommandList list = gpu->record([&] {
+    schedule.begin_step(recorded.frame);
+    recorded.step.train(recorded.inputs);
+  });
+  for (int i = 0; i < 8; ++i) {
+    gpu->replay(list);
+    // What moves in memory makes a backend translate the list again; this buffer is none that the list names.
+    if (i == 4) gpu->allocate(1 << 16, "something else");
+  }
+  CHECK(same_bits(recorded.state(), single.state()));
+  const auto rows = [&](SmallScene& s) { return gpu->download_vector<std::uint32_t>(s.frame.statistics.address(), 8 * 8); };
+  CHECK(rows(recorded) == rows(single));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a picture of 3840 x 2160", "[.][watchdog]") {
+  auto gpu = test::open_device();
+  constexpr std::uint32_t kTriangles = 100'000;
+  SmallScene s(*gpu, kTriangles, {{0, 0}}, {test::view_from(0, 8, 8)});
+  std::vector<glm::vec3> vertices;
+  for (std::uint32_t t = 0; t < kTriangles; ++t) {
+    // The nearest is in the middle of the list. The camera is at x = 1 and looks down the x axis.
+    const float x = 0.4f - 1e-5f * std::abs(static_cast<float>(t) - 61'803.0f);
+    for (const glm::vec2 corner : {glm::vec2(-9, -9), glm::vec2(9, -9), glm::vec2(0, 18)}) vertices.emplace_back(x, corner.x, corner.y);
+  }
+  gpu->upload(s.soup.vertices.address(), vertices);
+  gpu->upload(s.soup.source.address(), std::vector<float>(kTriangles * 24ull, 3.0f));
+  s.step.sum_textures();
+  s.frame.set_batch(std::vector{test::view_from(0, 3840, 2160)}, kTriangles, true);
+  s.step.begin(1, 0, 0, {});
+
+  const auto visibility = [&] { return gpu->record([&] { s.step.visibility(train::Thresholds::half, s.inputs); }); };
+  // Pairs of a pixel and a triangle that a segment may visit, and pairs of a tile and a triangle that it compares.
+  const auto within_bound = [&](const gpu::CommandList& list) {
+    std::uint64_t tiles = 0;
+    for (const gpu::CommandList::Segment& segment : list.segments)
+      for (const gpu::CommandList::Command& command : segment)
+        if (const auto* launch = std::get_if<gpu::CommandList::Launch>(&command); launch && launch->kernel == gpu::Kernel{"visibility", {0}}) {
+          CHECK(launch->groups * kTriangles <= train::Frame::kMostPairs);
+          CHECK(s.frame.list_capacity() * 64ull <= train::Frame::kMostPairs);
+          tiles += launch->groups;
+        }
+    CHECK(tiles == s.frame.batch().tiles);
+  };
+  gpu::CommandList list = visibility();
+  within_bound(list);
+  // One of these bands has more entries than lists may: the device says so, and the bands become smaller until one fits.
+  bool fits = false;
+  for (int tries = 0; tries < 4 && !fits; ++tries) {
+    gpu::CommandList last;
+    last.segments.push_back(list.segments.back());
+    if (tries == 0) last.segments.insert(last.segments.begin(), list.segments.front());  // projects
+    gpu->replay(last);
+    fits = !train::grow_lists_if_needed(*gpu, s.frame);
+    list = visibility();
+    within_bound(list);
+  }
+  REQUIRE(fits);
+  CHECK(list.segments.size() > 500);
+  // The whole picture takes an hour on a CPU: three bands of it.
+  for (const std::size_t band : {std::size_t(1), list.segments.size() / 2, list.segments.size() - 1}) {
+    gpu::CommandList one;
+    one.segments.push_back(list.segments[band]);
+    gpu->replay(one);
+    CHECK_FALSE(train::grow_lists_if_needed(*gpu, s.frame));
+  }
+  const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+  CHECK(hits[hits.size() - 1].triangle == 61'803 + 1);
+  CHECK(hits[hits.size() / 2].triangle == 61'803 + 1);
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("levels of a texture sum up and their gradients go back by the transposed interpolation", "[textures]") {
   auto gpu = test::open_device();
   // Mixed levels in one table, as an adaptive budget will have them.
