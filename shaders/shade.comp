@@ -60,6 +60,7 @@ KERNEL(64, ShadeArgs) {
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
       LANES x[16], h1[16], h2[16], y[3];
       mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, p, x);
+      FORGET_WEIGHTS();
       mlp_forward(x, h1, h2, y);
       UNROLL for (uint k = 0u; k < PIXELS; ++k) {
         const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k), LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};

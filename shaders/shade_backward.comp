@@ -85,6 +85,7 @@ KERNEL(64, ShadeBackwardArgs) {
           }
           LANE(dmix, k) = own_dmix;
         }
+      FORGET_WEIGHTS();
       mlp_backward(h1, h2, y, dy, d1, d2, d3, dx);
       UNROLL for (int c = 0; c < 3; ++c) dx[c] += drgb[c];
       dx[3] += dmix;

@@ -6,7 +6,10 @@
 #if PIXELS == 1
 #define LANES float
 #define LANE(v, k) v
+// Compilers keep in registers what they have read from shared memory, and 595 weights do not fit; behind a barrier they read again.
+#define FORGET_WEIGHTS() barrier()
 #else
 #define LANES vec4
 #define LANE(v, k) v[k]
+#define FORGET_WEIGHTS()
 #endif

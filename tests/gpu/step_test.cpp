@@ -180,6 +180,67 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   test::require_silence(*gpu);
 }
 
+TEST_CASE("before the optimiser every buffer of a step is that of the kernels on the CPU", "[step]") {
+  auto gpu = test::open_device();
+  gpu::DeviceOptions on_cpu;
+  on_cpu.backend = "cpu";
+  auto cpu = gpu::open_device(on_cpu);
+  const std::vector<train::BatchView> views{test::view_from(0, 96, 80), test::view_from(2, 64, 75)};
+  using Named = std::vector<std::pair<const char*, std::vector<double>>>;
+  std::vector<Named> buffers;
+  for (gpu::Device* device : {gpu.get(), cpu.get()}) {
+    SmallScene s(*device, 60, kFine, views);
+    s.frame.reserve_lists(1 << 16);
+    s.step.begin(7, 0, 0, SmallScene::rates(0));
+    s.step.visibility(train::Thresholds::random, s.inputs);
+    s.step.shade(s.inputs);
+    s.step.loss(s.inputs);
+    s.step.backward(s.inputs);
+    Named& named = buffers.emplace_back();
+    const std::size_t pixels = s.frame.batch().pixels;
+    const auto floats = [&](const char* name, const gpu::Buffer& buffer, std::size_t count) {
+      const auto values = device->download_vector<float>(buffer.address(), count);
+      named.emplace_back(name, std::vector<double>(values.begin(), values.end()));
+    };
+    const auto sums = [&](const char* name, const train::FixedSums& of, std::size_t count) {
+      const auto low = device->download_vector<std::uint32_t>(of.low.address(), count), high = device->download_vector<std::uint32_t>(of.high.address(), count);
+      std::vector<double> values(count);
+      for (std::size_t i = 0; i < count; ++i) values[i] = train::fixed_sum(low[i], high[i]);
+      named.emplace_back(name, std::move(values));
+    };
+    std::vector<double> triangles, rest;
+    for (const kernels::Hit& h : device->download_vector<kernels::Hit>(s.frame.hits.address(), pixels)) {
+      triangles.push_back(h.triangle);
+      for (const float v : {h.b0, h.b1, h.depth}) rest.push_back(v);
+    }
+    named.emplace_back("visible triangles", std::move(triangles));
+    named.emplace_back("barycentrics and depth", std::move(rest));
+    floats("colours", s.frame.colour, 3 * pixels);
+    floats("colour gradients", s.frame.gradient, 4 * pixels);
+    sums("lattice gradients", s.soup.lattice_gradient, s.soup.lattice_samples * 8);
+    sums("vertex gradients", s.soup.vertex_gradient, 9ull * s.soup.triangles);
+    // Devices cut the sum over pixels into different parts.
+    const auto partial = device->download_vector<float>(s.frame.mlp_partial.address(), std::size_t(s.frame.mlp_groups) * 595);
+    std::vector<double> mlp(595);
+    for (std::size_t i = 0; i < partial.size(); ++i) mlp[i % 595] += partial[i];
+    named.emplace_back("MLP gradients", std::move(mlp));
+  }
+  for (std::size_t b = 0; b < buffers[0].size(); ++b) {
+    const auto& [name, ours] = buffers[0][b];
+    const auto& theirs = buffers[1][b].second;
+    CAPTURE(name);
+    REQUIRE(ours.size() == theirs.size());
+    double largest = 0, difference = 0;
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      largest = std::max(largest, std::abs(theirs[i]));
+      difference = std::max(difference, std::abs(ours[i] - theirs[i]));
+    }
+    CHECK(largest > 0);
+    CHECK(difference <= 1e-4 * largest);
+  }
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("levels of a texture sum up and their gradients go back by the transposed interpolation", "[textures]") {
   auto gpu = test::open_device();
   // Mixed levels in one table, as an adaptive budget will have them.
