@@ -89,6 +89,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   device->add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto, which is vulkan]");
   device->add_option("--device", o.device.device, "number or part of the name [the fastest kind there is]");
   device->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
+  device->add_option("--lose-after-launches", o.device.lose_after_launches)->group("");  // for tests: not in --help
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
 
   // strtoull turns -1 and what is too large into the largest number there is.

@@ -1,0 +1,41 @@
+// Tests engine/scene/normalisation.h by its end: how large a scene is and where it lies make no difference to what is learnt.
+#include "stability_training/small_training.h"
+
+using namespace trisoup;
+using namespace trisoup::test;
+
+namespace {
+
+struct Placed {
+  scene::Scene scene;
+  Outcome outcome;
+};
+Placed placed(double scale, const glm::dvec3& centre) {
+  TinyScene tiny;
+  tiny.scale = scale, tiny.centre = centre;
+  auto gpu = open_device();
+  Placed p{load_tiny(tiny), {}};
+  p.outcome = train_through(*gpu, p.scene, small_settings());
+  return p;
+}
+
+/// Largest distance of a vertex from the same of `there`, in cubes' sides.
+double farthest_apart(const Placed& here, const Placed& there, double scale, const glm::dvec3& centre) {
+  REQUIRE(here.outcome.model.vertices.size() == there.outcome.model.vertices.size());
+  double most = 0;
+  for (std::size_t i = 0; i < here.outcome.model.vertices.size(); ++i)
+    most = std::max(most, glm::distance(scale * glm::dvec3(here.outcome.model.vertices[i]) + centre, glm::dvec3(there.outcome.model.vertices[i])) / scale);
+  return most / 1.2;
+}
+
+}  // namespace
+
+TEST_CASE("the size of a scene and its place make no difference", "[extent]") {
+  static const Placed usual = placed(1, glm::dvec3(0));
+  CHECK_FALSE(usual.outcome.fit.diverged());
+  const auto [scale, centre] = GENERATE(table<double, glm::dvec3>({{1e-3, glm::dvec3(0)}, {1e4, glm::dvec3(0)}, {1, glm::dvec3(1e5, -1e5, 1e5)}}));
+  const Placed there = placed(scale, centre);
+  WARN("scale " << scale << ", centre " << centre.x << ": test " << there.outcome.test_psnr << " dB, usual " << usual.outcome.test_psnr
+                << ", vertices apart " << farthest_apart(usual, there, scale, centre));
+  CHECK(std::abs(there.outcome.test_psnr - usual.outcome.test_psnr) < 0.3);
+}
