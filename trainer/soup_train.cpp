@@ -195,13 +195,15 @@ int run(const CommandLine& o, viewer::Live* live) {
                       });
   const train::Evaluation unquantised = trainer->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
   const train::TrainingFit fit = trainer->training_fit();
-  if (fit.diverged())
-    std::fprintf(stderr, "warning: training diverged: the model shows its own photographs no better than plain colours would (PSNR %.2f dB against "
-                         "%.2f); lower the learning rates, or give it more steps or triangles\n", fit.psnr, fit.plain_psnr);
+  if (fit.nothing_learnt())
+    std::fprintf(stderr,
+                 "warning: nothing was learnt: the model shows its own photographs no better than plain colours would (PSNR %.2f dB against %.2f); "
+                 "training diverged (lower the learning rates), or had too few steps or triangles\n",
+                 fit.psnr, fit.plain_psnr);
   nlohmann::json metrics = to_json(evaluation);
   metrics["psnr_training_views"] = fit.psnr;
   metrics["psnr_plain_colours"] = fit.plain_psnr;
-  metrics["diverged"] = fit.diverged();
+  metrics["nothing_learnt"] = fit.nothing_learnt();
   metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
   metrics["triangles"] = trainer->triangles();
   metrics["bytes"] = bytes;

@@ -220,8 +220,8 @@ void Trainer::change_topology() {
     if (!resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
                   static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)))) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
-      if (training_fit().diverged())
-        throw Error("step {}: no training view shows a single triangle; check the poses, or start with larger or more triangles "
+      if (training_fit().nothing_learnt())
+        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, or start with larger or more triangles "
                     "(--init-radius, --init-count, --init-box)",
                     step_);
       return;

@@ -15,9 +15,9 @@ namespace trisoup::train {
 struct TrainingFit {
   double psnr = 0;        // of the model, thresholds 0.5
   double plain_psnr = 0;  // of each photograph painted over with its own mean colour
-  /// A training has diverged, or has never begun, when its model shows the photographs no better than plain colours would, and
-  /// not well either (below 30 dB: photographs that are plain themselves leave nothing to be better than).
-  bool diverged() const { return !(psnr > plain_psnr || psnr >= 30.0); }
+  /// A training has diverged, or has come to nothing for want of triangles or steps, when its model shows the photographs no better
+  /// than plain colours would, and not well either (below 30 dB: photographs that are plain themselves leave nothing to be better than).
+  bool nothing_learnt() const { return !(psnr > plain_psnr || psnr >= 30.0); }
 };
 
 /// batch: views of scene.train in order, with their photographs on the device. most: views to render at once.

@@ -12,14 +12,21 @@ TEST_CASE("one training view is learnt", "[targets]") {
   auto gpu = open_device();
   const Outcome one = train_through(*gpu, scene, small_settings());
   WARN("one view: " << one.fit.psnr << " dB, plain colours " << one.fit.plain_psnr);
-  CHECK(one.fit.psnr > one.fit.plain_psnr + 8);
+  CHECK(one.fit.psnr > 20);
 }
 
-TEST_CASE("two identical views are learnt like one", "[targets]") {
+TEST_CASE("two identical views", "[targets]") {
   TinyScene tiny;
-  tiny.train = 2, tiny.test = 1, tiny.identical = true;
-  // All cameras at one spot are refused, since depth cannot be told from them.
-  CHECK_THROWS_WITH(load_tiny(tiny), Catch::Matchers::Contains("cameras are at one spot"));
+  tiny.train = 2, tiny.test = 0, tiny.identical = true;
+  // A dataset of nothing else is refused, since depth cannot be told from it.
+  CHECK_THROWS_WITH(load_tiny(tiny), Catch::Matchers::Contains("all 2 cameras are at one spot"));
+  tiny.train = 1;
+  scene::Scene scene = load_tiny(tiny);
+  scene.train.push_back(scene.train[0]);
+  auto gpu = open_device();
+  const Outcome twice = train_through(*gpu, scene, small_settings());
+  WARN("two identical views: " << twice.fit.psnr << " dB");
+  CHECK(twice.fit.psnr > 20);
 }
 
 TEST_CASE("photographs that are one colour", "[targets]") {
@@ -44,11 +51,15 @@ TEST_CASE("photographs that are one colour", "[targets]") {
   settings.init_radius = 0.25, settings.init_box = 0.4;  // so that the pictures are full of triangles
   const Outcome outcome = train_through(*gpu, scene, settings);
   WARN(name << ": training " << outcome.fit.psnr << " dB, test " << outcome.test_psnr << " dB, " << outcome.triangles << " triangles");
-  CHECK(outcome.fit.psnr > 20);
+  CHECK(outcome.fit.psnr > 40);
+  // Where the colour is the background's, triangles that no view pulls at may stay, but not so that they are seen.
+  CHECK(outcome.test_psnr > 30);
 }
 
 TEST_CASE("photographs of odd sizes", "[targets]") {
-  const auto [width, height] = GENERATE(table<int, int>({{1, 1}, {7, 5}, {5, 7}, {10, 10}, {11, 10}, {11, 11}, {1, 40}}));
+  // SSIM has windows of 11 x 11.
+  const auto [width, height, least] =
+      GENERATE(table<int, int, double>({{1, 1, 30}, {7, 5, 13}, {5, 7, 13}, {10, 10, 18}, {11, 10, 18}, {11, 11, 18}, {1, 40, 18}}));
   INFO(width << " x " << height);
   TinyScene tiny;
   tiny.width = width, tiny.height = height;
@@ -56,7 +67,7 @@ TEST_CASE("photographs of odd sizes", "[targets]") {
   auto gpu = open_device();
   const Outcome outcome = train_through(*gpu, scene, small_settings());
   WARN(width << " x " << height << ": training " << outcome.fit.psnr << " dB, plain " << outcome.fit.plain_psnr << ", test " << outcome.test_psnr);
-  CHECK_FALSE(outcome.fit.diverged());
+  CHECK(outcome.fit.psnr > least);
 }
 
 TEST_CASE("photographs of 17 x 4001 and 4001 x 17 pixels", "[targets]") {
@@ -70,5 +81,5 @@ TEST_CASE("photographs of 17 x 4001 and 4001 x 17 pixels", "[targets]") {
   settings.batch = 1;
   const Outcome outcome = train_through(*gpu, scene, settings);
   WARN(tiny.width << " x " << tiny.height << ": training " << outcome.fit.psnr << " dB, plain " << outcome.fit.plain_psnr);
-  CHECK_FALSE(outcome.fit.diverged());
+  CHECK_FALSE(outcome.fit.nothing_learnt());
 }
