@@ -1,5 +1,4 @@
 // Tests engine/train/training_fit.h and the optimisers: learning rates that are far too high.
-#include "error.h"
 #include "stability_training/small_training.h"
 
 using namespace trisoup;
@@ -31,17 +30,16 @@ TEST_CASE("learning rates ten and a hundred times too high", "[rates]") {
   CHECK(outcome.test_psnr > usual - 2.5);
 }
 
-TEST_CASE("learning rates a million times too high are told", "[rates]") {
+TEST_CASE("learning rates a million times too high", "[rates]") {
   auto gpu = open_device();
+  // Adam's steps have the length of the rate whatever the gradient, and rates fall to a hundredth: textures saturate and come back.
   for (const auto rate : {&train::Settings::rate_texture, &train::Settings::rate_mlp}) {
     const Outcome outcome = train_through(*gpu, cube(), faster(rate, 1e6));
     WARN("x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
-    CHECK(outcome.fit.nothing_learnt());
+    CHECK_FALSE(outcome.fit.nothing_learnt());
   }
-  // The triangles are gone from all pictures, which is found at the next resampling.
-  CHECK_THROWS_WITH(train_through(*gpu, cube(), faster(&train::Settings::rate_vertex, 1e6)), Catch::Matchers::Contains("lower --rate-vertex"));
-  // Without one, at the end.
-  train::Settings settings = faster(&train::Settings::rate_vertex, 1e6);
-  settings.resample_every = 0;
-  CHECK(train_through(*gpu, cube(), settings).fit.nothing_learnt());
+  // Triangles thousands of scenes away do not; it is told.
+  const Outcome outcome = train_through(*gpu, cube(), faster(&train::Settings::rate_vertex, 1e6));
+  WARN("vertices x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
+  CHECK(outcome.fit.nothing_learnt());
 }
