@@ -163,7 +163,10 @@ std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, 
   if (!(spacing > 0)) throw Error("points: all {} coincide; choose --init random or --init mesh", centres.size());
   std::vector<double> spacings(centres.size(), spacing), nearest = nearest_distances(centres, 1);
   std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2), nearest.end());
-  if (spacing > options.uneven * nearest[nearest.size() / 2]) spacings = nearest_distances(centres, 3);
+  if (spacing > options.uneven * nearest[nearest.size() / 2]) {
+    spacings = nearest_distances(centres, 3);
+    for (double& own : spacings) own *= options.uneven_size;
+  }
   std::vector<glm::vec3> triangles;
   triangles.reserve(3 * centres.size());
   for (std::size_t i = 0; i < centres.size(); ++i)

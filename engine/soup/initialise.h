@@ -36,6 +36,9 @@ struct FromPoints {
   // Where that mean is more than this many times the median, as in a cloud from hand to horizon, the far points decide it and
   // triangles of its size would bury the near ones: then the mean distance to a point's own three nearest takes its place.
   double uneven = 4.0;
+  // And that is multiplied by this: the vertex rate is the same everywhere, so far triangles hardly grow and have to cover their
+  // surroundings from the start.
+  double uneven_size = 4.0;
   std::uint64_t seed = 0;
 };
 
