@@ -19,7 +19,9 @@ TEST_CASE("two identical views", "[targets]") {
   TinyScene tiny;
   tiny.train = 2, tiny.test = 0, tiny.identical = true;
   // A dataset of nothing else is refused, since depth cannot be told from it.
-  CHECK_THROWS_WITH(load_tiny(tiny), Catch::Matchers::Contains("all 2 cameras are at one spot"));
+  scene::LoadOptions all;
+  all.test_every = 0;
+  CHECK_THROWS_WITH(load_tiny(tiny, all), Catch::Matchers::Contains("all 2 cameras are at one spot"));
   tiny.train = 1;
   scene::Scene scene = load_tiny(tiny);
   scene.train.push_back(scene.train[0]);
