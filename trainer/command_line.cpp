@@ -71,7 +71,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--most-triangles", o.most_triangles,
                      "real: how far splitting goes beyond --triangles between two resamplings [what memory allows, up to 8 times]");
   method->add_option("--near", o.near, "near plane of training, normalised units [synthetic 0.025, real 0.0025]");
-  method->add_option("--far", o.far, "far plane [synthetic 2.5, real 100]");
+  method->add_option("--far", o.far, "far plane [synthetic 2.5, real 100, or beyond the farthest point]");
   method->add_option("--test-near", o.test_near, "near plane of test views [synthetic 0.025, real 0.125]");
 
   auto* output = app.add_option_group("Output");
@@ -89,6 +89,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   device->add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto, which is vulkan]");
   device->add_option("--device", o.device.device, "number or part of the name [the fastest kind there is]");
   device->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
+  device->add_option("--lose-after-launches", o.device.lose_after_launches)->group("");  // for tests: not in --help
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
 
   // strtoull turns -1 and what is too large into the largest number there is.
@@ -167,6 +168,11 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(split_length, s.split_length);
   set(most_triangles, s.most_triangles);
   set(near, s.near);
+  // What the cloud shows should not be cut off; beyond the limit are strays.
+  constexpr double kFarthest = 1e4;
+  if (which == Recipe::real)
+    for (const glm::vec3& p : scene.points.positions)
+      if (const double reach = 1.1 * glm::length(p); reach < kFarthest) s.far = std::max(s.far, reach);
   set(far, s.far);
   set(test_near, s.test_near);
   set(eval_every, s.eval_every);

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
@@ -139,19 +140,29 @@ int run(const CommandLine& o, viewer::Live* live) {
     if (live) live->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step);
   };
   if (live) callbacks.until = [&](std::uint64_t step) { return live->until(step, [&] { return trainer->model(); }); };
-  callbacks.on_checkpoint = [&](std::uint64_t) {
+  std::optional<std::uint64_t> saved;  // step of the last checkpoint
+  if (resume) saved = trainer->step();
+  const auto save = [&] {
     trainer->write_checkpoint(folder.checkpoint());
+    saved = trainer->step();
     folder.write_log();
   };
+  callbacks.on_checkpoint = [&](std::uint64_t) { save(); };
   callbacks.on_evaluate = [&](std::uint64_t step) {
     const train::Evaluation e = trainer->evaluate_float();
     bar.clear();
     say(o, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
   };
-  trainer->run(callbacks);
-  bar.clear();
-  trainer->write_checkpoint(folder.checkpoint());
-  folder.write_log();
+  try {
+    trainer->run(callbacks);
+    bar.clear();
+    save();
+  } catch (const Error& error) {
+    // A lost device, memory or a disk that is full, nothing left to train: what is on the disk is as it was at the last checkpoint.
+    bar.clear();
+    throw Error("{} ({})", error.what(),
+                saved ? fmt::format("the checkpoint of step {} is whole, --resume goes on from it", *saved) : "there is no checkpoint yet");
+  }
   if (!trainer->finished()) {
     if (o.timings) print_timings(*device);
     throw Interrupted{fmt::format("after step {}; go on with --resume", trainer->step())};
@@ -183,7 +194,16 @@ int run(const CommandLine& o, viewer::Live* live) {
                         stop_if_asked();
                       });
   const train::Evaluation unquantised = trainer->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
+  const train::TrainingFit fit = trainer->training_fit();
+  if (fit.nothing_learnt())
+    std::fprintf(stderr,
+                 "warning: nothing was learnt: the model shows its own photographs no better than plain colours would (PSNR %.2f dB against %.2f); "
+                 "training diverged (lower the learning rates), or had too few steps or triangles\n",
+                 fit.psnr, fit.plain_psnr);
   nlohmann::json metrics = to_json(evaluation);
+  metrics["psnr_training_views"] = fit.psnr;
+  metrics["psnr_plain_colours"] = fit.plain_psnr;
+  metrics["nothing_learnt"] = fit.nothing_learnt();
   metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
   metrics["triangles"] = trainer->triangles();
   metrics["bytes"] = bytes;

@@ -109,20 +109,27 @@ std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, st
   }
 }
 
-double mean_nearest_distance(std::span<const glm::vec3> points) {
-  if (points.size() < 2) return 0.0;
+std::vector<double> nearest_distances(std::span<const glm::vec3> points, std::size_t neighbours) {
+  std::vector<double> means(points.size(), 0.0);
+  neighbours = std::min(neighbours, points.size() - std::min<std::size_t>(1, points.size()));
+  if (neighbours == 0) return means;
   const PointCloud cloud{points};
   using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointCloud>, PointCloud, 3, std::uint32_t>;
   const Tree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-  double sum = 0;
-  for (const glm::vec3& p : points) {
-    // The nearest is the point itself, or a duplicate of it; in both cases the second distance is the one to another point.
-    std::uint32_t indices[2];
-    float squared[2];
-    tree.knnSearch(&p.x, 2, indices, squared);
-    sum += std::sqrt(squared[1]);
+  std::vector<std::uint32_t> indices(neighbours + 1);
+  std::vector<float> squared(neighbours + 1);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    // The nearest is the point itself, or a duplicate of it; in both cases the distances after the first are those to other points.
+    tree.knnSearch(&points[i].x, neighbours + 1, indices.data(), squared.data());
+    for (std::size_t k = 1; k <= neighbours; ++k) means[i] += std::sqrt(squared[k]);
+    means[i] /= static_cast<double>(neighbours);
   }
-  return sum / static_cast<double>(points.size());
+  return means;
+}
+
+double mean_nearest_distance(std::span<const glm::vec3> points) {
+  const std::vector<double> distances = nearest_distances(points, 1);
+  return points.empty() ? 0.0 : std::accumulate(distances.begin(), distances.end(), 0.0) / static_cast<double>(points.size());
 }
 
 std::vector<glm::vec3> equilateral_triangle(const glm::vec3& centre, double circumradius, const glm::dmat3& rotation) {
@@ -154,10 +161,16 @@ std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, 
   for (const std::uint32_t k : chosen) centres.push_back(finite[k]);
   const double spacing = mean_nearest_distance(centres);
   if (!(spacing > 0)) throw Error("points: all {} coincide; choose --init random or --init mesh", centres.size());
+  std::vector<double> spacings(centres.size(), spacing), nearest = nearest_distances(centres, 1);
+  std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2), nearest.end());
+  if (spacing > options.uneven * nearest[nearest.size() / 2]) {
+    spacings = nearest_distances(centres, 3);
+    for (double& own : spacings) own *= options.uneven_size;
+  }
   std::vector<glm::vec3> triangles;
   triangles.reserve(3 * centres.size());
-  for (const glm::vec3& centre : centres)
-    append(triangles, equilateral_triangle(centre, options.radius_per_spacing * spacing, random.rotation()));
+  for (std::size_t i = 0; i < centres.size(); ++i)
+    append(triangles, equilateral_triangle(centres[i], options.radius_per_spacing * spacings[i], random.rotation()));
   return triangles;
 }
 

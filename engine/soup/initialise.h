@@ -19,6 +19,9 @@ namespace trisoup::soup {
 /// second.
 std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, std::size_t count);
 
+/// For every point the mean distance to its nearest `neighbours` other points, fewer where there are fewer.
+std::vector<double> nearest_distances(std::span<const glm::vec3> points, std::size_t neighbours);
+
 /// Mean over the points of the distance to the nearest other point, 0 for each point that has a duplicate. 0 below two points.
 double mean_nearest_distance(std::span<const glm::vec3> points);
 
@@ -30,6 +33,12 @@ struct FromPoints {
   std::size_t farthest_count = 10'000;  // spread evenly over space
   std::size_t random_count = 5'000;     // of the remaining points, so denser where the cloud is
   double radius_per_spacing = 0.25;     // circumradius / mean nearest distance of the chosen points
+  // Where that mean is more than this many times the median, as in a cloud from hand to horizon, the far points decide it and
+  // triangles of its size would bury the near ones: then the mean distance to a point's own three nearest takes its place.
+  double uneven = 4.0;
+  // And that is multiplied by this: the vertex rate is the same everywhere, so far triangles hardly grow and have to cover their
+  // surroundings from the start.
+  double uneven_size = 4.0;
   std::uint64_t seed = 0;
 };
 

@@ -46,7 +46,7 @@ void check(const Model& model) {
   const bool numbers =
       std::all_of(model.vertices.begin(), model.vertices.end(), [](const glm::vec3& v) { return finite(v); }) &&
       std::all_of(model.mlp.parameters.begin(), model.mlp.parameters.end(), [](float w) { return std::isfinite(w); }) &&
-      finite(model.background) && finite(model.centre) && std::isfinite(model.scale) && model.scale > 0;
+      finite(model.background) && finite(model.centre) && finite(model.origin) && std::isfinite(model.scale) && model.scale > 0;
   if (!numbers) throw Error("model: has values that are no finite numbers; training diverged, lower the learning rates");
 }
 
@@ -105,13 +105,14 @@ class Pages {
   std::vector<Image> images_;
 };
 
-/// The rotation that turns `up` to +Y, as the matrix of a glTF node (4x4, column after column).
-json up_matrix(const glm::dvec3& up) {
+/// What moves `origin` to its place and then turns `up` to +Y, as the matrix of a glTF node (4x4, column after column).
+json node_matrix(const glm::dvec3& up, const glm::dvec3& origin) {
   if (!finite(up) || glm::length(up) < 1e-12) throw Error("model: its up direction has no length; give one or none");
   const glm::dvec3 y = glm::normalize(up);
   const glm::dvec3 helper = std::abs(y.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   const glm::dvec3 z = glm::normalize(glm::cross(helper, y)), x = glm::cross(y, z);
-  return {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, 0, 0, 0, 1};
+  const glm::dvec3 place(glm::dot(x, origin), glm::dot(y, origin), glm::dot(z, origin));
+  return {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, place.x, place.y, place.z, 1};
 }
 
 json cameras_json(const std::vector<ModelCamera>& cameras) {
@@ -183,7 +184,9 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   gltf["extensionsUsed"] = {"KHR_materials_unlit", kExtension};
   gltf["scene"] = 0;
   json node = {{"mesh", 0}, {"name", "soup"}};
-  if (options.up) node["matrix"] = up_matrix(*options.up);
+  const bool moved = model.origin != glm::dvec3(0.0);
+  if (options.up) node["matrix"] = node_matrix(*options.up, model.origin);
+  else if (moved) node["translation"] = {model.origin.x, model.origin.y, model.origin.z};
   gltf["nodes"] = json::array({node});  // {node} alone is an array to g++ and a copy to clang
   gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
 
@@ -266,6 +269,7 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   extension["background"] = {model.background.r, model.background.g, model.background.b};
   extension["centre"] = {model.centre.x, model.centre.y, model.centre.z};
   extension["scale"] = model.scale;
+  if (moved) extension["origin"] = {model.origin.x, model.origin.y, model.origin.z};
   extension["settings"] = options.settings;
   if (options.up) extension["up"] = {options.up->x, options.up->y, options.up->z};
   if (!options.cameras.empty()) extension["cameras"] = cameras_json(options.cameras);
@@ -377,12 +381,13 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     model.background = glm::vec3(vector("background"));
     model.centre = vector("centre");
     model.scale = extension.at("scale").get<double>();
+    if (extension.contains("origin")) model.origin = vector("origin");
     for (int c = 0; c < 3; ++c)
       if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f)) throw damaged("has a background that is no colour");
     if (extension.at("sphericalHarmonicsDegree") != 2)
       throw Error("{}: was made with spherical harmonics of another degree than 2; use a newer trisoup", name);
     // Beyond these, floats have no digits left for the soup.
-    if (!(glm::length(model.centre) < 1e12) || !(model.scale > 1e-9 && model.scale < 1e9))
+    if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) || !(model.scale > 1e-9 && model.scale < 1e9))
       throw damaged("has an impossible centre or scale");
     file.settings = extension.value("settings", json());
     if (extension.contains("up")) {

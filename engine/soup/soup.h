@@ -41,7 +41,8 @@ struct Mlp {
 
 /// A trained soup as it is drawn: 8-bit lattices after the sigmoid, as the model file and the renderer hold them.
 struct Model {
-  std::vector<glm::vec3> vertices;        // 3 per triangle, dataset coordinates
+  std::vector<glm::vec3> vertices;        // 3 per triangle, dataset coordinates less `origin`
+  glm::dvec3 origin{0.0};                 // not 0 where floats would have too few digits for the whole
   std::vector<TextureEntry> textures;     // source_offset is 0: a model has no levels below level_max
   std::vector<std::uint8_t> lattice;      // kChannels per sample, value = round(255 * sigmoid)
   Mlp mlp;
@@ -55,7 +56,7 @@ struct Model {
 inline std::vector<glm::vec3> normalised_vertices(const Model& model) {
   std::vector<glm::vec3> vertices;
   vertices.reserve(model.vertices.size());
-  for (const glm::vec3& v : model.vertices) vertices.emplace_back(model.scale * (glm::dvec3(v) - model.centre));
+  for (const glm::vec3& v : model.vertices) vertices.emplace_back(model.scale * (glm::dvec3(v) + (model.origin - model.centre)));
   return vertices;
 }
 

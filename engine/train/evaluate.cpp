@@ -57,7 +57,7 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
   soup.triangles = static_cast<std::uint32_t>(model.triangles());
   soup.table = model.textures;
   std::vector<glm::vec3> vertices;
-  for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v)));
+  for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v) + model.origin));
   soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
   gpu.upload(soup.vertices.address(), vertices);
   soup.textures = gpu.allocate(model.textures.size() * sizeof(soup::TextureEntry), "texture table");
@@ -87,8 +87,11 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation) {
   soup::Model model;
+  // Geographic coordinates are metres by the million, of which floats keep halves.
+  constexpr double kFar = 64;
+  if (glm::length(normalisation.centre) * normalisation.scale > kFar) model.origin = normalisation.centre;
   for (const glm::vec3& v : gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles))
-    model.vertices.emplace_back(normalisation.to_world(glm::dvec3(v)));
+    model.vertices.emplace_back(normalisation.to_world(glm::dvec3(v)) - model.origin);
   model.textures = soup.table;
   for (soup::TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
   // A piece at a time: little memory, and a quarter of the bytes that the floats would bring.

@@ -1,11 +1,11 @@
 #include "train/resample.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
 #include "args/inherit_textures.h"
 #include "args/lift_textures.h"
-#include "error.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
 #include "soup/topology.h"
@@ -93,30 +93,42 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
   Step(gpu, soup, frame).sum_textures();
 }
 
+/// The triangles that stay; none where no view would show one if all were opaque.
+std::vector<std::uint32_t> to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+                                   const Settings& settings) {
+  const auto none = [](const std::vector<std::uint32_t>& counts) {
+    return std::all_of(counts.begin(), counts.end(), [](std::uint32_t n) { return n == 0; });
+  };
+  const std::vector<std::uint32_t> counts = count_visible(gpu, soup, frame, views);
+  if (!none(counts))
+    return settings.recipe == Recipe::synthetic ? soup::visible_at_least(counts) : soup::most_visible(counts, settings.triangles);
+  // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
+  gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
+  const std::vector<std::uint32_t> covered = count_visible(gpu, soup, frame, views);
+  Step(gpu, soup, frame).sum_textures();
+  if (none(covered)) return {};
+  return soup::most_visible(covered, settings.triangles);
+}
+
 }  // namespace
 
-void resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
+bool resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles) {
-  const std::vector<std::uint32_t> counts = count_visible(gpu, soup, frame, views.half);
-  const std::vector<std::uint32_t> kept = settings.recipe == Recipe::synthetic
-                                              ? soup::visible_at_least(counts)
-                                              : soup::most_visible(counts, settings.triangles);
-  if (kept.empty())
-    throw Error("step {}: no training view shows a single triangle; check the poses, or start with larger or more triangles "
-                "(--init-radius, --init-count, --init-box)",
-                step);
+  const std::vector<std::uint32_t> kept = to_keep(gpu, soup, frame, views.half, settings);
+  if (kept.empty()) return false;
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   soup::Resampled change = soup::keep(vertices, kept);
   if (settings.recipe == Recipe::synthetic) {
     change = soup::compose(change, soup::bisect_longest(change.vertices, settings.triangles));
     apply(gpu, soup, frame, change, settings);
-    return;
+    return true;
   }
   apply(gpu, soup, frame, change, settings);
-  if (is_last_resampling(settings, step)) return;
+  if (is_last_resampling(settings, step)) return true;
   const soup::Resampled split =
       split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, most_triangles);
   apply(gpu, soup, frame, split, settings);
+  return true;
 }
 
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& settings) {

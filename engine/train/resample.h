@@ -19,8 +19,9 @@ struct ResampleViews {
 };
 
 /// Resamples after `step` completed steps. Optimiser state of vertices and textures starts anew (textures keep theirs with
-/// Settings::keep_moments). most_triangles: what fits in memory. Throws Error when nothing would remain.
-void resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
+/// Settings::keep_moments). most_triangles: what fits in memory. Where all triangles are transparent, the budget's worth of those that cover the
+/// most pixels stays. Returns false, and changes nothing, where none covers any.
+bool resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles);
 
 /// From the coarse level to level_min..level_max (DiffSoup, section 3.5). Optimiser state starts anew.

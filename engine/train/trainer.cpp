@@ -41,6 +41,12 @@ BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& s
   return size;
 }
 
+/// Size of the image in which a view's visible pixels are counted, as a share of its own. Triangles fall through between the few
+/// pixels of a small image, and would be dropped; so none is counted in fewer than 64 x 64.
+double count_scale(const scene::Camera& camera, const Settings& settings) {
+  return std::max(settings.count_scale, 64.0 / std::sqrt(double(camera.width) * camera.height));
+}
+
 /// Triangles that splitting may reach where nobody said.
 std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
 
@@ -107,8 +113,7 @@ void Trainer::prepare() {
   for (std::size_t i = 0; i < scene_.train.size(); ++i) {
     const scene::Camera& camera = scene_.train[i].camera;
     for (auto* views : {&views_, &half_views_}) {
-      BatchView view =
-          batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : settings_.count_scale);
+      BatchView view = batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera, settings_));
       view.photo = photos_.addresses[i];
       view.index = static_cast<std::uint32_t>(i);
       views->push_back(view);
@@ -212,8 +217,15 @@ void Trainer::change_topology() {
   }
   if (is_resampling(settings_, step_) && step_ < settings_.steps) {
     const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : usual_most(settings_);
-    resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
-             static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
+    if (!resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
+                  static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)))) {
+      // Of nothing an empty picture is the right one; else nothing can be learnt any more.
+      if (training_fit().nothing_learnt())
+        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, or start with larger or more triangles "
+                    "(--init-radius, --init-count, --init-box)",
+                    step_);
+      return;
+    }
     vertex_start_ = step_;
     if (!settings_.keep_moments) texture_start_ = step_;
   }
@@ -274,6 +286,10 @@ soup::Model Trainer::model() { return make_model(gpu_, soup_, scene_.background,
 
 Evaluation Trainer::evaluate_float(const OnRender& on_render) {
   return evaluate(gpu_, soup_, frame_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render);
+}
+
+TrainingFit Trainer::training_fit() {
+  return fit_to_training_views(gpu_, soup_, frame_, scene_, views_, settings_.batch);
 }
 
 // --- checkpoints -----------------------------------------------------------------------------------------------------------

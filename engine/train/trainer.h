@@ -20,6 +20,7 @@
 #include "train/settings.h"
 #include "train/soup_buffers.h"
 #include "train/step.h"
+#include "train/training_fit.h"
 #include "train/view_record.h"
 
 namespace trisoup::train {
@@ -75,6 +76,8 @@ class Trainer {
   void write_checkpoint(const std::filesystem::path& path);
   soup::Model model();
   Evaluation evaluate_float(const OnRender& on_render = {});
+  /// Of the model as it is now. Renders every training view.
+  TrainingFit training_fit();
 
  private:
   void prepare();

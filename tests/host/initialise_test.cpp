@@ -194,6 +194,35 @@ TEST_CASE("triangles from points: counts, size and seed", "[initialise]") {
   CHECK_THROWS_AS(triangles_from_points(std::vector<glm::vec3>(9, glm::vec3(1)), options), Error);
 }
 
+TEST_CASE("in a cloud from hand to horizon triangles have the size of their own surroundings", "[initialise]") {
+  // A plane seen from its middle: as dense to the eye at any distance.
+  std::vector<glm::vec3> points;
+  Random random(4);
+  for (int i = 0; i < 900; ++i) {
+    const float r = std::exp2(10 * random.uniform01()), a = 6.2831853f * random.uniform01();
+    points.emplace_back(r * std::cos(a), r * std::sin(a), 0);
+  }
+  FromPoints options;
+  const auto radius_near_and_far = [&] {
+    const auto triangles = triangles_from_points(points, options);
+    double near = 0, far = 0;
+    int nears = 0, fars = 0;
+    for (std::size_t t = 0; t < triangles.size() / 3; ++t) {
+      const glm::vec3 centre = (triangles[3 * t] + triangles[3 * t + 1] + triangles[3 * t + 2]) / 3.0f;
+      const double radius = glm::distance(triangles[3 * t], centre);
+      if (glm::length(centre) < 4) near += radius, ++nears;
+      if (glm::length(centre) > 400) far += radius, ++fars;
+    }
+    return std::pair(near / nears, far / fars);
+  };
+  const auto [near, far] = radius_near_and_far();
+  CHECK(far > 100 * near);
+  options.uneven = 1e9;  // as published
+  const auto [published_near, published_far] = radius_near_and_far();
+  CHECK(published_near == Approx(0.25 * mean_nearest_distance(points)).epsilon(0.01));
+  CHECK(published_far == Approx(published_near).epsilon(0.01));
+}
+
 TEST_CASE("triangles in a box", "[initialise]") {
   const auto triangles = triangles_in_box(500, {-1, 0, 2}, {1, 0.5f, 4}, 0.01, 4);
   REQUIRE(triangles.size() == 1500);

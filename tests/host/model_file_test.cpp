@@ -65,7 +65,7 @@ bool same(const soup::Model& a, const soup::Model& b) {
   if (a.triangles() != b.triangles() || a.vertices.size() != b.vertices.size() || a.lattice != b.lattice) return false;
   if (std::memcmp(a.vertices.data(), b.vertices.data(), a.vertices.size() * 12) != 0) return false;
   if (std::memcmp(a.textures.data(), b.textures.data(), a.textures.size() * 16) != 0) return false;
-  return a.mlp.parameters == b.mlp.parameters && a.background == b.background && a.centre == b.centre && a.scale == b.scale;
+  return a.mlp.parameters == b.mlp.parameters && a.background == b.background && a.centre == b.centre && a.scale == b.scale && a.origin == b.origin;
 }
 
 }  // namespace
@@ -98,6 +98,26 @@ TEST_CASE("a model file gives back what went in", "[model_file]") {
     const soup::ModelFile file = soup::decode_model(bytes, "memory");
     CHECK(same(model, file.model));
     CHECK(file.settings == options.settings);
+  }
+}
+
+TEST_CASE("a model far from its origin says where it is, to every viewer", "[model_file]") {
+  soup::Model model = random_model(2, 5);
+  model.origin = {4e5, 5e6, 100.125};
+  soup::ModelFileOptions options;
+  for (const bool up : {false, true}) {
+    if (up) options.up = glm::dvec3(0, 0, 1);
+    const auto bytes = soup::encode_model(model, options);
+    CHECK(same(model, soup::decode_model(bytes, "memory").model));
+    const nlohmann::json node = soup::decode_glb(bytes, "memory").document["nodes"][0];
+    if (!up) {
+      CHECK(node["translation"] == nlohmann::json({4e5, 5e6, 100.125}));
+      continue;
+    }
+    // The matrix is a rotation R and R origin, so it brings -origin to 0; +z becomes +Y.
+    const auto m = node["matrix"].get<std::vector<double>>();
+    CHECK(m[13] == Approx(100.125));
+    CHECK(std::hypot(m[12], m[14]) == Approx(std::hypot(4e5, 5e6)));
   }
 }
 

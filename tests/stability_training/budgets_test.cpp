@@ -1,0 +1,67 @@
+// Tests engine/train/resample.h: few and many triangles, and none that is seen.
+#include "stability_training/small_training.h"
+
+using namespace trisoup;
+using namespace trisoup::test;
+
+namespace {
+
+/// The synthetic recipe's budget is a floor, the real one's a ceiling.
+void check_budget(const Outcome& outcome, const train::Settings& settings) {
+  CHECK(outcome.triangles > 0);
+  if (settings.recipe == train::Recipe::synthetic) CHECK(outcome.triangles >= settings.triangles);
+  else CHECK(outcome.triangles <= settings.triangles);
+}
+
+/// PSNR of pictures of the background alone over the training views, dB.
+double empty_psnr(const scene::Scene& scene) {
+  double squares = 0, values = 0;
+  for (const scene::View& view : scene.train)
+    for (std::size_t i = 0; i < view.image.rgba.size(); ++i)
+      if (i % 4 < 3) squares += std::pow(view.image.rgba[i] / 255.0 - scene.background[static_cast<int>(i % 4)], 2), ++values;
+  return -10 * std::log10(squares / values);
+}
+
+}  // namespace
+
+TEST_CASE("a start and a budget of any size", "[budgets]") {
+  static const scene::Scene scene = load_tiny({});
+  const auto [start, budget] = GENERATE(table<std::uint32_t, std::uint32_t>({{1, 1}, {10, 10}, {10, 100}, {300, 20}}));
+  const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
+  auto gpu = open_device();
+  train::Settings settings = small_settings(100);
+  settings.recipe = recipe;
+  settings.init_count = start;
+  settings.triangles = budget;
+  if (start < 100) settings.init_radius = 0.15, settings.init_box = 0.02;
+  const Outcome outcome = train_through(*gpu, scene, settings);
+  WARN(start << " to " << budget << ", " << train::to_string(recipe) << ": " << outcome.triangles << " triangles, training " << outcome.fit.psnr
+             << " dB, empty " << empty_psnr(scene));
+  check_budget(outcome, settings);
+  if (start >= 10) CHECK(outcome.fit.psnr > empty_psnr(scene));
+}
+
+TEST_CASE("a hundred thousand triangles", "[budgets][slow]") {
+  static const scene::Scene scene = load_tiny({});
+  const auto [start, budget] = GENERATE(table<std::uint32_t, std::uint32_t>({{100'000, 100}, {200, 100'000}}));
+  auto gpu = open_device();
+  train::Settings settings = small_settings(40);
+  settings.init_count = start;
+  settings.triangles = budget;
+  settings.level_min = settings.level_max = 0;
+  if (start == 100'000) settings.init_radius = 0.01;
+  const Outcome outcome = train_through(*gpu, scene, settings);
+  WARN(start << " to " << budget << ": " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty " << empty_psnr(scene));
+  check_budget(outcome, settings);
+  CHECK_FALSE(outcome.fit.nothing_learnt());
+}
+
+TEST_CASE("a start that no view shows", "[budgets]") {
+  static const scene::Scene scene = load_tiny({});
+  const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
+  auto gpu = open_device();
+  train::Settings settings = small_settings(40);
+  settings.recipe = recipe;
+  settings.init_centre = {0, 0, 10};
+  CHECK_THROWS_WITH(train_through(*gpu, scene, settings), Catch::Matchers::Contains("no training view shows a single triangle; check the poses"));
+}

@@ -1,0 +1,113 @@
+// Trainings of seconds, with a look at every number that they leave.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "gpu/device.h"
+#include "gpu/small_scene.h"
+#include "scene/scene.h"
+#include "soup/safetensors.h"
+#include "temporary_folder.h"
+#include "tiny_scene.h"
+#include "train/evaluate.h"
+#include "train/initial_triangles.h"
+#include "train/trainer.h"
+
+namespace trisoup::test {
+
+/// A scene as a program would load it.
+inline scene::Scene load_tiny(const TinyScene& options, const scene::LoadOptions& load = {}) {
+  const TemporaryFolder folder;
+  write_tiny_scene(folder.path(), options);
+  return scene::load(folder.path(), load);
+}
+
+/// A start around the cube, whose half side of 0.6 is 0.158 in normalised units, and a vertex rate for few steps.
+inline train::Settings small_settings(std::uint64_t steps = 300) {
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.steps = steps;
+  s.triangles = 100;
+  s.init = "random";
+  s.init_count = 200;
+  s.init_box = 0.158;
+  s.init_radius = 0.079;
+  s.rate_vertex = 2.5e-3;
+  s.level_max = 3;
+  s.resample_every = std::max<std::uint64_t>(1, steps / 10);
+  s.checkpoint_every = 0;
+  return s;
+}
+
+/// Arrays of a checkpoint as bytes, by name.
+inline std::map<std::string, std::vector<std::byte>> state_of(const std::filesystem::path& checkpoint) {
+  const auto file = soup::Safetensors::open(checkpoint);
+  std::map<std::string, std::vector<std::byte>> state;
+  for (const auto& [name, info] : file.tensors()) {
+    if (info.dtype == soup::Dtype::f32) {
+      const auto bytes = std::as_bytes(file.floats(name));
+      state[name].assign(bytes.begin(), bytes.end());
+    } else {
+      const auto bytes = std::as_bytes(file.values<std::uint32_t>(name));
+      state[name].assign(bytes.begin(), bytes.end());
+    }
+  }
+  return state;
+}
+
+/// Fails the test on any parameter or moment that is no finite number.
+inline void check_finite(train::Trainer& trainer) {
+  const TemporaryFolder folder;
+  trainer.write_checkpoint(folder / "checkpoint");
+  const auto file = soup::Safetensors::open(folder / "checkpoint");
+  for (const auto& [name, info] : file.tensors()) {
+    if (info.dtype != soup::Dtype::f32) continue;
+    std::size_t bad = 0;
+    for (const float value : file.floats(name)) bad += !std::isfinite(value);
+    INFO(name);
+    CHECK(bad == 0);
+  }
+}
+
+struct Outcome {
+  double test_psnr = 0;  // of the model as it would be saved; of no use without test views
+  train::TrainingFit fit;
+  std::uint32_t triangles = 0;
+  soup::Model model;
+};
+
+/// What a training that is over has come to; all of it must be finite.
+inline Outcome outcome_of(gpu::Device& gpu, const scene::Scene& scene, train::Trainer& trainer) {
+  REQUIRE(trainer.finished());
+  check_finite(trainer);
+  Outcome outcome;
+  outcome.model = trainer.model();
+  outcome.triangles = trainer.triangles();
+  for (const glm::vec3& v : outcome.model.vertices) REQUIRE(std::isfinite(v.x + v.y + v.z));
+  const train::Settings& s = trainer.settings();
+  const train::Evaluation test = train::evaluate(gpu, outcome.model, scene, s.test_near, s.far);
+  REQUIRE(std::isfinite(test.mean.psnr + test.mean.ssim + test.mean.mae));
+  outcome.test_psnr = test.mean.psnr;
+  outcome.fit = trainer.training_fit();
+  REQUIRE(std::isfinite(outcome.fit.psnr + outcome.fit.plain_psnr));
+  return outcome;
+}
+
+/// Trains from start to end; losses on the way must be finite.
+inline Outcome train_through(gpu::Device& gpu, const scene::Scene& scene, const train::Settings& settings) {
+  train::check(settings);
+  train::Trainer trainer(gpu, scene, settings, train::initial_triangles(scene, settings));
+  train::Trainer::Callbacks callbacks;
+  callbacks.on_progress = [](const train::Progress& p) { REQUIRE(std::isfinite(p.loss + p.psnr)); };
+  trainer.run(callbacks);
+  return outcome_of(gpu, scene, trainer);
+}
+
+}  // namespace trisoup::test
