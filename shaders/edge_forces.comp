@@ -33,6 +33,7 @@ KERNEL(64, EdgeForcesArgs) {
   const uint first = view * a.triangles;
   const uint own = first + hit.triangle - 1u;
   const vec4 a0 = a.screen.v[own].p0, a1 = a.screen.v[own].p1, a2 = a.screen.v[own].p2;
+  const bool crosses = a.screen.v[own].crosses != 0u;
   const vec2 ndc = pixel_ndc(pixel.x, pixel.y, width, height);
   const vec3 colour = vec3(a.colour.v[pixel.index * 3u], a.colour.v[pixel.index * 3u + 1u], a.colour.v[pixel.index * 3u + 2u]);
   const vec3 gradient =
@@ -57,7 +58,7 @@ KERNEL(64, EdgeForcesArgs) {
       b1 = a.screen.v[first + other - 1u].p1;
       b2 = a.screen.v[first + other - 1u].p2;
     }
-    edge_force(a0, a1, a2, b0, b1, b2, other == hit.triangle, other == 0u, hit.depth, other_depth, ndc,
+    edge_force(a0, a1, a2, b0, b1, b2, crosses, other == hit.triangle, other == 0u, hit.depth, other_depth, ndc,
                pixel_ndc(uint(q.x), uint(q.y), width, height), adjoint * vec2(step) * 0.5f * size, step.y == 0, sum);
   }
   add_vertex(a, view, hit.triangle - 1u, 0u, sum.g0);

@@ -5,7 +5,7 @@
 #include "args/soup.h"
 #include "common/ray_triangle.h"
 
-// Leave out a triangle that reaches behind the camera, as training does, instead of clipping it.
+// Leave out a triangle that reaches behind the camera, as published, instead of clipping it.
 layout(constant_id = 0) const bool DROP_BEHIND = false;
 layout(location = 0) in uvec4 in_vertex;  // SoupVertex
 layout(binding = 5) uniform Frame { DrawFrame frame; };

@@ -3,6 +3,7 @@
 // time: a coarse sample takes its own fine sample's gradient and half of the six around it.
 #include "common/kernel.h"
 #include "args/update_textures.h"
+#include "common/faults.h"
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/optimiser.h"
@@ -25,6 +26,17 @@ FN uint samples_before(uint level_min, uint level) {
   uint n = 0u;
   for (uint l = level_min; l < level; ++l) n += lattice_samples(l);
   return n;
+}
+
+/// Resets those of four logits that are not numbers, or whose moments are not.
+FN void reset_lost(IN(UpdateTexturesArgs) a, uint at, INOUT(vec4) logit, INOUT(vec4) m, INOUT(vec4) v) {
+  const vec4 before = a.source.v[at];
+  UNROLL for (uint c = 0u; c < 4u; ++c) {
+    if (usable(logit[c], kLargestLogit) && usable(m[c], kLargestLogit) && usable(v[c], kLargestLogit)) continue;
+    logit[c] = usable(before[c], kLargestLogit) ? before[c] : 0.0f;
+    m[c] = v[c] = 0.0f;
+    note_fault(a.control, FAULT_TEXEL, at * 4u + c, a.state.v[0].step);
+  }
 }
 
 KERNEL(64, UpdateTexturesArgs) {
@@ -81,19 +93,30 @@ KERNEL(64, UpdateTexturesArgs) {
   const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;
   FOR_ELEMENTS(e, (fine + fine_count) * QUADS) {
     const uint at = (row.source_offset + e / QUADS) * 2u + e % QUADS;
-    vec4 logit = a.source.v[at];
+    vec4 logit = a.source.v[at], m = vec4(0.0f), v = vec4(0.0f);
+    bool changed = false;
     if (ADAM) {
       const vec4 gradient = s_value[e];
       if (DEBUG) a.debug.v[at] = gradient;
+      m = a.moment1.v[at];
+      v = a.moment2.v[at];
       if (!frozen) {
-        vec4 m = a.moment1.v[at], v = a.moment2.v[at];
         // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left alone.
-        if (gradient != vec4(0.0f) || m != vec4(0.0f) || v != vec4(0.0f)) {
-          UNROLL for (uint c = 0u; c < 4u; ++c) logit[c] -= adam(gradient[c], rate, second, m[c], v[c]);
-          a.moment1.v[at] = m;
-          a.moment2.v[at] = v;
-          a.source.v[at] = logit;
-        }
+        changed = gradient != vec4(0.0f) || m != vec4(0.0f) || v != vec4(0.0f);
+        if (changed) UNROLL for (uint c = 0u; c < 4u; ++c) logit[c] -= adam(gradient[c], rate, second, m[c], v[c]);
+      }
+    }
+    // What is not a number in one of twelve values is not one in their sum.
+    const vec4 sum = logit + m + v;
+    if (!usable(sum.x + sum.y + sum.z + sum.w, kLargestLogit)) {
+      reset_lost(a, at, logit, m, v);
+      changed = true;
+    }
+    if (changed) {
+      a.source.v[at] = logit;
+      if (ADAM) {
+        a.moment1.v[at] = m;
+        a.moment2.v[at] = v;
       }
     }
     s_value[e] = logit;

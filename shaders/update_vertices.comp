@@ -1,6 +1,7 @@
 // VectorAdam on every vertex.
 #include "common/kernel.h"
 #include "args/update_vertices.h"
+#include "common/faults.h"
 #include "common/fixed_point.h"
 #include "common/optimiser.h"
 
@@ -21,7 +22,16 @@ KERNEL(64, UpdateVerticesArgs) {
   }
   if (a.control.v[0].overflow != 0u) return;
   float v = a.moment2.v[vertex];
+  const vec3 before = p;
   p -= vector_adam(gradient, a.state.v[0].rate_vertex, a.state.v[0].second_vertex, m, v);
+  if (!usable(p, kLargestCoordinate) || !usable(m, 1e30f) || !usable(v, 1e30f)) {
+    // A vertex that was good stays where it is. One that was not is drawn by nobody until the host takes its triangle out
+    // (collapse_lost.comp): this thread must not write the other two.
+    p = before;
+    m = vec3(0.0f);
+    v = 0.0f;
+    note_fault(a.control, FAULT_VERTEX, vertex * 3u, a.state.v[0].step);
+  }
   a.moment2.v[vertex] = v;
   UNROLL for (uint i = 0u; i < 3u; ++i) {
     a.moment1.v[vertex * 3u + i] = m[i];

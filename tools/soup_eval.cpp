@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
   try {
-    const soup::ModelFile file = soup::read_model(model_path);
+    soup::ModelFile file = soup::read_model(model_path);
     double test_near = 0.025, test_far = 2.5;
     try {
       // A model of another program may have no settings at all.
@@ -87,6 +87,8 @@ int main(int argc, char** argv) {
       if (!*alpha && settings.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
       test_near = settings.value("test_near", test_near);
       test_far = settings.value("far", test_far);
+      // Models from before there was a choice were trained that way.
+      file.model.drop_near = settings.value("drop_near", settings.contains("steps"));
     } catch (const nlohmann::json::exception&) {
       throw Error("{}: its settings are not those of soup-train; give --resolution, --test-every, --alpha, --near and --far",
                   model_path);

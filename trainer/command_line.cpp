@@ -63,6 +63,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_flag("!--no-opacity-baseline", o.opacity_baseline,
                    "opacities learn from a pixel's error alone, as published, not from how it differs from its neighbours'");
   method->add_flag("--copy-textures", o.copy_textures, "halves of a split triangle copy its texture, as published");
+  method->add_flag("--drop-near", o.drop_near, "drop triangles that reach the camera plane whole, as published, instead of clipping them");
   method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
   method->add_option("--resample-every", o.resample_every, "steps between topology changes [1 % of the steps, at least 100]");
   method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95]");
@@ -161,6 +162,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   s.keep_opacity = keep_opacity;
   s.keep_moments = keep_moments;
   s.copy_textures = copy_textures;
+  s.drop_near = drop_near;
   s.opacity_baseline = opacity_baseline;
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);

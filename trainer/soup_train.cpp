@@ -140,6 +140,10 @@ int run(const CommandLine& o, viewer::Live* live) {
     if (live) live->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step);
   };
   if (live) callbacks.until = [&](std::uint64_t step) { return live->until(step, [&] { return trainer->model(); }); };
+  callbacks.on_fault = [&](const train::ParameterFault& fault) {
+    bar.clear();
+    std::fprintf(stderr, "warning: %s\n", train::to_string(fault).c_str());
+  };
   std::optional<std::uint64_t> saved;  // step of the last checkpoint
   if (resume) saved = trainer->step();
   const auto save = [&] {

@@ -36,7 +36,7 @@ struct Setting {
     draw.aa = o.aa.value_or(o.benchmark ? render::AntiAliasing::none : render::AntiAliasing::msaa);
     draw.background = o.background.value_or(s.model.background);
     // A dataset's view is to look as it was evaluated.
-    draw.drop_behind = true;
+    draw.drop_behind = s.model.drop_near;
     train::check_clip_planes(near(), far());
   }
 

@@ -36,6 +36,7 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
       s.load.test_every = file.settings.value("test_every", 8);
       s.near = file.settings.value("test_near", s.near);
       s.far = file.settings.value("far", s.far);
+      s.model.drop_near = file.settings.value("drop_near", file.settings.contains("steps"));
       if (file.settings.value("alpha", "composite") == "mask") s.load.alpha = scene::AlphaUse::mask;
       if (!(s.near >= 1e-6 && s.near < s.far && s.far < 1e37)) throw Error("{}: its clip planes are impossible; train it again", model);
       const double test_every = file.settings.value("test_every", 8.0);

@@ -521,7 +521,7 @@ void Window::draw_picture(std::uint32_t width, std::uint32_t height) {
   const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
   // A view of the dataset is shown as it was evaluated.
   const bool exact = navigation_.snapped();
-  draw_.drop_behind = exact;
+  draw_.drop_behind = exact && subject_->model.drop_near;
   const render::View view = exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_);
   renderer_->draw(*model_, view, draw_, picture_);
 

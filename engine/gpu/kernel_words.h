@@ -20,6 +20,7 @@ using glm::clamp;
 using glm::cross;
 using glm::dot;
 using glm::exp;
+using glm::floatBitsToUint;
 using glm::floor;
 using glm::greaterThan;
 using glm::ivec2;

@@ -36,7 +36,7 @@ struct DrawOptions {
   std::uint32_t channel = 0;          // of Mode::channel, 0..7: red, green, blue, mix, three latent ones, opacity
   AntiAliasing aa = AntiAliasing::none;
   glm::vec3 background{0.0f};         // display values 0..1
-  bool drop_behind = false;           // leave out triangles that reach behind the camera, as training does, instead of clipping
+  bool drop_behind = false;           // leave out triangles that reach behind the camera, as published, instead of clipping
 };
 
 /// A picture (rgba8) in memory of the host.

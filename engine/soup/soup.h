@@ -47,6 +47,7 @@ struct Model {
   std::vector<std::uint8_t> lattice;      // kChannels per sample, value = round(255 * sigmoid)
   Mlp mlp;
   glm::vec3 background{0.0f};
+  bool drop_near = false;  // made to be drawn without the triangles that reach the camera plane; of the settings, not the file's own
   glm::dvec3 centre{0.0};  // normalised = scale * (dataset - centre), see scene::Normalisation
   double scale = 1.0;
   std::size_t triangles() const { return textures.size(); }

@@ -16,7 +16,7 @@ Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scen
   render::DrawOptions options;
   options.aa = aa;
   options.background = model.background;
-  options.drop_behind = true;
+  options.drop_behind = model.drop_near;
   Evaluation evaluation;
   for (const scene::View& view : scene.test) {
     const Image image = renderer.picture(drawn, render::view_of(view.camera, scene.normalisation, drawn, near, far), options);
@@ -40,7 +40,7 @@ std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, con
   const render::GpuModel drawn = render::upload_model(gpu, model, mlp);
   render::DrawOptions options;
   options.background = model.background;
-  options.drop_behind = true;
+  options.drop_behind = model.drop_near;
   std::vector<BatchView> batch;
   for (const scene::View& view : views) batch.push_back(batch_view(view.camera, near, far));
   StepInputs inputs;

@@ -56,6 +56,7 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
   SoupBuffers soup;
   soup.triangles = static_cast<std::uint32_t>(model.triangles());
   soup.table = model.textures;
+  soup.drop_near = model.drop_near;
   std::vector<glm::vec3> vertices;
   for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v) + model.origin));
   soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
@@ -106,6 +107,7 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
   }
   model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
   model.background = background;
+  model.drop_near = soup.drop_near;
   model.centre = normalisation.centre;
   model.scale = normalisation.scale;
   return model;

@@ -15,6 +15,7 @@ Frame::Frame(gpu::Device& gpu, std::uint32_t groups) : mlp_groups(groups > 0 ? g
   statistics = gpu.allocate(kStatisticsRows * sizeof(kernels::Statistics), "loss sums");
   state = gpu.allocate(sizeof(kernels::StepState), "step state");
   control = gpu.allocate(sizeof(kernels::Control), "control flags");
+  gpu.fill(state.address(), sizeof(kernels::StepState), 0);
   gpu.fill(control.address(), sizeof(kernels::Control), 0);
 }
 

@@ -1,6 +1,7 @@
 #include "train/render_pass.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "args/count_visible.h"
 
@@ -10,7 +11,7 @@ std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, Frame& frame
   const kernels::Control control = gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0];
   if (control.overflow == 0) return std::nullopt;
   frame.make_room(control.list_peak);
-  gpu.fill(frame.control.address(), sizeof(control), 0);
+  gpu.fill(frame.control.address(), offsetof(kernels::Control, faults), 0);
   return control.overflow_step;
 }
 

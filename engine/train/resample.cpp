@@ -50,6 +50,7 @@ void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> ver
   fresh.mlp = std::move(soup.mlp);
   fresh.mlp_moment1 = std::move(soup.mlp_moment1);
   fresh.mlp_moment2 = std::move(soup.mlp_moment2);
+  fresh.drop_near = soup.drop_near;
   gpu.wait();
   soup = std::move(fresh);
   allocate_soup(gpu, soup, vertices, table.entries, std::move(textures));

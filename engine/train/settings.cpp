@@ -37,6 +37,7 @@ void each_member(S& s, F&& f) {
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
   f("copy_textures", s.copy_textures);
+  f("drop_near", s.drop_near);
   f("opacity_baseline", s.opacity_baseline);
   f("resample_every", s.resample_every);
   f("resample_until", s.resample_until);

@@ -40,6 +40,7 @@ struct Settings {
   bool keep_opacity = false;         // through the change from coarse to fine
   bool keep_moments = false;         // of textures, through resampling
   bool opacity_baseline = true;      // opacities learn from errors against those of the pixels around; published: from errors
+  bool drop_near = false;            // triangles that reach the camera plane are dropped whole, as published, not clipped
   bool copy_textures = false;        // children take copies of their parent's texture, as published, not their part of it
 
   std::uint64_t resample_every = 100;  // steps

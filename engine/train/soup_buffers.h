@@ -22,6 +22,7 @@ struct SoupBuffers {
   std::vector<soup::TextureEntry> table;  // as on the device
   std::uint64_t source_samples = 0, lattice_samples = 0;
   std::uint32_t level_max = 0;  // over all triangles
+  bool drop_near = false;       // as published: what reaches the camera plane is dropped whole, not clipped
 
   gpu::Buffer vertices, vertex_moment1, vertex_moment2;  // [T][3][3], [3T][3], [3T]
   FixedSums vertex_gradient;                             // [T][3][3]

@@ -57,7 +57,7 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   const std::uint64_t projected = groups_of(std::uint64_t(views) * triangles);
   const auto view_table = frame_.views.address(), screen = frame_.screen.address();
 
-  gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views});
+  gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
   for_each_band([&](const Band& band) {
     list_triangles(band);
     gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds)}}, band.tiles,

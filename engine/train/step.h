@@ -15,7 +15,7 @@ namespace trisoup::train {
 /// What a fragment's opacity is compared with.
 enum class Thresholds : std::uint32_t {
   half = 0,    // 0.5: inference
-  random = 1,  // uniform in [0, 1) by fragment: training
+  random = 1,  // uniform in (0, 1] by fragment: training
   given = 2,   // from Inputs::thresholds: tests
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 
 #include <nlohmann/json.hpp>
@@ -109,6 +110,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
 }
 
 void Trainer::prepare() {
+  soup_.drop_near = settings_.drop_near;
   photos_ = upload_photographs(gpu_, scene_.train);
   for (std::size_t i = 0; i < scene_.train.size(); ++i) {
     const scene::Camera& camera = scene_.train[i].camera;
@@ -121,6 +123,9 @@ void Trainer::prepare() {
   }
   const BatchSize batch = largest_batch(scene_.train, settings_);
   frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
+  // A checkpoint's textures are looked at here for the first time.
+  const std::uint32_t step = static_cast<std::uint32_t>(step_);
+  gpu_.upload(frame_.state.address() + offsetof(kernels::StepState, step), std::as_bytes(std::span(&step, 1)));
   Step(gpu_, soup_, frame_).sum_textures();
 }
 
@@ -186,7 +191,7 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
   return list;
 }
 
-void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
+void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
   do {
     std::vector<BatchLayout> batches;
     schedule_.clear();
@@ -198,11 +203,13 @@ void Trainer::train_until(std::uint64_t last, const std::atomic<bool>* stop) {
     }
     schedule_.upload();
     for (const BatchLayout& batch : batches) {
-      if (stop && *stop) break;
+      if (callbacks.stop && *callbacks.stop) break;
       gpu_.replay(commands_of(batch));
       ++step_;
     }
     gpu_.wait();
+    for (const ParameterFault& fault : take_faults(gpu_, soup_, frame_))
+      if (callbacks.on_fault) callbacks.on_fault(fault);
     // Steps whose tile lists did not fit have changed nothing: they are done again with room enough.
     const auto overflow = grow_lists_if_needed(gpu_, frame_);
     if (!overflow) return;
@@ -264,7 +271,7 @@ void Trainer::run(const Callbacks& callbacks) {
     if (callbacks.stop && *callbacks.stop) break;
     const auto start = Clock::now();
     const std::uint64_t before = step_;
-    train_until(last, callbacks.stop);
+    train_until(last, callbacks);
     if (step_ > before) change_topology();
     gpu_.wait();
     const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();

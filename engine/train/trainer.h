@@ -14,6 +14,7 @@
 #include "gpu/device.h"
 #include "scene/scene.h"
 #include "train/evaluate.h"
+#include "train/faults.h"
 #include "train/frame.h"
 #include "train/photographs.h"
 #include "train/schedule.h"
@@ -58,6 +59,7 @@ class Trainer {
     std::function<void(const Progress&)> on_progress;       // about every progress_every steps
     std::function<void(std::uint64_t step)> on_checkpoint;  // every Settings::checkpoint_every steps, not after the last
     std::function<void(std::uint64_t step)> on_evaluate;    // every Settings::eval_every steps
+    std::function<void(const ParameterFault&)> on_fault;    // a parameter was not a number and has been reset
     std::function<std::uint64_t(std::uint64_t step)> until;  // asked between steps, the device idle: the step to go on to
                                                              // before asking again; may wait
     std::uint64_t progress_every = 10;
@@ -82,7 +84,7 @@ class Trainer {
  private:
   void prepare();
   std::uint64_t next_event(std::uint64_t progress_every) const;
-  void train_until(std::uint64_t last, const std::atomic<bool>* stop);
+  void train_until(std::uint64_t last, const Callbacks& callbacks);
   void change_topology();
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
   kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;

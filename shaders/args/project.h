@@ -12,6 +12,7 @@ struct ProjectArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;   // [views][T]
   uint triangles, view_count;
+  uint drop_near, pad;  // 1: as published, what reaches the camera plane is dropped whole
 };
 
 #ifndef GL_core_profile

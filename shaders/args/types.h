@@ -54,7 +54,8 @@ STRUCT ViewRecord {
 STRUCT ScreenTriangle {
   vec4 p0, p1, p2;  // clip coordinates
   uint box_min, box_max;
-  uint pad0, pad1;
+  uint crosses;     // 1: the near plane cuts it
+  uint pad0;
 };
 
 /// The visible fragment of a pixel.
@@ -90,12 +91,24 @@ STRUCT Statistics {
   uint pad0, pad1;
 };
 
+/// Parameters that were not numbers and had to be reset (common/faults.h).
+STRUCT Fault {
+  uint count;  // since the host looked
+  uint index;  // of the first: the float in its array
+  uint step;   // in which it was found
+  uint pad0;
+};
+#define FAULT_VERTEX 0
+#define FAULT_TEXEL 1
+#define FAULT_WEIGHT 2
+
 /// Flags that outlive a step.
 STRUCT Control {
   uint list_total;     // entries that the tiles' lists of the last step needed
   uint overflow;       // 1: they did not fit; no parameter has changed since
   uint list_peak;      // the most that any step needed
   uint overflow_step;  // the first step whose lists did not fit
+  Fault faults[3];     // by FAULT_
 };
 
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
@@ -113,7 +126,7 @@ POINTER_TYPE(Controls, Control, 16)
 #ifndef GL_core_profile
 static_assert(sizeof(ViewRecord) == 160 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
-static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(Control) == 16);
+static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(Control) == 64);
 }
 #endif
 #undef STRUCT

@@ -9,31 +9,44 @@ FN vec2 pixel_ndc(uint x, uint y, uint width, uint height) {
               real(-1) + real(2) * (real(y) + real(0.5)) / real(height));
 }
 
+// Behind the camera. With M the matrix of the rows (x, y, w) of a triangle's corners, the weights l that solve
+// l0 (x0, y0, w0) + l1 (..) + l2 (..) = (ndc, 1) are linear in ndc: the edge functions over det M. The point of the triangle's plane that is
+// seen there has barycentrics l / sum(l) and w = 1 / sum(l). A point of the triangle in front of the camera has all l >= 0, one behind it
+// all l <= 0, not all of them 0: edge functions turned by the sign of det M are >= 0, with a sum above 0, at the one and never at the
+// other. So corners may lie anywhere and no triangle needs to be cut up (Olano and Greer). Where rounding turns the sign of a det M near 0, the
+// triangle being seen on edge, depth is the second guard: that of perspective is (f + n) / (f - n) - 2 f n / ((f - n) w), above 1 for w < 0 and
+// below -1 for 0 < w < n, and no fragment is kept there.
+
+/// Edge functions of a triangle at an NDC point: barycentrics times their sum. Not turned: below 0 inside for one winding.
+FN vec3 edge_values(vec4 p0, vec4 p1, vec4 p2, vec2 ndc) {
+  const vec2 q0 = vec2(p0.x - ndc.x * p0.w, p0.y - ndc.y * p0.w);
+  const vec2 q1 = vec2(p1.x - ndc.x * p1.w, p1.y - ndc.y * p1.w);
+  const vec2 q2 = vec2(p2.x - ndc.x * p2.w, p2.y - ndc.y * p2.w);
+  return vec3(cross2(q1, q2), cross2(q2, q0), cross2(q0, q1));
+}
+
 /// Where the ray of an NDC point meets the plane of a triangle.
 struct PlanePoint {
   real b0, b1, b2;  // perspective-correct barycentrics
   real depth;       // NDC z
   real w;           // clip w
-  bool inside;      // the triangle covers the point (either winding, no depth range)
+  bool inside;      // the triangle covers the point, in front of the camera (either winding, no depth range)
 };
 
 /// p0, p1, p2: clip coordinates.
 FN PlanePoint plane_point(vec4 p0, vec4 p1, vec4 p2, vec2 ndc) {
-  const vec2 q0 = vec2(p0.x - ndc.x * p0.w, p0.y - ndc.y * p0.w);
-  const vec2 q1 = vec2(p1.x - ndc.x * p1.w, p1.y - ndc.y * p1.w);
-  const vec2 q2 = vec2(p2.x - ndc.x * p2.w, p2.y - ndc.y * p2.w);
-  const real a0 = cross2(q1, q2), a1 = cross2(q2, q0), a2 = cross2(q0, q1);
-  const real sum = a0 + a1 + a2;
+  const vec3 a = edge_values(p0, p1, p2, ndc);
+  const real sum = a.x + a.y + a.z;
   PlanePoint point;
   point.inside = false;
   point.b0 = point.b1 = point.b2 = point.depth = point.w = real(0);
   if (sum == real(0)) return point;
-  point.b0 = a0 / sum;
-  point.b1 = a1 / sum;
-  point.b2 = a2 / sum;
+  point.b0 = a.x / sum;
+  point.b1 = a.y / sum;
+  point.b2 = a.z / sum;
   point.w = point.b0 * p0.w + point.b1 * p1.w + point.b2 * p2.w;
   point.depth = (point.b0 * p0.z + point.b1 * p1.z + point.b2 * p2.z) / point.w;
-  point.inside = point.b0 >= real(0) && point.b1 >= real(0) && point.b0 + point.b1 <= real(1);
+  point.inside = point.b0 >= real(0) && point.b1 >= real(0) && point.b0 + point.b1 <= real(1) && point.w > real(0);
   return point;
 }
 

@@ -9,6 +9,8 @@ struct ClipGradient {
 /// A force on the NDC position of the point with weights s0, s1, s2.
 FN void apply_force(vec4 p0, vec4 p1, vec4 p2, real s0, real s1, real s2, vec3 force, INOUT(ClipGradient) gradient) {
   const vec4 point = s0 * p0 + s1 * p1 + s2 * p2;
+  // What is seen is in front of the camera; corners far away can round it out of there.
+  if (!(point.w > real(0))) return;
   const vec3 f = force / point.w;
   const vec4 g = vec4(f.x, f.y, f.z, -(f.x * point.x + f.y * point.y + f.z * point.z) / point.w);
   gradient.g0 += s0 * g;
@@ -16,12 +18,11 @@ FN void apply_force(vec4 p0, vec4 p1, vec4 p2, real s0, real s1, real s2, vec3 f
   gradient.g2 += s2 * g;
 }
 
-FN vec3 to_ndc(vec4 p) { return vec3(p.x / p.w, p.y / p.w, p.z / p.w); }
-
-/// Normal of a triangle in NDC, of any length.
-FN vec3 ndc_normal(vec4 p0, vec4 p1, vec4 p2) {
-  const vec3 a = to_ndc(p1) - to_ndc(p0), b = to_ndc(p2) - to_ndc(p0);
-  return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+/// Normal of a triangle in NDC, of any length and on either side; its corners may lie behind the camera. origin: an NDC point near
+/// which it is needed. Depth is a linear function of the screen, and its graph the triangle's plane.
+FN vec3 ndc_normal(vec4 p0, vec4 p1, vec4 p2, vec2 origin) {
+  const TriangleSetup setup = triangle_setup(p0, p1, p2, origin);
+  return vec3(setup.plane.y, setup.plane.z, real(-1));
 }
 
 /// How the line in which A and B meet moves with A: the force along the pixels' axis becomes one along A's normal in the plane
@@ -35,20 +36,37 @@ FN vec2 intersection_force(vec2 n_a, vec2 n_b, real force) {
   return a * (force * -b.y / sine);
 }
 
-/// If the segment p-q meets the edge from vertex i to vertex j: the force goes to the two ends by perspective-correct weights.
-FN bool silhouette_edge(vec4 vi, vec4 vj, vec2 p, vec2 q, OUT(real) si, OUT(real) sj) {
-  const vec2 e = vec2(vi.x / vi.w, vi.y / vi.w);
-  const vec2 r = vec2(vj.x / vj.w, vj.y / vj.w) - e;
-  const vec2 d = q - p;
-  si = sj = real(0);
-  const real den = cross2(d, r);
-  if (den == real(0)) return false;
-  const real t = cross2(e - p, r) / den;
-  const real u = cross2(e - p, d) / den;
-  if (!(t >= real(0) && t <= real(1) && u >= real(0) && u <= real(1))) return false;
-  const real wi = (real(1) - u) / vi.w, wj = u / vj.w;
-  si = wi / (wi + wj);
-  sj = wj / (wi + wj);
+/// Where the segment from p, at which a triangle is seen, to q, at which it is not, leaves it: the vertices' weights there, that of the
+/// vertex opposite to the edge 0. Corners may lie behind the camera: edge functions are linear on the screen wherever they lie.
+/// crosses: the near plane cuts the triangle. False where that is what the segment meets first: the triangle goes on beyond it.
+FN bool silhouette_point(vec4 p0, vec4 p1, vec4 p2, bool crosses, vec2 p, vec2 q, OUT(vec3) s) {
+  vec3 at_p = edge_values(p0, p1, p2, p), at_q = edge_values(p0, p1, p2, q);
+  s = vec3(0);
+  if (at_p.x + at_p.y + at_p.z < real(0)) {
+    at_p = -at_p;
+    at_q = -at_q;
+  }
+  real first = real(2);
+  int edge = -1;
+  UNROLL for (int k = 0; k < 3; ++k) {
+    if (!(at_q[k] < real(0))) continue;
+    const real inside = max(at_p[k], real(0)), t = inside / (inside - at_q[k]);
+    if (t < first) {
+      first = t;
+      edge = k;
+    }
+  }
+  if (edge < 0) return false;
+  if (crosses) {
+    const vec3 above = vec3(p0.z + p0.w, p1.z + p1.w, p2.z + p2.w);
+    const real near_p = max(dot(at_p, above), real(0)), near_q = dot(at_q, above);
+    if (near_q < real(0) && near_p <= first * (near_p - near_q)) return false;
+  }
+  const vec3 at_edge = max(at_p + first * (at_q - at_p), vec3(0));
+  s = vec3(edge == 0 ? real(0) : at_edge.x, edge == 1 ? real(0) : at_edge.y, edge == 2 ? real(0) : at_edge.z);
+  const real sum = s.x + s.y + s.z;
+  if (!(sum > real(0))) return false;
+  s /= sum;
   return true;
 }
 
@@ -60,9 +78,10 @@ FN bool silhouette_edge(vec4 vi, vec4 vj, vec2 p, vec2 q, OUT(real) si, OUT(real
 
 /// The force between pixel p, which shows triangle A at depth_p, and its neighbour q, on A's vertices; returns the EDGE_ kind.
 /// q shows A (q_same), nothing (q_empty) or B at depth_q. force: adjoint * (W/2, 0) * dx or (0, H/2) * dy in NDC, where
-/// adjoint = sum_c (g_p + g_q)_c (C_p - C_q)_c / 2 and g = dL/dC.
-FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool q_same, bool q_empty, real depth_p, real depth_q,
-                  vec2 p, vec2 q, vec2 force, bool horizontal, INOUT(ClipGradient) gradient) {
+/// adjoint = sum_c (g_p + g_q)_c (C_p - C_q)_c / 2 and g = dL/dC. a_crosses: the near plane cuts A. What lies beyond it is not seen, and
+/// where A ends there it has no edge: moving A would show more or less of what the near plane cuts off, not of A.
+FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool a_crosses, bool q_same, bool q_empty, real depth_p,
+                  real depth_q, vec2 p, vec2 q, vec2 force, bool horizontal, INOUT(ClipGradient) gradient) {
   const vec2 middle = real(0.5) * (p + q);
   const vec3 plain = vec3(force.x, force.y, real(0));
   if (q_same) {
@@ -72,11 +91,12 @@ FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool q_s
   }
   const PlanePoint aq = plane_point(a0, a1, a2, q);
   if (aq.inside) {
+    if (a_crosses && aq.depth < real(-1)) return EDGE_NONE;
     if (!q_empty && depth_q < aq.depth) {
       // B hides A at q. Unless A hides B at p in turn, what lies between them is B's edge, not A's.
       const PlanePoint bp = plane_point(b0, b1, b2, p);
       if (!(bp.inside && depth_p < bp.depth)) return EDGE_NONE;
-      const vec3 n_a = ndc_normal(a0, a1, a2), n_b = ndc_normal(b0, b1, b2);
+      const vec3 n_a = ndc_normal(a0, a1, a2, middle), n_b = ndc_normal(b0, b1, b2, middle);
       const vec2 f = horizontal ? intersection_force(vec2(n_a.x, n_a.z), vec2(n_b.x, n_b.z), force.x)
                                 : intersection_force(vec2(n_a.y, n_a.z), vec2(n_b.y, n_b.z), force.y);
       const PlanePoint m = plane_point(a0, a1, a2, middle);
@@ -91,10 +111,8 @@ FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool q_s
     return EDGE_NONE;
   }
   if (!(q_empty || depth_p < depth_q)) return EDGE_NONE;
-  real si, sj;
-  if (silhouette_edge(a0, a1, p, q, si, sj)) apply_force(a0, a1, a2, si, sj, real(0), plain, gradient);
-  else if (silhouette_edge(a1, a2, p, q, si, sj)) apply_force(a0, a1, a2, real(0), si, sj, plain, gradient);
-  else if (silhouette_edge(a2, a0, p, q, si, sj)) apply_force(a0, a1, a2, sj, real(0), si, plain, gradient);
-  else return EDGE_NONE;
+  vec3 s;
+  if (!silhouette_point(a0, a1, a2, a_crosses, p, q, s)) return EDGE_NONE;
+  apply_force(a0, a1, a2, s.x, s.y, s.z, plain, gradient);
   return EDGE_SILHOUETTE;
 }

@@ -13,7 +13,7 @@ FN uint hash32(uint x) {
 /// The part of a threshold's counter that does not depend on the triangle. key: hash of seed, step and view.
 FN uint threshold_pixel(uint key, uint pixel) { return hash32(key ^ (pixel * 0x9e3779b9u)); }
 
-/// Uniform in [0, 1) with 24 bits.
+/// Uniform in (0, 1] with 24 bits: an opacity of 0 reaches none, an opacity of 1 every one.
 FN real threshold_of(uint pixel_hash, uint triangle) {
-  return real(hash32(pixel_hash + triangle * 0x85ebca6bu) >> 8) * real(5.9604644775390625e-8);
+  return real((hash32(pixel_hash + triangle * 0x85ebca6bu) >> 8) + 1u) * real(5.9604644775390625e-8);
 }

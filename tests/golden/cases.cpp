@@ -122,6 +122,7 @@ struct Scene {
     soup::Mlp mlp;
     mlp.parameters = mlp_parameters(npz, "mlp_", suffix);
     train::allocate_mlp(gpu, soup, mlp);
+    soup.drop_near = true;
 
     const Array& mvp = need(npz, "mvp");
     const Array& inverse = need(npz, "mvp_inv");
@@ -584,6 +585,7 @@ void trained_model(gpu::Device& gpu, const Npz& npz, Report& report) {
   soup::Mlp mlp;
   mlp.parameters = mlp_parameters(npz, "mlp_", "");
   train::allocate_mlp(gpu, soup, mlp);
+  soup.drop_near = true;
   std::vector<float> lattice, opacity;
   for (const std::int32_t value : need(npz, "lut_u8").i) {
     lattice.push_back(static_cast<float>(value) / 255.0f);

@@ -35,7 +35,7 @@ double supersampled_loss(const std::vector<Flat>& scene, const glm::dmat4& clip_
       for (std::size_t t = 0; t < scene.size(); ++t) {
         const f64::PlanePoint p = f64::plane_point(clip[t][0], clip[t][1], clip[t][2], ndc);
         const Flat& f = scene[t];
-        if (!p.inside || p.depth >= nearest || p.b0 * f.opacity[0] + p.b1 * f.opacity[1] + p.b2 * f.opacity[2] < 0.5) continue;
+        if (!p.inside || p.depth < -1 || p.depth >= nearest || p.b0 * f.opacity[0] + p.b1 * f.opacity[1] + p.b2 * f.opacity[2] < 0.5) continue;
         nearest = p.depth;
         colour = f.colour;
       }
@@ -129,6 +129,24 @@ TEST_CASE("silhouettes move as in a supersampled image", "[edges]") {
   compare(
       [](soup::Random& r) {
         Flat t{{in_picture(r, 0), in_picture(r, 0.1), in_picture(r, -0.1)}, 0.2, {0.9, 0.9, 0.9}};
+        return std::vector<Flat>{t};
+      },
+      false, slope, correlation);
+  CAPTURE(slope, correlation);
+  CHECK(slope == Approx(1).margin(0.05));
+  CHECK(correlation > 0.98);
+}
+
+TEST_CASE("silhouettes of triangles that reach behind the camera move as in a supersampled image", "[edges]") {
+  double slope = 0, correlation = 0;
+  compare(
+      [](soup::Random& r) {
+        // The camera is at depth 1. They pass it to the side, so that the near plane's cut is out of the picture.
+        const glm::dvec3 side(-std::sin(0.3), std::cos(0.3), 0), towards(std::cos(0.3), std::sin(0.3), 0);
+        const double left = r.uniform01() < 0.5f ? -1 : 1;
+        Flat t{{in_picture(r, 0), in_picture(r, -0.3), left * double(r.uniform(0.8f, 1.6f)) * side + double(r.uniform(1.3f, 2.5f)) * towards},
+               0.2,
+               {0.9, 0.9, 0.9}};
         return std::vector<Flat>{t};
       },
       false, slope, correlation);

@@ -583,33 +583,105 @@ TEST_CASE("edges: a force is the derivative of the point it acts on", "[maths]")
   }
 }
 
-TEST_CASE("edges: a silhouette's weights are those of the crossing in space", "[maths]") {
+namespace {
+
+/// Clip coordinates in perspective, near plane at 0.3, of a point of the camera's own space: x, y and the distance along the axis.
+glm::dvec4 in_perspective(const glm::dvec3& v) {
+  const double near = 0.3, far = 20;
+  return {v.x, v.y, (far + near) / (far - near) * v.z - 2 * far * near / (far - near), v.z};
+}
+
+}  // namespace
+
+TEST_CASE("edges: a silhouette is where the segment leaves the triangle, wherever the corners lie", "[maths]") {
   soup::Random r(11);
-  int hits = 0, misses = 0;
-  for (int n = 0; n < 4000; ++n) {
-    const auto ndc = [&] { return glm::dvec2{random_in(r, -1, 1), random_in(r, -1, 1)}; };
-    const glm::dvec2 i = ndc(), j = ndc(), p = ndc(), q = ndc();
-    const double wi = random_in(r, 0.3, 3), wj = random_in(r, 0.3, 3);
-    const glm::dvec4 vi = wi * glm::dvec4(i, random_in(r, -1, 1), 1), vj = wj * glm::dvec4(j, random_in(r, -1, 1), 1);
-    // Two segments meet if each has its ends on both sides of the other.
-    const double side_p = f64::cross2(j - i, p - i), side_q = f64::cross2(j - i, q - i);
-    const double side_i = f64::cross2(q - p, i - p), side_j = f64::cross2(q - p, j - p);
-    if (std::min({std::abs(side_p), std::abs(side_q), std::abs(side_i), std::abs(side_j)}) < 1e-4) continue;
-    const bool expected = side_p * side_q < 0 && side_i * side_j < 0;
-    double si = -1, sj = -1;
-    REQUIRE(f64::silhouette_edge(vi, vj, p, q, si, sj) == expected);
-    ++(expected ? hits : misses);
-    if (!expected) continue;
-    const glm::dvec2 crossing = i + (j - i) * (side_i / (side_i - side_j));
-    const glm::dvec4 point = si * vi + sj * vj;
-    CHECK(si + sj == Approx(1));
-    CHECK(point.x / point.w == Approx(crossing.x).margin(1e-10));
-    CHECK(point.y / point.w == Approx(crossing.y).margin(1e-10));
+  int kinds[2][2] = {};  // by whether a corner is behind the camera, and whether the near plane comes first
+  for (int n = 0; n < 60000; ++n) {
+    Triangle t;
+    for (glm::dvec4& v : t) v = in_perspective({random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, n % 2 ? 0.2 : -3, 4)});
+    const glm::dvec2 p{random_in(r, -1, 1), random_in(r, -1, 1)}, q = p + glm::dvec2{random_in(r, -0.7, 0.7), random_in(r, -0.7, 0.7)};
+    // By the inverse of the rows (x, y, w): weights that are all above 0 in front of the camera, and z + w above 0 before the near plane.
+    glm::dmat3 m;
+    for (int k = 0; k < 3; ++k) m[k] = {t[k].x, t[k].y, t[k].w};
+    const auto sides = [&](double along) {
+      const glm::dvec3 l = glm::inverse(m) * glm::dvec3(p + along * (q - p), 1);
+      return glm::dvec4(l, l.x * (t[0].z + t[0].w) + l.y * (t[1].z + t[1].w) + l.z * (t[2].z + t[2].w));
+    };
+    const auto least = [](const glm::dvec4& v) { return std::min({v.x, v.y, v.z, v.w}); };
+    if (least(sides(0)) < 1e-3 || std::abs(glm::determinant(m)) < 1e-2 || least(sides(1)) > -1e-3) continue;
+    double in = 0, out = 1;  // of the first way out: the seen part is convex
+    for (int i = 0; i < 60; ++i) (least(sides(0.5 * (in + out))) >= 0 ? in : out) = 0.5 * (in + out);
+    const glm::dvec4 at = sides(in);
+    const int which = static_cast<int>(std::min_element(&at.x, &at.x + 4) - &at.x);
+    double second = 1;  // nearly two ways out at once
+    for (int k = 0; k < 4; ++k)
+      if (k != which) second = std::min(second, at[k]);
+    if (second < 1e-6) continue;
+    const bool behind = std::min({t[0].w, t[1].w, t[2].w}) <= 0;
+    const bool crosses = std::min({t[0].z + t[0].w, t[1].z + t[1].w, t[2].z + t[2].w}) < 0;
+    glm::dvec3 s(-1);
+    REQUIRE(f64::silhouette_point(t[0], t[1], t[2], crosses, p, q, s) == (which < 3));
+    ++kinds[behind][which == 3];
+    if (which == 3) continue;
+    const glm::dvec4 point = s.x * t[0] + s.y * t[1] + s.z * t[2];
+    const glm::dvec2 crossing = p + in * (q - p);
+    CHECK(s[which] == 0);
+    CHECK(std::min({s.x, s.y, s.z}) >= 0);
+    CHECK(s.x + s.y + s.z == Approx(1));
+    CHECK(point.w > 0.3);
+    CHECK(point.x / point.w == Approx(crossing.x).margin(1e-8));
+    CHECK(point.y / point.w == Approx(crossing.y).margin(1e-8));
   }
-  CHECK(hits > 500);
-  CHECK(misses > 500);
-  double si, sj;
-  CHECK(!f64::silhouette_edge({0, 0.5, 0, 1}, {1, 0.5, 0, 1}, {0, 0}, {1, 0}, si, sj));  // parallel
+  CHECK(kinds[0][0] > 500);
+  CHECK(kinds[1][0] > 500);
+  CHECK(kinds[1][1] > 100);
+}
+
+TEST_CASE("coverage: of triangles that reach behind the camera exactly what is before it is inside", "[maths]") {
+  soup::Random r(20);
+  int seen = 0, behind = 0;
+  for (int n = 0; n < 3000; ++n) {
+    glm::dvec3 v[3];
+    for (glm::dvec3& corner : v) corner = {random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, -3, 3)};
+    const glm::dvec4 p[3] = {in_perspective(v[0]), in_perspective(v[1]), in_perspective(v[2])};
+    // A point of the triangle, from which its place on the screen follows; behind the camera it is the place of what it mirrors.
+    const double a = random_in(r, 0.02, 0.98), b = (1 - a) * random_in(r, 0.02, 0.98), c = 1 - a - b;
+    const glm::dvec3 point = a * v[0] + b * v[1] + c * v[2];
+    if (std::abs(point.z) < 1e-2 || c < 0.01 || std::abs(glm::determinant(glm::dmat3(v[0], v[1], v[2]))) < 1e-2) continue;
+    const glm::dvec2 ndc = glm::dvec2(point) / point.z;
+    const f64::PlanePoint found = f64::plane_point(p[0], p[1], p[2], ndc);
+    CHECK(found.b0 == Approx(a).margin(1e-7));
+    CHECK(found.b1 == Approx(b).margin(1e-7));
+    CHECK(found.w == Approx(point.z).margin(1e-7));
+    CHECK(found.inside == (point.z > 0));
+    const glm::dvec2 origin = ndc + glm::dvec2(0.1, -0.2);
+    const f64::TriangleSetup setup = f64::triangle_setup(p[0], p[1], p[2], origin);
+    const glm::dvec2 d = ndc - origin;
+    const double e0 = f64::at_offset(setup.e0, d), e1 = f64::at_offset(setup.e1, d), e2 = f64::at_offset(setup.e2, d);
+    CHECK((std::min({e0, e1, e2}) >= 0) == (point.z > 0));
+    const double depth = f64::at_offset(setup.plane, d);
+    CHECK(depth == Approx(in_perspective(point).z / point.z).epsilon(1e-6));
+    if (point.z < 0) CHECK(depth > 1);
+    ++(point.z > 0 ? seen : behind);
+  }
+  CHECK(seen > 500);
+  CHECK(behind > 500);
+}
+
+TEST_CASE("edges: depth's gradient is the normal that the corners give", "[maths]") {
+  soup::Random r(21);
+  for (int n = 0; n < 200; ++n) {
+    Triangle t;
+    glm::dvec3 ndc[3];
+    for (int k = 0; k < 3; ++k) {
+      t[k] = in_perspective({random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, 0.2, 4)});
+      ndc[k] = glm::dvec3(t[k]) / t[k].w;
+    }
+    const glm::dvec3 expected = glm::normalize(glm::cross(ndc[1] - ndc[0], ndc[2] - ndc[0]));
+    if (std::abs(expected.z) < 1e-3) continue;
+    const glm::dvec3 normal = glm::normalize(f64::ndc_normal(t[0], t[1], t[2], {random_in(r, -1, 1), random_in(r, -1, 1)}));
+    CHECK(std::abs(glm::dot(normal, expected)) == Approx(1).epsilon(1e-9));
+  }
 }
 
 // In the plane of the pixels' axis s and z, A is the line a . (s, z) = c and B the line b . (s, z) = d, a and b being unit vectors.
@@ -701,9 +773,9 @@ f64::ClipGradient force_at(const Triangle& t, glm::dvec2 ndc, glm::dvec3 force) 
 }
 
 int edge(const Triangle& a, const Triangle& b, bool same, bool empty, double depth_p, double depth_q, const Pair& pair,
-         f64::ClipGradient& g) {
+         f64::ClipGradient& g, bool crosses = false) {
   g = no_gradient();
-  return f64::edge_force(a[0], a[1], a[2], b[0], b[1], b[2], same, empty, depth_p, depth_q, pair.p, pair.q, pair.force,
+  return f64::edge_force(a[0], a[1], a[2], b[0], b[1], b[2], crosses, same, empty, depth_p, depth_q, pair.p, pair.q, pair.force,
                          pair.horizontal, g);
 }
 
@@ -765,6 +837,26 @@ TEST_CASE("edges: a silhouette's force acts where the edge crosses between the p
       CHECK(edge(a, before, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
       check_same(g, no_gradient());
     }
+}
+
+TEST_CASE("edges: where the near plane cuts a triangle off it has no edge", "[maths]") {
+  soup::Random r(22);
+  for (const Pair& pair : pairs()) {
+    // It comes nearer towards q and passes the near plane between the pixels.
+    const Plane plane{-0.9, -2.0 * (pair.q - pair.p) / 0.01, pair.p}, back{0.6, {0, 0}, pair.p};
+    REQUIRE(plane.at(pair.q) < -1);
+    const Triangle a = covering(r, plane, false), b = covering(r, back, false);
+    f64::ClipGradient g;
+    for (const bool empty : {false, true}) {
+      CHECK(edge(a, b, false, empty, plane.at(pair.p), empty ? 0 : 0.6, pair, g, true) == EDGE_NONE);
+      check_same(g, no_gradient());
+    }
+    // It ends farther on: that is not where the picture changes. And before that: it is.
+    const Plane flat{-0.9, -1.5 * (pair.q - pair.p) / 0.01, pair.p};  // passes -1 at 1/15 of the way
+    const glm::dvec2 far_end = pair.p + 0.5 * (pair.q - pair.p), near_end = pair.p + 0.03 * (pair.q - pair.p);
+    CHECK(edge(ending(r, flat, far_end, glm::normalize(pair.p - pair.q), 0), b, false, true, -0.9, 0, pair, g, true) == EDGE_NONE);
+    CHECK(edge(ending(r, flat, near_end, glm::normalize(pair.p - pair.q), 0), b, false, true, -0.9, 0, pair, g, true) == EDGE_SILHOUETTE);
+  }
 }
 
 TEST_CASE("edges: two triangles that pass through each other move the line in which they meet", "[maths]") {
@@ -933,9 +1025,9 @@ TEST_CASE("thresholds are uniform over pixels, triangles and steps", "[maths]") 
     std::vector<int> bins(kBins, 0);
     for (std::uint32_t i = 0; i < kDraws; ++i) {
       const double value = draw(i);
-      REQUIRE(value >= 0);
-      REQUIRE(value < 1);
-      ++bins[static_cast<int>(value * kBins)];
+      REQUIRE(value > 0);
+      REQUIRE(value <= 1);
+      ++bins[static_cast<int>((1 - value) * kBins)];
     }
     CHECK(chi_square(bins, kDraws) < chi_square_limit(kBins));
   };
@@ -957,7 +1049,7 @@ TEST_CASE("thresholds of different triangles, pixels and steps have nothing to d
     CHECK(chi_square(bins, kDraws) < chi_square_limit(bins.size()));
   };
   const auto draw = [](std::uint32_t key, std::uint32_t pixel, std::uint32_t triangle) {
-    return f64::threshold_of(f64::threshold_pixel(key, pixel), triangle);
+    return 1 - f64::threshold_of(f64::threshold_pixel(key, pixel), triangle);
   };
   const std::uint32_t key = f64::hash32(99);
   for (const std::uint32_t other : {1u, 2u, 64u, 1000u}) {

@@ -1,0 +1,305 @@
+// Stability of projection, coverage and edge forces (shaders/project.comp, common/coverage.h, common/edges.h): for triangles that no rasteriser
+// likes the picture is that of double precision, gradients are bounded, and a step leaves every parameter finite.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+
+#include "stability/reference_picture.h"
+#include "train/faults.h"
+
+using namespace trisoup;
+using test::SmallScene;
+
+namespace {
+
+constexpr std::uint32_t kWidth = 52, kHeight = 44;
+constexpr double kNear = 0.025, kFar = 10;
+
+/// At the origin, looking along z, x to the right and y downwards; w is z, exactly.
+train::BatchView forward_view() {
+  scene::Camera camera;
+  camera.width = kWidth;
+  camera.height = kHeight;
+  camera.fx = camera.fy = 1.0 * kWidth;
+  camera.cx = 0.5 * kWidth;
+  camera.cy = 0.5 * kHeight;
+  return train::batch_view(camera, kNear, kFar);
+}
+
+using Vertices = std::vector<glm::vec3>;
+
+/// Opaque at a threshold of 0.5, level 0.
+struct OpaqueScene : SmallScene {
+  OpaqueScene(gpu::Device& device, const Vertices& vertices)
+      : SmallScene(device, static_cast<std::uint32_t>(vertices.size() / 3), {{0, 0}}, {forward_view()}) {
+    frame.reserve_lists(std::min<std::uint64_t>(1u << 20, std::uint64_t(soup.triangles + 64) * frame.batch().tiles));
+    for (std::size_t i = 7; i < logits.size(); i += 8) logits[i] = 5.0f;
+    gpu.upload(soup.source.address(), logits);
+    gpu.upload(soup.vertices.address(), vertices);
+    step.sum_textures();
+  }
+};
+
+std::vector<std::uint32_t> picture(SmallScene& s) {
+  s.step.begin(1, 0, 0, {});
+  s.step.visibility(train::Thresholds::half, s.inputs);
+  REQUIRE_FALSE(train::grow_lists_if_needed(s.gpu, s.frame));
+  std::vector<std::uint32_t> shown;
+  for (const kernels::Hit& hit : s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels)) {
+    REQUIRE((std::isfinite(hit.b0) && std::isfinite(hit.b1) && std::isfinite(hit.depth)));
+    shown.push_back(hit.triangle);
+  }
+  return shown;
+}
+
+/// Steps of a training with random targets: gradients bounded, everything finite.
+void check_training(SmallScene& s) {
+  const gpu::Buffer seen = s.gpu.allocate(s.soup.triangles * 36ull, "vertex gradient");
+  s.inputs.vertex_gradient = seen.address();
+  s.inputs.opacity_baseline = true;
+  const train::BatchView view = s.views[0];
+  double rows = 0;
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r) rows += view.clip_from_world[c][r] * view.clip_from_world[c][r];
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    s.train(i, SmallScene::rates(i));
+    const auto gradient = s.gpu.download_vector<float>(seen.address(), s.soup.triangles * 9ull);
+    const auto colour_gradient = s.gpu.download_vector<float>(s.frame.gradient.address(), 4ull * s.frame.batch().pixels);
+    double steepest = 0;  // dL/dC
+    for (std::size_t k = 0; k < colour_gradient.size(); ++k)
+      if (k % 4 < 3) steepest = std::max(steepest, double(std::abs(colour_gradient[k])));
+    // Every pair of neighbours pulls from both sides with at most 3 dL/dC W / 2 in NDC, on points no nearer than the near plane, whose clip
+    // coordinates are at most w each. Where triangles pass through each other a pair's pull is divided by a sine, but a term stays below 64.
+    const double pull = 4.0 * kWidth * kHeight * 3 * steepest * 0.5 * kWidth;
+    const double bound = std::max(pull * 2 / kNear * std::sqrt(rows), 64.0 * 4 * kWidth * kHeight);
+    double largest = 0;
+    for (const float g : gradient) largest = std::max(largest, std::isfinite(g) ? double(std::abs(g)) : INFINITY);
+    CAPTURE(i, largest, bound);
+    CHECK(largest <= bound);
+  }
+  s.inputs.vertex_gradient = 0;
+  const auto state = s.state();
+  CHECK(std::all_of(state.begin(), state.end(), [](float v) { return std::isfinite(v); }));
+  CHECK(train::take_faults(s.gpu, s.soup, s.frame).empty());
+  const auto colour = s.gpu.download_vector<float>(s.frame.colour.address(), 3ull * s.frame.batch().pixels);
+  CHECK(std::all_of(colour.begin(), colour.end(), [](float v) { return v >= 0 && v <= 1; }));
+}
+
+struct Tally {
+  std::size_t pixels = 0, covered = 0, ties = 0, wrong = 0;
+};
+
+/// Several random scenes: no pixel that is not a tie shows another triangle than it should.
+Tally check_family(int scenes, const std::function<Vertices(soup::Random&)>& make) {
+  auto gpu = test::open_device();
+  Tally all;
+  for (int n = 0; n < scenes; ++n) {
+    soup::Random random(100 + static_cast<std::uint64_t>(n));
+    const Vertices vertices = make(random);
+    OpaqueScene s(*gpu, vertices);
+    const auto shown = picture(s);
+    const auto right = test::reference_picture(vertices, s.views[0]);
+    for (std::size_t p = 0; p < shown.size(); ++p) {
+      ++all.pixels;
+      all.covered += right[p].triangle != 0;
+      all.ties += right[p].tie;
+      if (!right[p].tie && shown[p] != right[p].triangle) {
+        if (all.wrong++ < 5) UNSCOPED_INFO("scene " << n << ", pixel " << p % kWidth << " " << p / kWidth << ": " << shown[p] << " for " << right[p].triangle);
+      }
+    }
+    check_training(s);
+  }
+  UNSCOPED_INFO(all.pixels << " pixels, " << all.covered << " covered, " << all.ties << " ties, " << all.wrong << " wrong");
+  CHECK(all.wrong == 0);
+  test::require_silence(*gpu);
+  return all;
+}
+
+glm::vec3 in_view(soup::Random& r, float depth_low = 0.5f, float depth_high = 3.0f) {
+  const float z = r.uniform(depth_low, depth_high);
+  return {z * r.uniform(-0.5f, 0.5f), z * r.uniform(-0.42f, 0.42f), z};
+}
+
+glm::vec3 direction(soup::Random& r) { return glm::normalize(glm::vec3{r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)}); }
+
+}  // namespace
+
+TEST_CASE("slivers of aspect 1e6 show where they are and nowhere else", "[geometry]") {
+  const Tally t = check_family(12, [](soup::Random& r) {
+    Vertices v;
+    for (int i = 0; i < 30; ++i) {
+      // Thinner than any pixel, and of a pixel's width but as long as the world.
+      const float length = i % 2 ? 0.5f : 5e4f, width = 1e-6f * length;
+      const glm::vec3 a = in_view(r), along = direction(r), across = glm::normalize(glm::cross(along, direction(r)));
+      v.insert(v.end(), {a - 0.3f * length * along, a + 0.7f * length * along, a + 0.5f * length * along + width * across});
+    }
+    return v;
+  });
+  CHECK(t.covered - t.ties < t.pixels);
+  CHECK(t.covered > t.pixels / 100);
+}
+
+TEST_CASE("triangles without area cover nothing", "[geometry]") {
+  auto gpu = test::open_device();
+  soup::Random r(3);
+  Vertices ordinary, with;
+  for (int i = 0; i < 10; ++i) {
+    const glm::vec3 a = in_view(r), b = in_view(r), c = in_view(r);
+    ordinary.insert(ordinary.end(), {a, b, c});
+  }
+  with = ordinary;
+  for (int i = 0; i < 30; ++i) {
+    const glm::vec3 a = in_view(r), b = in_view(r);
+    if (i % 3 == 0) with.insert(with.end(), {a, a, a});
+    else if (i % 3 == 1) with.insert(with.end(), {a, b, i % 2 ? a : b});
+    else {
+      // Three points of a line, exactly: multiples of a power of two of one another.
+      const glm::vec3 step = glm::round(256.0f * direction(r)) / 256.0f, start = glm::round(256.0f * a) / 256.0f;
+      with.insert(with.end(), {start, start + step, start + 2.0f * step});
+    }
+  }
+  OpaqueScene few(*gpu, ordinary), all(*gpu, with);
+  CHECK(picture(few) == picture(all));
+  check_training(all);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("triangles smaller than a pixel show where they hold its centre", "[geometry]") {
+  const Tally t = check_family(3, [](soup::Random& r) {
+    Vertices v;
+    for (int i = 0; i < 1500; ++i) {
+      const glm::vec3 a = in_view(r);
+      const float size = a.z / kWidth * r.uniform(0.1f, 0.9f);
+      v.insert(v.end(), {a, a + size * direction(r), a + size * direction(r)});
+    }
+    return v;
+  });
+  CHECK(t.covered > t.pixels / 50);
+}
+
+TEST_CASE("triangles that fill the picture and far more cover all of it", "[geometry]") {
+  for (const float size : {2.0f, 100.0f, 1e6f}) {
+    CAPTURE(size);
+    const Tally t = check_family(4, [&](soup::Random& r) {
+      Vertices v;
+      for (int i = 0; i < 6; ++i) {
+        const glm::vec3 a = in_view(r), along = direction(r), across = glm::normalize(glm::cross(along, direction(r)));
+        v.insert(v.end(), {a - size * along - 0.6f * size * across, a + size * along - 0.6f * size * across, a + 1.2f * size * across});
+      }
+      return v;
+    });
+    CHECK(t.covered > t.pixels / 2);
+  }
+}
+
+TEST_CASE("of triangles in the same place the first is seen", "[geometry]") {
+  auto gpu = test::open_device();
+  soup::Random r(6);
+  Vertices v;
+  for (int i = 0; i < 8; ++i) {
+    const glm::vec3 a = in_view(r), b = in_view(r), c = in_view(r);
+    for (int copies = 0; copies < 3; ++copies) v.insert(v.end(), {a, b, c});
+  }
+  OpaqueScene s(*gpu, v);
+  const auto shown = picture(s);
+  std::size_t covered = 0;
+  for (const std::uint32_t t : shown) {
+    covered += t != 0;
+    CHECK((t == 0 || (t - 1) % 3 == 0));
+  }
+  CHECK(covered > shown.size() / 10);
+  check_training(s);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("triangles that pass through each other show who is nearer", "[geometry]") {
+  const Tally t = check_family(6, [](soup::Random& r) {
+    Vertices v;
+    // Some nearly parallel: the line in which they meet runs far with the least motion.
+    const glm::vec3 centre{0, 0, 1.5f};
+    for (int i = 0; i < 12; ++i) {
+      const float tilt = i % 2 ? 1.0f : 1e-3f;
+      for (int k = 0; k < 3; ++k) {
+        const float angle = 2.1f * static_cast<float>(k) + r.uniform(-0.3f, 0.3f);
+        v.push_back(centre + glm::vec3(std::cos(angle), std::sin(angle), tilt * r.uniform(-0.5f, 0.5f)));
+      }
+    }
+    return v;
+  });
+  CHECK(t.covered > t.pixels / 2);
+}
+
+TEST_CASE("vertices at, behind and on the camera plane leave what is before the near plane", "[geometry]") {
+  const Tally t = check_family(24, [](soup::Random& r) {
+    Vertices v;
+    for (int i = 0; i < 16; ++i) {
+      glm::vec3 corner[3] = {in_view(r), in_view(r), in_view(r)};
+      const float side = r.uniform01() < 0.5f ? -1.0f : 1.0f;
+      switch (i % 8) {
+        case 0: corner[0] = {side * r.uniform(0.0f, 2.0f), r.uniform(-2, 2), 0.0f}; break;   // on the camera plane, w = 0
+        case 1: corner[0] = glm::vec3(0.0f); break;                                          // the camera itself
+        case 2: corner[0] = {r.uniform(-3, 3), r.uniform(-3, 3), r.uniform(-4.0f, -0.01f)}; break;  // one behind
+        case 3:                                                                              // two behind
+          for (int k = 0; k < 2; ++k) corner[k] = {r.uniform(-3, 3), r.uniform(-3, 3), r.uniform(-4.0f, -0.01f)};
+          break;
+        case 4: corner[0] = {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(0.0f, 0.025f)}; break;   // between camera and near plane
+        case 5: corner[0] = corner[1] = {0.5f, 0.5f, 0.0f}; corner[1].x = -0.5f; break;      // an edge on the camera plane
+        case 6:                                                                              // the ground, far behind the camera
+          corner[0] = {-40, 0.3f, -30}, corner[1] = {40, 0.3f, -30}, corner[2] = {r.uniform(-9, 9), r.uniform(0.3f, 0.6f), 60};
+          break;
+        default:                                                                             // all behind: never seen
+          for (glm::vec3& c : corner) c.z = -c.z;
+      }
+      v.insert(v.end(), corner, corner + 3);
+    }
+    return v;
+  });
+  CHECK(t.covered > t.pixels / 2);
+}
+
+TEST_CASE("what is dropped as published and what is clipped differ in the triangles that cross alone", "[geometry]") {
+  auto gpu = test::open_device();
+  const Vertices v{{-40, 0.3f, -30}, {40, 0.3f, -30}, {0, 0.3f, 60}, {-0.2f, -0.2f, 2}, {0.2f, -0.2f, 2}, {0, 0.1f, 2}};
+  OpaqueScene s(*gpu, v);
+  const auto clipped = picture(s);
+  s.soup.drop_near = true;
+  const auto dropped = picture(s);
+  std::size_t ground = 0, other = 0;
+  for (std::size_t p = 0; p < clipped.size(); ++p) {
+    ground += clipped[p] == 1;
+    other += clipped[p] == 2;
+    CHECK(dropped[p] == (clipped[p] == 1 ? 0 : clipped[p]));
+  }
+  CHECK(ground > clipped.size() / 5);
+  CHECK(other > 10);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a million triangles off the screen change nothing of what is on it", "[geometry][slow]") {
+  auto gpu = test::open_device();
+  soup::Random r(8);
+  Vertices few;
+  for (int i = 0; i < 10; ++i) {
+    const glm::vec3 a = in_view(r), b = in_view(r), c = in_view(r);
+    few.insert(few.end(), {a, b, c});
+  }
+  Vertices many = few;
+  for (int i = 0; i < 1'000'000; ++i) {
+    glm::vec3 a{r.uniform(-9, 9), r.uniform(-9, 9), r.uniform(-9, 9)};
+    if (i % 3 == 0) a.z = -0.5f - std::abs(a.z);
+    else if (i % 3 == 1) a.x = (a.x < 0 ? -1.0f : 1.0f) * (2.0f + std::abs(a.z));
+    else a.z = 11.0f + std::abs(a.z);
+    many.insert(many.end(), {a, a + 0.3f * direction(r), a + 0.3f * direction(r)});
+  }
+  OpaqueScene one(*gpu, few), all(*gpu, many);
+  CHECK(picture(one) == picture(all));
+  const auto control = gpu->download_vector<kernels::Control>(all.frame.control.address(), 1)[0];
+  CHECK(control.list_total < 10 * all.frame.batch().tiles);  // none of the million is in any tile's list
+  all.train(0, SmallScene::rates(0));
+  const auto after = gpu->download_vector<glm::vec3>(all.soup.vertices.address(), many.size());
+  std::size_t moved = 0;
+  for (std::size_t i = 30; i < many.size(); ++i) moved += after[i] != many[i];
+  CHECK(moved == 0);
+  test::require_silence(*gpu);
+}
