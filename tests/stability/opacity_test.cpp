@@ -112,7 +112,7 @@ TEST_CASE("opacities of exactly 0 and 1 and saturated logits teach nothing wrong
   const bool baseline = GENERATE(false, true);
   CAPTURE(baseline);
   // -200 is an opacity of exactly 0, 30 one of exactly 1: of what lies behind that nothing is ever seen.
-  const Gradients g = measure({{-200, -30, -0.8, 0.4, -30, 1.5, 30, 0.3, 200}, {0.2, 0.9, 0.4, 0.8, 0.1, 0.3, 0.6, 0.5, 0.2}}, 2000, baseline);
+  const Gradients g = measure({{-200, -30, -0.8, 0.4, -30, 1.5, 30, 0.3, 200}, {0.2, 0.9, 0.4, 0.8, 0.1, 0.3, 0.6, 0.5, 0.2}}, 4000, baseline);
   REQUIRE(g.opacity[0] == 0);
   REQUIRE(g.opacity[6] == 1);
   check_bounded(g);

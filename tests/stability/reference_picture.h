@@ -51,4 +51,15 @@ inline std::vector<Seen> reference_picture(std::span<const glm::vec3> vertices, 
   return picture;
 }
 
+/// Whether a triangle covers anything within a pixel and a half of a pixel's centre.
+inline bool near_by(std::span<const glm::vec3> vertices, const train::BatchView& view, std::uint32_t triangle, std::uint32_t x, std::uint32_t y) {
+  glm::dvec4 clip[3];
+  for (int k = 0; k < 3; ++k) clip[k] = view.clip_from_world * glm::dvec4(glm::dvec3(vertices[3 * triangle + k]), 1);
+  const glm::dvec2 size(view.width, view.height), centre = f64::pixel_ndc(x, y, view.width, view.height);
+  for (int j = -6; j <= 6; ++j)
+    for (int i = -6; i <= 6; ++i)
+      if (f64::plane_point(clip[0], clip[1], clip[2], centre + 0.5 * glm::dvec2(i, j) / size).inside) return true;
+  return false;
+}
+
 }  // namespace trisoup::test
