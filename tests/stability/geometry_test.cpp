@@ -59,24 +59,14 @@ void check_training(SmallScene& s) {
   const gpu::Buffer seen = s.gpu.allocate(s.soup.triangles * 36ull, "vertex gradient");
   s.inputs.vertex_gradient = seen.address();
   s.inputs.opacity_baseline = true;
-  const train::BatchView view = s.views[0];
-  double rows = 0;
-  for (int c = 0; c < 4; ++c)
-    for (int r = 0; r < 4; ++r) rows += view.clip_from_world[c][r] * view.clip_from_world[c][r];
   for (std::uint32_t i = 0; i < 4; ++i) {
     s.train(i, SmallScene::rates(i));
     const auto gradient = s.gpu.download_vector<float>(seen.address(), s.soup.triangles * 9ull);
-    const auto colour_gradient = s.gpu.download_vector<float>(s.frame.gradient.address(), 4ull * s.frame.batch().pixels);
-    double steepest = 0;  // dL/dC
-    for (std::size_t k = 0; k < colour_gradient.size(); ++k)
-      if (k % 4 < 3) steepest = std::max(steepest, double(std::abs(colour_gradient[k])));
-    // Every pair of neighbours pulls from both sides with at most 3 dL/dC W / 2 in NDC, on points no nearer than the near plane, whose clip
-    // coordinates are at most w each. Where triangles pass through each other a pair's pull is divided by a sine, but a term stays below 64.
-    const double pull = 4.0 * kWidth * kHeight * 3 * steepest * 0.5 * kWidth;
-    const double bound = std::max(pull * 2 / kNear * std::sqrt(rows), 64.0 * 4 * kWidth * kHeight);
+    // A corner moves what is seen by at most 2 / near in NDC per unit, and the mean error by a few times that of the picture's own height.
+    const double bound = 5 / kNear;
     double largest = 0;
     for (const float g : gradient) largest = std::max(largest, std::isfinite(g) ? double(std::abs(g)) : INFINITY);
-    CAPTURE(i, largest, bound);
+    CAPTURE(i);
     CHECK(largest <= bound);
   }
   s.inputs.vertex_gradient = 0;
@@ -184,7 +174,7 @@ TEST_CASE("triangles smaller than a pixel show where they hold its centre", "[ge
 }
 
 TEST_CASE("triangles that fill the picture and far more cover all of it", "[geometry]") {
-  for (const float size : {2.0f, 100.0f, 1e4f, 1e6f}) {
+  for (const float size : {2.0f, 100.0f, 1e3f, 1e4f, 1e6f}) {
     CAPTURE(size);
     const Tally t = check_family(4, [&](soup::Random& r) {
       Vertices v;
@@ -193,7 +183,7 @@ TEST_CASE("triangles that fill the picture and far more cover all of it", "[geom
         v.insert(v.end(), {a - size * along - 0.6f * size * across, a + size * along - 0.6f * size * across, a + 1.2f * size * across});
       }
       return v;
-    }, size < 1e5f);
+    }, size < 5e3f);
     CHECK(t.covered > t.pixels / 2);
   }
 }
