@@ -1040,6 +1040,19 @@ TEST_CASE("thresholds are uniform over pixels, triangles and steps", "[maths]") 
   for (std::uint32_t i = 0; i < 1000; ++i) CHECK(f64::threshold_of(i, i * i) == f32::threshold_of(i, i * i));
 }
 
+TEST_CASE("no threshold is 0 and none is above 1", "[maths]") {
+  // The counters whose hashes are the smallest and the largest there are.
+  int smallest = 0, largest = 0;
+  for (std::uint32_t i = 0; i < 1u << 26; ++i) {
+    const std::uint32_t bits = f32::hash32(i) >> 8;
+    if (bits != 0 && bits != 0xffffff) continue;
+    ++(bits == 0 ? smallest : largest);
+    CHECK(f32::threshold_of(i, 0) == (bits == 0 ? 0x1p-24f : 1.0f));
+  }
+  CHECK(smallest > 0);
+  CHECK(largest > 0);
+}
+
 TEST_CASE("thresholds of different triangles, pixels and steps have nothing to do with each other", "[maths]") {
   constexpr int kSide = 16, kDraws = 100000;
   const auto check_independent = [&](const auto& draw_a, const auto& draw_b) {
