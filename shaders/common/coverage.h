@@ -52,7 +52,8 @@ FN PlanePoint plane_point(vec4 p0, vec4 p1, vec4 p2, vec2 ndc) {
 
 /// A triangle as linear functions of the offset d from an NDC point `origin`: edge k is e_k.x + d.x e_k.y + d.y e_k.z, all >= 0
 /// inside; barycentrics are edge_k over their sum; depth is plane.x + d.x plane.y + d.y plane.z. An origin near the pixels
-/// keeps small triangles exact in float. valid is false where the triangle has no area on the screen.
+/// keeps small triangles exact in float. valid is false where the triangle has no area on the screen, or where float cannot tell which
+/// side of it is seen: a point of its plane might then be taken for the one behind the camera.
 struct TriangleSetup {
   vec3 e0, e1, e2, plane;
   bool valid;
@@ -73,7 +74,10 @@ FN TriangleSetup triangle_setup(vec4 p0, vec4 p1, vec4 p2, vec2 origin) {
   setup.e2 = edge_function(q0, p0.w, q1, p1.w);
   // sum of edge_k w_k does not depend on the point: it is the determinant of the rows (x, y, w).
   const PRECISE real det = setup.e0.x * p0.w + setup.e1.x * p1.w + setup.e2.x * p2.w;
-  setup.valid = det != real(0);
+  const real terms = (abs(q1.x * q2.y) + abs(q1.y * q2.x)) * abs(p0.w) + (abs(q2.x * q0.y) + abs(q2.y * q0.x)) * abs(p1.w) +
+                     (abs(q0.x * q1.y) + abs(q0.y * q1.x)) * abs(p2.w);
+  // Rounding of the six products and their sums comes to 2.1e-7 of them at most.
+  setup.valid = abs(det) > real(1e-6) * terms;
   setup.plane = vec3(0);
   if (setup.valid) {
     setup.plane = (setup.e0 * p0.z + setup.e1 * p1.z + setup.e2 * p2.z) / det;

@@ -183,7 +183,7 @@ TEST_CASE("triangles that fill the picture and far more cover all of it", "[geom
         v.insert(v.end(), {a - size * along - 0.6f * size * across, a + size * along - 0.6f * size * across, a + 1.2f * size * across});
       }
       return v;
-    }, size < 5e3f);
+    }, size < 500.0f);
     CHECK(t.covered > t.pixels / 2);
   }
 }
