@@ -1,4 +1,4 @@
-// soup-bench: what a training step costs, kernel by kernel, and what a picture costs.
+// soup-bench: what a training step costs, kernel by kernel, what a picture costs, and whole plans of trainings.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -13,8 +13,10 @@
 
 #include "atomic_file.h"
 #include "bench_frames.h"
+#include "bench_run.h"
 #include "error.h"
 #include "gpu/device.h"
+#include "revision.h"
 #include "soup/initialise.h"
 #include "soup/texture_table.h"
 #include "train/frame.h"
@@ -179,6 +181,8 @@ int steps(gpu::Device& gpu, const Case& base, int repeats, std::uint32_t most_pi
   nlohmann::json json;
   const double rate = bandwidth(gpu);
   json["device"] = gpu.info().name;
+  json["driver"] = gpu.info().driver;
+  json["revision"] = kRevision;
   json["bytes_per_second"] = rate;
   std::printf("device: %s, %s; copies move %.1f GB/s\n", gpu.info().name.c_str(), gpu.info().driver.c_str(), rate * 1e-9);
   std::printf("%u views of %u x %u, %u triangles, levels %u..%u; medians of %d\n", base.views, base.side, base.side, base.triangles,
@@ -255,12 +259,23 @@ int main(int argc, char** argv) {
   frames_sub->add_option("--device", options.device, "number or part of the name");
   frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")->check(CLI::Range(1, 100000));
   frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
+  bench::RunOptions plan;
+  auto* run_sub = app.add_subcommand("run", "the measurements of a plan into one CSV file; what is in it already is not measured again");
+  run_sub->add_option("PLAN", plan.plan, "JSON, see docs/charts.md")->required();
+  run_sub->add_option("-o,--output", plan.results, "results.csv")->required();
+  run_sub->add_option("--scenes", plan.scenes, "folder of the plan's scenes [here]");
+  run_sub->add_option("--work", plan.work, "folder of trainings in progress [beside the results]");
+  run_sub->add_flag("--keep", plan.keep, "leave the models and logs of finished trainings there");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   }
   try {
+    if (*run_sub) {
+      plan.programs = std::filesystem::canonical("/proc/self/exe").parent_path();
+      return bench::run_plan(plan);
+    }
     auto device = gpu::open_device(options);
     if (*frames_sub) {
       bench_frames(*device, frames);
