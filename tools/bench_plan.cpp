@@ -90,7 +90,9 @@ std::vector<std::pair<std::string, Strings>> named(const json& value, const std:
 void append(Strings& to, const Strings& more) { to.insert(to.end(), more.begin(), more.end()); }
 
 std::string shell_word(const std::string& word) {
-  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("-_./,:=+@%").find(c) != std::string_view::npos; };
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("-_./,:=+@%").find(c) != std::string_view::npos;
+  };
   if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
   std::string text(1, '\'');
   for (const char c : word)

@@ -119,18 +119,7 @@ class Runner {
     child(arguments, folder / "log.txt");
 
     const json metrics = read_json(folder / "metrics.json");
-    Row base{{"scene", t.scene},
-             {"options", t.options},
-             {"resolution", fmt::format("{}", t.resolution)},
-             {"budget", std::to_string(t.triangles)},
-             {"steps", std::to_string(t.steps)},
-             {"seed", std::to_string(t.seed)},
-             {"command", command(t)},
-             {"revision", text_of(metrics["revision"])},
-             {"device", text_of(metrics["device"])},
-             {"driver", text_of(metrics["driver"])},
-             {"host", host_},
-             {"date", now()}};
+    const Row base = base_of(t, metrics);
     std::vector<Row> rows;
     const CsvTable evaluations(folder / "evaluations.csv", {"step", "seconds", "cpu_seconds", "triangles", "psnr", "ssim", "mae"});
     for (const Row& evaluation : evaluations.rows()) {
@@ -153,10 +142,9 @@ class Runner {
     row["step"] = std::to_string(t.steps);
     for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"}) row[key] = text_of(metrics[key]);
     row["settings"] = metrics["settings"].dump();
-    time_frames(folder, row);
-    std::printf("  PSNR %s, SSIM %s, %s triangles, %.1f s of training (%.1f s of CPU), %s ms a picture\n", row["psnr"].substr(0, 5).c_str(),
+    std::printf("  PSNR %s, SSIM %s, %s triangles, %.1f s of training (%.1f s of CPU)\n", row["psnr"].substr(0, 5).c_str(),
                 row["ssim"].substr(0, 6).c_str(), row["triangles"].c_str(), metrics["seconds"].get<double>(),
-                metrics["cpu_seconds"].get<double>(), row["frame_ms"].empty() ? "-" : row["frame_ms"].c_str());
+                metrics["cpu_seconds"].get<double>());
     return rows;
   }
 
@@ -203,25 +191,19 @@ class Runner {
       return false;
     }
     std::error_code ignored;
-    if (!options_.keep) std::filesystem::remove_all(work_ / folder_of(line), ignored);
-    else std::filesystem::remove(work_ / folder_of(line) / "checkpoint.safetensors", ignored);
+    std::filesystem::remove(work_ / folder_of(line) / "checkpoint.safetensors", ignored);
     std::fflush(stdout);
     return true;
   }
 
- private:
-  std::string program(const char* name) const { return (options_.programs / name).string(); }
-
-  void child(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
-    const ChildResult result = run_child(arguments, log, g_stop, lock_);
-    if (g_stop) throw Interrupted{};
-    if (result.status != 0) throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status) : result.error);
-  }
-
-  /// Medians over views of the upper hemisphere; what draws may be another device than what trains, or there may be none.
-  void time_frames(const std::filesystem::path& folder, Row& row) {
-    if (plan_.frames <= 0) return;
-    const std::filesystem::path times = folder / "frames.json";
+  /// Pictures of a model whose training is among the results, medians over views of the upper hemisphere. What draws may be another
+  /// device than what trains, or there may be none: then there is no row.
+  void time_frames(const Training& t) {
+    const std::filesystem::path folder = work_ / folder_of(command(t)), times = folder / "frames.json";
+    if (!std::filesystem::exists(folder / "model.glb")) {
+      std::fprintf(stderr, "no time of a picture: the model is gone; %s\n", command(t).c_str());
+      return;
+    }
     try {
       child({program("soup-view"), (folder / "model.glb").string(), "--benchmark", "--frames", std::to_string(plan_.frames), "--size",
              plan_.frame_size, "--json", times.string()},
@@ -231,9 +213,44 @@ class Runner {
       return;
     }
     const json result = read_json(times);
+    Row row = base_of(t, read_json(folder / "metrics.json"));
+    row["record"] = "frame";
+    row["triangles"] = text_of(result["triangles"]);
     row["frame_ms"] = fmt::format("{:.3f}", result["hemisphere"]["p50_ms"].get<double>());
     row["frame_size"] = plan_.frame_size;
     row["frame_device"] = text_of(result["device"]);
+    table_.append({row});
+  }
+
+  void clean_up(const std::string& line) const {
+    std::error_code ignored;
+    std::filesystem::remove_all(work_ / folder_of(line), ignored);
+  }
+
+ private:
+  std::string program(const char* name) const { return (options_.programs / name).string(); }
+
+  void child(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
+    const ChildResult result = run_child(arguments, log, g_stop, lock_);
+    if (g_stop) throw Interrupted{};
+    if (result.status == 0) return;
+    throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status) : result.error);
+  }
+
+  /// What every row of a training says of how it came about.
+  Row base_of(const Training& t, const json& metrics) const {
+    return {{"scene", t.scene},
+            {"options", t.options},
+            {"resolution", fmt::format("{}", t.resolution)},
+            {"budget", std::to_string(t.triangles)},
+            {"steps", std::to_string(t.steps)},
+            {"seed", std::to_string(t.seed)},
+            {"command", command(t)},
+            {"revision", text_of(metrics["revision"])},
+            {"device", text_of(metrics["device"])},
+            {"driver", text_of(metrics["driver"])},
+            {"host", host_},
+            {"date", now()}};
   }
 
   const RunOptions& options_;
@@ -258,22 +275,29 @@ int run_plan(const RunOptions& options) {
   try {
     const Lock lock(work / "lock");
     CsvTable table(options.results, kColumns);
-    std::set<std::string> done;
-    for (const Row& row : table.rows()) done.insert(row.at("command"));
+    std::set<std::string> done, timed;
+    for (const Row& row : table.rows()) (row.at("record") == "frame" ? timed : done).insert(row.at("command"));
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
     std::size_t number = 0, failed = 0;
     const auto all = [&](const auto& runs) {
       for (const auto& run : runs) {
         ++number;
-        if (done.contains(command(run))) continue;
+        const std::string line = command(run);
+        if (done.contains(line)) continue;
         if (g_stop) throw Interrupted{};
         std::printf("[%zu/%zu] ", number, total);
-        if (!runner.finish(run)) ++failed;
+        if (runner.finish(run)) done.insert(line);
+        else ++failed;
       }
     };
     all(plan.step_timings);
     all(plan.trainings);
+    // One right after the other, so that they compare.
+    for (const Training& t : plan.trainings)
+      if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) runner.time_frames(t);
+    if (!options.keep)
+      for (const std::string& line : done) runner.clean_up(line);
     if (failed > 0) {
       std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
       return 1;

@@ -7,8 +7,8 @@ Needs matplotlib (Debian: python3-matplotlib). Everything comes from the CSV fil
 import argparse
 import collections
 import csv
-import json
 import pathlib
+import re
 import statistics
 import sys
 
@@ -103,8 +103,13 @@ def pareto(points):
     return front
 
 
+def scene_name(row):
+    """A scene at another resolution is another scene: their qualities do not compare."""
+    return row["scene"] + (f" at 1/{row['resolution']:g}" if row["resolution"] not in (None, 1) else "")
+
+
 def scenes_of(rows):
-    return list(dict.fromkeys(r["scene"] for r in rows))
+    return list(dict.fromkeys(scene_name(r) for r in rows))
 
 
 def styles(values, choices):
@@ -112,17 +117,17 @@ def styles(values, choices):
 
 
 def trainings(rows, record):
-    """The published method's own rows of the first seed: {(scene, budget, steps, resolution): rows}"""
+    """The full method's rows, of the first seed: {(scene, budget, steps): rows}"""
     found = collections.defaultdict(dict)
     for r in rows:
         if r["record"] == record and r["options"] == "full":
-            of_command = found[r["scene"], r["budget"], r["steps"], r["resolution"]].setdefault(r["command"], [])
+            of_command = found[scene_name(r), r["budget"], r["steps"]].setdefault(r["command"], [])
             of_command.append(r)
     return {key: min(commands.values(), key=lambda c: c[0]["seed"]) for key, commands in sorted(found.items())}
 
 
-def describe(budget, steps, resolution):
-    return f"{short(budget)}, {short(steps)} steps" + (f", 1/{resolution:g}" if resolution != 1 else "")
+def describe(budget, steps):
+    return f"{short(budget)}, {short(steps)} steps"
 
 
 def quality_over_time(rows, time):
@@ -138,13 +143,13 @@ def quality_over_time(rows, time):
         for row, quality in enumerate(["psnr", "ssim"]):
             axes = grid[row][column]
             ends = []
-            for (of, budget, steps, resolution), points in sorted(curves.items()):
+            for (of, budget, steps), points in sorted(curves.items()):
                 if of != scene:
                     continue
                 points = sorted(points, key=lambda p: p["step"])
                 axes.plot([p[time] for p in points], [p[quality] for p in points], color=shade[budget], ls=line[steps], lw=0.9,
                           marker=marker[budget], ms=2.6, mfc="white", mew=0.6, zorder=3)
-                ends.append((points[-1][time], points[-1][quality], describe(budget, steps, resolution), shade[budget], marker[budget]))
+                ends.append((points[-1][time], points[-1][quality], describe(budget, steps), shade[budget], marker[budget]))
             front = pareto(ends)
             axes.plot([p[0] for p in front], [p[1] for p in front], color="#bbbbbb", lw=4, solid_capstyle="round", zorder=1)
             for p in front:
@@ -162,13 +167,15 @@ def quality_over_time(rows, time):
 
 def quality_over_cost(rows, scene):
     models = {k: r[0] for k, r in trainings(rows, "model").items() if k[0] == scene}
+    frames = {r["command"]: r for r in rows if r["record"] == "frame"}
+    models = {k: {**m, **{c: frames[m["command"]][c] for c in ("frame_ms", "frame_size") if m["command"] in frames}} for k, m in models.items()}
     if len({k[1] for k in models}) < 2:
         return None
     costs = [("triangles", 1, "triangles"), ("bytes", 1e-6, "model file [MB]")]
     timed = [m for m in models.values() if m["frame_ms"]]
     if timed:
         costs.append(("frame_ms", 1, f"time of a picture of {timed[0]['frame_size'].replace('x', ' x ')} [ms]"))
-    series = sorted({(k[2], k[3]) for k in models})
+    series = sorted({k[2] for k in models})
     shade, marker, line = (styles(series, c) for c in (SHADES, MARKERS, LINES))
     figure, grid = plt.subplots(2, len(costs), figsize=(2.7 * len(costs), 4.4), squeeze=False, sharey="row")
     figure.subplots_adjust(wspace=0.12, left=0.07, right=0.86, bottom=0.1, top=0.94, hspace=0.14)
@@ -177,11 +184,11 @@ def quality_over_cost(rows, scene):
             axes = grid[row][column]
             ends = []
             for key in series:
-                points = sorted(((m[cost] * unit, m[quality]) for k, m in models.items() if k[2:] == key and m[cost]), key=lambda p: p[0])
+                points = sorted(((m[cost] * unit, m[quality]) for k, m in models.items() if k[2] == key and m[cost]), key=lambda p: p[0])
                 if not points:
                     continue
                 axes.plot(*zip(*points), color=shade[key], ls=line[key], marker=marker[key], mfc="white", mew=0.8)
-                ends.append((*points[-1], describe_steps(*key), shade[key]))
+                ends.append((*points[-1], f"{short(key)} steps", shade[key]))
             logarithmic(axes)
             if column == 0:
                 axes.set_ylabel("PSNR [dB]" if quality == "psnr" else "SSIM")
@@ -196,23 +203,20 @@ def quality_over_cost(rows, scene):
     return figure
 
 
-def describe_steps(steps, resolution):
-    return f"{short(steps)} steps" + (f", 1/{resolution:g}" if resolution != 1 else "")
-
-
 def ablations(rows):
-    """Every training that was made with several options; a dot for each seed, their mean and range."""
+    """Every training that was made with several of ABLATIONS; a dot for each seed, their mean and range."""
     found = collections.defaultdict(lambda: collections.defaultdict(dict))
     for r in rows:
         if r["record"] == "model":
-            found[r["scene"], r["budget"], r["steps"], r["resolution"]][r["options"]][r["seed"]] = r
-    found = {key: options for key, options in sorted(found.items()) if len(options) > 1}
+            found[scene_name(r), r["budget"], r["steps"]][r["options"]][r["seed"]] = r
+    found = {key: {n: o for n, o in options.items() if n in ABLATIONS} for key, options in sorted(found.items())}
+    found = {key: options for key, options in found.items() if len(options) > 1}
     if not found:
         return None
     figure, grid = plt.subplots(len(found), 2, figsize=(7.2, 0.7 + 1.35 * len(found)), squeeze=False)
     figure.subplots_adjust(left=0.19, right=0.98, wspace=0.12, hspace=0.5, bottom=0.3 / (0.5 + len(found)), top=1 - 0.2 / (0.5 + len(found)))
-    for row, ((scene, budget, steps, resolution), options) in enumerate(found.items()):
-        names = sorted(options, key=lambda n: (ABLATIONS.index(n) if n in ABLATIONS else len(ABLATIONS), n))
+    for row, ((scene, budget, steps), options) in enumerate(found.items()):
+        names = [n for n in ABLATIONS if n in options]
         # The same seeds of all, so that what differs is the option.
         seeds = sorted(set.intersection(*(set(options[n]) for n in names)))
         for column, quality in enumerate(["psnr", "ssim"]):
@@ -231,7 +235,7 @@ def ablations(rows):
             axes.margins(x=0.1)
             axes.xaxis.set_major_locator(MaxNLocator(6))
             if column == 0:
-                axes.set_title(f"{scene}, {describe(budget, steps, resolution)}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}", loc="left")
+                axes.set_title(f"{scene}, {describe(budget, steps)}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}", loc="left")
             if row == len(found) - 1:
                 axes.set_xlabel("PSNR [dB]" if quality == "psnr" else "SSIM")
     return figure
@@ -307,7 +311,7 @@ def main():
         figures = {"quality_over_time": quality_over_time(rows, "cpu_seconds" if arguments.time == "cpu" else "seconds"),
                    "ablations": ablations(rows), "step_by_kernel": step_by_kernel(rows)}
         for scene in scenes_of([r for r in rows if r["record"] == "model"]):
-            figures["quality_over_cost_" + scene.replace("/", "_")] = quality_over_cost(rows, scene)
+            figures["quality_over_cost_" + re.sub(r"\W+", "_", scene)] = quality_over_cost(rows, scene)
         drawn = 0
         for name, figure in figures.items():
             if figure is None:

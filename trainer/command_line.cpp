@@ -15,7 +15,7 @@ namespace trisoup {
 std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   CLI::App app{"Turns posed photographs into a few thousand opaque textured triangles.\n\n"
                "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
-               "OUT receives model.glb, checkpoint.safetensors, train.csv, metrics.json and renders/."};
+               "OUT receives model.glb, checkpoint.safetensors, train.csv, evaluations.csv, metrics.json and renders/."};
   app.option_defaults()->take_last();  // of an option given twice the last counts, so that scripts can override
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-train: {}; see --help\n", e.what()); });

@@ -166,6 +166,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   };
   callbacks.evaluations_per_decade = o.evaluations_per_decade;
   callbacks.on_evaluate = [&](std::uint64_t step) {
+    // What evaluation launches is no part of a step.
     if (o.timings) device->enable_timings(false);
     const train::Evaluation e = trainer->evaluate_float();
     if (o.timings) device->enable_timings(true);

@@ -27,8 +27,8 @@ scene::View view(double angle, std::uint8_t shade) {
   for (int row = 0; row < 24; ++row)
     for (int column = 0; column < 24; ++column) {
       const bool inside = std::abs(row - 12) < 7 && std::abs(column - 12) < 7;
-      for (const std::uint8_t c : {inside ? shade : std::uint8_t(255), std::uint8_t(inside ? 40 + 8 * row : 255), std::uint8_t(255), std::uint8_t(255)})
-        v.image.rgba.push_back(c);
+      const int green = inside ? 40 + 8 * row : 255;
+      for (const int c : {inside ? int(shade) : 255, green, 255, 255}) v.image.rgba.push_back(static_cast<std::uint8_t>(c));
     }
   return v;
 }
@@ -53,7 +53,9 @@ train::Settings short_settings() {
   return s;
 }
 
-std::vector<glm::vec3> start(const train::Settings& s) { return soup::triangles_in_box(s.init_count, glm::vec3(-0.2f), glm::vec3(0.2f), s.init_radius, 3); }
+std::vector<glm::vec3> start(const train::Settings& s) {
+  return soup::triangles_in_box(s.init_count, glm::vec3(-0.2f), glm::vec3(0.2f), s.init_radius, 3);
+}
 
 }  // namespace
 

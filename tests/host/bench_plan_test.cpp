@@ -44,7 +44,9 @@ TEST_CASE("a plan stands for every combination, each once", "[bench]") {
 }
 
 TEST_CASE("what is wrong with a plan is named", "[bench]") {
-  const auto refused = [](const std::string& text, const std::string& word) { CHECK_THROWS_WITH(plan_of(text), Contains("plan.json") && Contains(word)); };
+  const auto refused = [](const std::string& text, const std::string& word) {
+    CHECK_THROWS_WITH(plan_of(text), Contains("plan.json") && Contains(word));
+  };
   refused("{", "not JSON");
   refused("[]", "object");
   refused("{}", "neither");
