@@ -21,7 +21,6 @@
 #include "child_process.h"
 #include "csv_table.h"
 #include "error.h"
-#include "printable.h"
 #include "read_file.h"
 
 namespace trisoup::bench {
@@ -170,8 +169,8 @@ class Runner {
                       {"views", std::to_string(t.views)},
                       {"size", std::to_string(t.size)},
                       {"kernel", kernel},
-                      {"kernel_ms", fmt::format("{:.4f}", k["ms"].get<double>())}});
-      total += k["ms"].get<double>();
+                      {"kernel_ms", fmt::format("{:.4f}", k["fastest_ms"].get<double>())}});
+      total += k["fastest_ms"].get<double>();
     }
     std::printf("  %.1f ms a step\n", total);
     return rows;

@@ -105,7 +105,7 @@ def pareto(points):
 
 def scene_name(row):
     """A scene at another resolution is another scene: their qualities do not compare."""
-    return row["scene"] + (f" at 1/{row['resolution']:g}" if row["resolution"] not in (None, 1) else "")
+    return row["scene"] + (f" at 1/{row['resolution']:g} resolution" if row["resolution"] not in (None, 1) else "")
 
 
 def scenes_of(rows):
@@ -142,18 +142,19 @@ def quality_over_time(rows, time):
     for column, scene in enumerate(scenes):
         for row, quality in enumerate(["psnr", "ssim"]):
             axes = grid[row][column]
-            ends = []
+            ends, all_points = [], []
             for (of, budget, steps), points in sorted(curves.items()):
                 if of != scene:
                     continue
                 points = sorted(points, key=lambda p: p["step"])
                 axes.plot([p[time] for p in points], [p[quality] for p in points], color=shade[budget], ls=line[steps], lw=0.9,
                           marker=marker[budget], ms=2.6, mfc="white", mew=0.6, zorder=3)
-                ends.append((points[-1][time], points[-1][quality], describe(budget, steps), shade[budget], marker[budget]))
-            front = pareto(ends)
-            axes.plot([p[0] for p in front], [p[1] for p in front], color="#bbbbbb", lw=4, solid_capstyle="round", zorder=1)
+                ends.append((points[-1][time], points[-1][quality], describe(budget, steps), shade[budget]))
+                all_points += [(p[time], p[quality], shade[budget], marker[budget]) for p in points]
+            front = pareto(all_points)
+            axes.plot([p[0] for p in front], [p[1] for p in front], color="#cccccc", lw=4, drawstyle="steps-post", solid_joinstyle="round", zorder=1)
             for p in front:
-                axes.plot(p[0], p[1], marker=p[4], ms=5.5, color=p[3], zorder=4)
+                axes.plot(p[0], p[1], marker=p[3], ms=4, color=p[2], zorder=4)
             logarithmic(axes)
             axes.set_ylabel("PSNR [dB]" if quality == "psnr" else "SSIM")
             if row == 0:
@@ -161,7 +162,7 @@ def quality_over_time(rows, time):
                 axes.tick_params(labelbottom=False)
             else:
                 axes.set_xlabel("training time [CPU seconds, all threads]" if time == "cpu_seconds" else "training time [s]")
-            label_at_right(axes, [e[:4] for e in ends])
+            label_at_right(axes, ends)
     return figure
 
 
@@ -257,8 +258,8 @@ def step_by_kernel(rows):
             panels.append((moving, sorted(best)))
     if not panels:
         return None
-    figure, grid = plt.subplots(1, len(panels), figsize=(3.9 * len(panels), 3.4), squeeze=False)
-    figure.subplots_adjust(left=0.08, right=0.87, wspace=0.72, bottom=0.14, top=0.91)
+    figure, grid = plt.subplots(1, len(panels), figsize=(4.1 * len(panels), 3.4), squeeze=False)
+    figure.subplots_adjust(left=0.08, right=0.87, wspace=0.95, bottom=0.14, top=0.91)
     # One order and one look for both: the largest at the bottom, those that never come to 3 % together.
     share = collections.Counter()
     for _, keys in panels:
@@ -280,7 +281,7 @@ def step_by_kernel(rows):
             above = [b + v for b, v in zip(below, values)]
             grey = 0.97 - 0.45 * (i % 3) / 2
             axes.fill_between(x, below, above, facecolor=str(grey), edgecolor="black", lw=0.5, hatch=HATCHES[i % len(HATCHES)])
-            ends.append((x[-1], (below[-1] + above[-1]) / 2, f"{layer} {values[-1]:.3g}", "black"))
+            ends.append((x[-1], (below[-1] + above[-1]) / 2, f"{layer} {values[-1]:.0f}" if values[-1] >= 10 else f"{layer} {values[-1]:.1f}", "black"))
             below = above
         axes.plot(x, below, "o-", color="black", ms=3, lw=1)
         axes.set_xlim(0, x[-1])
