@@ -227,13 +227,13 @@ def ablations(rows):
                 mean = statistics.fmean(values)
                 axes.plot([min(values), max(values)], [i, i], color="#777777", lw=1)
                 axes.plot(values, [i] * len(values), "o", mfc="white", mec="black", ms=4, mew=0.7)
-                axes.plot(mean, i, "|", color="black", ms=13, mew=1.8)
-                axes.annotate(f"{mean:.2f}" if quality == "psnr" else f"{mean:.3f}", (mean, i), xytext=(0, 8), textcoords="offset points",
-                              ha="center", fontsize=7)
-            axes.set_ylim(len(names) - 0.5, -0.9)
+                axes.plot(mean, i, "|", color="black", ms=9, mew=1.8)
+                axes.annotate(f"{mean:.2f}" if quality == "psnr" else f"{mean:.3f}", (max(values), i), xytext=(6, 0), textcoords="offset points",
+                              va="center", fontsize=7)
+            axes.set_ylim(len(names) - 0.5, -0.5)
             axes.set_yticks(range(len(names)), names if column == 0 else [""] * len(names))
             axes.grid(axis="y", visible=False)
-            axes.margins(x=0.1)
+            axes.margins(x=0.16)
             axes.xaxis.set_major_locator(MaxNLocator(6))
             if column == 0:
                 axes.set_title(f"{scene}, {describe(budget, steps)}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}", loc="left")
