@@ -1,4 +1,4 @@
-// soup-bench: what a training step costs, kernel by kernel, and what a picture costs.
+// soup-bench: what a training step costs, kernel by kernel, what a picture costs, and whole plans of trainings.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -13,8 +13,10 @@
 
 #include "atomic_file.h"
 #include "bench_frames.h"
+#include "bench_run.h"
 #include "error.h"
 #include "gpu/device.h"
+#include "revision.h"
 #include "soup/initialise.h"
 #include "soup/texture_table.h"
 #include "train/frame.h"
@@ -32,7 +34,7 @@ struct Case {
 };
 
 struct Cost {
-  double ms = 0;
+  double ms = 0, fastest_ms = 0;  // median, least
   double bytes = 0;  // least traffic: every value that the kernel needs read once, every result written once
 };
 
@@ -122,6 +124,7 @@ Costs measure(gpu::Device& gpu, const Case& c, int repeats) {
   for (auto& [name, values] : samples) {
     std::sort(values.begin(), values.end());
     costs[name].ms = values[values.size() / 2];
+    costs[name].fastest_ms = values.front();
     // What a kernel must move does not depend on how many pixels a thread takes.
     const std::string of = name.ends_with("_one") ? name.substr(0, name.size() - 4) : name;
     costs[name].bytes = bytes.contains(of) ? bytes.at(of) : 0;
@@ -179,6 +182,8 @@ int steps(gpu::Device& gpu, const Case& base, int repeats, std::uint32_t most_pi
   nlohmann::json json;
   const double rate = bandwidth(gpu);
   json["device"] = gpu.info().name;
+  json["driver"] = gpu.info().driver;
+  json["revision"] = kRevision;
   json["bytes_per_second"] = rate;
   std::printf("device: %s, %s; copies move %.1f GB/s\n", gpu.info().name.c_str(), gpu.info().driver.c_str(), rate * 1e-9);
   std::printf("%u views of %u x %u, %u triangles, levels %u..%u; medians of %d\n", base.views, base.side, base.side, base.triangles,
@@ -190,7 +195,7 @@ int steps(gpu::Device& gpu, const Case& base, int repeats, std::uint32_t most_pi
     const double floor = 1e3 * cost.bytes / rate;
     bytes += cost.bytes;
     std::printf("%-18s%10.3f%12.2f%12.3f%10.1f\n", name.c_str(), cost.ms, cost.bytes * 1e-6, floor, cost.ms / std::max(1e-9, floor));
-    json["step"][name] = {{"ms", cost.ms}, {"bytes", cost.bytes}};
+    json["step"][name] = {{"ms", cost.ms}, {"fastest_ms", cost.fastest_ms}, {"bytes", cost.bytes}};
   }
   std::printf("%-18s%10.3f%12.2f%12.3f%10.1f\n", "step", total(costs), bytes * 1e-6, 1e3 * bytes / rate,
               total(costs) / (1e3 * bytes / rate));
@@ -255,12 +260,23 @@ int main(int argc, char** argv) {
   frames_sub->add_option("--device", options.device, "number or part of the name");
   frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")->check(CLI::Range(1, 100000));
   frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
+  bench::RunOptions plan;
+  auto* run_sub = app.add_subcommand("run", "the measurements of a plan into one CSV file; what is in it already is not measured again");
+  run_sub->add_option("PLAN", plan.plan, "JSON, see docs/charts.md")->required();
+  run_sub->add_option("-o,--output", plan.results, "results.csv")->required();
+  run_sub->add_option("--scenes", plan.scenes, "folder of the plan's scenes [here]");
+  run_sub->add_option("--work", plan.work, "folder of trainings in progress [beside the results]");
+  run_sub->add_flag("--keep", plan.keep, "leave the models and logs of finished trainings there");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   }
   try {
+    if (*run_sub) {
+      plan.programs = std::filesystem::canonical("/proc/self/exe").parent_path();
+      return bench::run_plan(plan);
+    }
     auto device = gpu::open_device(options);
     if (*frames_sub) {
       bench_frames(*device, frames);

@@ -15,7 +15,7 @@ namespace trisoup {
 std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   CLI::App app{"Turns posed photographs into a few thousand opaque textured triangles.\n\n"
                "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
-               "OUT receives model.glb, checkpoint.safetensors, train.csv, metrics.json and renders/."};
+               "OUT receives model.glb, checkpoint.safetensors, train.csv, evaluations.csv, metrics.json and renders/."};
   app.option_defaults()->take_last();  // of an option given twice the last counts, so that scripts can override
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-train: {}; see --help\n", e.what()); });
@@ -55,10 +55,16 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--rate-mlp", o.rate_mlp, "learning rate of the MLP [0.01]");
   method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [synthetic 0.00025, real 0.0025]");
   method->add_option("--rate-end", o.rate_end, "all rates fall exponentially to this share [0.01]");
+  auto* levels = method->add_option("--levels", o.levels,
+                     "coarse-to-fine, all (the fine levels from the first step on) or finest (--level-max alone, from the first step on)\n"
+                     "[coarse-to-fine]")
+      ->check(CLI::IsMember({"coarse-to-fine", "all", "finest"}));
   method->add_option("--coarse-level", o.coarse_level, "texture level of the first part [0]");
-  method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5]");
+  auto* coarse_share = method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5]");
+  levels->excludes(coarse_share);
   method->add_option("--level-min", o.level_min, "coarsest texture level after it [2]");
   method->add_option("--level-max", o.level_max, "finest texture level [5]");
+  method->add_flag("--opaque", o.opaque, "opacity fixed to 1: no masking in training, and every triangle opaque in the model");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
   method->add_flag("!--no-opacity-baseline", o.opacity_baseline,
                    "opacities learn from a pixel's error alone, as published, not from how it differs from its neighbours'");
@@ -77,13 +83,15 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
 
   auto* output = app.add_option_group("Output");
   output->add_option("--eval-every", o.eval_every, "steps between evaluations of the test views [0: at the end only]");
+  output->add_option("--eval-log", o.evaluations_per_decade, "evaluations in every ten-fold of steps, from step 10 on [0: none]")
+      ->check(CLI::Range(0, 100));
   output->add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [1000]");
   output->add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]");
   output->add_flag("-q,--quiet", o.quiet, "errors only");
   auto* view = output->add_flag("--view", o.view, "show the soup in a window while it is trained");
   output->add_flag("--finish-headless", o.finish_headless, "closing the window of --view lets training go on; else it ends, with a checkpoint")
       ->needs(view);
-  output->add_flag("--timings", o.timings, "time of every kernel at the end");
+  output->add_flag("--timings", o.timings, "time of every kernel, at the end and in metrics.json");
 
   auto* device = app.add_option_group("Device");
   device->add_flag("--list-devices", o.list_devices, "print the devices and end");
@@ -159,6 +167,9 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(coarse_share, s.coarse_share);
   set(level_min, s.level_min);
   set(level_max, s.level_max);
+  if (levels == "all" || levels == "finest") s.coarse_share = 0;
+  if (levels == "finest") s.level_min = s.level_max;
+  s.opaque = opaque;
   s.keep_opacity = keep_opacity;
   s.keep_moments = keep_moments;
   s.copy_textures = copy_textures;

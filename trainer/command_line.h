@@ -16,6 +16,7 @@ struct CommandLine {
   bool list_devices = false, resume = false, quiet = false, timings = false;
   bool view = false, finish_headless = false;
   std::uint64_t log_every = 0, memory_mb = 0;
+  std::uint32_t evaluations_per_decade = 0;
   gpu::DeviceOptions device;
   scene::LoadOptions load;
 
@@ -28,8 +29,8 @@ struct CommandLine {
   std::optional<std::uint32_t> triangles, batch, init_count, coarse_level, level_min, level_max, split_views, most_triangles;
   std::optional<double> init_box, init_radius, rate_texture, rate_mlp, rate_vertex, rate_end, coarse_share, resample_until,
       split_length, near, far, test_near;
-  std::string preset, init, recipe;
-  bool keep_opacity = false, keep_moments = false, copy_textures = false, drop_near = false, opacity_baseline = true;
+  std::string preset, init, recipe, levels;
+  bool opaque = false, keep_opacity = false, keep_moments = false, copy_textures = false, drop_near = false, opacity_baseline = true;
 };
 
 /// Exit status to end with, or nothing to go on.

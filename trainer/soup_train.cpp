@@ -45,6 +45,14 @@ void print_timings(gpu::Device& device) {
                 static_cast<unsigned long long>(t.launches));
 }
 
+/// {kernel: {"ms": of one launch, "launches"}}, of this process: a resumed run's say nothing of the steps before.
+nlohmann::json timings_json(gpu::Device& device) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const auto& [kernel, t] : device.timings())
+    json[kernel] = {{"ms", t.milliseconds / static_cast<double>(t.launches)}, {"launches", t.launches}};
+  return json;
+}
+
 void say(const CommandLine& o, const std::string& line) {
   if (!o.quiet) std::fprintf(stderr, "%s\n", line.c_str());
 }
@@ -152,13 +160,24 @@ int run(const CommandLine& o, viewer::Live* live) {
     folder.write_log();
   };
   callbacks.on_checkpoint = [&](std::uint64_t) { save(); };
+  const auto log_evaluation = [&](const train::Evaluation& e) {
+    if (!scene.test.empty())
+      folder.log_evaluation({trainer->step(), trainer->seconds(), trainer->cpu_seconds(), trainer->triangles(), e.mean});
+  };
+  callbacks.evaluations_per_decade = o.evaluations_per_decade;
   callbacks.on_evaluate = [&](std::uint64_t step) {
+    // What evaluation launches is no part of a step.
+    if (o.timings) device->enable_timings(false);
     const train::Evaluation e = trainer->evaluate_float();
+    if (o.timings) device->enable_timings(true);
+    log_evaluation(e);
     bar.clear();
     say(o, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
   };
+  const std::uint64_t first_step = trainer->step();
   try {
     trainer->run(callbacks);
+    if (o.timings) device->enable_timings(false);
     bar.clear();
     save();
   } catch (const Error& error) {
@@ -198,6 +217,7 @@ int run(const CommandLine& o, viewer::Live* live) {
                         stop_if_asked();
                       });
   const train::Evaluation unquantised = trainer->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
+  log_evaluation(unquantised);
   const train::TrainingFit fit = trainer->training_fit();
   if (fit.nothing_learnt())
     std::fprintf(stderr,
@@ -212,6 +232,8 @@ int run(const CommandLine& o, viewer::Live* live) {
   metrics["triangles"] = trainer->triangles();
   metrics["bytes"] = bytes;
   metrics["seconds"] = trainer->seconds();
+  metrics["cpu_seconds"] = trainer->cpu_seconds();
+  if (o.timings) metrics["timings"] = {{"steps", trainer->step() - first_step}, {"kernels", timings_json(*device)}};
   metrics["ms_per_step"] = 1e3 * trainer->seconds() / static_cast<double>(settings.steps);
   metrics["device"] = device->info().name;
   metrics["driver"] = device->info().driver;

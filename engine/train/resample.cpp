@@ -140,7 +140,7 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& set
   textures.source = gpu.allocate(table.source_samples * 32, "textures");
   gpu.launch({"lift_textures"}, soup.triangles,
              kernels::LiftTexturesArgs{soup.textures.address(), rows.address(), soup.source.address(), textures.source.address(),
-                                       soup.triangles, settings.keep_opacity});
+                                       soup.triangles, settings.keep_opacity || settings.opaque});
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();

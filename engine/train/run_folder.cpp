@@ -19,6 +19,7 @@ namespace trisoup::train {
 namespace {
 
 constexpr const char* kHeader = "step,seconds,triangles,loss,l1,ssim,psnr,ms_per_step\n";
+constexpr const char* kEvaluationHeader = "step,seconds,cpu_seconds,triangles,psnr,ssim,mae\n";
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
@@ -68,6 +69,29 @@ void RunFolder::resume_log(std::uint64_t step) {
     if (p.step > step) break;
     rows_.push_back(p);
   }
+
+  std::ifstream evaluations(path_ / "evaluations.csv");
+  std::getline(evaluations, line);
+  while (std::getline(evaluations, line)) {
+    EvaluationRow r;
+    unsigned long long at = 0;
+    if (std::sscanf(line.c_str(), "%llu,%lf,%lf,%u,%lf,%lf,%lf", &at, &r.seconds, &r.cpu_seconds, &r.triangles, &r.mean.psnr,
+                    &r.mean.ssim, &r.mean.mae) != 7)
+      break;
+    r.step = at;
+    if (r.step > step) break;
+    evaluations_.push_back(r);
+  }
+}
+
+void RunFolder::log_evaluation(const EvaluationRow& row) {
+  if (!evaluations_.empty() && evaluations_.back().step == row.step) evaluations_.pop_back();
+  evaluations_.push_back(row);
+  std::string text = kEvaluationHeader;
+  for (const EvaluationRow& r : evaluations_)
+    text += fmt::format("{},{:.3f},{:.3f},{},{:.4f},{:.6f},{:.6f}\n", r.step, r.seconds, r.cpu_seconds, r.triangles, r.mean.psnr,
+                        r.mean.ssim, r.mean.mae);
+  write_text(path_ / "evaluations.csv", text);
 }
 
 void RunFolder::write_log() const {

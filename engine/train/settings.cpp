@@ -36,6 +36,7 @@ void each_member(S& s, F&& f) {
   f("coarse_share", s.coarse_share);
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
+  f("opaque", s.opaque);
   f("copy_textures", s.copy_textures);
   f("drop_near", s.drop_near);
   f("opacity_baseline", s.opacity_baseline);
@@ -79,6 +80,13 @@ double rate_factor(const Settings& s, std::uint64_t step) {
 
 std::uint64_t lift_step(const Settings& s) {
   return static_cast<std::uint64_t>(std::llround(s.coarse_share * static_cast<double>(s.steps)));
+}
+
+std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step) {
+  if (per_decade == 0) return 0;
+  // Two may round to the same step.
+  for (std::uint32_t i = 0;; ++i)
+    if (const auto at = static_cast<std::uint64_t>(std::llround(std::pow(10.0, 1.0 + double(i) / per_decade))); at > step) return at;
 }
 
 bool is_resampling(const Settings& s, std::uint64_t step) {

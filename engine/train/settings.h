@@ -41,6 +41,7 @@ struct Settings {
   bool keep_moments = false;         // of textures, through resampling
   bool opacity_baseline = true;      // opacities learn from errors against those of the pixels around; published: from errors
   bool drop_near = false;            // triangles that reach the camera plane are dropped whole, as published, not clipped
+  bool opaque = false;               // opacity fixed to 1: no masking, and no gradient of it
   bool copy_textures = false;        // children take copies of their parent's texture, as published, not their part of it
 
   std::uint64_t resample_every = 100;  // steps
@@ -64,6 +65,9 @@ Settings published(Recipe recipe);
 double rate_factor(const Settings& settings, std::uint64_t step);
 /// Completed steps after which the levels change; 0: never.
 std::uint64_t lift_step(const Settings& settings);
+/// The completed steps after which a run is evaluated when it is `per_decade` times in every ten-fold of steps: the first after
+/// `step`, from step 10 on; 0: never.
+std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step);
 /// Whether triangles are resampled after this many completed steps; is_last_resampling: no later step is.
 bool is_resampling(const Settings& settings, std::uint64_t step);
 bool is_last_resampling(const Settings& settings, std::uint64_t step);

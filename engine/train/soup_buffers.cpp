@@ -19,6 +19,30 @@ void clear(gpu::Device& gpu, const FixedSums& sums) {
   gpu.fill(sums.high.address(), sums.high.bytes(), 0);
 }
 
+gpu::Buffer opaque_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table) {
+  constexpr float kOpaque = 30.0f;  // its sigmoid is 1.0f
+  std::uint64_t samples = 0;
+  for (const soup::TextureEntry& row : table)
+    samples = std::max<std::uint64_t>(samples, std::uint64_t(row.source_offset) + soup::samples_in(row.level_min, row.level_max));
+  gpu::Buffer logits = gpu.allocate(samples * soup::kChannels * 4, "textures");
+  // Many triangles at a time, in a piece of memory that ends with the last of them; a level's finer ones stay zero.
+  std::vector<float> piece;
+  std::uint64_t first = 0;
+  const auto upload = [&] {
+    gpu.upload(logits.address() + first * soup::kChannels * 4, piece);
+    piece.clear();
+  };
+  for (const soup::TextureEntry& row : table) {
+    if (piece.size() > (1u << 20)) upload();
+    if (piece.empty()) first = row.source_offset;
+    const std::size_t begin = (row.source_offset - first) * soup::kChannels;
+    piece.resize(begin + std::size_t(soup::samples_in(row.level_min, row.level_max)) * soup::kChannels);
+    for (std::uint32_t i = 0; i < soup::samples_at(row.level_min); ++i) piece[begin + (i + 1) * soup::kChannels - 1] = kOpaque;
+  }
+  upload();
+  return logits;
+}
+
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
                    std::vector<soup::TextureEntry> table, Textures textures) {
   soup.triangles = static_cast<std::uint32_t>(table.size());

@@ -41,6 +41,9 @@ struct Textures {
   gpu::Buffer source, moment1, moment2;
 };
 
+/// Logits of textures that are opaque everywhere, exactly and however their levels are resampled, and zero in all features.
+gpu::Buffer opaque_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table);
+
 /// Allocates everything but the MLP; vertices are uploaded, their moments are zero, gradients empty. The lattices are undefined until the levels are summed (Step::sum_textures).
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
                    std::vector<soup::TextureEntry> table, Textures textures = {});

@@ -133,6 +133,7 @@ void Step::backward(const StepInputs& inputs) {
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
                              soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles, batch.views,
                              soup_.triangles, 0});
+  if (inputs.opaque) return;
   end_kernel();
   const bool listed = frame_.bands() == 1;  // by visibility()
   for_each_band([&](const Band& band) {
@@ -179,7 +180,7 @@ void Step::update(const StepInputs& inputs) {
 void Step::sum_textures() { update_textures(false, {}); }
 
 void Step::train(const StepInputs& inputs) {
-  visibility(Thresholds::random, inputs);
+  visibility(inputs.opaque ? Thresholds::half : Thresholds::random, inputs);
   end_kernel();
   shade(inputs);
   end_kernel();

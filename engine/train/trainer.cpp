@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <ctime>
 #include <numeric>
 
 #include <nlohmann/json.hpp>
@@ -21,6 +22,12 @@ namespace trisoup::train {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+double process_cpu_seconds() {
+  std::timespec t{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 /// Pixels and tiles of the largest batch that can come up.
 struct BatchSize {
@@ -104,7 +111,10 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const soup::TextureLevels levels =
       coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
              : soup::TextureLevels{settings_.level_min, settings_.level_max};
-  allocate_soup(gpu_, soup_, vertices, soup::make_texture_table(vertices.size() / 3, levels).entries);
+  const std::vector<soup::TextureEntry> table = soup::make_texture_table(vertices.size() / 3, levels).entries;
+  Textures textures;
+  if (settings_.opaque) textures.source = opaque_logits(gpu_, table);
+  allocate_soup(gpu_, soup_, vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
   prepare();
 }
@@ -149,15 +159,21 @@ std::vector<std::uint32_t> Trainer::batch_of(std::uint64_t step) {
   return batch;
 }
 
-std::uint64_t Trainer::next_event(std::uint64_t progress_every) const {
+bool Trainer::is_evaluation(const Callbacks& callbacks) const {
+  return (settings_.eval_every > 0 && step_ % settings_.eval_every == 0) ||
+         (callbacks.evaluations_per_decade > 0 && step_ > 0 && next_evaluation(callbacks.evaluations_per_decade, step_ - 1) == step_);
+}
+
+std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
   std::uint64_t next = settings_.steps;
   const auto every = [&](std::uint64_t n) {
     if (n > 0) next = std::min(next, (step_ / n + 1) * n);
   };
-  every(progress_every);
+  every(callbacks.progress_every);
   every(settings_.resample_every);
   every(settings_.eval_every);
   every(settings_.checkpoint_every);
+  if (const std::uint64_t at = next_evaluation(callbacks.evaluations_per_decade, step_); at > 0) next = std::min(next, at);
   if (const std::uint64_t lift = lift_step(settings_); step_ < lift) next = std::min(next, lift);
   // Sums are kept for so many steps only.
   return std::min<std::uint64_t>(next, step_ + Frame::kStatisticsRows / 2);
@@ -180,6 +196,7 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
     StepInputs inputs;
     inputs.background = scene_.background;
     inputs.opacity_baseline = settings_.opacity_baseline;
+    inputs.opaque = settings_.opaque;
     schedule_.begin_step(frame_);
     Step(gpu_, soup_, frame_).train(inputs);
   });
@@ -266,16 +283,18 @@ void Trainer::run(const Callbacks& callbacks) {
   std::uint64_t reported = step_;
   double seconds_since = 0;
   while (!finished() && !(callbacks.stop && *callbacks.stop)) {
-    std::uint64_t last = next_event(callbacks.progress_every);
+    std::uint64_t last = next_event(callbacks);
     if (callbacks.until) last = std::clamp(callbacks.until(step_), step_ + 1, std::max(last, step_ + 1));
     if (callbacks.stop && *callbacks.stop) break;
     const auto start = Clock::now();
+    const double cpu_start = process_cpu_seconds();
     const std::uint64_t before = step_;
     train_until(last, callbacks);
     if (step_ > before) change_topology();
     gpu_.wait();
     const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
     seconds_ += elapsed;
+    cpu_seconds_ += process_cpu_seconds() - cpu_start;
     seconds_since += elapsed;
     if (callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) {
       callbacks.on_progress(progress_since(reported, seconds_since));
@@ -283,7 +302,7 @@ void Trainer::run(const Callbacks& callbacks) {
       seconds_since = 0;
     }
     if (finished()) break;
-    if (callbacks.on_evaluate && settings_.eval_every > 0 && step_ % settings_.eval_every == 0) callbacks.on_evaluate(step_);
+    if (callbacks.on_evaluate && is_evaluation(callbacks)) callbacks.on_evaluate(step_);
     if (callbacks.on_checkpoint && settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0)
       callbacks.on_checkpoint(step_);
   }
@@ -344,6 +363,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path) {
                    {"texture_start", std::to_string(texture_start_)},
                    {"vertex_start", std::to_string(vertex_start_)},
                    {"seconds", fmt::format("{}", seconds_)},
+                   {"cpu_seconds", fmt::format("{}", cpu_seconds_)},
                    {"scene", std::to_string(scene_.fingerprint)},
                    {"background", background_text(scene_)},
                    {"settings", to_json(settings_).dump()}});
@@ -375,6 +395,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
     throw Error("{}: was trained on another background; use the same --background, or train without --resume", path.string());
   nlohmann::json then = nlohmann::json::parse(text("settings"), nullptr, false), now = to_json(settings_);
   if (!then.is_object()) throw Error("{}: its settings are damaged; train without --resume", path.string());
+  // Checkpoints from before there was the option.
+  if (!then.contains("opaque")) then["opaque"] = false;
   // How often something is written does not change what is computed.
   for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
@@ -395,6 +417,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
     throw Error("{}: claims step {} of {}; the checkpoint is damaged, train without --resume", path.string(), step_,
                 settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
+  if (file.metadata().contains("cpu_seconds")) cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
 
   const auto rows = file.values<std::uint32_t>("texture_table");
   if (rows.size() % 4 != 0 || rows.empty())

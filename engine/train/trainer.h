@@ -31,7 +31,7 @@ struct Progress {
   std::uint64_t step = 0;
   std::uint32_t triangles = 0;
   double loss = 0, l1 = 0, ssim = 0, psnr = 0;  // of training views, with random thresholds
-  double seconds = 0;                           // of training so far, evaluation left out
+  double seconds = 0;                           // of training so far, evaluation and checkpoints left out
   double ms_per_step = 0;
 };
 
@@ -58,11 +58,12 @@ class Trainer {
   struct Callbacks {
     std::function<void(const Progress&)> on_progress;       // about every progress_every steps
     std::function<void(std::uint64_t step)> on_checkpoint;  // every Settings::checkpoint_every steps, not after the last
-    std::function<void(std::uint64_t step)> on_evaluate;    // every Settings::eval_every steps
+    std::function<void(std::uint64_t step)> on_evaluate;    // every Settings::eval_every steps, not after the last
     std::function<void(const ParameterFault&)> on_fault;    // a parameter was not a number and has been reset
     std::function<std::uint64_t(std::uint64_t step)> until;  // asked between steps, the device idle: the step to go on to
                                                              // before asking again; may wait
     std::uint64_t progress_every = 10;
+    std::uint32_t evaluations_per_decade = 0;               // also evaluate after the steps of next_evaluation()
     const std::atomic<bool>* stop = nullptr;                // asks to end after the current step
   };
 
@@ -72,6 +73,7 @@ class Trainer {
   bool finished() const { return step_ >= settings_.steps; }
   std::uint64_t step() const { return step_; }
   double seconds() const { return seconds_; }
+  double cpu_seconds() const { return cpu_seconds_; }  // of all threads of the process, over the same time
   std::uint32_t triangles() const { return soup_.triangles; }
   const Settings& settings() const { return settings_; }
 
@@ -83,7 +85,8 @@ class Trainer {
 
  private:
   void prepare();
-  std::uint64_t next_event(std::uint64_t progress_every) const;
+  std::uint64_t next_event(const Callbacks& callbacks) const;
+  bool is_evaluation(const Callbacks& callbacks) const;
   void train_until(std::uint64_t last, const Callbacks& callbacks);
   void change_topology();
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
@@ -104,7 +107,7 @@ class Trainer {
   std::uint64_t step_ = 0;             // completed steps
   // Completed steps when the moments of textures and of vertices were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0;
-  double seconds_ = 0;
+  double seconds_ = 0, cpu_seconds_ = 0;
   std::uint64_t epoch_ = ~0ull;        // of order_
   std::vector<std::uint32_t> order_;
 };

@@ -1,0 +1,129 @@
+// Tests engine/train/trainer.h on a device: that evaluation leaves the training alone, and the options that fix opacity and levels.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "gpu/small_scene.h"
+#include "soup/initialise.h"
+#include "soup/texture_table.h"
+#include "train/trainer.h"
+
+using namespace trisoup;
+
+namespace {
+
+scene::View view(double angle, std::uint8_t shade) {
+  scene::View v;
+  v.name = std::to_string(angle);
+  v.camera.width = v.camera.height = 24;
+  v.camera.fx = v.camera.fy = 30;
+  v.camera.cx = v.camera.cy = 12;
+  const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
+  v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
+  v.image = {24, 24, {}};
+  for (int row = 0; row < 24; ++row)
+    for (int column = 0; column < 24; ++column) {
+      const bool inside = std::abs(row - 12) < 7 && std::abs(column - 12) < 7;
+      const int green = inside ? 40 + 8 * row : 255;
+      for (const int c : {inside ? int(shade) : 255, green, 255, 255}) v.image.rgba.push_back(static_cast<std::uint8_t>(c));
+    }
+  return v;
+}
+
+scene::Scene square_scene() {
+  scene::Scene scene;
+  for (int i = 0; i < 5; ++i) scene.train.push_back(view(1.2 * i, static_cast<std::uint8_t>(30 * i)));
+  scene.test = {view(0.6, 20), view(3.0, 70)};
+  scene.background = glm::vec3(1.0f);
+  scene.synthetic = true;
+  return scene;
+}
+
+train::Settings short_settings() {
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.steps = 40;
+  s.triangles = s.init_count = 60;
+  s.init_radius = 0.05;
+  s.resample_every = 10;
+  s.checkpoint_every = 0;
+  s.level_max = 4;
+  return s;
+}
+
+std::vector<glm::vec3> start(const train::Settings& s) {
+  return soup::triangles_in_box(s.init_count, glm::vec3(-0.2f), glm::vec3(0.2f), s.init_radius, 3);
+}
+
+}  // namespace
+
+TEST_CASE("evaluation on the way changes no bit of what is trained, and its time is not that of training", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  const train::Settings settings = short_settings();
+  train::Trainer alone(*gpu, scene, settings, start(settings));
+  alone.run({});
+
+  train::Trainer watched(*gpu, scene, settings, start(settings));
+  train::Trainer::Callbacks callbacks;
+  callbacks.evaluations_per_decade = 20;
+  std::vector<std::uint64_t> steps;
+  constexpr double kPause = 0.05;
+  callbacks.on_evaluate = [&](std::uint64_t step) {
+    steps.push_back(step);
+    const train::Evaluation e = watched.evaluate_float();
+    CHECK(std::isfinite(e.mean.psnr));
+    std::this_thread::sleep_for(std::chrono::duration<double>(kPause));
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  watched.run(callbacks);
+  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+  CHECK(steps == std::vector<std::uint64_t>{10, 11, 13, 14, 16, 18, 20, 22, 25, 28, 32, 35});
+  CHECK(watched.seconds() <= wall - kPause * double(steps.size()));
+  CHECK(watched.seconds() > 0);
+  CHECK(watched.cpu_seconds() > 0);
+  const soup::Model a = alone.model(), b = watched.model();
+  CHECK(a.vertices == b.vertices);
+  CHECK(a.lattice == b.lattice);
+  CHECK(a.mlp.parameters == b.mlp.parameters);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and steps", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  settings.opaque = GENERATE(true, false);
+  settings.coarse_share = GENERATE(0.0, 0.5);
+  settings.copy_textures = GENERATE(false, true);
+  train::Trainer trainer(*gpu, scene, settings, start(settings));
+  trainer.run({});
+  const soup::Model model = trainer.model();
+  REQUIRE(model.textures.front().level_max == 4);
+  std::uint8_t least = 255, features_least = 255;
+  for (std::size_t i = 0; i < model.lattice.size(); ++i) {
+    std::uint8_t& which = i % soup::kChannels == soup::kChannels - 1 ? least : features_least;
+    which = std::min(which, model.lattice[i]);
+  }
+  if (settings.opaque) CHECK(int(least) == 255);
+  else CHECK(int(least) < 255);
+  CHECK(int(features_least) < 255);  // the features are trained all the same
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("logits of opaque textures: the coarsest level of each triangle, opacity alone", "[trainer]") {
+  auto gpu = test::open_device();
+  const std::vector<soup::TextureLevels> levels{{2, 4}, {0, 0}, {1, 3}, {5, 5}};
+  const auto table = soup::make_texture_table(levels);
+  const gpu::Buffer buffer = train::opaque_logits(*gpu, table.entries);
+  const auto logits = gpu->download_vector<float>(buffer.address(), table.source_samples * 8);
+  for (const soup::TextureEntry& row : table.entries)
+    for (std::uint32_t s = 0; s < soup::samples_in(row.level_min, row.level_max); ++s)
+      for (std::uint32_t c = 0; c < 8; ++c) {
+        const float expected = c == 7 && s < soup::samples_at(row.level_min) ? 30.0f : 0.0f;
+        REQUIRE(logits[(row.source_offset + s) * 8 + c] == expected);
+      }
+}

@@ -1,0 +1,88 @@
+// Tests tools/bench_plan.h and tools/csv_table.h.
+#include <catch2/catch.hpp>
+
+#include <fstream>
+
+#include "bench_plan.h"
+#include "csv_table.h"
+#include "error.h"
+#include "read_file.h"
+#include "temporary_folder.h"
+
+using namespace trisoup;
+using Catch::Matchers::Contains;
+
+namespace {
+
+bench::Plan plan_of(const std::string& text) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.path() / "plan.json") << text;
+  return bench::read_plan(folder.path() / "plan.json");
+}
+
+}  // namespace
+
+TEST_CASE("a plan stands for every combination, each once", "[bench]") {
+  const bench::Plan plan = plan_of(R"({
+    "scenes": {"a": ["--init-box", "1.2"], "b": []},
+    "arguments": ["--backend", "cpu"],
+    "evaluations_per_decade": 3,
+    "trainings": [
+      {"scenes": ["a", "b"], "triangles": [10, 20], "steps": [5], "seeds": [0, 7], "resolutions": [1, 2.5]},
+      {"scenes": ["a"], "triangles": [10], "steps": [5], "options": {"full": [], "odd one": ["--x", "it's"]}}],
+    "steps": [{"sizes": [100, 200], "triangles": [3], "repeats": 2}]})");
+  REQUIRE(plan.trainings.size() == 2 * 2 * 2 * 2 + 1);
+  REQUIRE(plan.step_timings.size() == 2);
+  CHECK(plan.frames == 0);
+  CHECK(bench::command(plan.trainings[0]) ==
+        "soup-train a -o OUT --steps 5 --triangles 10 --seed 0 --init-box 1.2 --backend cpu --eval-log 3 --timings");
+  CHECK_THAT(bench::command(plan.trainings[15]), Contains("soup-train b") && Contains("--seed 7 -r 2.5"));
+  CHECK(plan.trainings[16].options == "odd one");
+  CHECK_THAT(bench::command(plan.trainings[16]), Contains("--x 'it'\\''s'"));
+  CHECK(bench::command(plan.step_timings[1]) ==
+        "soup-bench steps --size 200 --triangles 3 --views 4 --repeats 2 --most-pixels 0 --most-triangles 0");
+}
+
+TEST_CASE("what is wrong with a plan is named", "[bench]") {
+  const auto refused = [](const std::string& text, const std::string& word) {
+    CHECK_THROWS_WITH(plan_of(text), Contains("plan.json") && Contains(word));
+  };
+  refused("{", "not JSON");
+  refused("[]", "object");
+  refused("{}", "neither");
+  refused(R"({"speed": 1})", "speed");
+  refused(R"({"trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1]}]})", "'a'");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1]}]})", "steps");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [-1], "steps": [1]}]})", "triangles");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [2.5], "steps": [1]}]})", "triangles");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [5000000000], "steps": [1]}]})", "triangles");
+  refused(R"({"scenes": {"a": "x"}, "trainings": []})", "'a'");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "colour": 1}]})", "colour");
+  refused(R"({"scenes": {"a": []}, "trainings": ["a"]})", "trainings 1");
+  refused(R"({"steps": [{"sizes": [], "triangles": [1]}]})", "sizes");
+}
+
+TEST_CASE("a CSV table grows by whole groups of rows and keeps every character", "[bench]") {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "t.csv";
+  const std::string awkward = "a, \"b\"\nc";
+  {
+    bench::CsvTable table(path, {"x", "y"});
+    table.append({{{"x", "1"}, {"y", awkward}}, {{"x", ""}}});
+    CHECK_THROWS_WITH(table.append({{{"x", "2"}}, {{"z", "3"}}}), Contains("'z'"));
+    table.append({{{"y", "end"}}});
+  }
+  const bench::CsvTable again(path, {"x", "y"});
+  REQUIRE(again.rows().size() == 3);
+  CHECK(again.rows()[0].at("x") == "1");
+  CHECK(again.rows()[0].at("y") == awkward);
+  CHECK(again.rows()[1].at("y").empty());
+  CHECK(again.rows()[2].at("y") == "end");
+  CHECK(read_file(path) == "x,y\n1,\"a, \"\"b\"\"\nc\"\n,\n,end\n");
+
+  CHECK_THROWS_WITH(bench::CsvTable(path, {"x"}), Contains("columns"));
+  std::ofstream(path, std::ios::app) << "5,\"cut";
+  CHECK_THROWS_WITH(bench::CsvTable(path, {"x", "y"}), Contains("ends within"));
+  std::ofstream(path) << "x,y\n1,2,3\n";
+  CHECK_THROWS_WITH(bench::CsvTable(path, {"x", "y"}), Contains("3 values"));
+}

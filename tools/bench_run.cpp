@@ -1,0 +1,311 @@
+#include "bench_run.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "bench_plan.h"
+#include "child_process.h"
+#include "csv_table.h"
+#include "error.h"
+#include "read_file.h"
+
+namespace trisoup::bench {
+namespace {
+
+using nlohmann::json;
+using Row = CsvTable::Row;
+
+// What the columns hold stands in docs/charts.md.
+const std::vector<std::string> kColumns = {
+    "record",     "scene",       "options", "resolution", "budget",   "steps",      "seed",         "command",   "revision", "device",
+    "driver",     "host",        "date",    "step",       "seconds",  "cpu_seconds", "triangles",    "psnr",      "ssim",     "mae",
+    "bytes",      "frame_ms",    "frame_size", "frame_device", "views", "size",     "kernel",       "kernel_ms", "settings"};
+
+std::atomic<bool> g_stop{false};
+
+struct Interrupted {};
+
+/// Held by this process and the program that it runs, so that two never train in one folder.
+class Lock {
+ public:
+  explicit Lock(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    if (descriptor_ < 0) throw Error("{}: cannot be written ({}); choose another --work", path.string(), std::strerror(errno));
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+    std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
+    while (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      if (g_stop) throw Interrupted{};
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+  ~Lock() { ::close(descriptor_); }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+  int descriptor() const { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
+
+/// Value of `key: value` or `key=value` in the first such line of a file; empty where there is none.
+std::string value_in(const char* file, const std::string& key, char between) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    const std::size_t at = line.find(between);
+    if (line.compare(0, key.size(), key) != 0 || at == std::string::npos) continue;
+    std::string value = line.substr(at + 1);
+    std::erase(value, '"');
+    return value.substr(std::min(value.find_first_not_of(" \t"), value.size()));
+  }
+  return {};
+}
+
+std::string host() {
+  return fmt::format("{}, {} threads, {}", value_in("/proc/cpuinfo", "model name", ':'), std::thread::hardware_concurrency(),
+                     value_in("/etc/os-release", "PRETTY_NAME", '='));
+}
+
+std::string now() {
+  const std::time_t t = std::time(nullptr);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&t));
+  return text;
+}
+
+/// Folder name of a run: the same for the same command.
+std::string folder_of(const std::string& command) {
+  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
+  for (const char c : command) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return fmt::format("{:016x}", hash);
+}
+
+json read_json(const std::filesystem::path& path) {
+  json value = json::parse(read_file(path), nullptr, false);
+  if (value.is_discarded()) throw Error("{}: is not JSON; remove its folder", path.string());
+  return value;
+}
+
+/// As short as it can be and still be the same number; null is empty.
+std::string text_of(const json& value) {
+  if (value.is_null()) return {};
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+class Runner {
+ public:
+  Runner(const RunOptions& options, const Plan& plan, CsvTable& table, const std::filesystem::path& work, int lock)
+      : options_(options), plan_(plan), table_(table), work_(work), lock_(lock), host_(host()) {}
+
+  /// The rows of a training.
+  std::vector<Row> run(const Training& t) {
+    const std::filesystem::path folder = work_ / folder_of(command(t));
+    std::filesystem::create_directories(folder);
+    std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o", folder.string(), "--resume"};
+    arguments.insert(arguments.end(), t.arguments.begin(), t.arguments.end());
+    child(arguments, folder / "log.txt");
+
+    const json metrics = read_json(folder / "metrics.json");
+    const Row base = base_of(t, metrics);
+    std::vector<Row> rows;
+    const CsvTable evaluations(folder / "evaluations.csv", {"step", "seconds", "cpu_seconds", "triangles", "psnr", "ssim", "mae"});
+    for (const Row& evaluation : evaluations.rows()) {
+      Row& row = rows.emplace_back(base);
+      row["record"] = "evaluation";
+      for (const auto& [column, value] : evaluation) row[column] = value;
+    }
+    const json timings = metrics.value("timings", json::object());
+    const double timed = timings.value("steps", 0.0);
+    if (timed > 0)
+      for (const auto& [kernel, k] : timings["kernels"].items()) {
+        Row& row = rows.emplace_back(base);
+        row["record"] = "kernel";
+        row["triangles"] = text_of(metrics["triangles"]);
+        row["kernel"] = kernel;
+        row["kernel_ms"] = fmt::format("{:.4f}", k["ms"].get<double>() * k["launches"].get<double>() / timed);
+      }
+    Row& row = rows.emplace_back(base);
+    row["record"] = "model";
+    row["step"] = std::to_string(t.steps);
+    for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"}) row[key] = text_of(metrics[key]);
+    row["settings"] = metrics["settings"].dump();
+    std::printf("  PSNR %s, SSIM %s, %s triangles, %.1f s of training (%.1f s of CPU)\n", row["psnr"].substr(0, 5).c_str(),
+                row["ssim"].substr(0, 6).c_str(), row["triangles"].c_str(), metrics["seconds"].get<double>(),
+                metrics["cpu_seconds"].get<double>());
+    return rows;
+  }
+
+  std::vector<Row> run(const StepTiming& t) {
+    const std::filesystem::path folder = work_ / folder_of(command(t));
+    std::filesystem::create_directories(folder);
+    std::vector<std::string> arguments{program("soup-bench"), "steps"};
+    arguments.insert(arguments.end(), t.arguments.begin(), t.arguments.end());
+    arguments.insert(arguments.end(), {"--json", (folder / "steps.json").string()});
+    child(arguments, folder / "log.txt");
+    const json result = read_json(folder / "steps.json");
+    std::vector<Row> rows;
+    double total = 0;
+    for (const auto& [kernel, k] : result.at("step").items()) {
+      rows.push_back({{"record", "step"},
+                      {"command", command(t)},
+                      {"revision", text_of(result["revision"])},
+                      {"device", text_of(result["device"])},
+                      {"driver", text_of(result["driver"])},
+                      {"host", host_},
+                      {"date", now()},
+                      {"triangles", std::to_string(t.triangles)},
+                      {"views", std::to_string(t.views)},
+                      {"size", std::to_string(t.size)},
+                      {"kernel", kernel},
+                      {"kernel_ms", fmt::format("{:.4f}", k["fastest_ms"].get<double>())}});
+      total += k["fastest_ms"].get<double>();
+    }
+    std::printf("  %.1f ms a step\n", total);
+    return rows;
+  }
+
+  /// False when it failed.
+  template <typename Run>
+  bool finish(const Run& run_of) {
+    const std::string line = command(run_of);
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+    try {
+      table_.append(run(run_of));
+    } catch (const Error& e) {
+      // The plan goes on: one scene that is missing is no reason to lose the night.
+      std::fprintf(stderr, "soup-bench: %s\n", e.what());
+      return false;
+    }
+    std::error_code ignored;
+    std::filesystem::remove(work_ / folder_of(line) / "checkpoint.safetensors", ignored);
+    std::fflush(stdout);
+    return true;
+  }
+
+  /// Pictures of a model whose training is among the results, medians over views of the upper hemisphere. What draws may be another
+  /// device than what trains, or there may be none: then there is no row.
+  void time_frames(const Training& t) {
+    const std::filesystem::path folder = work_ / folder_of(command(t)), times = folder / "frames.json";
+    if (!std::filesystem::exists(folder / "model.glb")) {
+      std::fprintf(stderr, "no time of a picture: the model is gone; %s\n", command(t).c_str());
+      return;
+    }
+    try {
+      child({program("soup-view"), (folder / "model.glb").string(), "--benchmark", "--frames", std::to_string(plan_.frames), "--size",
+             plan_.frame_size, "--json", times.string()},
+            folder / "frames.txt");
+    } catch (const Error& e) {
+      std::fprintf(stderr, "no time of a picture: %s\n", e.what());
+      return;
+    }
+    const json result = read_json(times);
+    Row row = base_of(t, read_json(folder / "metrics.json"));
+    row["record"] = "frame";
+    row["triangles"] = text_of(result["triangles"]);
+    row["frame_ms"] = fmt::format("{:.3f}", result["hemisphere"]["p50_ms"].get<double>());
+    row["frame_size"] = plan_.frame_size;
+    row["frame_device"] = text_of(result["device"]);
+    table_.append({row});
+  }
+
+  void clean_up(const std::string& line) const {
+    std::error_code ignored;
+    std::filesystem::remove_all(work_ / folder_of(line), ignored);
+  }
+
+ private:
+  std::string program(const char* name) const { return (options_.programs / name).string(); }
+
+  void child(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
+    const ChildResult result = run_child(arguments, log, g_stop, lock_);
+    if (g_stop) throw Interrupted{};
+    if (result.status == 0) return;
+    throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status) : result.error);
+  }
+
+  /// What every row of a training says of how it came about.
+  Row base_of(const Training& t, const json& metrics) const {
+    return {{"scene", t.scene},
+            {"options", t.options},
+            {"resolution", fmt::format("{}", t.resolution)},
+            {"budget", std::to_string(t.triangles)},
+            {"steps", std::to_string(t.steps)},
+            {"seed", std::to_string(t.seed)},
+            {"command", command(t)},
+            {"revision", text_of(metrics["revision"])},
+            {"device", text_of(metrics["device"])},
+            {"driver", text_of(metrics["driver"])},
+            {"host", host_},
+            {"date", now()}};
+  }
+
+  const RunOptions& options_;
+  const Plan& plan_;
+  CsvTable& table_;
+  const std::filesystem::path& work_;
+  int lock_;
+  std::string host_;
+};
+
+}  // namespace
+
+int run_plan(const RunOptions& options) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, [](int) { g_stop = true; });
+  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+  const Plan plan = read_plan(options.plan);
+  std::filesystem::path work = options.work;
+  if (work.empty()) (work = options.results) += ".work";
+  std::error_code error;
+  std::filesystem::create_directories(work, error);
+  if (error) throw Error("{}: cannot be made ({}); choose another --work", work.string(), error.message());
+  try {
+    const Lock lock(work / "lock");
+    CsvTable table(options.results, kColumns);
+    std::set<std::string> done, timed;
+    for (const Row& row : table.rows()) (row.at("record") == "frame" ? timed : done).insert(row.at("command"));
+    Runner runner(options, plan, table, work, lock.descriptor());
+    const std::size_t total = plan.trainings.size() + plan.step_timings.size();
+    std::size_t number = 0, failed = 0;
+    const auto all = [&](const auto& runs) {
+      for (const auto& run : runs) {
+        ++number;
+        const std::string line = command(run);
+        if (done.contains(line)) continue;
+        if (g_stop) throw Interrupted{};
+        std::printf("[%zu/%zu] ", number, total);
+        if (runner.finish(run)) done.insert(line);
+        else ++failed;
+      }
+    };
+    all(plan.step_timings);
+    all(plan.trainings);
+    // One right after the other, so that they compare.
+    for (const Training& t : plan.trainings)
+      if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) runner.time_frames(t);
+    if (!options.keep)
+      for (const std::string& line : done) runner.clean_up(line);
+    if (failed > 0) {
+      std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
+      return 1;
+    }
+  } catch (const Interrupted&) {
+    std::fprintf(stderr, "interrupted; the same call goes on\n");
+    return 130;
+  }
+  return 0;
+}
+
+}  // namespace trisoup::bench

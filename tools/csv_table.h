@@ -1,0 +1,29 @@
+// A table in a CSV file (RFC 4180) that grows by whole groups of rows.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace trisoup::bench {
+
+class CsvTable {
+ public:
+  using Row = std::map<std::string, std::string>;  // column to value; what is not there is empty
+
+  /// Reads `path`, which need not exist. Throws Error when it is no such table or has other columns.
+  CsvTable(std::filesystem::path path, std::vector<std::string> columns);
+
+  const std::vector<Row>& rows() const { return rows_; }
+
+  /// Adds the rows and writes the file: either all of them are in it, or it is as it was. Throws Error, also on an unknown column.
+  void append(const std::vector<Row>& rows);
+
+ private:
+  std::filesystem::path path_;
+  std::vector<std::string> columns_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace trisoup::bench
