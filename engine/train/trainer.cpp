@@ -245,8 +245,8 @@ void Trainer::change_topology() {
                   static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)))) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
-        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, or start with larger or more triangles "
-                    "(--init-radius, --init-count, --init-box)",
+        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, lower --triangles where they are smaller "
+                    "than pixels, or start with larger or more triangles (--init-radius, --init-count, --init-box)",
                     step_);
       return;
     }

@@ -11,6 +11,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "error.h"
 #include "gpu/device.h"
 #include "gpu/small_scene.h"
 #include "scene/scene.h"
