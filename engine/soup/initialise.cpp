@@ -50,6 +50,10 @@ struct PointCloud {
   }
 };
 
+double mean(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 void append(std::vector<glm::vec3>& to, const std::vector<glm::vec3>& triangle) {
   to.insert(to.end(), triangle.begin(), triangle.end());
 }
@@ -127,10 +131,7 @@ std::vector<double> nearest_distances(std::span<const glm::vec3> points, std::si
   return means;
 }
 
-double mean_nearest_distance(std::span<const glm::vec3> points) {
-  const std::vector<double> distances = nearest_distances(points, 1);
-  return points.empty() ? 0.0 : std::accumulate(distances.begin(), distances.end(), 0.0) / static_cast<double>(points.size());
-}
+double mean_nearest_distance(std::span<const glm::vec3> points) { return mean(nearest_distances(points, 1)); }
 
 std::vector<glm::vec3> equilateral_triangle(const glm::vec3& centre, double circumradius, const glm::dmat3& rotation) {
   const double half_side = std::sqrt(3.0) / 2.0;
@@ -159,9 +160,10 @@ std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, 
 
   std::vector<glm::vec3> centres;
   for (const std::uint32_t k : chosen) centres.push_back(finite[k]);
-  const double spacing = mean_nearest_distance(centres);
+  std::vector<double> nearest = nearest_distances(centres, 1);
+  const double spacing = mean(nearest);
   if (!(spacing > 0)) throw Error("points: all {} coincide; choose --init random or --init mesh", centres.size());
-  std::vector<double> spacings(centres.size(), spacing), nearest = nearest_distances(centres, 1);
+  std::vector<double> spacings(centres.size(), spacing);
   std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2), nearest.end());
   if (spacing > options.uneven * nearest[nearest.size() / 2]) {
     spacings = nearest_distances(centres, 3);

@@ -15,6 +15,10 @@
 namespace trisoup::train {
 namespace {
 
+/// Splitting stops where a triangle would win fewer pixels than this over all views, on average: the next change of topology would find
+/// most of its halves in no picture and drop them, and once more, until none is left.
+constexpr std::uint64_t kPixelsPerTriangle = 4;
+
 std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& soup) {
   return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
 }
@@ -94,33 +98,35 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
   Step(gpu, soup, frame).sum_textures();
 }
 
-/// The triangles that stay; none where no view would show one if all were opaque.
-std::vector<std::uint32_t> to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
-                                   const Settings& settings) {
-  const auto none = [](const std::vector<std::uint32_t>& counts) {
-    return std::all_of(counts.begin(), counts.end(), [](std::uint32_t n) { return n == 0; });
-  };
-  const std::vector<std::uint32_t> counts = count_visible(gpu, soup, frame, views);
-  if (!none(counts))
-    return settings.recipe == Recipe::synthetic ? soup::visible_at_least(counts) : soup::most_visible(counts, settings.triangles);
+struct Kept {
+  std::vector<std::uint32_t> triangles;  // ascending; none where no view would show one if all were opaque
+  std::uint64_t pixels = 0;              // that they win over all views
+};
+Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
+  std::vector<std::uint32_t> counts = count_visible(gpu, soup, frame, views);
+  const auto total = [&] { return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}); };
+  const std::uint64_t pixels = total();
+  if (pixels > 0)
+    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(counts) : soup::most_visible(counts, settings.triangles), pixels};
   // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
-  const std::vector<std::uint32_t> covered = count_visible(gpu, soup, frame, views);
+  counts = count_visible(gpu, soup, frame, views);
   Step(gpu, soup, frame).sum_textures();
-  if (none(covered)) return {};
-  return soup::most_visible(covered, settings.triangles);
+  if (total() == 0) return {};
+  return {soup::most_visible(counts, settings.triangles), total()};
 }
 
 }  // namespace
 
 bool resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles) {
-  const std::vector<std::uint32_t> kept = to_keep(gpu, soup, frame, views.half, settings);
-  if (kept.empty()) return false;
+  const Kept kept = to_keep(gpu, soup, frame, views.half, settings);
+  if (kept.triangles.empty()) return false;
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
-  soup::Resampled change = soup::keep(vertices, kept);
+  soup::Resampled change = soup::keep(vertices, kept.triangles);
   if (settings.recipe == Recipe::synthetic) {
-    change = soup::compose(change, soup::bisect_longest(change.vertices, settings.triangles));
+    const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
+    change = soup::compose(change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
     apply(gpu, soup, frame, change, settings);
     return true;
   }

@@ -55,6 +55,10 @@ double count_scale(const scene::Camera& camera, const Settings& settings) {
   return std::max(settings.count_scale, 64.0 / std::sqrt(double(camera.width) * camera.height));
 }
 
+std::array<std::uint64_t, 5> sizes_of(const BatchLayout& batch) {
+  return {batch.views, batch.pixels, batch.tiles, batch.blocks, batch.windows};
+}
+
 /// Triangles that splitting may reach where nobody said.
 std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
 
@@ -203,7 +207,7 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
   // Images of many sizes make as many lists; what matters is that few sizes do not record again and again.
   constexpr std::size_t kMostLists = 64;
   if (commands_.size() >= kMostLists) commands_.clear();
-  gpu::CommandList& list = commands_[{batch.views, batch.pixels, batch.tiles, batch.blocks, batch.windows}];
+  gpu::CommandList& list = commands_[sizes_of(batch)];
   if (list.segments != fresh.segments) list = std::move(fresh);
   return list;
 }
@@ -219,9 +223,13 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
       schedule_.add(state_of(step, batches.back()), batches.back());
     }
     schedule_.upload();
+    gpu::CommandList* commands = nullptr;
+    std::array<std::uint64_t, 5> sizes{};
     for (const BatchLayout& batch : batches) {
       if (callbacks.stop && *callbacks.stop) break;
-      gpu_.replay(commands_of(batch));
+      // Nothing is allocated in between, so batches of the same sizes have the same commands.
+      if (!commands || sizes != sizes_of(batch)) commands = &commands_of(batch), sizes = sizes_of(batch);
+      gpu_.replay(*commands);
       ++step_;
     }
     gpu_.wait();
@@ -245,8 +253,8 @@ void Trainer::change_topology() {
                   static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)))) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
-        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, lower --triangles where they are smaller "
-                    "than pixels, or start with larger or more triangles (--init-radius, --init-count, --init-box)",
+        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, "
+                    "or start with larger or more triangles (--init-radius, --init-count, --init-box)",
                     step_);
       return;
     }
@@ -395,8 +403,6 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
     throw Error("{}: was trained on another background; use the same --background, or train without --resume", path.string());
   nlohmann::json then = nlohmann::json::parse(text("settings"), nullptr, false), now = to_json(settings_);
   if (!then.is_object()) throw Error("{}: its settings are damaged; train without --resume", path.string());
-  // Checkpoints from before there was the option.
-  if (!then.contains("opaque")) then["opaque"] = false;
   // How often something is written does not change what is computed.
   for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
@@ -417,7 +423,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
     throw Error("{}: claims step {} of {}; the checkpoint is damaged, train without --resume", path.string(), step_,
                 settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
-  if (file.metadata().contains("cpu_seconds")) cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
+  cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
 
   const auto rows = file.values<std::uint32_t>("texture_table");
   if (rows.size() % 4 != 0 || rows.empty())

@@ -56,17 +56,14 @@ TEST_CASE("a hundred thousand triangles", "[budgets][slow]") {
     CHECK_FALSE(outcome.fit.nothing_learnt());
   }
   SECTION("as the budget of pictures of 576 pixels") {
-    // Triangles far below a pixel are dropped where they miss every centre, until none is left. It is told, with the fix.
     settings.init_count = 200;
     settings.triangles = 100'000;
-    try {
-      const Outcome outcome = train_through(*gpu, scene, settings);
-      WARN("200 to 100000: " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty " << empty_psnr(scene));
-      check_budget(outcome, settings);
-      CHECK(outcome.fit.psnr > empty_psnr(scene));
-    } catch (const Error& e) {
-      CHECK_THAT(e.what(), Catch::Matchers::Contains("lower --triangles"));
-    }
+    const Outcome outcome = train_through(*gpu, scene, settings);
+    WARN("200 to 100000: " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty " << empty_psnr(scene));
+    // Not the budget, for which there are no pixels: what the counted pictures, of 64 x 64, can show.
+    CHECK(outcome.triangles > settings.init_count);
+    CHECK(outcome.triangles <= scene.train.size() * 64 * 64 / 4);
+    CHECK(outcome.fit.psnr > 12.0);
   }
 }
 
