@@ -64,7 +64,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("-o,--output", c.output, "folder for the pictures of --path")->group(without);
   app.add_option("--frames", c.frames, "pictures of --path orbit, views of the hemisphere in --benchmark [120]")
       ->check(CLI::Range(1, 100000))->group(without);
-  app.add_option("--elevation", c.elevation, "of --path orbit, degrees above the ground [20]")->check(between(-89, 89))->group(without);
+  app.add_option("--elevation", c.elevation, "of --path orbit, degrees above the ground [20]; with --screenshot: a picture from there")->check(between(-89, 89))->group(without);
   app.add_flag("--benchmark", c.benchmark, "time pictures from the model's cameras and from the upper hemisphere")->group(without)
       ->excludes(screenshot)->excludes(path);
   app.add_option("--json", c.json, "write the times of --benchmark to a file")->group(without);
@@ -116,6 +116,12 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   }
   if (c.path && !c.output) return fail("--path needs -o FOLDER");
   if (c.json && !c.benchmark) return fail("--json takes the times of --benchmark; give both");
+  const bool orbit = c.path == "orbit";
+  if (app.count("--frames") > 0 && !orbit && !c.benchmark) return fail("--frames counts the pictures of --path orbit or --benchmark; give one of them");
+  if (c.elevation && !orbit && !c.screenshot) return fail("--elevation is that of --path orbit or --screenshot; give one of them");
+  if (c.elevation && c.camera) return fail("--camera and --elevation both say from where; give one of them");
+  if (c.camera && (c.path || c.benchmark)) return fail("--camera chooses the view of --screenshot or of the window; --path and --benchmark have their own");
+  if (app.count("--channel") > 0 && c.draw.mode != render::Mode::channel) return fail("--channel is that of --mode channel; give both");
   if (c.output && !c.path) return fail("-o takes the pictures of --path; give both (--screenshot names its own file)");
   if ((c.camera || !c.dataset.empty()) && c.model.empty()) return fail("--camera and --dataset go with a model: soup-view MODEL ...");
   if ((c.screenshot || c.path || c.benchmark) && c.model.empty()) return fail("a model is required: soup-view MODEL ...");

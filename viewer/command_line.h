@@ -19,7 +19,7 @@ struct CommandLine {
   bool benchmark = false, list_devices = false;
   std::optional<glm::ivec2> size;     // pixels
   int frames = 120;
-  double elevation = 20;              // degrees
+  std::optional<double> elevation;    // degrees
   std::optional<double> fov, near, far;  // degrees; normalised units
   std::optional<glm::vec3> background, up;
   render::DrawOptions draw;

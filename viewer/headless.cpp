@@ -46,6 +46,7 @@ struct Setting {
     if (options.fov) camera.fx = camera.fy = 0.5 * camera.height / std::tan(0.5 * *options.fov * kDegrees);
     return render::view_of(camera, near(), far());
   }
+  double elevation() const { return options.elevation.value_or(20.0) * kDegrees; }
   glm::ivec2 size() const {
     if (options.size) return *options.size;
     return {1280, 720};
@@ -58,10 +59,10 @@ struct Setting {
 
 void screenshot(Setting& s) {
   scene::Camera camera;
-  if (s.options.camera || !s.subject.cameras.empty())
+  if (s.options.camera || (!s.subject.cameras.empty() && !s.options.elevation))
     camera = s.camera(find_camera(s.subject, s.options.camera.value_or("0")));
   else
-    camera = render::orbit(s.subject.framing, 1, s.options.elevation * kDegrees, 0, s.size().x, s.size().y)[0];
+    camera = render::orbit(s.subject.framing, 1, s.elevation(), 0, s.size().x, s.size().y)[0];
   std::error_code none;
   if (std::filesystem::equivalent(*s.options.screenshot, s.subject.path, none))
     throw Error("{}: is the model itself; choose another name for the picture", *s.options.screenshot);
@@ -71,7 +72,7 @@ void screenshot(Setting& s) {
 void path(Setting& s) {
   std::vector<scene::Camera> cameras;
   if (*s.options.path == "orbit") {
-    cameras = render::orbit(s.subject.framing, s.options.frames, s.options.elevation * kDegrees, 0, s.size().x, s.size().y);
+    cameras = render::orbit(s.subject.framing, s.options.frames, s.elevation(), 0, s.size().x, s.size().y);
   } else {
     for (std::size_t i = 0; i < s.subject.cameras.size(); ++i) cameras.push_back(s.camera(i));
     if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);

@@ -19,6 +19,12 @@ scene::Camera moved(const scene::Camera& camera, const scene::Normalisation& fro
   return c;
 }
 
+scene::Scene load_cameras(const Subject& s, const std::string& dataset) {
+  scene::LoadOptions load = s.load;
+  load.train_images = load.test_images = false;
+  return scene::load(dataset, load);
+}
+
 }  // namespace
 
 Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up) {
@@ -57,15 +63,15 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
 }
 
 void take_cameras(Subject& s, const std::string& dataset) {
-  scene::LoadOptions load = s.load;
-  load.train_images = false;
-  const scene::Scene scene = scene::load(dataset, load);
+  const scene::Scene scene = load_cameras(s, dataset);
   const scene::Normalisation ours{s.model.centre, s.model.scale};
   s.cameras.clear();
   for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
     for (const scene::View& v : *views) s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
   frame_subject(s);
 }
+
+void check_dataset(const Subject& s, const std::string& dataset) { load_cameras(s, dataset); }
 
 void frame_subject(Subject& s) {
   std::stable_sort(s.cameras.begin(), s.cameras.end(), [](const auto& a, const auto& b) { return a.test > b.test; });

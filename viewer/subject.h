@@ -29,6 +29,9 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
 /// The cameras of a dataset instead of the model's own. Throws Error.
 void take_cameras(Subject& subject, const std::string& dataset);
 
+/// Reads all of a dataset but its photographs. Throws Error where it is none.
+void check_dataset(const Subject& subject, const std::string& dataset);
+
 /// Sorts the cameras, test views first, and finds the framing.
 void frame_subject(Subject& subject);
 

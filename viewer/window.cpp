@@ -292,6 +292,8 @@ void Window::open_dataset(const std::string& path) {
     take_cameras(*subject_, path);
     set_home();
     if (!subject_->cameras.empty() && !options_.fov) snap_to(0);
+  } else if (!live_) {
+    check_dataset(*subject_, path);  // or it would be found wrong only when a photograph is wanted
   }
   dataset_ = path;
   photographs_wanted_ = true;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "render/inner_box.h"
+
 namespace trisoup::render {
 namespace {
 
@@ -62,19 +64,8 @@ glm::dvec3 mean_up(std::span<const scene::Camera> cameras) {
 Framing frame(std::span<const glm::vec3> vertices, std::span<const scene::Camera> cameras, const glm::dvec3& up) {
   Framing f;
   f.up = glm::normalize(up);
-  glm::dvec3 low(0.0), high(0.0);
-  if (!vertices.empty())
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<float> values;
-      for (const glm::vec3& v : vertices) values.push_back(v[axis]);
-      const auto quantile = [&](double q) {
-        const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-        std::nth_element(values.begin(), at, values.end());
-        return double(*at);
-      };
-      low[axis] = quantile(0.05);
-      high[axis] = quantile(0.95);
-    }
+  const Box box = inner_box(vertices, 0.05);
+  const glm::dvec3 low(box.low), high(box.high);
   f.target = 0.5 * (low + high);
   if (!cameras.empty()) {
     // Cameras lie at mean distance 1 from the origin, and look at it.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -40,12 +39,7 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
   m.scale = model.scale;
 
   const std::vector<glm::vec3> vertices = soup::normalised_vertices(model);
-  m.low = glm::vec3(std::numeric_limits<float>::max());
-  m.high = -m.low;
-  for (const glm::vec3& v : vertices) {
-    m.low = glm::min(m.low, v);
-    m.high = glm::max(m.high, v);
-  }
+  m.box = inner_box(vertices, 0.01);
 
   std::vector<std::uint32_t> levels;
   for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);

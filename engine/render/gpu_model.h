@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "gpu/graphics.h"
+#include "render/inner_box.h"
 #include "soup/soup.h"
 
 namespace trisoup::render {
@@ -25,7 +26,7 @@ struct GpuModel {
   glm::vec3 background{0.0f};
   glm::dvec3 centre{0.0};            // of the normalisation
   double scale = 1.0;
-  glm::vec3 low{0.0f}, high{0.0f};   // box around the vertices
+  Box box;                           // around 98 % of the vertices along each axis
 };
 
 /// What becomes of the MLP: compiled into the shaders for a model that stays, or read by them for one that changes.

@@ -185,7 +185,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   std::size_t train = 0, test = 0;
   for (const Shot& shot : shots) {
     View& view = shot.frame.test ? scene.test[test++] : scene.train[train++];
-    if (!shot.frame.test && !options.train_images) continue;
+    if (!(shot.frame.test ? options.test_images : options.train_images)) continue;
     wanted.push_back(&shot);
     images.push_back(&view.image);
   }

@@ -36,7 +36,7 @@ struct LoadOptions {
   int test_every = 8;      // held-out views in name order, index 0 first, where no test split is given; 0: none
   BackgroundChoice background = BackgroundChoice::automatic;
   AlphaUse alpha = AlphaUse::composite;
-  bool train_images = true;                           // soup-eval sets this to false and decodes test photographs only
+  bool train_images = true, test_images = true;       // which photographs are decoded; all are looked for
   int threads = 0;                                    // 0: one per core
   std::function<void(int done, int total)> progress;  // called from one thread at a time
   std::function<void(const std::string& line)> warn;  // one call per warning, one line each
