@@ -1,0 +1,266 @@
+#include "bench_steps.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "args/arithmetic.h"
+#include "atomic_file.h"
+#include "revision.h"
+#include "soup/initialise.h"
+#include "soup/texture_table.h"
+#include "train/frame.h"
+#include "train/render_pass.h"
+#include "train/soup_buffers.h"
+#include "train/step.h"
+
+namespace trisoup::bench {
+namespace {
+
+struct Cost {
+  double ms = 0, fastest_ms = 0;  // median, least
+  double bytes = 0, operations = 0;  // the least
+};
+
+using Costs = std::map<std::string, Cost>;
+
+/// Four cameras around a ball of triangles that covers about half of the picture about three deep.
+std::vector<train::BatchView> cameras(const StepsOptions& c) {
+  std::vector<train::BatchView> views;
+  for (std::uint32_t i = 0; i < c.views; ++i) {
+    scene::Camera camera;
+    camera.width = camera.height = static_cast<int>(c.side);
+    camera.fx = camera.fy = 1.4 * c.side;
+    camera.cx = camera.cy = 0.5 * c.side;
+    const double angle = 1.5707963 * i;
+    const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
+    glm::dmat4 world_from_camera(1.0);
+    world_from_camera[0] = glm::dvec4(x, 0);
+    world_from_camera[1] = glm::dvec4(y, 0);
+    world_from_camera[2] = glm::dvec4(z, 0);
+    world_from_camera[3] = glm::dvec4(-z, 1);
+    camera.world_to_camera = glm::inverse(world_from_camera);
+    views.push_back(train::batch_view(camera, 0.025, 2.5));
+    views.back().index = i;
+  }
+  return views;
+}
+
+Costs measure(gpu::Device& gpu, const StepsOptions& c) {
+  train::SoupBuffers soup;
+  const glm::vec3 half(0.25f);
+  // The triangles' area together stays the same, whatever their number.
+  const double radius = 0.25 * std::sqrt(16.0 / c.triangles);
+  const auto vertices = soup::triangles_in_box(c.triangles, -half, half, radius, 1);
+  train::allocate_soup(gpu, soup, vertices, soup::make_texture_table(c.triangles, {c.level_min, c.level_max}).entries);
+  train::allocate_mlp(gpu, soup, train::initial_mlp(1));
+  train::Frame frame(gpu);
+  std::vector<train::BatchView> views = cameras(c);
+  const std::uint64_t pixels_each = std::uint64_t(c.side) * c.side, pixels = pixels_each * views.size();
+  gpu::Buffer photos = gpu.allocate(pixels * 4, "photographs");
+  std::vector<std::uint32_t> noise(pixels);
+  for (std::uint64_t i = 0; i < pixels; ++i) noise[i] = 0xff000000u | static_cast<std::uint32_t>(i * 2654435761u >> 8);
+  gpu.upload(photos.address(), noise);
+  for (std::size_t i = 0; i < views.size(); ++i) views[i].photo = photos.address() + 4 * pixels_each * i;
+  frame.set_batch(views, c.triangles, true);
+  train::StepInputs inputs;
+  train::Step step(gpu, soup, frame);
+  step.sum_textures();
+
+  const auto one = [&](std::uint32_t i) {
+    step.begin(i * 7919u, i, i % train::Frame::kStatisticsRows, {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1});
+    step.train(inputs);
+    gpu.submit();
+  };
+  do one(0);
+  while (train::grow_lists_if_needed(gpu, frame));
+
+  std::map<std::string, std::vector<double>> samples;
+  for (int i = 1; i <= c.repeats; ++i) {
+    gpu.enable_timings(true);
+    gpu.reset_timings();
+    one(static_cast<std::uint32_t>(i));
+    for (const auto& [name, t] : gpu.timings()) samples[name].push_back(t.milliseconds);
+  }
+  gpu.enable_timings(false);
+
+  const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
+  const double covered = static_cast<double>(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; }));
+  const double listed = gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0].list_total;
+  const double t = c.triangles, p = static_cast<double>(pixels), v = c.views;
+  const double source = static_cast<double>(soup.source_samples), lattice = static_cast<double>(soup.lattice_samples);
+  // Sums are read and written; textures three samples of 32 bytes a pixel.
+  const std::map<std::string, double> bytes = {
+      {"project", t * 36 + v * t * 64},
+      {"bin", 2 * (v * t * 64) + listed * 12},
+      {"bin_scan", frame.batch().tiles * 12.0},
+      {"visibility", listed * (4 + 64 + 16) + p * 16},
+      {"shade", p * (16 + 12) + covered * 96},
+      {"ssim", p * (12 + 4 + 36)},
+      {"loss_gradient", p * (36 + 12 + 4 + 16)},
+      {"shade_backward", p * (16 + 16) + covered * (96 + 21 * 8)},
+      {"edge_forces", p * (16 + 12 + 16) + covered * 9 * 8},
+      {"opacity_backward", listed * (4 + 64 + 16) + p * (16 + 4) + covered * 3 * 8},
+      {"update_textures", source * 8 * 24 + lattice * (8 * 8 + 8 * 4 + 4)},
+      {"update_vertices", t * 9 * (12 + 8) + t * 3 * 8},
+      {"update_mlp", 595.0 * (24 + 4 * frame.mlp_groups)}};
+  // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the gradients of the weights and
+  // of all inputs but the view direction's. SSIM: five means, its gradient three, of 11 taps in each direction and channel. Lists: three edge
+  // functions of each pixel. Adam: 14 a parameter.
+  constexpr double kMlp = 2 * 560 + 35, kMlpGradient = kMlp + 2 * (48 + 256 + 112) + kMlp, kFeatures = 8 * 4, kEdges = 12, kAdam = 14;
+  const std::map<std::string, double> operations = {
+      {"project", v * t * 3 * 28},
+      {"visibility", listed * 64 * kEdges},
+      {"shade", covered * (kMlp + kFeatures)},
+      {"ssim", p * 5 * 3 * 2 * 11 * 2},
+      {"loss_gradient", p * 3 * 3 * 2 * 11 * 2},
+      {"shade_backward", covered * (kMlpGradient + kFeatures)},
+      {"opacity_backward", listed * 64 * kEdges},
+      {"update_textures", source * 8 * kAdam},
+      {"update_vertices", t * 9 * kAdam},
+      {"update_mlp", 595.0 * (kAdam + frame.mlp_groups)}};
+  Costs costs;
+  for (auto& [name, values] : samples) {
+    std::sort(values.begin(), values.end());
+    costs[name].ms = values[values.size() / 2];
+    costs[name].fastest_ms = values.front();
+    // What a kernel must move does not depend on how many pixels a thread takes.
+    const std::string of = name.ends_with("_one") ? name.substr(0, name.size() - 4) : name;
+    costs[name].bytes = bytes.contains(of) ? bytes.at(of) : 0;
+    costs[name].operations = operations.contains(of) ? operations.at(of) : 0;
+  }
+  return costs;
+}
+
+double total(const Costs& costs) {
+  double ms = 0;
+  for (const auto& [name, cost] : costs) ms += cost.ms;
+  return ms;
+}
+
+/// Bytes per second that a large device-to-device copy moves, read and written.
+double bandwidth(gpu::Device& gpu) {
+  constexpr std::uint64_t kBytes = 256ull << 20;
+  const gpu::Buffer a = gpu.allocate(kBytes, "bandwidth"), b = gpu.allocate(kBytes, "bandwidth");
+  gpu.fill(a.address(), kBytes, 1);
+  gpu.copy(b.address(), a.address(), kBytes);
+  gpu.wait();
+  double best = 1e30;
+  for (int i = 0; i < 5; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    gpu.copy(b.address(), a.address(), kBytes);
+    gpu.wait();
+    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  return 2.0 * kBytes / best;
+}
+
+/// Operations per second of `arithmetic`, which does nothing else. 0 where the device has no timestamps.
+double arithmetic(gpu::Device& gpu) {
+  constexpr std::uint64_t kGroups = 16384;
+  constexpr double kMilliseconds = 5;  // beside which the launch is nothing
+  const gpu::Buffer result = gpu.allocate(kGroups * 64 * 4, "arithmetic");
+  gpu.enable_timings(true);
+  double best = 0;
+  for (std::uint32_t rounds = 64; rounds <= 1u << 16; rounds *= 4) {
+    gpu.reset_timings();
+    for (int i = 0; i < 3; ++i) {
+      gpu.launch({"arithmetic"}, kGroups, kernels::ArithmeticArgs{result.address(), rounds, 0.999f, 0.001f, 0});
+      gpu.cut();
+    }
+    const double ms = gpu.timings()["arithmetic"].milliseconds;
+    if (ms > 0) best = std::max(best, 3 * 64.0 * rounds * kGroups * 64 / (1e-3 * ms));
+    if (ms > 3 * kMilliseconds) break;
+  }
+  gpu.enable_timings(false);
+  return best;
+}
+
+void table(const std::string& what, const std::vector<std::string>& heads, const std::vector<Costs>& columns,
+           const std::vector<double>& sizes, nlohmann::json& json) {
+  if (columns.empty()) return;  // not asked for
+  std::printf("\n%s: ms per kernel; last column: growth exponent between the last two (1: linear)\n%-18s", what.c_str(), "kernel");
+  for (const std::string& head : heads) std::printf("%10s", head.c_str());
+  std::printf("%10s\n", "exponent");
+  for (const auto& [name, last] : columns.back()) {
+    std::printf("%-18s", name.c_str());
+    for (const Costs& c : columns) std::printf("%10.3f", c.at(name).ms);
+    const std::size_t n = columns.size();
+    const double exponent = n < 2 ? 0
+                                  : std::log(columns[n - 1].at(name).ms / std::max(1e-6, columns[n - 2].at(name).ms)) /
+                                        std::log(sizes[n - 1] / sizes[n - 2]);
+    std::printf("%10.2f\n", exponent);
+    json[what][name]["exponent"] = exponent;
+    for (std::size_t i = 0; i < n; ++i) json[what][name][heads[i]] = columns[i].at(name).ms;
+  }
+  std::printf("%-18s", "step");
+  for (const Costs& c : columns) std::printf("%10.3f", total(c));
+  std::printf("\n");
+}
+
+}  // namespace
+
+void steps(gpu::Device& gpu, const StepsOptions& base) {
+  nlohmann::json json;
+  const double rate = bandwidth(gpu), operation_rate = arithmetic(gpu);
+  json["device"] = gpu.info().name;
+  json["driver"] = gpu.info().driver;
+  json["revision"] = kRevision;
+  json["bytes_per_second"] = rate;
+  json["operations_per_second"] = operation_rate;
+  std::printf("device: %s, %s; copies move %.1f GB/s, arithmetic makes %.1f GFLOP/s\n", gpu.info().name.c_str(),
+              gpu.info().driver.c_str(), rate * 1e-9, operation_rate * 1e-9);
+  std::printf("%u views of %u x %u, %u triangles, levels %u..%u; medians of %d\n", base.views, base.side, base.side, base.triangles,
+              base.level_min, base.level_max, base.repeats);
+  const Costs costs = measure(gpu, base);
+  std::printf("%-18s%10s%12s%12s%12s%10s\n", "kernel", "ms", "MB", "MFLOP", "floor ms", "x floor");
+  Cost all;
+  double all_floor = 0;
+  for (const auto& [name, cost] : costs) {
+    const double floor = 1e3 * std::max(cost.bytes / rate, operation_rate > 0 ? cost.operations / operation_rate : 0);
+    all.bytes += cost.bytes;
+    all.operations += cost.operations;
+    all_floor += floor;
+    std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", name.c_str(), cost.ms, cost.bytes * 1e-6, cost.operations * 1e-6, floor,
+                cost.ms / std::max(1e-9, floor));
+    json["step"][name] = {{"ms", cost.ms}, {"fastest_ms", cost.fastest_ms}, {"bytes", cost.bytes}, {"operations", cost.operations}, {"floor_ms", floor}};
+  }
+  std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", "step", total(costs), all.bytes * 1e-6, all.operations * 1e-6, all_floor, total(costs) / all_floor);
+
+  std::vector<std::string> heads;
+  std::vector<Costs> columns;
+  std::vector<double> sizes;
+  for (std::uint32_t side = 100; side <= base.most_pixels; side *= 2) {
+    StepsOptions c = base;
+    c.side = side;
+    columns.push_back(measure(gpu, c));
+    heads.push_back(fmt::format("{0}x{0}", side));
+    sizes.push_back(double(side) * side);
+  }
+  table("pixels", heads, columns, sizes, json);
+  heads.clear();
+  columns.clear();
+  sizes.clear();
+  for (const std::uint32_t triangles : {1000u, 2000u, 5000u, 15000u, 60000u}) {
+    if (triangles > base.most_triangles) break;
+    StepsOptions c = base;
+    c.triangles = triangles;
+    columns.push_back(measure(gpu, c));
+    heads.push_back(fmt::format("{}", triangles));
+    sizes.push_back(triangles);
+  }
+  table("triangles", heads, columns, sizes, json);
+  if (!base.json.empty()) {
+    const std::string text = json.dump(2) + "\n";
+    write_file_atomically(base.json, std::as_bytes(std::span(text)));
+  }
+}
+
+}  // namespace trisoup::bench
