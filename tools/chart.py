@@ -7,6 +7,8 @@ Needs matplotlib (Debian: python3-matplotlib). Everything comes from the CSV fil
 import argparse
 import collections
 import csv
+import json
+import math
 import pathlib
 import re
 import statistics
@@ -242,6 +244,43 @@ def ablations(rows):
     return figure
 
 
+def quality_over_rate(rows):
+    """PSNR over how far vertices can travel, of trainings that differ in nothing but the vertex rate and how rates fall."""
+    found = collections.defaultdict(lambda: collections.defaultdict(list))
+    for r in rows:
+        if r["record"] == "model" and r["settings"]:
+            s = json.loads(r["settings"])
+            same = {k: v for k, v in s.items() if k not in ("rate_vertex", "rate_end", "seed")}
+            # The mean of rate_end^t over t from 0 to 1, times the steps.
+            end = s["rate_end"]
+            travel = s["rate_vertex"] * s["steps"] * ((1 - end) / -math.log(end) if end < 1 else 1)
+            found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((travel, r["psnr"], r["ssim"]))
+    groups = {k: v for k, v in sorted(found.items()) if len({p[0] for points in v.values() for p in points}) > 2}
+    if not groups:
+        return None
+    scenes = list(dict.fromkeys(k[0] for k in groups))
+    line, marker, shade = (styles({e for v in groups.values() for e in v}, c) for c in (LINES, MARKERS, SHADES))
+    fill = styles({k[2] for k in groups}, ["white", "#bbbbbb", "black"])
+    figure, grid = plt.subplots(1, len(scenes), figsize=(3.6 * len(scenes), 2.9), squeeze=False)
+    figure.subplots_adjust(wspace=0.75, left=0.14 / len(scenes), right=1 - 0.24 / len(scenes), bottom=0.16, top=0.92)
+    for axes, scene in zip(grid[0], scenes):
+        ends = []
+        for (of, budget, steps, _), by_end in groups.items():
+            if of != scene:
+                continue
+            for end, points in sorted(by_end.items()):
+                points = sorted(points)
+                axes.plot([p[0] for p in points], [p[1] for p in points], color=shade[end], ls=line[end], lw=0.9, marker=marker[end], ms=3.2, mew=0.7,
+                          mfc=fill[steps])
+                ends.append((points[-1][0], points[-1][1], f"{describe(budget, steps)}, to {100 * end:g} %", shade[end]))
+        logarithmic(axes)
+        axes.set_xlabel("way of a vertex: sum of its rates [normalised units]")
+        axes.set_ylabel("PSNR [dB]")
+        axes.set_title(scene, loc="left")
+        label_at_right(axes, ends)
+    return figure
+
+
 def step_by_kernel(rows):
     """Stacked over pixels, at the number of triangles that has most sizes, and over triangles, at the size that has most of them."""
     steps = collections.defaultdict(dict)
@@ -310,7 +349,7 @@ def main():
         folder = pathlib.Path(arguments.output)
         folder.mkdir(parents=True, exist_ok=True)
         figures = {"quality_over_time": quality_over_time(rows, "cpu_seconds" if arguments.time == "cpu" else "seconds"),
-                   "ablations": ablations(rows), "step_by_kernel": step_by_kernel(rows)}
+                   "ablations": ablations(rows), "quality_over_rate": quality_over_rate(rows), "step_by_kernel": step_by_kernel(rows)}
         for scene in scenes_of([r for r in rows if r["record"] == "model"]):
             figures["quality_over_cost_" + re.sub(r"\W+", "_", scene)] = quality_over_cost(rows, scene)
         drawn = 0

@@ -24,7 +24,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   app.add_option("-o,--output", o.output, "folder for what the run leaves");
 
   auto* common = app.add_option_group("Common");
-  common->add_option("--preset", o.preset, "fast (1,000 steps, 2,000 triangles, textures to level 4), balanced (5,000, 5,000) or best (the published settings)")
+  common->add_option("--preset", o.preset, "fast (1,000 steps, 2,000 triangles), balanced (3,000, 5,000), both with textures to level 4 and rates that suit few steps,\n"
+                     "or best (the published settings) [best]")
       ->check(CLI::IsMember({"fast", "balanced", "best"}));
   common->add_option("--steps", o.steps, "training steps; schedules scale with them [10000]");
   common->add_option("--triangles", o.triangles, "budget of triangles [15000]");
@@ -53,7 +54,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--batch", o.batch, "views per step [4]");
   method->add_option("--rate-texture", o.rate_texture, "learning rate of textures [0.05]");
   method->add_option("--rate-mlp", o.rate_mlp, "learning rate of the MLP [0.01]");
-  method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [synthetic 0.00025, real 0.0025]");
+  method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [synthetic 0.00025, real 0.0025;\n"
+                     "with fewer than 10000 steps as much more]");
   method->add_option("--rate-end", o.rate_end, "all rates fall exponentially to this share [0.01]");
   auto* levels = method->add_option("--levels", o.levels,
                      "coarse-to-fine, all (the fine levels from the first step on) or finest (--level-max alone, from the first step on)\n"
@@ -131,7 +133,12 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
                                       : (recipe == "synthetic" ? Recipe::synthetic : Recipe::real);
   train::Settings s = train::published(which);
   if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
-  if (preset == "balanced") s.steps = 5000, s.triangles = 5000, s.init_count = 30'000;
+  if (preset == "balanced") s.steps = 3000, s.triangles = 5000, s.init_count = 10'000, s.level_max = 4;
+  if (preset == "fast" || preset == "balanced") {
+    // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
+    s.rate_end = 0.1;
+    if (which == Recipe::synthetic) s.rate_vertex = 4e-4;
+  }
 
   const auto set = [](const auto& given, auto& value) {
     if (given) value = *given;
@@ -161,7 +168,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
 
   set(rate_texture, s.rate_texture);
   set(rate_mlp, s.rate_mlp);
-  set(rate_vertex, s.rate_vertex);
+  s.rate_vertex = rate_vertex ? *rate_vertex : train::vertex_rate(s.rate_vertex, s.steps);
   set(rate_end, s.rate_end);
   set(coarse_level, s.coarse_level);
   set(coarse_share, s.coarse_share);

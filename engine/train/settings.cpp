@@ -74,6 +74,12 @@ Settings published(Recipe recipe) {
   return s;
 }
 
+double vertex_rate(double rate, std::uint64_t steps) {
+  // Below 250 steps (40 times the rate) triangles are torn rather than moved.
+  constexpr std::uint64_t kPublishedSteps = 10'000, kFewest = 250;
+  return rate * static_cast<double>(kPublishedSteps) / static_cast<double>(std::clamp(steps, kFewest, kPublishedSteps));
+}
+
 double rate_factor(const Settings& s, std::uint64_t step) {
   return std::pow(s.rate_end, static_cast<double>(step) / static_cast<double>(s.steps));
 }

@@ -61,6 +61,11 @@ struct Settings {
 /// The published values of a recipe.
 Settings published(Recipe recipe);
 
+/// The vertex rate of a training of `steps` steps that lets vertices travel as far as `rate` does in the published 10,000. VectorAdam moves a vertex by
+/// about its rate in every step, however small the gradient is: with the same rate, few steps leave triangles near where they started
+/// (docs/charts.md). At most 40 times `rate`.
+double vertex_rate(double rate, std::uint64_t steps);
+
 /// learning-rate factor of step 1..steps
 double rate_factor(const Settings& settings, std::uint64_t step);
 /// Completed steps after which the levels change; 0: never.

@@ -1,4 +1,4 @@
-// Tests engine/train/settings.h: when a run is evaluated.
+// Tests engine/train/settings.h: when a run is evaluated, and how far its vertices travel.
 #include <catch2/catch.hpp>
 
 #include <vector>
@@ -16,4 +16,20 @@ TEST_CASE("evaluations lie evenly over the logarithm of the steps", "[settings]"
   for (std::uint64_t s = 0; s < 300; ++s) CHECK(train::next_evaluation(100, s) > s);
   CHECK(train::next_evaluation(100, 10) == 11);
   CHECK(train::next_evaluation(1, 999'999) == 1'000'000);
+}
+
+TEST_CASE("vertices travel equally far in few steps", "[settings]") {
+  const auto way = [](std::uint64_t steps) {
+    train::Settings s = train::published(train::Recipe::synthetic);
+    s.steps = steps;
+    s.rate_vertex = train::vertex_rate(s.rate_vertex, steps);
+    double sum = 0;
+    for (std::uint64_t step = 1; step <= steps; ++step) sum += s.rate_vertex * train::rate_factor(s, step);
+    return sum;
+  };
+  CHECK(train::vertex_rate(2.5e-4, 10'000) == 2.5e-4);
+  CHECK(train::vertex_rate(2.5e-4, 1'000'000) == 2.5e-4);
+  CHECK(way(1000) == Approx(way(10'000)).epsilon(0.01));
+  CHECK(way(300) == Approx(way(10'000)).epsilon(0.02));
+  CHECK(train::vertex_rate(2.5e-4, 1) == Approx(1e-2));
 }
