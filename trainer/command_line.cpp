@@ -54,8 +54,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--batch", o.batch, "views per step [4]");
   method->add_option("--rate-texture", o.rate_texture, "learning rate of textures [0.05]");
   method->add_option("--rate-mlp", o.rate_mlp, "learning rate of the MLP [0.01]");
-  method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [synthetic 0.00025, real 0.0025;\n"
-                     "with fewer than 10000 steps as much more]");
+  method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [synthetic 0.00025, real 0.0025; more\n"
+                     "where few steps would leave vertices no way to go]");
   method->add_option("--rate-end", o.rate_end, "all rates fall exponentially to this share [0.01]");
   auto* levels = method->add_option("--levels", o.levels,
                      "coarse-to-fine, all (the fine levels from the first step on) or finest (--level-max alone, from the first step on)\n"
@@ -132,12 +132,13 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   const Recipe which = recipe.empty() ? (scene.synthetic ? Recipe::synthetic : Recipe::real)
                                       : (recipe == "synthetic" ? Recipe::synthetic : Recipe::real);
   train::Settings s = train::published(which);
+  double way = 0;  // of a vertex
   if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
   if (preset == "balanced") s.steps = 3000, s.triangles = 5000, s.init_count = 10'000, s.level_max = 4;
   if (preset == "fast" || preset == "balanced") {
     // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
     s.rate_end = 0.1;
-    if (which == Recipe::synthetic) s.rate_vertex = 4e-4;
+    way = 1.5;
   }
 
   const auto set = [](const auto& given, auto& value) {
@@ -168,8 +169,10 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
 
   set(rate_texture, s.rate_texture);
   set(rate_mlp, s.rate_mlp);
-  s.rate_vertex = rate_vertex ? *rate_vertex : train::vertex_rate(s.rate_vertex, s.steps);
   set(rate_end, s.rate_end);
+  if (rate_vertex) s.rate_vertex = *rate_vertex;
+  else if (way > 0) s.rate_vertex = train::vertex_rate(s, way);
+  else s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::kPublishedWay));
   set(coarse_level, s.coarse_level);
   set(coarse_share, s.coarse_share);
   set(level_min, s.level_min);

@@ -74,10 +74,10 @@ Settings published(Recipe recipe) {
   return s;
 }
 
-double vertex_rate(double rate, std::uint64_t steps) {
-  // Below 250 steps (40 times the rate) triangles are torn rather than moved.
-  constexpr std::uint64_t kPublishedSteps = 10'000, kFewest = 250;
-  return rate * static_cast<double>(kPublishedSteps) / static_cast<double>(std::clamp(steps, kFewest, kPublishedSteps));
+double vertex_rate(const Settings& s, double way) {
+  // The mean of rate_end^t over t from 0 to 1.
+  const double mean = s.rate_end < 1 ? (1 - s.rate_end) / -std::log(s.rate_end) : 1.0;
+  return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), kFastestVertices);
 }
 
 double rate_factor(const Settings& s, std::uint64_t step) {

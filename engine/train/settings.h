@@ -61,10 +61,13 @@ struct Settings {
 /// The published values of a recipe.
 Settings published(Recipe recipe);
 
-/// The vertex rate of a training of `steps` steps that lets vertices travel as far as `rate` does in the published 10,000. VectorAdam moves a vertex by
-/// about its rate in every step, however small the gradient is: with the same rate, few steps leave triangles near where they started
-/// (docs/charts.md). At most 40 times `rate`.
-double vertex_rate(double rate, std::uint64_t steps);
+/// The vertex rate with which the rates of all steps add up to `way`, normalised units; at most kFastestVertices. VectorAdam moves a vertex by about its rate
+/// in every step, however small the gradient is, so `way` is how far it can travel: too little leaves triangles near where they started, too much
+/// tears them (docs/charts.md).
+double vertex_rate(const Settings& settings, double way);
+inline constexpr double kFastestVertices = 1e-2;
+/// The way that a vertex has in the published training of synthetic scenes.
+inline constexpr double kPublishedWay = 0.537;
 
 /// learning-rate factor of step 1..steps
 double rate_factor(const Settings& settings, std::uint64_t step);

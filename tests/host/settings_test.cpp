@@ -19,17 +19,22 @@ TEST_CASE("evaluations lie evenly over the logarithm of the steps", "[settings]"
 }
 
 TEST_CASE("vertices travel equally far in few steps", "[settings]") {
-  const auto way = [](std::uint64_t steps) {
-    train::Settings s = train::published(train::Recipe::synthetic);
-    s.steps = steps;
-    s.rate_vertex = train::vertex_rate(s.rate_vertex, steps);
+  train::Settings s = train::published(train::Recipe::synthetic);
+  const auto way = [&] {
     double sum = 0;
-    for (std::uint64_t step = 1; step <= steps; ++step) sum += s.rate_vertex * train::rate_factor(s, step);
+    for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, step);
     return sum;
   };
-  CHECK(train::vertex_rate(2.5e-4, 10'000) == 2.5e-4);
-  CHECK(train::vertex_rate(2.5e-4, 1'000'000) == 2.5e-4);
-  CHECK(way(1000) == Approx(way(10'000)).epsilon(0.01));
-  CHECK(way(300) == Approx(way(10'000)).epsilon(0.02));
-  CHECK(train::vertex_rate(2.5e-4, 1) == Approx(1e-2));
+  CHECK(way() == Approx(train::kPublishedWay).epsilon(0.001));
+  // What is published stays as it is to the last bit.
+  CHECK(train::vertex_rate(s, train::kPublishedWay) <= s.rate_vertex);
+  for (const double end : {0.01, 0.1, 1.0})
+    for (const std::uint64_t steps : {400, 1000, 10'000}) {
+      s.rate_end = end;
+      s.steps = steps;
+      s.rate_vertex = train::vertex_rate(s, 0.8);
+      CHECK(way() == Approx(0.8).epsilon(0.01));
+    }
+  s.steps = 1;
+  CHECK(train::vertex_rate(s, 0.8) == train::kFastestVertices);
 }
