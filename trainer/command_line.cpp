@@ -138,7 +138,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   if (preset == "fast" || preset == "balanced") {
     // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
     s.rate_end = 0.1;
-    way = 1.5;
+    way = which == Recipe::synthetic ? 1.5 : 4.0;
   }
 
   const auto set = [](const auto& given, auto& value) {
@@ -172,7 +172,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(rate_end, s.rate_end);
   if (rate_vertex) s.rate_vertex = *rate_vertex;
   else if (way > 0) s.rate_vertex = train::vertex_rate(s, way);
-  else s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::kPublishedWay));
+  else s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
   set(coarse_level, s.coarse_level);
   set(coarse_share, s.coarse_share);
   set(level_min, s.level_min);

@@ -80,6 +80,8 @@ double vertex_rate(const Settings& s, double way) {
   return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), kFastestVertices);
 }
 
+double published_way(Recipe recipe) { return recipe == Recipe::synthetic ? 0.537 : 5.37; }
+
 double rate_factor(const Settings& s, std::uint64_t step) {
   return std::pow(s.rate_end, static_cast<double>(step) / static_cast<double>(s.steps));
 }

@@ -66,8 +66,8 @@ Settings published(Recipe recipe);
 /// tears them (docs/charts.md).
 double vertex_rate(const Settings& settings, double way);
 inline constexpr double kFastestVertices = 1e-2;
-/// The way that a vertex has in the published training of synthetic scenes.
-inline constexpr double kPublishedWay = 0.537;
+/// The way that a vertex has in a published training.
+double published_way(Recipe recipe);
 
 /// learning-rate factor of step 1..steps
 double rate_factor(const Settings& settings, std::uint64_t step);

@@ -19,15 +19,16 @@ TEST_CASE("evaluations lie evenly over the logarithm of the steps", "[settings]"
 }
 
 TEST_CASE("vertices travel equally far in few steps", "[settings]") {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
+  train::Settings s = train::published(recipe);
   const auto way = [&] {
     double sum = 0;
     for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, step);
     return sum;
   };
-  CHECK(way() == Approx(train::kPublishedWay).epsilon(0.001));
+  CHECK(way() == Approx(train::published_way(recipe)).epsilon(0.001));
   // What is published stays as it is to the last bit.
-  CHECK(train::vertex_rate(s, train::kPublishedWay) <= s.rate_vertex);
+  CHECK(train::vertex_rate(s, train::published_way(recipe)) <= s.rate_vertex);
   for (const double end : {0.01, 0.1, 1.0})
     for (const std::uint64_t steps : {400, 1000, 10'000}) {
       s.rate_end = end;
