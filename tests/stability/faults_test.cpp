@@ -59,6 +59,11 @@ struct Twins {
     return out;
   }
   std::vector<ParameterFault> faults() { return train::take_faults(injured.gpu, injured.soup, injured.frame); }
+  ParameterFault only_fault() {
+    const auto found = faults();
+    REQUIRE(found.size() == 1);
+    return found[0];
+  }
   void check_goes_on() {
     const double before = loss(injured, done - 1);
     for (int i = 0; i < 25; ++i, ++done) injured.train(done, SmallScene::rates(done));
@@ -98,14 +103,13 @@ TEST_CASE("a vertex that is not a number takes its triangle out of the picture a
   t.step(3);
   const auto hits = gpu->download_vector<kernels::Hit>(t.injured.frame.hits.address(), t.injured.frame.batch().pixels);
   CHECK(std::none_of(hits.begin(), hits.end(), [](const kernels::Hit& h) { return h.triangle == kTriangle + 1; }));
-  const auto found = t.faults();
-  REQUIRE(found.size() == 1);
-  CHECK(found[0].kind == ParameterFault::Kind::vertex);
-  CHECK(found[0].step == 6);
-  CHECK(found[0].triangle == kTriangle);
-  CHECK(found[0].place == kVertex);
-  CHECK(found[0].count == 1);
-  CHECK_THAT(train::to_string(found[0]), Catch::Contains("step 6: vertex 1 of triangle 5"));
+  const ParameterFault found = t.only_fault();
+  CHECK(found.kind == ParameterFault::Kind::vertex);
+  CHECK(found.step == 6);
+  CHECK(found.triangle == kTriangle);
+  CHECK(found.place == kVertex);
+  CHECK(found.count == 1);
+  CHECK_THAT(train::to_string(found), Catch::Contains("step 6: vertex 1 of triangle 5"));
   // Every other value is what it would be without that triangle, to the bit; the triangle is a point and stays one.
   for (const std::size_t i : t.differences()) CHECK(i / 9 == kTriangle);
   const auto after = gpu->download_vector<glm::vec3>(t.injured.soup.vertices.address() + 36 * kTriangle, 3);
@@ -123,15 +127,14 @@ TEST_CASE("a texel that is not a number is reset before it is seen", "[faults]")
   const std::uint64_t index = 8ull * (t.injured.soup.table[kTriangle].source_offset + kSample) + kChannel;
   put(*gpu, t.injured.soup.source, index, bad);
   t.step(1);
-  const auto found = t.faults();
-  REQUIRE(found.size() == 1);
-  CHECK(found[0].kind == ParameterFault::Kind::texel);
-  CHECK(found[0].step == 6);
-  CHECK(found[0].triangle == kTriangle);
-  CHECK(found[0].place == kSample);
-  CHECK(found[0].channel == kChannel);
-  CHECK(found[0].count == 1);
-  CHECK_THAT(train::to_string(found[0]), Catch::Contains("texel 11, channel 6, of triangle 3"));
+  const ParameterFault found = t.only_fault();
+  CHECK(found.kind == ParameterFault::Kind::texel);
+  CHECK(found.step == 6);
+  CHECK(found.triangle == kTriangle);
+  CHECK(found.place == kSample);
+  CHECK(found.channel == kChannel);
+  CHECK(found.count == 1);
+  CHECK_THAT(train::to_string(found), Catch::Contains("texel 11, channel 6, of triangle 3"));
   const auto reset = gpu->download_vector<float>(t.injured.soup.source.address() + 4 * index, 1)[0];
   CHECK(reset == 0.0f);
   // That logit and its moments: three values of the whole state.
@@ -150,13 +153,12 @@ TEST_CASE("a weight that is not a number costs the others one step", "[faults]")
   const auto before = gpu->download_vector<float>(t.injured.soup.mlp.address(), 595);
   put(*gpu, t.injured.soup.mlp, index, bad);
   t.step(1);
-  const auto found = t.faults();
-  REQUIRE(found.size() == 1);
-  CHECK(found[0].kind == ParameterFault::Kind::weight);
-  CHECK(found[0].step == 6);
-  CHECK(found[0].place == index);
-  CHECK(found[0].count == 1);
-  CHECK_THAT(train::to_string(found[0]), Catch::Contains("weight " + std::to_string(index)));
+  const ParameterFault found = t.only_fault();
+  CHECK(found.kind == ParameterFault::Kind::weight);
+  CHECK(found.step == 6);
+  CHECK(found.place == index);
+  CHECK(found.count == 1);
+  CHECK_THAT(train::to_string(found), Catch::Contains("weight " + std::to_string(index)));
   const auto after = gpu->download_vector<float>(t.injured.soup.mlp.address(), 595);
   CHECK(after[index] == 0.0f);
   for (std::size_t i = 0; i < 595; ++i)

@@ -116,6 +116,16 @@ glm::vec3 in_view(soup::Random& r, float depth_low = 0.5f, float depth_high = 3.
   return {z * r.uniform(-0.5f, 0.5f), z * r.uniform(-0.42f, 0.42f), z};
 }
 
+/// `count` triangles, each `copies` times.
+Vertices triangles_in_view(soup::Random& r, int count, int copies = 1) {
+  Vertices v;
+  for (int i = 0; i < count; ++i) {
+    const glm::vec3 a = in_view(r), b = in_view(r), c = in_view(r);
+    for (int k = 0; k < copies; ++k) v.insert(v.end(), {a, b, c});
+  }
+  return v;
+}
+
 glm::vec3 direction(soup::Random& r) { return glm::normalize(glm::vec3{r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)}); }
 
 }  // namespace
@@ -191,11 +201,7 @@ TEST_CASE("triangles that fill the picture and far more cover all of it", "[geom
 TEST_CASE("of triangles in the same place the first is seen", "[geometry]") {
   auto gpu = test::open_device();
   soup::Random r(6);
-  Vertices v;
-  for (int i = 0; i < 8; ++i) {
-    const glm::vec3 a = in_view(r), b = in_view(r), c = in_view(r);
-    for (int copies = 0; copies < 3; ++copies) v.insert(v.end(), {a, b, c});
-  }
+  const Vertices v = triangles_in_view(r, 8, 3);
   OpaqueScene s(*gpu, v);
   const auto shown = picture(s);
   std::size_t covered = 0;
@@ -274,11 +280,7 @@ TEST_CASE("what is dropped as published and what is clipped differ in the triang
 TEST_CASE("a million triangles off the screen change nothing of what is on it", "[geometry][slow]") {
   auto gpu = test::open_device();
   soup::Random r(8);
-  Vertices few;
-  for (int i = 0; i < 10; ++i) {
-    const glm::vec3 a = in_view(r), b = in_view(r), c = in_view(r);
-    few.insert(few.end(), {a, b, c});
-  }
+  const Vertices few = triangles_in_view(r, 10);
   Vertices many = few;
   for (int i = 0; i < 1'000'000; ++i) {
     glm::vec3 a{r.uniform(-9, 9), r.uniform(-9, 9), r.uniform(-9, 9)};

@@ -25,7 +25,7 @@ double empty_psnr(const scene::Scene& scene) {
 }  // namespace
 
 TEST_CASE("a start and a budget of any size", "[budgets]") {
-  static const scene::Scene scene = load_tiny({});
+  const scene::Scene& scene = cube();
   const auto [start, budget] = GENERATE(table<std::uint32_t, std::uint32_t>({{1, 1}, {10, 10}, {10, 100}, {300, 20}}));
   const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
   auto gpu = open_device();
@@ -42,7 +42,7 @@ TEST_CASE("a start and a budget of any size", "[budgets]") {
 }
 
 TEST_CASE("a hundred thousand triangles", "[budgets][slow]") {
-  static const scene::Scene scene = load_tiny({});
+  const scene::Scene& scene = cube();
   auto gpu = open_device();
   train::Settings settings = small_settings(40);
   settings.level_min = settings.level_max = 0;
@@ -68,7 +68,7 @@ TEST_CASE("a hundred thousand triangles", "[budgets][slow]") {
 }
 
 TEST_CASE("a start that no view shows", "[budgets]") {
-  static const scene::Scene scene = load_tiny({});
+  const scene::Scene& scene = cube();
   const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
   auto gpu = open_device();
   train::Settings settings = small_settings(40);

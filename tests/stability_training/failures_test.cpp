@@ -9,11 +9,6 @@ using namespace trisoup::test;
 
 namespace {
 
-const scene::Scene& cube() {
-  static const scene::Scene scene = load_tiny({});
-  return scene;
-}
-
 train::Settings settings_of(train::Recipe recipe) {
   train::Settings s = small_settings(80);
   s.recipe = recipe;

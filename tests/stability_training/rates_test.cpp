@@ -6,10 +6,6 @@ using namespace trisoup::test;
 
 namespace {
 
-const scene::Scene& cube() {
-  static const scene::Scene scene = load_tiny({});
-  return scene;
-}
 train::Settings faster(double train::Settings::* rate, double factor) {
   train::Settings settings = small_settings();
   settings.*rate *= factor;

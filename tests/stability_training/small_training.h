@@ -31,6 +31,12 @@ inline scene::Scene load_tiny(const TinyScene& options, const scene::LoadOptions
   return scene::load(folder.path(), load);
 }
 
+/// The cube as make-tiny-scene draws it, loaded once.
+inline const scene::Scene& cube() {
+  static const scene::Scene scene = load_tiny({});
+  return scene;
+}
+
 /// A start around the cube, whose half side of 0.6 is 0.158 in normalised units, and a vertex rate for few steps.
 inline train::Settings small_settings(std::uint64_t steps = 300) {
   train::Settings s = train::published(train::Recipe::synthetic);
