@@ -1,4 +1,4 @@
-// Tests engine/train/trainer.h on a device: that evaluation leaves the training alone, and the options that fix opacity and levels.
+// Tests engine/train/trainer.h on a device: that evaluation leaves the training alone, how steps are given to the device, and the options that fix opacity and levels.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -15,19 +15,19 @@ using namespace trisoup;
 
 namespace {
 
-scene::View view(double angle, std::uint8_t shade) {
+scene::View view(double angle, std::uint8_t shade, int side = 24) {
   scene::View v;
   v.name = std::to_string(angle);
-  v.camera.width = v.camera.height = 24;
-  v.camera.fx = v.camera.fy = 30;
-  v.camera.cx = v.camera.cy = 12;
+  v.camera.width = v.camera.height = side;
+  v.camera.fx = v.camera.fy = 1.25 * side;
+  v.camera.cx = v.camera.cy = 0.5 * side;
   const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
   v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
-  v.image = {24, 24, {}};
-  for (int row = 0; row < 24; ++row)
-    for (int column = 0; column < 24; ++column) {
-      const bool inside = std::abs(row - 12) < 7 && std::abs(column - 12) < 7;
-      const int green = inside ? 40 + 8 * row : 255;
+  v.image = {side, side, {}};
+  for (int row = 0; row < side; ++row)
+    for (int column = 0; column < side; ++column) {
+      const bool inside = std::abs(row - side / 2) < 7 && std::abs(column - side / 2) < 7;
+      const int green = inside ? 40 + 192 * row / side : 255;
       for (const int c : {inside ? int(shade) : 255, green, 255, 255}) v.image.rgba.push_back(static_cast<std::uint8_t>(c));
     }
   return v;
@@ -89,6 +89,24 @@ TEST_CASE("evaluation on the way changes no bit of what is trained, and its time
   CHECK(a.vertices == b.vertices);
   CHECK(a.lattice == b.lattice);
   CHECK(a.mlp.parameters == b.mlp.parameters);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a step has the commands of its own batch's sizes", "[trainer]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = square_scene();
+  for (std::size_t i = 0; i < scene.train.size(); ++i)
+    scene.train[i] = view(1.2 * double(i), static_cast<std::uint8_t>(30 * i), 16 + 8 * static_cast<int>(i));
+  train::Settings settings = short_settings();
+  settings.batch = 2;
+  // Steps given one by one, and many at a time.
+  train::Trainer single(*gpu, scene, settings, start(settings)), many(*gpu, scene, settings, start(settings));
+  train::Trainer::Callbacks every;
+  every.progress_every = 1;
+  single.run(every);
+  many.run({});
+  CHECK(single.model().vertices == many.model().vertices);
+  CHECK(single.model().lattice == many.model().lattice);
   test::require_silence(*gpu);
 }
 
