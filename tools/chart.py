@@ -248,13 +248,17 @@ def quality_over_rate(rows):
     """PSNR over how far vertices can travel, of trainings that differ in nothing but the vertex rate and how rates fall."""
     found = collections.defaultdict(lambda: collections.defaultdict(list))
     for r in rows:
-        if r["record"] == "model" and r["settings"]:
+        if r["record"] == "model" and r["settings"] and r["psnr"] is not None:
             s = json.loads(r["settings"])
             same = {k: v for k, v in s.items() if k not in ("rate_vertex", "rate_end", "seed")}
             # The mean of rate_end^t over t from 0 to 1, times the steps.
             end = s["rate_end"]
-            travel = s["rate_vertex"] * s["steps"] * ((1 - end) / -math.log(end) if end < 1 else 1)
-            found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((travel, r["psnr"], r["ssim"]))
+            travel = s["rate_vertex"] * s["steps"] * (1 if end == 1 else (1 - end) / -math.log(end))
+            found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((s["seed"], travel, r["psnr"]))
+    for by_end in found.values():  # of several seeds the first
+        for end, points in by_end.items():
+            first = min(p[0] for p in points)
+            by_end[end] = [p[1:] for p in points if p[0] == first]
     groups = {k: v for k, v in sorted(found.items()) if len({p[0] for points in v.values() for p in points}) > 2}
     if not groups:
         return None

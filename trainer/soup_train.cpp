@@ -224,7 +224,7 @@ int run(const CommandLine& o, viewer::Live* live) {
                  "warning: nothing was learnt: the model shows its own photographs no better than plain colours would (PSNR %.2f dB against %.2f); "
                  "training diverged (lower the learning rates), or had too few steps or triangles\n",
                  fit.psnr, fit.plain_psnr);
-  if (settings.recipe == train::Recipe::synthetic && trainer->triangles() < settings.triangles)
+  if (trainer->out_of_pixels() && trainer->triangles() < settings.triangles)
     std::fprintf(stderr, "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a smaller -r) or a lower --triangles\n",
                  trainer->triangles(), settings.triangles);
   nlohmann::json metrics = to_json(evaluation);

@@ -12,13 +12,13 @@ Box inner_box(std::span<const glm::vec3> vertices, double left_out) {
   std::vector<float> values(vertices.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::transform(vertices.begin(), vertices.end(), values.begin(), [axis](const glm::vec3& v) { return v[axis]; });
-    const auto quantile = [&](double q) {
-      const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-      std::nth_element(values.begin(), at, values.end());
-      return *at;
-    };
-    box.low[axis] = quantile(left_out);
-    box.high[axis] = quantile(1.0 - left_out);
+    // As many at either end: of few vertices none.
+    const auto left = static_cast<std::ptrdiff_t>(left_out * static_cast<double>(values.size() - 1));
+    const auto low = values.begin() + left, high = values.end() - 1 - left;
+    std::nth_element(values.begin(), low, values.end());
+    box.low[axis] = *low;
+    std::nth_element(values.begin(), high, values.end());
+    box.high[axis] = *high;
   }
   return box;
 }

@@ -11,7 +11,7 @@ struct Box {
   glm::vec3 low{0.0f}, high{0.0f};
 };
 
-/// From the `left_out` quantile (0 to 0.5) of the vertices' coordinates to the 1 - left_out one, axis by axis. At the origin where there are none.
+/// Axis by axis, without the share `left_out` (0 to 0.5) of the coordinates at either end, rounded down. At the origin where there are no vertices.
 Box inner_box(std::span<const glm::vec3> vertices, double left_out);
 
 }  // namespace trisoup::render

@@ -118,24 +118,24 @@ Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const 
 
 }  // namespace
 
-bool resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
+Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles) {
   const Kept kept = to_keep(gpu, soup, frame, views.half, settings);
-  if (kept.triangles.empty()) return false;
+  if (kept.triangles.empty()) return Resampling::nothing_seen;
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   soup::Resampled change = soup::keep(vertices, kept.triangles);
   if (settings.recipe == Recipe::synthetic) {
     const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
     change = soup::compose(change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
     apply(gpu, soup, frame, change, settings);
-    return true;
+    return worth_showing < settings.triangles ? Resampling::out_of_pixels : Resampling::done;
   }
   apply(gpu, soup, frame, change, settings);
-  if (is_last_resampling(settings, step)) return true;
+  if (is_last_resampling(settings, step)) return Resampling::done;
   const soup::Resampled split =
       split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, most_triangles);
   apply(gpu, soup, frame, split, settings);
-  return true;
+  return Resampling::done;
 }
 
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& settings) {

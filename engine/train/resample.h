@@ -18,10 +18,16 @@ struct ResampleViews {
   std::span<const BatchView> full;  // every training view at its own size
 };
 
+enum class Resampling {
+  done,
+  out_of_pixels,  // done, but the training views have not the pixels for as many triangles as the budget
+  nothing_seen    // nothing has changed: no view would show a triangle, were all opaque
+};
+
 /// Resamples after `step` completed steps. Optimiser state of vertices and textures starts anew (textures keep theirs with
 /// Settings::keep_moments). most_triangles: what fits in memory. Where all triangles are transparent, the budget's worth of those that cover the
-/// most pixels stays. Returns false, and changes nothing, where none covers any.
-bool resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
+/// most pixels stays.
+Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles);
 
 /// From the coarse level to level_min..level_max (DiffSoup, section 3.5). Optimiser state starts anew.

@@ -75,8 +75,9 @@ Settings published(Recipe recipe) {
 }
 
 double vertex_rate(const Settings& s, double way) {
+  if (!(s.rate_end > 0)) return kFastestVertices;  // check() has a word on that
   // The mean of rate_end^t over t from 0 to 1.
-  const double mean = s.rate_end < 1 ? (1 - s.rate_end) / -std::log(s.rate_end) : 1.0;
+  const double mean = s.rate_end == 1 ? 1.0 : (1 - s.rate_end) / -std::log(s.rate_end);
   return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), kFastestVertices);
 }
 

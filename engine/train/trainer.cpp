@@ -16,7 +16,6 @@
 #include "soup/texture_table.h"
 #include "train/fixed_sum.h"
 #include "train/render_pass.h"
-#include "train/resample.h"
 
 namespace trisoup::train {
 namespace {
@@ -249,8 +248,9 @@ void Trainer::change_topology() {
   }
   if (is_resampling(settings_, step_) && step_ < settings_.steps) {
     const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : usual_most(settings_);
-    if (!resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
-                  static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)))) {
+    last_resampling_ = resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
+                                static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
+    if (last_resampling_ == Resampling::nothing_seen) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
         throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, "
@@ -345,7 +345,7 @@ void each_array(SoupBuffers& s, F&& f) {
   f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
 }
 
-constexpr const char* kFormat = "trisoup checkpoint 2";
+constexpr const char* kFormat = "trisoup checkpoint 3";
 
 /// The fingerprint knows poses and sizes only, but what photographs are composited on changes what is learnt.
 std::string background_text(const scene::Scene& scene) {

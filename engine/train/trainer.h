@@ -17,6 +17,7 @@
 #include "train/faults.h"
 #include "train/frame.h"
 #include "train/photographs.h"
+#include "train/resample.h"
 #include "train/schedule.h"
 #include "train/settings.h"
 #include "train/soup_buffers.h"
@@ -35,7 +36,7 @@ struct Progress {
   double ms_per_step = 0;
 };
 
-/// Device memory that a run needs, before anything is allocated. The synthetic recipe's budget is a floor: where more than
+/// Device memory that a run needs, before anything is allocated. The synthetic recipe's budget is no ceiling: where more than
 /// that is visible at the change to fine textures, a run needs more, and says so then.
 struct MemoryNeed {
   std::uint64_t photographs = 0, frame = 0, soup = 0;
@@ -76,6 +77,8 @@ class Trainer {
   double cpu_seconds() const { return cpu_seconds_; }  // of all threads of the process, over the same time
   std::uint32_t triangles() const { return soup_.triangles; }
   const Settings& settings() const { return settings_; }
+  /// Whether the last resampling of this run found too few pixels in the training views to split up to the budget.
+  bool out_of_pixels() const { return last_resampling_ == Resampling::out_of_pixels; }
 
   void write_checkpoint(const std::filesystem::path& path);
   soup::Model model();
@@ -107,6 +110,7 @@ class Trainer {
   std::uint64_t step_ = 0;             // completed steps
   // Completed steps when the moments of textures and of vertices were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0;
+  Resampling last_resampling_ = Resampling::done;
   double seconds_ = 0, cpu_seconds_ = 0;
   std::uint64_t epoch_ = ~0ull;        // of order_
   std::vector<std::uint32_t> order_;

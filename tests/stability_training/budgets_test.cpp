@@ -6,7 +6,7 @@ using namespace trisoup::test;
 
 namespace {
 
-/// The synthetic recipe's budget is a floor, the real one's a ceiling.
+/// The synthetic recipe's budget is a floor where there are pixels for it, the real one's a ceiling.
 void check_budget(const Outcome& outcome, const train::Settings& settings) {
   CHECK(outcome.triangles > 0);
   if (settings.recipe == train::Recipe::synthetic) CHECK(outcome.triangles >= settings.triangles);
