@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -24,6 +25,7 @@
 #include "train/run_folder.h"
 #include "train/trainer.h"
 #include "viewer/live.h"
+#include "viewer/priority.h"
 #include "viewer/window.h"
 
 namespace {
@@ -281,7 +283,13 @@ int run_guarded(const CommandLine& options, viewer::Live* live) {
 int run_with_window(const CommandLine& options) {
   viewer::Live live(g_stop);
   int status = 1;
-  std::jthread training;
+  // Before this thread gives way: threads inherit that.
+  std::promise<bool> open;
+  std::jthread training([&live, &options, &status, window = open.get_future()]() mutable {
+    if (window.get()) status = run_guarded(options, &live);
+  });
+  bool started = false;
+  viewer::give_way();
   viewer::CommandLine look;
   look.dataset = options.dataset;
   look.device = options.device;
@@ -292,22 +300,29 @@ int run_with_window(const CommandLine& options) {
   }
   look.device.validation = false;  // of the training's own device
   const char* const next = options.finish_headless ? "goes on" : "ends with a checkpoint";
+  const auto start = [&](bool go) {
+    started = go;
+    open.set_value(go);
+  };
   const auto finish = [&] {
     if (!options.finish_headless) g_stop = true;
     live.close();
     training.join();
   };
   const auto display_lost = [&] {
-    if (!training.joinable()) return;
+    if (!started) return;
     std::fprintf(stderr, "soup-train: the display is gone; training %s\n", next);
     finish();
     std::fflush(nullptr);
     std::_Exit(status);
   };
   try {
-    viewer::run_window(look, &live, [&] { training = std::jthread([&] { status = run_guarded(options, &live); }); }, display_lost);
+    viewer::run_window(look, &live, [&] { start(true); }, display_lost);
   } catch (const std::exception& e) {
-    if (!training.joinable()) throw;
+    if (!started) {
+      start(false);
+      throw;
+    }
     // The window is lost, the training is not.
     std::fprintf(stderr, "soup-train: the window has ended (%s); training %s\n", e.what(), next);
   }

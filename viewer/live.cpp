@@ -6,7 +6,7 @@ namespace trisoup::viewer {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kShare = 0.07;      // of the time that looking may take, where device and CPU are one
+constexpr double kShare = 0.07;      // of the training's time that looking may take
 constexpr double kInterval = 0.1;    // s: ten pictures a second at most
 
 }  // namespace
@@ -48,9 +48,8 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
   const auto since = [&] { return std::chrono::duration<double>(Clock::now() - last_model_).count(); };
   std::unique_lock lock(mutex_);
   state_.step = step;
-  const auto due = [&] {
-    return !closed_ && fresh_ && since() >= std::max(kInterval, (model_seconds_ + window_seconds_) / kShare);
-  };
+  // In seconds; until the window is done with the last one there is no telling.
+  const auto next = [&] { return fresh_ ? std::max(kInterval, (model_seconds_ + shown_seconds_) / kShare) - since() : kInterval; };
   const auto give = [&] {
     lock.unlock();
     const auto start = Clock::now();
@@ -60,16 +59,16 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
     lock.lock();
     model_seconds_ = took;
   };
-  if (due() || (state_.paused && !closed_)) give();
+  if (!closed_ && (state_.paused || next() <= 0)) give();
   // A signal changes nothing here, so it is looked for now and then.
   while (state_.paused && single_steps_ == 0 && !closed_ && !stop_) changed_.wait_for(lock, std::chrono::milliseconds(100));
   if (single_steps_ > 0) {
     --single_steps_;
     return step + 1;
   }
-  // About 50 ms of steps: soon enough for a button.
-  const double ms = std::max(0.01, state_.ms_per_step);
-  return closed_ ? ~std::uint64_t(0) : step + std::max<std::uint64_t>(1, static_cast<std::uint64_t>(50.0 / ms));
+  // Soon enough for a button, and for the next picture.
+  const double steps = 1e3 * std::clamp(next(), 0.0, 0.05) / std::max(0.01, state_.ms_per_step);
+  return closed_ ? ~std::uint64_t(0) : step + std::max<std::uint64_t>(1, static_cast<std::uint64_t>(steps));
 }
 
 void Live::publish(soup::Model model) {
@@ -92,6 +91,7 @@ std::optional<Live::Setting> Live::take_setting() {
 
 std::shared_ptr<const soup::Model> Live::take_model() {
   std::lock_guard lock(mutex_);
+  taken_ = taken_ || model_;
   return std::exchange(model_, nullptr);
 }
 
@@ -108,9 +108,10 @@ void Live::step_once() {
   changed_.notify_all();
 }
 
-void Live::spent(double seconds) {
+void Live::shown(double seconds) {
   std::lock_guard lock(mutex_);
-  window_seconds_ = seconds;
+  if (!std::exchange(taken_, false)) return;
+  shown_seconds_ = seconds;
   fresh_ = true;
 }
 

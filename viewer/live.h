@@ -61,7 +61,8 @@ class Live {
   std::shared_ptr<const soup::Model> take_model();     // the newest, once; null without news
   void pause(bool paused);
   void step_once();
-  void spent(double seconds);                          // on showing the last model
+  /// The model last taken has been shown. seconds: that this kept from the training, of a device that both use.
+  void shown(double seconds);
   void close();                                        // nobody looks any more
 
  private:
@@ -73,8 +74,9 @@ class Live {
   const std::atomic<bool>& stop_;
   std::atomic<bool> news_{false};
   std::uint64_t single_steps_ = 0;
-  bool closed_ = false, fresh_ = true;                 // fresh: the window has shown all there was
-  double window_seconds_ = 0, model_seconds_ = 0;
+  bool closed_ = false;
+  bool taken_ = false, fresh_ = true;                  // fresh: the window has shown all there was
+  double shown_seconds_ = 0, model_seconds_ = 0;       // what the last model took to show and to make
   std::chrono::steady_clock::time_point last_model_{};
 };
 

@@ -32,10 +32,18 @@
 namespace trisoup::viewer {
 namespace {
 
+using Clock = std::chrono::steady_clock;
 constexpr double kDegrees = std::numbers::pi / 180;
 constexpr std::array<const char*, render::kModes> kModeLabels{"Colour", "Triangles", "Normals", "Depth", "Opacity", "Texture level", "Wireframe", "Feature channel"};
 constexpr std::array<const char*, 8> kChannelLabels{"0 red", "1 green", "2 blue", "3 mix", "4 latent", "5 latent", "6 latent", "7 opacity"};
 constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 2 shaded (ssaa)"};
+
+// On a CPU a rendering of fewer pixels stands in while the camera moves, where one of all takes longer than kSmoothMs, and
+// while a training needs the CPU.
+constexpr double kSmoothMs = 40, kCoarsePixels = 80'000;
+constexpr auto kStill = std::chrono::milliseconds(200);
+// From one picture to the next, at least, while a training needs the same CPU.
+constexpr auto kInterval = std::chrono::milliseconds(100);
 
 enum class Compare { rendering, photograph, slider, error };
 constexpr std::array<const char*, 4> kCompareLabels{"Rendering", "Photograph", "Slider", "Error x 4"};
@@ -72,7 +80,8 @@ class Window {
   void handle_key(int key, int modifiers);
   void handle_input();
   void panels();
-  void draw_picture(std::uint32_t width, std::uint32_t height);
+  bool wants_coarse() const;
+  void draw_picture(std::uint32_t width, std::uint32_t height, std::uint32_t detail);
   void scale_fonts();
   bool animated() const;
   void complain(const std::string& text) {
@@ -104,11 +113,25 @@ class Window {
   std::optional<render::GpuModel> model_;
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
-  gpu::Image picture_, final_, photograph_;
+  std::uint64_t model_number_ = 0;     // counts what model_ has been
+  gpu::Image rendering_, picture_, photograph_;  // picture_: what the window shows
   std::string photograph_name_, dataset_;
   bool photographs_wanted_ = false;    // dataset_ is still to be loaded
 
   render::DrawOptions draw_;
+  /// What rendering_ holds.
+  struct Rendered {
+    std::uint64_t model = 0;
+    render::View view;
+    render::DrawOptions options;
+    bool operator==(const Rendered&) const = default;
+  };
+  std::optional<Rendered> rendered_;
+  double sharp_ms_ = 0;                // what a rendering took with all its pixels
+  bool shown_ = true;                  // the last picture, on the surface
+  bool coarse_ = false;                // it has fewer now
+  bool smooth_ = true;                 // on a CPU: rather more pictures than more pixels, see wants_coarse
+  Clock::time_point moved_{};          // when the camera last did
   Compare compare_ = Compare::rendering;
   float split_ = 0.5f;
   bool sliding_ = false;               // the mouse holds the line between photograph and rendering
@@ -207,6 +230,7 @@ void Window::open_model(const std::string& path) {
   set_planes(subject);
   render::GpuModel model = render::upload_model(*gpu_, subject.model);
   model_ = std::move(model);
+  ++model_number_;
   subject_ = std::move(subject);
   camera_.reset();
   photograph_name_.clear();
@@ -238,6 +262,7 @@ void Window::show_training() {
   const std::shared_ptr<const soup::Model> model = live_->take_model();
   if (!model || !setting_) return;
   model_ = render::upload_model(*gpu_, *model, render::MlpUse::read);
+  ++model_number_;
   if (subject_) return;
   // The first one: from here on only the triangles change.
   Subject s;
@@ -318,8 +343,8 @@ void Window::take_screenshot() {
     for (int i = 1; name.empty() || std::filesystem::exists(name); ++i) name = fmt::format("soup-view-{:03}.png", i);
     const gpu::ImageShape shape = picture_.shape();
     // As on the screen, without the panels.
-    draw_picture(shape.width, shape.height);
-    Image image = render::download(*gpu_->graphics(), compare_ != Compare::rendering ? final_ : picture_);
+    draw_picture(shape.width, shape.height, 1);
+    Image image = render::download(*gpu_->graphics(), picture_);
     for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     write_png(name, image);
     status_ = fmt::format("wrote {}", (std::filesystem::current_path() / name).string());
@@ -353,6 +378,7 @@ void Window::handle_key(int key, int modifiers) {
     case GLFW_KEY_N:
       if (live_) live_->step_once();
       break;
+    case GLFW_KEY_V: smooth_ = !smooth_; break;
     case GLFW_KEY_RIGHT_BRACKET:
     case GLFW_KEY_PAGE_DOWN: snap(1); break;
     case GLFW_KEY_LEFT_BRACKET:
@@ -391,13 +417,16 @@ void Window::handle_input() {
       else if (right || middle) navigation_.pan(-dx / pixels, dy / pixels);
     }
     if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
+    if (io.MouseWheel != 0 || (!sliding_ && (left || right || middle) && (dx != 0 || dy != 0))) moved_ = Clock::now();
   }
   for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
   if (io.WantTextInput) return;
   const auto down = [&](int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; };
   const double step = 0.5 * std::min(io.DeltaTime, 0.1f) * (io.KeyShift ? 4.0 : 1.0) * navigation_.home().distance;
   const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q), down(GLFW_KEY_W) - down(GLFW_KEY_S));
-  if (go != glm::dvec3(0.0) && model_) navigation_.fly(step * go.x, step * go.y, step * go.z);
+  if (go == glm::dvec3(0.0) || !model_) return;
+  navigation_.fly(step * go.x, step * go.y, step * go.z);
+  moved_ = Clock::now();
 }
 
 void Window::panels() {
@@ -408,12 +437,14 @@ void Window::panels() {
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
       ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", gpu_ms_, first_ms_, shade_ms_);
+      if (coarse_) ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
       ImGui::Separator();
       int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
       if (ImGui::Combo("Show", &mode, kModeLabels.data(), static_cast<int>(kModeLabels.size()))) draw_.mode = static_cast<render::Mode>(mode);
       if (draw_.mode == render::Mode::channel && ImGui::Combo("Channel", &channel, kChannelLabels.data(), static_cast<int>(kChannelLabels.size())))
         draw_.channel = static_cast<std::uint32_t>(channel);
       if (ImGui::Combo("Smooth edges", &aa, kAaLabels.data(), static_cast<int>(kAaLabels.size()))) draw_.aa = static_cast<render::AntiAliasing>(aa);
+      if (gpu_->info().kind == gpu::Kind::cpu) ImGui::Checkbox("Coarse in motion (V)", &smooth_);
       ImGui::ColorEdit3("Background", &draw_.background.x, ImGuiColorEditFlags_NoInputs);
       ImGui::Separator();
       if (!subject_->cameras.empty()) {
@@ -490,6 +521,7 @@ void Window::panels() {
         "[ ]               last, next camera\n"
         "Space             rendering, photograph, slider (drag its line), error\n"
         "X                 smooth edges: none, msaa, ssaa\n"
+        "V                 on a CPU: coarse pictures in motion and while training, or not\n"
         "P                 picture to a file\n"
         "O                 open a path      Tab                   hide the panel\n"
         "T, N              while training: pause, one step\n"
@@ -510,10 +542,17 @@ void Window::panels() {
   }
 }
 
-void Window::draw_picture(std::uint32_t width, std::uint32_t height) {
+bool Window::wants_coarse() const {
+  if (gpu_->info().kind != gpu::Kind::cpu || !smooth_) return false;
+  if (sharp_ms_ > kSmoothMs && Clock::now() - moved_ < kStill) return true;
+  if (!live_) return false;
+  const Live::State state = live_->state();
+  return !state.paused && !state.ended;
+}
+
+void Window::draw_picture(std::uint32_t width, std::uint32_t height, std::uint32_t detail) {
   gpu::Graphics& graphics = *gpu_->graphics();
-  const gpu::ImageShape shape{gpu::Format::rgba8, width, height};
-  gpu::fit(graphics, picture_, shape, "picture");
+  gpu::fit(graphics, picture_, {gpu::Format::rgba8, width, height}, "picture");
   if (!model_) {
     gpu::Targets targets{.colour = {&picture_}};
     targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
@@ -524,28 +563,36 @@ void Window::draw_picture(std::uint32_t width, std::uint32_t height) {
   // A view of the dataset is shown as it was evaluated.
   const bool exact = navigation_.snapped();
   draw_.drop_behind = exact && subject_->model.drop_near;
-  const render::View view = exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_);
-  renderer_->draw(*model_, view, draw_, picture_);
-
-  if (compare_ == Compare::rendering) return;
-  gpu::fit(graphics, final_, shape, "picture");
-  const Image* photograph = exact && camera_ ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
-  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), 0.0f, 0};
-  if (photograph) {
-    if (photograph_name_ != subject_->cameras[*camera_].name) {
-      photograph_ = graphics.create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(photograph->width),
-                                           static_cast<std::uint32_t>(photograph->height)}, "photograph");
-      graphics.upload(photograph_, 0, std::as_bytes(std::span(photograph->rgba)));
-      photograph_name_ = subject_->cameras[*camera_].name;
-    }
-    args.split = compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f;
-    args.error = compare_ == Compare::error;
+  Rendered next{model_number_, exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_), draw_};
+  next.view.width = (width + detail - 1) / detail;
+  next.view.height = (height + detail - 1) / detail;
+  if (detail > 1) next.options.aa = render::AntiAliasing::none;
+  // Panels change more often than what they stand on.
+  if (rendered_ != next) {
+    rendered_.reset();
+    gpu::fit(graphics, rendering_, {gpu::Format::rgba8, next.view.width, next.view.height}, "rendering");
+    renderer_->draw(*model_, next.view, next.options, rendering_);
+    rendered_ = next;
   }
-  gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
+
+  const Image* photograph = exact && camera_ && compare_ != Compare::rendering ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
+  if (!photograph) {
+    graphics.copy(rendering_, picture_);
+    return;
+  }
+  if (photograph_name_ != subject_->cameras[*camera_].name) {
+    photograph_ = graphics.create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(photograph->width),
+                                         static_cast<std::uint32_t>(photograph->height)}, "photograph");
+    graphics.upload(photograph_, 0, std::as_bytes(std::span(photograph->rgba)));
+    photograph_name_ = subject_->cameras[*camera_].name;
+  }
+  kernels::CompositeArgs args{static_cast<float>(width), static_cast<float>(height), 0.0f, compare_ == Compare::error, detail > 1};
+  args.split = compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f;
+  gpu::Draw draw{.vertex = "screen", .fragment = "composite"};
   draw.count = 3;
-  draw.textures = {&picture_, photograph ? &photograph_ : &picture_};
+  draw.textures = {&rendering_, &photograph_};
   draw.set_arguments(args);
-  graphics.draw({.colour = {&final_}}, draw);
+  graphics.draw({.colour = {&picture_}}, draw);
 }
 
 void Window::scale_fonts() {
@@ -590,7 +637,6 @@ void Window::frame() {
     photograph_name_.clear();
     redraw_ = 3;
   }
-  const auto start = std::chrono::steady_clock::now();
   if (live_) {
     try {
       show_training();
@@ -608,10 +654,13 @@ void Window::frame() {
   panels();
   if (live_ && panel_) training_panel();
   ImGui::Render();
+  const auto w = static_cast<std::uint32_t>(width), h = static_cast<std::uint32_t>(height);
+  coarse_ = wants_coarse();
+  const std::uint32_t d = coarse_ ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(w) * h / kCoarsePixels))), 1u, 8u) : 1;
   gpu_->reset_timings();
   gpu_->enable_timings(true);
   try {
-    draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+    draw_picture(w, h, d);
   } catch (const Error& e) {
     // Too large for the device in this way, perhaps; the plain way has to work.
     complain(e.what());
@@ -619,7 +668,7 @@ void Window::frame() {
     compare_ = Compare::rendering;
     redraw_ = 4;
     try {
-      draw_picture(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+      draw_picture(w, h, d);
     } catch (const Error& again) {
       // Nothing can be shown until the window has another size.
       complain(again.what());
@@ -627,31 +676,46 @@ void Window::frame() {
       return;
     }
   }
-  const gpu::Image& shown = model_ && compare_ != Compare::rendering ? final_ : picture_;
-  painter_->paint(*ImGui::GetDrawData(), shown);
-  const bool done = surface_->show(shown, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
-  first_ms_ = shade_ms_ = 0;
+  painter_->paint(*ImGui::GetDrawData(), picture_);
+  shown_ = surface_->show(picture_, w, h);
+  double first = 0, shade = 0;
   for (const auto& [pass, t] : gpu_->timings()) {
-    if (pass.starts_with("masked")) first_ms_ += t.milliseconds;
-    if (pass.starts_with("shade")) shade_ms_ += t.milliseconds;
+    if (pass.starts_with("masked")) first += t.milliseconds;
+    if (pass.starts_with("shade")) shade += t.milliseconds;
   }
-  gpu_ms_ = first_ms_ + shade_ms_;
   gpu_->enable_timings(false);
-  if (live_) live_->spent(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  redraw_ = done ? redraw_ - 1 : std::max(1, redraw_);
+  // Else what was drawn before stands.
+  if (first + shade > 0) {
+    first_ms_ = first;
+    shade_ms_ = shade;
+    gpu_ms_ = first + shade;
+    if (d == 1) sharp_ms_ = gpu_ms_;
+  }
+  // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
+  if (live_) live_->shown(gpu_->info().kind == gpu::Kind::cpu ? 0.0 : 1e-3 * (first + shade));
+  redraw_ = shown_ ? redraw_ - 1 : std::max(1, redraw_);
 }
 
 void Window::run() {
+  Clock::time_point last{};
   while (!glfwWindowShouldClose(window_)) {
     if (redraw_ > 0 || animated()) {
-      glfwPollEvents();
+      if (live_ && coarse_)
+        for (auto left = kInterval - (Clock::now() - last); left.count() > 0; left = kInterval - (Clock::now() - last))
+          glfwWaitEventsTimeout(std::chrono::duration<double>(left).count());
+      // A surface that has just been lost is given a moment.
+      if (shown_) glfwPollEvents();
+      else glfwWaitEventsTimeout(0.02);
+      last = Clock::now();
       frame();
     } else {
       // Neither photographs nor a training wake the window: waking it from another thread would take its X connection there.
-      if (live_) glfwWaitEventsTimeout(0.05);
+      if (live_ || coarse_) glfwWaitEventsTimeout(0.02);
       else if (photographs_.loading()) glfwWaitEventsTimeout(0.1);
       else glfwWaitEvents();
       if (photographs_.loading() || (live_ && live_->take_news())) redraw_ = std::max(redraw_, 1);
+      // The camera stands still again.
+      if (coarse_ && !wants_coarse()) redraw_ = std::max(redraw_, 1);
       if (live_ && live_->stopped() && live_->state().ended) break;
     }
   }

@@ -130,6 +130,8 @@ class Graphics {
   virtual void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) = 0;
   virtual void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) = 0;  // waits
   virtual void draw(const Targets& targets, std::span<const Draw> draws) = 0;
+  /// Copies a plain rgba8 image to another, with a bilinear filter where their sizes differ.
+  virtual void copy(const Image& from, const Image& to) = 0;
   void draw(const Targets& targets, const Draw& one) { draw(targets, std::span(&one, 1)); }
   /// create: makes the surface of a window from the instance (VkInstance to VkSurfaceKHR here), as window libraries do.
   /// The device must have been opened with the library's extensions (DeviceOptions::window_extensions).

@@ -29,6 +29,7 @@ std::optional<AntiAliasing> anti_aliasing_from(std::string_view name);
 struct View {
   glm::dmat4 clip_from_world{1.0};  // of normalised coordinates; OpenGL clip space, row 0 of the image at NDC y = -1
   std::uint32_t width = 0, height = 0;
+  bool operator==(const View&) const = default;
 };
 
 struct DrawOptions {
@@ -37,6 +38,7 @@ struct DrawOptions {
   AntiAliasing aa = AntiAliasing::none;
   glm::vec3 background{0.0f};         // display values 0..1
   bool drop_behind = false;           // leave out triangles that reach behind the camera, as published, instead of clipping
+  bool operator==(const DrawOptions&) const = default;
 };
 
 /// A picture (rgba8) in memory of the host.

@@ -206,6 +206,26 @@ void VulkanGraphics::download(const Image& image, std::uint32_t layer, std::span
   }
 }
 
+void VulkanGraphics::copy(const Image& from, const Image& to) {
+  Stored &source = stored(from), &target = stored(to);
+  move_to(source, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+  move_to(target, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+  constexpr VkImageSubresourceLayers kColour{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  const ImageShape &s = source.shape, &t = target.shape;
+  if (s.width == t.width && s.height == t.height) {
+    VkImageCopy region{};
+    region.srcSubresource = region.dstSubresource = kColour;
+    region.extent = {s.width, s.height, 1};
+    vkCmdCopyImage(device_.begin(), source.image, source.layout, target.image, target.layout, 1, &region);
+    return;
+  }
+  VkImageBlit region{};
+  region.srcSubresource = region.dstSubresource = kColour;
+  region.srcOffsets[1] = {static_cast<std::int32_t>(s.width), static_cast<std::int32_t>(s.height), 1};
+  region.dstOffsets[1] = {static_cast<std::int32_t>(t.width), static_cast<std::int32_t>(t.height), 1};
+  vkCmdBlitImage(device_.begin(), source.image, source.layout, target.image, target.layout, 1, &region, VK_FILTER_LINEAR);
+}
+
 VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& targets) {
   const std::uint32_t samples = (targets.depth ? targets.depth : targets.colour.at(0))->shape().samples;
   PipelineKey key{static_cast<std::uint32_t>(draw.depth), draw.blend, draw.vertices != 0 ? draw.vertex_vectors : 0, samples,

@@ -24,6 +24,7 @@ class VulkanGraphics final : public Graphics {
   void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) override;
   void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) override;
   void draw(const Targets& targets, std::span<const Draw> draws) override;
+  void copy(const Image& from, const Image& to) override;
   std::unique_ptr<Surface> open_surface(const std::function<std::uint64_t(void* instance)>& create) override;
 
  protected:

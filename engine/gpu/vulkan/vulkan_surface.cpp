@@ -1,6 +1,7 @@
 #include "gpu/vulkan/vulkan_surface.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "error.h"
 #include "gpu/vulkan/vulkan_graphics.h"
@@ -54,16 +55,24 @@ void VulkanSurface::close_swapchain() {
   swapchain_ = VK_NULL_HANDLE;
 }
 
+bool VulkanSurface::stands(VkResult result, const char* call) {
+  lost_ = lost_ || result == VK_ERROR_SURFACE_LOST_KHR;
+  stale_ = stale_ || lost_ || result == VK_ERROR_OUT_OF_DATE_KHR;
+  if (stale_) return false;
+  device_.guard(result, call);
+  return true;
+}
+
 bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   close_swapchain();
   VkSurfaceCapabilitiesKHR can;
-  const VkResult result = vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical_, surface_, &can);
-  if (result == VK_ERROR_SURFACE_LOST_KHR) {
+  if (std::exchange(lost_, false)) {
     close();
     open();
-    return false;
   }
-  check(result, "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
+  stale_ = false;
+  if (!stands(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical_, surface_, &can), "vkGetPhysicalDeviceSurfaceCapabilitiesKHR"))
+    return false;
   asked_ = {width, height};
   extent_ = can.currentExtent;
   // Some window systems leave the size to the program.
@@ -105,7 +114,7 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   if (!(can.supportedCompositeAlpha & info.compositeAlpha)) info.compositeAlpha = VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR;
   info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
   info.clipped = VK_TRUE;
-  check(vkCreateSwapchainKHR(device_.device_, &info, nullptr, &swapchain_), "vkCreateSwapchainKHR");
+  if (!stands(vkCreateSwapchainKHR(device_.device_, &info, nullptr, &swapchain_), "vkCreateSwapchainKHR")) return false;
   check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
   images_.resize(count);
   check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, images_.data()), "vkGetSwapchainImagesKHR");
@@ -119,21 +128,13 @@ bool VulkanSurface::show(const Image& image, std::uint32_t width, std::uint32_t 
   if (width == 0 || height == 0) return false;
   // The picture before this one has been shown: its semaphores are free.
   device_.wait();
-  if (!swapchain_ || asked_.width != width || asked_.height != height)
+  if (!swapchain_ || stale_ || asked_.width != width || asked_.height != height)
     if (!open_swapchain(width, height)) return false;
   std::uint32_t index = 0;
-  VkResult result = vkAcquireNextImageKHR(device_.device_, swapchain_, kPatience, acquired_, VK_NULL_HANDLE, &index);
-  if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR) {
-    close_swapchain();  // the next call opens another
-    if (result == VK_ERROR_SURFACE_LOST_KHR) {
-      close();
-      open();
-    }
-    return false;
-  }
+  const VkResult result = vkAcquireNextImageKHR(device_.device_, swapchain_, kPatience, acquired_, VK_NULL_HANDLE, &index);
   // A window that nobody can see may be given no image at all.
   if (result == VK_TIMEOUT || result == VK_NOT_READY) return false;
-  device_.guard(result, "vkAcquireNextImageKHR");
+  if (!stands(result, "vkAcquireNextImageKHR")) return false;
 
   VulkanGraphics::Stored& from = graphics_.stored(image);
   graphics_.move_to(from, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
@@ -166,14 +167,8 @@ bool VulkanSurface::show(const Image& image, std::uint32_t width, std::uint32_t 
   present.swapchainCount = 1;
   present.pSwapchains = &swapchain_;
   present.pImageIndices = &index;
-  result = vkQueuePresentKHR(device_.queue_, &present);
-  if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR) {
-    asked_ = {};  // opened anew at the next picture
-    return false;
-  }
   // Suboptimal is shown all the same; a change of size comes with an event, and with another size to ask for.
-  device_.guard(result, "vkQueuePresentKHR");
-  return true;
+  return stands(vkQueuePresentKHR(device_.queue_, &present), "vkQueuePresentKHR");
 }
 
 }  // namespace trisoup::gpu

@@ -24,6 +24,8 @@ class VulkanSurface final : public Surface {
   void close_swapchain();
   /// False where the window has no area now.
   bool open_swapchain(std::uint32_t width, std::uint32_t height);
+  /// False where the surface was lost or its swapchain no longer fits: the next picture opens another. Else as VulkanDevice::guard.
+  bool stands(VkResult result, const char* call);
 
   VulkanDevice& device_;
   VulkanGraphics& graphics_;
@@ -34,6 +36,7 @@ class VulkanSurface final : public Surface {
   std::vector<VkImage> images_;
   std::vector<VkSemaphore> drawn_;  // per image: it may be presented
   VkSemaphore acquired_ = VK_NULL_HANDLE;
+  bool lost_ = false, stale_ = false;  // the surface, the swapchain
 };
 
 }  // namespace trisoup::gpu

@@ -1,0 +1,99 @@
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include <catch2/catch.hpp>
+
+#include "viewer/live.h"
+
+using namespace trisoup;
+using namespace std::chrono_literals;
+
+namespace {
+
+struct Training {
+  std::atomic<bool> stop{false};
+  viewer::Live live{stop};
+  int models = 0;
+  std::uint64_t step = 0;
+
+  /// Steps of a millisecond for a while.
+  void train(std::chrono::milliseconds time) {
+    live.report({step, 0.1, 20}, 100, 1.0);
+    for (const auto end = std::chrono::steady_clock::now() + time; std::chrono::steady_clock::now() < end;) {
+      const std::uint64_t until = live.until(step, [&] {
+        ++models;
+        return soup::Model();
+      });
+      REQUIRE(until > step);
+      std::this_thread::sleep_for(std::min<std::uint64_t>(until - step, 100) * 1ms);
+      step = until;
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("live: the next picture waits until the window has shown the last", "[live]") {
+  Training t;
+  t.train(250ms);
+  REQUIRE(t.models == 1);
+  REQUIRE(t.live.take_model());
+  t.train(150ms);
+  REQUIRE(t.models == 1);
+  t.live.shown(0);
+  t.train(150ms);
+  REQUIRE(t.models == 2);
+}
+
+TEST_CASE("live: a window that shows at once is given ten models a second at most, and about as many", "[live]") {
+  Training t;
+  std::atomic<bool> done{false};
+  std::jthread window([&] {
+    while (!done) {
+      if (t.live.take_model()) t.live.shown(0);
+      std::this_thread::sleep_for(1ms);
+    }
+  });
+  t.train(1500ms);
+  done = true;
+  REQUIRE(t.models <= 16);
+  REQUIRE(t.models >= 5);  // a busy machine may sleep longer than asked
+}
+
+TEST_CASE("live: what showing takes from a device that both use lowers the rate", "[live]") {
+  Training t;
+  t.train(10ms);
+  REQUIRE(t.live.take_model());
+  t.live.shown(0.05);  // 7 % of 0.7 s
+  t.train(450ms);
+  REQUIRE(t.models == 1);
+  t.train(700ms);
+  REQUIRE(t.models == 2);
+}
+
+TEST_CASE("live: a window without news does not ask for models", "[live]") {
+  Training t;
+  t.train(10ms);
+  t.live.shown(0);  // panels alone; the model was not taken
+  t.train(250ms);
+  REQUIRE(t.models == 1);
+}
+
+TEST_CASE("live: paused it waits, single steps are made, closed it trains on", "[live]") {
+  Training t;
+  const auto model = [] { return soup::Model(); };
+  t.live.pause(true);
+  t.live.step_once();
+  REQUIRE(t.live.until(5, model) == 6);
+  std::atomic<bool> returned{false};
+  std::jthread training([&] {
+    t.live.until(6, model);
+    returned = true;
+  });
+  std::this_thread::sleep_for(150ms);
+  REQUIRE_FALSE(returned);
+  t.live.close();
+  training.join();
+  REQUIRE(t.live.until(7, model) == ~std::uint64_t(0));
+}
