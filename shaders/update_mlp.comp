@@ -6,11 +6,18 @@
 
 CONSTANT(0, bool, DEBUG, false);
 
+SHARED float s_sum[64];
+
 KERNEL(64, UpdateMlpArgs) {
-  const uint i = thread_index();
-  if (i >= 595u) return;
+  // A thousand rows in one thread would be a long chain on a GPU: eight threads share them. Eight neighbouring parameters are a sector of memory.
+  const uint thread = gl_LocalInvocationIndex, i = group_index() * 8u + thread % 8u;
   float gradient = 0.0f;
-  for (uint g = 0u; g < a.groups; ++g) gradient += a.mlp_partial.v[g * 595u + i];
+  if (i < 595u)
+    for (uint g = thread / 8u; g < a.groups; g += 8u) gradient += a.mlp_partial.v[g * 595u + i];
+  s_sum[thread] = gradient;
+  barrier();
+  if (thread >= 8u || i >= 595u) return;
+  for (uint k = 1u; k < 8u; ++k) gradient += s_sum[8u * k + thread];
   if (DEBUG) a.debug.v[i] = gradient;
   if (a.control.v[0].overflow != 0u) return;
   float weight = a.mlp.v[i], m = a.moment1.v[i], v = a.moment2.v[i];

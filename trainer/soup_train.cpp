@@ -176,17 +176,27 @@ int run(const CommandLine& o, viewer::Live* live) {
     bar.clear();
     say(o, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
   };
+  const auto saved_text = [&] {
+    return saved ? fmt::format("the checkpoint of step {} is whole, --resume goes on from it", *saved) : "there is no checkpoint yet";
+  };
   const std::uint64_t first_step = trainer->step();
   try {
     trainer->run(callbacks);
     if (o.timings) device->enable_timings(false);
     bar.clear();
     save();
-  } catch (const Error& error) {
-    // A lost device, memory or a disk that is full, nothing left to train: what is on the disk is as it was at the last checkpoint.
+  } catch (const gpu::OutOfMemory& error) {
     bar.clear();
-    throw Error("{} ({})", error.what(),
-                saved ? fmt::format("the checkpoint of step {} is whole, --resume goes on from it", *saved) : "there is no checkpoint yet");
+    const std::uint32_t fits = train::triangles_that_would_fit(scene, trainer->settings(), error.needed, error.available);
+    // The whole budget fits where it was splitting beyond it that took the memory: a lower ceiling keeps that within bounds.
+    const std::string advice = fits == 0                                ? std::string()
+                               : fits < trainer->settings().triangles ? fmt::format("; about --triangles {} would fit", fits)
+                                                                      : fmt::format("; --memory {} would do", error.available >> 20);
+    throw Error("{}{} ({})", error.what(), advice, saved_text());
+  } catch (const Error& error) {
+    // A lost device or a disk that is full, nothing left to train: what is on the disk is as it was at the last checkpoint.
+    bar.clear();
+    throw Error("{} ({})", error.what(), saved_text());
   }
   if (!trainer->finished()) {
     if (o.timings) print_timings(*device);

@@ -16,8 +16,9 @@ Buffer::~Buffer() {
 
 void Device::count(std::uint64_t bytes, std::string_view what) {
   if (allocated_ + bytes > ceiling_)
-    throw Error("device memory: {} needs {} MB, {} of {} MB are left; use fewer triangles, a lower resolution (-r) or --memory",
-                what, (bytes >> 20) + 1, (ceiling_ - allocated_) >> 20, ceiling_ >> 20);
+    throw OutOfMemory(allocated_ + bytes, ceiling_,
+                      "device memory: {} needs {} MB, {} of {} MB are left; use fewer triangles, a lower resolution (-r) or --memory",
+                      what, (bytes >> 20) + 1, (ceiling_ - allocated_) >> 20, ceiling_ >> 20);
   allocated_ += bytes;
   peak_ = std::max(peak_, allocated_);
 }

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "error.h"
 #include "gpu/command_list.h"
 
 namespace trisoup::gpu {
@@ -35,6 +36,16 @@ struct DeviceInfo {
 struct KernelTiming {
   std::uint64_t launches = 0;
   double milliseconds = 0;
+};
+
+/// Device memory has run out.
+class OutOfMemory : public Error {
+ public:
+  /// needed: bytes that the program would hold with what it asked for; available: that it could hold, as far as is known.
+  template <typename... Args>
+  OutOfMemory(std::uint64_t needed, std::uint64_t available, fmt::format_string<Args...> format, Args&&... args)
+      : Error(format, std::forward<Args>(args)...), needed(needed), available(available) {}
+  std::uint64_t needed, available;
 };
 
 class Device;
@@ -75,7 +86,7 @@ class Device {
   virtual ~Device() = default;
   virtual const DeviceInfo& info() const = 0;
 
-  /// Throws when `bytes` would pass the ceiling or the device has no more; `what` names the contents for people.
+  /// Throws OutOfMemory when `bytes` would pass the ceiling or the device has no more; `what` names the contents for people.
   Buffer allocate(std::uint64_t bytes, std::string_view what);
   std::uint64_t allocated_bytes() const { return allocated_; }
   std::uint64_t peak_bytes() const { return peak_; }
@@ -140,10 +151,11 @@ class Device {
   }
   /// replay() where there is nothing better: one command after the other.
   virtual void run_list(CommandList& list);
+  /// The bytes have been counted. Throws OutOfMemory.
   virtual Address allocate_raw(std::uint64_t bytes, std::string_view what) = 0;
   virtual void free_raw(Address address) = 0;
 
-  /// Counts memory that is about to be taken or was given back. Throws when it would pass the ceiling.
+  /// Counts memory that is about to be taken or was given back. Throws OutOfMemory when it would pass the ceiling.
   void count(std::uint64_t bytes, std::string_view what);
   void uncount(std::uint64_t bytes) { allocated_ -= bytes; }
 

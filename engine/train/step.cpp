@@ -171,7 +171,7 @@ void Step::update(const StepInputs& inputs) {
               UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(), soup_.vertex_moment2.address(),
                                  soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(),
                                  frame_.state.address(), frame_.control.address(), inputs.vertex_gradient, 3 * soup_.triangles, 0});
-  gpu_.launch({"update_mlp", {inputs.mlp_gradient != 0}}, groups_of(soup::Mlp::kParameters),
+  gpu_.launch({"update_mlp", {inputs.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
               UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
                             frame_.mlp_partial.address(), frame_.state.address(), frame_.control.address(), inputs.mlp_gradient,
                             frame_.mlp_groups, 0});

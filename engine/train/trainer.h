@@ -43,6 +43,8 @@ struct MemoryNeed {
   std::uint64_t total() const { return photographs + frame + soup; }
 };
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& settings);
+/// A budget that a run which needed `needed` bytes, for these settings, should do with `available`; 0 when there is none.
+std::uint32_t triangles_that_would_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available);
 /// The largest budget of which memory_need is at most `bytes`, all else being as it is; 0 when none is.
 std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes);
 /// How far splitting may go beyond the budget in `bytes`: what Settings::most_triangles is set to where nobody said.

@@ -33,6 +33,12 @@ TEST_CASE("memory is counted and its ceiling kept", "[device]") {
     CHECK(gpu->allocated_bytes() == before + (1 << 20));
     gpu->set_ceiling(before + (2 << 20));
     CHECK_THROWS_WITH(gpu->allocate(4 << 20, "the elephant"), Contains("the elephant") && Contains("MB"));
+    try {
+      gpu->allocate(4 << 20, "the elephant");
+    } catch (const gpu::OutOfMemory& e) {
+      CHECK(e.needed == before + (5 << 20));
+      CHECK(e.available == before + (2 << 20));
+    }
   }
   CHECK(gpu->allocated_bytes() == before);
   test::require_silence(*gpu);

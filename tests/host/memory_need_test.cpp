@@ -33,6 +33,26 @@ TEST_CASE("what is said to fit fits, and one more does not", "[memory]") {
   }
 }
 
+TEST_CASE("after running out of memory a smaller budget is said to fit", "[memory]") {
+  const scene::Scene scene = scene_of(20, 200);
+  for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {
+    train::Settings s = train::published(recipe);
+    s.triangles = s.init_count = 15'000;
+    s.most_triangles = recipe == train::Recipe::real ? 60'000 : 0;
+    const std::uint64_t foreseen = train::memory_need(scene, s).total();
+    // Another program has taken half; the run needs as much as was foreseen, or half as much again.
+    const std::uint32_t with_half = train::triangles_that_would_fit(scene, s, foreseen, foreseen / 2);
+    const std::uint32_t beyond = train::triangles_that_would_fit(scene, s, foreseen + foreseen / 2, foreseen / 2);
+    CHECK(beyond > 0);
+    CHECK(beyond < with_half);
+    // Where splits may go to four times the budget, half the memory is enough for the budget itself.
+    CHECK((recipe == train::Recipe::real ? with_half == 15'000 : with_half < 15'000));
+    s.most_triangles = 0;
+    s.triangles = beyond;
+    CHECK(1.5 * static_cast<double>(train::memory_need(scene, s).total()) <= 0.51 * static_cast<double>(foreseen));
+  }
+}
+
 TEST_CASE("a start that does not fit is not blamed on the budget", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   train::Settings s = train::published(train::Recipe::synthetic);

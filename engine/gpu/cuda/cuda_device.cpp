@@ -215,8 +215,9 @@ class CudaDevice final : public Device {
       cudaGetLastError();
       std::size_t free = 0, total = 0;
       cudaMemGetInfo(&free, &total);
-      throw Error("device memory: {} needs {} MB, {} of {} MB are free; use fewer triangles or a lower resolution (-r)", what,
-                  (bytes >> 20) + 1, free >> 20, total >> 20);
+      throw OutOfMemory(allocated_bytes(), allocated_bytes() - bytes + free,
+                        "device memory: {} needs {} MB, {} of {} MB are free; use fewer triangles or a lower resolution (-r)", what,
+                        (bytes >> 20) + 1, free >> 20, total >> 20);
     }
     check(result, "cudaMalloc");
     return reinterpret_cast<Address>(taken);

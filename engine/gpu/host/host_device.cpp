@@ -148,7 +148,10 @@ class HostDevice final : public Device {
   }
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
     void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
-    if (!memory) throw Error("memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)", what, (bytes >> 20) + 1);
+    if (!memory)
+      throw OutOfMemory(allocated_bytes(), allocated_bytes() - bytes,
+                        "memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)", what,
+                        (bytes >> 20) + 1);
     return reinterpret_cast<Address>(memory);
   }
   void free_raw(Address address) override { std::free(reinterpret_cast<void*>(address)); }

@@ -224,8 +224,10 @@ Address VulkanDevice::allocate_raw(std::uint64_t bytes, std::string_view what) {
   try {
     memory = create(bytes, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, true);
   } catch (const Error&) {
-    throw Error("device memory: {} ({} MB) cannot be had, {} MB are in use; use fewer triangles or a lower resolution (-r)",
-                what, (bytes >> 20) + 1, allocated_bytes() >> 20);
+    const std::uint64_t held = allocated_bytes() - bytes;
+    throw OutOfMemory(allocated_bytes(), held,
+                      "device memory: {} ({} MB) cannot be had, {} MB are in use; use fewer triangles or a lower resolution (-r)",
+                      what, (bytes >> 20) + 1, held >> 20);
   }
   VkBufferDeviceAddressInfo info{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, memory.buffer};
   const Address address = vkGetBufferDeviceAddress(device_, &info);

@@ -123,8 +123,9 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
     try {
       s.memory = device_.allocate_memory(requirements, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, false);
     } catch (const Error&) {
-      throw Error("device memory: {} ({} MB) cannot be had; use a smaller picture or fewer triangles", what,
-                  (requirements.size >> 20) + 1);
+      throw OutOfMemory(device_.allocated_bytes(), device_.allocated_bytes() - requirements.size,
+                        "device memory: {} ({} MB) cannot be had; use a smaller picture or fewer triangles", what,
+                        (requirements.size >> 20) + 1);
     }
     check(vkBindImageMemory(device, s.image, s.memory, 0), "vkBindImageMemory");
     auto view = structure<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
