@@ -191,3 +191,30 @@ TEST_CASE("images that no device can have are refused", "[renderer]") {
   CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, 16, 16, 1u << 30}, "the deep one"), Catch::Contains("the deep one"));
   test::require_silence(*gpu);
 }
+
+TEST_CASE("a copy of an image is the image, larger ones blend neighbours", "[renderer]") {
+  auto gpu = test::open_device();
+  gpu::Graphics& graphics = gpu::graphics_of(*gpu);
+  std::vector<std::uint8_t> source(4 * 5 * 3);
+  for (std::size_t i = 0; i < source.size(); ++i) source[i] = static_cast<std::uint8_t>(i * 37 % 251);
+  const gpu::Image small = graphics.create_image({gpu::Format::rgba8, 5, 3}, "small"), same = graphics.create_image({gpu::Format::rgba8, 5, 3}, "same"),
+                   large = graphics.create_image({gpu::Format::rgba8, 23, 12}, "large");
+  graphics.upload(small, 0, std::as_bytes(std::span(source)));
+  graphics.copy(small, same);
+  graphics.copy(small, large);
+  CHECK(render::download(graphics, same).rgba == source);
+  const Image enlarged = render::download(graphics, large);
+  const auto at = [&](int x, int y, int c) { return static_cast<double>(source[static_cast<std::size_t>(4 * (5 * std::clamp(y, 0, 2) + std::clamp(x, 0, 4)) + c)]); };
+  double worst = 0;
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 23; ++x)
+      for (int c = 0; c < 4; ++c) {
+        const double u = (x + 0.5) * 5 / 23 - 0.5, v = (y + 0.5) * 3 / 12 - 0.5, i = std::floor(u), j = std::floor(v);
+        const int x0 = static_cast<int>(i), y0 = static_cast<int>(j);
+        const double above = (1 - (u - i)) * at(x0, y0, c) + (u - i) * at(x0 + 1, y0, c);
+        const double below = (1 - (u - i)) * at(x0, y0 + 1, c) + (u - i) * at(x0 + 1, y0 + 1, c);
+        worst = std::max(worst, std::abs((1 - (v - j)) * above + (v - j) * below - enlarged.rgba[static_cast<std::size_t>(4 * (23 * y + x) + c)]));
+      }
+  CHECK(worst < 2.5);  // devices may place samples in steps of 1/256 pixel: up to 1 of 255, and rounding
+  test::require_silence(*gpu);
+}
