@@ -82,6 +82,15 @@ std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
 double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
 
 /// live: where a window looks on; null for none.
+/// What to do about memory that has run out.
+std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings) {
+  const train::Smaller smaller = train::smaller_run(scene, settings, error.needed, error.available);
+  if (smaller.triangles == 0) return {};
+  if (smaller.triangles < settings.triangles) return fmt::format("; about --triangles {} would fit", smaller.triangles);
+  // Splitting beyond the budget took it: a lower ceiling keeps that within bounds.
+  return fmt::format("; --memory {} would do", smaller.memory >> 20);
+}
+
 int run(const CommandLine& o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
 
@@ -127,7 +136,12 @@ int run(const CommandLine& o, viewer::Live* live) {
     folder.resume_log(trainer->step());
     say(o, fmt::format("resuming after step {}", trainer->step()));
   } else {
-    trainer = std::make_unique<train::Trainer>(*device, scene, settings, train::initial_triangles(scene, settings));
+    const std::vector<glm::vec3> vertices = train::initial_triangles(scene, settings);
+    try {
+      trainer = std::make_unique<train::Trainer>(*device, scene, settings, vertices);
+    } catch (const gpu::OutOfMemory& error) {
+      throw Error("{}{}", error.what(), advice(error, scene, settings));
+    }
   }
 
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
@@ -138,7 +152,8 @@ int run(const CommandLine& o, viewer::Live* live) {
   for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
     for (const scene::View& view : *views) cameras.push_back({utf8(view.name), test, view.camera});
   const std::optional<glm::dvec3> up = scene.synthetic ? std::optional(glm::dvec3(0, 0, 1)) : std::nullopt;
-  if (live) live->begin({cameras, up, settings.test_near, settings.far, settings.steps, settings.triangles, o.load});
+  if (live) live->begin({cameras, up, settings.test_near, settings.far, settings.steps, settings.triangles, o.load,
+                         device->info().kind == gpu::Kind::cpu});
 
   const std::uint64_t log_every = o.log_every > 0 ? o.log_every : std::max<std::uint64_t>(10, settings.steps / 100 / 10 * 10);
   ProgressBar bar(settings.steps, log_every, o.quiet);
@@ -176,8 +191,8 @@ int run(const CommandLine& o, viewer::Live* live) {
     bar.clear();
     say(o, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
   };
-  const auto saved_text = [&] {
-    return saved ? fmt::format("the checkpoint of step {} is whole, --resume goes on from it", *saved) : "there is no checkpoint yet";
+  const auto saved_text = [&](const char* where) {
+    return saved ? fmt::format("the checkpoint of step {} is whole, --resume goes on from it{}", *saved, where) : "there is no checkpoint yet";
   };
   const std::uint64_t first_step = trainer->step();
   try {
@@ -187,16 +202,11 @@ int run(const CommandLine& o, viewer::Live* live) {
     save();
   } catch (const gpu::OutOfMemory& error) {
     bar.clear();
-    const std::uint32_t fits = train::triangles_that_would_fit(scene, trainer->settings(), error.needed, error.available);
-    // The whole budget fits where it was splitting beyond it that took the memory: a lower ceiling keeps that within bounds.
-    const std::string advice = fits == 0                                ? std::string()
-                               : fits < trainer->settings().triangles ? fmt::format("; about --triangles {} would fit", fits)
-                                                                      : fmt::format("; --memory {} would do", error.available >> 20);
-    throw Error("{}{} ({})", error.what(), advice, saved_text());
+    throw Error("{}{} ({})", error.what(), advice(error, scene, trainer->settings()), saved_text(" where there is more memory"));
   } catch (const Error& error) {
     // A lost device or a disk that is full, nothing left to train: what is on the disk is as it was at the last checkpoint.
     bar.clear();
-    throw Error("{} ({})", error.what(), saved_text());
+    throw Error("{} ({})", error.what(), saved_text(""));
   }
   if (!trainer->finished()) {
     if (o.timings) print_timings(*device);
@@ -292,14 +302,6 @@ int run_guarded(const CommandLine& options, viewer::Live* live) {
 /// Trains in a thread of its own while the window has this one, as window systems ask for.
 int run_with_window(const CommandLine& options) {
   viewer::Live live(g_stop);
-  int status = 1;
-  // Before this thread gives way: threads inherit that.
-  std::promise<bool> open;
-  std::jthread training([&live, &options, &status, window = open.get_future()]() mutable {
-    if (window.get()) status = run_guarded(options, &live);
-  });
-  bool started = false;
-  viewer::give_way();
   viewer::CommandLine look;
   look.dataset = options.dataset;
   look.device = options.device;
@@ -309,6 +311,14 @@ int run_with_window(const CommandLine& options) {
     look.device.device.clear();
   }
   look.device.validation = false;  // of the training's own device
+  int status = 1;
+  // Before this thread gives way: threads inherit that.
+  std::promise<bool> open;
+  std::jthread training([&live, &options, &status, window = open.get_future()]() mutable {
+    if (window.get()) status = run_guarded(options, &live);
+  });
+  bool started = false;
+  viewer::give_way();
   const char* const next = options.finish_headless ? "goes on" : "ends with a checkpoint";
   const auto start = [&](bool go) {
     started = go;

@@ -39,6 +39,7 @@ class Live {
     std::uint64_t steps = 0;
     std::uint32_t budget = 0;
     scene::LoadOptions load;           // of its photographs
+    bool on_cpu = false;               // whether that is what it runs on
   };
 
   /// stop: set by whoever wants the program to end.
@@ -61,7 +62,7 @@ class Live {
   std::shared_ptr<const soup::Model> take_model();     // the newest, once; null without news
   void pause(bool paused);
   void step_once();
-  /// The model last taken has been shown. seconds: that this kept from the training, of a device that both use.
+  /// The model last taken has been shown. seconds: of drawing it, where the training uses the same GPU.
   void shown(double seconds);
   void close();                                        // nobody looks any more
 

@@ -114,7 +114,7 @@ class Window {
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
   std::uint64_t model_number_ = 0;     // counts what model_ has been
-  gpu::Image rendering_, picture_, photograph_;  // picture_: what the window shows
+  gpu::Image rendering_, enlarged_, picture_, photograph_;  // picture_: what the window shows
   std::string photograph_name_, dataset_;
   bool photographs_wanted_ = false;    // dataset_ is still to be loaded
 
@@ -437,7 +437,8 @@ void Window::panels() {
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
       ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", gpu_ms_, first_ms_, shade_ms_);
-      if (coarse_) ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
+      if (rendering_ && rendering_.shape().width != picture_.shape().width)
+        ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
       ImGui::Separator();
       int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
       if (ImGui::Combo("Show", &mode, kModeLabels.data(), static_cast<int>(kModeLabels.size()))) draw_.mode = static_cast<render::Mode>(mode);
@@ -545,7 +546,7 @@ void Window::panels() {
 bool Window::wants_coarse() const {
   if (gpu_->info().kind != gpu::Kind::cpu || !smooth_) return false;
   if (sharp_ms_ > kSmoothMs && Clock::now() - moved_ < kStill) return true;
-  if (!live_) return false;
+  if (!setting_ || !setting_->on_cpu) return false;
   const Live::State state = live_->state();
   return !state.paused && !state.ended;
 }
@@ -586,11 +587,15 @@ void Window::draw_picture(std::uint32_t width, std::uint32_t height, std::uint32
     graphics.upload(photograph_, 0, std::as_bytes(std::span(photograph->rgba)));
     photograph_name_ = subject_->cameras[*camera_].name;
   }
-  kernels::CompositeArgs args{static_cast<float>(width), static_cast<float>(height), 0.0f, compare_ == Compare::error, detail > 1};
+  if (detail > 1) {
+    gpu::fit(graphics, enlarged_, {gpu::Format::rgba8, width, height}, "rendering");
+    graphics.copy(rendering_, enlarged_);
+  }
+  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), 0.0f, compare_ == Compare::error};
   args.split = compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f;
-  gpu::Draw draw{.vertex = "screen", .fragment = "composite"};
+  gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
   draw.count = 3;
-  draw.textures = {&rendering_, &photograph_};
+  draw.textures = {detail > 1 ? &enlarged_ : &rendering_, &photograph_};
   draw.set_arguments(args);
   graphics.draw({.colour = {&picture_}}, draw);
 }
@@ -625,6 +630,7 @@ void Window::frame() {
   // Minimised: nothing to draw until an event says otherwise.
   if (width <= 0 || height <= 0) {
     redraw_ = 0;
+    coarse_ = false;
     return;
   }
   scale_fonts();
@@ -692,7 +698,8 @@ void Window::frame() {
     if (d == 1) sharp_ms_ = gpu_ms_;
   }
   // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
-  if (live_) live_->shown(gpu_->info().kind == gpu::Kind::cpu ? 0.0 : 1e-3 * (first + shade));
+  const bool same_gpu = setting_ && !setting_->on_cpu && gpu_->info().kind != gpu::Kind::cpu;
+  if (live_) live_->shown(same_gpu ? 1e-3 * (first + shade) : 0.0);
   redraw_ = shown_ ? redraw_ - 1 : std::max(1, redraw_);
 }
 
@@ -700,7 +707,7 @@ void Window::run() {
   Clock::time_point last{};
   while (!glfwWindowShouldClose(window_)) {
     if (redraw_ > 0 || animated()) {
-      if (live_ && coarse_)
+      if (coarse_ && setting_ && setting_->on_cpu)
         for (auto left = kInterval - (Clock::now() - last); left.count() > 0; left = kInterval - (Clock::now() - last))
           glfwWaitEventsTimeout(std::chrono::duration<double>(left).count());
       // A surface that has just been lost is given a moment.
@@ -715,9 +722,9 @@ void Window::run() {
       else glfwWaitEvents();
       if (photographs_.loading() || (live_ && live_->take_news())) redraw_ = std::max(redraw_, 1);
       // The camera stands still again.
-      if (coarse_ && !wants_coarse()) redraw_ = std::max(redraw_, 1);
-      if (live_ && live_->stopped() && live_->state().ended) break;
+      if (coarse_ && !wants_coarse()) redraw_ = 3;
     }
+    if (live_ && live_->stopped() && live_->state().ended) break;
   }
   const auto messages = gpu_->validation_messages();
   if (!messages.empty()) throw Error("Vulkan validation: {}", messages.front());

@@ -99,13 +99,14 @@ std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& sett
   });
 }
 
-std::uint32_t triangles_that_would_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available) {
+Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available) {
   // Where a run needs more than was foreseen, the next one will by as much.
   const std::uint64_t foreseen = memory_need(scene, settings).total();
   const double share = needed > foreseen ? double(foreseen) / double(needed) : 1.0;
   Settings s = settings;
   s.most_triangles = 0;  // splits then go as far as there is memory
-  return triangles_that_fit(scene, s, static_cast<std::uint64_t>(share * double(available)));
+  const auto memory = static_cast<std::uint64_t>(share * double(available));
+  return {triangles_that_fit(scene, s, memory), memory};
 }
 
 std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {

@@ -43,8 +43,12 @@ struct MemoryNeed {
   std::uint64_t total() const { return photographs + frame + soup; }
 };
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& settings);
-/// A budget that a run which needed `needed` bytes, for these settings, should do with `available`; 0 when there is none.
-std::uint32_t triangles_that_would_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available);
+/// What a run with these settings, which needed `needed` bytes, should be given where there are `available`.
+struct Smaller {
+  std::uint32_t triangles = 0;  // budget; 0: none will do
+  std::uint64_t memory = 0;     // bytes to plan with: less than there are where the run needed more than was planned
+};
+Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available);
 /// The largest budget of which memory_need is at most `bytes`, all else being as it is; 0 when none is.
 std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes);
 /// How far splitting may go beyond the budget in `bytes`: what Settings::most_triangles is set to where nobody said.

@@ -1,4 +1,4 @@
-// Arguments of interface.vert and composite.frag.
+// Arguments of interface.vert and compare.frag.
 #ifndef TRISOUP_ARGS_INTERFACE_H
 #define TRISOUP_ARGS_INTERFACE_H
 #ifndef GL_core_profile
@@ -11,12 +11,11 @@ struct InterfaceArgs {
   float scale_x, scale_y, offset_x, offset_y;
 };
 
-/// The window's picture of a rendering and a photograph.
-struct CompositeArgs {
+/// Rendering against photograph.
+struct CompareArgs {
   float width, height;  // pixels of the picture
   float split;          // the photograph is left of this share of the width
   uint error;           // 1: the absolute difference, times four, instead
-  uint enlarge;         // 1: the rendering has fewer pixels than the picture
 };
 
 #ifndef GL_core_profile

@@ -8,7 +8,7 @@
 
 namespace {
 
-std::atomic<int> acquired{0}, presented{0}, asked{0}, lost{0};
+std::atomic<int> acquired{0}, presented{0}, asked{0}, listed{0}, lost{0};
 
 template <typename Function>
 Function real(const char* name) {
@@ -55,6 +55,15 @@ VkResult vkGetPhysicalDeviceSurfaceCapabilitiesKHR(VkPhysicalDevice physical, Vk
   }
   static const auto next = real<PFN_vkGetPhysicalDeviceSurfaceCapabilitiesKHR>("vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
   return next(physical, surface, capabilities);
+}
+
+VkResult vkGetPhysicalDeviceSurfaceFormatsKHR(VkPhysicalDevice physical, VkSurfaceKHR surface, uint32_t* count, VkSurfaceFormatKHR* formats) {
+  if (++listed % 7 == 0) {
+    ++lost;
+    return VK_ERROR_SURFACE_LOST_KHR;
+  }
+  static const auto next = real<PFN_vkGetPhysicalDeviceSurfaceFormatsKHR>("vkGetPhysicalDeviceSurfaceFormatsKHR");
+  return next(physical, surface, count, formats);
 }
 
 }  // extern "C"

@@ -41,8 +41,10 @@ TEST_CASE("after running out of memory a smaller budget is said to fit", "[memor
     s.most_triangles = recipe == train::Recipe::real ? 60'000 : 0;
     const std::uint64_t foreseen = train::memory_need(scene, s).total();
     // Another program has taken half; the run needs as much as was foreseen, or half as much again.
-    const std::uint32_t with_half = train::triangles_that_would_fit(scene, s, foreseen, foreseen / 2);
-    const std::uint32_t beyond = train::triangles_that_would_fit(scene, s, foreseen + foreseen / 2, foreseen / 2);
+    const auto [with_half, half] = train::smaller_run(scene, s, foreseen, foreseen / 2);
+    const auto [beyond, third] = train::smaller_run(scene, s, foreseen + foreseen / 2, foreseen / 2);
+    CHECK(half == foreseen / 2);
+    CHECK(third == Approx(static_cast<double>(foreseen) / 3).epsilon(1e-6));
     CHECK(beyond > 0);
     CHECK(beyond < with_half);
     // Where splits may go to four times the budget, half the memory is enough for the budget itself.

@@ -35,8 +35,9 @@ void VulkanSurface::open() {
   surface_ = reinterpret_cast<VkSurfaceKHR>(create_(device_.instance_->handle()));
   if (!surface_) throw Error("Vulkan: the window has no surface to draw on; run without a window, see --help");
   VkBool32 supported = VK_FALSE;
-  check(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical_, device_.family_, surface_, &supported),
-        "vkGetPhysicalDeviceSurfaceSupportKHR");
+  if (!stands(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical_, device_.family_, surface_, &supported),
+              "vkGetPhysicalDeviceSurfaceSupportKHR"))
+    return;  // lost already: the next picture opens another
   if (!supported) throw Error("Vulkan: {} cannot show pictures in this window; choose another with --device", device_.info_.name);
 }
 
@@ -66,11 +67,12 @@ bool VulkanSurface::stands(VkResult result, const char* call) {
 bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   close_swapchain();
   VkSurfaceCapabilitiesKHR can;
+  stale_ = false;
   if (std::exchange(lost_, false)) {
     close();
     open();
+    if (lost_) return false;
   }
-  stale_ = false;
   if (!stands(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical_, surface_, &can), "vkGetPhysicalDeviceSurfaceCapabilitiesKHR"))
     return false;
   asked_ = {width, height};
@@ -84,10 +86,10 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
     throw Error("Vulkan: {} cannot copy pictures to this window; choose another with --device", device_.info_.name);
 
   std::uint32_t count = 0;
-  check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, nullptr), "vkGetPhysicalDeviceSurfaceFormatsKHR");
+  constexpr const char* kFormats = "vkGetPhysicalDeviceSurfaceFormatsKHR";
+  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, nullptr), kFormats)) return false;
   std::vector<VkSurfaceFormatKHR> formats(count);
-  check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()),
-        "vkGetPhysicalDeviceSurfaceFormatsKHR");
+  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()), kFormats)) return false;
   // Colours are display values already, so they must not be encoded once more.
   const auto fits = [&](const VkSurfaceFormatKHR& f) {
     VkFormatProperties properties;
@@ -114,7 +116,10 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   if (!(can.supportedCompositeAlpha & info.compositeAlpha)) info.compositeAlpha = VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR;
   info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
   info.clipped = VK_TRUE;
-  if (!stands(vkCreateSwapchainKHR(device_.device_, &info, nullptr, &swapchain_), "vkCreateSwapchainKHR")) return false;
+  if (!stands(vkCreateSwapchainKHR(device_.device_, &info, nullptr, &swapchain_), "vkCreateSwapchainKHR")) {
+    swapchain_ = VK_NULL_HANDLE;
+    return false;
+  }
   check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
   images_.resize(count);
   check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, images_.data()), "vkGetSwapchainImagesKHR");

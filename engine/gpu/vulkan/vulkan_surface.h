@@ -22,7 +22,7 @@ class VulkanSurface final : public Surface {
   void open();
   void close();
   void close_swapchain();
-  /// False where the window has no area now.
+  /// False where the window has no area now, or its surface was lost.
   bool open_swapchain(std::uint32_t width, std::uint32_t height);
   /// False where the surface was lost or its swapchain no longer fits: the next picture opens another. Else as VulkanDevice::guard.
   bool stands(VkResult result, const char* call);

@@ -1,31 +1,21 @@
-// The picture of the viewer's window: a rendering, of fewer pixels perhaps, and its photograph.
+// The viewer's comparison of a rendering with its photograph.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "args/interface.h"
 
-layout(push_constant) uniform Push { CompositeArgs a; };
+layout(push_constant) uniform Push { CompareArgs a; };
 layout(binding = 0) uniform sampler2D rendering;
 layout(binding = 1) uniform sampler2D photograph;  // of the same camera, of another size perhaps
 layout(location = 0) out vec4 colour;
 
-vec3 enlarged(vec2 at) {
-  const vec2 size = vec2(textureSize(rendering, 0));
-  const vec2 p = clamp(at * size / vec2(a.width, a.height) - 0.5, vec2(0.0), size - 1.0);
-  const ivec2 low = ivec2(p), high = min(low + 1, ivec2(size) - 1);
-  const vec2 t = p - vec2(low);
-  const vec3 above = mix(texelFetch(rendering, low, 0).rgb, texelFetch(rendering, ivec2(high.x, low.y), 0).rgb, t.x);
-  const vec3 below = mix(texelFetch(rendering, ivec2(low.x, high.y), 0).rgb, texelFetch(rendering, high, 0).rgb, t.x);
-  return mix(above, below, t.y);
-}
-
 void main() {
-  const vec3 ours = a.enlarge != 0u ? enlarged(gl_FragCoord.xy) : texelFetch(rendering, ivec2(gl_FragCoord.xy), 0).rgb;
-  colour = vec4(ours, 1.0);
+  const vec3 ours = texelFetch(rendering, ivec2(gl_FragCoord.xy), 0).rgb;
   // As in render::reshaped: heights agree, and middles.
   const vec2 size = vec2(textureSize(photograph, 0));
   const vec2 at = (gl_FragCoord.xy - 0.5 * vec2(a.width, a.height)) * (size.y / a.height) + 0.5 * size;
   const bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, size));
   const vec3 photo = texelFetch(photograph, ivec2(clamp(at, vec2(0.0), size - 1.0)), 0).rgb;
+  colour = vec4(ours, 1.0);
   if (inside && a.error != 0u) colour.rgb = min(4.0 * abs(ours - photo), vec3(1.0));
   if (inside && a.error == 0u && gl_FragCoord.x < a.split * a.width) colour.rgb = photo;
   // The slider's line.
