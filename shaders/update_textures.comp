@@ -12,6 +12,7 @@ CONSTANT(0, uint, SAMPLES, 774u);  // the most that a triangle of this launch ha
 CONSTANT(1, bool, ADAM, true);     // false: only sum the levels
 CONSTANT(2, bool, DEBUG, false);   // also write the gradient
 
+SHARED uint s_seen;
 const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
 SHARED vec4 s_value[SAMPLES * QUADS];
 
@@ -44,10 +45,13 @@ KERNEL(64, UpdateTexturesArgs) {
   const uint thread = gl_LocalInvocationIndex;
   if (triangle >= a.triangles) return;
   const Texture row = a.textures.v[triangle];
-  const uint fine = samples_before(row.level_min, row.level_max), fine_count = lattice_samples(row.level_max);
+  const uint fine = samples_before(row.level_min, row.level_max);
+  uint top = row.level_max, fine_count = lattice_samples(top), source_count = fine + fine_count;
   const bool frozen = a.control.v[0].overflow != 0u;
 
   if (ADAM) {
+    if (thread == 0u) s_seen = a.unseen;
+    barrier();
     FOR_ELEMENTS(e, fine_count * QUADS) {
       const uint at = (row.lattice_offset + e / QUADS) * 2u + e % QUADS;
       const uvec4 low = a.gradient_low.v[at], high = a.gradient_high.v[at];
@@ -58,10 +62,17 @@ KERNEL(64, UpdateTexturesArgs) {
         gradient *= value * (1.0f - value);
         a.gradient_low.v[at] = uvec4(kFixedZero);
         a.gradient_high.v[at] = uvec4(0u);
+        s_seen = 1u;
       }
       s_value[fine * QUADS + e] = gradient;
     }
-    for (uint level = row.level_max; level > row.level_min; --level) {
+    barrier();
+    // Only a loop's trip count skips work where a branch is a mask (llvmpipe).
+    if (s_seen == 0u) {
+      fine_count = source_count = 0u;
+      top = row.level_min;
+    }
+    for (uint level = top; level > row.level_min; --level) {
       barrier();
       const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u);
       const uint r = 1u << level;
@@ -91,7 +102,7 @@ KERNEL(64, UpdateTexturesArgs) {
   }
 
   const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;
-  FOR_ELEMENTS(e, (fine + fine_count) * QUADS) {
+  FOR_ELEMENTS(e, source_count * QUADS) {
     const uint at = (row.source_offset + e / QUADS) * 2u + e % QUADS;
     vec4 logit = a.source.v[at], m = vec4(0.0f), v = vec4(0.0f);
     bool changed = false;
@@ -122,7 +133,7 @@ KERNEL(64, UpdateTexturesArgs) {
     s_value[e] = logit;
   }
 
-  for (uint level = row.level_min + 1u; level <= row.level_max; ++level) {
+  for (uint level = row.level_min + 1u; level <= top; ++level) {
     barrier();
     const uint from = samples_before(row.level_min, level - 1u), to = samples_before(row.level_min, level);
     for (uint e = thread; e < lattice_samples(level) * QUADS; e += 64u) {

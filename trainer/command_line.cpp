@@ -70,6 +70,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
   method->add_flag("!--no-opacity-baseline", o.opacity_baseline,
                    "opacities learn from a pixel's error alone, as published, not from how it differs from its neighbours'");
+  method->add_flag("--update-unseen", o.update_unseen,
+                   "textures of triangles that no view of a step has shown go on by their moments, as published");
   method->add_flag("--copy-textures", o.copy_textures, "halves of a split triangle copy its texture, as published");
   method->add_flag("--drop-near", o.drop_near, "drop triangles that reach the camera plane whole, as published, instead of clipping them");
   method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
@@ -185,6 +187,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   s.copy_textures = copy_textures;
   s.drop_near = drop_near;
   s.opacity_baseline = opacity_baseline;
+  s.update_unseen = update_unseen;
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);

@@ -30,7 +30,7 @@ struct CommandLine {
   std::optional<double> init_box, init_radius, rate_texture, rate_mlp, rate_vertex, rate_end, coarse_share, resample_until,
       split_length, near, far, test_near;
   std::string preset, init, recipe, levels;
-  bool opaque = false, keep_opacity = false, keep_moments = false, copy_textures = false, drop_near = false, opacity_baseline = true;
+  bool opaque = false, keep_opacity = false, keep_moments = false, copy_textures = false, drop_near = false, update_unseen = false, opacity_baseline = true;
 };
 
 /// Exit status to end with, or nothing to go on.

@@ -40,6 +40,7 @@ void each_member(S& s, F&& f) {
   f("copy_textures", s.copy_textures);
   f("drop_near", s.drop_near);
   f("opacity_baseline", s.opacity_baseline);
+  f("update_unseen", s.update_unseen);
   f("resample_every", s.resample_every);
   f("resample_until", s.resample_until);
   f("split_views", s.split_views);

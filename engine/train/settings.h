@@ -40,6 +40,7 @@ struct Settings {
   bool keep_opacity = false;         // through the change from coarse to fine
   bool keep_moments = false;         // of textures, through resampling
   bool opacity_baseline = true;      // opacities learn from errors against those of the pixels around; published: from errors
+  bool update_unseen = false;        // textures of triangles without a gradient go on by their moments, as published
   bool drop_near = false;            // triangles that reach the camera plane are dropped whole, as published, not clipped
   bool opaque = false;               // opacity fixed to 1: no masking, and no gradient of it
   bool copy_textures = false;        // children take copies of their parent's texture, as published, not their part of it

@@ -158,7 +158,7 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
                                 frame_.control.address(),
                                 inputs.source_gradient,
                                 soup_.triangles,
-                                0};
+                                inputs.update_unseen || inputs.source_gradient != 0};
   // All levels of a triangle at once in shared memory.
   std::uint32_t samples = 0;
   for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));

@@ -25,6 +25,7 @@ struct StepInputs {
   gpu::Address target = 0;      // [pixels][3] float targets in place of photographs
   gpu::Address thresholds = 0;  // [pixels][T]
   bool opacity_baseline = false;  // Settings::opacity_baseline
+  bool update_unseen = true;      // Settings::update_unseen
   bool opaque = false;            // Settings::opaque: opacities are 1 and stay so
   // Tests look at intermediate values here; null in training.
   gpu::Address mlp_inputs = 0;        // [pixels][16]

@@ -209,6 +209,7 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
     StepInputs inputs;
     inputs.background = scene_.background;
     inputs.opacity_baseline = settings_.opacity_baseline;
+    inputs.update_unseen = settings_.update_unseen;
     inputs.opaque = settings_.opaque;
     schedule_.begin_step(frame_);
     Step(gpu_, soup_, frame_).train(inputs);
@@ -355,7 +356,7 @@ void each_array(SoupBuffers& s, F&& f) {
   f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
 }
 
-constexpr const char* kFormat = "trisoup checkpoint 3";
+constexpr const char* kFormat = "trisoup checkpoint 4";
 
 /// The fingerprint knows poses and sizes only, but what photographs are composited on changes what is learnt.
 std::string background_text(const scene::Scene& scene) {

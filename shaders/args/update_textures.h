@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per triangle.
+/// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per triangle; one whose gradient is zero everywhere is left alone.
 struct UpdateTexturesArgs {
   POINTER(Textures) textures;
   POINTER(Float4s) source;   // [source samples][8], logits
@@ -19,7 +19,8 @@ struct UpdateTexturesArgs {
   POINTER(Steps) state;
   POINTER(Controls) control;
   POINTER(Float4s) debug;    // [source samples][8]: gradient where asked for
-  uint triangles, pad;
+  uint triangles;
+  uint unseen;               // 1: also triangles without any gradient, by their moments
 };
 
 #ifndef GL_core_profile

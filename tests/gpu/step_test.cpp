@@ -572,6 +572,55 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
   test::require_silence(*gpu);
 }
 
+TEST_CASE("the texture of what no view shows stays as it is, unless it is to go on by its moments", "[step]") {
+  auto gpu = test::open_device();
+  constexpr std::uint32_t kTriangles = 40, kHidden = 7;
+  struct After {
+    std::vector<float> vertices, source, moment1, moment2, lattice;
+  };
+  std::array<After, 3> after;  // at the start; one step; one step of everything
+  for (int run = 0; run < 3; ++run) {
+    SmallScene s(*gpu, kTriangles, kFine, {test::view_from(0, 48, 40), test::view_from(2, 33, 47)});
+    s.frame.reserve_lists(1 << 16);
+    // Above all cameras, far out of their sight.
+    auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3 * kTriangles);
+    for (std::uint32_t k = 0; k < 3; ++k) vertices[3 * kHidden + k].z += 50;
+    gpu->upload(s.soup.vertices.address(), vertices);
+    const auto fill = [&](const gpu::Buffer& buffer, std::uint64_t n, float value) {
+      gpu->upload(buffer.address(), std::vector<float>(n, value));
+    };
+    fill(s.soup.vertex_moment1, 9 * kTriangles, 0.01f);
+    fill(s.soup.vertex_moment2, 3 * kTriangles, 1e-4f);
+    fill(s.soup.source_moment1, s.soup.source_samples * 8, 0.01f);
+    fill(s.soup.source_moment2, s.soup.source_samples * 8, 1e-4f);
+    s.inputs.update_unseen = run == 2;
+    if (run > 0) s.train(0, SmallScene::rates(20));
+    const auto values = [&](const gpu::Buffer& buffer, std::uint64_t n) { return gpu->download_vector<float>(buffer.address(), n); };
+    after[static_cast<std::size_t>(run)] = {values(s.soup.vertices, 9 * kTriangles), values(s.soup.source, s.soup.source_samples * 8),
+                                            values(s.soup.source_moment1, s.soup.source_samples * 8),
+                                            values(s.soup.source_moment2, s.soup.source_samples * 8), values(s.soup.lattice, s.soup.lattice_samples * 8)};
+  }
+  // of(array, t): what belongs to triangle t; all triangles have as much.
+  const auto of = [&](const std::vector<float>& all, std::uint32_t t) {
+    const std::size_t each = all.size() / kTriangles;
+    return std::vector<float>(all.begin() + static_cast<std::ptrdiff_t>(t * each), all.begin() + static_cast<std::ptrdiff_t>((t + 1) * each));
+  };
+  std::uint32_t learnt = 0;
+  for (const auto member : {&After::source, &After::moment1, &After::moment2, &After::lattice})
+    for (std::uint32_t t = 0; t < kTriangles; ++t) {
+      CAPTURE(t);
+      const auto before = of(after[0].*member, t), some = of(after[1].*member, t), all = of(after[2].*member, t);
+      CHECK_FALSE(same_bits(all, before));
+      const bool stayed = same_bits(some, before);
+      CHECK((stayed || same_bits(some, all)));
+      if (t == kHidden) CHECK(stayed);
+      learnt += !stayed;
+    }
+  CHECK(learnt > 2 * kTriangles);
+  CHECK(same_bits(after[1].vertices, after[2].vertices));  // vertices go on in any case
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("texture and MLP gradients of a whole step agree with differences of its loss", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
