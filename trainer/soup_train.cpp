@@ -16,6 +16,7 @@
 #include "command_line.h"
 #include "train/evaluate.h"
 #include "error.h"
+#include "gpu/out_of_memory.h"
 #include "printable.h"
 #include "progress_bar.h"
 #include "revision.h"

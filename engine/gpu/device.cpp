@@ -6,6 +6,7 @@
 #include "error.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/host/host_device.h"
+#include "gpu/out_of_memory.h"
 #include "gpu/vulkan/vulkan_backend.h"
 
 namespace trisoup::gpu {

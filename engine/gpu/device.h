@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "error.h"
 #include "gpu/command_list.h"
 
 namespace trisoup::gpu {
@@ -36,16 +35,6 @@ struct DeviceInfo {
 struct KernelTiming {
   std::uint64_t launches = 0;
   double milliseconds = 0;
-};
-
-/// Device memory has run out.
-class OutOfMemory : public Error {
- public:
-  /// needed: bytes that the program would hold with what it asked for; available: that it could hold, as far as is known.
-  template <typename... Args>
-  OutOfMemory(std::uint64_t needed, std::uint64_t available, fmt::format_string<Args...> format, Args&&... args)
-      : Error(format, std::forward<Args>(args)...), needed(needed), available(available) {}
-  std::uint64_t needed, available;
 };
 
 class Device;

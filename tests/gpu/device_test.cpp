@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "error.h"
+#include "gpu/out_of_memory.h"
 #include "gpu/small_scene.h"
 
 using namespace trisoup;

@@ -13,6 +13,7 @@
 #include "gpu/compiled_kernels.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/cuda/small_writes.h"
+#include "gpu/out_of_memory.h"
 
 namespace trisoup::gpu {
 namespace {

@@ -16,6 +16,7 @@
 #include "error.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/host/workgroup.h"
+#include "gpu/out_of_memory.h"
 
 namespace trisoup::gpu {
 namespace {

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "error.h"
+#include "gpu/out_of_memory.h"
 #include "gpu/vulkan/vulkan_backend.h"
 #include "gpu/vulkan/vulkan_graphics.h"
 #include "kernel_binaries.h"

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "error.h"
+#include "gpu/out_of_memory.h"
 #include "gpu/vulkan/vulkan_surface.h"
 
 namespace trisoup::gpu {
