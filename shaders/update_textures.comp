@@ -73,7 +73,6 @@ KERNEL(64, UpdateTexturesArgs) {
       top = row.level_min;
     }
     for (uint level = top; level > row.level_min; --level) {
-      barrier();
       const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u);
       const uint r = 1u << level;
       for (uint e = thread; e < lattice_samples(level - 1u) * QUADS; e += 64u) {
@@ -97,8 +96,8 @@ KERNEL(64, UpdateTexturesArgs) {
         }
         s_value[to * QUADS + e] = s_value[(from + lattice_index(x, y)) * QUADS + q] + 0.5f * around;
       }
+      barrier();
     }
-    barrier();
   }
 
   const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;

@@ -70,7 +70,7 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   gpu.upload(photos.address(), noise);
   for (std::size_t i = 0; i < views.size(); ++i) views[i].photo = photos.address() + 4 * pixels_each * i;
   frame.set_batch(views, c.triangles, true);
-  train::StepInputs inputs;
+  train::StepInputs inputs;  // as published: every texture is updated, so that the bytes are known
   train::Step step(gpu, soup, frame);
   step.sum_textures();
 

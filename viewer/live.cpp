@@ -79,6 +79,11 @@ void Live::publish(soup::Model model) {
   news_ = true;
 }
 
+bool Live::running() const {
+  std::lock_guard lock(mutex_);
+  return !state_.paused && !state_.ended;
+}
+
 Live::State Live::state() const {
   std::lock_guard lock(mutex_);
   return state_;

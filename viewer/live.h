@@ -58,6 +58,7 @@ class Live {
   bool take_news() { return news_.exchange(false); }   // whether anything has changed since it was last asked
   bool stopped() const { return stop_; }
   State state() const;
+  bool running() const;                                // neither paused nor ended
   std::optional<Setting> take_setting();               // once, when it is there
   std::shared_ptr<const soup::Model> take_model();     // the newest, once; null without news
   void pause(bool paused);

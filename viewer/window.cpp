@@ -9,8 +9,10 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
+#include <tuple>
 
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -127,9 +129,12 @@ class Window {
     bool operator==(const Rendered&) const = default;
   };
   std::optional<Rendered> rendered_;
+  /// Model, mode and smoothing of the renderings so far. The first of its kind makes pipelines, so its time says nothing, and it is done again.
+  std::set<std::tuple<std::uint64_t, render::Mode, render::AntiAliasing>> pipelines_;
+  bool warm_ = true;                   // the last rendering was not the first of its kind
   double sharp_ms_ = 0;                // what a rendering took with all its pixels
-  bool shown_ = true;                  // the last picture, on the surface
   bool coarse_ = false;                // it has fewer now
+  bool shown_ = true;                  // the surface took the last picture
   bool smooth_ = true;                 // on a CPU: rather more pictures than more pixels, see wants_coarse
   Clock::time_point moved_{};          // when the camera last did
   Compare compare_ = Compare::rendering;
@@ -148,7 +153,7 @@ class Window {
   std::vector<std::pair<int, int>> keys_;  // pressed since the last frame, and their modifiers
   float font_scale_ = 0.0f;
   int redraw_ = 3;                     // frames that are still to be drawn; Dear ImGui takes a few to settle
-  double gpu_ms_ = 0, first_ms_ = 0, shade_ms_ = 0;
+  double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
 };
 
 Window::Window(const CommandLine& options, Live* live) : options_(options), live_(live), draw_(options.draw) {
@@ -436,7 +441,7 @@ void Window::panels() {
     ImGui::Begin("View", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
-      ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", gpu_ms_, first_ms_, shade_ms_);
+      ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
       if (rendering_ && rendering_.shape().width != picture_.shape().width)
         ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
       ImGui::Separator();
@@ -546,9 +551,7 @@ void Window::panels() {
 bool Window::wants_coarse() const {
   if (gpu_->info().kind != gpu::Kind::cpu || !smooth_) return false;
   if (sharp_ms_ > kSmoothMs && Clock::now() - moved_ < kStill) return true;
-  if (!setting_ || !setting_->on_cpu) return false;
-  const Live::State state = live_->state();
-  return !state.paused && !state.ended;
+  return setting_ && setting_->on_cpu && live_->running();
 }
 
 void Window::draw_picture(std::uint32_t width, std::uint32_t height, std::uint32_t detail) {
@@ -569,8 +572,10 @@ void Window::draw_picture(std::uint32_t width, std::uint32_t height, std::uint32
   next.view.height = (height + detail - 1) / detail;
   if (detail > 1) next.options.aa = render::AntiAliasing::none;
   // Panels change more often than what they stand on.
-  if (rendered_ != next) {
+  if (rendered_ != next || !warm_) {
     rendered_.reset();
+    // A training's MLP is no part of the pipelines.
+    warm_ = !pipelines_.emplace(live_ ? 0 : model_number_, next.options.mode, next.options.aa).second;
     gpu::fit(graphics, rendering_, {gpu::Format::rgba8, next.view.width, next.view.height}, "rendering");
     renderer_->draw(*model_, next.view, next.options, rendering_);
     rendered_ = next;
@@ -694,8 +699,7 @@ void Window::frame() {
   if (first + shade > 0) {
     first_ms_ = first;
     shade_ms_ = shade;
-    gpu_ms_ = first + shade;
-    if (d == 1) sharp_ms_ = gpu_ms_;
+    if (d == 1 && warm_) sharp_ms_ = first + shade;
   }
   // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
   const bool same_gpu = setting_ && !setting_->on_cpu && gpu_->info().kind != gpu::Kind::cpu;
