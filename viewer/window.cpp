@@ -44,7 +44,7 @@ constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 
 // while a training needs the CPU.
 constexpr double kSmoothMs = 40, kCoarsePixels = 80'000;
 constexpr auto kStill = std::chrono::milliseconds(200);
-// From one picture to the next, at least, while a training needs the same CPU.
+// From one picture to the next, on average at least, while a training needs the same CPU.
 constexpr auto kInterval = std::chrono::milliseconds(100);
 
 enum class Compare { rendering, photograph, slider, error };
@@ -83,7 +83,7 @@ class Window {
   void handle_input();
   void panels();
   bool wants_coarse() const;
-  void draw_picture(std::uint32_t width, std::uint32_t height, std::uint32_t detail);
+  void draw_picture(const gpu::Image& to, bool coarse);
   void scale_fonts();
   bool animated() const;
   void complain(const std::string& text) {
@@ -116,7 +116,7 @@ class Window {
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
   std::uint64_t model_number_ = 0;     // counts what model_ has been
-  gpu::Image rendering_, enlarged_, picture_, photograph_;  // picture_: what the window shows
+  gpu::Image rendering_, enlarged_, photograph_;
   std::string photograph_name_, dataset_;
   bool photographs_wanted_ = false;    // dataset_ is still to be loaded
 
@@ -342,14 +342,17 @@ void Window::snap(int step) {
 }
 
 void Window::take_screenshot() {
-  if (!model_ || !picture_) return;
+  if (!model_) return;
   try {
     std::string name;
     for (int i = 1; name.empty() || std::filesystem::exists(name); ++i) name = fmt::format("soup-view-{:03}.png", i);
-    const gpu::ImageShape shape = picture_.shape();
     // As on the screen, without the panels.
-    draw_picture(shape.width, shape.height, 1);
-    Image image = render::download(*gpu_->graphics(), picture_);
+    int width = 1, height = 1;
+    glfwGetFramebufferSize(window_, &width, &height);
+    const gpu::Image picture =
+        gpu_->graphics()->create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}, "picture");
+    draw_picture(picture, false);
+    Image image = render::download(*gpu_->graphics(), picture);
     for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     write_png(name, image);
     status_ = fmt::format("wrote {}", (std::filesystem::current_path() / name).string());
@@ -442,7 +445,7 @@ void Window::panels() {
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
       ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-      if (rendering_ && rendering_.shape().width != picture_.shape().width)
+      if (rendering_ && static_cast<float>(rendering_.shape().width) < ImGui::GetIO().DisplaySize.x * ImGui::GetIO().DisplayFramebufferScale.x)
         ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
       ImGui::Separator();
       int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
@@ -554,11 +557,12 @@ bool Window::wants_coarse() const {
   return setting_ && setting_->on_cpu && live_->running();
 }
 
-void Window::draw_picture(std::uint32_t width, std::uint32_t height, std::uint32_t detail) {
+void Window::draw_picture(const gpu::Image& to, bool coarse) {
   gpu::Graphics& graphics = *gpu_->graphics();
-  gpu::fit(graphics, picture_, {gpu::Format::rgba8, width, height}, "picture");
+  const std::uint32_t width = to.shape().width, height = to.shape().height;
+  const std::uint32_t detail = coarse ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(width) * height / kCoarsePixels))), 1u, 8u) : 1;
   if (!model_) {
-    gpu::Targets targets{.colour = {&picture_}};
+    gpu::Targets targets{.colour = {&to}};
     targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
     graphics.draw(targets, std::span<const gpu::Draw>{});
     return;
@@ -583,7 +587,7 @@ void Window::draw_picture(std::uint32_t width, std::uint32_t height, std::uint32
 
   const Image* photograph = exact && camera_ && compare_ != Compare::rendering ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
   if (!photograph) {
-    graphics.copy(rendering_, picture_);
+    graphics.copy(rendering_, to);
     return;
   }
   if (photograph_name_ != subject_->cameras[*camera_].name) {
@@ -602,7 +606,7 @@ void Window::draw_picture(std::uint32_t width, std::uint32_t height, std::uint32
   draw.count = 3;
   draw.textures = {detail > 1 ? &enlarged_ : &rendering_, &photograph_};
   draw.set_arguments(args);
-  graphics.draw({.colour = {&picture_}}, draw);
+  graphics.draw({.colour = {&to}}, draw);
 }
 
 void Window::scale_fonts() {
@@ -665,13 +669,17 @@ void Window::frame() {
   panels();
   if (live_ && panel_) training_panel();
   ImGui::Render();
-  const auto w = static_cast<std::uint32_t>(width), h = static_cast<std::uint32_t>(height);
+  const gpu::Image* picture = surface_->next(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+  shown_ = picture != nullptr;
+  if (!shown_) {
+    redraw_ = std::max(1, redraw_);
+    return;
+  }
   coarse_ = wants_coarse();
-  const std::uint32_t d = coarse_ ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(w) * h / kCoarsePixels))), 1u, 8u) : 1;
   gpu_->reset_timings();
   gpu_->enable_timings(true);
   try {
-    draw_picture(w, h, d);
+    draw_picture(*picture, coarse_);
   } catch (const Error& e) {
     // Too large for the device in this way, perhaps; the plain way has to work.
     complain(e.what());
@@ -679,7 +687,7 @@ void Window::frame() {
     compare_ = Compare::rendering;
     redraw_ = 4;
     try {
-      draw_picture(w, h, d);
+      draw_picture(*picture, coarse_);
     } catch (const Error& again) {
       // Nothing can be shown until the window has another size.
       complain(again.what());
@@ -687,8 +695,8 @@ void Window::frame() {
       return;
     }
   }
-  painter_->paint(*ImGui::GetDrawData(), picture_);
-  shown_ = surface_->show(picture_, w, h);
+  painter_->paint(*ImGui::GetDrawData(), *picture);
+  shown_ = surface_->show();
   double first = 0, shade = 0;
   for (const auto& [pass, t] : gpu_->timings()) {
     if (pass.starts_with("masked")) first += t.milliseconds;
@@ -699,7 +707,7 @@ void Window::frame() {
   if (first + shade > 0) {
     first_ms_ = first;
     shade_ms_ = shade;
-    if (d == 1 && warm_) sharp_ms_ = first + shade;
+    if (!coarse_ && warm_) sharp_ms_ = first + shade;
   }
   // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
   const bool same_gpu = setting_ && !setting_->on_cpu && gpu_->info().kind != gpu::Kind::cpu;
@@ -708,16 +716,18 @@ void Window::frame() {
 }
 
 void Window::run() {
-  Clock::time_point last{};
+  Clock::time_point due{};
   while (!glfwWindowShouldClose(window_)) {
     if (redraw_ > 0 || animated()) {
       if (coarse_ && setting_ && setting_->on_cpu)
-        for (auto left = kInterval - (Clock::now() - last); left.count() > 0; left = kInterval - (Clock::now() - last))
+        for (auto left = due - Clock::now(); left.count() > 0; left = due - Clock::now())
           glfwWaitEventsTimeout(std::chrono::duration<double>(left).count());
       // A surface that has just been lost is given a moment.
       if (shown_) glfwPollEvents();
       else glfwWaitEventsTimeout(0.02);
-      last = Clock::now();
+      // What comes a little late, as threads do that give way, does not put off all that follows.
+      const auto now = Clock::now();
+      due = now - due < kInterval ? due + kInterval : now + kInterval;
       frame();
     } else {
       // Neither photographs nor a training wake the window: waking it from another thread would take its X connection there.

@@ -20,7 +20,14 @@
 
 namespace trisoup::gpu {
 
-enum class Format { r8, rgba8, r32_uint, rgba32_uint, depth32 };
+enum class Format {
+  r8,
+  rgba8,
+  r32_uint,
+  rgba32_uint,
+  depth32,
+  window,  // colours as a window takes them; images of it come from Surface::next alone, and are never read
+};
 constexpr std::uint32_t bytes_per_pixel(Format format) {
   return format == Format::r8 ? 1 : format == Format::rgba32_uint ? 16 : 4;
 }
@@ -108,13 +115,16 @@ struct Targets {
   glm::vec4 background{0.0f};
 };
 
-/// A window's surface.
+/// A window's surface. Pictures are drawn on its own images, so that showing them copies nothing.
 class Surface {
  public:
   virtual ~Surface() = default;
-  /// Copies an rgba8 image to the window, scaled if their sizes differ. False if it cannot be shown now: the window has
-  /// no area, or is changing; try again after the next event. width, height: of the window's framebuffer, in pixels.
-  virtual bool show(const Image& image, std::uint32_t width, std::uint32_t height) = 0;
+  /// The image to draw the next picture on; what it holds is undefined. Null if there is none now: the window has no area, or is
+  /// changing; try again after the next event. width, height: of the window's framebuffer, in pixels; the image may have another
+  /// size while that changes. It stands until show() or the next call, which gives the same image where it was not shown.
+  virtual const Image* next(std::uint32_t width, std::uint32_t height) = 0;
+  /// Shows what was drawn on the image. False if the window could not take it: draw it again after the next event.
+  virtual bool show() = 0;
 };
 
 /// Part of a Device: the same in-order stream, and the same errors.
@@ -130,7 +140,7 @@ class Graphics {
   virtual void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) = 0;
   virtual void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) = 0;  // waits
   virtual void draw(const Targets& targets, std::span<const Draw> draws) = 0;
-  /// Copies a plain rgba8 image to another, with a bilinear filter where their sizes differ.
+  /// Copies a plain rgba8 image to another, or to a window's, with a bilinear filter where their sizes differ.
   virtual void copy(const Image& from, const Image& to) = 0;
   void draw(const Targets& targets, const Draw& one) { draw(targets, std::span(&one, 1)); }
   /// create: makes the surface of a window from the instance (VkInstance to VkSurfaceKHR here), as window libraries do.

@@ -96,7 +96,7 @@ void VulkanDevice::submit(VkCommandBuffer commands, Recording& recording, VkSema
   auto info = structure<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
   info.commandBufferCount = 1;
   info.pCommandBuffers = &commands;
-  const VkPipelineStageFlags stage = VK_PIPELINE_STAGE_TRANSFER_BIT;
+  const VkPipelineStageFlags stage = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
   if (wait_for) {
     info.waitSemaphoreCount = 1;
     info.pWaitSemaphores = &wait_for;

@@ -16,9 +16,10 @@ VkFormat vk_format(Format format) {
     case Format::rgba8: return VK_FORMAT_R8G8B8A8_UNORM;
     case Format::r32_uint: return VK_FORMAT_R32_UINT;
     case Format::rgba32_uint: return VK_FORMAT_R32G32B32A32_UINT;
-    case Format::depth32: break;
+    case Format::depth32: return VK_FORMAT_D32_SFLOAT;
+    case Format::window: break;
   }
-  return VK_FORMAT_D32_SFLOAT;
+  return VK_FORMAT_UNDEFINED;
 }
 
 VkImageAspectFlags aspect(Format format) {
@@ -96,7 +97,7 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
   s.shape = shape;
   auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
   info.imageType = VK_IMAGE_TYPE_2D;
-  info.format = vk_format(shape.format);
+  info.format = s.format = vk_format(shape.format);
   info.extent = {shape.width, shape.height, 1};
   info.mipLevels = 1;
   info.arrayLayers = std::max(1u, shape.layers);
@@ -129,24 +130,42 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
                         (requirements.size >> 20) + 1);
     }
     check(vkBindImageMemory(device, s.image, s.memory, 0), "vkBindImageMemory");
-    auto view = structure<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
-    view.image = s.image;
-    view.viewType = shape.layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
-    view.format = info.format;
-    view.subresourceRange = whole(shape);
-    check(vkCreateImageView(device, &view, nullptr, &s.view), "vkCreateImageView");
+  } catch (...) {
+    destroy(s);
+    throw;
+  }
+  return keep(s);
+}
+
+Image VulkanGraphics::borrow(VkImage image, VkFormat format, VkExtent2D extent) {
+  Stored s;
+  s.image = image;
+  s.format = format;
+  s.shape = {Format::window, extent.width, extent.height};
+  s.borrowed = true;
+  return keep(s);
+}
+
+Image VulkanGraphics::keep(Stored s) {
+  auto view = structure<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
+  view.image = s.image;
+  view.viewType = s.shape.layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
+  view.format = s.format;
+  view.subresourceRange = whole(s.shape);
+  try {
+    check(vkCreateImageView(device_.device_, &view, nullptr, &s.view), "vkCreateImageView");
   } catch (...) {
     destroy(s);
     throw;
   }
   const std::uint32_t id = next_image_++;
   images_.emplace(id, s);
-  return Image(*this, id, shape);
+  return Image(*this, id, s.shape);
 }
 
 void VulkanGraphics::destroy(Stored& s) {
   vkDestroyImageView(device_.device_, s.view, nullptr);
-  vkDestroyImage(device_.device_, s.image, nullptr);
+  if (!s.borrowed) vkDestroyImage(device_.device_, s.image, nullptr);
   vkFreeMemory(device_.device_, s.memory, nullptr);
   device_.uncount(s.bytes);
   s = {};
@@ -211,10 +230,11 @@ void VulkanGraphics::download(const Image& image, std::uint32_t layer, std::span
 void VulkanGraphics::copy(const Image& from, const Image& to) {
   Stored &source = stored(from), &target = stored(to);
   move_to(source, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+  target.layout = VK_IMAGE_LAYOUT_UNDEFINED;  // all of it is written
   move_to(target, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
   constexpr VkImageSubresourceLayers kColour{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   const ImageShape &s = source.shape, &t = target.shape;
-  if (s.width == t.width && s.height == t.height) {
+  if (s.width == t.width && s.height == t.height && source.format == target.format) {
     VkImageCopy region{};
     region.srcSubresource = region.dstSubresource = kColour;
     region.extent = {s.width, s.height, 1};
@@ -225,14 +245,15 @@ void VulkanGraphics::copy(const Image& from, const Image& to) {
   region.srcSubresource = region.dstSubresource = kColour;
   region.srcOffsets[1] = {static_cast<std::int32_t>(s.width), static_cast<std::int32_t>(s.height), 1};
   region.dstOffsets[1] = {static_cast<std::int32_t>(t.width), static_cast<std::int32_t>(t.height), 1};
-  vkCmdBlitImage(device_.begin(), source.image, source.layout, target.image, target.layout, 1, &region, VK_FILTER_LINEAR);
+  const VkFilter filter = s.width == t.width && s.height == t.height ? VK_FILTER_NEAREST : VK_FILTER_LINEAR;
+  vkCmdBlitImage(device_.begin(), source.image, source.layout, target.image, target.layout, 1, &region, filter);
 }
 
 VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& targets) {
   const std::uint32_t samples = (targets.depth ? targets.depth : targets.colour.at(0))->shape().samples;
   PipelineKey key{static_cast<std::uint32_t>(draw.depth), draw.blend, draw.vertices != 0 ? draw.vertex_vectors : 0, samples,
                   targets.depth != nullptr};
-  for (const Image* image : targets.colour) key.push_back(static_cast<std::uint32_t>(image->shape().format));
+  for (const Image* image : targets.colour) key.push_back(static_cast<std::uint32_t>(stored(*image).format));
   key.push_back(~0u);
   key.insert(key.end(), draw.constants.begin(), draw.constants.end());
   auto name = std::pair(fmt::format("{} {}", draw.vertex, draw.fragment), key);
@@ -292,7 +313,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   dynamic.dynamicStateCount = 2;
   dynamic.pDynamicStates = states;
   std::vector<VkFormat> formats;
-  for (const Image* image : targets.colour) formats.push_back(vk_format(image->shape().format));
+  for (const Image* image : targets.colour) formats.push_back(stored(*image).format);
   auto rendering = structure<VkPipelineRenderingCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO);
   rendering.colorAttachmentCount = static_cast<std::uint32_t>(formats.size());
   rendering.pColorAttachmentFormats = formats.data();
@@ -424,7 +445,7 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   std::vector<VkRenderingAttachmentInfo> colours;
   for (const Image* image : targets.colour) {
     colours.push_back(attachment(*image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, targets.clear));
-    if (image->shape().format == Format::rgba8)
+    if (image->shape().format == Format::rgba8 || image->shape().format == Format::window)
       for (int c = 0; c < 4; ++c) colours.back().clearValue.color.float32[c] = targets.background[c];
   }
   auto rendering = structure<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);

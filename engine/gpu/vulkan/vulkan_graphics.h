@@ -38,8 +38,10 @@ class VulkanGraphics final : public Graphics {
     VkDeviceMemory memory = VK_NULL_HANDLE;
     VkImageView view = VK_NULL_HANDLE;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
+    VkFormat format = VK_FORMAT_UNDEFINED;
     ImageShape shape;
     std::uint64_t bytes = 0;  // counted by the device
+    bool borrowed = false;    // from a swapchain
   };
   /// What a pipeline is made of, in the order in which it is compared.
   using PipelineKey = std::vector<std::uint32_t>;
@@ -47,6 +49,10 @@ class VulkanGraphics final : public Graphics {
   static constexpr std::size_t kMostPipelines = 128;
   static constexpr std::uint32_t kTextures = 4, kUniforms = 2, kSetsPerRecording = 1024;
 
+  /// An image of a swapchain, to draw on. The swapchain has to outlive it.
+  Image borrow(VkImage image, VkFormat format, VkExtent2D extent);
+  /// Makes its view. Destroys what is there where that fails.
+  Image keep(Stored s);
   Stored& stored(const Image& image) { return images_.at(image.id()); }
   /// Makes the image ready for a use; whatever was done to it before has been done.
   void move_to(Stored& image, VkImageLayout layout);

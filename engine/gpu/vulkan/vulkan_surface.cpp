@@ -51,6 +51,7 @@ void VulkanSurface::close_swapchain() {
   vkDeviceWaitIdle(device_.device_);
   for (VkSemaphore s : drawn_) vkDestroySemaphore(device_.device_, s, nullptr);
   drawn_.clear();
+  held_.reset();
   images_.clear();
   vkDestroySwapchainKHR(device_.device_, swapchain_, nullptr);
   swapchain_ = VK_NULL_HANDLE;
@@ -94,7 +95,8 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   const auto fits = [&](const VkSurfaceFormatKHR& f) {
     VkFormatProperties properties;
     vkGetPhysicalDeviceFormatProperties(device_.physical_, f.format, &properties);
-    return (properties.optimalTilingFeatures & VK_FORMAT_FEATURE_BLIT_DST_BIT) && f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR &&
+    constexpr VkFormatFeatureFlags kNeeded = VK_FORMAT_FEATURE_BLIT_DST_BIT | VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT;
+    return (properties.optimalTilingFeatures & kNeeded) == kNeeded && f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR &&
            (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM || f.format == VK_FORMAT_A8B8G8R8_UNORM_PACK32 ||
             f.format == VK_FORMAT_A2B10G10R10_UNORM_PACK32 || f.format == VK_FORMAT_R5G6B5_UNORM_PACK16);
   };
@@ -109,7 +111,7 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   info.imageColorSpace = format.colorSpace;
   info.imageExtent = extent_;
   info.imageArrayLayers = 1;
-  info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
   info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
   info.preTransform = can.supportedTransforms & VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR ? VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR : can.currentTransform;
   info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
@@ -121,50 +123,40 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
     return false;
   }
   check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
-  images_.resize(count);
-  check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, images_.data()), "vkGetSwapchainImagesKHR");
+  std::vector<VkImage> images(count);
+  check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, images.data()), "vkGetSwapchainImagesKHR");
+  for (VkImage image : images) images_.push_back(graphics_.borrow(image, format.format, extent_));
   auto semaphore = structure<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
   for (std::uint32_t i = 0; i < count; ++i)
     check(vkCreateSemaphore(device_.device_, &semaphore, nullptr, &drawn_.emplace_back()), "vkCreateSemaphore");
   return true;
 }
 
-bool VulkanSurface::show(const Image& image, std::uint32_t width, std::uint32_t height) {
-  if (width == 0 || height == 0) return false;
+const Image* VulkanSurface::next(std::uint32_t width, std::uint32_t height) {
+  if (width == 0 || height == 0) return nullptr;
+  const bool fits = swapchain_ && !stale_ && asked_.width == width && asked_.height == height;
+  if (held_ && fits) return &images_[*held_];
   // The picture before this one has been shown: its semaphores are free.
   device_.wait();
-  if (!swapchain_ || stale_ || asked_.width != width || asked_.height != height)
-    if (!open_swapchain(width, height)) return false;
+  if (!fits && !open_swapchain(width, height)) return nullptr;
   std::uint32_t index = 0;
   const VkResult result = vkAcquireNextImageKHR(device_.device_, swapchain_, kPatience, acquired_, VK_NULL_HANDLE, &index);
   // A window that nobody can see may be given no image at all.
-  if (result == VK_TIMEOUT || result == VK_NOT_READY) return false;
-  if (!stands(result, "vkAcquireNextImageKHR")) return false;
+  if (result == VK_TIMEOUT || result == VK_NOT_READY) return nullptr;
+  if (!stands(result, "vkAcquireNextImageKHR")) return nullptr;
+  // Whatever is submitted from here on waits as well.
+  device_.begin();
+  device_.submit(acquired_, VK_NULL_HANDLE);
+  held_ = index;
+  graphics_.stored(images_[index]).layout = VK_IMAGE_LAYOUT_UNDEFINED;
+  return &images_[index];
+}
 
-  VulkanGraphics::Stored& from = graphics_.stored(image);
-  graphics_.move_to(from, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-  VkCommandBuffer commands = device_.begin();
-  auto barrier = structure<VkImageMemoryBarrier>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER);
-  barrier.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-  barrier.newLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
-  barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-  barrier.image = images_[index];
-  barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, nullptr, 0, nullptr, 1,
-                       &barrier);
-  VkImageBlit region{};
-  region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  region.srcOffsets[1] = {static_cast<std::int32_t>(from.shape.width), static_cast<std::int32_t>(from.shape.height), 1};
-  region.dstOffsets[1] = {static_cast<std::int32_t>(extent_.width), static_cast<std::int32_t>(extent_.height), 1};
-  vkCmdBlitImage(commands, from.image, from.layout, images_[index], VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region,
-                 VK_FILTER_NEAREST);
-  barrier.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-  barrier.dstAccessMask = 0;
-  barrier.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
-  barrier.newLayout = VK_IMAGE_LAYOUT_PRESENT_SRC_KHR;
-  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, 0, 0, nullptr, 0, nullptr,
-                       1, &barrier);
-  device_.submit(acquired_, drawn_[index]);
+bool VulkanSurface::show() {
+  if (!held_) return false;
+  const std::uint32_t index = *std::exchange(held_, std::nullopt);
+  graphics_.move_to(graphics_.stored(images_[index]), VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+  device_.submit(VK_NULL_HANDLE, drawn_[index]);
 
   auto present = structure<VkPresentInfoKHR>(VK_STRUCTURE_TYPE_PRESENT_INFO_KHR);
   present.waitSemaphoreCount = 1;

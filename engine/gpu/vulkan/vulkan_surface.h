@@ -1,7 +1,8 @@
-// gpu::Surface on Vulkan: a swapchain that pictures are copied to.
+// gpu::Surface on Vulkan: a swapchain whose images pictures are drawn on.
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "gpu/graphics.h"
@@ -16,7 +17,8 @@ class VulkanSurface final : public Surface {
   VulkanSurface(const VulkanSurface&) = delete;
   VulkanSurface& operator=(const VulkanSurface&) = delete;
 
-  bool show(const Image& image, std::uint32_t width, std::uint32_t height) override;
+  const Image* next(std::uint32_t width, std::uint32_t height) override;
+  bool show() override;
 
  private:
   void open();
@@ -33,7 +35,8 @@ class VulkanSurface final : public Surface {
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
   VkExtent2D asked_{}, extent_{};
-  std::vector<VkImage> images_;
+  std::vector<Image> images_;
+  std::optional<std::uint32_t> held_;  // the image that is being drawn on
   std::vector<VkSemaphore> drawn_;  // per image: it may be presented
   VkSemaphore acquired_ = VK_NULL_HANDLE;
   bool lost_ = false, stale_ = false;  // the surface, the swapchain
