@@ -53,6 +53,8 @@ class VulkanGraphics final : public Graphics {
   Image borrow(VkImage image, VkFormat format, VkExtent2D extent);
   /// Makes its view. Destroys what is there where that fails.
   Image keep(Stored s);
+  /// copy() where a CPU does the drawing; false where the formats have no bytes for it.
+  bool scale_on_host(const Image& from, const Image& to);
   Stored& stored(const Image& image) { return images_.at(image.id()); }
   /// Makes the image ready for a use; whatever was done to it before has been done.
   void move_to(Stored& image, VkImageLayout layout);
