@@ -50,9 +50,12 @@ KERNEL(64, UpdateTexturesArgs) {
   const bool frozen = a.control.v[0].overflow != 0u;
 
   if (ADAM) {
+    // What nothing was added to is not even read: where cameras stand in a scene, that is most of it.
+    const uint gradients = (a.unseen | a.touched.v[triangle]) != 0u ? fine_count * QUADS : 0u;
     if (thread == 0u) s_seen = a.unseen;
     barrier();
-    FOR_ELEMENTS(e, fine_count * QUADS) {
+    if (thread == 0u) a.touched.v[triangle] = 0u;
+    FOR_ELEMENTS(e, gradients) {
       const uint at = (row.lattice_offset + e / QUADS) * 2u + e % QUADS;
       const uvec4 low = a.gradient_low.v[at], high = a.gradient_high.v[at];
       vec4 gradient = vec4(0.0f);

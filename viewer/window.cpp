@@ -154,6 +154,7 @@ class Window {
   float font_scale_ = 0.0f;
   int redraw_ = 3;                     // frames that are still to be drawn; Dear ImGui takes a few to settle
   double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
+  double upload_seconds_ = 0;          // of the last model of a training
 };
 
 Window::Window(const CommandLine& options, Live* live) : options_(options), live_(live), draw_(options.draw) {
@@ -266,7 +267,9 @@ void Window::show_training() {
   if (auto setting = live_->take_setting()) setting_ = std::move(setting);
   const std::shared_ptr<const soup::Model> model = live_->take_model();
   if (!model || !setting_) return;
+  const auto start = Clock::now();
   model_ = render::upload_model(*gpu_, *model, render::MlpUse::read);
+  upload_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
   ++model_number_;
   if (subject_) return;
   // The first one: from here on only the triangles change.
@@ -711,7 +714,7 @@ void Window::frame() {
   }
   // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
   const bool same_gpu = setting_ && !setting_->on_cpu && gpu_->info().kind != gpu::Kind::cpu;
-  if (live_) live_->shown(same_gpu ? 1e-3 * (first + shade) : 0.0);
+  if (live_) live_->shown(same_gpu ? upload_seconds_ + 1e-3 * (first + shade) : 0.0);
   redraw_ = shown_ ? redraw_ - 1 : std::max(1, redraw_);
 }
 

@@ -126,7 +126,7 @@ void Step::backward(const StepInputs& inputs) {
   const auto low = soup_.lattice_gradient.low.address(), high = soup_.lattice_gradient.high.address();
   gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
               ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
-                                high, frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
+                                high, soup_.touched.address(), frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
                                 batch.views, 0});
   end_kernel();
   gpu_.launch({"edge_forces", {0}}, batch.tiles,
@@ -141,7 +141,7 @@ void Step::backward(const StepInputs& inputs) {
     gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,
                 OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
                                     soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,
-                                    high, soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
+                                    high, soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
   });
 }
 
@@ -154,6 +154,7 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
                                 soup_.opacity.address(),
                                 soup_.lattice_gradient.low.address(),
                                 soup_.lattice_gradient.high.address(),
+                                soup_.touched.address(),
                                 frame_.state.address(),
                                 frame_.control.address(),
                                 inputs.source_gradient,

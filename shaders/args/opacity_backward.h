@@ -20,6 +20,7 @@ struct OpacityBackwardArgs {
   POINTER(Steps) state;
   POINTER(Uints) gradient_low;
   POINTER(Uints) gradient_high;
+  POINTER(Uints) touched;        // [triangles]: 1 where a gradient went
   uint triangles, view_count, tile_first, tiles, capacity, pad;
 };
 

@@ -16,6 +16,7 @@ struct UpdateTexturesArgs {
   POINTER(Floats) opacity;
   POINTER(Uint4s) gradient_low;
   POINTER(Uint4s) gradient_high;
+  POINTER(Uints) touched;    // [triangles]: 0 where the gradient is known to be zero; 0 afterwards
   POINTER(Steps) state;
   POINTER(Controls) control;
   POINTER(Float4s) debug;    // [source samples][8]: gradient where asked for

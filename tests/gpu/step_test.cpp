@@ -575,11 +575,12 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
 TEST_CASE("the texture of what no view shows stays as it is, unless it is to go on by its moments", "[step]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 40, kHidden = 7;
+  const bool opaque = GENERATE(false, true);  // then colours alone have gradients
   struct After {
     std::vector<float> vertices, source, moment1, moment2, lattice;
   };
-  std::array<After, 3> after;  // at the start; one step; one step of everything
-  for (int run = 0; run < 3; ++run) {
+  std::array<After, 4> after;  // at the start; one step; one step of everything; one step that looks at every gradient
+  for (int run = 0; run < 4; ++run) {
     SmallScene s(*gpu, kTriangles, kFine, {test::view_from(0, 48, 40), test::view_from(2, 33, 47)});
     s.frame.reserve_lists(1 << 16);
     // Above all cameras, far out of their sight.
@@ -589,12 +590,22 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
     const auto fill = [&](const gpu::Buffer& buffer, std::uint64_t n, float value) {
       gpu->upload(buffer.address(), std::vector<float>(n, value));
     };
+    // A third is glass: no pixel shows it, but it is judged for what it lets through.
+    auto logits = gpu->download_vector<float>(s.soup.source.address(), s.soup.source_samples * 8);
+    const std::size_t each = logits.size() / kTriangles;
+    for (std::size_t i = 7; i < logits.size(); i += 8)
+      if (i / each % 3 == 0) logits[i] = -10.0f;
+    gpu->upload(s.soup.source.address(), logits);
+    train::Step(*gpu, s.soup, s.frame).sum_textures();
     fill(s.soup.vertex_moment1, 9 * kTriangles, 0.01f);
     fill(s.soup.vertex_moment2, 3 * kTriangles, 1e-4f);
     fill(s.soup.source_moment1, s.soup.source_samples * 8, 0.01f);
     fill(s.soup.source_moment2, s.soup.source_samples * 8, 1e-4f);
     s.inputs.update_unseen = run == 2;
+    s.inputs.opaque = opaque;
+    if (run == 3) gpu->upload(s.soup.touched.address(), std::vector<std::uint32_t>(kTriangles, 1));
     if (run > 0) s.train(0, SmallScene::rates(20));
+    if (run > 0) CHECK(gpu->download_vector<std::uint32_t>(s.soup.touched.address(), kTriangles) == std::vector<std::uint32_t>(kTriangles, 0));
     const auto values = [&](const gpu::Buffer& buffer, std::uint64_t n) { return gpu->download_vector<float>(buffer.address(), n); };
     after[static_cast<std::size_t>(run)] = {values(s.soup.vertices, 9 * kTriangles), values(s.soup.source, s.soup.source_samples * 8),
                                             values(s.soup.source_moment1, s.soup.source_samples * 8),
@@ -613,10 +624,11 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
       CHECK_FALSE(same_bits(all, before));
       const bool stayed = same_bits(some, before);
       CHECK((stayed || same_bits(some, all)));
+      CHECK(same_bits(some, of(after[3].*member, t)));
       if (t == kHidden) CHECK(stayed);
       learnt += !stayed;
     }
-  CHECK(learnt > 2 * kTriangles);
+  CHECK(learnt > (opaque ? 1 : 2) * kTriangles);
   CHECK(same_bits(after[1].vertices, after[2].vertices));  // vertices go on in any case
   test::require_silence(*gpu);
 }
