@@ -92,7 +92,7 @@ KERNEL(64, ShadeBackwardArgs) {
 
       UNROLL for (uint k = 0u; k < PIXELS; ++k) {
         if (p.triangle[k] != 0u) {
-          a.touched.v[p.triangle[k] - 1u] = 1u;
+          MARK(a.touched.v[p.triangle[k] - 1u]);
           const LatticeCell cell = p.cell[k];
           const uint i0 = (p.lattice_offset[k] + cell.i0) * 8u, i1 = (p.lattice_offset[k] + cell.i1) * 8u,
                      i2 = (p.lattice_offset[k] + cell.i2) * 8u;

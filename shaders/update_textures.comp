@@ -54,7 +54,6 @@ KERNEL(64, UpdateTexturesArgs) {
     const uint gradients = (a.unseen | a.touched.v[triangle]) != 0u ? fine_count * QUADS : 0u;
     if (thread == 0u) s_seen = a.unseen;
     barrier();
-    if (thread == 0u) a.touched.v[triangle] = 0u;
     FOR_ELEMENTS(e, gradients) {
       const uint at = (row.lattice_offset + e / QUADS) * 2u + e % QUADS;
       const uvec4 low = a.gradient_low.v[at], high = a.gradient_high.v[at];
@@ -70,6 +69,8 @@ KERNEL(64, UpdateTexturesArgs) {
       s_value[fine * QUADS + e] = gradient;
     }
     barrier();
+    // Every thread has counted by it.
+    if (thread == 0u) a.touched.v[triangle] = 0u;
     // Only a loop's trip count skips work where a branch is a mask (llvmpipe).
     if (s_seen == 0u) {
       fine_count = source_count = 0u;

@@ -43,7 +43,8 @@ void InterfacePainter::paint(const ImDrawData& data, const gpu::Image& target) {
     const auto first_vertex = static_cast<std::uint32_t>(vertices.size());
     for (const ImDrawVert& v : list.VtxBuffer) vertices.push_back({v.pos.x, v.pos.y, v.uv.x, v.uv.y, v.col, {}});
     for (const ImDrawCmd& command : list.CmdBuffer) {
-      const glm::vec2 scale(data.FramebufferScale.x, data.FramebufferScale.y);
+      // To the target, whose size may be another than the framebuffer's while that changes.
+      const glm::vec2 scale(static_cast<float>(target.shape().width) / data.DisplaySize.x, static_cast<float>(target.shape().height) / data.DisplaySize.y);
       const auto clip = [&](float value, float origin, float s, std::uint32_t most) {
         return std::clamp((value - origin) * s, 0.0f, static_cast<float>(most));
       };

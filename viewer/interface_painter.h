@@ -15,7 +15,7 @@ class InterfacePainter {
 
   /// Makes the font's texture from ImGui's atlas; again whenever fonts change.
   void load_fonts();
-  /// Over what `target` (rgba8) holds.
+  /// Over what `target` (rgba8, or a window's) holds.
   void paint(const ImDrawData& data, const gpu::Image& target);
 
  private:

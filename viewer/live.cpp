@@ -7,7 +7,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr double kShare = 0.07;      // of the training's time that looking may take
-constexpr double kInterval = 0.1;    // s: ten pictures a second at most
 
 }  // namespace
 
@@ -49,7 +48,8 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
   std::unique_lock lock(mutex_);
   state_.step = step;
   // In seconds; until the window is done with the last one there is no telling.
-  const auto next = [&] { return fresh_ ? std::max(kInterval, (model_seconds_ + shown_seconds_) / kShare) - since() : kInterval; };
+  constexpr double interval = std::chrono::duration<double>(kInterval).count();
+  const auto next = [&] { return fresh_ ? std::max(interval, (model_seconds_ + shown_seconds_) / kShare) - since() : interval; };
   const auto give = [&] {
     lock.unlock();
     const auto start = Clock::now();

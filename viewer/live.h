@@ -16,6 +16,9 @@
 
 namespace trisoup::viewer {
 
+/// At least between two models, and on average between two pictures while the training needs the CPU that draws them.
+inline constexpr std::chrono::milliseconds kInterval{100};
+
 class Live {
  public:
   struct Point {
@@ -63,7 +66,7 @@ class Live {
   std::shared_ptr<const soup::Model> take_model();     // the newest, once; null without news
   void pause(bool paused);
   void step_once();
-  /// The model last taken has been shown. seconds: of drawing it, where the training uses the same GPU.
+  /// The model last taken has been shown. seconds: of uploading and drawing it, where the training uses the same GPU.
   void shown(double seconds);
   void close();                                        // nobody looks any more
 

@@ -44,8 +44,6 @@ constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 
 // while a training needs the CPU.
 constexpr double kSmoothMs = 40, kCoarsePixels = 80'000;
 constexpr auto kStill = std::chrono::milliseconds(200);
-// From one picture to the next, on average at least, while a training needs the same CPU.
-constexpr auto kInterval = std::chrono::milliseconds(100);
 
 enum class Compare { rendering, photograph, slider, error };
 constexpr std::array<const char*, 4> kCompareLabels{"Rendering", "Photograph", "Slider", "Error x 4"};
@@ -83,6 +81,7 @@ class Window {
   void handle_input();
   void panels();
   bool wants_coarse() const;
+  bool paced() const { return coarse_ && setting_ && setting_->on_cpu && live_->running(); }
   void draw_picture(const gpu::Image& to, bool coarse);
   void scale_fonts();
   bool animated() const;
@@ -133,7 +132,8 @@ class Window {
   std::set<std::tuple<std::uint64_t, render::Mode, render::AntiAliasing>> pipelines_;
   bool warm_ = true;                   // the last rendering was not the first of its kind
   double sharp_ms_ = 0;                // what a rendering took with all its pixels
-  bool coarse_ = false;                // it has fewer now
+  bool coarse_ = false;                // it may have fewer now
+  std::uint32_t detail_ = 1;           // the side of a pixel of the last rendering, in the window's
   bool shown_ = true;                  // the surface took the last picture
   bool smooth_ = true;                 // on a CPU: rather more pictures than more pixels, see wants_coarse
   Clock::time_point moved_{};          // when the camera last did
@@ -448,7 +448,7 @@ void Window::panels() {
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
       ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-      if (rendering_ && static_cast<float>(rendering_.shape().width) < ImGui::GetIO().DisplaySize.x * ImGui::GetIO().DisplayFramebufferScale.x)
+      if (detail_ > 1)
         ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
       ImGui::Separator();
       int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
@@ -563,7 +563,7 @@ bool Window::wants_coarse() const {
 void Window::draw_picture(const gpu::Image& to, bool coarse) {
   gpu::Graphics& graphics = *gpu_->graphics();
   const std::uint32_t width = to.shape().width, height = to.shape().height;
-  const std::uint32_t detail = coarse ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(width) * height / kCoarsePixels))), 1u, 8u) : 1;
+  detail_ = coarse ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(width) * height / kCoarsePixels))), 1u, 8u) : 1;
   if (!model_) {
     gpu::Targets targets{.colour = {&to}};
     targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
@@ -575,9 +575,9 @@ void Window::draw_picture(const gpu::Image& to, bool coarse) {
   const bool exact = navigation_.snapped();
   draw_.drop_behind = exact && subject_->model.drop_near;
   Rendered next{model_number_, exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_), draw_};
-  next.view.width = (width + detail - 1) / detail;
-  next.view.height = (height + detail - 1) / detail;
-  if (detail > 1) next.options.aa = render::AntiAliasing::none;
+  next.view.width = (width + detail_ - 1) / detail_;
+  next.view.height = (height + detail_ - 1) / detail_;
+  if (detail_ > 1) next.options.aa = render::AntiAliasing::none;
   // Panels change more often than what they stand on.
   if (rendered_ != next || !warm_) {
     rendered_.reset();
@@ -599,7 +599,7 @@ void Window::draw_picture(const gpu::Image& to, bool coarse) {
     graphics.upload(photograph_, 0, std::as_bytes(std::span(photograph->rgba)));
     photograph_name_ = subject_->cameras[*camera_].name;
   }
-  if (detail > 1) {
+  if (detail_ > 1) {
     gpu::fit(graphics, enlarged_, {gpu::Format::rgba8, width, height}, "rendering");
     graphics.copy(rendering_, enlarged_);
   }
@@ -607,7 +607,7 @@ void Window::draw_picture(const gpu::Image& to, bool coarse) {
   args.split = compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f;
   gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
   draw.count = 3;
-  draw.textures = {detail > 1 ? &enlarged_ : &rendering_, &photograph_};
+  draw.textures = {detail_ > 1 ? &enlarged_ : &rendering_, &photograph_};
   draw.set_arguments(args);
   graphics.draw({.colour = {&to}}, draw);
 }
@@ -722,15 +722,15 @@ void Window::run() {
   Clock::time_point due{};
   while (!glfwWindowShouldClose(window_)) {
     if (redraw_ > 0 || animated()) {
-      if (coarse_ && setting_ && setting_->on_cpu)
-        for (auto left = due - Clock::now(); left.count() > 0; left = due - Clock::now())
+      if (paced())
+        for (auto left = due - Clock::now(); left.count() > 0 && !glfwWindowShouldClose(window_); left = due - Clock::now())
           glfwWaitEventsTimeout(std::chrono::duration<double>(left).count());
       // A surface that has just been lost is given a moment.
       if (shown_) glfwPollEvents();
       else glfwWaitEventsTimeout(0.02);
       // What comes a little late, as threads do that give way, does not put off all that follows.
       const auto now = Clock::now();
-      due = now - due < kInterval ? due + kInterval : now + kInterval;
+      due = now - due < kInterval ? std::min(due, now) + kInterval : now + kInterval;
       frame();
     } else {
       // Neither photographs nor a training wake the window: waking it from another thread would take its X connection there.

@@ -110,7 +110,7 @@ struct Draw {
 struct Targets {
   std::vector<const Image*> colour;
   const Image* depth = nullptr;
-  bool clear = true;           // to `background` (rgba8), 0 (others) and the far plane; else what they hold stays
+  bool clear = true;           // to `background` (rgba8, a window's), 0 (others) and the far plane; else what they hold stays
   bool keep_depth = false;     // with clear: not the depth
   glm::vec4 background{0.0f};
 };

@@ -12,7 +12,8 @@ namespace {
 
 /// Between which two pixels of a line of `from` each pixel of a line of `to` lies, and how far, in 1/256.
 struct Place {
-  std::uint32_t before, after, weight;
+  std::uint32_t before, after;
+  std::uint16_t weight;
 };
 std::vector<Place> places(std::uint32_t from, std::uint32_t to) {
   std::vector<Place> all(to);
@@ -20,20 +21,14 @@ std::vector<Place> places(std::uint32_t from, std::uint32_t to) {
     const double at = std::clamp((i + 0.5) * from / to - 0.5, 0.0, from - 1.0), before = std::floor(at);
     all[i].before = static_cast<std::uint32_t>(before);
     all[i].after = std::min(all[i].before + 1, from - 1);
-    all[i].weight = static_cast<std::uint32_t>(std::lround(256 * (at - before)));
+    all[i].weight = static_cast<std::uint16_t>(std::lround(256 * (at - before)));
   }
   return all;
 }
 
-constexpr std::uint8_t mix(std::uint32_t a, std::uint32_t b, std::uint32_t weight) {
-  return static_cast<std::uint8_t>((a * (256 - weight) + b * weight + 128) >> 8);
-}
-
-/// In 16 bits, which compilers turn into vector instructions.
-void mix_rows(const std::uint8_t* a, const std::uint8_t* b, std::uint16_t weight, std::uint8_t* to, std::size_t bytes) {
-  const auto rest = static_cast<std::uint16_t>(256 - weight);
-  for (std::size_t i = 0; i < bytes; ++i)
-    to[i] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(a[i] * rest + b[i] * weight + 128) >> 8);
+/// In 16 bits, so that compilers make vector instructions of loops over it.
+constexpr std::uint8_t mix(std::uint8_t a, std::uint8_t b, std::uint16_t weight) {
+  return static_cast<std::uint8_t>(static_cast<std::uint16_t>(a * (256 - weight) + b * weight + 128) >> 8);
 }
 
 }  // namespace
@@ -45,7 +40,7 @@ void scale_bilinear(const Pixels& from, std::span<std::uint8_t> to, std::uint32_
   const std::size_t bytes = 4ull * width;
   // Rows of `from` at full width: the two that the current line lies between. Lines come in order, so each is made once.
   struct Row {
-    std::uint32_t line = ~0u;
+    std::uint32_t line;
     std::vector<std::uint8_t> pixels;
   } above{~0u, std::vector<std::uint8_t>(bytes)}, below = above;
   const auto fill = [&](Row& row, std::uint32_t line) {
@@ -62,7 +57,10 @@ void scale_bilinear(const Pixels& from, std::span<std::uint8_t> to, std::uint32_
     if (below.line == lines[y].before) std::swap(above, below);
     fill(above, lines[y].before);
     fill(below, lines[y].after);
-    mix_rows(above.pixels.data(), below.pixels.data(), static_cast<std::uint16_t>(lines[y].weight), &to[bytes * y], bytes);
+    const std::uint8_t *a = above.pixels.data(), *b = below.pixels.data();
+    std::uint8_t* line = &to[bytes * y];
+    const std::uint16_t weight = lines[y].weight;
+    for (std::size_t i = 0; i < bytes; ++i) line[i] = mix(a[i], b[i], weight);
   }
 }
 

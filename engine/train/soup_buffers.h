@@ -30,7 +30,7 @@ struct SoupBuffers {
   gpu::Buffer source, source_moment1, source_moment2;    // [source samples][8], logits
   gpu::Buffer lattice, opacity;                          // [lattice samples][8], [lattice samples], after the sigmoid
   FixedSums lattice_gradient;                            // [lattice samples][8]
-  gpu::Buffer touched;                                   // [T] 1 where something was added to lattice_gradient
+  gpu::Buffer touched;                                   // [T] 0 where lattice_gradient is known to be zero
   gpu::Buffer mlp, mlp_moment1, mlp_moment2;             // [595]
 };
 

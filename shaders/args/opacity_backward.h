@@ -20,7 +20,7 @@ struct OpacityBackwardArgs {
   POINTER(Steps) state;
   POINTER(Uints) gradient_low;
   POINTER(Uints) gradient_high;
-  POINTER(Uints) touched;        // [triangles]: 1 where a gradient went
+  POINTER(Uints) touched;        // [triangles]: as in update_textures, 1 for what is added to
   uint triangles, view_count, tile_first, tiles, capacity, pad;
 };
 

@@ -16,7 +16,7 @@ struct ShadeBackwardArgs {
   POINTER(Float4s) gradient;
   POINTER(Uints) gradient_low;   // [lattice samples][8], fixed point
   POINTER(Uints) gradient_high;
-  POINTER(Uints) touched;        // [triangles]: 1 where a gradient went
+  POINTER(Uints) touched;        // [triangles]: as in update_textures, 1 for what is added to
   POINTER(Floats) mlp_partial;   // [groups][595]
   POINTER(Floats) debug;         // [pixels][7]: dL/dfeature where asked for
   uint blocks, groups, view_count, pad;

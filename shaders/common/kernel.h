@@ -12,6 +12,8 @@
 /// A specialisation constant.
 #define CONSTANT(id, type, name, value) layout(constant_id = id) const type name = value
 #define SHARED shared
+/// Sets a word of memory to 1, as any number of threads may at once.
+#define MARK(word) word = 1u
 /// Memory that threads of a workgroup write and others of it read.
 #define COHERENT_POINTER(name, type) \
   layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer name { type v[]; };

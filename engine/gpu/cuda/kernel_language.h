@@ -31,3 +31,4 @@ __device__ inline uint atomicAdd(uint& x, uint value) { return ::atomicAdd(&x, v
     kernel<<<groups, kThreads, 0, static_cast<cudaStream_t>(stream)>>>(a);                  \
   }
 #define SHARED __shared__
+#define MARK(word) word = 1u

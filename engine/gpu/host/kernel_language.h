@@ -34,3 +34,4 @@ inline uint atomicAdd(uint& x, uint value) { return std::atomic_ref<uint>(x).fet
   inline void kernel([[maybe_unused]] const Args& a)
 #define RUN_KERNEL void run(const std::byte* arguments) { kernel(*reinterpret_cast<const KernelArgs*>(arguments)); }
 #define SHARED [[maybe_unused]] static thread_local
+#define MARK(word) std::atomic_ref<uint>(word).store(1u, std::memory_order_relaxed)

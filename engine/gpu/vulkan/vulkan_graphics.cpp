@@ -241,6 +241,7 @@ bool VulkanGraphics::scale_on_host(const Image& from, const Image& to) {
   move_to(target, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
   const VkBufferImageCopy region = rows_of(target.shape, 0, 0, target.shape.height);
   vkCmdCopyBufferToImage(device_.begin(), device_.staging_.buffer, target.image, target.layout, 1, &region);
+  device_.barrier();  // whoever uses the staging memory next finds it free
   return true;
 }
 

@@ -76,7 +76,6 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   }
   if (!stands(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical_, surface_, &can), "vkGetPhysicalDeviceSurfaceCapabilitiesKHR"))
     return false;
-  asked_ = {width, height};
   extent_ = can.currentExtent;
   // Some window systems leave the size to the program.
   if (extent_.width == ~0u)
@@ -129,6 +128,7 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   auto semaphore = structure<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
   for (std::uint32_t i = 0; i < count; ++i)
     check(vkCreateSemaphore(device_.device_, &semaphore, nullptr, &drawn_.emplace_back()), "vkCreateSemaphore");
+  asked_ = {width, height};
   return true;
 }
 
