@@ -27,6 +27,7 @@
 #include "image/image_file.h"
 #include "interface_painter.h"
 #include "navigation.h"
+#include "pace.h"
 #include "photographs.h"
 #include "render/renderer.h"
 #include "subject.h"
@@ -719,18 +720,16 @@ void Window::frame() {
 }
 
 void Window::run() {
-  Clock::time_point due{};
+  Pace pace(kInterval);
   while (!glfwWindowShouldClose(window_)) {
     if (redraw_ > 0 || animated()) {
       if (paced())
-        for (auto left = due - Clock::now(); left.count() > 0 && !glfwWindowShouldClose(window_); left = due - Clock::now())
+        for (auto left = pace.due() - Clock::now(); left.count() > 0 && !glfwWindowShouldClose(window_); left = pace.due() - Clock::now())
           glfwWaitEventsTimeout(std::chrono::duration<double>(left).count());
       // A surface that has just been lost is given a moment.
       if (shown_) glfwPollEvents();
       else glfwWaitEventsTimeout(0.02);
-      // What comes a little late, as threads do that give way, does not put off all that follows.
-      const auto now = Clock::now();
-      due = now - due < kInterval ? std::min(due, now) + kInterval : now + kInterval;
+      pace.take(Clock::now());
       frame();
     } else {
       // Neither photographs nor a training wake the window: waking it from another thread would take its X connection there.
