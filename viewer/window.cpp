@@ -449,8 +449,7 @@ void Window::panels() {
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
       ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-      if (detail_ > 1)
-        ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
+      if (detail_ > 1) ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
       ImGui::Separator();
       int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
       if (ImGui::Combo("Show", &mode, kModeLabels.data(), static_cast<int>(kModeLabels.size()))) draw_.mode = static_cast<render::Mode>(mode);
@@ -564,13 +563,13 @@ bool Window::wants_coarse() const {
 void Window::draw_picture(const gpu::Image& to, bool coarse) {
   gpu::Graphics& graphics = *gpu_->graphics();
   const std::uint32_t width = to.shape().width, height = to.shape().height;
-  detail_ = coarse ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(width) * height / kCoarsePixels))), 1u, 8u) : 1;
   if (!model_) {
     gpu::Targets targets{.colour = {&to}};
     targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
     graphics.draw(targets, std::span<const gpu::Draw>{});
     return;
   }
+  detail_ = coarse ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(width) * height / kCoarsePixels))), 1u, 8u) : 1;
   const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
   // A view of the dataset is shown as it was evaluated.
   const bool exact = navigation_.snapped();
