@@ -21,6 +21,7 @@
 #include <imgui_impl_glfw.h>
 
 #include "args/interface.h"
+#include "detail.h"
 #include "display_loss.h"
 #include "error.h"
 #include "glfw_surface.h"
@@ -40,11 +41,6 @@ constexpr double kDegrees = std::numbers::pi / 180;
 constexpr std::array<const char*, render::kModes> kModeLabels{"Colour", "Triangles", "Normals", "Depth", "Opacity", "Texture level", "Wireframe", "Feature channel"};
 constexpr std::array<const char*, 8> kChannelLabels{"0 red", "1 green", "2 blue", "3 mix", "4 latent", "5 latent", "6 latent", "7 opacity"};
 constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 2 shaded (ssaa)"};
-
-// On a CPU a rendering of fewer pixels stands in while the camera moves, where one of all takes longer than kSmoothMs, and
-// while a training needs the CPU.
-constexpr double kSmoothMs = 40, kCoarsePixels = 80'000;
-constexpr auto kStill = std::chrono::milliseconds(200);
 
 enum class Compare { rendering, photograph, slider, error };
 constexpr std::array<const char*, 4> kCompareLabels{"Rendering", "Photograph", "Slider", "Error x 4"};
@@ -81,9 +77,10 @@ class Window {
   void handle_key(int key, int modifiers);
   void handle_input();
   void panels();
+  /// A training wants the CPU that draws here, and is to have most of it.
+  bool shares_cpu() const;
   bool wants_coarse() const;
-  bool paced() const { return coarse_ && setting_ && setting_->on_cpu && live_->running(); }
-  void draw_picture(const gpu::Image& to, bool coarse);
+  void draw_picture(const gpu::Image& to, bool refine);
   void scale_fonts();
   bool animated() const;
   void complain(const std::string& text) {
@@ -133,11 +130,11 @@ class Window {
   std::set<std::tuple<std::uint64_t, render::Mode, render::AntiAliasing>> pipelines_;
   bool warm_ = true;                   // the last rendering was not the first of its kind
   double sharp_ms_ = 0;                // what a rendering took with all its pixels
-  bool coarse_ = false;                // it may have fewer now
-  std::uint32_t detail_ = 1;           // the side of a pixel of the last rendering, in the window's
+  bool coarse_ = false;                // it may have had fewer
+  bool enlarge_ = false;               // the last rendering has fewer
+  Rest rest_;                          // of the camera
   bool shown_ = true;                  // the surface took the last picture
   bool smooth_ = true;                 // on a CPU: rather more pictures than more pixels, see wants_coarse
-  Clock::time_point moved_{};          // when the camera last did
   Compare compare_ = Compare::rendering;
   float split_ = 0.5f;
   bool sliding_ = false;               // the mouse holds the line between photograph and rendering
@@ -429,7 +426,7 @@ void Window::handle_input() {
       else if (right || middle) navigation_.pan(-dx / pixels, dy / pixels);
     }
     if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
-    if (io.MouseWheel != 0 || (!sliding_ && (left || right || middle) && (dx != 0 || dy != 0))) moved_ = Clock::now();
+    if (io.MouseWheel != 0 || (!sliding_ && (left || right || middle) && (dx != 0 || dy != 0))) rest_.moved(Clock::now());
   }
   for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
   if (io.WantTextInput) return;
@@ -438,7 +435,7 @@ void Window::handle_input() {
   const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q), down(GLFW_KEY_W) - down(GLFW_KEY_S));
   if (go == glm::dvec3(0.0) || !model_) return;
   navigation_.fly(step * go.x, step * go.y, step * go.z);
-  moved_ = Clock::now();
+  rest_.moved(Clock::now());
 }
 
 void Window::panels() {
@@ -449,7 +446,7 @@ void Window::panels() {
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
       ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-      if (detail_ > 1) ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
+      if (enlarge_) ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
       ImGui::Separator();
       int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
       if (ImGui::Combo("Show", &mode, kModeLabels.data(), static_cast<int>(kModeLabels.size()))) draw_.mode = static_cast<render::Mode>(mode);
@@ -533,7 +530,7 @@ void Window::panels() {
         "[ ]               last, next camera\n"
         "Space             rendering, photograph, slider (drag its line), error\n"
         "X                 smooth edges: none, msaa, ssaa\n"
-        "V                 on a CPU: coarse pictures in motion and while training, or not\n"
+        "V                 on a CPU: coarse pictures in motion, few beside a training; or not\n"
         "P                 picture to a file\n"
         "O                 open a path      Tab                   hide the panel\n"
         "T, N              while training: pause, one step\n"
@@ -554,13 +551,17 @@ void Window::panels() {
   }
 }
 
-bool Window::wants_coarse() const {
-  if (gpu_->info().kind != gpu::Kind::cpu || !smooth_) return false;
-  if (sharp_ms_ > kSmoothMs && Clock::now() - moved_ < kStill) return true;
-  return setting_ && setting_->on_cpu && live_->running();
+bool Window::shares_cpu() const {
+  return gpu_->info().kind == gpu::Kind::cpu && smooth_ && setting_ && setting_->on_cpu && live_->running();
 }
 
-void Window::draw_picture(const gpu::Image& to, bool coarse) {
+bool Window::wants_coarse() const {
+  if (gpu_->info().kind != gpu::Kind::cpu || !smooth_) return false;
+  return shares_cpu() || (sharp_ms_ > kSmoothMs && rest_.moving(Clock::now()));
+}
+
+/// refine: a rendering for a camera that rests is due.
+void Window::draw_picture(const gpu::Image& to, bool refine) {
   gpu::Graphics& graphics = *gpu_->graphics();
   const std::uint32_t width = to.shape().width, height = to.shape().height;
   if (!model_) {
@@ -569,15 +570,26 @@ void Window::draw_picture(const gpu::Image& to, bool coarse) {
     graphics.draw(targets, std::span<const gpu::Draw>{});
     return;
   }
-  detail_ = coarse ? std::clamp(static_cast<std::uint32_t>(std::ceil(std::sqrt(double(width) * height / kCoarsePixels))), 1u, 8u) : 1;
   const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
   // A view of the dataset is shown as it was evaluated.
   const bool exact = navigation_.snapped();
   draw_.drop_behind = exact && subject_->model.drop_near;
   Rendered next{model_number_, exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_), draw_};
-  next.view.width = (width + detail_ - 1) / detail_;
-  next.view.height = (height + detail_ - 1) / detail_;
-  if (detail_ > 1) next.options.aa = render::AntiAliasing::none;
+  const auto of_pixels = [&](double pixels) {
+    Rendered coarse = next;
+    const std::uint32_t side = pixel_side(width, height, pixels);
+    coarse.view.width = (width + side - 1) / side;
+    coarse.view.height = (height + side - 1) / side;
+    coarse.options.aa = render::AntiAliasing::none;
+    return coarse;
+  };
+  if (shares_cpu()) {
+    const Rendered rest = of_pixels(kSharedRestPixels);
+    next = refine || rendered_ == rest ? rest : of_pixels(kSharedMotionPixels);
+  } else if (coarse_) {
+    next = of_pixels(kMotionPixels);
+  }
+  enlarge_ = next.view.width < width || next.view.height < height;
   // Panels change more often than what they stand on.
   if (rendered_ != next || !warm_) {
     rendered_.reset();
@@ -599,7 +611,7 @@ void Window::draw_picture(const gpu::Image& to, bool coarse) {
     graphics.upload(photograph_, 0, std::as_bytes(std::span(photograph->rgba)));
     photograph_name_ = subject_->cameras[*camera_].name;
   }
-  if (detail_ > 1) {
+  if (enlarge_) {
     gpu::fit(graphics, enlarged_, {gpu::Format::rgba8, width, height}, "rendering");
     graphics.copy(rendering_, enlarged_);
   }
@@ -607,7 +619,7 @@ void Window::draw_picture(const gpu::Image& to, bool coarse) {
   args.split = compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f;
   gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
   draw.count = 3;
-  draw.textures = {detail_ > 1 ? &enlarged_ : &rendering_, &photograph_};
+  draw.textures = {enlarge_ ? &enlarged_ : &rendering_, &photograph_};
   draw.set_arguments(args);
   graphics.draw({.colour = {&to}}, draw);
 }
@@ -655,9 +667,12 @@ void Window::frame() {
     photograph_name_.clear();
     redraw_ = 3;
   }
+  const bool refine = rest_.due(Clock::now());
+  if (refine) rest_.take(Clock::now());
   if (live_) {
     try {
-      show_training();
+      // What is not drawn need not be made.
+      if (!shares_cpu() || refine || rest_.moving(Clock::now())) show_training();
     } catch (const Error& e) {
       complain(e.what());
     }
@@ -682,7 +697,7 @@ void Window::frame() {
   gpu_->reset_timings();
   gpu_->enable_timings(true);
   try {
-    draw_picture(*picture, coarse_);
+    draw_picture(*picture, refine && !rest_.moving(Clock::now()));
   } catch (const Error& e) {
     // Too large for the device in this way, perhaps; the plain way has to work.
     complain(e.what());
@@ -690,7 +705,7 @@ void Window::frame() {
     compare_ = Compare::rendering;
     redraw_ = 4;
     try {
-      draw_picture(*picture, coarse_);
+      draw_picture(*picture, refine && !rest_.moving(Clock::now()));
     } catch (const Error& again) {
       // Nothing can be shown until the window has another size.
       complain(again.what());
@@ -722,7 +737,7 @@ void Window::run() {
   Pace pace(kInterval);
   while (!glfwWindowShouldClose(window_)) {
     if (redraw_ > 0 || animated()) {
-      if (paced())
+      if (shares_cpu())
         for (auto left = pace.due() - Clock::now(); left.count() > 0 && !glfwWindowShouldClose(window_); left = pace.due() - Clock::now())
           glfwWaitEventsTimeout(std::chrono::duration<double>(left).count());
       // A surface that has just been lost is given a moment.
@@ -735,7 +750,8 @@ void Window::run() {
       if (live_ || coarse_) glfwWaitEventsTimeout(0.02);
       else if (photographs_.loading()) glfwWaitEventsTimeout(0.1);
       else glfwWaitEvents();
-      if (photographs_.loading() || (live_ && live_->take_news())) redraw_ = std::max(redraw_, 1);
+      const bool rests = shares_cpu() && !rest_.moving(Clock::now());
+      if (rests ? rest_.due(Clock::now()) : photographs_.loading() || (live_ && live_->take_news())) redraw_ = std::max(redraw_, 1);
       // The camera stands still again.
       if (coarse_ && !wants_coarse()) redraw_ = 3;
     }
