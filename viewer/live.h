@@ -16,7 +16,7 @@
 
 namespace trisoup::viewer {
 
-/// At least between two models, and on average between two pictures while the training needs the CPU that draws them.
+/// At least between two models, and on average between two pictures of a camera that moves while the training needs the CPU that draws them.
 inline constexpr std::chrono::milliseconds kInterval{100};
 
 class Live {

@@ -79,8 +79,10 @@ class Window {
   void panels();
   /// A training wants the CPU that draws here, and is to have most of it.
   bool shares_cpu() const;
+  /// It does, and there is nothing to show but its next model, now and then.
+  bool rests() const { return model_ && shares_cpu() && !photographs_.loading() && !rest_.moving(Clock::now()); }
   bool wants_coarse() const;
-  void draw_picture(const gpu::Image& to, bool refine);
+  void draw_picture(const gpu::Image& to, Detail detail);
   void scale_fonts();
   bool animated() const;
   void complain(const std::string& text) {
@@ -126,6 +128,8 @@ class Window {
     bool operator==(const Rendered&) const = default;
   };
   std::optional<Rendered> rendered_;
+  std::optional<Rendered> wanted_;     // with all pixels, by the last frame
+  Rendered wanted(std::uint32_t width, std::uint32_t height) const;
   /// Model, mode and smoothing of the renderings so far. The first of its kind makes pipelines, so its time says nothing, and it is done again.
   std::set<std::tuple<std::uint64_t, render::Mode, render::AntiAliasing>> pipelines_;
   bool warm_ = true;                   // the last rendering was not the first of its kind
@@ -352,7 +356,7 @@ void Window::take_screenshot() {
     glfwGetFramebufferSize(window_, &width, &height);
     const gpu::Image picture =
         gpu_->graphics()->create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}, "picture");
-    draw_picture(picture, false);
+    draw_picture(picture, Detail::all);
     Image image = render::download(*gpu_->graphics(), picture);
     for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     write_png(name, image);
@@ -530,7 +534,7 @@ void Window::panels() {
         "[ ]               last, next camera\n"
         "Space             rendering, photograph, slider (drag its line), error\n"
         "X                 smooth edges: none, msaa, ssaa\n"
-        "V                 on a CPU: coarse pictures in motion, few beside a training; or not\n"
+        "V                 on a CPU: coarse pictures in motion, fewer beside a training, or not\n"
         "P                 picture to a file\n"
         "O                 open a path      Tab                   hide the panel\n"
         "T, N              while training: pause, one step\n"
@@ -560,8 +564,17 @@ bool Window::wants_coarse() const {
   return shares_cpu() || (sharp_ms_ > kSmoothMs && rest_.moving(Clock::now()));
 }
 
-/// refine: a rendering for a camera that rests is due.
-void Window::draw_picture(const gpu::Image& to, bool refine) {
+/// The model as it is to be seen, with as many pixels.
+Window::Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const {
+  const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
+  // A view of the dataset is shown as it was evaluated.
+  const bool exact = navigation_.snapped();
+  Rendered r{model_number_, exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_), draw_};
+  r.options.drop_behind = exact && subject_->model.drop_near;
+  return r;
+}
+
+void Window::draw_picture(const gpu::Image& to, Detail detail) {
   gpu::Graphics& graphics = *gpu_->graphics();
   const std::uint32_t width = to.shape().width, height = to.shape().height;
   if (!model_) {
@@ -570,11 +583,7 @@ void Window::draw_picture(const gpu::Image& to, bool refine) {
     graphics.draw(targets, std::span<const gpu::Draw>{});
     return;
   }
-  const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
-  // A view of the dataset is shown as it was evaluated.
-  const bool exact = navigation_.snapped();
-  draw_.drop_behind = exact && subject_->model.drop_near;
-  Rendered next{model_number_, exact ? render::view_of(camera, subject_->near, subject_->far) : render::view_of(camera, near_, far_), draw_};
+  Rendered next = wanted(width, height);
   const auto of_pixels = [&](double pixels) {
     Rendered coarse = next;
     const std::uint32_t side = pixel_side(width, height, pixels);
@@ -583,10 +592,16 @@ void Window::draw_picture(const gpu::Image& to, bool refine) {
     coarse.options.aa = render::AntiAliasing::none;
     return coarse;
   };
-  if (shares_cpu()) {
+  if (detail != Detail::all && shares_cpu()) {
     const Rendered rest = of_pixels(kSharedRestPixels);
-    next = refine || rendered_ == rest ? rest : of_pixels(kSharedMotionPixels);
-  } else if (coarse_) {
+    // What there is may show the same, and better.
+    Rendered same = rendered_.value_or(Rendered{});
+    const bool enough = rendered_ && same.view.width >= rest.view.width && same.view.width <= width;
+    same.view.width = rest.view.width;
+    same.view.height = rest.view.height;
+    same.options.aa = rest.options.aa;
+    next = enough && same == rest ? *rendered_ : detail == Detail::rest ? rest : of_pixels(kSharedMotionPixels);
+  } else if (detail != Detail::all) {
     next = of_pixels(kMotionPixels);
   }
   enlarge_ = next.view.width < width || next.view.height < height;
@@ -600,7 +615,7 @@ void Window::draw_picture(const gpu::Image& to, bool refine) {
     rendered_ = next;
   }
 
-  const Image* photograph = exact && camera_ && compare_ != Compare::rendering ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
+  const Image* photograph = navigation_.snapped() && camera_ && compare_ != Compare::rendering ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
   if (!photograph) {
     graphics.copy(rendering_, to);
     return;
@@ -667,12 +682,12 @@ void Window::frame() {
     photograph_name_.clear();
     redraw_ = 3;
   }
-  const bool refine = rest_.due(Clock::now());
-  if (refine) rest_.take(Clock::now());
+  handle_input();
+  const bool rest_due = rest_.due(Clock::now());
   if (live_) {
     try {
-      // What is not drawn need not be made.
-      if (!shares_cpu() || refine || rest_.moving(Clock::now())) show_training();
+      // Beside a training on its CPU a model that is not drawn at once can wait for the next.
+      if (!model_ || !shares_cpu() || rest_due || rest_.moving(Clock::now())) show_training();
     } catch (const Error& e) {
       complain(e.what());
     }
@@ -681,7 +696,6 @@ void Window::frame() {
       if (!state.error.empty() && !std::exchange(told_, true)) complain(state.error);
     }
   }
-  handle_input();
   // Photographs are loaded when somebody asks to see one.
   if (compare_ != Compare::rendering && subject_ && std::exchange(photographs_wanted_, false)) photographs_.load(dataset_, subject_->load);
   panels();
@@ -693,11 +707,19 @@ void Window::frame() {
     redraw_ = std::max(1, redraw_);
     return;
   }
+  if (model_) {
+    Rendered now = wanted(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+    // However it came to move, and whatever else is to be seen.
+    if (shares_cpu() && wanted_ && (wanted_->view != now.view || wanted_->options != now.options)) rest_.moved(Clock::now());
+    wanted_ = std::move(now);
+  }
   coarse_ = wants_coarse();
+  const Detail detail = !coarse_ ? Detail::all : rest_due && !rest_.moving(Clock::now()) ? Detail::rest : Detail::motion;
   gpu_->reset_timings();
   gpu_->enable_timings(true);
+  const auto start = Clock::now();
   try {
-    draw_picture(*picture, refine && !rest_.moving(Clock::now()));
+    draw_picture(*picture, detail);
   } catch (const Error& e) {
     // Too large for the device in this way, perhaps; the plain way has to work.
     complain(e.what());
@@ -705,7 +727,7 @@ void Window::frame() {
     compare_ = Compare::rendering;
     redraw_ = 4;
     try {
-      draw_picture(*picture, refine && !rest_.moving(Clock::now()));
+      draw_picture(*picture, detail);
     } catch (const Error& again) {
       // Nothing can be shown until the window has another size.
       complain(again.what());
@@ -721,6 +743,7 @@ void Window::frame() {
     if (pass.starts_with("shade")) shade += t.milliseconds;
   }
   gpu_->enable_timings(false);
+  if (model_ && detail == Detail::rest) rest_.take(Clock::now(), Clock::now() - start);
   // Else what was drawn before stands.
   if (first + shade > 0) {
     first_ms_ = first;
@@ -729,7 +752,7 @@ void Window::frame() {
   }
   // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
   const bool same_gpu = setting_ && !setting_->on_cpu && gpu_->info().kind != gpu::Kind::cpu;
-  if (live_) live_->shown(same_gpu ? upload_seconds_ + 1e-3 * (first + shade) : 0.0);
+  if (live_ && !rests()) live_->shown(same_gpu ? upload_seconds_ + 1e-3 * (first + shade) : 0.0);
   redraw_ = shown_ ? redraw_ - 1 : std::max(1, redraw_);
 }
 
@@ -750,8 +773,15 @@ void Window::run() {
       if (live_ || coarse_) glfwWaitEventsTimeout(0.02);
       else if (photographs_.loading()) glfwWaitEventsTimeout(0.1);
       else glfwWaitEvents();
-      const bool rests = shares_cpu() && !rest_.moving(Clock::now());
-      if (rests ? rest_.due(Clock::now()) : photographs_.loading() || (live_ && live_->take_news())) redraw_ = std::max(redraw_, 1);
+      if (rests()) {
+        // The next model is made for the next picture, not right after the last one.
+        const std::chrono::duration<double, std::milli> a_step(100 + 1.2 * live_->state().ms_per_step);
+        if (Clock::now() + a_step >= rest_.next()) live_->shown(0.0);
+        // Twice: the panels tell of it.
+        if (rest_.due(Clock::now())) redraw_ = std::max(redraw_, 2);
+      } else if (photographs_.loading() || (live_ && live_->take_news())) {
+        redraw_ = std::max(redraw_, 1);
+      }
       // The camera stands still again.
       if (coarse_ && !wants_coarse()) redraw_ = 3;
     }

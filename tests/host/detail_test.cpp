@@ -36,7 +36,7 @@ TEST_CASE("a camera that stops again and again is drawn at rest once in an inter
   for (int ms = 0; ms < 10'000; ms += 10, now += 10ms) {
     if (ms % 300 == 0) rest.moved(now);
     if (!rest.due(now)) continue;
-    rest.take(now);
+    rest.take(now, 0ms);
     ++drawn;
   }
   CHECK(drawn <= 10);
@@ -51,4 +51,13 @@ TEST_CASE("a camera that never stops is not drawn at rest, and soon once it does
     CHECK(!rest.due(now + 100ms));
   }
   CHECK(rest.due(now + Rest::kStill));
+}
+
+TEST_CASE("a picture at rest that takes long leaves four times as long to others", "[detail]") {
+  Rest rest;
+  const Clock::time_point now = Clock::time_point{} + 1h;
+  rest.take(now, 100ms);
+  CHECK(rest.next() == now + 1s);
+  rest.take(now, 2s);
+  CHECK(rest.next() == now + 8s);
 }
