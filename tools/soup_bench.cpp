@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   gpu::DeviceOptions options;
   bench::StepsOptions base;
   auto* sub = app.add_subcommand("steps", "time, bytes and operations of a training step by kernel, over pixels and over triangles");
-  sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto, which is vulkan]");
+  sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
   sub->add_option("--device", options.device, "number or part of the name");
   sub->add_option("--size", base.side, "side of the square views [200]")->check(CLI::Range(1, 16384));
   sub->add_option("--triangles", base.triangles, "triangles [2000]")->check(CLI::Range(1, 10'000'000));
@@ -56,6 +56,7 @@ int main(int argc, char** argv) {
       plan.programs = std::filesystem::canonical("/proc/self/exe").parent_path();
       return bench::run_plan(plan);
     }
+    options.draws = frames_sub->parsed();
     auto device = gpu::open_device(options);
     if (*frames_sub) {
       bench_frames(*device, frames);

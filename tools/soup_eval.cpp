@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
   app.add_option("--aa", aa, "of --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))->needs("--renderer");
   app.add_flag("--agreement", agreement, "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties");
-  app.add_option("--backend", device_options.backend, "auto, vulkan, cuda or cpu [auto, which is vulkan]");
+  app.add_option("--backend", device_options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
   app.add_option("--device", device_options.device, "number or part of the name");
   try {
     app.parse(argc, argv);
@@ -100,6 +100,7 @@ int main(int argc, char** argv) {
     load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
     const scene::Scene scene = scene::load(dataset, load);
     if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", dataset);
+    device_options.draws = with_renderer || agreement;
     auto device = gpu::open_device(device_options);
     std::optional<train::RunFolder> folder;
     train::OnRender on_render;

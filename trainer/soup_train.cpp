@@ -306,6 +306,7 @@ int run_with_window(const CommandLine& options) {
   viewer::CommandLine look;
   look.dataset = options.dataset;
   look.device = options.device;
+  look.device.draws = true;
   if (look.device.backend != "auto" && look.device.backend != "vulkan") {
     // Others cannot draw; the window takes what there is.
     look.device.backend = "auto";

@@ -24,7 +24,7 @@ struct CommandLine {
   std::optional<glm::vec3> background, up;
   render::DrawOptions draw;
   std::optional<render::AntiAliasing> aa;  // none given: what suits the device
-  gpu::DeviceOptions device;
+  gpu::DeviceOptions device{.draws = true};
 };
 
 /// nullopt: the program is to end with `exit_code` (after --help, or after an error that has been printed).

@@ -113,12 +113,30 @@ std::vector<DeviceInfo> list_devices() {
   return devices;
 }
 
+namespace {
+
+bool needs_vulkan(const DeviceOptions& options) {
+  return options.draws || options.validation || !options.device.empty() || !options.window_extensions.empty();
+}
+
+}  // namespace
+
+std::string choose_backend(const DeviceOptions& options, const std::vector<DeviceInfo>& devices) {
+  if (options.backend != "auto") return options.backend;
+  if (needs_vulkan(options)) return "vulkan";
+  const auto gpu = [&](std::string_view backend) {
+    return std::ranges::any_of(devices, [&](const DeviceInfo& d) { return d.backend == backend && d.kind != Kind::cpu; });
+  };
+  return gpu("vulkan") ? "vulkan" : gpu("cuda") ? "cuda" : "cpu";
+}
+
 std::unique_ptr<Device> open_device(const DeviceOptions& options) {
-  if (options.backend == "cuda") return open_cuda_device(options);
-  if (options.backend == "cpu") return open_host_device(options);
-  if (options.backend != "auto" && options.backend != "vulkan")
-    throw Error("--backend {}: this program has no such backend; use auto, vulkan, cuda or cpu", options.backend);
-  return open_vulkan_device(options);
+  const bool open_question = options.backend == "auto" && !needs_vulkan(options);  // looking for devices takes a while
+  const std::string backend = choose_backend(options, open_question ? list_devices() : std::vector<DeviceInfo>{});
+  if (backend == "vulkan") return open_vulkan_device(options);
+  if (backend == "cuda") return open_cuda_device(options);
+  if (backend == "cpu") return open_host_device(options);
+  throw Error("--backend {}: this program has no such backend; use auto, vulkan, cuda or cpu", options.backend);
 }
 
 const char* to_string(Kind kind) {

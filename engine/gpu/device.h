@@ -165,8 +165,9 @@ class Device {
 };
 
 struct DeviceOptions {
-  std::string backend = "auto";  // auto (that is, vulkan), vulkan, cuda, cpu
-  std::string device;            // number, or a part of the name; empty: the fastest kind there is
+  std::string backend = "auto";  // auto (see choose_backend()), vulkan, cuda, cpu
+  std::string device = {};       // number, or a part of the name; empty: the fastest kind there is
+  bool draws = false;            // the device has to have a rasteriser (Device::graphics())
   std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
   bool validation = false;       // Khronos validation layer, core and synchronisation
   std::uint64_t lose_after_launches = 0;  // fault injection for tests: report a lost device at this launch; 0: never
@@ -174,6 +175,11 @@ struct DeviceOptions {
 
 /// Every usable device, best first kept in the order of their indices. Empty when there is none.
 std::vector<DeviceInfo> list_devices();
+
+/// What the backend "auto" stands for where these devices are: a GPU through Vulkan, else through CUDA, else the CPU's own threads, which take
+/// less than half the time of a Vulkan driver for the CPU (docs/benchmarks.md). Vulkan whatever there is where something is asked for that
+/// it alone has: drawing, windows, validation, a device by name or number.
+std::string choose_backend(const DeviceOptions& options, const std::vector<DeviceInfo>& devices);
 
 /// Throws Error when no device fits.
 std::unique_ptr<Device> open_device(const DeviceOptions& options);

@@ -4,9 +4,10 @@ bin=$1
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 "$bin/make-tiny-scene" "$scratch/scene"
-device=()
+device=()   # of what draws
 [ -n "${TRISOUP_DEVICE:-}" ] && device=(--device "$TRISOUP_DEVICE")
-short=(--steps 60 --triangles 40 --init-count 120 --init-radius 0.2 --init-box 0.7 --resample-every 20 --checkpoint-every 10 "${device[@]}")
+compute=(--backend "${TRISOUP_BACKEND:-vulkan}" "${device[@]}")  # of what trains and measures
+short=(--steps 60 --triangles 40 --init-count 120 --init-radius 0.2 --init-box 0.7 --resample-every 20 --checkpoint-every 10 "${compute[@]}")
 fail() {
   echo "FAIL: $*" >&2
   exit 1

@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   gpu::DeviceOptions options;
   bool quiet = false;
   app.add_option("DIR", folder, "folder of .npz cases")->required();
-  app.add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto, which is vulkan]");
+  app.add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
   app.add_option("--device", options.device, "device number or name");
   app.add_option("--only", only, "only cases whose name begins with this");
   app.add_flag("--validation", options.validation, "with the Vulkan validation layers");
