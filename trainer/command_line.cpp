@@ -66,6 +66,9 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   levels->excludes(coarse_share);
   method->add_option("--level-min", o.level_min, "coarsest texture level after it [2]");
   method->add_option("--level-max", o.level_max, "finest texture level [5]");
+  method->add_option("--samples-per-pixel", o.samples_per_pixel,
+                     "a triangle's finest level has so many samples for every pixel of the photograph that shows it largest, between\n"
+                     "--level-min and --level-max; 0: --level-max for all, as published [0]");
   method->add_flag("--opaque", o.opaque, "opacity fixed to 1: no masking in training, and every triangle opaque in the model");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
   method->add_flag("!--no-opacity-baseline", o.opacity_baseline,
@@ -179,6 +182,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(coarse_share, s.coarse_share);
   set(level_min, s.level_min);
   set(level_max, s.level_max);
+  set(samples_per_pixel, s.samples_per_pixel);
   if (levels == "all" || levels == "finest") s.coarse_share = 0;
   if (levels == "finest") s.level_min = s.level_max;
   s.opaque = opaque;

@@ -29,6 +29,12 @@ TextureTable lay_out(std::size_t triangles, LevelsOf&& levels_of) {
 
 }  // namespace
 
+TextureLevels as_fine_as(double samples, TextureLevels levels) {
+  std::uint32_t level = levels.level_min;
+  while (level < levels.level_max && 0.5 * static_cast<double>(1ull << (2 * level)) < samples) ++level;
+  return {levels.level_min, level};
+}
+
 TextureTable make_texture_table(std::span<const TextureLevels> levels) {
   return lay_out(levels.size(), [&](std::size_t t) { return levels[t]; });
 }

@@ -16,6 +16,9 @@ struct TextureLevels {
   bool operator==(const TextureLevels&) const = default;
 };
 
+/// `levels` cut off at its first level that has at least `samples` samples, counted as 4^level / 2: those at the border by the half or less.
+TextureLevels as_fine_as(double samples, TextureLevels levels);
+
 struct TextureTable {
   std::vector<TextureEntry> entries;  // one per triangle, textures one after the other in triangle order
   std::uint64_t source_samples = 0;   // size of the pool of logits, in samples of kChannels values

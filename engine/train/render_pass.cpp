@@ -4,8 +4,25 @@
 #include <cstddef>
 
 #include "args/count_visible.h"
+#include "args/measure_visible.h"
 
 namespace trisoup::train {
+namespace {
+
+/// A number for every triangle.
+gpu::Buffer zeroes(gpu::Device& gpu, const SoupBuffers& soup) {
+  gpu::Buffer buffer = gpu.allocate(soup.triangles * 4ull, "visible pixels");
+  gpu.fill(buffer.address(), buffer.bytes(), 0);
+  return buffer;
+}
+
+/// Adds what the batch in `frame` shows.
+void count(gpu::Device& gpu, const Frame& frame, const gpu::Buffer& counts) {
+  const std::uint32_t pixels = frame.batch().pixels;
+  gpu.launch({"count_visible"}, (pixels + 63) / 64, kernels::CountVisibleArgs{frame.hits.address(), counts.address(), pixels, 0});
+}
+
+}  // namespace
 
 std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, Frame& frame) {
   const kernels::Control control = gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0];
@@ -39,25 +56,31 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span
 }
 
 std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views) {
-  const gpu::Buffer counts = gpu.allocate(soup.triangles * 4ull, "visible pixels");
-  gpu.fill(counts.address(), counts.bytes(), 0);
-  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
-    const std::uint32_t pixels = frame.batch().pixels;
-    gpu.launch({"count_visible"}, (pixels + 63) / 64,
-               kernels::CountVisibleArgs{frame.hits.address(), counts.address(), pixels, 0});
-  });
+  const gpu::Buffer counts = zeroes(gpu, soup);
+  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) { count(gpu, frame, counts); });
   return gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
+}
+
+Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views) {
+  const gpu::Buffer counts = zeroes(gpu, soup), areas = zeroes(gpu, soup);
+  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
+    count(gpu, frame, counts);
+    const BatchLayout& batch = frame.batch();
+    gpu.launch({"measure_visible"}, batch.tiles,
+               kernels::MeasureVisibleArgs{frame.views.address(), frame.screen.address(), frame.hits.address(), areas.address(),
+                                           soup.triangles, batch.views, batch.tiles, 0});
+  });
+  return {gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles),
+          gpu.download_vector<std::uint32_t>(areas.address(), soup.triangles)};
 }
 
 std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
                                                        std::span<const BatchView> views) {
   std::vector<std::vector<std::uint8_t>> visible;
-  const gpu::Buffer counts = gpu.allocate(soup.triangles * 4ull, "visible pixels");
+  const gpu::Buffer counts = zeroes(gpu, soup);
   for_each_batch(gpu, soup, frame, views, false, {}, 1, [&](std::size_t, std::size_t) {
     gpu.fill(counts.address(), counts.bytes(), 0);
-    const std::uint32_t pixels = frame.batch().pixels;
-    gpu.launch({"count_visible"}, (pixels + 63) / 64,
-               kernels::CountVisibleArgs{frame.hits.address(), counts.address(), pixels, 0});
+    count(gpu, frame, counts);
     const auto of_view = gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
     auto& row = visible.emplace_back(soup.triangles);
     std::transform(of_view.begin(), of_view.end(), row.begin(), [](std::uint32_t n) { return std::uint8_t(n > 0); });

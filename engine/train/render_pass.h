@@ -27,6 +27,13 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span
 /// Pixels that each triangle wins over all views together. [T]
 std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views);
 
+/// What training views show of each triangle.
+struct Seen {
+  std::vector<std::uint32_t> pixels;  // [T] that it wins over all views together
+  std::vector<std::uint32_t> area;    // [T] pixels of a photograph that it would cover, were all of it as large as where it is seen nearest; 0: nowhere
+};
+Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views);
+
 /// Per view, one byte per triangle: 1 where it wins a pixel.
 std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
                                                        std::span<const BatchView> views);

@@ -60,11 +60,38 @@ void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> ver
   allocate_soup(gpu, soup, vertices, table.entries, std::move(textures));
 }
 
-/// Replaces the soup by `change` of it.
-void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, const Settings& settings) {
+/// Share of its parent's area that a triangle has: of the texture's too.
+double share_of_parent(const soup::Corners& c) {
+  const glm::dvec2 a = glm::dvec2(c[0]) - glm::dvec2(c[2]), b = glm::dvec2(c[1]) - glm::dvec2(c[2]);
+  return std::abs(a.x * b.y - a.y * b.x);
+}
+
+/// Pixels that the triangles of a change cover where they are seen nearest, from those of their parents.
+std::vector<double> areas_of(const soup::Resampled& change, std::span<const double> parents) {
+  std::vector<double> areas;
+  areas.reserve(change.triangles());
+  for (std::size_t t = 0; t < change.triangles(); ++t) areas.push_back(share_of_parent(change.corners[t]) * parents[change.face_map[t]]);
+  return areas;
+}
+
+/// The levels that a texture of `area` pixels should have where it has `now`. It loses its finest only where there is some way to go until it
+/// would have it back: triangles move a little all the time.
+soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings& settings) {
+  constexpr double kMargin = 1.5;
+  const soup::TextureLevels all{settings.level_min, settings.level_max};
+  const double samples = settings.samples_per_pixel * area;
+  const soup::TextureLevels least = soup::as_fine_as(samples, all), most = soup::as_fine_as(kMargin * samples, all);
+  return {settings.level_min, std::clamp(now.level_max, least.level_max, most.level_max)};
+}
+
+/// Replaces the soup by `change` of it. areas: of the new triangles, for their levels; empty: they have their parents'.
+void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, std::span<const double> areas,
+           const Settings& settings) {
   std::vector<soup::TextureLevels> levels;
-  for (const std::uint32_t parent : change.face_map)
-    levels.push_back({soup.table[parent].level_min, soup.table[parent].level_max});
+  for (const std::uint32_t parent : change.face_map) {
+    const soup::TextureLevels now{soup.table[parent].level_min, soup.table[parent].level_max};
+    levels.push_back(areas.empty() ? now : fitting(areas[levels.size()], now, settings));
+  }
   const soup::TextureTable table = soup::make_texture_table(levels);
   const std::uint32_t triangles = static_cast<std::uint32_t>(change.triangles());
 
@@ -101,19 +128,22 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
 struct Kept {
   std::vector<std::uint32_t> triangles;  // ascending; none where no view would show one if all were opaque
   std::uint64_t pixels = 0;              // that they win over all views
+  std::vector<double> areas;             // of all triangles (Seen::area)
 };
 Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
-  std::vector<std::uint32_t> counts = count_visible(gpu, soup, frame, views);
-  const auto total = [&] { return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}); };
+  Seen seen = measure_visible(gpu, soup, frame, views);
+  const auto total = [&] { return std::accumulate(seen.pixels.begin(), seen.pixels.end(), std::uint64_t{0}); };
+  const auto areas = [&] { return std::vector<double>(seen.area.begin(), seen.area.end()); };
   const std::uint64_t pixels = total();
   if (pixels > 0)
-    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(counts) : soup::most_visible(counts, settings.triangles), pixels};
+    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : soup::most_visible(seen.pixels, settings.triangles),
+            pixels, areas()};
   // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
-  counts = count_visible(gpu, soup, frame, views);
+  seen = measure_visible(gpu, soup, frame, views);
   Step(gpu, soup, frame).sum_textures();
   if (total() == 0) return {};
-  return {soup::most_visible(counts, settings.triangles), total()};
+  return {soup::most_visible(seen.pixels, settings.triangles), total(), areas()};
 }
 
 }  // namespace
@@ -124,22 +154,35 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   if (kept.triangles.empty()) return Resampling::nothing_seen;
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   soup::Resampled change = soup::keep(vertices, kept.triangles);
+  // The coarse level is the same for all.
+  const bool fit_levels = settings.samples_per_pixel > 0 && step >= lift_step(settings);
+  const auto areas = [&](const soup::Resampled& c, std::span<const double> parents) {
+    return fit_levels ? areas_of(c, parents) : std::vector<double>{};
+  };
   if (settings.recipe == Recipe::synthetic) {
     const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
     change = soup::compose(change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
-    apply(gpu, soup, frame, change, settings);
+    apply(gpu, soup, frame, change, areas(change, kept.areas), settings);
     return worth_showing < settings.triangles ? Resampling::out_of_pixels : Resampling::done;
   }
-  apply(gpu, soup, frame, change, settings);
-  if (is_last_resampling(settings, step)) return Resampling::done;
+  const std::vector<double> kept_areas = areas(change, kept.areas);
+  const bool last = is_last_resampling(settings, step);
+  // Where splits follow, only they say what is needed.
+  apply(gpu, soup, frame, change, last ? kept_areas : std::vector<double>{}, settings);
+  if (last) return Resampling::done;
   const soup::Resampled split =
       split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, most_triangles);
-  apply(gpu, soup, frame, split, settings);
+  apply(gpu, soup, frame, split, areas(split, kept_areas), settings);
   return Resampling::done;
 }
 
-void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& settings) {
-  const soup::TextureTable table = soup::make_texture_table(soup.triangles, {settings.level_min, settings.level_max});
+void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
+  std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
+  if (settings.samples_per_pixel > 0) {
+    const Seen seen = measure_visible(gpu, soup, frame, views);
+    for (std::uint32_t t = 0; t < soup.triangles; ++t) levels[t] = soup::as_fine_as(settings.samples_per_pixel * seen.area[t], levels[t]);
+  }
+  const soup::TextureTable table = soup::make_texture_table(levels);
   const gpu::Buffer rows = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(rows.address(), table.entries);
   Textures textures;

@@ -30,7 +30,8 @@ enum class Resampling {
 Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles);
 
-/// From the coarse level to level_min..level_max (DiffSoup, section 3.5). Optimiser state starts anew.
-void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Settings& settings);
+/// From the coarse level to level_min..level_max (DiffSoup, section 3.5), or as much of it as `views`, every training view at
+/// Settings::count_scale, show (Settings::samples_per_pixel). Optimiser state starts anew.
+void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings);
 
 }  // namespace trisoup::train

@@ -254,7 +254,7 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
 
 void Trainer::change_topology() {
   if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
-    lift(gpu_, soup_, frame_, settings_);
+    lift(gpu_, soup_, frame_, half_views_, settings_);
     texture_start_ = vertex_start_ = step_;
   }
   if (is_resampling(settings_, step_) && step_ < settings_.steps) {

@@ -12,6 +12,7 @@ BatchView batch_view(const scene::Camera& camera, double near, double far, doubl
   view.world_from_clip = glm::inverse(view.clip_from_world);
   view.width = sized.width;
   view.height = sized.height;
+  view.photograph_pixels = double(camera.width) * camera.height / (double(sized.width) * sized.height);
   return view;
 }
 
@@ -34,6 +35,7 @@ BatchLayout lay_out(std::span<const BatchView> views) {
     record.block_offset = layout.blocks;
     record.photo = view.photo;
     record.index = view.index;
+    record.photograph_pixels = static_cast<float>(view.photograph_pixels);
     layout.records.push_back(record);
     layout.pixels += view.width * view.height;
     layout.tiles += record.tiles_x * record.tiles_y;

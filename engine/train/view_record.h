@@ -19,6 +19,7 @@ struct BatchView {
   std::uint32_t width = 0, height = 0;
   gpu::Address photo = 0;   // RGBA8, alpha is the loss mask; not needed to render
   std::uint32_t index = 0;  // of the view in the dataset
+  double photograph_pixels = 1;  // of the photograph, for one of this view
 };
 
 /// A camera in normalised coordinates as a view of a batch. scale: of the image's sides, for counting visible pixels.

@@ -47,7 +47,8 @@ STRUCT ViewRecord {
   uint block_offset;   // of its first block of 16 x 16 pixels
   uint index;          // of the view in the dataset: part of the thresholds' counter
   POINTER(Uints) photo;  // RGBA8; alpha is the loss mask
-  uint pad0, pad1;
+  float photograph_pixels;  // of the photograph, for one of this view
+  uint pad0;
 };
 
 /// A triangle as one view sees it. Pixels x, y in 16 bits each; the box is empty where min > max.

@@ -50,6 +50,15 @@ FN PlanePoint plane_point(vec4 p0, vec4 p1, vec4 p2, vec2 ndc) {
   return point;
 }
 
+/// NDC area that a triangle would have were all of it as large as at the point with barycentrics b0, b1, which it covers. With D the determinant
+/// of M, barycentrics change over NDC by w^3 / D at a point of clip w: it is half of the inverse. Not a number at w = 0.
+FN real area_at(vec4 p0, vec4 p1, vec4 p2, real b0, real b1) {
+  const vec3 a = edge_values(p0, p1, p2, vec2(real(0), real(0)));
+  const real det = a.x * p0.w + a.y * p1.w + a.z * p2.w;
+  const real w = b0 * p0.w + b1 * p1.w + (real(1) - b0 - b1) * p2.w;
+  return real(0.5) * abs(det / (w * w * w));
+}
+
 /// A triangle as linear functions of the offset d from an NDC point `origin`: edge k is e_k.x + d.x e_k.y + d.y e_k.z, all >= 0
 /// inside; barycentrics are edge_k over their sum; depth is plane.x + d.x plane.y + d.y plane.z. An origin near the pixels
 /// keeps small triangles exact in float. valid is false where the triangle has no area on the screen, or where float cannot tell which

@@ -492,6 +492,34 @@ TEST_CASE("coverage: edge functions about any origin agree with the plane's poin
   CHECK(clockwise > 200);
 }
 
+TEST_CASE("coverage: a triangle is as large at a point as barycentrics change slowly there, behind the camera too", "[maths]") {
+  soup::Random r(18);
+  int compared = 0, crossing = 0;
+  for (int n = 0; n < 2000; ++n) {
+    glm::dvec4 p[3];
+    for (glm::dvec4& corner : p) {
+      const double x = random_in(r, -1, 1), y = random_in(r, -1, 1), z = random_in(r, -1, 1), w = random_in(r, -0.5, 1.5);
+      corner = {x, y, z, w};
+    }
+    const double x = random_in(r, -1, 1), y = random_in(r, -1, 1);
+    const f64::PlanePoint point = f64::plane_point(p[0], p[1], p[2], {x, y});
+    if (!point.inside || point.w < 0.05) continue;
+    const auto at = [&](double dx, double dy) {
+      const f64::PlanePoint q = f64::plane_point(p[0], p[1], p[2], {x + dx, y + dy});
+      return glm::dvec2(q.b0, q.b1);
+    };
+    constexpr double kStep = 1e-6;
+    const glm::dvec2 by_x = (at(kStep, 0) - at(-kStep, 0)) / (2 * kStep), by_y = (at(0, kStep) - at(0, -kStep)) / (2 * kStep);
+    CHECK(f64::area_at(p[0], p[1], p[2], point.b0, point.b1) == Approx(0.5 / std::abs(f64::cross2(by_x, by_y))).epsilon(1e-4));
+    ++compared;
+    crossing += std::min({p[0].w, p[1].w, p[2].w}) < 0;
+  }
+  CHECK(compared > 100);
+  CHECK(crossing > 20);
+  // Seen at right angles, all of it is as large as it is.
+  CHECK(f64::area_at({0, 0, 0, 2}, {1, 0, 0, 2}, {0, 1, 0, 2}, 0.2, 0.3) == Approx(0.125));
+}
+
 TEST_CASE("coverage: what has no area is neither valid nor inside", "[maths]") {
   const glm::dvec4 a(0.2, 0.3, 0.1, 1), b(-0.4, 0.1, 0.2, 2);
   CHECK(!f64::triangle_setup(a, b, b, {0.1, 0.2}).valid);

@@ -30,6 +30,18 @@ TEST_CASE("equal levels for all triangles", "[texture_table]") {
   CHECK(make_texture_table(0, TextureLevels{0, 0}).source_samples == 0);
 }
 
+TEST_CASE("a texture is as fine as it has to be, within its levels", "[texture_table]") {
+  const TextureLevels all{2, 5};
+  CHECK(as_fine_as(0, all) == TextureLevels{2, 2});
+  CHECK(as_fine_as(8, all) == TextureLevels{2, 2});
+  CHECK(as_fine_as(8.01, all) == TextureLevels{2, 3});
+  CHECK(as_fine_as(32, all) == TextureLevels{2, 3});
+  CHECK(as_fine_as(33, all) == TextureLevels{2, 4});
+  CHECK(as_fine_as(1e12, all) == TextureLevels{2, 5});
+  CHECK(as_fine_as(1e12, {3, 3}) == TextureLevels{3, 3});
+  CHECK(as_fine_as(1, {0, 5}) == TextureLevels{0, 1});
+}
+
 TEST_CASE("impossible levels and overflowing offsets are errors", "[texture_table]") {
   CHECK_THROWS_AS(make_texture_table(1, TextureLevels{3, 2}), Error);
   CHECK_THROWS_AS(make_texture_table(1, TextureLevels{0, kMaxLevel + 1}), Error);

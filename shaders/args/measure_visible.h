@@ -1,0 +1,21 @@
+// Arguments of measure_visible.comp.
+#ifndef TRISOUP_ARGS_MEASURE_VISIBLE_H
+#define TRISOUP_ARGS_MEASURE_VISIBLE_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace KERNEL_TYPES {
+#endif
+
+/// How large each triangle is where it is seen nearest, in pixels of the photographs. One workgroup per tile.
+struct MeasureVisibleArgs {
+  POINTER(Views) views;
+  POINTER(ScreenTriangles) screen;
+  POINTER(Hits) hits;
+  POINTER(Uints) areas;  // [T], raised to it; at most 2^30
+  uint triangles, view_count, tiles, pad;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

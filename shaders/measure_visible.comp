@@ -1,0 +1,24 @@
+// How many pixels of a photograph each triangle would cover were all of it as large as at the pixel that shows it largest: what decides how
+// fine its texture can be learnt. Perspective makes triangles larger at their near end, and other triangles may hide that.
+#include "common/kernel.h"
+#include "args/measure_visible.h"
+#include "common/coverage.h"
+#include "common/tile.h"
+
+KERNEL(64, MeasureVisibleArgs) {
+  const uint tile = group_index();
+  if (tile >= a.tiles) return;
+  const uint view = tile_view(a.views, a.view_count, tile);
+  const TilePixel pixel = tile_pixel(a.views, view, tile, gl_LocalInvocationIndex);
+  if (!pixel.inside) return;
+  const Hit hit = a.hits.v[pixel.index];
+  if (hit.triangle == 0u) return;
+  const uint triangle = hit.triangle - 1u, at = view * a.triangles + triangle;
+  const vec4 p0 = a.screen.v[at].p0, p1 = a.screen.v[at].p1, p2 = a.screen.v[at].p2;
+  const float ndc = area_at(p0, p1, p2, hit.b0, hit.b1);
+  const float pixels = 0.25f * ndc * float(a.views.v[view].width * a.views.v[view].height) * a.views.v[view].photograph_pixels;
+  // Not a number where float cannot hold it: then as large as can be.
+  const uint most = 1u << 30;
+  const uint area = pixels < float(most) ? uint(ceil(pixels)) : most;
+  atomicMax(a.areas.v[triangle], area);
+}

@@ -1,0 +1,176 @@
+// Tests how fine each triangle's texture is made: shaders/measure_visible.comp, and what train::lift and train::resample make of it.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "common/host.h"
+#include "gpu/small_scene.h"
+#include "train/resample.h"
+
+using namespace trisoup;
+using test::SmallScene;
+
+namespace {
+
+const std::vector<train::BatchView> kViews{test::view_from(0.3, 64, 48), test::view_from(1.7, 61, 55), test::view_from(3.9, 40, 70)};
+
+/// The visible fragments in `frame`, measured in double precision by how barycentrics change from pixel to pixel.
+std::vector<double> areas_by_differences(SmallScene& s, std::span<const train::BatchView> views) {
+  const auto vertices = s.gpu.download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
+  const auto hits = s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+  std::vector<double> areas(s.soup.triangles);
+  std::size_t i = 0;
+  for (const train::BatchView& view : views)
+    for (std::uint32_t y = 0; y < view.height; ++y)
+      for (std::uint32_t x = 0; x < view.width; ++x, ++i) {
+        if (hits[i].triangle == 0) continue;
+        glm::dvec4 clip[3];
+        for (int k = 0; k < 3; ++k) clip[k] = view.clip_from_world * glm::dvec4(glm::dvec3(vertices[3 * (hits[i].triangle - 1) + k]), 1);
+        const auto at = [&](double dx, double dy) {
+          const glm::dvec2 ndc{2 * (x + 0.5 + dx) / view.width - 1, 2 * (y + 0.5 + dy) / view.height - 1};
+          const f64::PlanePoint p = f64::plane_point(clip[0], clip[1], clip[2], ndc);
+          return glm::dvec2(p.b0, p.b1);
+        };
+        constexpr double kStep = 1e-4;
+        const glm::dvec2 by_x = (at(kStep, 0) - at(-kStep, 0)) / (2 * kStep), by_y = (at(0, kStep) - at(0, -kStep)) / (2 * kStep);
+        double& area = areas[hits[i].triangle - 1];
+        area = std::max(area, view.photograph_pixels * 0.5 / std::abs(by_x.x * by_y.y - by_x.y * by_y.x));
+      }
+  return areas;
+}
+
+train::Settings settings_with(double samples_per_pixel) {
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.steps = 100;
+  s.samples_per_pixel = samples_per_pixel;
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("triangles are as large as the pixel says that shows them largest", "[levels]") {
+  auto gpu = test::open_device();
+  std::vector<train::BatchView> views = kViews;
+  views[1].photograph_pixels = 4;
+  SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
+  CHECK(seen.pixels == train::count_visible(*gpu, s.soup, s.frame, views));
+  const std::vector<double> expected = areas_by_differences(s, views);
+  int visible = 0;
+  for (std::size_t t = 0; t < expected.size(); ++t) {
+    CAPTURE(t, seen.pixels[t]);
+    CHECK(seen.area[t] == Approx(expected[t]).epsilon(2e-3).margin(1));  // rounded up to whole pixels
+    CHECK((seen.area[t] > 0) == (seen.pixels[t] > 0));
+    visible += seen.area[t] > 20;
+  }
+  CHECK(visible > 20);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a photograph's pixels count, not those of the smaller view in which they are counted", "[levels]") {
+  auto gpu = test::open_device();
+  scene::Camera camera;
+  camera.width = 120, camera.height = 100;
+  camera.fx = camera.fy = 130;
+  camera.cx = 60, camera.cy = 50;
+  camera.world_to_camera = glm::dmat4(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(0, 0, 1, 1));
+  const train::BatchView full = train::batch_view(camera, 0.025, 2.5), half = train::batch_view(camera, 0.025, 2.5, 0.5);
+  CHECK(full.photograph_pixels == 1);
+  CHECK(half.photograph_pixels == 4);
+  SmallScene s(*gpu, 60, {{0, 0}}, {full}, 9);
+  const train::Seen large = train::measure_visible(*gpu, s.soup, s.frame, std::span(&full, 1));
+  const train::Seen small = train::measure_visible(*gpu, s.soup, s.frame, std::span(&half, 1));
+  int compared = 0;
+  for (std::size_t t = 0; t < large.area.size(); ++t)
+    if (small.pixels[t] > 30) {
+      CHECK(small.area[t] == Approx(large.area[t]).epsilon(0.15));  // other pixels, so not the very nearest point
+      ++compared;
+    }
+  CHECK(compared > 4);
+}
+
+TEST_CASE("the change to fine levels gives every triangle what its pixels ask for", "[levels]") {
+  auto gpu = test::open_device();
+  const double samples = GENERATE(0.0, 0.2, 1.0);
+  SmallScene s(*gpu, 40, {{0, 0}}, kViews, 5);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, kViews);
+  train::lift(*gpu, s.soup, s.frame, kViews, settings_with(samples));
+  std::map<std::uint32_t, int> levels;
+  for (std::size_t t = 0; t < s.soup.table.size(); ++t) {
+    const soup::TextureEntry& row = s.soup.table[t];
+    ++levels[row.level_max];
+    CHECK(row.level_min == 2);
+    const double wanted = samples * seen.area[t];
+    const auto cells = [](std::uint32_t level) { return 0.5 * std::pow(4.0, level); };
+    if (samples == 0) CHECK(row.level_max == 5);
+    else if (row.level_max > 2) CHECK(cells(row.level_max - 1) < wanted);
+    if (samples > 0 && row.level_max < 5) CHECK(cells(row.level_max) >= wanted);
+  }
+  if (samples > 0) CHECK(levels.size() > 2);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a resampling brings levels to where the pixels want them, halves by their part", "[levels]") {
+  auto gpu = test::open_device();
+  const train::Recipe recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
+  // Levels from before that are right, too fine and too coarse.
+  std::vector<soup::TextureLevels> before;
+  for (std::uint32_t t = 0; t < 40; ++t) before.push_back({2, 2 + t % 4});
+  SmallScene s(*gpu, 40, before, kViews, 5);
+  const auto old_vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 120);
+  const auto old_logits = s.logits;
+  const auto old_table = s.soup.table;
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, kViews);
+  train::Settings settings = settings_with(0.5);
+  settings.recipe = recipe;
+  settings.triangles = 50;
+  settings.split_length = 0.4;
+  settings.resample_every = 10;
+  const std::uint64_t step = GENERATE(40u, 60u);  // before the change to fine levels at 50, and after it
+  REQUIRE(train::resample(*gpu, s.soup, s.frame, {kViews, kViews}, settings, step, 80) == train::Resampling::done);
+  const auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
+  int whole = 0, split = 0, coarser = 0, finer = 0;
+  for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
+    // Where it comes from: the old triangle whose plane and inside its corners lie in.
+    double share = 0;
+    std::uint32_t parent = 40;
+    for (std::uint32_t p = 0; p < 40; ++p) {
+      const glm::dvec3 a(old_vertices[3 * p]), b(old_vertices[3 * p + 1]), c(old_vertices[3 * p + 2]), n = glm::cross(b - a, c - a);
+      bool inside = true;
+      for (int k = 0; k < 3; ++k) {
+        const glm::dvec3 q(vertices[3 * t + k]);
+        const double b0 = glm::dot(glm::cross(b - q, c - q), n) / glm::dot(n, n), b1 = glm::dot(glm::cross(c - q, a - q), n) / glm::dot(n, n);
+        inside = inside && std::abs(glm::dot(q - a, n)) < 1e-6 * glm::length(n) && b0 > -1e-5 && b1 > -1e-5 && b0 + b1 < 1 + 1e-5;
+      }
+      if (!inside) continue;
+      parent = p;
+      share = glm::length(glm::cross(glm::dvec3(vertices[3 * t + 1] - vertices[3 * t]), glm::dvec3(vertices[3 * t + 2] - vertices[3 * t]))) / glm::length(n);
+    }
+    REQUIRE(parent < 40);
+    ++(share > 0.999 ? whole : split);
+    const soup::TextureEntry& row = s.soup.table[t];
+    if (step < 50) {
+      CHECK(row.level_max == before[parent].level_max);
+      continue;
+    }
+    const double wanted = 0.5 * share * seen.area[parent];
+    const auto cells = [](std::uint32_t level) { return 0.5 * std::pow(4.0, level); };
+    CAPTURE(parent, share, wanted, row.level_max);
+    // Never too coarse; finer than needed only where it was so before, and little is missing.
+    if (row.level_max < 5) CHECK(cells(row.level_max) >= 0.999 * wanted);
+    if (row.level_max > 2 && cells(row.level_max - 1) >= 1.001 * wanted) {
+      CHECK(row.level_max <= before[parent].level_max);
+      CHECK(cells(row.level_max - 1) < 1.501 * wanted);
+    }
+    coarser += row.level_max < before[parent].level_max;
+    finer += row.level_max > before[parent].level_max;
+  }
+  CHECK(whole > 10);
+  CHECK(split > 5);
+  if (step > 50) CHECK(coarser > 5);
+  if (step > 50) CHECK(finer > 2);
+  test::require_silence(*gpu);
+}
