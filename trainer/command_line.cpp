@@ -68,7 +68,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--level-max", o.level_max, "finest texture level [5]");
   method->add_option("--samples-per-pixel", o.samples_per_pixel,
                      "a triangle's finest level has so many samples for every pixel of the photograph that shows it largest, between\n"
-                     "--level-min and --level-max; 0: --level-max for all, as published [0]");
+                     "--level-min and --level-max; 0: --level-max for all, as published [1]");
   method->add_flag("--opaque", o.opaque, "opacity fixed to 1: no masking in training, and every triangle opaque in the model");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
   method->add_flag("!--no-opacity-baseline", o.opacity_baseline,

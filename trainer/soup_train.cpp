@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <future>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include <fmt/format.h>
@@ -82,7 +84,15 @@ std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
 
 double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
 
-/// live: where a window looks on; null for none.
+/// How many triangles have textures of which finest level.
+nlohmann::json triangles_by_level(const soup::Model& model) {
+  std::map<std::uint32_t, std::size_t> counts;
+  for (const soup::TextureEntry& row : model.textures) ++counts[row.level_max];
+  nlohmann::json json = nlohmann::json::object();
+  for (const auto& [level, count] : counts) json[std::to_string(level)] = count;
+  return json;
+}
+
 /// What to do about memory that has run out.
 std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings) {
   const train::Smaller smaller = train::smaller_run(scene, settings, error.needed, error.available);
@@ -92,6 +102,7 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
   return fmt::format("; --memory {} would do", smaller.memory >> 20);
 }
 
+/// live: where a window looks on; null for none.
 int run(const CommandLine& o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
 
@@ -256,6 +267,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   metrics["nothing_learnt"] = fit.nothing_learnt();
   metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
   metrics["triangles"] = trainer->triangles();
+  metrics["triangles_by_level"] = triangles_by_level(model);
   metrics["bytes"] = bytes;
   metrics["seconds"] = trainer->seconds();
   metrics["cpu_seconds"] = trainer->cpu_seconds();

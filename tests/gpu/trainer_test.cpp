@@ -117,10 +117,14 @@ TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and step
   settings.opaque = GENERATE(true, false);
   settings.coarse_share = GENERATE(0.0, 0.5);
   settings.copy_textures = GENERATE(false, true);
+  settings.samples_per_pixel = GENERATE(0.0, 4.0);
   train::Trainer trainer(*gpu, scene, settings, start(settings));
   trainer.run({});
   const soup::Model model = trainer.model();
-  REQUIRE(model.textures.front().level_max == 4);
+  const auto [coarsest, finest] = std::minmax_element(model.textures.begin(), model.textures.end(),
+                                                      [](const auto& x, const auto& y) { return x.level_max < y.level_max; });
+  if (settings.samples_per_pixel > 0) REQUIRE(coarsest->level_max < finest->level_max);
+  else REQUIRE((coarsest->level_max == 4 && finest->level_max == 4));
   std::uint8_t least = 255, features_least = 255;
   for (std::size_t i = 0; i < model.lattice.size(); ++i) {
     std::uint8_t& which = i % soup::kChannels == soup::kChannels - 1 ? least : features_least;

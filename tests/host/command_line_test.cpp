@@ -38,6 +38,8 @@ TEST_CASE("without options the settings are the published ones", "[command_line]
       CHECK(s.triangles == 15'000);
       CHECK(s.rate_vertex == published.rate_vertex);
       CHECK(s.rate_end == published.rate_end);
+      CHECK(s.samples_per_pixel == 1);  // not as published, and the option says so
+      CHECK(settings_of({"--samples-per-pixel", "0"}, synthetic).samples_per_pixel == 0);
     }
     // More steps than published do not slow vertices down.
     CHECK(settings_of({"--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);
