@@ -52,8 +52,10 @@ KERNEL(64, InheritTexturesArgs) {
       const vec2 b = corner[2] + own.x * (corner[0] - corner[2]) + own.y * (corner[1] - corner[2]);
       float value = 0.0f;
       uint old_base = old_row.source_offset;
+      // A level that is new begins with the second moment of the next coarser one: with none its first steps would be far too long.
+      const uint same = (a.flags & INHERIT_SQUARES) != 0u ? min(level, old_row.level_max) : level;
       for (uint l = old_row.level_min; l <= old_row.level_max; ++l) {
-        if (l == level || rest) value += look_up(a.old_source, old_base, l, b, c);
+        if (l == same || rest) value += look_up(a.old_source, old_base, l, b, c);
         old_base += lattice_samples(l);
       }
       if (rest) {

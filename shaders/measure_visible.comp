@@ -15,10 +15,11 @@ KERNEL(64, MeasureVisibleArgs) {
   if (hit.triangle == 0u) return;
   const uint triangle = hit.triangle - 1u, at = view * a.triangles + triangle;
   const vec4 p0 = a.screen.v[at].p0, p1 = a.screen.v[at].p1, p2 = a.screen.v[at].p2;
-  const float ndc = area_at(p0, p1, p2, hit.b0, hit.b1);
-  const float pixels = 0.25f * ndc * float(a.views.v[view].width * a.views.v[view].height) * a.views.v[view].photograph_pixels;
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const float ndc = area_at(p0, p1, p2, pixel_ndc(pixel.x, pixel.y, width, height), hit.b0, hit.b1);
+  const float pixels = 0.25f * ndc * float(width * height) * a.views.v[view].photograph_pixels;
   // Not a number where float cannot hold it: then as large as can be.
   const uint most = 1u << 30;
-  const uint area = pixels < float(most) ? uint(ceil(pixels)) : most;
+  const uint area = pixels < float(most) ? max(1u, uint(ceil(pixels))) : most;
   atomicMax(a.areas.v[triangle], area);
 }

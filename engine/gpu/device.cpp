@@ -119,20 +119,33 @@ bool needs_vulkan(const DeviceOptions& options) {
   return options.draws || options.validation || !options.device.empty() || !options.window_extensions.empty();
 }
 
+bool has_gpu(std::string_view backend, const std::vector<DeviceInfo>& devices) {
+  return std::ranges::any_of(devices, [&](const DeviceInfo& d) { return d.backend == backend && d.kind != Kind::cpu; });
+}
+
+/// What choose_backend() has to know, and no more: looking for devices takes a while, and where Vulkan has one a broken CUDA is nobody's business.
+std::vector<DeviceInfo> devices_in_question(const DeviceOptions& options) {
+  if (options.backend != "auto" || needs_vulkan(options)) return {};
+  std::vector<DeviceInfo> devices = list_vulkan_devices();
+  if (has_gpu("vulkan", devices)) return devices;
+  try {
+    for (DeviceInfo& device : list_cuda_devices()) devices.push_back(std::move(device));
+  } catch (const Error&) {
+    // --backend cuda says what is wrong with it.
+  }
+  return devices;
+}
+
 }  // namespace
 
 std::string choose_backend(const DeviceOptions& options, const std::vector<DeviceInfo>& devices) {
   if (options.backend != "auto") return options.backend;
   if (needs_vulkan(options)) return "vulkan";
-  const auto gpu = [&](std::string_view backend) {
-    return std::ranges::any_of(devices, [&](const DeviceInfo& d) { return d.backend == backend && d.kind != Kind::cpu; });
-  };
-  return gpu("vulkan") ? "vulkan" : gpu("cuda") ? "cuda" : "cpu";
+  return has_gpu("vulkan", devices) ? "vulkan" : has_gpu("cuda", devices) ? "cuda" : "cpu";
 }
 
 std::unique_ptr<Device> open_device(const DeviceOptions& options) {
-  const bool open_question = options.backend == "auto" && !needs_vulkan(options);  // looking for devices takes a while
-  const std::string backend = choose_backend(options, open_question ? list_devices() : std::vector<DeviceInfo>{});
+  const std::string backend = choose_backend(options, devices_in_question(options));
   if (backend == "vulkan") return open_vulkan_device(options);
   if (backend == "cuda") return open_cuda_device(options);
   if (backend == "cpu") return open_host_device(options);

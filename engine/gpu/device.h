@@ -18,7 +18,7 @@
 
 namespace trisoup::gpu {
 
-enum class Kind { discrete, integrated, virtual_gpu, cpu, other };
+enum class Kind { discrete, integrated, virtual_gpu, other, cpu };  // the fastest first
 
 struct DeviceInfo {
   int index = 0;          // what --device takes

@@ -66,7 +66,7 @@ double share_of_parent(const soup::Corners& c) {
   return std::abs(a.x * b.y - a.y * b.x);
 }
 
-/// Pixels that the triangles of a change cover where they are seen nearest, from those of their parents.
+/// Pixels that the triangles of a change cover where they are seen largest, from those of their parents.
 std::vector<double> areas_of(const soup::Resampled& change, std::span<const double> parents) {
   std::vector<double> areas;
   areas.reserve(change.triangles());
@@ -75,13 +75,14 @@ std::vector<double> areas_of(const soup::Resampled& change, std::span<const doub
 }
 
 /// The levels that a texture of `area` pixels should have where it has `now`. It loses its finest only where there is some way to go until it
-/// would have it back: triangles move a little all the time.
+/// would have it back, since triangles move a little all the time, and one at a time, since one pixel decides; of what no pixel shows, nothing is known.
 soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings& settings) {
   constexpr double kMargin = 1.5;
   const soup::TextureLevels all{settings.level_min, settings.level_max};
   const double samples = settings.samples_per_pixel * area;
   const soup::TextureLevels least = soup::as_fine_as(samples, all), most = soup::as_fine_as(kMargin * samples, all);
-  return {settings.level_min, std::clamp(now.level_max, least.level_max, most.level_max)};
+  const std::uint32_t lowest = area > 0 ? std::max(now.level_max, 1u) - 1 : now.level_max;
+  return {settings.level_min, std::max(std::clamp(now.level_max, least.level_max, most.level_max), std::clamp(lowest, all.level_min, all.level_max))};
 }
 
 /// Replaces the soup by `change` of it. areas: of the new triangles, for their levels; empty: they have their parents'.
@@ -150,12 +151,13 @@ Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const 
 
 Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles) {
+  // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand at 0.5 now.
+  const std::uint64_t lifted = lift_step(settings);
+  const bool fit_levels = settings.samples_per_pixel > 0 && (step > lifted || lifted == 0);
   const Kept kept = to_keep(gpu, soup, frame, views.half, settings);
   if (kept.triangles.empty()) return Resampling::nothing_seen;
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   soup::Resampled change = soup::keep(vertices, kept.triangles);
-  // The coarse level is the same for all.
-  const bool fit_levels = settings.samples_per_pixel > 0 && step >= lift_step(settings);
   const auto areas = [&](const soup::Resampled& c, std::span<const double> parents) {
     return fit_levels ? areas_of(c, parents) : std::vector<double>{};
   };

@@ -416,6 +416,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (!then.is_object()) throw Error("{}: its settings are damaged; train without --resume", path.string());
   // How often something is written does not change what is computed.
   for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
+  // From before there was a choice.
+  if (!then.contains("samples_per_pixel")) then["samples_per_pixel"] = 0.0;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {
     settings_.most_triangles = then["most_triangles"].get<std::uint32_t>();

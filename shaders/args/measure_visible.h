@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// How large each triangle is where it is seen nearest, in pixels of the photographs. One workgroup per tile.
+/// How large each triangle is where it is seen largest, in pixels of the photographs. One workgroup per tile.
 struct MeasureVisibleArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;

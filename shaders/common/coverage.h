@@ -51,9 +51,10 @@ FN PlanePoint plane_point(vec4 p0, vec4 p1, vec4 p2, vec2 ndc) {
 }
 
 /// NDC area that a triangle would have were all of it as large as at the point with barycentrics b0, b1, which it covers. With D the determinant
-/// of M, barycentrics change over NDC by w^3 / D at a point of clip w: it is half of the inverse. Not a number at w = 0.
-FN real area_at(vec4 p0, vec4 p1, vec4 p2, real b0, real b1) {
-  const vec3 a = edge_values(p0, p1, p2, vec2(real(0), real(0)));
+/// of M, barycentrics change over NDC by w^3 / D at a point of clip w: it is half of the inverse. Not a number at w = 0. D is the same for any origin;
+/// one near the triangle keeps small ones exact in float.
+FN real area_at(vec4 p0, vec4 p1, vec4 p2, vec2 origin, real b0, real b1) {
+  const vec3 a = edge_values(p0, p1, p2, origin);
   const real det = a.x * p0.w + a.y * p1.w + a.z * p2.w;
   const real w = b0 * p0.w + b1 * p1.w + (real(1) - b0 - b1) * p2.w;
   return real(0.5) * abs(det / (w * w * w));

@@ -21,10 +21,11 @@
 
 namespace trisoup::test {
 
-/// Device under test: TRISOUP_BACKEND and TRISOUP_DEVICE, or the default one.
+/// Device under test: TRISOUP_BACKEND and TRISOUP_DEVICE, or what Vulkan has best.
 inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
   gpu::DeviceOptions options;
-  if (const char* backend = std::getenv("TRISOUP_BACKEND")) options.backend = backend;
+  const char* const backend = std::getenv("TRISOUP_BACKEND");
+  options.backend = backend ? backend : "vulkan";
   if (const char* name = std::getenv("TRISOUP_DEVICE")) options.device = name;
   options.validation = !std::getenv("TRISOUP_NO_VALIDATION");  // where the layers are not installed
   options.lose_after_launches = lose_after;

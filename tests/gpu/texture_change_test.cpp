@@ -9,6 +9,7 @@
 #include "args/lift_textures.h"
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "soup/atlas.h"
 #include "soup/topology.h"
 
 using namespace trisoup;
@@ -198,6 +199,43 @@ TEST_CASE("second moments that were never touched stay at zero, and never fall b
   const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
   CHECK(*std::min_element(moments.begin(), moments.end()) == 0.0f);
   CHECK(*std::max_element(moments.begin(), moments.end()) > 0.1f);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a level that is new starts with the second moment of the next coarser one, and without a first", "[textures]") {
+  auto gpu = test::open_device();
+  soup::Random random(25);
+  Pool old_pool(*gpu, {{2, 3}, {1, 1}}, random);
+  for (float& v : old_pool.logits) v = std::abs(v);
+  gpu->upload(old_pool.source.address(), old_pool.logits);
+  Pool new_pool(*gpu, {{2, 5}, {1, 2}}, random);
+  const std::vector<std::uint32_t> parents{0, 1};
+  const gpu::Buffer map = gpu->allocate(8, "parents");
+  gpu->upload(map.address(), parents);
+  const gpu::Buffer whole = upload_corners(*gpu, std::vector<soup::Corners>(2, soup::kWholeParent));
+  const bool second = GENERATE(true, false);
+  gpu->launch({"inherit_textures"}, 2,
+              kernels::InheritTexturesArgs{map.address(), whole.address(), old_pool.rows.address(), new_pool.rows.address(),
+                                           old_pool.source.address(), new_pool.source.address(), 2,
+                                           INHERIT_MOMENTS | (second ? std::uint32_t{INHERIT_SQUARES} : 0u)});
+  const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
+  for (std::size_t t = 0; t < 2; ++t) {
+    const soup::TextureEntry &from = old_pool.table.entries[t], &to = new_pool.table.entries[t];
+    std::uint32_t base = to.source_offset;
+    for (std::uint32_t level = to.level_min; level <= to.level_max; ++level) {
+      const std::uint32_t like = std::min(level, from.level_max);
+      const soup::TextureEntry one{from.source_offset + (like > from.level_min ? soup::samples_in(from.level_min, like - 1) : 0), 0, like, like};
+      soup::each_lattice_point(level, [&](int x, int y, std::uint32_t i) {
+        const double side = 1u << level;
+        for (std::uint32_t c = 0; c < 8; ++c) {
+          const bool known = second || level <= from.level_max;
+          const double expected = known ? sum_of_levels(one, old_pool.logits, x / side, y / side, static_cast<int>(c)) : 0.0;
+          REQUIRE(moments[(base + i) * 8 + c] == Approx(expected).margin(1e-5));
+        }
+      });
+      base += soup::samples_at(level);
+    }
+  }
   test::require_silence(*gpu);
 }
 

@@ -21,6 +21,7 @@ TEST_CASE("auto is a GPU through Vulkan, else through CUDA, else the CPU's own t
   const DeviceOptions options;
   CHECK(choose_backend(options, {lavapipe, card, cuda, cpu}) == "vulkan");
   CHECK(choose_backend(options, {phone, lavapipe, cpu}) == "vulkan");
+  CHECK(choose_backend(options, {device("vulkan", Kind::other), lavapipe, cuda, cpu}) == "vulkan");
   CHECK(choose_backend(options, {lavapipe, cuda, cpu}) == "cuda");
   CHECK(choose_backend(options, {lavapipe, cpu}) == "cpu");
   CHECK(choose_backend(options, {cpu}) == "cpu");

@@ -510,14 +510,14 @@ TEST_CASE("coverage: a triangle is as large at a point as barycentrics change sl
     };
     constexpr double kStep = 1e-6;
     const glm::dvec2 by_x = (at(kStep, 0) - at(-kStep, 0)) / (2 * kStep), by_y = (at(0, kStep) - at(0, -kStep)) / (2 * kStep);
-    CHECK(f64::area_at(p[0], p[1], p[2], point.b0, point.b1) == Approx(0.5 / std::abs(f64::cross2(by_x, by_y))).epsilon(1e-4));
+    CHECK(f64::area_at(p[0], p[1], p[2], {random_in(r, -2, 2), 0.3}, point.b0, point.b1) == Approx(0.5 / std::abs(f64::cross2(by_x, by_y))).epsilon(1e-4));
     ++compared;
     crossing += std::min({p[0].w, p[1].w, p[2].w}) < 0;
   }
   CHECK(compared > 100);
   CHECK(crossing > 20);
   // Seen at right angles, all of it is as large as it is.
-  CHECK(f64::area_at({0, 0, 0, 2}, {1, 0, 0, 2}, {0, 1, 0, 2}, 0.2, 0.3) == Approx(0.125));
+  CHECK(f64::area_at({0, 0, 0, 2}, {1, 0, 0, 2}, {0, 1, 0, 2}, {0, 0}, 0.2, 0.3) == Approx(0.125));
 }
 
 TEST_CASE("coverage: what has no area is neither valid nor inside", "[maths]") {
