@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
@@ -140,8 +139,6 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
   for (std::uint32_t t = 0; t < 40; ++t) before.push_back({2, 2 + t % 4});
   SmallScene s(*gpu, 40, before, kViews, 5);
   const auto old_vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 120);
-  const auto old_logits = s.logits;
-  const auto old_table = s.soup.table;
   const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, kViews);
   train::Settings settings = settings_with(0.5);
   settings.recipe = recipe;
