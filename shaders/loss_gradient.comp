@@ -16,7 +16,6 @@ FN void gradient_of_block(IN(LossGradientArgs) a, uint block, uint thread) {
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
   const uint pixel_offset = a.views.v[view].pixel_offset;
-  Uints photo = a.views.v[view].photo;
   const float l1_weight = 0.8f * a.state.v[0].pixel_weight;
   const float ssim_weight = -0.1f * a.state.v[0].window_weight;
   const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
@@ -52,8 +51,7 @@ FN void gradient_of_block(IN(LossGradientArgs) a, uint block, uint thread) {
       if (x >= width || y >= height) continue;
       const uint at = pixel_offset + y * width + x;
       float colour, target;
-      const float mask = masked_pixel(a.colour, a.target, photo, FLOAT_TARGET, at, y * width + x, channel,
-                                      colour, target);
+      const float mask = masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, at, channel, colour, target);
       const float error = colour - target;
       const float gradient =
           l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0f * colour * d_xx[k] + target * d_xy[k]);
@@ -104,7 +102,7 @@ FN uint next_different(IN(LossGradientArgs) a, uint block, uint thread) {
       if (x >= width || y >= height) continue;
       const uint at = a.views.v[view].pixel_offset + y * width + x;
       float colour, target;
-      const float mask = masked_pixel(a.colour, a.target, a.views.v[view].photo, FLOAT_TARGET, at, y * width + x, 0u, colour, target);
+      const float mask = masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, at, 0u, colour, target);
       UNROLL for (uint c = 0u; c < 3u; ++c) a.gradient.v[at * 4u + c] = 0.0f;
       a.gradient.v[at * 4u + 3u] = mask > 0.0f ? 0.0f : -1.0f;
     }

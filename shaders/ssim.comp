@@ -23,7 +23,6 @@ FN void ssim_of_block(IN(SsimArgs) a, uint block, uint thread) {
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
   const uint pixel_offset = a.views.v[view].pixel_offset;
-  Uints photo = a.views.v[view].photo;
 
   float total = 0.0f;
   for (uint channel = 0u; channel < 3u; ++channel) {
@@ -32,8 +31,7 @@ FN void ssim_of_block(IN(SsimArgs) a, uint block, uint thread) {
       const uint x = corner.x + i % kPatch, y = corner.y + i / kPatch;
       float colour = 0.0f, target = 0.0f;
       if (x < width && y < height)
-        masked_pixel(a.colour, a.target, photo, FLOAT_TARGET, pixel_offset + y * width + x, y * width + x,
-                     channel, colour, target);
+        masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, pixel_offset + y * width + x, channel, colour, target);
       s_x[i] = colour;
       s_y[i] = target;
     }
@@ -99,14 +97,13 @@ FN uint next_different(IN(SsimArgs) a, uint block, uint thread) {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
     const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
-    Uints photo = a.views.v[view].photo;
     for (uint first = 0u; first < kPatch * kPatch; first += 64u) {
       const uint i = first + thread, x = corner.x + i % kPatch, y = corner.y + i / kPatch;
       if (i < kPatch * kPatch && x < width && y < height) {
         bool differs = false;
         UNROLL for (uint channel = 0u; channel < 3u; ++channel) {
           float colour, target;
-          masked_pixel(a.colour, a.target, photo, FLOAT_TARGET, pixel_offset + y * width + x, y * width + x, channel, colour, target);
+          masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, pixel_offset + y * width + x, channel, colour, target);
           differs = differs || colour != target;
         }
         if (differs) s_differs = 1u;

@@ -69,6 +69,9 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--samples-per-pixel", o.samples_per_pixel,
                      "a triangle's finest level has so many samples for every pixel of the photograph that shows it largest, between\n"
                      "--level-min and --level-max; 0: --level-max for all, as published [1]");
+  method->add_option("--pixel-jitter", o.pixel_jitter,
+                     "a step looks at every pixel at a random point, at most so many pixels off its centre: else long trainings learn by heart what\n"
+                     "lies between the centres; 0: at the centre, as published [0.25]");
   method->add_flag("--opaque", o.opaque, "opacity fixed to 1: no masking in training, and every triangle opaque in the model");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
   method->add_flag("!--no-opacity-baseline", o.opacity_baseline,
@@ -183,6 +186,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(level_min, s.level_min);
   set(level_max, s.level_max);
   set(samples_per_pixel, s.samples_per_pixel);
+  set(pixel_jitter, s.pixel_jitter);
   if (levels == "all" || levels == "finest") s.coarse_share = 0;
   if (levels == "finest") s.level_min = s.level_max;
   s.opaque = opaque;

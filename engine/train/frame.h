@@ -40,7 +40,7 @@ class Frame {
   static constexpr std::uint32_t kMostPixels = 1u << 23;
   std::uint64_t most_entries = kMostPairs / 64;  // tests lower it
 
-  gpu::Buffer views, screen, counts, offsets, lists, hits, colour, gradient, partial, same, mlp_partial, statistics, state, control;
+  gpu::Buffer views, screen, counts, offsets, lists, hits, colour, target, gradient, partial, same, mlp_partial, statistics, state, control;
   std::uint32_t mlp_groups;
   bool one_pixel;  // a thread shades one pixel after the other (shaders/common/pixel_lanes.h); what suits the device
 

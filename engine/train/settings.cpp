@@ -34,6 +34,7 @@ void each_member(S& s, F&& f) {
   f("level_min", s.level_min);
   f("level_max", s.level_max);
   f("samples_per_pixel", s.samples_per_pixel);
+  f("pixel_jitter", s.pixel_jitter);
   f("coarse_share", s.coarse_share);
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
@@ -131,6 +132,7 @@ void check(const Settings& s) {
   need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --level-max");
   need(s.coarse_level <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --coarse-level");
   need(s.samples_per_pixel >= 0, "--samples-per-pixel must not be negative");
+  need(s.pixel_jitter >= 0 && s.pixel_jitter <= 1, "--pixel-jitter must be within 0 and 1 pixel");
   need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");
   need(s.rate_end > 0, "--rate-end must be above 0");
   need(s.rate_texture >= 0 && s.rate_mlp >= 0 && s.rate_vertex >= 0, "learning rates must not be negative");

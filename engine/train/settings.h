@@ -37,6 +37,7 @@ struct Settings {
   std::uint32_t coarse_level = 0;    // the only level of the first part
   std::uint32_t level_min = 2, level_max = 5;
   double samples_per_pixel = 1;      // of a triangle's finest level, where photographs show it largest; 0: level_max for all, as published
+  double pixel_jitter = 0.25;        // how far from pixel centres a step samples, at most, in pixels; 0: at the centres, as published
   double coarse_share = 0.5;         // of the steps
   bool keep_opacity = false;         // through the change from coarse to fine
   bool keep_moments = false;         // of textures, through resampling

@@ -8,6 +8,7 @@
 #include "args/loss_gradient.h"
 #include "args/opacity_backward.h"
 #include "args/project.h"
+#include "args/sample_photographs.h"
 #include "args/shade.h"
 #include "args/shade_backward.h"
 #include "args/ssim.h"
@@ -109,13 +110,18 @@ void Step::loss(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t float_target = inputs.target != 0;
   const std::uint32_t groups = groups_over(batch.blocks);
+  if (!float_target) {
+    gpu_.launch({"sample_photographs"}, batch.blocks,
+                SamplePhotographsArgs{frame_.views.address(), frame_.target.address(), batch.blocks, batch.views});
+    end_kernel();
+  }
   gpu_.launch({"ssim", {float_target}}, groups,
-              SsimArgs{frame_.views.address(), frame_.colour.address(), inputs.target, frame_.partial.address(),
+              SsimArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target, frame_.partial.address(),
                        frame_.same.address(), frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks,
                        batch.pixels, groups});
   end_kernel();
   gpu_.launch({"loss_gradient", {float_target}}, groups,
-              LossGradientArgs{frame_.views.address(), frame_.colour.address(), inputs.target,
+              LossGradientArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target,
                                frame_.partial.address(), frame_.same.address(), frame_.gradient.address(), frame_.state.address(),
                                frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
 }

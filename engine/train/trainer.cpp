@@ -228,7 +228,8 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     schedule_.clear();
     for (std::uint64_t step = step_; step < last; ++step) {
       std::vector<BatchView> views;
-      for (const std::uint32_t v : batch_of(step)) views.push_back(views_[v]);
+      for (const std::uint32_t v : batch_of(step))
+        views.push_back(sampled_at(views_[v], pixel_jitter(settings_.seed, step, v, settings_.pixel_jitter)));
       batches.push_back(lay_out(views));
       schedule_.add(state_of(step, batches.back()), batches.back());
     }
@@ -418,6 +419,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
   // From before there was a choice.
   if (!then.contains("samples_per_pixel")) then["samples_per_pixel"] = 0.0;
+  if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {
     settings_.most_triangles = then["most_triangles"].get<std::uint32_t>();

@@ -3,7 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "soup/random.h"
+
 namespace trisoup::train {
+namespace {
+
+/// Weights of the pixels at -1, 0, 1 and 2 for what lies at f in [0, 1): a cubic through the pixels (Catmull and Rom 1974; Keys 1981 with a = -1/2),
+/// in whole multiples of 1/128.
+glm::vec4 taps_at(double f) {
+  const auto rounded = [](double weight) { return std::round(weight * 128.0) / 128.0; };
+  const double before = rounded(-0.5 * f * (1 - f) * (1 - f)), after = rounded(-0.5 * f * f * (1 - f)), next = rounded(f * (0.5 + f * (2.0 - 1.5 * f)));
+  return {before, 1.0 - before - next - after, next, after};
+}
+
+}  // namespace
+
 BatchView batch_view(const scene::Camera& camera, double near, double far, double scale) {
   const auto side = [&](int n) { return std::max(1, static_cast<int>(std::lround(n * scale))); };
   const scene::Camera sized = scene::resized(camera, side(camera.width), side(camera.height));
@@ -14,6 +30,23 @@ BatchView batch_view(const scene::Camera& camera, double near, double far, doubl
   view.height = sized.height;
   view.photograph_pixels = double(camera.width) * camera.height / (double(sized.width) * sized.height);
   return view;
+}
+
+BatchView sampled_at(const BatchView& view, glm::dvec2 pixels) {
+  const glm::dmat4 move = glm::translate(glm::dmat4(1.0), glm::dvec3(-2.0 * pixels / glm::dvec2(view.width, view.height), 0.0));
+  BatchView moved = view;
+  moved.clip_from_world = move * view.clip_from_world;
+  moved.world_from_clip = view.world_from_clip * glm::inverse(move);
+  moved.offset += pixels;
+  return moved;
+}
+
+glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, std::uint32_t view, double most) {
+  constexpr std::uint64_t kStream = 0x6a6974746572;  // "jitter"
+  soup::Random random(seed ^ (kStream << 16), step);
+  random.seek(std::uint64_t(view) * 2);
+  const double x = random.uniform01(), y = random.uniform01();
+  return most * (2.0 * glm::dvec2(x, y) - 1.0);
 }
 
 BatchLayout lay_out(std::span<const BatchView> views) {
@@ -36,6 +69,11 @@ BatchLayout lay_out(std::span<const BatchView> views) {
     record.photo = view.photo;
     record.index = view.index;
     record.photograph_pixels = static_cast<float>(view.photograph_pixels);
+    const glm::dvec2 whole = glm::floor(view.offset);
+    record.first_x = static_cast<int>(whole.x) - 1;
+    record.first_y = static_cast<int>(whole.y) - 1;
+    record.taps_x = taps_at(view.offset.x - whole.x);
+    record.taps_y = taps_at(view.offset.y - whole.y);
     layout.records.push_back(record);
     layout.pixels += view.width * view.height;
     layout.tiles += record.tiles_x * record.tiles_y;

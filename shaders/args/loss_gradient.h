@@ -11,7 +11,8 @@ namespace KERNEL_TYPES {
 struct LossGradientArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
-  POINTER(Floats) target;
+  POINTER(Uints) target;
+  POINTER(Floats) float_target;
   POINTER(Floats) partial;
   POINTER(Uints) same;       // [blocks], from ssim
   POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|, -1 where masked out

@@ -11,7 +11,8 @@ namespace KERNEL_TYPES {
 struct SsimArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
-  POINTER(Floats) target;   // [pixels][3] float, where the target is given in float
+  POINTER(Uints) target;    // [pixels]: RGBA8, alpha is the loss mask
+  POINTER(Floats) float_target;  // [pixels][3], where the target is given in float
   POINTER(Floats) partial;  // [3 channels][d_x, d_xx, d_xy][pixels], at the window's first pixel
   POINTER(Uints) same;      // [blocks]: 1 where rendering and target are the same in all windows of the block
   POINTER(Steps) state;

@@ -49,6 +49,10 @@ STRUCT ViewRecord {
   POINTER(Uints) photo;  // RGBA8; alpha is the loss mask
   float photograph_pixels;  // of the photograph, for one of this view
   uint pad0;
+  // Where the photograph is sampled: pixel (x, y) takes those from (x + first_x, y + first_y) on, four by four, with these weights.
+  vec4 taps_x, taps_y;  // multiples of 1/128 whose sum is 1
+  int first_x, first_y;
+  uint pad1, pad2;
 };
 
 /// A triangle as one view sees it. Pixels x, y in 16 bits each; the box is empty where min > max.
@@ -125,7 +129,7 @@ POINTER_TYPE(StatisticsRows, Statistics, 16)
 POINTER_TYPE(Controls, Control, 16)
 #endif
 #ifndef GL_core_profile
-static_assert(sizeof(ViewRecord) == 160 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16);
+static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
 static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(Control) == 64);
 }

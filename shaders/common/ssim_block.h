@@ -13,14 +13,13 @@ FN vec4 blur_column(uint map, uint x, uint y0) {
 }
 
 /// Colour and target of a pixel, zero where it is masked out; returns the mask.
-FN float masked_pixel(Floats colour, Floats target, Uints photo, bool float_target, uint index, uint photo_index, uint channel,
-                   OUT(float) x, OUT(float) y) {
+FN float masked_pixel(Floats colour, Uints target, Floats float_target, bool is_float, uint index, uint channel, OUT(float) x, OUT(float) y) {
   float mask = 1.0f;
   x = colour.v[index * 3u + channel];
-  if (float_target) {
-    y = target.v[index * 3u + channel];
+  if (is_float) {
+    y = float_target.v[index * 3u + channel];
   } else {
-    const uint rgba = photo.v[photo_index];
+    const uint rgba = target.v[index];
     mask = (rgba >> 24) >= 128u ? 1.0f : 0.0f;
     y = float((rgba >> (8u * channel)) & 255u) * (1.0f / 255.0f) * mask;
   }

@@ -110,6 +110,23 @@ TEST_CASE("a step has the commands of its own batch's sizes", "[trainer]") {
   test::require_silence(*gpu);
 }
 
+TEST_CASE("steps look between the centres of pixels, each at another place", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  std::vector<soup::Model> models;
+  for (const double jitter : {0.0, 0.25, 0.25}) {
+    train::Settings settings = short_settings();
+    settings.pixel_jitter = jitter;
+    train::Trainer trainer(*gpu, scene, settings, start(settings));
+    trainer.run({});
+    models.push_back(trainer.model());
+  }
+  CHECK(models[1].lattice == models[2].lattice);
+  CHECK(models[0].lattice != models[1].lattice);
+  CHECK(models[0].vertices != models[1].vertices);
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and steps", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();

@@ -40,6 +40,9 @@ TEST_CASE("without options the settings are the published ones", "[command_line]
       CHECK(s.rate_end == published.rate_end);
       CHECK(s.samples_per_pixel == 1);  // not as published, and the option says so
       CHECK(settings_of({"--samples-per-pixel", "0"}, synthetic).samples_per_pixel == 0);
+      CHECK(s.pixel_jitter == 0.25);  // likewise
+      CHECK(settings_of({"--pixel-jitter", "0"}, synthetic).pixel_jitter == 0);
+      CHECK_THROWS_WITH(settings_of({"--pixel-jitter", "1.5"}, synthetic), Catch::Contains("--pixel-jitter"));
     }
     // More steps than published do not slow vertices down.
     CHECK(settings_of({"--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);

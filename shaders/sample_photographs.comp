@@ -1,0 +1,43 @@
+// Photographs between the centres of their pixels: where a step samples the soup (ViewRecord::taps_x), its target is the photograph there.
+#include "common/kernel.h"
+#include "args/sample_photographs.h"
+#include "common/block_grid.h"
+
+FN vec4 channels_of(uint rgba) {
+  return vec4(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u), float(rgba >> 24));
+}
+
+/// Of a photograph of width x height pixels, at pixel (x, y) of the picture. Weights are multiples of 1/128 and values are 8 bits, so that
+/// every sum is exact and all devices agree.
+FN uint sampled(IN(SamplePhotographsArgs) a, uint view, int width, int height, int x, int y) {
+  Uints photo = a.views.v[view].photo;
+  const vec4 taps_x = a.views.v[view].taps_x, taps_y = a.views.v[view].taps_y;
+  const int x0 = x + int(a.views.v[view].first_x), y0 = y + int(a.views.v[view].first_y);
+  vec4 sum = vec4(0.0f);
+  bool inside = true;
+  UNROLL for (int j = 0; j < 4; ++j) {
+    const uint row = uint(clamp(y0 + j, 0, height - 1)) * uint(width);
+    UNROLL for (int i = 0; i < 4; ++i) {
+      const uint rgba = photo.v[row + uint(clamp(x0 + i, 0, width - 1))];
+      inside = inside && rgba >= 0x80000000u;
+      sum += taps_x[i] * taps_y[j] * channels_of(rgba);
+    }
+  }
+  // What a photograph has outside its mask is not to be mixed in.
+  if (!inside) return photo.v[uint(y) * uint(width) + uint(x)];
+  const vec4 value = clamp(floor(sum + 0.5f), vec4(0.0f), vec4(255.0f));
+  return uint(value.x) | (uint(value.y) << 8) | (uint(value.z) << 16) | 0xff000000u;
+}
+
+KERNEL(64, SamplePhotographsArgs) {
+  const uint block = group_index(), thread = gl_LocalInvocationIndex;
+  if (block >= a.blocks) return;
+  const uint view = block_view(a.views, a.view_count, block);
+  const uvec2 corner = block_corner(a.views, view, block);
+  const uint width = a.views.v[view].width, height = a.views.v[view].height, offset = a.views.v[view].pixel_offset;
+  for (uint k = 0u; k < 4u; ++k) {
+    const uvec2 at = block_pixel(corner, thread, k);
+    if (at.x < width && at.y < height)
+      a.target.v[offset + at.y * width + at.x] = sampled(a, view, int(width), int(height), int(at.x), int(at.y));
+  }
+}
