@@ -27,7 +27,7 @@ SHADES = ["#1b1b1b", "#1f5fa8", "#c1440e", "#3a9a6a", "#9a7bb5"]
 MARKERS = ["o", "s", "^", "D", "v"]
 LINES = [":", "--", "-", "-."]
 HATCHES = ["", "////", "....", "\\\\\\\\", "xxxx", "----", "oo", "||||", "++"]
-ABLATIONS = ["full", "no coarse to fine", "opaque", "finest level only"]
+ABLATIONS = ["full", "pixels at their centres", "no coarse to fine", "opaque", "finest level only", "as published"]
 
 plt.rcParams.update({
     "font.size": 8, "axes.labelsize": 8, "axes.titlesize": 8, "xtick.labelsize": 7, "ytick.labelsize": 7,
@@ -216,7 +216,7 @@ def ablations(rows):
     found = {key: options for key, options in found.items() if len(options) > 1}
     if not found:
         return None
-    figure, grid = plt.subplots(len(found), 2, figsize=(7.2, 0.7 + 1.35 * len(found)), squeeze=False)
+    figure, grid = plt.subplots(len(found), 2, figsize=(7.2, 0.7 + 1.7 * len(found)), squeeze=False)
     figure.subplots_adjust(left=0.19, right=0.98, wspace=0.12, hspace=0.5, bottom=0.3 / (0.5 + len(found)), top=1 - 0.2 / (0.5 + len(found)))
     for row, ((scene, budget, steps), options) in enumerate(found.items()):
         names = [n for n in ABLATIONS if n in options]

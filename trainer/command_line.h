@@ -20,7 +20,7 @@ struct CommandLine {
   gpu::DeviceOptions device;
   scene::LoadOptions load;
 
-  /// The published settings of the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
+  /// The preset's settings for the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
   /// Error on values that cannot be.
   train::Settings settings(const scene::Scene& scene) const;
 

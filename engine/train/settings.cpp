@@ -77,6 +77,16 @@ Settings published(Recipe recipe) {
   return s;
 }
 
+Settings without_our_changes(Settings s) {
+  s.samples_per_pixel = 0;
+  s.pixel_jitter = 0;
+  s.opacity_baseline = false;
+  s.update_unseen = true;
+  s.copy_textures = true;
+  s.drop_near = true;
+  return s;
+}
+
 double vertex_rate(const Settings& s, double way) {
   if (!(s.rate_end > 0)) return kFastestVertices;  // check() has a word on that
   // The mean of rate_end^t over t from 0 to 1.

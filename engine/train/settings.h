@@ -61,8 +61,10 @@ struct Settings {
   std::uint64_t checkpoint_every = 1000;
 };
 
-/// The published values of a recipe.
+/// The published values of a recipe. What this project computes in another way is as it does it.
 Settings published(Recipe recipe);
+/// The same with every such difference that has a switch switched off (docs/method.md, "Where we differ").
+Settings without_our_changes(Settings settings);
 
 /// The vertex rate with which the rates of all steps add up to `way`, normalised units; at most kFastestVertices. VectorAdam moves a vertex by about its rate
 /// in every step, however small the gradient is, so `way` is how far it can travel: too little leaves triangles near where they started, too much

@@ -30,29 +30,54 @@ double way(const train::Settings& s) {
 
 }  // namespace
 
-TEST_CASE("without options the settings are the published ones", "[command_line]") {
-  for (const bool synthetic : {true, false}) {
-    const train::Settings published = train::published(synthetic ? train::Recipe::synthetic : train::Recipe::real);
+TEST_CASE("without options the settings are the best preset's", "[command_line]") {
+  for (const bool synthetic : {true, false})
     for (const train::Settings& s : {settings_of({}, synthetic), settings_of({"--preset", "best"}, synthetic)}) {
       CHECK(s.steps == 10'000);
       CHECK(s.triangles == 15'000);
-      CHECK(s.rate_vertex == published.rate_vertex);
-      CHECK(s.rate_end == published.rate_end);
-      CHECK(s.samples_per_pixel == 1);  // not as published, and the option says so
-      CHECK(settings_of({"--samples-per-pixel", "0"}, synthetic).samples_per_pixel == 0);
-      CHECK(s.pixel_jitter == 0.25);  // likewise
-      CHECK(settings_of({"--pixel-jitter", "0"}, synthetic).pixel_jitter == 0);
-      CHECK_THROWS_WITH(settings_of({"--pixel-jitter", "1.5"}, synthetic), Catch::Contains("--pixel-jitter"));
+      CHECK(s.level_max == 5);
+      CHECK(s.samples_per_pixel == 1);
+      CHECK(s.pixel_jitter == 0.25);
+      CHECK(s.opacity_baseline);
+      CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
+      CHECK(s.rate_end == 0.1);
+      CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
+      CHECK(s.init_count == 30'000);
     }
+  CHECK(settings_of({"--samples-per-pixel", "0"}, true).samples_per_pixel == 0);
+  CHECK(settings_of({"--pixel-jitter", "0"}, true).pixel_jitter == 0);
+  CHECK_THROWS_WITH(settings_of({"--pixel-jitter", "1.5"}, true), Catch::Contains("--pixel-jitter"));
+  CHECK_FALSE(settings_of({"--no-opacity-baseline"}, true).opacity_baseline);
+  CHECK(settings_of({"--copy-textures"}, true).copy_textures);
+  CHECK(settings_of({"--drop-near"}, true).drop_near);
+  CHECK(settings_of({"--update-unseen"}, true).update_unseen);
+}
+
+TEST_CASE("as published is everything that has an option", "[command_line]") {
+  for (const bool synthetic : {true, false}) {
+    const train::Settings published = train::published(synthetic ? train::Recipe::synthetic : train::Recipe::real),
+                          s = settings_of({"--preset", "published"}, synthetic);
+    CHECK(s.steps == 10'000);
+    CHECK(s.triangles == 15'000);
+    CHECK(s.level_max == 5);
+    CHECK(s.init_count == (synthetic ? 100'000 : 30'000));  // of a real one without points
+    CHECK(s.rate_vertex == published.rate_vertex);
+    CHECK(s.rate_end == 0.01);
+    CHECK(s.samples_per_pixel == 0);
+    CHECK(s.pixel_jitter == 0);
+    CHECK_FALSE(s.opacity_baseline);
+    CHECK((s.copy_textures && s.drop_near && s.update_unseen));
     // More steps than published do not slow vertices down.
-    CHECK(settings_of({"--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);
+    CHECK(settings_of({"--preset", "published", "--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);
+    CHECK(settings_of({"--preset", "published", "--pixel-jitter", "0.5"}, synthetic).pixel_jitter == 0.5);
   }
 }
 
 TEST_CASE("few steps have the published way of vertices, presets their own", "[command_line]") {
-  CHECK(way(settings_of({"--steps", "1000"}, true)) == Approx(0.537).epsilon(0.01));
-  CHECK(settings_of({"--steps", "1000"}, false).rate_vertex == train::kFastestVertices);
-  CHECK(way(settings_of({"--steps", "5000"}, false)) == Approx(5.37).epsilon(0.01));
+  CHECK(way(settings_of({"--preset", "published", "--steps", "1000"}, true)) == Approx(0.537).epsilon(0.01));
+  CHECK(settings_of({"--preset", "published", "--steps", "1000"}, false).rate_vertex == train::kFastestVertices);
+  CHECK(way(settings_of({"--preset", "published", "--steps", "5000"}, false)) == Approx(5.37).epsilon(0.01));
+  CHECK(way(settings_of({"--steps", "5000"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast"}, true)) == Approx(1.5).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--rate-end", "0.5"}, true)) == Approx(1.5).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "balanced"}, false)) == Approx(4.0).epsilon(0.01));
