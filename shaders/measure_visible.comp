@@ -1,4 +1,4 @@
-// How many pixels of a photograph each triangle would cover were all of it as large as at the pixel that shows it largest: what decides how
+// Which views show each triangle, and how many pixels of a photograph it would cover were all of it as large as at the pixel that shows it largest: what decides how
 // fine its texture can be learnt. Perspective makes triangles larger at their near end, and other triangles may hide that.
 #include "common/kernel.h"
 #include "args/measure_visible.h"
@@ -22,4 +22,5 @@ KERNEL(64, MeasureVisibleArgs) {
   const uint most = 1u << 30;
   const uint area = pixels < float(most) ? max(1u, uint(ceil(pixels))) : most;
   atomicMax(a.areas.v[triangle], area);
+  atomicOr(a.shown.v[triangle], 1u << view);
 }

@@ -85,6 +85,9 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95]");
   method->add_option("--split-views", o.split_views, "real: views in which edges are measured [20]");
   method->add_option("--split-length", o.split_length, "real: longest edge as a share of the image height [0.2]");
+  method->add_option("--least-views", o.least_views,
+                     "real: triangles that fewer training views show are dropped, as they stand before the cameras, not where anything is; at most a\n"
+                     "tenth of the views; 0: as published [4]");
   method->add_option("--most-triangles", o.most_triangles,
                      "real: how far splitting goes beyond --triangles between two resamplings [what memory allows, up to 8 times]");
   method->add_option("--near", o.near, "near plane of training, normalised units [synthetic 0.025, real 0.0025]");
@@ -202,6 +205,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);
   set(split_length, s.split_length);
+  set(least_views, s.least_views);
   set(most_triangles, s.most_triangles);
   set(near, s.near);
   // What the cloud shows should not be cut off; beyond the limit are strays.

@@ -1,7 +1,9 @@
 #include "train/render_pass.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <utility>
 
 #include "args/count_visible.h"
 #include "args/measure_visible.h"
@@ -62,16 +64,21 @@ std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Fr
 }
 
 Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views) {
-  const gpu::Buffer counts = zeroes(gpu, soup), areas = zeroes(gpu, soup);
-  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
+  constexpr std::size_t kBits = 32;  // of a word of `shown`
+  const gpu::Buffer counts = zeroes(gpu, soup), areas = zeroes(gpu, soup), shown = zeroes(gpu, soup);
+  std::vector<std::uint32_t> in_views(soup.triangles);
+  for_each_batch(gpu, soup, frame, views, false, {}, kBits, [&](std::size_t, std::size_t) {
     count(gpu, frame, counts);
     const BatchLayout& batch = frame.batch();
     gpu.launch({"measure_visible"}, batch.tiles,
-               kernels::MeasureVisibleArgs{frame.views.address(), frame.screen.address(), frame.hits.address(), areas.address(),
+               kernels::MeasureVisibleArgs{frame.views.address(), frame.screen.address(), frame.hits.address(), areas.address(), shown.address(),
                                            soup.triangles, batch.views, batch.tiles, 0});
+    const auto of_batch = gpu.download_vector<std::uint32_t>(shown.address(), soup.triangles);
+    for (std::uint32_t t = 0; t < soup.triangles; ++t) in_views[t] += static_cast<std::uint32_t>(std::popcount(of_batch[t]));
+    gpu.fill(shown.address(), shown.bytes(), 0);
   });
   return {gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles),
-          gpu.download_vector<std::uint32_t>(areas.address(), soup.triangles)};
+          gpu.download_vector<std::uint32_t>(areas.address(), soup.triangles), std::move(in_views)};
 }
 
 std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,

@@ -31,6 +31,7 @@ std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Fr
 struct Seen {
   std::vector<std::uint32_t> pixels;  // [T] that it wins over all views together
   std::vector<std::uint32_t> area;    // [T] pixels of a photograph that it would cover, were all of it as large as where it is seen largest; 0: nowhere
+  std::vector<std::uint32_t> views;   // [T] in which it wins a pixel
 };
 Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views);
 

@@ -131,14 +131,25 @@ struct Kept {
   std::uint64_t pixels = 0;              // that they win over all views
   std::vector<double> areas;             // of all triangles (Seen::area)
 };
+
+/// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
+std::vector<std::uint32_t> most_visible(const Seen& seen, const Settings& settings, std::size_t views) {
+  const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.least_views, views / 10));
+  std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
+  if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
+  std::vector<std::uint32_t> pixels, kept;
+  for (const std::uint32_t t : vouched) pixels.push_back(seen.pixels[t]);
+  for (const std::uint32_t i : soup::most_visible(pixels, settings.triangles)) kept.push_back(vouched[i]);
+  return kept;
+}
+
 Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
   Seen seen = measure_visible(gpu, soup, frame, views);
   const auto total = [&] { return std::accumulate(seen.pixels.begin(), seen.pixels.end(), std::uint64_t{0}); };
   const auto areas = [&] { return std::vector<double>(seen.area.begin(), seen.area.end()); };
   const std::uint64_t pixels = total();
   if (pixels > 0)
-    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : soup::most_visible(seen.pixels, settings.triangles),
-            pixels, areas()};
+    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : most_visible(seen, settings, views.size()), pixels, areas()};
   // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   seen = measure_visible(gpu, soup, frame, views);

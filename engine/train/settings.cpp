@@ -47,6 +47,7 @@ void each_member(S& s, F&& f) {
   f("resample_until", s.resample_until);
   f("split_views", s.split_views);
   f("split_length", s.split_length);
+  f("least_views", s.least_views);
   f("most_triangles", s.most_triangles);
   f("count_scale", s.count_scale);
   f("near", s.near);
@@ -84,6 +85,7 @@ Settings without_our_changes(Settings s) {
   s.update_unseen = true;
   s.copy_textures = true;
   s.drop_near = true;
+  s.least_views = 0;
   return s;
 }
 

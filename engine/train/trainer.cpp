@@ -420,6 +420,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   // From before there was a choice.
   if (!then.contains("samples_per_pixel")) then["samples_per_pixel"] = 0.0;
   if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
+  if (!then.contains("least_views")) then["least_views"] = 0;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {
     settings_.most_triangles = then["most_triangles"].get<std::uint32_t>();

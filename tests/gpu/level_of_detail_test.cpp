@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
@@ -192,4 +193,60 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
   if (step > 50) CHECK(coarser > 5);
   if (step > 50) CHECK(finer > 2);
   test::require_silence(*gpu);
+}
+
+TEST_CASE("triangles are counted in every view that shows them", "[levels]") {
+  auto gpu = test::open_device();
+  std::vector<train::BatchView> views;
+  for (int v = 0; v < 70; ++v) views.push_back(test::view_from(0.09 * v, 24 + v % 3, 20));  // more than the bits of two words
+  SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
+  const auto each = train::visible_in_each(*gpu, s.soup, s.frame, views);
+  std::uint32_t fewest = 70, most = 0;
+  for (std::size_t t = 0; t < 40; ++t) {
+    std::uint32_t expected = 0;
+    for (const auto& view : each) expected += view[t];
+    CHECK(seen.views[t] == expected);
+    fewest = std::min(fewest, expected), most = std::max(most, expected);
+  }
+  CHECK(fewest < 33);
+  CHECK(most > 40);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there are views enough", "[levels]") {
+  auto gpu = test::open_device();
+  constexpr std::uint32_t kMany = 300;  // some are deep among the others
+  const auto views_of = [](int n) {
+    std::vector<train::BatchView> views;
+    for (int v = 0; v < n; ++v) views.push_back(test::view_from(6.28 * v / n, 24, 20));
+    return views;
+  };
+  const auto resampled = [&](int views_in_all, train::Recipe recipe, std::uint32_t least) {
+    const auto views = views_of(views_in_all);
+    SmallScene s(*gpu, kMany, {{2, 3}}, views, 5);
+    const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
+    train::Settings settings = settings_with(1);
+    settings.recipe = recipe;
+    settings.triangles = kMany;
+    settings.split_length = 10;
+    settings.resample_every = 10;
+    settings.resample_until = 0.9;
+    settings.least_views = least;
+    REQUIRE(train::resample(*gpu, s.soup, s.frame, {views, views}, settings, 90, kMany) == train::Resampling::done);
+    return std::pair(s.soup.triangles, seen);
+  };
+  const auto vouched = [](const train::Seen& seen, std::uint32_t least) {
+    return static_cast<std::uint32_t>(std::count_if(seen.views.begin(), seen.views.end(), [&](std::uint32_t n) { return n >= least; }));
+  };
+  for (const auto& [views, least] : {std::pair(60, 4u), {60, 6u}, {30, 3u}, {9, 0u}}) {
+    CAPTURE(views, least);
+    const auto [left, seen] = resampled(views, train::Recipe::real, views == 60 ? least : 4);
+    CHECK(left == vouched(seen, least));
+    if (least > 0) CHECK(left < vouched(seen, 1));
+    if (least > 0) CHECK(left > 10);
+  }
+  CHECK(resampled(60, train::Recipe::real, 0).first == kMany);
+  const auto [left, seen] = resampled(60, train::Recipe::synthetic, 4);
+  CHECK(left == kMany);  // split up to the budget again
 }

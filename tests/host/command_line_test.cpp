@@ -39,6 +39,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.samples_per_pixel == 1);
       CHECK(s.pixel_jitter == 0.25);
       CHECK(s.opacity_baseline);
+      CHECK(s.least_views == 4);
       CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
       CHECK(s.rate_end == 0.1);
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
@@ -65,6 +66,7 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(s.rate_end == 0.01);
     CHECK(s.samples_per_pixel == 0);
     CHECK(s.pixel_jitter == 0);
+    CHECK(s.least_views == 0);
     CHECK_FALSE(s.opacity_baseline);
     CHECK((s.copy_textures && s.drop_near && s.update_unseen));
     // More steps than published do not slow vertices down.
