@@ -68,7 +68,10 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   std::vector<std::uint32_t> noise(pixels);
   for (std::uint64_t i = 0; i < pixels; ++i) noise[i] = 0xff000000u | static_cast<std::uint32_t>(i * 2654435761u >> 8);
   gpu.upload(photos.address(), noise);
-  for (std::size_t i = 0; i < views.size(); ++i) views[i].photo = photos.address() + 4 * pixels_each * i;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].photo = photos.address() + 4 * pixels_each * i;
+    views[i] = train::sampled_at(views[i], {0.2, -0.1});  // as steps do
+  }
   frame.set_batch(views, c.triangles, true);
   train::StepInputs inputs;  // as published: every texture is updated, so that the bytes are known
   train::Step step(gpu, soup, frame);
@@ -103,6 +106,7 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
       {"bin_scan", frame.batch().tiles * 12.0},
       {"visibility", listed * (4 + 64 + 16) + p * 16},
       {"shade", p * (16 + 12) + covered * 96},
+      {"sample_photographs", p * (4 + 4)},
       {"ssim", p * (12 + 4 + 36)},
       {"loss_gradient", p * (36 + 12 + 4 + 16)},
       {"shade_backward", p * (16 + 16) + covered * (96 + 21 * 8)},
@@ -113,13 +117,14 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
       {"update_mlp", 595.0 * (24 + 4 * frame.mlp_groups)}};
   // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the gradients of the weights and
   // of all inputs but the view direction's. A feature is a sum of three weighted samples. SSIM takes four means per window, its gradient three per
-  // pixel, of 11 taps in each direction and channel. Lists: three edge functions of each pixel. Adam: 14 a parameter.
+  // pixel, of 11 taps in each direction and channel; a photograph is sampled by four in each direction. Lists: three edge functions of each pixel. Adam: 14 a parameter.
   constexpr double kMlp = 2 * 560 + 35, kMlpGradient = kMlp + 2 * (48 + 256 + 112) + kMlp, kFeatures = 8 * 5, kEdges = 12, kAdam = 14;
   const double windows = v * std::pow(std::max(0.0, c.side - 10.0), 2);
   const std::map<std::string, double> operations = {
       {"project", v * t * 3 * 28},
       {"visibility", listed * 64 * kEdges},
       {"shade", covered * (kMlp + kFeatures)},
+      {"sample_photographs", p * 4 * (4 + 1) * 4 * 2},
       {"ssim", windows * 4 * 3 * 2 * 11 * 2},
       {"loss_gradient", p * 3 * 3 * 2 * 11 * 2},
       {"shade_backward", covered * (kMlpGradient + kFeatures)},
