@@ -25,7 +25,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
 
   auto* common = app.add_option_group("Common");
   common->add_option("--preset", o.preset, "fast (1,000 steps, 2,000 triangles, textures to level 4), balanced (3,000, 5,000, 4), best (10,000, 15,000, 5),\n"
-                     "or published (as best, but all as in the publication, where there is an option for it) [best]")
+                     "or published (all as in the publication where there is an option for it; fewer steps move vertices as far as 10,000) [best]")
       ->check(CLI::IsMember({"fast", "balanced", "best", "published"}));
   common->add_option("--steps", o.steps, "training steps; schedules scale with them [10000]");
   common->add_option("--triangles", o.triangles, "budget of triangles [15000]");
@@ -44,11 +44,16 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
 
   auto* start = app.add_option_group("Start");
   start->add_option("--init", o.init, "points (of the dataset), random, or a mesh file (.obj .ply .gltf .glb) [points if there are any]");
-  start->add_option("--init-count", o.init_count, "triangles at the start [random 30000, points 15000; fast, balanced 10000; published random 100000]");
+  start->add_option("--init-count", o.init_count, "triangles at the start [random 30000, points 15000; fast and balanced 10000, but 30000 random ones\n"
+                     "in real scenes; published 100000 random ones in synthetic scenes]");
   start->add_option("--init-box", o.init_box, "random: half the side of a box around the dataset's origin, in its units");
   start->add_option("--init-radius", o.init_radius, "random: circumradius of the triangles, in the dataset's units");
 
   auto* method = app.add_option_group("Method");
+  // Presets differ in them, so that not given is not the same as off.
+  const auto flag = [&](const char* name, std::optional<bool>& value, const char* help) {
+    method->add_flag_function(name, [&value](std::int64_t on) { value = on > 0; }, help);
+  };
   method->add_option("--recipe", o.recipe, "how triangles are dropped and split [by dataset format]")
       ->check(CLI::IsMember({"synthetic", "real"}));
   method->add_option("--batch", o.batch, "views per step [4]");
@@ -70,16 +75,16 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
                      "a triangle's finest level has so many samples for every pixel of the photograph that shows it largest, between\n"
                      "--level-min and --level-max; 0: --level-max for all, as published [1]");
   method->add_option("--pixel-jitter", o.pixel_jitter,
-                     "a step looks at every pixel at a random point, at most so many pixels off its centre: else long trainings learn by heart what\n"
-                     "lies between the centres; 0: at the centre, as published [0.25]");
+                     "a step looks at each picture beside the centres of its pixels, at most so many pixels off along each axis: long trainings would\n"
+                     "learn by heart what holds at the centres alone; 0 to 0.5; 0: at the centres, as published [0.25]");
   method->add_flag("--opaque", o.opaque, "opacity fixed to 1: no masking in training, and every triangle opaque in the model");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
-  method->add_flag("!--no-opacity-baseline", o.opacity_baseline,
+  flag("!--no-opacity-baseline", o.opacity_baseline,
                    "opacities learn from a pixel's error alone, as published, not from how it differs from its neighbours'");
-  method->add_flag("--update-unseen", o.update_unseen,
+  flag("--update-unseen", o.update_unseen,
                    "textures of triangles that no view of a step has shown go on by their moments, as published");
-  method->add_flag("--copy-textures", o.copy_textures, "halves of a split triangle copy its texture, as published");
-  method->add_flag("--drop-near", o.drop_near, "drop triangles that reach the camera plane whole, as published, instead of clipping them");
+  flag("--copy-textures", o.copy_textures, "halves of a split triangle copy its texture, as published");
+  flag("--drop-near", o.drop_near, "drop triangles that reach the camera plane whole, as published, instead of clipping them");
   method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
   method->add_option("--resample-every", o.resample_every, "steps between topology changes [1 % of the steps, at least 100]");
   method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95]");
@@ -197,10 +202,10 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   s.opaque = opaque;
   s.keep_opacity = keep_opacity;
   s.keep_moments = keep_moments;
-  s.copy_textures |= copy_textures;
-  s.drop_near |= drop_near;
-  s.opacity_baseline &= opacity_baseline;
-  s.update_unseen |= update_unseen;
+  set(copy_textures, s.copy_textures);
+  set(drop_near, s.drop_near);
+  set(opacity_baseline, s.opacity_baseline);
+  set(update_unseen, s.update_unseen);
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);

@@ -30,7 +30,8 @@ struct CommandLine {
   std::optional<double> init_box, init_radius, rate_texture, rate_mlp, rate_vertex, rate_end, samples_per_pixel, pixel_jitter, coarse_share, resample_until,
       split_length, near, far, test_near;
   std::string preset, init, recipe, levels;
-  bool opaque = false, keep_opacity = false, keep_moments = false, copy_textures = false, drop_near = false, update_unseen = false, opacity_baseline = true;
+  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline;
+  bool opaque = false, keep_opacity = false, keep_moments = false;
 };
 
 /// Exit status to end with, or nothing to go on.

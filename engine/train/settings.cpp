@@ -144,7 +144,7 @@ void check(const Settings& s) {
   need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --level-max");
   need(s.coarse_level <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --coarse-level");
   need(s.samples_per_pixel >= 0, "--samples-per-pixel must not be negative");
-  need(s.pixel_jitter >= 0 && s.pixel_jitter <= 1, "--pixel-jitter must be within 0 and 1 pixel");
+  need(s.pixel_jitter >= 0 && s.pixel_jitter <= 0.5, "--pixel-jitter must be within 0 and 0.5: a pixel ends there");
   need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");
   need(s.rate_end > 0, "--rate-end must be above 0");
   need(s.rate_texture >= 0 && s.rate_mlp >= 0 && s.rate_vertex >= 0, "learning rates must not be negative");

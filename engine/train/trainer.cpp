@@ -420,18 +420,20 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   // From before there was a choice.
   if (!then.contains("samples_per_pixel")) then["samples_per_pixel"] = 0.0;
   if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
-  if (!then.contains("least_views")) then["least_views"] = 0;
+  if (!then.contains("least_views")) then["least_views"] = settings_.recipe == Recipe::real ? 0u : settings_.least_views;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {
     settings_.most_triangles = then["most_triangles"].get<std::uint32_t>();
     now["most_triangles"] = then["most_triangles"];
   }
-  if (then != now) {
-    for (const auto& [key, value] : now.items())
-      if (!then.contains(key) || then[key] != value)
-        throw Error("{}: was trained with {} {}, this run asks for {}; use the same options, or train without --resume",
-                    path.string(), key, then.contains(key) ? then[key].dump() : "unset", value.dump());
-  }
+  std::string trained, asked;
+  for (const auto& [key, value] : now.items())
+    if (!then.contains(key) || then[key] != value) {
+      trained += fmt::format("{}{} {}", trained.empty() ? "" : ", ", key, then.contains(key) ? then[key].dump() : "unset");
+      asked += fmt::format("{}{}", asked.empty() ? "" : ", ", value.dump());
+    }
+  if (!trained.empty())
+    throw Error("{}: was trained with {}, this run asks for {}; use the same options, or train without --resume", path.string(), trained, asked);
   step_ = number("step");
   texture_start_ = number("texture_start");
   vertex_start_ = number("vertex_start");
