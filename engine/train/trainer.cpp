@@ -229,7 +229,7 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     for (std::uint64_t step = step_; step < last; ++step) {
       std::vector<BatchView> views;
       for (const std::uint32_t v : batch_of(step))
-        views.push_back(sampled_at(views_[v], pixel_jitter(settings_.seed, step, v, settings_.pixel_jitter)));
+        views.push_back(sampled_at(views_[v], pixel_jitter(settings_.seed, step, views_[v], settings_.pixel_jitter)));
       batches.push_back(lay_out(views));
       schedule_.add(state_of(step, batches.back()), batches.back());
     }

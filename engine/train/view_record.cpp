@@ -33,20 +33,18 @@ BatchView batch_view(const scene::Camera& camera, double near, double far, doubl
 }
 
 BatchView sampled_at(const BatchView& view, glm::dvec2 pixels) {
-  const glm::dmat4 move = glm::translate(glm::dmat4(1.0), glm::dvec3(-2.0 * pixels / glm::dvec2(view.width, view.height), 0.0));
   BatchView moved = view;
-  moved.clip_from_world = move * view.clip_from_world;
-  moved.world_from_clip = view.world_from_clip * glm::inverse(move);
   moved.offset += pixels;
   return moved;
 }
 
-glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, std::uint32_t view, double most) {
+glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double most) {
   constexpr std::uint64_t kStream = 0x6a6974746572;  // "jitter"
   soup::Random random(seed ^ (kStream << 16), step);
-  random.seek(std::uint64_t(view) * 2);
+  random.seek(std::uint64_t(view.index) * 2);
   const double x = random.uniform01(), y = random.uniform01();
-  return most * (2.0 * glm::dvec2(x, y) - 1.0);
+  // A lone pixel has no neighbours from which what lies beside its centre could be told.
+  return most * glm::dvec2(view.width > 1 ? 2.0 * x - 1.0 : 0.0, view.height > 1 ? 2.0 * y - 1.0 : 0.0);
 }
 
 BatchLayout lay_out(std::span<const BatchView> views) {
@@ -54,11 +52,15 @@ BatchLayout lay_out(std::span<const BatchView> views) {
   layout.views = static_cast<std::uint32_t>(views.size());
   for (const BatchView& view : views) {
     kernels::ViewRecord record{};
+    // Rounded to floats before they are moved: what a step sees must not hang on digits of a pose that a far origin took away.
+    const glm::dvec2 ndc = 2.0 * view.offset / glm::dvec2(view.width, view.height);
     record.clip_from_world = glm::mat4(view.clip_from_world);
+    record.clip_from_world = glm::mat4(glm::translate(glm::dmat4(1.0), glm::dvec3(-ndc, 0.0)) * glm::dmat4(record.clip_from_world));
     const scene::PixelRays rays = scene::pixel_rays(view.world_from_clip);
-    record.ray = glm::vec4(rays.centre, 0.0);
     record.ray_x = glm::vec4(rays.x, 0.0);
     record.ray_y = glm::vec4(rays.y, 0.0);
+    record.ray = glm::vec4(rays.centre, 0.0);
+    record.ray = glm::vec4(glm::dvec4(record.ray) + ndc.x * glm::dvec4(record.ray_x) + ndc.y * glm::dvec4(record.ray_y));
     record.width = view.width;
     record.height = view.height;
     record.tiles_x = (view.width + 7) / 8;

@@ -20,7 +20,7 @@ struct BatchView {
   gpu::Address photo = 0;   // RGBA8, alpha is the loss mask; not needed to render
   std::uint32_t index = 0;  // of the view in the dataset
   double photograph_pixels = 1;  // of the photograph, for one of this view
-  glm::dvec2 offset{0.0};   // where the photograph is sampled, in pixels right of and below the centres of its pixels
+  glm::dvec2 offset{0.0};   // where soup and photograph are sampled, in pixels right of and below the centres of pixels
 };
 
 /// A camera in normalised coordinates as a view of a batch. scale: of the image's sides, for counting visible pixels.
@@ -30,8 +30,8 @@ BatchView batch_view(const scene::Camera& camera, double near, double far, doubl
 BatchView sampled_at(const BatchView& view, glm::dvec2 pixels);
 
 /// Where a step samples the pixels of a view: off their centres by a random number of pixels, at most `most` along each axis, uniform; the same for the same
-/// arguments. view: in the dataset.
-glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, std::uint32_t view, double most);
+/// arguments and view.index. Zero along an axis of one pixel.
+glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double most);
 
 /// Sizes of a placed batch.
 struct BatchLayout {

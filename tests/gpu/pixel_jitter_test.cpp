@@ -202,13 +202,19 @@ TEST_CASE("what is outside a photograph's mask is not mixed in", "[jitter]") {
 }
 
 TEST_CASE("pixels are sampled all around their centres", "[jitter]") {
+  const auto sized = [](std::uint32_t index, std::uint32_t width, std::uint32_t height) {
+    train::BatchView view;
+    view.index = index, view.width = width, view.height = height;
+    return view;
+  };
   std::set<std::pair<double, double>> different;
   glm::dvec2 sum(0.0), squares(0.0);
   double mixed = 0;
   int quarters[4] = {};
   constexpr int kSteps = 500, kViews = 8;
   for (std::uint64_t step = 0; step < kSteps; ++step)
-    for (std::uint32_t view = 0; view < kViews; ++view) {
+    for (std::uint32_t index = 0; index < kViews; ++index) {
+      const train::BatchView view = sized(index, 12, 9);
       const glm::dvec2 at = train::pixel_jitter(7, step, view, 0.25);
       REQUIRE(glm::all(glm::lessThanEqual(glm::abs(at), glm::dvec2(0.25))));
       CHECK(at == train::pixel_jitter(7, step, view, 0.25));
@@ -226,6 +232,9 @@ TEST_CASE("pixels are sampled all around their centres", "[jitter]") {
   }
   CHECK(std::abs(mixed / kDraws) < 4 * kVariance / std::sqrt(kDraws));
   for (const int n : quarters) CHECK(n == Approx(kDraws / 4).epsilon(0.1));
-  CHECK(train::pixel_jitter(7, 3, 2, 0.25) != train::pixel_jitter(8, 3, 2, 0.25));
-  CHECK(train::pixel_jitter(7, 3, 2, 0) == glm::dvec2(0.0));
+  const train::BatchView view = sized(2, 12, 9);
+  CHECK(train::pixel_jitter(7, 3, view, 0.25) != train::pixel_jitter(8, 3, view, 0.25));
+  CHECK(train::pixel_jitter(7, 3, view, 0) == glm::dvec2(0.0));
+  CHECK(train::pixel_jitter(7, 3, sized(2, 1, 9), 0.25) == glm::dvec2(0.0, train::pixel_jitter(7, 3, view, 0.25).y));
+  CHECK(train::pixel_jitter(7, 3, sized(2, 12, 1), 0.25) == glm::dvec2(train::pixel_jitter(7, 3, view, 0.25).x, 0.0));
 }
