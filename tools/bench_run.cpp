@@ -31,9 +31,10 @@ using Row = CsvTable::Row;
 
 // What the columns hold stands in docs/charts.md.
 const std::vector<std::string> kColumns = {
-    "record",     "scene",       "options", "resolution", "budget",   "steps",      "seed",         "command",   "revision", "device",
-    "driver",     "host",        "date",    "step",       "seconds",  "cpu_seconds", "triangles",    "psnr",      "ssim",     "mae",
-    "bytes",      "frame_ms",    "frame_size", "frame_device", "views", "size",     "kernel",       "kernel_ms", "settings"};
+    "record",    "scene",      "options",      "resolution", "budget",      "steps",     "seed",      "command",  "revision",
+    "device",    "driver",     "host",         "date",       "step",        "seconds",   "cpu_seconds", "triangles", "psnr",
+    "ssim",      "mae",        "bytes",        "frame_ms",   "frame_size",  "frames", "frame_device", "views",    "size",
+    "kernel",    "kernel_ms",  "timed_steps",  "nothing_learnt", "dataset", "settings"};
 
 std::atomic<bool> g_stop{false};
 
@@ -94,7 +95,7 @@ std::string folder_of(const std::string& command) {
 
 json read_json(const std::filesystem::path& path) {
   json value = json::parse(read_file(path), nullptr, false);
-  if (value.is_discarded()) throw Error("{}: is not JSON; remove its folder", path.string());
+  if (value.is_discarded()) throw Error("{}: is not JSON", path.string());
   return value;
 }
 
@@ -102,6 +103,12 @@ json read_json(const std::filesystem::path& path) {
 std::string text_of(const json& value) {
   if (value.is_null()) return {};
   return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw Error("{}: cannot be made ({}); choose another --work", folder.string(), error.message());
 }
 
 class Runner {
@@ -112,7 +119,7 @@ class Runner {
   /// The rows of a training.
   std::vector<Row> run(const Training& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t));
-    std::filesystem::create_directories(folder);
+    make_folder(folder);
     std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o", folder.string(), "--resume"};
     arguments.insert(arguments.end(), t.arguments.begin(), t.arguments.end());
     child(arguments, folder / "log.txt");
@@ -134,6 +141,7 @@ class Runner {
         row["record"] = "kernel";
         row["triangles"] = text_of(metrics["triangles"]);
         row["kernel"] = kernel;
+        row["timed_steps"] = text_of(timings["steps"]);
         row["kernel_ms"] = fmt::format("{:.4f}", k["ms"].get<double>() * k["launches"].get<double>() / timed);
       }
     Row& row = rows.emplace_back(base);
@@ -141,15 +149,17 @@ class Runner {
     row["step"] = std::to_string(t.steps);
     for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"}) row[key] = text_of(metrics[key]);
     row["settings"] = metrics["settings"].dump();
-    std::printf("  PSNR %s, SSIM %s, %s triangles, %.1f s of training (%.1f s of CPU)\n", row["psnr"].substr(0, 5).c_str(),
-                row["ssim"].substr(0, 6).c_str(), row["triangles"].c_str(), metrics["seconds"].get<double>(),
-                metrics["cpu_seconds"].get<double>());
+    row["nothing_learnt"] = text_of(metrics["nothing_learnt"]);
+    const std::string quality =
+        row["psnr"].empty() ? "no test views" : fmt::format("PSNR {}, SSIM {}", row["psnr"].substr(0, 5), row["ssim"].substr(0, 6));
+    std::printf("  %s, %s triangles, %.1f s of training (%.1f s of CPU)%s\n", quality.c_str(), row["triangles"].c_str(), metrics["seconds"].get<double>(),
+                metrics["cpu_seconds"].get<double>(), metrics["nothing_learnt"].get<bool>() ? "; nothing was learnt" : "");
     return rows;
   }
 
   std::vector<Row> run(const StepTiming& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t));
-    std::filesystem::create_directories(folder);
+    make_folder(folder);
     std::vector<std::string> arguments{program("soup-bench"), "steps"};
     arguments.insert(arguments.end(), t.arguments.begin(), t.arguments.end());
     arguments.insert(arguments.end(), {"--json", (folder / "steps.json").string()});
@@ -184,9 +194,10 @@ class Runner {
     std::fflush(stdout);
     try {
       table_.append(run(run_of));
-    } catch (const Error& e) {
+    } catch (const std::exception& e) {
       // The plan goes on: one scene that is missing is no reason to lose the night.
-      std::fprintf(stderr, "soup-bench: %s\n", e.what());
+      std::fprintf(stderr, "soup-bench: %s: %s (log and checkpoint: %s; without that folder it begins anew)\n", line.c_str(), e.what(),
+                   (work_ / folder_of(line)).c_str());
       return false;
     }
     std::error_code ignored;
@@ -196,20 +207,21 @@ class Runner {
   }
 
   /// Pictures of a model whose training is among the results, medians over views of the upper hemisphere. What draws may be another
-  /// device than what trains, or there may be none: then there is no row.
-  void time_frames(const Training& t) {
+  /// device than what trains, or there may be none: then there is no row. False without a row.
+  bool time_frames(const Training& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t)), times = folder / "frames.json";
     if (!std::filesystem::exists(folder / "model.glb")) {
-      std::fprintf(stderr, "no time of a picture: the model is gone; %s\n", command(t).c_str());
-      return;
+      std::fprintf(stderr, "soup-bench: %s: no time of a picture: the model is gone; remove the rows of this training from the results, and the same call makes it again\n",
+                   command(t).c_str());
+      return false;
     }
     try {
       child({program("soup-view"), (folder / "model.glb").string(), "--benchmark", "--frames", std::to_string(plan_.frames), "--size",
              plan_.frame_size, "--json", times.string()},
             folder / "frames.txt");
     } catch (const Error& e) {
-      std::fprintf(stderr, "no time of a picture: %s\n", e.what());
-      return;
+      std::fprintf(stderr, "soup-bench: %s: no time of a picture: %s\n", command(t).c_str(), e.what());
+      return false;
     }
     const json result = read_json(times);
     Row row = base_of(t, read_json(folder / "metrics.json"));
@@ -218,7 +230,9 @@ class Runner {
     row["frame_ms"] = fmt::format("{:.3f}", result["hemisphere"]["p50_ms"].get<double>());
     row["frame_size"] = plan_.frame_size;
     row["frame_device"] = text_of(result["device"]);
+    row["frames"] = std::to_string(plan_.frames);
     table_.append({row});
+    return true;
   }
 
   void clean_up(const std::string& line) const {
@@ -249,7 +263,8 @@ class Runner {
             {"device", text_of(metrics["device"])},
             {"driver", text_of(metrics["driver"])},
             {"host", host_},
-            {"date", now()}};
+            {"date", now()},
+            {"dataset", text_of(metrics["dataset"]["fingerprint"])}};
   }
 
   const RunOptions& options_;
@@ -265,20 +280,25 @@ class Runner {
 int run_plan(const RunOptions& options) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, [](int) { g_stop = true; });
   std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+  if (options.results.filename().empty()) throw Error("-o '{}': is not the name of a file", options.results.string());
   const Plan plan = read_plan(options.plan);
   std::filesystem::path work = options.work;
   if (work.empty()) (work = options.results) += ".work";
-  std::error_code error;
-  std::filesystem::create_directories(work, error);
-  if (error) throw Error("{}: cannot be made ({}); choose another --work", work.string(), error.message());
+  CsvTable table(options.results, kColumns);
+  table.append({});  // rather now than when the first training is over
+  make_folder(work);
   try {
     const Lock lock(work / "lock");
-    CsvTable table(options.results, kColumns);
     std::set<std::string> done, timed;
-    for (const Row& row : table.rows()) (row.at("record") == "frame" ? timed : done).insert(row.at("command"));
+    table.append({});  // reads what another call added while this one waited
+    for (const Row& row : table.rows())
+      // Older results do not say of how many pictures a time is.
+      if (row.at("record") != "frame") done.insert(row.at("command"));
+      else if (row.at("frame_size") == plan.frame_size && (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
+        timed.insert(row.at("command"));
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
-    std::size_t number = 0, failed = 0;
+    std::size_t number = 0, failed = 0, untimed = 0;
     const auto all = [&](const auto& runs) {
       for (const auto& run : runs) {
         ++number;
@@ -294,13 +314,16 @@ int run_plan(const RunOptions& options) {
     all(plan.trainings);
     // One right after the other, so that they compare.
     for (const Training& t : plan.trainings)
-      if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) runner.time_frames(t);
+      if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) {
+        if (runner.time_frames(t)) timed.insert(command(t));
+        else ++untimed;
+      }
     if (!options.keep)
-      for (const std::string& line : done) runner.clean_up(line);
-    if (failed > 0) {
-      std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
-      return 1;
-    }
+      for (const std::string& line : done)
+        if (plan.frames == 0 || timed.contains(line) || line.starts_with(kStepCommand)) runner.clean_up(line);
+    if (failed > 0) std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
+    if (untimed > 0) std::fprintf(stderr, "soup-bench: pictures of %zu models were not timed; without 'frames' in the plan none are\n", untimed);
+    if (failed + untimed > 0) return 1;
   } catch (const Interrupted&) {
     std::fprintf(stderr, "interrupted; the same call goes on\n");
     return 130;

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <fstream>
 
+#include <fmt/format.h>
+
 #include "error.h"
 
 namespace trisoup::bench {
@@ -58,7 +60,10 @@ ChildResult run_child(const std::vector<std::string>& arguments, const std::file
   }
   ChildResult result;
   result.status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
-  if (result.status != 0) result.error = result.status == 127 ? arguments[0] + ": cannot be started" : last_line(log);
+  if (WIFSIGNALED(state))
+    result.error = fmt::format("{}: ended by signal {} ({})", arguments[0], WTERMSIG(state), ::strsignal(WTERMSIG(state)));
+  else if (result.status == 127) result.error = arguments[0] + ": cannot be started";
+  else if (result.status != 0) result.error = last_line(log);
   return result;
 }
 

@@ -10,7 +10,7 @@ namespace trisoup::bench {
 
 struct ChildResult {
   int status = 0;     // exit status, or 128 + the signal that ended it
-  std::string error;  // the last line that it wrote
+  std::string error;  // the last line that it wrote, or that a signal ended it; empty where status is 0
 };
 
 /// Runs arguments[0], a path, with the others. What it prints goes to the file `log`. When this process ends, whatever the

@@ -1,5 +1,9 @@
 #include "csv_table.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <span>
 #include <utility>
@@ -46,18 +50,49 @@ std::vector<std::vector<std::string>> records(const std::string& text, const std
   return all;
 }
 
+/// Held while a file of the folder is read and replaced. The file itself would be another one after that.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::filesystem::path& folder) : descriptor_(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    // Where folders cannot be locked, two that write at once may lose rows, as they would without.
+    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+  }
+  ~FolderLock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
 }  // namespace
 
-CsvTable::CsvTable(std::filesystem::path path, std::vector<std::string> columns) : path_(std::move(path)), columns_(std::move(columns)) {
+CsvTable::CsvTable(const std::filesystem::path& path, std::vector<std::string> columns) : columns_(std::move(columns)) {
+  // A link is the file that it points to, for whoever else writes it.
+  std::error_code error;
+  path_ = std::filesystem::weakly_canonical(path, error);
+  if (error) path_ = path;
+  read();
+}
+
+void CsvTable::read() {
+  rows_.clear();
   if (!std::filesystem::exists(path_)) return;
-  const auto all = records(read_file(path_), path_.string());
-  if (all.empty() || all[0] != columns_)
-    throw Error("{}: has other columns than this program writes; choose another file", path_.string());
+  std::string text = read_file(path_);
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // spreadsheets
+  if (text.empty()) return;
+  const auto all = records(text, path_.string());
+  for (const std::string& column : all[0])
+    if (std::find(columns_.begin(), columns_.end(), column) == columns_.end())
+      throw Error("{}: has other columns than this program writes; choose another file", path_.string());
   for (std::size_t i = 1; i < all.size(); ++i) {
-    if (all[i].size() != columns_.size())
-      throw Error("{}: record {} has {} values, not {}; remove it", path_.string(), i, all[i].size(), columns_.size());
+    if (all[i].size() != all[0].size())
+      throw Error("{}: record {} has {} values, not {}; remove it", path_.string(), i, all[i].size(), all[0].size());
     Row& row = rows_.emplace_back();
-    for (std::size_t c = 0; c < columns_.size(); ++c) row[columns_[c]] = all[i][c];
+    for (const std::string& column : columns_) row[column];
+    for (std::size_t c = 0; c < all[0].size(); ++c) row[all[0][c]] = all[i][c];
   }
 }
 
@@ -65,6 +100,8 @@ void CsvTable::append(const std::vector<Row>& rows) {
   for (const Row& row : rows)
     for (const auto& [column, value] : row)
       if (std::find(columns_.begin(), columns_.end(), column) == columns_.end()) throw Error("{}: has no column '{}'", path_.string(), column);
+  const FolderLock lock(path_.parent_path());
+  read();
   std::vector<Row> all = rows_;
   all.insert(all.end(), rows.begin(), rows.end());
   std::string text;

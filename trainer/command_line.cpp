@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <deque>
 
 #include <fmt/format.h>
 
@@ -35,12 +36,10 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   auto* data = app.add_option_group("Dataset");
   data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
   data->add_option("--test-every", o.load.test_every, "hold out every K-th view in name order where there is no test split; 0: none [8]");
-  data->add_option("--background", o.load.background, "auto: white where images have alpha, else black")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, scene::BackgroundChoice>{
-          {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}));
-  data->add_option("--alpha", o.load.alpha, "composite alpha on the background, or use it as a mask of the loss")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}));
+  std::string background = "auto", alpha = "composite";
+  data->add_option("--background", background, "auto (white where images have alpha, else black), white or black [auto]")
+      ->check(CLI::IsMember({"auto", "white", "black"}));
+  data->add_option("--alpha", alpha, "composite: on the background; mask: of the loss [composite]")->check(CLI::IsMember({"composite", "mask"}));
 
   auto* start = app.add_option_group("Start");
   start->add_option("--init", o.init, "points (of the dataset), random, or a mesh file (.obj .ply .gltf .glb) [points if there are any]");
@@ -51,8 +50,17 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
 
   auto* method = app.add_option_group("Method");
   // Presets differ in them, so that not given is not the same as off.
-  const auto flag = [&](const char* name, std::optional<bool>& value, const char* help) {
-    method->add_flag_function(name, [&value](std::int64_t on) { value = on > 0; }, help);
+  struct Choice {
+    bool value = false, inverted = false;
+    CLI::Option* option = nullptr;
+    std::optional<bool>* to = nullptr;
+  };
+  std::deque<Choice> choices;
+  const auto flag = [&](const char* name, std::optional<bool>& to, const char* help, bool inverted = false) {
+    Choice& choice = choices.emplace_back();
+    choice.option = method->add_flag(name, choice.value, help);
+    choice.option->check(CLI::IsMember({"true", "false"}));
+    choice.to = &to, choice.inverted = inverted;
   };
   method->add_option("--recipe", o.recipe, "how triangles are dropped and split [by dataset format]")
       ->check(CLI::IsMember({"synthetic", "real"}));
@@ -79,10 +87,10 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
                      "learn by heart what holds at the centres alone; 0 to 0.5; 0: at the centres, as published [0.25]");
   method->add_flag("--opaque", o.opaque, "opacity fixed to 1: no masking in training, and every triangle opaque in the model");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
-  flag("!--no-opacity-baseline", o.opacity_baseline,
-                   "opacities learn from a pixel's error alone, as published, not from how it differs from its neighbours'");
+  flag("--no-opacity-baseline", o.opacity_baseline,
+       "opacities learn from a pixel's error alone, as published, not from how it differs from its neighbours'", true);
   flag("--update-unseen", o.update_unseen,
-                   "textures of triangles that no view of a step has shown go on by their moments, as published");
+       "textures of triangles that no view of a step has shown go on by their moments, as published");
   flag("--copy-textures", o.copy_textures, "halves of a split triangle copy its texture, as published");
   flag("--drop-near", o.drop_near, "drop triangles that reach the camera plane whole, as published, instead of clipping them");
   method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
@@ -134,6 +142,11 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
 
   try {
     app.parse(argc, argv);
+    for (const Choice& choice : choices)
+      if (choice.option->count() > 0) *choice.to = choice.value != choice.inverted;
+    using enum scene::BackgroundChoice;
+    o.load.background = background == "white" ? white : background == "black" ? black : automatic;
+    o.load.alpha = alpha == "mask" ? scene::AlphaUse::mask : scene::AlphaUse::composite;
     if (o.list_devices) return std::nullopt;
     if (o.dataset.empty()) throw CLI::RequiredError("DATASET");
     if (o.output.empty()) throw CLI::RequiredError("-o");

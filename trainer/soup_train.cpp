@@ -277,7 +277,10 @@ int run(const CommandLine& o, viewer::Live* live) {
   metrics["driver"] = device->info().driver;
   metrics["peak_device_bytes"] = device->peak_bytes();
   metrics["settings"] = to_json(trainer->settings());
-  metrics["dataset"] = {{"path", utf8(o.dataset)}, {"resolution", o.load.downscale}, {"test_every", o.load.test_every}};
+  metrics["dataset"] = {{"path", utf8(o.dataset)},
+                        {"resolution", o.load.downscale},
+                        {"test_every", o.load.test_every},
+                        {"fingerprint", fmt::format("{:016x}-{:016x}", scene.fingerprint, trainer->photographs_fingerprint())}};
   metrics["revision"] = kRevision;
   folder.write_metrics(metrics);
 

@@ -148,6 +148,8 @@ std::unique_ptr<Device> open_device(const DeviceOptions& options) {
   const std::string backend = choose_backend(options, devices_in_question(options));
   if (backend == "vulkan") return open_vulkan_device(options);
   if (backend == "cuda") return open_cuda_device(options);
+  if (backend == "cpu" && !options.device.empty())
+    throw Error("--device {}: --backend cpu has no devices to choose from; leave out one of the two", options.device);
   if (backend == "cpu") return open_host_device(options);
   throw Error("--backend {}: this program has no such backend; use auto, vulkan, cuda or cpu", options.backend);
 }

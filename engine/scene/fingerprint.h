@@ -3,11 +3,13 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
+#include <span>
 #include <string_view>
 
 namespace trisoup::scene {
 
-/// 64-bit FNV-1a over what is added, in order.
+/// 64-bit hash of what is added, in order (Fowler, Noll and Vo, FNV-1a).
 class Fingerprint {
  public:
   void add(std::string_view text) {
@@ -17,6 +19,16 @@ class Fingerprint {
   /// Rounded to float, so that the last bits of another library's tan() do not matter; +0 for -0.
   void add(double value) { add_word(std::bit_cast<std::uint32_t>(static_cast<float>(value) + 0.0f)); }
   void add(int value) { add_word(static_cast<std::uint32_t>(value)); }
+  /// Eight bytes at a time: photographs are large.
+  void add(std::span<const std::uint8_t> bytes) {
+    for (; bytes.size() >= 8; bytes = bytes.subspan(8)) {
+      std::uint64_t word;
+      std::memcpy(&word, bytes.data(), 8);
+      hash_ = (hash_ ^ word) * 1099511628211u;
+      hash_ ^= hash_ >> 29;
+    }
+    for (const std::uint8_t byte : bytes) add_byte(byte);
+  }
 
   std::uint64_t value() const { return hash_; }
 

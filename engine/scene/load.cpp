@@ -193,4 +193,13 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   return scene;
 }
 
+std::uint64_t fingerprint_of_photographs(const std::vector<View>& views) {
+  Fingerprint result;
+  for (const View& view : views) {
+    result.add(view.image.width), result.add(view.image.height);
+    result.add(std::span(view.image.rgba));
+  }
+  return result.value();
+}
+
 }  // namespace trisoup::scene

@@ -62,4 +62,7 @@ struct Scene {
 /// Throws trisoup::Error.
 Scene load(const std::filesystem::path& path, const LoadOptions& options);
 
+/// Hash of the views' decoded photographs: files, what they are composited on, their masks, the use of alpha.
+std::uint64_t fingerprint_of_photographs(const std::vector<View>& views);
+
 }  // namespace trisoup::scene

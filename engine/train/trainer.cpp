@@ -119,7 +119,7 @@ std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings&
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::vector<glm::vec3>& vertices)
-    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu), schedule_(gpu) {
+    : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
   const bool coarse = lift_step(settings_) > 0;
   const soup::TextureLevels levels =
       coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
@@ -359,7 +359,7 @@ void each_array(SoupBuffers& s, F&& f) {
 
 constexpr const char* kFormat = "trisoup checkpoint 4";
 
-/// The fingerprint knows poses and sizes only, but what photographs are composited on changes what is learnt.
+/// A fingerprint would tell as well, but not what is to be done.
 std::string background_text(const scene::Scene& scene) {
   return fmt::format("{} {} {}", scene.background.r, scene.background.g, scene.background.b);
 }
@@ -386,12 +386,13 @@ void Trainer::write_checkpoint(const std::filesystem::path& path) {
                    {"cpu_seconds", fmt::format("{}", cpu_seconds_)},
                    {"scene", std::to_string(scene_.fingerprint)},
                    {"background", background_text(scene_)},
+                   {"photographs", std::to_string(photographs_)},
                    {"settings", to_json(settings_).dump()}});
   writer.write(path);
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path)
-    : gpu_(gpu), scene_(scene), settings_(settings), frame_(gpu), schedule_(gpu) {
+    : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
   const soup::Safetensors file = soup::Safetensors::open(path);
   const auto text = [&](const char* key) {
     const auto it = file.metadata().find(key);
@@ -413,6 +414,9 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
                 path.string());
   if (text("background") != background_text(scene))
     throw Error("{}: was trained on another background; use the same --background, or train without --resume", path.string());
+  // Older checkpoints do not say.
+  if (file.metadata().contains("photographs") && number("photographs") != photographs_)
+    throw Error("{}: was trained on other photographs or masks; use the same files and the same --alpha, or train without --resume", path.string());
   nlohmann::json then = nlohmann::json::parse(text("settings"), nullptr, false), now = to_json(settings_);
   if (!then.is_object()) throw Error("{}: its settings are damaged; train without --resume", path.string());
   // How often something is written does not change what is computed.
@@ -426,14 +430,12 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
     settings_.most_triangles = then["most_triangles"].get<std::uint32_t>();
     now["most_triangles"] = then["most_triangles"];
   }
-  std::string trained, asked;
+  std::string differing;
   for (const auto& [key, value] : now.items())
-    if (!then.contains(key) || then[key] != value) {
-      trained += fmt::format("{}{} {}", trained.empty() ? "" : ", ", key, then.contains(key) ? then[key].dump() : "unset");
-      asked += fmt::format("{}{}", asked.empty() ? "" : ", ", value.dump());
-    }
-  if (!trained.empty())
-    throw Error("{}: was trained with {}, this run asks for {}; use the same options, or train without --resume", path.string(), trained, asked);
+    if (!then.contains(key) || then[key] != value)
+      differing += fmt::format("{}{} {} (now {})", differing.empty() ? "" : ", ", key, then.contains(key) ? then[key].dump() : "unset", value.dump());
+  if (!differing.empty())
+    throw Error("{}: was trained with {}; use the same options, or train without --resume", path.string(), differing);
   step_ = number("step");
   texture_start_ = number("texture_start");
   vertex_start_ = number("vertex_start");

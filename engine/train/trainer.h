@@ -79,6 +79,7 @@ class Trainer {
 
   bool finished() const { return step_ >= settings_.steps; }
   std::uint64_t step() const { return step_; }
+  std::uint64_t photographs_fingerprint() const { return photographs_; }
   double seconds() const { return seconds_; }
   double cpu_seconds() const { return cpu_seconds_; }  // of all threads of the process, over the same time
   std::uint32_t triangles() const { return soup_.triangles; }
@@ -106,6 +107,7 @@ class Trainer {
   gpu::Device& gpu_;
   const scene::Scene& scene_;
   Settings settings_;
+  std::uint64_t photographs_;          // fingerprint
   Frame frame_;
   SoupBuffers soup_;
   Photographs photos_;

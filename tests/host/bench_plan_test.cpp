@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include <fstream>
+#include <set>
+#include <thread>
 
 #include "bench_plan.h"
 #include "csv_table.h"
@@ -60,6 +62,25 @@ TEST_CASE("what is wrong with a plan is named", "[bench]") {
   refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "colour": 1}]})", "colour");
   refused(R"({"scenes": {"a": []}, "trainings": ["a"]})", "trainings 1");
   refused(R"({"steps": [{"sizes": [], "triangles": [1]}]})", "sizes");
+  refused("{\n\"frames\": 2,\n}", "line 3");
+  refused(R"({"frames": )" + std::string(100'000, '[') + std::string(100'000, ']') + "}", "deeper");
+  refused(R"({"two\nlines": 1})", "two?lines");
+  refused(R"({"frames": 4294967295})", "at most");
+  for (const char* size : {"banana", "64", "0x48", "64x48x2", "-1x5"}) refused(R"({"frame_size": ")" + std::string(size) + R"("})", "frame_size");
+  // What the plan's own keys say must be what was run.
+  for (const char* argument : {"--steps", "--steps=3", "--triangles", "--seed", "-r", "-r2", "--resolution", "-o", "--output=x", "--help", "--list-devices"}) {
+    CAPTURE(argument);
+    const std::string list = R"([")" + std::string(argument) + R"(", "3"])";
+    refused(R"({"arguments": )" + list + "}", argument);
+    refused(R"({"scenes": {"a": )" + list + R"(}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1]}]})", argument);
+    refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "arguments": )" + list + "}]}", argument);
+    refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "options": {"x": )" + list + "}}]}", argument);
+  }
+  refused(R"({"steps": [{"sizes": [4], "triangles": [1], "arguments": ["--json=x"]}]})", "--json=x");
+  refused(R"({"scenes": {"a": []}, "arguments": ["x\u0000y"], "trainings": []})", "null character");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "options": {"full": [], "other": []}}]})", "same training");
+  // Such as only begin alike are for arguments.
+  CHECK(plan_of(R"({"scenes": {"a": ["--steps-of-another", "--seeds"]}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1]}]})").trainings.size() == 1);
 }
 
 TEST_CASE("a CSV table grows by whole groups of rows and keeps every character", "[bench]") {
@@ -85,4 +106,47 @@ TEST_CASE("a CSV table grows by whole groups of rows and keeps every character",
   CHECK_THROWS_WITH(bench::CsvTable(path, {"x", "y"}), Contains("ends within"));
   std::ofstream(path) << "x,y\n1,2,3\n";
   CHECK_THROWS_WITH(bench::CsvTable(path, {"x", "y"}), Contains("3 values"));
+}
+
+TEST_CASE("a CSV table keeps what others add meanwhile, through links too", "[bench]") {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "t.csv", link = folder.path() / "link.csv";
+  std::filesystem::create_symlink(path, link);
+  bench::CsvTable one(path, {"x"}), other(link, {"x"});
+  one.append({{{"x", "1"}}});
+  other.append({{{"x", "2"}}, {{"x", "3"}}});
+  one.append({{{"x", "4"}}});
+  CHECK(read_file(path) == "x\n1\n2\n3\n4\n");
+  CHECK(std::filesystem::is_symlink(link));
+  REQUIRE(one.rows().size() == 4);
+  CHECK(one.rows()[1].at("x") == "2");
+
+  // Many at once: none is lost.
+  constexpr int kWriters = 4, kEach = 25;
+  {
+    std::vector<std::jthread> writers;
+    for (int w = 0; w < kWriters; ++w)
+      writers.emplace_back([&, w] {
+        bench::CsvTable table(path, {"x"});
+        for (int i = 0; i < kEach; ++i) table.append({{{"x", std::to_string(100 * (w + 1) + i)}}});
+      });
+  }
+  std::set<std::string> values;
+  const bench::CsvTable all(path, {"x"});
+  for (const auto& row : all.rows()) values.insert(row.at("x"));
+  CHECK(values.size() == 4 + kWriters * kEach);
+}
+
+TEST_CASE("a CSV table goes on with files of fewer columns, of none, and with a byte order mark", "[bench]") {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "t.csv";
+  std::ofstream(path).close();
+  CHECK(bench::CsvTable(path, {"x", "y"}).rows().empty());
+  std::ofstream(path) << "\xef\xbb\xbfy\n1\n";
+  bench::CsvTable table(path, {"x", "y"});
+  REQUIRE(table.rows().size() == 1);
+  CHECK(table.rows()[0].at("x").empty());
+  CHECK(table.rows()[0].at("y") == "1");
+  table.append({{{"x", "2"}}});
+  CHECK(read_file(path) == "x,y\n,1\n2,\n");
 }

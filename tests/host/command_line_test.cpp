@@ -78,6 +78,10 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(back.opacity_baseline);
     CHECK_FALSE((back.copy_textures || back.drop_near || back.update_unseen));
     CHECK(back.least_views == 3);
+    // Of a flag given twice the last counts.
+    CHECK(settings_of({"--copy-textures=false", "--copy-textures"}, synthetic).copy_textures);
+    CHECK_FALSE(settings_of({"--copy-textures", "--copy-textures", "--copy-textures=false"}, synthetic).copy_textures);
+    CHECK(settings_of({"--no-opacity-baseline", "--no-opacity-baseline", "--no-opacity-baseline=false"}, synthetic).opacity_baseline);
   }
 }
 

@@ -294,6 +294,25 @@ TEST_CASE("the fingerprint tells scenes apart", "[scene][load]") {
   CHECK(load(folder.path(), {}).fingerprint != first);
 }
 
+TEST_CASE("the fingerprint of photographs tells apart what is learnt from the same files", "[scene][load]") {
+  const SceneFolder folder;
+  write_transforms(folder, 3);
+  LoadOptions options;
+  options.background = BackgroundChoice::black;
+  const auto first = fingerprint_of_photographs(load(folder.path(), options).train);
+  CHECK(fingerprint_of_photographs(load(folder.path(), options).train) == first);
+  Scene scene = load(folder.path(), options);
+  for (const std::size_t at : {std::size_t{0}, std::size_t{7}, scene.train.back().image.rgba.size() - 1}) {
+    CAPTURE(at);
+    scene.train.back().image.rgba[at] ^= 1;
+    CHECK(fingerprint_of_photographs(scene.train) != first);
+    scene.train.back().image.rgba[at] ^= 1;
+  }
+  std::swap(scene.train.front().image, scene.train.back().image);
+  REQUIRE(scene.train.front().image.rgba != scene.train.back().image.rgba);
+  CHECK(fingerprint_of_photographs(scene.train) != first);
+}
+
 TEST_CASE("a single view is for training", "[scene][load]") {
   const SceneFolder folder;
   write_transforms(folder, 1);
