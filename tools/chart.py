@@ -9,6 +9,7 @@ import collections
 import csv
 import json
 import math
+import os
 import pathlib
 import re
 import statistics
@@ -22,8 +23,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-# Dark to light, so that the order survives a black and white printer; markers and line styles say the same again.
-SHADES = ["#1b1b1b", "#1f5fa8", "#c1440e", "#3a9a6a", "#9a7bb5"]
+# Dark to light (luminance 0, 72, 113, 145, 178 of 255), so that the order survives a black and white printer; markers and line styles say the same again.
+SHADES = ["#000000", "#1f4e96", "#c2571f", "#58b184", "#bea5d6"]
 MARKERS = ["o", "s", "^", "D", "v"]
 LINES = [":", "--", "-", "-."]
 HATCHES = ["", "////", "....", "\\\\\\\\", "xxxx", "----", "oo", "||||", "++"]
@@ -37,25 +38,62 @@ plt.rcParams.update({
 
 NUMBERS = ["resolution", "budget", "steps", "seed", "step", "seconds", "cpu_seconds", "triangles", "psnr", "ssim", "mae", "bytes", "frame_ms",
            "views", "size", "kernel_ms"]
-TEXTS = ["record", "scene", "options", "command", "kernel", "frame_size", "frame_device", "device", "driver", "date", "settings"]
+TEXTS = ["record", "scene", "options", "command", "kernel", "frame_size", "frame_device", "device", "driver", "date", "revision", "settings"]
+
+
+# What a row of a record cannot be drawn without. Quality may be missing: a dataset need not have test views.
+NEEDED = {"evaluation": ["budget", "steps", "seed", "step", "seconds", "cpu_seconds"], "model": ["budget", "steps", "seed", "triangles", "bytes"],
+          "frame": ["frame_ms"], "step": ["triangles", "views", "size", "kernel_ms"], "kernel": ["kernel_ms"]}
+
+
+def warn(line):
+    print(f"chart.py: {line}", file=sys.stderr)
 
 
 def read(path):
     """Rows as dictionaries, numbers as floats; what is empty is None."""
-    with open(path, newline="") as file:
-        reader = csv.DictReader(file)
-        missing = [c for c in NUMBERS + TEXTS if c not in (reader.fieldnames or [])]
-        if missing:
-            raise ValueError(f"{path}: has no column '{missing[0]}'; it is not of soup-bench run")
-        rows = []
-        for line, row in enumerate(reader, 2):
-            for column in NUMBERS:
-                try:
-                    row[column] = float(row[column]) if row[column] else None
-                except (TypeError, ValueError):
-                    raise ValueError(f"{path}: record {line}: '{row[column]}' in column {column} is not a number") from None
-            rows.append(row)
+    rows = []
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file, strict=True)
+            missing = [c for c in NUMBERS + TEXTS if c not in (reader.fieldnames or [])]
+            if missing:
+                raise ValueError(f"{path}: has no column '{missing[0]}'; it is not of soup-bench run")
+            for number, row in enumerate(reader, 1):
+                if None in row or None in row.values():
+                    raise ValueError(f"{path}: record {number} has more or fewer values than there are columns; remove it")
+                for column in NUMBERS:
+                    row[column], text = None, row[column]
+                    try:
+                        row[column] = float(text) if text else None
+                    except ValueError:
+                        pass
+                    if text and not (row[column] is not None and 0 <= row[column] < math.inf):
+                        raise ValueError(f"{path}: record {number}: '{text}' in column {column} is not a number from 0 on; remove the record")
+                empty = [c for c in NEEDED.get(row["record"], []) if row[c] is None]
+                if empty:
+                    raise ValueError(f"{path}: record {number}: column {empty[0]} is empty in a row of kind '{row['record']}'; remove the record")
+                if row["record"] == "model":
+                    row["settings"] = settings_of(path, number, row["settings"])
+                rows.append(row)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path}: is not the CSV of soup-bench run ({error})") from None
     return rows
+
+
+def settings_of(path, number, text):
+    try:
+        settings = json.loads(text) if text else {}
+        if isinstance(settings, dict) and all(isinstance(settings.get(k, 0), (int, float)) for k in ("rate_vertex", "rate_end", "steps", "seed")):
+            return settings
+    except json.JSONDecodeError:
+        pass
+    raise ValueError(f"{path}: record {number}: column settings is no JSON object of settings; remove the record")
+
+
+def title(text):
+    """matplotlib takes what stands between dollars for mathematics."""
+    return text.replace("$", r"\$")
 
 
 def short(count):
@@ -82,11 +120,13 @@ def label_at_right(axes, ends):
                 moved = True
         if not moved:
             break
+    if places and places[-1] > 1:
+        places = [min(p, 1 - gap * (len(places) - 1 - i)) for i, p in enumerate(places)]
     if places and places[0] < 0:
         places = [max(p, gap * i) for i, p in enumerate(places)]
     for place, (_, _, x, y, text, colour) in zip(places, labels):
         axes.annotate(text, (x, y), xytext=(1.05, place), textcoords="axes fraction", fontsize=plt.rcParams["xtick.labelsize"], va="center",
-                      color=colour, annotation_clip=False, arrowprops={"arrowstyle": "-", "lw": 0.35, "color": "#888888", "shrinkB": 2, "shrinkA": 0})
+                      color=colour, annotation_clip=False, arrowprops={"arrowstyle": "-", "lw": 0.35, "relpos": (0, 0.5), "color": "#888888", "shrinkB": 2, "shrinkA": 0})
 
 
 def logarithmic(axes, subs=(1.0, 2.0, 5.0)):
@@ -122,14 +162,21 @@ def trainings(rows, record):
     """The full method's rows, of the first seed: {(scene, budget, steps): rows}"""
     found = collections.defaultdict(dict)
     for r in rows:
-        if r["record"] == record and r["options"] == "full":
+        if r["record"] == record and r["options"] == "full" and r["psnr"] is not None and r["ssim"] is not None:
             of_command = found[scene_name(r), r["budget"], r["steps"]].setdefault(r["command"], [])
             of_command.append(r)
-    return {key: min(commands.values(), key=lambda c: c[0]["seed"]) for key, commands in sorted(found.items())}
+    chosen = {}
+    for key, commands in sorted(found.items()):
+        of_seed = sorted(commands.values(), key=lambda c: (c[0]["seed"], c[0]["command"]))
+        chosen[key] = of_seed[0]
+        same = [c[0]["command"] for c in of_seed if c[0]["seed"] == of_seed[0][0]["seed"]]
+        if len(same) > 1:
+            warn(f"{len(same)} trainings are called 'full' with {key[0]}, {describe(*key[1:])}; drawn is {same[0]}")
+    return chosen
 
 
 def describe(budget, steps):
-    return f"{short(budget)}, {short(steps)} steps"
+    return f"{short(budget)} triangles, {short(steps)} steps"
 
 
 def quality_over_time(rows, time):
@@ -139,9 +186,10 @@ def quality_over_time(rows, time):
         return None
     shade, marker = (styles({k[1] for k in curves}, c) for c in (SHADES, MARKERS))
     line = styles({k[2] for k in curves}, LINES)
-    figure, grid = plt.subplots(2, len(scenes), figsize=(3.6 * len(scenes), 5.2), squeeze=False)
-    figure.subplots_adjust(wspace=0.75, left=0.14 / len(scenes), right=1 - 0.24 / len(scenes), bottom=0.09, top=0.95, hspace=0.16)
+    figure, grid = plt.subplots(2, len(scenes), figsize=(4.2 * len(scenes), 5.2), squeeze=False, sharex="col")
+    figure.subplots_adjust(wspace=0.95, left=0.12 / len(scenes), right=1 - 0.36 / len(scenes), bottom=0.09, top=0.95, hspace=0.16)
     for column, scene in enumerate(scenes):
+        started = math.inf
         for row, quality in enumerate(["psnr", "ssim"]):
             axes = grid[row][column]
             ends, all_points = [], []
@@ -158,9 +206,15 @@ def quality_over_time(rows, time):
             for p in front:
                 axes.plot(p[0], p[1], marker=p[3], ms=4, color=p[2], zorder=4)
             logarithmic(axes)
+            # How a training ends is what counts: first steps may be outside the frame.
+            best, worst = (of(e[1] for e in ends) for of in (max, min))
+            margin = 0.1 * (best - worst + 1e-3)
+            axes.set_ylim(worst - margin, best + margin)
+            started = min([started, *(p[0] for p in all_points if p[1] >= worst - margin)])
+            axes.set_xlim(left=0.8 * started)
             axes.set_ylabel("PSNR [dB]" if quality == "psnr" else "SSIM")
             if row == 0:
-                axes.set_title(scene, loc="left")
+                axes.set_title(title(scene), loc="left")
                 axes.tick_params(labelbottom=False)
             else:
                 axes.set_xlabel("training time [CPU seconds, all threads]" if time == "cpu_seconds" else "training time [s]")
@@ -174,6 +228,11 @@ def quality_over_cost(rows, scene):
     models = {k: {**m, **{c: frames[m["command"]][c] for c in ("frame_ms", "frame_size") if m["command"] in frames}} for k, m in models.items()}
     if len({k[1] for k in models}) < 2:
         return None
+    sizes = collections.Counter(m["frame_size"] for m in models.values() if m["frame_ms"])
+    if len(sizes) > 1:
+        size = sizes.most_common(1)[0][0]
+        warn(f"{scene}: times of pictures of several sizes; drawn are those of {size}")
+        models = {k: m if m["frame_size"] == size else {**m, "frame_ms": None} for k, m in models.items()}
     costs = [("triangles", 1, "triangles"), ("bytes", 1e-6, "model file [MB]")]
     timed = [m for m in models.values() if m["frame_ms"]]
     if timed:
@@ -198,7 +257,7 @@ def quality_over_cost(rows, scene):
             if row == 0:
                 axes.tick_params(labelbottom=False)
                 if column == 0:
-                    axes.set_title(scene, loc="left")
+                    axes.set_title(title(scene), loc="left")
             else:
                 axes.set_xlabel(name)
             if column == len(costs) - 1:
@@ -210,10 +269,14 @@ def ablations(rows):
     """Every training that was made with several of ABLATIONS; a dot for each seed, their mean and range."""
     found = collections.defaultdict(lambda: collections.defaultdict(dict))
     for r in rows:
-        if r["record"] == "model":
+        if r["record"] == "model" and r["psnr"] is not None and r["ssim"] is not None:
             found[scene_name(r), r["budget"], r["steps"]][r["options"]][r["seed"]] = r
     found = {key: {n: o for n, o in options.items() if n in ABLATIONS} for key, options in sorted(found.items())}
     found = {key: options for key, options in found.items() if len(options) > 1}
+    for key, options in list(found.items()):
+        if not set.intersection(*(set(seeds) for seeds in options.values())):
+            warn(f"no seed is common to the ablations of {key[0]}, {describe(*key[1:])}; left out")
+            del found[key]
     if not found:
         return None
     figure, grid = plt.subplots(len(found), 2, figsize=(7.2, 0.7 + 1.7 * len(found)), squeeze=False)
@@ -238,7 +301,7 @@ def ablations(rows):
             axes.margins(x=0.16)
             axes.xaxis.set_major_locator(MaxNLocator(6))
             if column == 0:
-                axes.set_title(f"{scene}, {describe(budget, steps)}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}", loc="left")
+                axes.set_title(title(f"{scene}, {describe(budget, steps)}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}"), loc="left")
             if row == len(found) - 1:
                 axes.set_xlabel("PSNR [dB]" if quality == "psnr" else "SSIM")
     return figure
@@ -248,8 +311,8 @@ def quality_over_rate(rows):
     """PSNR over how far vertices can travel, of trainings that differ in nothing but the vertex rate and how rates fall."""
     found = collections.defaultdict(lambda: collections.defaultdict(list))
     for r in rows:
-        if r["record"] == "model" and r["settings"] and r["psnr"] is not None:
-            s = json.loads(r["settings"])
+        s = r["settings"]
+        if r["record"] == "model" and r["psnr"] is not None and all(k in s for k in ("rate_vertex", "rate_end", "steps", "seed")) and 0 < s["rate_end"] <= 1:
             same = {k: v for k, v in s.items() if k not in ("rate_vertex", "rate_end", "seed")}
             # The mean of rate_end^t over t from 0 to 1, times the steps.
             end = s["rate_end"]
@@ -280,7 +343,7 @@ def quality_over_rate(rows):
         logarithmic(axes)
         axes.set_xlabel("way of a vertex: sum of its rates [normalised units]")
         axes.set_ylabel("PSNR [dB]")
-        axes.set_title(scene, loc="left")
+        axes.set_title(title(scene), loc="left")
         label_at_right(axes, ends)
     return figure
 
@@ -341,8 +404,22 @@ def step_by_kernel(rows):
     return figure
 
 
+def save(figure, path, metadata):
+    """The name always means a whole picture."""
+    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        figure.savefig(beside, metadata=metadata, bbox_inches="tight", pad_inches=0.04)
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    class OneLine(argparse.ArgumentParser):
+        def error(self, message):
+            sys.exit(f"chart.py: {message}; see --help")
+
+    parser = OneLine(description=__doc__.splitlines()[0])
     parser.add_argument("results", help="CSV file of soup-bench run")
     parser.add_argument("-o", "--output", required=True, help="folder for the pictures")
     parser.add_argument("--time", choices=["cpu", "wall"], default="wall",
@@ -354,19 +431,27 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
         figures = {"quality_over_time": quality_over_time(rows, "cpu_seconds" if arguments.time == "cpu" else "seconds"),
                    "ablations": ablations(rows), "quality_over_rate": quality_over_rate(rows), "step_by_kernel": step_by_kernel(rows)}
+        revisions = sorted({r["revision"] for r in rows if r["record"] in ("evaluation", "model")})
+        if len(revisions) > 1:
+            warn(f"{arguments.results}: trainings of {len(revisions)} revisions of the program ({', '.join(revisions)}) in one picture")
         for scene in scenes_of([r for r in rows if r["record"] == "model"]):
-            figures["quality_over_cost_" + re.sub(r"\W+", "_", scene)] = quality_over_cost(rows, scene)
+            name = "quality_over_cost_" + re.sub(r"\W+", "_", scene)
+            while name in figures:  # "a b" and "a_b"
+                name += "_"
+            figures[name] = quality_over_cost(rows, scene)
         drawn = 0
         for name, figure in figures.items():
             if figure is None:
                 print(f"{name}: not measured, left out")
                 continue
-            figure.savefig(folder / f"{name}.svg", metadata={"Date": None}, bbox_inches="tight", pad_inches=0.04)
-            figure.savefig(folder / f"{name}.png", metadata={"Software": None}, bbox_inches="tight", pad_inches=0.04)
+            for suffix, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
+                save(figure, folder / f"{name}.{suffix}", metadata)
             drawn += 1
         if drawn == 0:
             raise ValueError(f"{arguments.results}: holds nothing to draw")
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        sys.exit(f"chart.py: {error.filename or arguments.results}: {error.strerror}; check the path")
+    except ValueError as error:
         sys.exit(f"chart.py: {error}")
 
 
