@@ -328,8 +328,8 @@ def quality_over_rate(rows):
     scenes = list(dict.fromkeys(k[0] for k in groups))
     line, marker, shade = (styles({e for v in groups.values() for e in v}, c) for c in (LINES, MARKERS, SHADES))
     fill = styles({k[2] for k in groups}, ["white", "#bbbbbb", "black"])
-    figure, grid = plt.subplots(1, len(scenes), figsize=(3.6 * len(scenes), 2.9), squeeze=False)
-    figure.subplots_adjust(wspace=0.75, left=0.14 / len(scenes), right=1 - 0.24 / len(scenes), bottom=0.16, top=0.92)
+    figure, grid = plt.subplots(1, len(scenes), figsize=(4.6 * len(scenes), 2.9), squeeze=False)
+    figure.subplots_adjust(wspace=1.15, left=0.11 / len(scenes), right=1 - 0.42 / len(scenes), bottom=0.16, top=0.92)
     for axes, scene in zip(grid[0], scenes):
         ends = []
         for (of, budget, steps, _), by_end in groups.items():
