@@ -35,6 +35,8 @@ json parse(const std::filesystem::path& path) {
   };
   try {
     return json::parse(text, shallow, true, true);
+  } catch (const json::out_of_range&) {
+    throw Error("{}: holds a number that is too large", path.string());
   } catch (const json::parse_error& e) {
     const auto until = text.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(e.byte, text.size()));
     throw Error("{}: is not JSON near line {}; look for a comma or a bracket too many or too few", path.string(), 1 + std::count(text.begin(), until, '\n'));
@@ -110,6 +112,8 @@ class Part {
 void check_arguments(const Strings& arguments, const std::string& where, std::span<const std::string_view> reserved) {
   for (const std::string& a : arguments) {
     if (a.find('\0') != std::string::npos) throw Error("{}: the argument '{}' holds a null character", where, printable(a));
+    // "-qr2" is "-q -r 2".
+    if (a.size() > 2 && a.starts_with("-q")) throw Error("{}: '{}' holds several options; write them one by one", where, printable(a));
     for (const std::string_view option : reserved) {
       // Short ones take their value without a space.
       const bool is_short = !option.starts_with("--");
@@ -233,6 +237,6 @@ std::string command(const Training& training) {
   return shell_line("soup-train " + shell_word(training.scene) + " -o OUT", training.arguments);
 }
 
-std::string command(const StepTiming& timing) { return shell_line(kStepCommand, timing.arguments); }
+std::string command(const StepTiming& timing) { return shell_line("soup-bench steps", timing.arguments); }
 
 }  // namespace trisoup::bench

@@ -34,8 +34,6 @@ struct Plan {
 /// Throws Error that names the file and the key.
 Plan read_plan(const std::filesystem::path& path);
 
-inline constexpr const char* kStepCommand = "soup-bench steps";
-
 /// As one would type it: `soup-train SCENE -o OUT ...` and `soup-bench steps ...`.
 std::string command(const Training& training);
 std::string command(const StepTiming& timing);

@@ -45,7 +45,8 @@ class Lock {
  public:
   explicit Lock(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
     if (descriptor_ < 0) throw Error("{}: cannot be written ({}); choose another --work", path.string(), std::strerror(errno));
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+    // Where folders know no locks (ENOLCK, EOPNOTSUPP) nothing can be waited for.
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
     std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
     while (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
       if (g_stop) throw Interrupted{};
@@ -108,7 +109,7 @@ std::string text_of(const json& value) {
 void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw Error("{}: cannot be made ({}); choose another --work", folder.string(), error.message());
+  if (error) throw Error("{}: cannot be made ({}); choose another place", folder.string(), error.message());
 }
 
 class Runner {
@@ -136,24 +137,24 @@ class Runner {
     const json timings = metrics.value("timings", json::object());
     const double timed = timings.value("steps", 0.0);
     if (timed > 0)
-      for (const auto& [kernel, k] : timings["kernels"].items()) {
+      for (const auto& [kernel, k] : timings.at("kernels").items()) {
         Row& row = rows.emplace_back(base);
         row["record"] = "kernel";
-        row["triangles"] = text_of(metrics["triangles"]);
+        row["triangles"] = text_of(metrics.at("triangles"));
         row["kernel"] = kernel;
-        row["timed_steps"] = text_of(timings["steps"]);
-        row["kernel_ms"] = fmt::format("{:.4f}", k["ms"].get<double>() * k["launches"].get<double>() / timed);
+        row["timed_steps"] = text_of(timings.at("steps"));
+        row["kernel_ms"] = fmt::format("{:.4f}", k.at("ms").get<double>() * k.at("launches").get<double>() / timed);
       }
     Row& row = rows.emplace_back(base);
     row["record"] = "model";
     row["step"] = std::to_string(t.steps);
-    for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"}) row[key] = text_of(metrics[key]);
-    row["settings"] = metrics["settings"].dump();
-    row["nothing_learnt"] = text_of(metrics["nothing_learnt"]);
+    for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"}) row[key] = text_of(metrics.at(key));
+    row["settings"] = metrics.at("settings").dump();
+    row["nothing_learnt"] = text_of(metrics.at("nothing_learnt"));
     const std::string quality =
         row["psnr"].empty() ? "no test views" : fmt::format("PSNR {}, SSIM {}", row["psnr"].substr(0, 5), row["ssim"].substr(0, 6));
-    std::printf("  %s, %s triangles, %.1f s of training (%.1f s of CPU)%s\n", quality.c_str(), row["triangles"].c_str(), metrics["seconds"].get<double>(),
-                metrics["cpu_seconds"].get<double>(), metrics["nothing_learnt"].get<bool>() ? "; nothing was learnt" : "");
+    std::printf("  %s, %s triangles, %.1f s of training (%.1f s of CPU)%s\n", quality.c_str(), row["triangles"].c_str(), metrics.at("seconds").get<double>(),
+                metrics.at("cpu_seconds").get<double>(), metrics.at("nothing_learnt").get<bool>() ? "; nothing was learnt" : "");
     return rows;
   }
 
@@ -170,17 +171,17 @@ class Runner {
     for (const auto& [kernel, k] : result.at("step").items()) {
       rows.push_back({{"record", "step"},
                       {"command", command(t)},
-                      {"revision", text_of(result["revision"])},
-                      {"device", text_of(result["device"])},
-                      {"driver", text_of(result["driver"])},
+                      {"revision", text_of(result.at("revision"))},
+                      {"device", text_of(result.at("device"))},
+                      {"driver", text_of(result.at("driver"))},
                       {"host", host_},
                       {"date", now()},
                       {"triangles", std::to_string(t.triangles)},
                       {"views", std::to_string(t.views)},
                       {"size", std::to_string(t.size)},
                       {"kernel", kernel},
-                      {"kernel_ms", fmt::format("{:.4f}", k["fastest_ms"].get<double>())}});
-      total += k["fastest_ms"].get<double>();
+                      {"kernel_ms", fmt::format("{:.4f}", k.at("fastest_ms").get<double>())}});
+      total += k.at("fastest_ms").get<double>();
     }
     std::printf("  %.1f ms a step\n", total);
     return rows;
@@ -219,19 +220,19 @@ class Runner {
       child({program("soup-view"), (folder / "model.glb").string(), "--benchmark", "--frames", std::to_string(plan_.frames), "--size",
              plan_.frame_size, "--json", times.string()},
             folder / "frames.txt");
-    } catch (const Error& e) {
+      const json result = read_json(times);
+      Row row = base_of(t, read_json(folder / "metrics.json"));
+      row["record"] = "frame";
+      row["triangles"] = text_of(result.at("triangles"));
+      row["frame_ms"] = fmt::format("{:.3f}", result.at("hemisphere").at("p50_ms").get<double>());
+      row["frame_size"] = plan_.frame_size;
+      row["frame_device"] = text_of(result.at("device"));
+      row["frames"] = std::to_string(plan_.frames);
+      table_.append({row});
+    } catch (const std::exception& e) {
       std::fprintf(stderr, "soup-bench: %s: no time of a picture: %s\n", command(t).c_str(), e.what());
       return false;
     }
-    const json result = read_json(times);
-    Row row = base_of(t, read_json(folder / "metrics.json"));
-    row["record"] = "frame";
-    row["triangles"] = text_of(result["triangles"]);
-    row["frame_ms"] = fmt::format("{:.3f}", result["hemisphere"]["p50_ms"].get<double>());
-    row["frame_size"] = plan_.frame_size;
-    row["frame_device"] = text_of(result["device"]);
-    row["frames"] = std::to_string(plan_.frames);
-    table_.append({row});
     return true;
   }
 
@@ -259,12 +260,12 @@ class Runner {
             {"steps", std::to_string(t.steps)},
             {"seed", std::to_string(t.seed)},
             {"command", command(t)},
-            {"revision", text_of(metrics["revision"])},
-            {"device", text_of(metrics["device"])},
-            {"driver", text_of(metrics["driver"])},
+            {"revision", text_of(metrics.at("revision"))},
+            {"device", text_of(metrics.at("device"))},
+            {"driver", text_of(metrics.at("driver"))},
             {"host", host_},
             {"date", now()},
-            {"dataset", text_of(metrics["dataset"]["fingerprint"])}};
+            {"dataset", text_of(metrics.value("/dataset/fingerprint"_json_pointer, json()))}};
   }
 
   const RunOptions& options_;
@@ -284,6 +285,7 @@ int run_plan(const RunOptions& options) {
   const Plan plan = read_plan(options.plan);
   std::filesystem::path work = options.work;
   if (work.empty()) (work = options.results) += ".work";
+  if (options.results.has_parent_path()) make_folder(options.results.parent_path());
   CsvTable table(options.results, kColumns);
   table.append({});  // rather now than when the first training is over
   make_folder(work);
@@ -318,9 +320,13 @@ int run_plan(const RunOptions& options) {
         if (runner.time_frames(t)) timed.insert(command(t));
         else ++untimed;
       }
-    if (!options.keep)
-      for (const std::string& line : done)
-        if (plan.frames == 0 || timed.contains(line) || line.starts_with(kStepCommand)) runner.clean_up(line);
+    if (!options.keep) {
+      // Another plan may still have to time the pictures of its own.
+      for (const StepTiming& t : plan.step_timings)
+        if (done.contains(command(t))) runner.clean_up(command(t));
+      for (const Training& t : plan.trainings)
+        if (done.contains(command(t)) && (plan.frames == 0 || timed.contains(command(t)))) runner.clean_up(command(t));
+    }
     if (failed > 0) std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
     if (untimed > 0) std::fprintf(stderr, "soup-bench: pictures of %zu models were not timed; without 'frames' in the plan none are\n", untimed);
     if (failed + untimed > 0) return 1;

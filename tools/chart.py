@@ -68,8 +68,9 @@ def read(path):
                         row[column] = float(text) if text else None
                     except ValueError:
                         pass
-                    if text and not (row[column] is not None and 0 <= row[column] < math.inf):
-                        raise ValueError(f"{path}: record {number}: '{text}' in column {column} is not a number from 0 on; remove the record")
+                    least = -1 if column == "ssim" else 0
+                    if text and not (row[column] is not None and least <= row[column] < math.inf):
+                        raise ValueError(f"{path}: record {number}: '{text}' in column {column} is not a number from {least} on; remove the record")
                 empty = [c for c in NEEDED.get(row["record"], []) if row[c] is None]
                 if empty:
                     raise ValueError(f"{path}: record {number}: column {empty[0]} is empty in a row of kind '{row['record']}'; remove the record")
@@ -107,6 +108,8 @@ def label_at_right(axes, ends):
     figure.canvas.draw()
     height = axes.get_window_extent().height
     gap = 1.25 * plt.rcParams["xtick.labelsize"] * figure.dpi / 72 / height
+    smaller = min(1, 1 / (gap * len(ends))) if ends else 1  # where there are more than fit
+    gap *= smaller
     to_axes = lambda x, y: axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
     labels = sorted(([*to_axes(x, y), x, y, text, colour] for x, y, text, colour in ends), key=lambda e: e[1])
     places = [e[1] for e in labels]
@@ -125,7 +128,7 @@ def label_at_right(axes, ends):
     if places and places[0] < 0:
         places = [max(p, gap * i) for i, p in enumerate(places)]
     for place, (_, _, x, y, text, colour) in zip(places, labels):
-        axes.annotate(text, (x, y), xytext=(1.05, place), textcoords="axes fraction", fontsize=plt.rcParams["xtick.labelsize"], va="center",
+        axes.annotate(text, (x, y), xytext=(1.05, place), textcoords="axes fraction", fontsize=smaller * plt.rcParams["xtick.labelsize"], va="center",
                       color=colour, annotation_clip=False, arrowprops={"arrowstyle": "-", "lw": 0.35, "relpos": (0, 0.5), "color": "#888888", "shrinkB": 2, "shrinkA": 0})
 
 
@@ -207,8 +210,9 @@ def quality_over_time(rows, time):
                 axes.plot(p[0], p[1], marker=p[3], ms=4, color=p[2], zorder=4)
             logarithmic(axes)
             # How a training ends is what counts: first steps may be outside the frame.
-            best, worst = (of(e[1] for e in ends) for of in (max, min))
-            margin = 0.1 * (best - worst + 1e-3)
+            best, worst = max(p[1] for p in all_points), min(e[1] for e in ends)
+            worst = min(worst, best - (3 if quality == "psnr" else 0.1))
+            margin = 0.1 * (best - worst)
             axes.set_ylim(worst - margin, best + margin)
             started = min([started, *(p[0] for p in all_points if p[1] >= worst - margin)])
             axes.set_xlim(left=0.8 * started)
@@ -224,15 +228,15 @@ def quality_over_time(rows, time):
 
 def quality_over_cost(rows, scene):
     models = {k: r[0] for k, r in trainings(rows, "model").items() if k[0] == scene}
-    frames = {r["command"]: r for r in rows if r["record"] == "frame"}
-    models = {k: {**m, **{c: frames[m["command"]][c] for c in ("frame_ms", "frame_size") if m["command"] in frames}} for k, m in models.items()}
     if len({k[1] for k in models}) < 2:
         return None
-    sizes = collections.Counter(m["frame_size"] for m in models.values() if m["frame_ms"])
+    frames = {(r["command"], r["frame_size"]): r["frame_ms"] for r in rows if r["record"] == "frame"}
+    commands = {m["command"] for m in models.values()}
+    sizes = collections.Counter(size for command, size in frames if command in commands)
+    size = max(sorted(sizes), key=sizes.get, default=None)
     if len(sizes) > 1:
-        size = sizes.most_common(1)[0][0]
         warn(f"{scene}: times of pictures of several sizes; drawn are those of {size}")
-        models = {k: m if m["frame_size"] == size else {**m, "frame_ms": None} for k, m in models.items()}
+    models = {k: {**m, "frame_ms": frames.get((m["command"], size)), "frame_size": size} for k, m in models.items()}
     costs = [("triangles", 1, "triangles"), ("bytes", 1e-6, "model file [MB]")]
     timed = [m for m in models.values() if m["frame_ms"]]
     if timed:

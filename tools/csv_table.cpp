@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
 #include <span>
+#include <thread>
 #include <utility>
 
 #include "atomic_file.h"
@@ -54,8 +57,16 @@ std::vector<std::vector<std::string>> records(const std::string& text, const std
 class FolderLock {
  public:
   explicit FolderLock(const std::filesystem::path& folder) : descriptor_(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    // Where folders cannot be locked, two that write at once may lose rows, as they would without.
-    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+    // Where folders cannot be locked, two that write at once may lose rows, as they would without. Reading and writing take milliseconds: who
+    // holds a folder for longer holds it for something else.
+    constexpr int kTries = 1000;
+    for (int i = 0; descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++i) {
+      if (i == kTries) {
+        ::close(descriptor_);
+        throw Error("{}: another program holds a lock on this folder (flock); end it, or choose another folder", folder.string());
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
   }
   ~FolderLock() {
     if (descriptor_ >= 0) ::close(descriptor_);
@@ -72,8 +83,10 @@ class FolderLock {
 CsvTable::CsvTable(const std::filesystem::path& path, std::vector<std::string> columns) : columns_(std::move(columns)) {
   // A link is the file that it points to, for whoever else writes it.
   std::error_code error;
-  path_ = std::filesystem::weakly_canonical(path, error);
-  if (error) path_ = path;
+  path_ = path;
+  // One that points to nothing yet is not followed by weakly_canonical.
+  if (std::filesystem::is_symlink(path, error) && !std::filesystem::exists(path, error)) path_ = path.parent_path() / std::filesystem::read_symlink(path, error);
+  if (const auto found = std::filesystem::weakly_canonical(path_, error); !error) path_ = found;
   read();
 }
 
@@ -84,6 +97,7 @@ void CsvTable::read() {
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // spreadsheets
   if (text.empty()) return;
   const auto all = records(text, path_.string());
+  if (all.empty()) throw Error("{}: has no columns; choose another file", path_.string());
   for (const std::string& column : all[0])
     if (std::find(columns_.begin(), columns_.end(), column) == columns_.end())
       throw Error("{}: has other columns than this program writes; choose another file", path_.string());

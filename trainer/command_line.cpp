@@ -50,6 +50,13 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
 
   auto* method = app.add_option_group("Method");
   // Presets differ in them, so that not given is not the same as off.
+  const CLI::Validator yes_or_no(
+      [](const std::string& text) {
+        for (const char* each : {"true", "false", "1", "0", "on", "off", "yes", "no"})
+          if (text == each) return std::string();
+        return "'" + text + "' is neither true nor false";
+      },
+      "");
   struct Choice {
     bool value = false, inverted = false;
     CLI::Option* option = nullptr;
@@ -59,7 +66,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   const auto flag = [&](const char* name, std::optional<bool>& to, const char* help, bool inverted = false) {
     Choice& choice = choices.emplace_back();
     choice.option = method->add_flag(name, choice.value, help);
-    choice.option->check(CLI::IsMember({"true", "false"}));
+    choice.option->check(yes_or_no);
     choice.to = &to, choice.inverted = inverted;
   };
   method->add_option("--recipe", o.recipe, "how triangles are dropped and split [by dataset format]")

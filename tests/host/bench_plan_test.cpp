@@ -66,6 +66,8 @@ TEST_CASE("what is wrong with a plan is named", "[bench]") {
   refused(R"({"frames": )" + std::string(100'000, '[') + std::string(100'000, ']') + "}", "deeper");
   refused(R"({"two\nlines": 1})", "two?lines");
   refused(R"({"frames": 4294967295})", "at most");
+  refused(R"({"frames": 1e999})", "too large");
+  refused(R"({"arguments": ["-qr2"]})", "-qr2");
   for (const char* size : {"banana", "64", "0x48", "64x48x2", "-1x5"}) refused(R"({"frame_size": ")" + std::string(size) + R"("})", "frame_size");
   // What the plan's own keys say must be what was run.
   for (const char* argument : {"--steps", "--steps=3", "--triangles", "--seed", "-r", "-r2", "--resolution", "-o", "--output=x", "--help", "--list-devices"}) {
@@ -121,6 +123,15 @@ TEST_CASE("a CSV table keeps what others add meanwhile, through links too", "[be
   REQUIRE(one.rows().size() == 4);
   CHECK(one.rows()[1].at("x") == "2");
 
+  // A link to what is not there yet, in another folder, is that file too.
+  std::filesystem::create_directories(folder.path() / "sub");
+  std::filesystem::create_symlink("sub/u.csv", folder.path() / "u.csv");
+  bench::CsvTable by_link(folder.path() / "u.csv", {"x"}), by_name(folder.path() / "sub/u.csv", {"x"});
+  by_link.append({{{"x", "1"}}});
+  by_name.append({{{"x", "2"}}});
+  CHECK(read_file(folder.path() / "sub/u.csv") == "x\n1\n2\n");
+  CHECK(std::filesystem::is_symlink(folder.path() / "u.csv"));
+
   // Many at once: none is lost.
   constexpr int kWriters = 4, kEach = 25;
   {
@@ -142,6 +153,10 @@ TEST_CASE("a CSV table goes on with files of fewer columns, of none, and with a 
   const std::filesystem::path path = folder.path() / "t.csv";
   std::ofstream(path).close();
   CHECK(bench::CsvTable(path, {"x", "y"}).rows().empty());
+  for (const char* nothing : {"\r", "\"\""}) {
+    std::ofstream(path) << nothing;
+    CHECK_THROWS_WITH(bench::CsvTable(path, {"x", "y"}), Contains("no columns"));
+  }
   std::ofstream(path) << "\xef\xbb\xbfy\n1\n";
   bench::CsvTable table(path, {"x", "y"});
   REQUIRE(table.rows().size() == 1);
