@@ -124,10 +124,10 @@ void check_arguments(const Strings& arguments, const std::string& where, std::sp
 }
 constexpr std::uint32_t kMostFrames = 100'000;
 constexpr std::string_view kTrainingReserved[] = {
-    "--steps", "--triangles", "--seed", "-r", "--resolution", "-o", "--output", "--resume", "--eval-log", "--eval-every", "--timings", "-h", "--help", "--version", "--list-devices",
-    "--view", "--finish-headless"};
+    "--steps",      "--triangles", "--seed", "-r",     "--resolution", "-o",             "--output", "--resume",         "--eval-log",
+    "--eval-every", "--timings",   "-h",     "--help", "--version",    "--list-devices", "--view",   "--finish-headless"};
 constexpr std::string_view kStepReserved[] = {"--size",        "--triangles",      "--views", "--repeats",
-                                                                   "--most-pixels", "--most-triangles", "--json",  "-h", "--help"};
+                                              "--most-pixels", "--most-triangles", "--json",  "-h",       "--help"};
 
 /// Name to arguments.
 std::vector<std::pair<std::string, Strings>> named(const json& value, const std::string& where) {

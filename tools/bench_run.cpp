@@ -1,12 +1,9 @@
 #include "bench_run.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -21,6 +18,7 @@
 #include "child_process.h"
 #include "csv_table.h"
 #include "error.h"
+#include "file_lock.h"
 #include "read_file.h"
 
 namespace trisoup::bench {
@@ -41,26 +39,14 @@ std::atomic<bool> g_stop{false};
 struct Interrupted {};
 
 /// Held by this process and the program that it runs, so that two never train in one folder.
-class Lock {
- public:
-  explicit Lock(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-    if (descriptor_ < 0) throw Error("{}: cannot be written ({}); choose another --work", path.string(), std::strerror(errno));
-    // Where folders know no locks (ENOLCK, EOPNOTSUPP) nothing can be waited for.
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
-    std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
-    while (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-      if (g_stop) throw Interrupted{};
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-  }
-  ~Lock() { ::close(descriptor_); }
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
-  int descriptor() const { return descriptor_; }
-
- private:
-  int descriptor_;
-};
+FileLock lock_work(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) throw Error("{}: cannot be written ({}); choose another --work", path.string(), std::strerror(errno));
+  return FileLock(descriptor, [](int times) {
+    if (times == 0) std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
+    if (g_stop) throw Interrupted{};
+  });
+}
 
 /// Value of `key: value` or `key=value` in the first such line of a file; empty where there is none.
 std::string value_in(const char* file, const std::string& key, char between) {
@@ -290,7 +276,7 @@ int run_plan(const RunOptions& options) {
   table.append({});  // rather now than when the first training is over
   make_folder(work);
   try {
-    const Lock lock(work / "lock");
+    const FileLock lock = lock_work(work / "lock");
     std::set<std::string> done, timed;
     table.append({});  // reads what another call added while this one waited
     for (const Row& row : table.rows())

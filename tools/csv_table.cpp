@@ -1,18 +1,14 @@
 #include "csv_table.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <span>
-#include <thread>
 #include <utility>
 
 #include "atomic_file.h"
 #include "error.h"
+#include "file_lock.h"
 #include "read_file.h"
 
 namespace trisoup::bench {
@@ -54,29 +50,12 @@ std::vector<std::vector<std::string>> records(const std::string& text, const std
 }
 
 /// Held while a file of the folder is read and replaced. The file itself would be another one after that.
-class FolderLock {
- public:
-  explicit FolderLock(const std::filesystem::path& folder) : descriptor_(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    // Where folders cannot be locked, two that write at once may lose rows, as they would without. Reading and writing take milliseconds: who
-    // holds a folder for longer holds it for something else.
-    constexpr int kTries = 1000;
-    for (int i = 0; descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++i) {
-      if (i == kTries) {
-        ::close(descriptor_);
-        throw Error("{}: another program holds a lock on this folder (flock); end it, or choose another folder", folder.string());
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-  }
-  ~FolderLock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int descriptor_;
-};
+FileLock lock_folder(const std::filesystem::path& folder) {
+  return FileLock(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC), [&](int times) {
+    // Reading and writing take milliseconds: who holds a folder for 10 seconds holds it for something else.
+    if (times == 500) throw Error("{}: another program holds a lock on this folder (flock); end it, or choose another folder", folder.string());
+  });
+}
 
 }  // namespace
 
@@ -114,7 +93,7 @@ void CsvTable::append(const std::vector<Row>& rows) {
   for (const Row& row : rows)
     for (const auto& [column, value] : row)
       if (std::find(columns_.begin(), columns_.end(), column) == columns_.end()) throw Error("{}: has no column '{}'", path_.string(), column);
-  const FolderLock lock(path_.parent_path());
+  const FileLock lock = lock_folder(path_.parent_path());
   read();
   std::vector<Row> all = rows_;
   all.insert(all.end(), rows.begin(), rows.end());

@@ -49,7 +49,6 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   start->add_option("--init-radius", o.init_radius, "random: circumradius of the triangles, in the dataset's units");
 
   auto* method = app.add_option_group("Method");
-  // Presets differ in them, so that not given is not the same as off.
   const CLI::Validator yes_or_no(
       [](const std::string& text) {
         for (const char* each : {"true", "false", "1", "0", "on", "off", "yes", "no"})
@@ -57,6 +56,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
         return "'" + text + "' is neither true nor false";
       },
       "");
+  // Presets differ in them, so that not given is not the same as off.
   struct Choice {
     bool value = false, inverted = false;
     CLI::Option* option = nullptr;
