@@ -1,0 +1,188 @@
+#include "emulated_cuda/machine.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+
+#include <sys/mman.h>
+
+#include <fmt/format.h>
+
+#include "gpu/host/workgroup.h"
+
+namespace trisoup::emulated_cuda {
+namespace {
+
+// Filled by static objects of other files, so made when first used.
+std::map<std::string, Kernel, std::less<>>& kernels() {
+  static std::map<std::string, Kernel, std::less<>> all;
+  return all;
+}
+std::map<std::pair<int, int>, std::string>& files() {
+  static std::map<std::pair<int, int>, std::string> all;
+  return all;
+}
+std::map<std::uint64_t, std::uint64_t>& constants() {  // end by start
+  static std::map<std::uint64_t, std::uint64_t> all;
+  return all;
+}
+
+std::string without_hash(std::string_view name) {
+  const std::size_t start = name.find("_GLOBAL__N__");
+  if (start == std::string_view::npos) return std::string(name);
+  // Digits before it count its letters; after it come two words of a hash around the file's name.
+  const std::size_t length_at = name.find_last_not_of("0123456789", start - 1) + 1;
+  const std::size_t length = std::stoul(std::string(name.substr(length_at, start - length_at)));
+  return std::string(name.substr(0, length_at)) + "_" + std::string(name.substr(start + length));
+}
+
+/// "shade_backward_one" of a mangled name like _ZN7trisoup3gpu4cuda20shade_backward_one_16kernelENS1_17ShadeBackwardArgsE.
+std::string readable(std::string_view name) {
+  constexpr std::string_view kScope = "4cuda";
+  const std::size_t scope = name.find(kScope);
+  if (scope == std::string_view::npos) return std::string(name);
+  std::string_view rest = name.substr(scope + kScope.size());
+  const std::size_t digits = rest.find_first_not_of("0123456789");
+  if (digits == 0 || digits == std::string_view::npos) return std::string(name);
+  return std::string(rest.substr(digits, std::stoul(std::string(rest.substr(0, digits)))));
+}
+
+void* reserve(std::size_t bytes) {
+  void* const taken = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (taken == MAP_FAILED) {
+    std::perror("emulated CUDA: no address space for its memory");
+    std::abort();
+  }
+  return taken;
+}
+
+}  // namespace
+
+Machine machine;
+
+Registration::Registration(std::initializer_list<Kernel> more) {
+  for (const Kernel& kernel : more) kernels().emplace(without_hash(kernel.name), kernel);
+}
+SourceFile::SourceFile(int module, int number, const char* path) { files()[{module, number}] = path; }
+Constant::Constant(const void* data, std::size_t bytes) {
+  const auto start = reinterpret_cast<std::uint64_t>(data);
+  constants()[start] = start + bytes;
+}
+const Kernel* find_kernel(std::string_view name) {
+  const auto found = kernels().find(without_hash(name));
+  return found == kernels().end() ? nullptr : &found->second;
+}
+
+Machine::Machine() {
+  base_ = reinterpret_cast<std::uint64_t>(reserve(kArena));
+  shadow_ = static_cast<Word*>(reserve(kArena / 4 * sizeof(Word)));
+  owners_ = static_cast<std::uint32_t*>(reserve(kArena / kBlock * sizeof(std::uint32_t)));
+  total_ = 4ull << 30;
+}
+
+std::uint64_t Machine::allocate(std::uint64_t bytes) {
+  if (bytes > free_bytes()) return 0;
+  // Space is not taken again before the arena has been gone through, and a block is left between two allocations: what reaches too far or comes too
+  // late finds nobody.
+  const std::uint64_t length = (bytes + kBlock - 1) / kBlock * kBlock + kBlock;
+  const auto fits_at = [&](std::uint64_t from) -> std::uint64_t {
+    for (const auto& [address, size] : live_) {
+      if (address + size + kBlock <= from) continue;
+      if (from + length <= address) break;
+      from = (address + size + kBlock - 1) / kBlock * kBlock + kBlock;
+    }
+    return from + length <= base_ + kArena ? from : 0;
+  };
+  std::uint64_t at = fits_at(base_ + next_);
+  if (at == 0) at = fits_at(base_);
+  if (at == 0) return 0;
+  next_ = at - base_ + length;
+  used_ += bytes;
+  live_.insert(std::ranges::upper_bound(live_, std::pair(at, bytes)), {at, bytes});
+  ends_.push_back(at + bytes);
+  std::fill_n(owners_ + (at - base_) / kBlock, (bytes + kBlock - 1) / kBlock, static_cast<std::uint32_t>(ends_.size() - 1));
+  std::memset(reinterpret_cast<void*>(at), 0xfb, bytes);  // as float -2.6e36, as integer 4.2e9
+  return at;
+}
+
+bool Machine::free(std::uint64_t address) {
+  const auto found = std::ranges::find_if(live_, [&](const auto& allocation) { return allocation.first == address; });
+  if (found == live_.end()) return false;
+  const std::uint64_t bytes = found->second;
+  std::fill_n(owners_ + (address - base_) / kBlock, (bytes + kBlock - 1) / kBlock, 0u);
+  constexpr std::uint64_t kPage = 4096;
+  const auto give_back = [](std::uint64_t start, std::uint64_t end) {
+    start = (start + kPage - 1) / kPage * kPage, end = end / kPage * kPage;
+    if (start < end) madvise(reinterpret_cast<void*>(start), end - start, MADV_DONTNEED);
+  };
+  give_back(address, address + bytes);
+  const auto shadow = reinterpret_cast<std::uint64_t>(shadow_ + (address - base_) / 4);
+  give_back(shadow, shadow + bytes / 4 * sizeof(Word));
+  used_ -= bytes;
+  live_.erase(found);
+  return true;
+}
+
+bool Machine::holds(std::uint64_t address, std::uint64_t bytes) const {
+  if (address - base_ >= kArena) return false;
+  const std::uint32_t owner = owners_[(address - base_) / kBlock];
+  return owner != 0 && address + bytes <= ends_[owner];
+}
+
+bool Machine::is_constant(std::uint64_t at, std::size_t bytes) const {
+  if (at - base_ < kArena) return false;
+  auto after = constants().upper_bound(at);
+  return after != constants().begin() && at + bytes <= (--after)->second;
+}
+
+void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t threads, const std::byte* arguments) {
+  static gpu::host::Workgroup workgroup;
+  const gpu::host::CompiledKernel compiled{kernel.name, {}, false, kernel.barriers, threads, kernel.parameter_bytes, kernel.run};
+  kernel_ = &kernel;
+  arguments_ = arguments;
+  groups_ = groups;
+  threads_ = threads;
+  launch_epoch_ = group_epoch_;
+  for (std::uint32_t group = 0; group < groups && fault_ == Fault::none; ++group) {
+    std::fill_n(barriers_passed_.begin(), threads, 0u);
+    barrier_sites_.clear();
+    std::memset(shared_, 0xfb, kernel.shared_bytes);
+    workgroup.run(compiled, arguments, group);
+    const auto [fewest, most] = std::minmax_element(barriers_passed_.begin(), barriers_passed_.begin() + threads);
+    if (*fewest != *most) hazard("has barriers that some threads of a workgroup do not reach", "it", 0);
+    group_epoch_ += *most + 1;
+  }
+  launch_epoch_ = group_epoch_;
+}
+
+void Machine::barrier(std::uint32_t site, Place place) {
+  const std::uint32_t passed = barriers_passed_[thread()];
+  if (passed == barrier_sites_.size())
+    barrier_sites_.push_back(site);
+  else if (barrier_sites_[passed] != site)
+    hazard("waits at this barrier while others of its workgroup wait at another", "it", place);
+  gpu::host::barrier();
+  ++barriers_passed_[thread()];
+}
+
+void Machine::refuse(const char* what, Place place) { say(Fault::memory, what, place); }
+
+void Machine::hazard(const char* what, const char* space, Place place) { say(Fault::hazard, fmt::format("{} ({})", what, space), place); }
+
+void Machine::say(Fault fault, const std::string& what, Place place) {
+  if (fault_ == Fault::none) fault_ = fault;
+  if (!said_.emplace(std::string(kernel_->name) + what, place).second) return;
+  const auto file = files().find({kernel_->module, static_cast<int>(place >> 20)});
+  findings_.push_back(fmt::format("kernel '{}', {}:{}, thread {} of workgroup {}: {}", readable(kernel_->name),
+                                  file == files().end() ? "?" : file->second, place & 0xfffff, thread(), group(), what));
+  std::fprintf(stderr, "emulated CUDA: %s\n", findings_.back().c_str());
+}
+
+void Machine::forget_findings() {
+  findings_.clear();
+  said_.clear();
+  fault_ = Fault::none;
+}
+
+}  // namespace trisoup::emulated_cuda

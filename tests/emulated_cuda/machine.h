@@ -1,0 +1,267 @@
+// A GPU on one thread of the CPU, for what translate_ptx.py makes of PTX: it checks what NVIDIA's compute-sanitizer checks (accesses
+// outside of allocations or misaligned, hazards between threads that nothing orders, barriers that not all threads reach).
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gpu/host/kernel_language.h"
+
+namespace trisoup::emulated_cuda {
+
+/// Where in the source: number of the file in its PTX << 20 | line.
+using Place = std::uint32_t;
+
+struct Kernel {
+  std::string_view name;  // mangled, as in PTX
+  void (*run)(const std::byte*);
+  std::vector<std::pair<std::size_t, std::size_t>> parameters;  // offset and size in bytes
+  std::size_t parameter_bytes, shared_bytes;
+  std::uint32_t most_threads;
+  bool barriers;
+  int module;
+};
+
+/// Kernels that are known from the start of the program.
+struct Registration {
+  Registration(std::initializer_list<Kernel> kernels);
+};
+struct SourceFile {
+  SourceFile(int module, int number, const char* path);
+};
+/// Null where there is none. Names of an anonymous namespace differ between two compilations in its hash, which is passed over.
+const Kernel* find_kernel(std::string_view name);
+
+enum class Fault { none, memory, hazard };
+
+class Machine {
+ public:
+  Machine();
+  Machine(const Machine&) = delete;
+  Machine& operator=(const Machine&) = delete;
+
+  /// Device memory, filled with bytes that are no sensible value; 0 where `bytes` are more than are free.
+  std::uint64_t allocate(std::uint64_t bytes);
+  /// False where no allocation begins there.
+  bool free(std::uint64_t address);
+  bool holds(std::uint64_t address, std::uint64_t bytes) const;
+  std::uint64_t total_bytes() const { return total_; }
+  std::uint64_t free_bytes() const { return total_ - used_; }
+  void set_total_bytes(std::uint64_t bytes) { total_ = bytes; }
+
+  /// Runs a kernel to its end, or until something was wrong with a workgroup.
+  void run(const Kernel& kernel, std::uint32_t groups, std::uint32_t threads, const std::byte* arguments);
+  /// The first thing that was wrong since the start of the program; said on stderr, and kept.
+  Fault fault() const { return fault_; }
+  const std::vector<std::string>& findings() const { return findings_; }
+  void forget_findings();
+
+  // What translated kernels call. Accesses that are refused read zero and write nothing.
+  std::uint32_t thread() const { return gpu::host::invocation.thread; }
+  std::uint32_t group() const { return gpu::host::invocation.group; }
+  std::uint32_t threads() const { return threads_; }
+  std::uint32_t groups() const { return groups_; }
+  std::uint64_t parameters(std::uint64_t offset) const { return reinterpret_cast<std::uint64_t>(arguments_) + offset; }
+
+  template <typename T, std::size_t N>
+  std::array<T, N> load_param(std::uint64_t at) const {
+    return load<T, N>(at);
+  }
+  template <typename T, std::size_t N>
+  std::array<T, N> load_local(std::uint64_t at) const {
+    return load<T, N>(at);
+  }
+  template <typename T, std::size_t N>
+  void store_local(std::uint64_t at, const std::array<T, N>& values) const {
+    std::memcpy(reinterpret_cast<void*>(at), values.data(), sizeof values);
+  }
+  template <typename T, std::size_t N>
+  std::array<T, N> load_shared(std::uint64_t at, Place place) {
+    if (!in_shared(at, sizeof(T) * N, place)) return {};
+    for (std::uint64_t word = at / 4; word <= (at + sizeof(T) * N - 1) / 4; ++word) note_read(shared_shadow_[word], group_epoch_, "shared memory", place);
+    return load<T, N>(reinterpret_cast<std::uint64_t>(shared_) + at);
+  }
+  template <typename T, std::size_t N>
+  void store_shared(std::uint64_t at, const std::array<T, N>& values, Place place) {
+    if (!in_shared(at, sizeof values, place)) return;
+    const bool same = std::memcmp(shared_ + at, values.data(), sizeof values) == 0;
+    for (std::uint64_t word = at / 4; word <= (at + sizeof values - 1) / 4; ++word)
+      note_write(shared_shadow_[word], group_epoch_, false, same, "shared memory", place);
+    std::memcpy(shared_ + at, values.data(), sizeof values);
+  }
+  template <typename T, std::size_t N>
+  std::array<T, N> load_global(std::uint64_t at, Place place) {
+    if (is_constant(at, sizeof(T) * N)) return load<T, N>(at);
+    if (!in_global(at, sizeof(T) * N, place)) return {};
+    for (std::uint64_t word = (at - base_) / 4; word <= (at - base_ + sizeof(T) * N - 1) / 4; ++word)
+      note_read(shadow_[word], launch_epoch_, "device memory", place);
+    return load<T, N>(at);
+  }
+  template <typename T, std::size_t N>
+  void store_global(std::uint64_t at, const std::array<T, N>& values, Place place) {
+    if (!in_global(at, sizeof values, place)) return;
+    for (std::size_t i = 0; i < N; ++i) {
+      const std::uint64_t spot = at + i * sizeof(T);
+      const bool same = std::memcmp(reinterpret_cast<const void*>(spot), &values[i], sizeof(T)) == 0;
+      for (std::uint64_t word = (spot - base_) / 4; word <= (spot - base_ + sizeof(T) - 1) / 4; ++word)
+        note_write(shadow_[word], launch_epoch_, false, same, "device memory", place);
+    }
+    std::memcpy(reinterpret_cast<void*>(at), values.data(), sizeof values);
+  }
+  std::uint32_t atomic_add(std::uint64_t at, std::uint32_t value, Place place) {
+    return atomic(at, place, [&](std::uint32_t before) { return before + value; });
+  }
+  std::uint32_t atomic_or(std::uint64_t at, std::uint32_t value, Place place) {
+    return atomic(at, place, [&](std::uint32_t before) { return before | value; });
+  }
+  std::uint32_t atomic_max(std::uint64_t at, std::uint32_t value, Place place) {
+    return atomic(at, place, [&](std::uint32_t before) { return std::max(before, value); });
+  }
+  /// site: number of the barrier in the kernel's text.
+  void barrier(std::uint32_t site, Place place);
+
+ private:
+  static constexpr std::size_t kSharedBytes = 48 << 10;
+  static constexpr std::size_t kMostThreads = 1024;
+  static constexpr std::uint64_t kArena = 16ull << 30, kBlock = 256;
+
+  /// Who last touched a word. Epochs number what happens between two barriers of a workgroup, and grow from group to group and launch to launch.
+  struct Word {
+    std::uint32_t write_epoch, read_epoch, first_read_epoch;
+    std::uint16_t writer, reader, first_reader;
+    bool atomic;
+  };
+  enum class Kind : std::uint8_t { read, write };
+
+  std::uint32_t epoch() const { return group_epoch_ + barriers_passed_[thread()]; }
+  /// Nothing orders an earlier access and one of this thread now.
+  bool unordered(std::uint32_t before, std::uint32_t who, std::uint32_t scope) const {
+    return before >= scope && (before < group_epoch_ || (before == epoch() && who != thread()));
+  }
+  void note_read(Word& word, std::uint32_t scope, const char* space, Place place) {
+    const std::uint32_t now = epoch();
+    if (unordered(word.write_epoch, word.writer, scope)) hazard("reads what another thread writes", space, place);
+    if (word.first_read_epoch < scope || (word.first_read_epoch >= group_epoch_ && word.first_read_epoch != now)) {
+      word.first_read_epoch = now;
+      word.first_reader = static_cast<std::uint16_t>(thread());
+    }
+    word.read_epoch = now;
+    word.reader = static_cast<std::uint16_t>(thread());
+  }
+  void note_write(Word& word, std::uint32_t scope, bool atomic, bool same, const char* space, Place place) {
+    if (!(atomic && word.atomic) && !same && unordered(word.write_epoch, word.writer, scope)) hazard("writes what another thread writes", space, place);
+    if (!same && (unordered(word.read_epoch, word.reader, scope) || unordered(word.first_read_epoch, word.first_reader, scope)))
+      hazard("writes what another thread reads", space, place);
+    if (same && unordered(word.write_epoch, word.writer, scope)) return;  // whoever changed it is who later readers depend on
+    word.write_epoch = epoch();
+    word.writer = static_cast<std::uint16_t>(thread());
+    word.atomic = atomic;
+  }
+  template <typename T, std::size_t N>
+  static std::array<T, N> load(std::uint64_t at) {
+    std::array<T, N> values;
+    std::memcpy(values.data(), reinterpret_cast<const void*>(at), sizeof values);
+    return values;
+  }
+  template <typename Change>
+  std::uint32_t atomic(std::uint64_t at, Place place, Change change) {
+    if (!in_global(at, 4, place)) return 0;
+    const std::uint32_t before = load<std::uint32_t, 1>(at)[0], after = change(before);
+    note_write(shadow_[(at - base_) / 4], launch_epoch_, true, false, "device memory", place);
+    std::memcpy(reinterpret_cast<void*>(at), &after, 4);
+    return before;
+  }
+  bool in_shared(std::uint64_t at, std::size_t bytes, Place place) {
+    if (at % bytes == 0 && at + bytes <= kernel_->shared_bytes) return true;
+    refuse(at % bytes ? "a misaligned access to shared memory" : "an access outside of shared memory", place);
+    return false;
+  }
+  bool in_global(std::uint64_t at, std::size_t bytes, Place place) {
+    if (at - base_ < kArena && at % bytes == 0) {
+      const std::uint32_t owner = owners_[(at - base_) / kBlock];
+      if (owner != 0 && at + bytes <= ends_[owner]) return true;
+    }
+    refuse(at % bytes ? "a misaligned access to device memory" : "an access outside of every allocation", place);
+    return false;
+  }
+  bool is_constant(std::uint64_t at, std::size_t bytes) const;
+  void refuse(const char* what, Place place);
+  void hazard(const char* what, const char* space, Place place);
+  void say(Fault fault, const std::string& what, Place place);
+
+  std::uint64_t base_ = 0, total_ = 0, used_ = 0, next_ = 0;
+  Word* shadow_ = nullptr;              // one for every four bytes of device memory
+  std::uint32_t* owners_ = nullptr;     // number of the allocation that a block belongs to, or 0
+  std::vector<std::uint64_t> ends_{0};  // of allocations by number
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> live_;  // address and bytes, by address
+
+  const Kernel* kernel_ = nullptr;
+  const std::byte* arguments_ = nullptr;
+  std::uint32_t groups_ = 0, threads_ = 0;
+  std::uint32_t launch_epoch_ = 1, group_epoch_ = 1;
+  std::array<std::uint32_t, kMostThreads> barriers_passed_{};
+  std::vector<std::uint32_t> barrier_sites_;  // which barrier the workgroup's threads came to, one after the other
+  alignas(16) std::byte shared_[kSharedBytes];
+  std::array<Word, kSharedBytes / 4> shared_shadow_{};
+  std::set<std::pair<std::string, Place>> said_;
+  std::vector<std::string> findings_;
+  Fault fault_ = Fault::none;
+};
+
+extern Machine machine;
+
+/// Memory that the module itself has, which kernels read only.
+struct Constant {
+  Constant(const void* data, std::size_t bytes);
+};
+
+// What single instructions compute.
+inline float fma_down(float a, float b, float c) {  // towards minus infinity
+  const double exact = static_cast<double>(a) * b + c;
+  const float near = static_cast<float>(exact);
+  return near > exact ? std::nextafter(near, -INFINITY) : near;
+}
+inline float flushed(float x) { return std::fabs(x) < 0x1p-126f ? std::copysign(0.0f, x) : x; }
+inline float exp2_flushed(float x) { return flushed(std::exp2(flushed(x))); }
+inline float min_number(float a, float b) { return a == b ? (std::signbit(a) ? a : b) : std::fmin(a, b); }
+inline float max_number(float a, float b) { return a == b ? (std::signbit(a) ? b : a) : std::fmax(a, b); }
+inline float saturate(float x) { return x > 0 ? (x < 1 ? x : 1.0f) : 0.0f; }  // 0 of NaN
+inline std::int32_t to_int32_t(float x) {
+  return std::isnan(x) ? 0 : x >= 0x1p31f ? INT32_MAX : x < -0x1p31f ? INT32_MIN : static_cast<std::int32_t>(x);
+}
+inline std::uint32_t to_uint32_t(float x) { return !(x > 0) ? 0 : x >= 0x1p32f ? UINT32_MAX : static_cast<std::uint32_t>(x); }
+inline std::uint32_t divide(std::uint32_t a, std::uint32_t b) { return b == 0 ? ~0u : a / b; }
+inline std::uint32_t remainder(std::uint32_t a, std::uint32_t b) { return b == 0 ? a : a % b; }
+template <typename T>
+T shift_left(T x, std::uint32_t by) {
+  return by < 8 * sizeof(T) ? static_cast<T>(x << by) : T{0};
+}
+template <typename T>
+T shift_right(T x, std::uint32_t by) {
+  constexpr std::uint32_t kBits = 8 * sizeof(T);
+  if (by >= kBits) return static_cast<T>(std::is_signed_v<T> && x < 0 ? -1 : 0);
+  return static_cast<T>(x >> by);
+}
+inline std::uint32_t insert_bits(std::uint32_t from, std::uint32_t into, std::uint32_t position, std::uint32_t length) {
+  position &= 255, length &= 255;
+  const std::uint32_t mask = length >= 32 ? ~0u : (1u << length) - 1;
+  return (into & ~shift_left(mask, position)) | shift_left(from & mask, position);
+}
+inline std::uint32_t reverse_bits(std::uint32_t x) {
+  std::uint32_t reversed = 0;
+  for (int i = 0; i < 32; ++i) reversed |= (x >> i & 1) << (31 - i);
+  return reversed;
+}
+inline std::uint32_t shift_of_first_bit(std::uint32_t x) { return x == 0 ? ~0u : static_cast<std::uint32_t>(std::countl_zero(x)); }
+
+}  // namespace trisoup::emulated_cuda
