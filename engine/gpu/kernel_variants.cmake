@@ -10,6 +10,10 @@ set(variants
   "update_vertices 0" "update_vertices 1" "visibility 0" "visibility 1" "visibility 2")
 
 function(kernel_variants backend output)
+  if(backend STREQUAL "cuda")
+    # Four pixels a thread are for CPUs (shaders/common/pixel_lanes.h), and half of all code to compile.
+    list(FILTER variants EXCLUDE REGEX "^shade(_backward)? ")
+  endif()
   set(text "#include \"gpu/${backend}/kernel_language.h\"\n#include \"gpu/compiled_kernels.h\"\n")
   file(GLOB argument_headers ${PROJECT_SOURCE_DIR}/shaders/args/*.h)
   foreach(header IN LISTS argument_headers)

@@ -73,6 +73,11 @@ const Kernel* find_kernel(std::string_view name) {
   const auto found = kernels().find(without_hash(name));
   return found == kernels().end() ? nullptr : &found->second;
 }
+std::vector<const Kernel*> all_kernels() {
+  std::vector<const Kernel*> all;
+  for (const auto& [name, kernel] : kernels()) all.push_back(&kernel);
+  return all;
+}
 
 Machine::Machine() {
   base_ = reinterpret_cast<std::uint64_t>(reserve(kArena));
@@ -131,7 +136,6 @@ bool Machine::holds(std::uint64_t address, std::uint64_t bytes) const {
 }
 
 bool Machine::is_constant(std::uint64_t at, std::size_t bytes) const {
-  if (at - base_ < kArena) return false;
   auto after = constants().upper_bound(at);
   return after != constants().begin() && at + bytes <= (--after)->second;
 }
@@ -150,7 +154,7 @@ void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t thre
     std::memset(shared_, 0xfb, kernel.shared_bytes);
     workgroup.run(compiled, arguments, group);
     const auto [fewest, most] = std::minmax_element(barriers_passed_.begin(), barriers_passed_.begin() + threads);
-    if (*fewest != *most) hazard("has barriers that some threads of a workgroup do not reach", "it", 0);
+    if (*fewest != *most) say(Fault::hazard, "some threads of the workgroup reach fewer barriers than others", 0);
     group_epoch_ += *most + 1;
   }
   launch_epoch_ = group_epoch_;
@@ -161,7 +165,7 @@ void Machine::barrier(std::uint32_t site, Place place) {
   if (passed == barrier_sites_.size())
     barrier_sites_.push_back(site);
   else if (barrier_sites_[passed] != site)
-    hazard("waits at this barrier while others of its workgroup wait at another", "it", place);
+    say(Fault::hazard, "waits at this barrier while others of its workgroup wait at another", place);
   gpu::host::barrier();
   ++barriers_passed_[thread()];
 }

@@ -2,6 +2,7 @@
 // outside of allocations or misaligned, hazards between threads that nothing orders, barriers that not all threads reach).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -12,10 +13,11 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "gpu/host/kernel_language.h"
+#include "gpu/host/invocation.h"
 
 namespace trisoup::emulated_cuda {
 
@@ -41,6 +43,7 @@ struct SourceFile {
 };
 /// Null where there is none. Names of an anonymous namespace differ between two compilations in its hash, which is passed over.
 const Kernel* find_kernel(std::string_view name);
+std::vector<const Kernel*> all_kernels();
 
 enum class Fault { none, memory, hazard };
 
@@ -94,14 +97,14 @@ class Machine {
   template <typename T, std::size_t N>
   void store_shared(std::uint64_t at, const std::array<T, N>& values, Place place) {
     if (!in_shared(at, sizeof values, place)) return;
-    const bool same = std::memcmp(shared_ + at, values.data(), sizeof values) == 0;
+    const bool same = equal(load<T, N>(reinterpret_cast<std::uint64_t>(shared_) + at), values);
     for (std::uint64_t word = at / 4; word <= (at + sizeof values - 1) / 4; ++word)
       note_write(shared_shadow_[word], group_epoch_, false, same, "shared memory", place);
     std::memcpy(shared_ + at, values.data(), sizeof values);
   }
   template <typename T, std::size_t N>
   std::array<T, N> load_global(std::uint64_t at, Place place) {
-    if (is_constant(at, sizeof(T) * N)) return load<T, N>(at);
+    if (at - base_ >= kArena && is_constant(at, sizeof(T) * N)) return load<T, N>(at);
     if (!in_global(at, sizeof(T) * N, place)) return {};
     for (std::uint64_t word = (at - base_) / 4; word <= (at - base_ + sizeof(T) * N - 1) / 4; ++word)
       note_read(shadow_[word], launch_epoch_, "device memory", place);
@@ -112,7 +115,7 @@ class Machine {
     if (!in_global(at, sizeof values, place)) return;
     for (std::size_t i = 0; i < N; ++i) {
       const std::uint64_t spot = at + i * sizeof(T);
-      const bool same = std::memcmp(reinterpret_cast<const void*>(spot), &values[i], sizeof(T)) == 0;
+      const bool same = equal<T, 1>(load<T, 1>(spot), {values[i]});
       for (std::uint64_t word = (spot - base_) / 4; word <= (spot - base_ + sizeof(T) - 1) / 4; ++word)
         note_write(shadow_[word], launch_epoch_, false, same, "device memory", place);
     }
@@ -172,6 +175,15 @@ class Machine {
     std::array<T, N> values;
     std::memcpy(values.data(), reinterpret_cast<const void*>(at), sizeof values);
     return values;
+  }
+  /// The same bits.
+  template <typename T, std::size_t N>
+  static bool equal(const std::array<T, N>& a, const std::array<T, N>& b) {
+    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint16_t>>;
+    static_assert(sizeof(T) == sizeof(Bits));
+    bool same = true;
+    for (std::size_t i = 0; i < N; ++i) same = same && std::bit_cast<Bits>(a[i]) == std::bit_cast<Bits>(b[i]);
+    return same;
   }
   template <typename Change>
   std::uint32_t atomic(std::uint64_t at, Place place, Change change) {

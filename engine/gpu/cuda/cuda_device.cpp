@@ -230,6 +230,7 @@ class CudaDevice final : public Device {
   }
   void check(cudaError_t result, std::string_view call) {
     if (result == cudaSuccess) return;
+    cudaGetLastError();  // or the next launch would be blamed for it
     std::string kernels;
     for (const std::string& kernel : since_wait_) kernels += (kernels.empty() ? "" : ", ") + kernel;
     throw Error("CUDA: {} failed on {} ({}: {}){}", call, info_.name, cudaGetErrorName(result), cudaGetErrorString(result),

@@ -5,19 +5,12 @@
 #include <atomic>
 #include <bit>
 
+#include "gpu/host/invocation.h"
+
 #define KERNEL_TYPES trisoup::gpu::host
 #include "gpu/kernel_words.h"
 
 namespace trisoup::gpu::host {
-
-/// Which thread of which workgroup is running.
-struct Invocation {
-  uint thread = 0, group = 0;
-};
-extern thread_local Invocation invocation;
-
-/// Lets the workgroup's other threads come as far.
-void barrier();
 
 inline void memoryBarrierBuffer() {}
 inline uint group_index() { return invocation.group; }

@@ -2,7 +2,7 @@
 
 #include <boost/context/fixedsize_stack.hpp>
 
-#include "gpu/host/kernel_language.h"
+#include "gpu/host/invocation.h"
 
 namespace trisoup::gpu::host {
 namespace {
@@ -14,7 +14,7 @@ thread_local Workgroup* running = nullptr;
 
 }  // namespace
 
-thread_local Invocation invocation;
+constinit thread_local Invocation invocation;
 
 void barrier() {
   boost::context::fiber& scheduler = running->threads_[invocation.thread].scheduler;

@@ -1,0 +1,163 @@
+// Tests engine/gpu/cuda/cuda_device.cpp: what it asks of the CUDA runtime, and what it says when that refuses.
+#include <catch2/catch.hpp>
+
+#include <functional>
+
+#include <fmt/format.h>
+
+#include "emulated_cuda/machine.h"
+#include "emulated_cuda/runtime.h"
+#include "error.h"
+#include "gpu/compiled_kernels.h"
+#include "gpu/out_of_memory.h"
+#include "gpu/small_scene.h"
+
+using namespace trisoup;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::unique_ptr<gpu::Device> cuda_device() {
+  gpu::DeviceOptions options;
+  options.backend = "cuda";
+  return gpu::open_device(options);
+}
+
+/// A test leaves the runtime as it found it.
+struct Recovery {
+  ~Recovery() { emulated_cuda::recover(); }
+};
+
+std::string message_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "nothing was wrong";
+}
+
+}  // namespace
+
+TEST_CASE("a step is a graph, made once and again when memory has moved", "[cuda]") {
+  auto gpu = cuda_device();
+  test::SmallScene s(*gpu, 20, {{0, 0}}, {test::view_from(0, 32, 32)});
+  s.frame.reserve_lists(1 << 16);
+  gpu::CommandList list = gpu->record([&] { s.step.train(s.inputs); });
+  gpu->wait();
+  const auto before = emulated_cuda::operations_of_graphs();
+  gpu->replay(list);
+  gpu->wait();
+  const auto once = emulated_cuda::operations_of_graphs() - before;
+  CHECK(once > 10);
+  // No second translation: one that would fail is not tried.
+  {
+    const Recovery recovery;
+    emulated_cuda::fail("cudaStreamBeginCapture", cudaErrorInvalidValue);
+    gpu->replay(list);
+    gpu->wait();
+    CHECK(emulated_cuda::operations_of_graphs() - before == 2 * once);
+    const gpu::Buffer more = gpu->allocate(64, "more");
+    CHECK_THAT(message_of([&] { gpu->replay(list); }), Contains("cudaStreamBeginCapture"));
+  }
+  gpu->replay(list);
+  gpu->wait();
+  CHECK(emulated_cuda::operations_of_graphs() - before == 3 * once);
+}
+
+TEST_CASE("errors name the call and the kernels that may be to blame", "[cuda]") {
+  const Recovery recovery;
+  auto gpu = cuda_device();
+  test::SmallScene s(*gpu, 20, {{0, 0}}, {test::view_from(0, 32, 32)});
+  gpu->wait();
+  emulated_cuda::fail("cudaLaunchKernel", cudaErrorLaunchFailure, 3);  // after writes of the state and project
+  CHECK_THAT(message_of([&] {
+               s.step.begin(1, 0, 0, {});
+               s.step.visibility(train::Thresholds::half, s.inputs);
+             }),
+             Contains("launch of kernel 'bin'") && Contains("cudaErrorLaunchFailure"));
+  emulated_cuda::fail("cudaStreamSynchronize", cudaErrorIllegalAddress);
+  CHECK_THAT(message_of([&] { gpu->wait(); }), Contains("cudaStreamSynchronize failed") && Contains("project, bin (CUDA"));
+  const gpu::Buffer a = gpu->allocate(4096, "a");
+  for (const char* call : {"cudaMemcpyAsync", "cudaMemsetAsync"}) {
+    emulated_cuda::fail(call, cudaErrorInvalidValue);
+    CHECK_THAT(message_of([&] {
+                 gpu->fill(a.address(), 4096, 0);
+                 gpu->download_vector<std::uint32_t>(a.address(), 4);
+               }),
+               Contains(call));
+  }
+}
+
+TEST_CASE("a step that cannot become a graph leaves the device as it was", "[cuda]") {
+  const Recovery recovery;
+  auto gpu = cuda_device();
+  const gpu::Buffer a = gpu->allocate(4096, "a"), b = gpu->allocate(4096, "b");
+  gpu->fill(a.address(), 4096, 5);
+  gpu->fill(b.address(), 4096, 6);
+  gpu::CommandList list = gpu->record([&] {
+    gpu->fill(b.address(), 4096, 9);
+    gpu->copy(b.address(), a.address(), 2048);
+  });
+  using Case = std::pair<const char*, const char*>;
+  for (const auto& [call, named] : {Case{"cudaGraphInstantiate", "cudaGraphInstantiate"}, {"cudaStreamEndCapture", "cudaStreamEndCapture"},
+                                    {"cudaLaunchKernel", "launch of a fill"}, {"cudaMemcpyAsync", "cudaMemcpyAsync on the device"}, {"cudaGraphLaunch", "cudaGraphLaunch"}}) {
+    emulated_cuda::fail(call, cudaErrorInvalidValue);
+    CHECK_THAT(message_of([&] { gpu->replay(list); }), Contains(std::string(named) + " failed"));
+    CHECK(gpu->download_vector<std::uint32_t>(b.address(), 1)[0] == 6);
+  }
+  gpu->replay(list);
+  CHECK(gpu->download_vector<std::uint32_t>(b.address(), 1)[0] == 5);
+  CHECK(gpu->download_vector<std::uint32_t>(b.address() + 2048, 1)[0] == 9);
+}
+
+TEST_CASE("what a driver has no memory for is said, with what would fit", "[cuda]") {
+  const Recovery recovery;
+  auto gpu = cuda_device();
+  const gpu::Buffer a = gpu->allocate(64 << 20, "a");
+  // Another program takes the rest after the ceiling was set.
+  const std::uint64_t all = emulated_cuda::machine.total_bytes();
+  emulated_cuda::machine.set_total_bytes(100 << 20);
+  try {
+    gpu->allocate(80 << 20, "the elephant");
+    FAIL("there is no room for it");
+  } catch (const gpu::OutOfMemory& e) {
+    CHECK(e.needed == 144ull << 20);
+    CHECK(e.available == 100ull << 20);
+    CHECK_THAT(e.what(), Contains("the elephant needs 81 MB, 36 of 100 MB are free"));
+  }
+  emulated_cuda::machine.set_total_bytes(all);
+  CHECK(gpu->allocated_bytes() == 64 << 20);
+  CHECK(gpu->allocate(80 << 20, "the elephant").bytes() == 80 << 20);
+}
+
+TEST_CASE("a kernel that leaves its buffers ends the device, and whoever waits is told", "[cuda]") {
+  const Recovery recovery;
+  auto gpu = cuda_device();
+  auto s = std::make_unique<test::SmallScene>(*gpu, 20, std::vector<soup::TextureLevels>{{0, 0}}, std::vector{test::view_from(0, 32, 32)});
+  gpu->wait();
+  // The same addresses, but the memory is another's.
+  emulated_cuda::machine.free(s->frame.hits.address());
+  s->step.begin(1, 0, 0, {});
+  s->step.visibility(train::Thresholds::half, s->inputs);
+  CHECK_THAT(message_of([&] { gpu->wait(); }), Contains("cudaErrorIllegalAddress") && Contains("visibility"));
+  CHECK_THAT(message_of([&] { gpu->download_vector<float>(s->frame.colour.address(), 1); }), Contains("cudaErrorIllegalAddress"));
+  s.reset();
+}
+
+TEST_CASE("there is PTX of every kernel that the host may launch", "[cuda]") {
+  for (const gpu::cuda::CompiledKernel& kernel : gpu::cuda::compiled_kernels()) {
+    CAPTURE(kernel.name);
+    // The namespace that kernel_variants.cmake gives it.
+    std::string space = fmt::format("{}_", kernel.name);
+    for (std::size_t i = 0; i < kernel.constants.size(); ++i)
+      space += fmt::format("{}{}{}", i > 0 ? "_" : "", kernel.constants[i], kernel.first_is_length && i == 0 ? "_" : "");
+    const std::string mangled = fmt::format("{}{}6kernelE", space.size(), space);
+    const auto kernels = emulated_cuda::all_kernels();
+    const auto found = std::ranges::find_if(kernels, [&](const auto* k) { return k->name.find(mangled) != std::string_view::npos; });
+    REQUIRE(found != kernels.end());
+    CHECK((*found)->most_threads == kernel.threads);
+    CHECK((*found)->parameter_bytes == kernel.argument_bytes);
+    CHECK((!(*found)->barriers || kernel.barriers));
+  }
+}
