@@ -8,6 +8,7 @@
 #include <sys/mman.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "gpu/host/workgroup.h"
 
@@ -84,6 +85,21 @@ Machine::Machine() {
   shadow_ = static_cast<Word*>(reserve(kArena / 4 * sizeof(Word)));
   owners_ = static_cast<std::uint32_t*>(reserve(kArena / kBlock * sizeof(std::uint32_t)));
   total_ = 4ull << 30;
+  counting_ = std::getenv("TRISOUP_COUNTS") != nullptr;
+}
+
+Machine::~Machine() {
+  const char* const path = std::getenv("TRISOUP_COUNTS");
+  if (!path) return;
+  std::FILE* const file = std::fopen(path, "w");
+  if (!file) {
+    std::perror(path);
+    return;
+  }
+  fmt::print(file, "kernel,launches,multiply_add,special,other,shared,global,atomic,shared_wavefronts,sectors\n");
+  for (const auto& [kernel, c] : counts_)
+    fmt::print(file, "{},{},{},{},{}\n", kernel, c.launches, fmt::join(c.instructions, ","), c.shared_wavefronts, c.sectors);
+  std::fclose(file);
 }
 
 std::uint64_t Machine::allocate(std::uint64_t bytes) {
@@ -148,6 +164,12 @@ void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t thre
   groups_ = groups;
   threads_ = threads;
   launch_epoch_ = group_epoch_;
+  if (counting_) {
+    counted_ = &counts_[readable(kernel.name)];
+    ++counted_->launches;
+    block_runs_.assign(kernel.blocks.size(), {});
+    warp_ = ~0u;
+  }
   for (std::uint32_t group = 0; group < groups && fault_ == Fault::none; ++group) {
     std::fill_n(barriers_passed_.begin(), threads, 0u);
     barrier_sites_.clear();
@@ -155,6 +177,7 @@ void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t thre
     workgroup.run(compiled, arguments, group);
     const auto [fewest, most] = std::minmax_element(barriers_passed_.begin(), barriers_passed_.begin() + threads);
     if (*fewest != *most) say(Fault::hazard, "some threads of the workgroup reach fewer barriers than others", 0);
+    if (counting_) next_warp();
     group_epoch_ += *most + 1;
   }
   launch_epoch_ = group_epoch_;
@@ -168,6 +191,53 @@ void Machine::barrier(std::uint32_t site, Place place) {
     say(Fault::hazard, "waits at this barrier while others of its workgroup wait at another", place);
   gpu::host::barrier();
   ++barriers_passed_[thread()];
+}
+
+void Machine::count_block(std::uint32_t number) {
+  if (thread() / 32 != warp_ || epoch() != warp_epoch_) next_warp();
+  ++block_runs_[number][thread() % 32];
+}
+
+void Machine::count_access(Site& site, std::uint64_t at, std::uint32_t bytes) {
+  if (site.thread != thread()) site.thread = thread(), site.turn = 0;
+  if (site.turn == site.turns.size()) site.turns.emplace_back();
+  site.turns[site.turn++].emplace_back(at, bytes);
+}
+
+void Machine::next_warp() {
+  if (warp_ != ~0u) {
+    for (std::size_t b = 0; b < block_runs_.size(); ++b) {
+      const std::uint64_t runs = *std::ranges::max_element(block_runs_[b]);
+      if (runs > 0)
+        for (std::size_t u = 0; u < kUnits; ++u) counted_->instructions[u] += runs * kernel_->blocks[b][u];
+      block_runs_[b] = {};
+    }
+    for (auto& [place, site] : shared_sites_)
+      for (auto& turn : site.turns) {
+        if (turn.empty()) continue;
+        // A wavefront reads one word of every bank. Accesses of 8 and 16 bytes go by halves and quarters of the warp.
+        const std::size_t together = 32 / (std::max<std::uint32_t>(turn[0].second, 4) / 4);
+        for (std::size_t from = 0; from < turn.size(); from += together) {
+          std::array<std::set<std::uint64_t>, 32> words;
+          for (std::size_t i = from; i < std::min(turn.size(), from + together); ++i)
+            for (std::uint64_t word = turn[i].first / 4; word <= (turn[i].first + turn[i].second - 1) / 4; ++word) words[word % 32].insert(word);
+          counted_->shared_wavefronts += std::ranges::max_element(words, {}, [](const auto& w) { return w.size(); })->size();
+        }
+        turn.clear();
+      }
+    for (auto& [place, site] : global_sites_)
+      for (auto& turn : site.turns) {
+        std::set<std::uint64_t> sectors;
+        for (const auto& [at, bytes] : turn)
+          for (std::uint64_t sector = at / 32; sector <= (at + bytes - 1) / 32; ++sector) sectors.insert(sector);
+        counted_->sectors += sectors.size();
+        turn.clear();
+      }
+    for (auto* sites : {&shared_sites_, &global_sites_})
+      for (auto& [place, site] : *sites) site.thread = ~0u;
+  }
+  warp_ = thread() / 32;
+  warp_epoch_ = epoch();
 }
 
 void Machine::refuse(const char* what, Place place) { say(Fault::memory, what, place); }

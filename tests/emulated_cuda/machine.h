@@ -10,10 +10,12 @@
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -24,6 +26,11 @@ namespace trisoup::emulated_cuda {
 /// Where in the source: number of the file in its PTX << 20 | line.
 using Place = std::uint32_t;
 
+/// Instructions by the unit of a GPU that runs them: float additions and multiplications; division, roots and exponentials; integers, comparisons, jumps;
+/// accesses to shared and to device memory; atomics on device memory.
+enum class Unit { multiply_add, special, other, shared, global, atomic };
+constexpr std::size_t kUnits = 6;
+
 struct Kernel {
   std::string_view name;  // mangled, as in PTX
   void (*run)(const std::byte*);
@@ -32,6 +39,7 @@ struct Kernel {
   std::uint32_t most_threads;
   bool barriers;
   int module;
+  std::vector<std::array<std::uint16_t, kUnits>> blocks;  // instructions of each basic block
 };
 
 /// Kernels that are known from the start of the program.
@@ -45,11 +53,20 @@ struct SourceFile {
 const Kernel* find_kernel(std::string_view name);
 std::vector<const Kernel*> all_kernels();
 
+/// What warps of 32 threads did in a kernel, if all threads of a warp run together wherever they come as often.
+struct Counts {
+  std::uint64_t launches = 0;
+  std::array<std::uint64_t, kUnits> instructions{};  // of warps
+  std::uint64_t shared_wavefronts = 0;  // passes over the 32 banks that the shared accesses take
+  std::uint64_t sectors = 0;            // of 32 bytes, that the accesses to device memory ask for
+};
+
 enum class Fault { none, memory, hazard };
 
 class Machine {
  public:
   Machine();
+  ~Machine();
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 
@@ -68,6 +85,10 @@ class Machine {
   Fault fault() const { return fault_; }
   const std::vector<std::string>& findings() const { return findings_; }
   void forget_findings();
+  /// From now on, at some cost; from the start, and to that file at the end, where the environment has TRISOUP_COUNTS=FILE.
+  void enable_counts() { counting_ = true; }
+  /// By readable name of the kernel.
+  const std::map<std::string, Counts>& counts() const { return counts_; }
 
   // What translated kernels call. Accesses that are refused read zero and write nothing.
   std::uint32_t thread() const { return gpu::host::invocation.thread; }
@@ -91,12 +112,14 @@ class Machine {
   template <typename T, std::size_t N>
   std::array<T, N> load_shared(std::uint64_t at, Place place) {
     if (!in_shared(at, sizeof(T) * N, place)) return {};
+    if (counting_) count_access(shared_sites_[place], at, sizeof(T) * N);
     for (std::uint64_t word = at / 4; word <= (at + sizeof(T) * N - 1) / 4; ++word) note_read(shared_shadow_[word], group_epoch_, "shared memory", place);
     return load<T, N>(reinterpret_cast<std::uint64_t>(shared_) + at);
   }
   template <typename T, std::size_t N>
   void store_shared(std::uint64_t at, const std::array<T, N>& values, Place place) {
     if (!in_shared(at, sizeof values, place)) return;
+    if (counting_) count_access(shared_sites_[place], at, sizeof values);
     const bool same = equal(load<T, N>(reinterpret_cast<std::uint64_t>(shared_) + at), values);
     for (std::uint64_t word = at / 4; word <= (at + sizeof values - 1) / 4; ++word)
       note_write(shared_shadow_[word], group_epoch_, false, same, "shared memory", place);
@@ -106,6 +129,7 @@ class Machine {
   std::array<T, N> load_global(std::uint64_t at, Place place) {
     if (at - base_ >= kArena && is_constant(at, sizeof(T) * N)) return load<T, N>(at);
     if (!in_global(at, sizeof(T) * N, place)) return {};
+    if (counting_) count_access(global_sites_[place], at, sizeof(T) * N);
     for (std::uint64_t word = (at - base_) / 4; word <= (at - base_ + sizeof(T) * N - 1) / 4; ++word)
       note_read(shadow_[word], launch_epoch_, "device memory", place);
     return load<T, N>(at);
@@ -113,6 +137,7 @@ class Machine {
   template <typename T, std::size_t N>
   void store_global(std::uint64_t at, const std::array<T, N>& values, Place place) {
     if (!in_global(at, sizeof values, place)) return;
+    if (counting_) count_access(global_sites_[place], at, sizeof values);
     for (std::size_t i = 0; i < N; ++i) {
       const std::uint64_t spot = at + i * sizeof(T);
       const bool same = equal<T, 1>(load<T, 1>(spot), {values[i]});
@@ -129,6 +154,10 @@ class Machine {
   }
   std::uint32_t atomic_max(std::uint64_t at, std::uint32_t value, Place place) {
     return atomic(at, place, [&](std::uint32_t before) { return std::max(before, value); });
+  }
+  /// A basic block begins.
+  void block(std::uint32_t number) {
+    if (counting_) count_block(number);
   }
   /// site: number of the barrier in the kernel's text.
   void barrier(std::uint32_t site, Place place);
@@ -206,6 +235,15 @@ class Machine {
     refuse(at % bytes ? "a misaligned access to device memory" : "an access outside of every allocation", place);
     return false;
   }
+  /// Accesses at one place of the source by a warp between two barriers: those that its threads make for the nth time go together.
+  struct Site {
+    std::uint32_t thread = ~0u;
+    std::size_t turn = 0;
+    std::vector<std::vector<std::pair<std::uint64_t, std::uint32_t>>> turns;  // address and bytes of each thread
+  };
+  void count_block(std::uint32_t number);
+  void count_access(Site& site, std::uint64_t at, std::uint32_t bytes);
+  void next_warp();
   bool is_constant(std::uint64_t at, std::size_t bytes) const;
   void refuse(const char* what, Place place);
   void hazard(const char* what, const char* space, Place place);
@@ -225,6 +263,12 @@ class Machine {
   std::vector<std::uint32_t> barrier_sites_;  // which barrier the workgroup's threads came to, one after the other
   alignas(16) std::byte shared_[kSharedBytes];
   std::array<Word, kSharedBytes / 4> shared_shadow_{};
+  bool counting_ = false;
+  std::map<std::string, Counts> counts_;
+  Counts* counted_ = nullptr;           // of the kernel that runs
+  std::uint32_t warp_ = 0, warp_epoch_ = 0;
+  std::unordered_map<Place, Site> shared_sites_, global_sites_;
+  std::vector<std::array<std::uint32_t, 32>> block_runs_;  // of every block by each thread of the warp
   std::set<std::pair<std::string, Place>> said_;
   std::vector<std::string> findings_;
   Fault fault_ = Fault::none;

@@ -144,3 +144,20 @@ TEST_CASE("float instructions follow the manual", "[machine]") {
   CHECK(floats(-140, 0).exp2_bits == 0);  // below the smallest normal number
   CHECK(floats(1 + 0x1p-12f, 1 - 0x1p-12f).fma == static_cast<float>(2 - 0x1p-24));  // rounded once
 }
+
+TEST_CASE("instructions, bank conflicts and sectors are those of warps", "[machine]") {
+  const Buffer buffer{machine.allocate(256)};
+  machine.enable_counts();
+  const auto before = machine.counts().contains("banks") ? machine.counts().at("banks") : Counts{};
+  CHECK(first("banks", buffer, 3, 32) == "nothing");
+  const Counts counts = machine.counts().at("banks");
+  CHECK(counts.launches == before.launches + 1);
+  using enum Unit;
+  const auto of = [&](Unit unit) { return counts.instructions[static_cast<std::size_t>(unit)] - before.instructions[static_cast<std::size_t>(unit)]; };
+  CHECK(of(shared) == 3 * 3);
+  CHECK(of(global) == 3);
+  CHECK(of(multiply_add) == 0);
+  CHECK(of(other) == 3 * (2 + 2 + 1 + 1 + 1));  // shl, add, mul.wide, add.s64, ret
+  CHECK(counts.shared_wavefronts - before.shared_wavefronts == 3 * (1 + 1 + 32));
+  CHECK(counts.sectors - before.sectors == 3 * 8);
+}

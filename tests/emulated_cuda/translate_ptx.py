@@ -17,6 +17,25 @@ COMPARISONS = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": "
 UNORDERED = {"equ": "==", "neu": "!=", "ltu": "<", "leu": "<=", "gtu": ">", "geu": ">="}
 
 
+# What a GPU has units for, as in machine.h. What ptxas makes no instruction of (moves, addresses, parameters) does not count.
+CLASSES = ["multiply_add", "special", "other", "shared", "global", "atomic"]
+
+
+def instruction_class(opcode):
+    words = opcode.split(".")
+    if words[0] in ("mov", "cvta") or opcode.startswith("ld.param"):
+        return None
+    if words[0] in ("ld", "st"):
+        return "shared" if words[1] == "shared" else "global"
+    if words[0] == "atom":
+        return "atomic"
+    if words[-1] == "f32" and words[0] in ("add", "sub", "mul", "fma"):
+        return "multiply_add"
+    if words[-1] == "f32" and words[0] in ("div", "rcp", "sqrt", "ex2"):
+        return "special"
+    return "other"
+
+
 class Unknown(Exception):
     pass
 
@@ -54,6 +73,8 @@ class Kernel:
         self.barriers = 0
         self.most_threads = 1024
         self.declarations, self.body = [], []
+        self.blocks = []      # instructions of each class in each run of them that is entered at its start only
+        self.new_block = True
         self.place = "0"
 
     def parameter(self, line):
@@ -278,6 +299,7 @@ class Kernel:
     def line(self, text):
         if text.endswith(":"):
             self.body.append(f"{self.label(text[:-1])}:;")
+            self.new_block = True
             return
         if text.startswith(".reg"):
             match = re.match(r"\.reg \.(\w+)\s+(%\w+?)(?:<(\d+)>)?;$", text)
@@ -303,6 +325,13 @@ class Kernel:
             raise Unknown(text)
         text = re.sub(r"\s+", " ", text[:-1])
         guard = re.match(r"@(!?)(%p\d+) (.*)", text)
+        opcode = (guard[3] if guard else text).split(" ")[0]
+        if self.new_block:
+            self.body.append(f"machine.block({len(self.blocks)});")
+            self.blocks.append([0] * len(CLASSES))
+        self.new_block = opcode.split(".")[0] in ("bra", "bar")
+        if instruction_class(opcode):
+            self.blocks[-1][CLASSES.index(instruction_class(opcode))] += 1
         if guard:
             self.body.append(f"if ({guard[1]}{self.variable(guard[2])}) {self.instruction(guard[3])}")
         else:
@@ -387,7 +416,7 @@ def main():
             for k in part:
                 offsets = ", ".join(f"{{{offset}, {size}}}" for offset, size in k.parameters.values())
                 out.write(f'    {{"{k.name}", kernel_{k.module.number}_{k.number}, {{{offsets}}}, {k.parameter_bytes}, {k.shared_bytes}, {k.most_threads}, '
-                          f'{str(k.barriers > 0).lower()}, {k.module.number}}},\n')
+                          f'{str(k.barriers > 0).lower()}, {k.module.number}, {{{", ".join("{" + ", ".join(map(str, b)) + "}" for b in k.blocks)}}}}},\n')
             out.write("};\n")
             if i == 0:
                 for module in modules:
