@@ -45,5 +45,5 @@ using glm::vec4;
   struct name {                               \
     type* v;                                  \
     template <typename Other>                 \
-    FN explicit name(Other o) : v(o.v) {}     \
+    FN explicit name(Other o) : v(&o.v[0]) {} \
   };

@@ -27,10 +27,10 @@ POINTER_TYPE(Uints, uint, 4)
 #elif defined(TRISOUP_KERNEL_CODE)
 #define POINTER_TYPE(name, type, alignment)  \
   struct name {                              \
-    type* v;                                 \
+    ELEMENTS(type, alignment) v;             \
     name() = default;                        \
     template <typename Other>                \
-    FN explicit name(Other o) : v(reinterpret_cast<type*>(o.v)) {} \
+    FN explicit name(Other o) : v(reinterpret_cast<type*>(&o.v[0])) {} \
   };
 POINTER_TYPE(Uints, uint, 4)
 #endif

@@ -5,6 +5,21 @@
 #define GLM_FORCE_CUDA
 #include <cstring>
 
+namespace trisoup::gpu::cuda {
+
+/// An array in device memory whose elements lie where GLSL's std430 has them. GLM's vectors are only as aligned as floats, and nvcc reads four words at once
+/// only where it knows that they are aligned.
+template <typename T, std::size_t alignment>
+struct Elements {
+  Elements() = default;
+  __device__ explicit Elements(T* elements) : first(elements) {}
+  __device__ T& operator[](std::size_t i) const { return *static_cast<T*>(__builtin_assume_aligned(first + i, alignment)); }
+  T* first;
+};
+
+}  // namespace trisoup::gpu::cuda
+
+#define ELEMENTS(type, alignment) ::trisoup::gpu::cuda::Elements<type, alignment>
 #define KERNEL_TYPES trisoup::gpu::cuda
 #include "gpu/kernel_words.h"
 
@@ -32,5 +47,5 @@ __device__ inline uint atomicMax(uint& x, uint value) { return ::atomicMax(&x, v
     std::memcpy(&a, arguments, sizeof a);                                                   \
     kernel<<<groups, kThreads, 0, static_cast<cudaStream_t>(stream)>>>(a);                  \
   }
-#define SHARED __shared__
+#define SHARED __shared__ __align__(16)  // so that neighbouring words are read together
 #define MARK(word) word = 1u

@@ -7,6 +7,8 @@
 
 #include "gpu/host/invocation.h"
 
+#define ELEMENTS(type, alignment) type*
+
 #define KERNEL_TYPES trisoup::gpu::host
 #include "gpu/kernel_words.h"
 
