@@ -14,13 +14,15 @@
 CONSTANT(0, bool, DEBUG, false);  // also write dL/dfeature
 
 SHARED uint s_covered[4];  // by quarter of the block
-// Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row).
-SHARED vec4 s_row[21 * 64];
+// Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row). A gap after each puts the same pixel of the four rows
+// that neighbouring threads read into different banks of shared memory.
+const uint kRow = 65u;
+SHARED vec4 s_row[21 * kRow];
 const uint kX = 0u, kH1 = 4u, kH2 = 8u, kD1 = 12u, kD2 = 16u, kD3 = 20u;
 
 // Pixel k of v[16] as four vectors of the thread's pixel in rows row .. row + 3.
 #define PUT(row, v, k)                                                             \
-  UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * 64u + thread] =          \
+  UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * kRow + thread] =          \
       vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
 
 /// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills s_covered.
@@ -113,12 +115,12 @@ KERNEL(64, ShadeBackwardArgs) {
         PUT(kH2, h2, k);
         PUT(kD1, d1, k);
         PUT(kD2, d2, k);
-        s_row[kD3 * 64u + thread] = vec4(LANE(d3[0], k), LANE(d3[1], k), LANE(d3[2], k), 0.0f);
+        s_row[kD3 * kRow + thread] = vec4(LANE(d3[0], k), LANE(d3[1], k), LANE(d3[2], k), 0.0f);
         barrier();
         if (thread < 36u)
           for (uint q = 0u; q < 64u; ++q) {
-            const vec4 delta = s_row[delta_row * 64u + q];
-            weights += outerProduct(s_row[input_row * 64u + q], delta);
+            const vec4 delta = s_row[delta_row * kRow + q];
+            weights += outerProduct(s_row[input_row * kRow + q], delta);
             biases += delta;
           }
       }

@@ -61,21 +61,21 @@ FN void mlp_forward(MLP_PARAMETERS LANES_IN(x, 16), LANES_OUT(h1, 16), LANES_OUT
 FN void mlp_backward(MLP_PARAMETERS LANES_IN(h1, 16), LANES_IN(h2, 16), LANES_IN(y, 3), LANES_IN(dy, 3), LANES_OUT(d1, 16),
                      LANES_OUT(d2, 16), LANES_OUT(d3, 3), LANES_OUT(dx, 7)) {
   UNROLL for (int o = 0; o < 3; ++o) d3[o] = dy[o] * y[o] * (LANES(1) - y[o]);
+  // Row by row, as the weights lie in memory: four at once where the compiler can.
+  LANES g[16];
+  UNROLL for (int i = 0; i < 16; ++i) g[i] = LANES(0);
+  UNROLL for (int o = 0; o < 3; ++o)
+    UNROLL for (int i = 0; i < 16; ++i) g[i] += MLP(MLP_W3 + o * 16 + i) * d3[o];
   UNROLL for (int i = 0; i < 16; ++i) {
-    LANES g = LANES(0);
-    UNROLL for (int o = 0; o < 3; ++o) g += MLP(MLP_W3 + o * 16 + i) * d3[o];
-    d2[i] = g * one_where_positive(h2[i]);
+    d2[i] = g[i] * one_where_positive(h2[i]);
+    g[i] = LANES(0);
   }
-  UNROLL for (int i = 0; i < 16; ++i) {
-    LANES g = LANES(0);
-    UNROLL for (int o = 0; o < 16; ++o) g += MLP(MLP_W2 + o * 16 + i) * d2[o];
-    d1[i] = g * one_where_positive(h1[i]);
-  }
-  UNROLL for (int i = 0; i < 7; ++i) {
-    LANES g = LANES(0);
-    UNROLL for (int o = 0; o < 16; ++o) g += MLP(o * 16 + i) * d1[o];
-    dx[i] = g;
-  }
+  UNROLL for (int o = 0; o < 16; ++o)
+    UNROLL for (int i = 0; i < 16; ++i) g[i] += MLP(MLP_W2 + o * 16 + i) * d2[o];
+  UNROLL for (int i = 0; i < 16; ++i) d1[i] = g[i] * one_where_positive(h1[i]);
+  UNROLL for (int i = 0; i < 7; ++i) dx[i] = LANES(0);
+  UNROLL for (int o = 0; o < 16; ++o)
+    UNROLL for (int i = 0; i < 7; ++i) dx[i] += MLP(o * 16 + i) * d1[o];
 }
 
 /// Features 0..2 are a base colour, 3 mixes in the MLP's.
