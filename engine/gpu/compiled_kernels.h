@@ -39,7 +39,10 @@ namespace cuda {
 /// A launch on a cudaStream_t.
 using Run = void(void* stream, std::uint32_t groups, const std::byte* arguments);
 using CompiledKernel = Compiled<Run>;
-std::span<const CompiledKernel> compiled_kernels();
+/// Without contraction of products and sums, and with it.
+std::span<const CompiledKernel> exact_kernels();
+std::span<const CompiledKernel> contracted_kernels();
+const std::vector<CompiledKernel>& compiled_kernels();
 }  // namespace cuda
 
 }  // namespace trisoup::gpu

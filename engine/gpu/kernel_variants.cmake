@@ -1,5 +1,5 @@
-# kernel_variants(BACKEND FILE): writes a source that includes every kernel, once for each choice of constants that the engine and the
-# tests make, for engine/gpu/BACKEND/kernel_language.h to compile.
+# kernel_variants(BACKEND FUNCTION FILE [INCLUDE|EXCLUDE REGEX]): writes a source that includes every kernel whose name fits, once for each choice of
+# constants that the engine and the tests make, for engine/gpu/BACKEND/kernel_language.h to compile; FUNCTION of its namespace returns them.
 # Name, constants; a plus after the first one: it is the length of an array.
 set(variants
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible" "edge_forces 0" "edge_forces 1" "inherit_textures" "lift_textures"
@@ -9,7 +9,10 @@ set(variants
   "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
   "update_vertices 0" "update_vertices 1" "visibility 0" "visibility 1" "visibility 2")
 
-function(kernel_variants backend output)
+function(kernel_variants backend returned_by output)
+  if(ARGN)
+    list(FILTER variants ${ARGN})
+  endif()
   if(backend STREQUAL "cuda")
     # Four pixels a thread are for CPUs (shaders/common/pixel_lanes.h), and half of all code to compile.
     list(FILTER variants EXCLUDE REGEX "^shade(_backward)? ")
@@ -47,7 +50,7 @@ function(kernel_variants backend output)
     list(JOIN words ", " constants)
     string(APPEND rows "    {\"${name}\", {${constants}}, ${length}, ${waits}, ${space}::kThreads, sizeof(${space}::KernelArgs), ${space}::run},\n")
   endforeach()
-  string(APPEND text "namespace trisoup::gpu::${backend} {\nstd::span<const CompiledKernel> compiled_kernels() {\n"
+  string(APPEND text "namespace trisoup::gpu::${backend} {\nstd::span<const CompiledKernel> ${returned_by}() {\n"
                      "  static const std::vector<CompiledKernel> kernels{\n${rows}  };\n  return kernels;\n}\n}\n")
   file(CONFIGURE OUTPUT ${output} CONTENT "${text}" @ONLY)
 endfunction()

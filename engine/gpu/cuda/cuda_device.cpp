@@ -185,7 +185,7 @@ class CudaDevice final : public Device {
     const char* name = launch.kernel.name;
     if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = name;
     if (!lost_.empty()) return;
-    const cuda::CompiledKernel& found = find_compiled(cuda::compiled_kernels(), launch.kernel, launch.argument_bytes);
+    const cuda::CompiledKernel& found = find_compiled(std::span(cuda::compiled_kernels()), launch.kernel, launch.argument_bytes);
     if (launch.groups > 0x7fffffffu) throw Error("{}: {} workgroups are more than a launch may have", name, launch.groups);
     remember(name);
     Timed timed{name, nullptr, nullptr};
@@ -248,6 +248,15 @@ class CudaDevice final : public Device {
 };
 
 }  // namespace
+
+const std::vector<cuda::CompiledKernel>& cuda::compiled_kernels() {
+  static const std::vector<CompiledKernel> all = [] {
+    std::vector<CompiledKernel> kernels(exact_kernels().begin(), exact_kernels().end());
+    kernels.insert(kernels.end(), contracted_kernels().begin(), contracted_kernels().end());
+    return kernels;
+  }();
+  return all;
+}
 
 std::vector<DeviceInfo> list_cuda_devices() {
   std::vector<DeviceInfo> devices;
