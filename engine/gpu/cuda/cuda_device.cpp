@@ -150,7 +150,8 @@ class CudaDevice final : public Device {
   }
 
   cudaGraphExec_t capture(const CommandList::Segment& segment) {
-    check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeThreadLocal), "cudaStreamBeginCapture");
+    // Relaxed: a kernel may be loaded when it is first launched, and nothing that is run here is unsafe otherwise.
+    check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeRelaxed), "cudaStreamBeginCapture");
     cudaGraph_t graph = nullptr;
     try {
       for (const CommandList::Command& command : segment) Device::run(command);
