@@ -2,6 +2,7 @@
 #include "common/kernel.h"
 #include "args/edge_forces.h"
 #include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/edges.h"
 #include "common/fixed_point.h"
 #include "common/tile.h"

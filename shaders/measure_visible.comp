@@ -3,6 +3,7 @@
 #include "common/kernel.h"
 #include "args/measure_visible.h"
 #include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/tile.h"
 
 KERNEL(64, MeasureVisibleArgs) {

@@ -3,6 +3,7 @@
 #include "common/kernel.h"
 #include "args/opacity_backward.h"
 #include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/tile.h"

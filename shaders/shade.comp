@@ -2,7 +2,7 @@
 #include "common/kernel.h"
 #include "args/shade.h"
 #include "common/block_grid.h"
-#include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"
 #include "common/pixel_lanes.h"

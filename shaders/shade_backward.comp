@@ -3,7 +3,7 @@
 #include "common/kernel.h"
 #include "args/shade_backward.h"
 #include "common/block_grid.h"
-#include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"

@@ -2,6 +2,7 @@
 #include "common/kernel.h"
 #include "args/visibility.h"
 #include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/lattice.h"
 #include "common/random.h"
 #include "common/tile.h"

@@ -1,13 +1,11 @@
 // Projection and coverage (DiffSoup, section 4; homogeneous rasterisation after Olano and Greer, 1997).
 // What decides coverage and depth is computed by several kernels, which must agree to the last bit: hence PRECISE.
 // Clip space is OpenGL's: NDC x, y, z in [-1, 1], w > 0 in front of the camera.
+#ifdef KERNEL_CONTRACTED
+#error "compiled with products and sums contracted, in which no two kernels need to agree: see engine/CMakeLists.txt"
+#endif
 
 FN real cross2(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
-
-FN vec2 pixel_ndc(uint x, uint y, uint width, uint height) {
-  return vec2(real(-1) + real(2) * (real(x) + real(0.5)) / real(width),
-              real(-1) + real(2) * (real(y) + real(0.5)) / real(height));
-}
 
 // Behind the camera. With M the matrix of the rows (x, y, w) of a triangle's corners, the weights l that solve
 // l0 (x0, y0, w0) + l1 (..) + l2 (..) = (ndc, 1) are linear in ndc: the edge functions over det M. The point of the triangle's plane that is

@@ -28,6 +28,7 @@
 namespace trisoup::f32 {
 TRISOUP_MATHS_TYPES(float)
 #include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/edges.h"
 #include "common/lattice.h"
 #include "common/optimiser.h"
@@ -40,6 +41,7 @@ TRISOUP_MATHS_TYPES(float)
 namespace trisoup::f64 {
 TRISOUP_MATHS_TYPES(double)
 #include "common/coverage.h"
+#include "common/pixel_centre.h"
 #include "common/edges.h"
 #include "common/lattice.h"
 #include "common/optimiser.h"

@@ -1,5 +1,5 @@
 // What every kernel starts with. A kernel is GLSL; the words in capitals are what a C++ compiler takes for the same
-// (engine/gpu/host/kernel_language.h).
+// (engine/gpu/host/kernel_language.h). ELEMENTS, in args/types.h, is what points to an array of a type with an alignment.
 #ifdef GL_core_profile
 #include "common/language.h"
 #include "args/types.h"

@@ -6,6 +6,7 @@
 #include <map>
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -49,13 +50,10 @@ std::string readable(std::string_view name) {
   return std::string(rest.substr(digits, std::stoul(std::string(rest.substr(0, digits)))));
 }
 
+/// Null where there is none.
 void* reserve(std::size_t bytes) {
   void* const taken = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (taken == MAP_FAILED) {
-    std::perror("emulated CUDA: no address space for its memory");
-    std::abort();
-  }
-  return taken;
+  return taken == MAP_FAILED ? nullptr : taken;
 }
 
 }  // namespace
@@ -80,15 +78,27 @@ std::vector<const Kernel*> all_kernels() {
   return all;
 }
 
-Machine::Machine() {
-  base_ = reinterpret_cast<std::uint64_t>(reserve(kArena));
+Machine::Machine() { counting_ = std::getenv("TRISOUP_COUNTS") != nullptr; }
+
+bool Machine::reserve_arena() {
+  if (base_ != 0) return true;
+  void* const memory = reserve(kArena);
   shadow_ = static_cast<Word*>(reserve(kArena / 4 * sizeof(Word)));
   owners_ = static_cast<std::uint32_t*>(reserve(kArena / kBlock * sizeof(std::uint32_t)));
-  total_ = 4ull << 30;
-  counting_ = std::getenv("TRISOUP_COUNTS") != nullptr;
+  if (!memory || !shadow_ || !owners_) {
+    std::fprintf(stderr, "emulated CUDA: no %zu GB of address space for its memory and the records of it\n", static_cast<std::size_t>((kArena + kArena / 4 * sizeof(Word)) >> 30));
+    return false;
+  }
+  base_ = reinterpret_cast<std::uint64_t>(memory);
+  return true;
 }
 
 Machine::~Machine() {
+  // Work that nobody waited for may have been wrong.
+  if (fault_ != Fault::none) {
+    std::fprintf(stderr, "emulated CUDA: something was wrong, see above\n");
+    _exit(1);
+  }
   const char* const path = std::getenv("TRISOUP_COUNTS");
   if (!path) return;
   std::FILE* const file = std::fopen(path, "w");
@@ -96,14 +106,14 @@ Machine::~Machine() {
     std::perror(path);
     return;
   }
-  fmt::print(file, "kernel,launches,multiply_add,special,other,shared,global,atomic,shared_wavefronts,sectors\n");
+  fmt::print(file, "kernel,launches,multiply_add,special,other,shared,global,local,atomic,shared_wavefronts,sectors\n");
   for (const auto& [kernel, c] : counts_)
     fmt::print(file, "{},{},{},{},{}\n", kernel, c.launches, fmt::join(c.instructions, ","), c.shared_wavefronts, c.sectors);
   std::fclose(file);
 }
 
 std::uint64_t Machine::allocate(std::uint64_t bytes) {
-  if (bytes > free_bytes()) return 0;
+  if (bytes > free_bytes() || !reserve_arena()) return 0;
   // Space is not taken again before the arena has been gone through, and a block is left between two allocations: what reaches too far or comes too
   // late finds nobody.
   const std::uint64_t length = (bytes + kBlock - 1) / kBlock * kBlock + kBlock;
@@ -159,6 +169,11 @@ bool Machine::is_constant(std::uint64_t at, std::size_t bytes) const {
 void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t threads, const std::byte* arguments) {
   static gpu::host::Workgroup workgroup;
   const gpu::host::CompiledKernel compiled{kernel.name, {}, false, kernel.barriers, threads, kernel.parameter_bytes, kernel.run};
+  // What the records have room for; a program that runs into the end of the epochs has to be begun anew.
+  if (kernel.shared_bytes > kSharedBytes || threads > kMostThreads || group_epoch_ > ~0u / 2) {
+    std::fprintf(stderr, "emulated CUDA: kernel '%s' is too large, or there were too many\n", std::string(kernel.name).c_str());
+    std::abort();
+  }
   kernel_ = &kernel;
   arguments_ = arguments;
   groups_ = groups;
@@ -177,7 +192,7 @@ void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t thre
     workgroup.run(compiled, arguments, group);
     const auto [fewest, most] = std::minmax_element(barriers_passed_.begin(), barriers_passed_.begin() + threads);
     if (*fewest != *most) say(Fault::hazard, "some threads of the workgroup reach fewer barriers than others", 0);
-    if (counting_) next_warp();
+    if (counting_) next_warp(), warp_ = ~0u;
     group_epoch_ += *most + 1;
   }
   launch_epoch_ = group_epoch_;
@@ -194,14 +209,40 @@ void Machine::barrier(std::uint32_t site, Place place) {
 }
 
 void Machine::count_block(std::uint32_t number) {
-  if (thread() / 32 != warp_ || epoch() != warp_epoch_) next_warp();
+  if (thread() / 32 != warp_ || epoch() != warp_epoch_) {
+    next_warp();
+    warp_ = thread() / 32;
+    warp_epoch_ = epoch();
+  }
   ++block_runs_[number][thread() % 32];
 }
 
 void Machine::count_access(Site& site, std::uint64_t at, std::uint32_t bytes) {
   if (site.thread != thread()) site.thread = thread(), site.turn = 0;
   if (site.turn == site.turns.size()) site.turns.emplace_back();
-  site.turns[site.turn++].emplace_back(at, bytes);
+  site.turns[site.turn++].push_back({at, bytes, thread() % 32});
+}
+
+std::uint64_t Machine::wavefronts(const std::vector<Access>& turn) {
+  // A pass reads one word of every bank. Where a thread takes 8 or 16 bytes, halves and quarters of the warp go one after the other, but two of them together where
+  // all pairs of neighbours, or of threads two apart, take the same.
+  const std::uint32_t words = std::max<std::uint32_t>(turn[0].bytes, 4) / 4;
+  const auto paired = [&](std::uint32_t distance) {
+    return std::ranges::all_of(turn, [&](const Access& a) {
+      return std::ranges::any_of(turn, [&](const Access& b) { return b.lane == (a.lane ^ distance) && b.at == a.at; }) ||
+             std::ranges::none_of(turn, [&](const Access& b) { return b.lane == (a.lane ^ distance); });
+    });
+  };
+  const std::uint32_t together = words == 1 ? 32 : 32 / words * (paired(1) || paired(2) ? 2 : 1);
+  std::uint64_t passes = 0;
+  for (std::uint32_t from = 0; from < 32; from += together) {
+    std::array<std::set<std::uint64_t>, 32> banks;
+    for (const Access& a : turn)
+      if (a.lane >= from && a.lane < from + together)
+        for (std::uint64_t word = a.at / 4; word <= (a.at + a.bytes - 1) / 4; ++word) banks[word % 32].insert(word);
+    passes += std::ranges::max_element(banks, {}, [](const auto& w) { return w.size(); })->size();
+  }
+  return passes;
 }
 
 void Machine::next_warp() {
@@ -212,32 +253,24 @@ void Machine::next_warp() {
         for (std::size_t u = 0; u < kUnits; ++u) counted_->instructions[u] += runs * kernel_->blocks[b][u];
       block_runs_[b] = {};
     }
-    for (auto& [place, site] : shared_sites_)
+    for (auto& [number, site] : shared_sites_) {
       for (auto& turn : site.turns) {
-        if (turn.empty()) continue;
-        // A wavefront reads one word of every bank. Accesses of 8 and 16 bytes go by halves and quarters of the warp.
-        const std::size_t together = 32 / (std::max<std::uint32_t>(turn[0].second, 4) / 4);
-        for (std::size_t from = 0; from < turn.size(); from += together) {
-          std::array<std::set<std::uint64_t>, 32> words;
-          for (std::size_t i = from; i < std::min(turn.size(), from + together); ++i)
-            for (std::uint64_t word = turn[i].first / 4; word <= (turn[i].first + turn[i].second - 1) / 4; ++word) words[word % 32].insert(word);
-          counted_->shared_wavefronts += std::ranges::max_element(words, {}, [](const auto& w) { return w.size(); })->size();
-        }
+        if (!turn.empty()) counted_->shared_wavefronts += wavefronts(turn);
         turn.clear();
       }
-    for (auto& [place, site] : global_sites_)
+      site.thread = ~0u;
+    }
+    for (auto& [number, site] : global_sites_) {
       for (auto& turn : site.turns) {
         std::set<std::uint64_t> sectors;
-        for (const auto& [at, bytes] : turn)
-          for (std::uint64_t sector = at / 32; sector <= (at + bytes - 1) / 32; ++sector) sectors.insert(sector);
+        for (const Access& a : turn)
+          for (std::uint64_t sector = a.at / 32; sector <= (a.at + a.bytes - 1) / 32; ++sector) sectors.insert(sector);
         counted_->sectors += sectors.size();
         turn.clear();
       }
-    for (auto* sites : {&shared_sites_, &global_sites_})
-      for (auto& [place, site] : *sites) site.thread = ~0u;
+      site.thread = ~0u;
+    }
   }
-  warp_ = thread() / 32;
-  warp_epoch_ = epoch();
 }
 
 void Machine::refuse(const char* what, Place place) { say(Fault::memory, what, place); }

@@ -1,5 +1,5 @@
-// A GPU on one thread of the CPU, for what translate_ptx.py makes of PTX: it checks what NVIDIA's compute-sanitizer checks (accesses
-// outside of allocations or misaligned, hazards between threads that nothing orders, barriers that not all threads reach).
+// A GPU on one thread of the CPU, for what translate_ptx.py makes of PTX. It finds accesses to device, shared or local memory outside of what was allocated or
+// misaligned, accesses of two threads that nothing orders, and barriers that not all threads of a workgroup reach.
 #pragma once
 
 #include <algorithm>
@@ -27,15 +27,15 @@ namespace trisoup::emulated_cuda {
 using Place = std::uint32_t;
 
 /// Instructions by the unit of a GPU that runs them: float additions and multiplications; division, roots and exponentials; integers, comparisons, jumps;
-/// accesses to shared and to device memory; atomics on device memory.
-enum class Unit { multiply_add, special, other, shared, global, atomic };
-constexpr std::size_t kUnits = 6;
+/// accesses to shared memory, to device memory, to a thread's own; atomics on device memory.
+enum class Unit { multiply_add, special, other, shared, global, local, atomic };
+constexpr std::size_t kUnits = 7;
 
 struct Kernel {
   std::string_view name;  // mangled, as in PTX
   void (*run)(const std::byte*);
   std::vector<std::pair<std::size_t, std::size_t>> parameters;  // offset and size in bytes
-  std::size_t parameter_bytes, shared_bytes;
+  std::size_t parameter_bytes, shared_bytes, local_bytes;
   std::uint32_t most_threads;
   bool barriers;
   int module;
@@ -57,8 +57,8 @@ std::vector<const Kernel*> all_kernels();
 struct Counts {
   std::uint64_t launches = 0;
   std::array<std::uint64_t, kUnits> instructions{};  // of warps
-  std::uint64_t shared_wavefronts = 0;  // passes over the 32 banks that the shared accesses take
-  std::uint64_t sectors = 0;            // of 32 bytes, that the accesses to device memory ask for
+  std::uint64_t shared_wavefronts = 0;  // passes over the 32 banks that accesses to shared memory take at least
+  std::uint64_t sectors = 0;            // of 32 bytes, that loads and stores of device memory ask for
 };
 
 enum class Fault { none, memory, hazard };
@@ -70,7 +70,8 @@ class Machine {
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 
-  /// Device memory, filled with bytes that are no sensible value; 0 where `bytes` are more than are free.
+  /// Device memory, filled with bytes that are no sensible value; 0 where `bytes` are more than are free, or there is no room for them and the records of
+  /// who touched them.
   std::uint64_t allocate(std::uint64_t bytes);
   /// False where no allocation begins there.
   bool free(std::uint64_t address);
@@ -90,7 +91,7 @@ class Machine {
   /// By readable name of the kernel.
   const std::map<std::string, Counts>& counts() const { return counts_; }
 
-  // What translated kernels call. Accesses that are refused read zero and write nothing.
+  // What translated kernels call. Accesses that are refused read zero and write nothing. site: number of the access in the kernel's text.
   std::uint32_t thread() const { return gpu::host::invocation.thread; }
   std::uint32_t group() const { return gpu::host::invocation.group; }
   std::uint32_t threads() const { return threads_; }
@@ -101,43 +102,44 @@ class Machine {
   std::array<T, N> load_param(std::uint64_t at) const {
     return load<T, N>(at);
   }
+  /// own: the thread's own memory.
   template <typename T, std::size_t N>
-  std::array<T, N> load_local(std::uint64_t at) const {
-    return load<T, N>(at);
+  std::array<T, N> load_local(const std::byte* own, std::uint64_t at, Place place) {
+    return in_local(own, at, sizeof(T) * N, place) ? load<T, N>(at) : std::array<T, N>{};
   }
   template <typename T, std::size_t N>
-  void store_local(std::uint64_t at, const std::array<T, N>& values) const {
-    std::memcpy(reinterpret_cast<void*>(at), values.data(), sizeof values);
+  void store_local(const std::byte* own, std::uint64_t at, const std::array<T, N>& values, Place place) {
+    if (in_local(own, at, sizeof values, place)) std::memcpy(reinterpret_cast<void*>(at), values.data(), sizeof values);
   }
   template <typename T, std::size_t N>
-  std::array<T, N> load_shared(std::uint64_t at, Place place) {
+  std::array<T, N> load_shared(std::uint64_t at, Place place, std::uint32_t site) {
     if (!in_shared(at, sizeof(T) * N, place)) return {};
-    if (counting_) count_access(shared_sites_[place], at, sizeof(T) * N);
+    if (counting_) count_access(shared_sites_[site], at, sizeof(T) * N);
     for (std::uint64_t word = at / 4; word <= (at + sizeof(T) * N - 1) / 4; ++word) note_read(shared_shadow_[word], group_epoch_, "shared memory", place);
     return load<T, N>(reinterpret_cast<std::uint64_t>(shared_) + at);
   }
   template <typename T, std::size_t N>
-  void store_shared(std::uint64_t at, const std::array<T, N>& values, Place place) {
+  void store_shared(std::uint64_t at, const std::array<T, N>& values, Place place, std::uint32_t site) {
     if (!in_shared(at, sizeof values, place)) return;
-    if (counting_) count_access(shared_sites_[place], at, sizeof values);
+    if (counting_) count_access(shared_sites_[site], at, sizeof values);
     const bool same = equal(load<T, N>(reinterpret_cast<std::uint64_t>(shared_) + at), values);
     for (std::uint64_t word = at / 4; word <= (at + sizeof values - 1) / 4; ++word)
       note_write(shared_shadow_[word], group_epoch_, false, same, "shared memory", place);
     std::memcpy(shared_ + at, values.data(), sizeof values);
   }
   template <typename T, std::size_t N>
-  std::array<T, N> load_global(std::uint64_t at, Place place) {
+  std::array<T, N> load_global(std::uint64_t at, Place place, std::uint32_t site) {
     if (at - base_ >= kArena && is_constant(at, sizeof(T) * N)) return load<T, N>(at);
     if (!in_global(at, sizeof(T) * N, place)) return {};
-    if (counting_) count_access(global_sites_[place], at, sizeof(T) * N);
+    if (counting_) count_access(global_sites_[site], at, sizeof(T) * N);
     for (std::uint64_t word = (at - base_) / 4; word <= (at - base_ + sizeof(T) * N - 1) / 4; ++word)
       note_read(shadow_[word], launch_epoch_, "device memory", place);
     return load<T, N>(at);
   }
   template <typename T, std::size_t N>
-  void store_global(std::uint64_t at, const std::array<T, N>& values, Place place) {
+  void store_global(std::uint64_t at, const std::array<T, N>& values, Place place, std::uint32_t site) {
     if (!in_global(at, sizeof values, place)) return;
-    if (counting_) count_access(global_sites_[place], at, sizeof values);
+    if (counting_) count_access(global_sites_[site], at, sizeof values);
     for (std::size_t i = 0; i < N; ++i) {
       const std::uint64_t spot = at + i * sizeof(T);
       const bool same = equal<T, 1>(load<T, 1>(spot), {values[i]});
@@ -165,39 +167,42 @@ class Machine {
  private:
   static constexpr std::size_t kSharedBytes = 48 << 10;
   static constexpr std::size_t kMostThreads = 1024;
-  static constexpr std::uint64_t kArena = 16ull << 30, kBlock = 256;
+  static constexpr std::uint64_t kArena = 6ull << 30, kBlock = 256;
 
-  /// Who last touched a word. Epochs number what happens between two barriers of a workgroup, and grow from group to group and launch to launch.
-  struct Word {
-    std::uint32_t write_epoch, read_epoch, first_read_epoch;
-    std::uint16_t writer, reader, first_reader;
+  /// The first and the last thread that wrote and read a word. Epochs number what happens between two barriers of a workgroup, and grow from group to group and
+  /// launch to launch.
+  struct Touch {
+    std::uint32_t epoch;
+    std::uint16_t thread;
     bool atomic;
   };
-  enum class Kind : std::uint8_t { read, write };
+  struct Word {
+    Touch first_write, write, first_read, read;
+  };
 
   std::uint32_t epoch() const { return group_epoch_ + barriers_passed_[thread()]; }
-  /// Nothing orders an earlier access and one of this thread now.
-  bool unordered(std::uint32_t before, std::uint32_t who, std::uint32_t scope) const {
-    return before >= scope && (before < group_epoch_ || (before == epoch() && who != thread()));
+  /// Nothing orders an earlier access and one of this thread now. scope: the first epoch of the launch for device memory, of the workgroup for shared memory.
+  bool unordered(const Touch& before, std::uint32_t scope) const {
+    return before.epoch >= scope && (before.epoch < group_epoch_ || (before.epoch == epoch() && before.thread != thread()));
+  }
+  /// The first one of its kind in what later accesses may collide with.
+  void note_first(Touch& first, const Touch& now, std::uint32_t scope) const {
+    if (first.epoch < scope || (first.epoch >= group_epoch_ && first.epoch != now.epoch)) first = now;
   }
   void note_read(Word& word, std::uint32_t scope, const char* space, Place place) {
-    const std::uint32_t now = epoch();
-    if (unordered(word.write_epoch, word.writer, scope)) hazard("reads what another thread writes", space, place);
-    if (word.first_read_epoch < scope || (word.first_read_epoch >= group_epoch_ && word.first_read_epoch != now)) {
-      word.first_read_epoch = now;
-      word.first_reader = static_cast<std::uint16_t>(thread());
-    }
-    word.read_epoch = now;
-    word.reader = static_cast<std::uint16_t>(thread());
+    if (unordered(word.write, scope) || unordered(word.first_write, scope)) hazard("reads what another thread writes", space, place);
+    const Touch now{epoch(), static_cast<std::uint16_t>(thread()), false};
+    note_first(word.first_read, now, scope);
+    word.read = now;
   }
   void note_write(Word& word, std::uint32_t scope, bool atomic, bool same, const char* space, Place place) {
-    if (!(atomic && word.atomic) && !same && unordered(word.write_epoch, word.writer, scope)) hazard("writes what another thread writes", space, place);
-    if (!same && (unordered(word.read_epoch, word.reader, scope) || unordered(word.first_read_epoch, word.first_reader, scope)))
-      hazard("writes what another thread reads", space, place);
-    if (same && unordered(word.write_epoch, word.writer, scope)) return;  // whoever changed it is who later readers depend on
-    word.write_epoch = epoch();
-    word.writer = static_cast<std::uint16_t>(thread());
-    word.atomic = atomic;
+    const auto collides = [&](const Touch& before) { return !(atomic && before.atomic) && unordered(before, scope); };
+    if (!same && (collides(word.write) || collides(word.first_write))) hazard("writes what another thread writes", space, place);
+    if (!same && (unordered(word.read, scope) || unordered(word.first_read, scope))) hazard("writes what another thread reads", space, place);
+    if (same && unordered(word.write, scope)) return;  // whoever changed it is who later readers depend on
+    const Touch now{epoch(), static_cast<std::uint16_t>(thread()), atomic};
+    note_first(word.first_write, now, scope);
+    word.write = now;
   }
   template <typename T, std::size_t N>
   static std::array<T, N> load(std::uint64_t at) {
@@ -227,6 +232,12 @@ class Machine {
     refuse(at % bytes ? "a misaligned access to shared memory" : "an access outside of shared memory", place);
     return false;
   }
+  bool in_local(const std::byte* own, std::uint64_t at, std::size_t bytes, Place place) {
+    const auto start = reinterpret_cast<std::uint64_t>(own);
+    if (at % bytes == 0 && at >= start && at + bytes <= start + kernel_->local_bytes) return true;
+    refuse(at % bytes ? "a misaligned access to local memory" : "an access outside of local memory", place);
+    return false;
+  }
   bool in_global(std::uint64_t at, std::size_t bytes, Place place) {
     if (at - base_ < kArena && at % bytes == 0) {
       const std::uint32_t owner = owners_[(at - base_) / kBlock];
@@ -235,12 +246,17 @@ class Machine {
     refuse(at % bytes ? "a misaligned access to device memory" : "an access outside of every allocation", place);
     return false;
   }
-  /// Accesses at one place of the source by a warp between two barriers: those that its threads make for the nth time go together.
+  /// Accesses by one instruction in a warp between two barriers: those that its threads make for the nth time go together.
+  struct Access {
+    std::uint64_t at;
+    std::uint32_t bytes, lane;
+  };
   struct Site {
     std::uint32_t thread = ~0u;
     std::size_t turn = 0;
-    std::vector<std::vector<std::pair<std::uint64_t, std::uint32_t>>> turns;  // address and bytes of each thread
+    std::vector<std::vector<Access>> turns;
   };
+  static std::uint64_t wavefronts(const std::vector<Access>& turn);
   void count_block(std::uint32_t number);
   void count_access(Site& site, std::uint64_t at, std::uint32_t bytes);
   void next_warp();
@@ -249,7 +265,9 @@ class Machine {
   void hazard(const char* what, const char* space, Place place);
   void say(Fault fault, const std::string& what, Place place);
 
-  std::uint64_t base_ = 0, total_ = 0, used_ = 0, next_ = 0;
+  bool reserve_arena();
+
+  std::uint64_t base_ = 0, total_ = 4ull << 30, used_ = 0, next_ = 0;
   Word* shadow_ = nullptr;              // one for every four bytes of device memory
   std::uint32_t* owners_ = nullptr;     // number of the allocation that a block belongs to, or 0
   std::vector<std::uint64_t> ends_{0};  // of allocations by number
@@ -267,7 +285,7 @@ class Machine {
   std::map<std::string, Counts> counts_;
   Counts* counted_ = nullptr;           // of the kernel that runs
   std::uint32_t warp_ = 0, warp_epoch_ = 0;
-  std::unordered_map<Place, Site> shared_sites_, global_sites_;
+  std::unordered_map<std::uint32_t, Site> shared_sites_, global_sites_;  // by number in the kernel's text
   std::vector<std::array<std::uint32_t, 32>> block_runs_;  // of every block by each thread of the warp
   std::set<std::pair<std::string, Place>> said_;
   std::vector<std::string> findings_;
@@ -283,9 +301,10 @@ struct Constant {
 
 // What single instructions compute.
 inline float fma_down(float a, float b, float c) {  // towards minus infinity
-  const double exact = static_cast<double>(a) * b + c;
-  const float near = static_cast<float>(exact);
-  return near > exact ? std::nextafter(near, -INFINITY) : near;
+  const double product = static_cast<double>(a) * b, sum = product + c;  // the product is exact
+  const double part = sum - product, lost = (product - (sum - part)) + (c - part);
+  const float near = static_cast<float>(sum);
+  return near > sum || (near == sum && lost < 0) ? std::nextafter(near, -INFINITY) : near;
 }
 inline float flushed(float x) { return std::fabs(x) < 0x1p-126f ? std::copysign(0.0f, x) : x; }
 inline float exp2_flushed(float x) { return flushed(std::exp2(flushed(x))); }

@@ -71,6 +71,8 @@ TEST_CASE("what is wrong with a kernel is found", "[machine]") {
   CHECK_THAT(first("unordered", buffer), Contains("what another thread") && Contains("shared memory"));
   CHECK_THAT(first("quarrel", buffer), Contains("writes what another thread writes (device memory)"));
   CHECK_THAT(first("peek", buffer), Contains("what another thread reads (device memory)"));
+  CHECK_THAT(first("late", buffer, 1), Contains("reads what another thread writes"));
+  CHECK_THAT(first("overrun", buffer), Contains("an access outside of local memory"));
   CHECK_THAT(first("stray", buffer), Contains("some threads of the workgroup reach fewer barriers than others"));
   CHECK_THAT(first("apart", buffer), Contains("waits at this barrier while others"));
 }
@@ -160,4 +162,8 @@ TEST_CASE("instructions, bank conflicts and sectors are those of warps", "[machi
   CHECK(of(other) == 3 * (2 + 2 + 1 + 1 + 1));  // shl, add, mul.wide, add.s64, ret
   CHECK(counts.shared_wavefronts - before.shared_wavefronts == 3 * (1 + 1 + 32));
   CHECK(counts.sectors - before.sectors == 3 * 8);
+  // Two passes bring four words to all, or four: each brings 128 bytes of other words at most. Of eight threads that all hit the same bank each has its own.
+  const auto passes = machine.counts().contains("vectors") ? machine.counts().at("vectors").shared_wavefronts : 0;
+  CHECK(first("vectors", buffer, 1, 32) == "nothing");
+  CHECK(machine.counts().at("vectors").shared_wavefronts - passes == 2 + 4 + 32);
 }

@@ -1,5 +1,6 @@
 // The part of the CUDA runtime that the CUDA backend calls, on the machine of machine.h. A stream runs when somebody waits for it and not before, so a
-// caller that forgets to wait reads what was there; memory is not what a kernel leaves in it by chance; a call that a capture forbids ends the capture.
+// caller that forgets to wait reads what was there; memory is not what a kernel leaves in it by chance; a call that captures of the strictest kind forbid ends
+// any of them.
 #include "emulated_cuda/runtime.h"
 
 #include <chrono>
@@ -274,12 +275,16 @@ cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned) {
   return cudaSuccess;
 }
 cudaError_t cudaStreamDestroy(cudaStream_t stream) {
+  run_all(stream);
   std::erase(runtime().streams, stream);
   delete stream;
   return cudaSuccess;
 }
 cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
-  RETURN_IF_REFUSED("cudaStreamSynchronize");
+  if (const cudaError_t error = refused("cudaStreamSynchronize"); error != cudaSuccess) {
+    stream->waiting.clear();  // the memory of the caller that they write to may be gone soon
+    return error;
+  }
   RETURN_IF_CAPTURING("cudaStreamSynchronize");
   return run_all(stream);
 }

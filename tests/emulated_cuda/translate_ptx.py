@@ -18,7 +18,7 @@ UNORDERED = {"equ": "==", "neu": "!=", "ltu": "<", "leu": "<=", "gtu": ">", "geu
 
 
 # What a GPU has units for, as in machine.h. What ptxas makes no instruction of (moves, addresses, parameters) does not count.
-CLASSES = ["multiply_add", "special", "other", "shared", "global", "atomic"]
+CLASSES = ["multiply_add", "special", "other", "shared", "global", "local", "atomic"]
 
 
 def instruction_class(opcode):
@@ -26,7 +26,7 @@ def instruction_class(opcode):
     if words[0] in ("mov", "cvta") or opcode.startswith("ld.param"):
         return None
     if words[0] in ("ld", "st"):
-        return "shared" if words[1] == "shared" else "global"
+        return words[1]
     if words[0] == "atom":
         return "atomic"
     if words[-1] == "f32" and words[0] in ("add", "sub", "mul", "fma"):
@@ -71,6 +71,7 @@ class Kernel:
         self.shared, self.shared_bytes = {}, 0
         self.local, self.local_bytes = {}, 0
         self.barriers = 0
+        self.accesses = 0
         self.most_threads = 1024
         self.declarations, self.body = [], []
         self.blocks = []      # instructions of each class in each run of them that is entered at its start only
@@ -183,7 +184,7 @@ class Kernel:
         if head in ("ld", "st"):
             return self.access(head, words[1:], operands)
         if head == "atom":
-            if words[1] != "global" or words[2] not in ("add", "or", "max"):
+            if opcode not in ("atom.global.add.u32", "atom.global.or.b32", "atom.global.max.u32"):
                 raise Unknown(text)
             return put(f"machine.atomic_{words[2]}({self.address(operands[1])}, {r(2, 'u32')}, {self.place})", "u32")
         if head == "bar" or head == "barrier":
@@ -211,6 +212,8 @@ class Kernel:
             return put({"abs": f"std::fabs({r(1)})", "neg": f"-{r(1)}"}.get(head) or f"{head}_number({r(1)}, {r(2)})")
         if suffix == "f32" and head in ("add", "sub", "mul", "div", "fma", "sqrt", "rcp", "mad"):
             raise Unknown(text)
+        if head in ("add", "sub", "and", "or", "xor", "min", "max", "neg", "not", "shl", "shr", "selp", "div", "rem") and len(words) != 2:
+            raise Unknown(text)  # a modifier
         if head in ("add", "sub", "and", "or", "xor"):
             sign = {"add": "+", "sub": "-", "and": "&", "or": "|", "xor": "^"}[head]
             if suffix == "pred":
@@ -219,7 +222,7 @@ class Kernel:
             return put(f"static_cast<{cpp_type(kind)}>({r(1, kind)} {sign} {r(2, kind)})", kind)
         if head == "not":
             return put(f"!{r(1)}" if suffix == "pred" else f"static_cast<{cpp_type(suffix)}>(~{r(1)})")
-        if head == "neg":
+        if opcode == "neg.s32":
             return put(f"static_cast<uint32_t>(0u - {r(1, 'u32')})", "u32")
         if head in ("min", "max"):
             return put(f"std::{head}({r(1)}, {r(2)})")
@@ -284,11 +287,16 @@ class Kernel:
             raise Unknown(f"{head}.{space}")
         target, value = (operands[1], operands[0]) if head == "ld" else (operands[0], operands[1])
         values = split_operands(value[1:-1]) if count > 1 else [value]
-        place = f", {self.place}" if space in ("global", "shared") else ""
+        own, place = "", ""
+        if space in ("global", "shared"):
+            place = f", {self.place}, {self.accesses}"
+            self.accesses += 1
+        elif space == "local":
+            own, place = "local, ", f", {self.place}"
         types = f"<{cpp_type(kind)}, {count}>"
         if head == "st":
-            return f"machine.store_{space}{types}({self.address(target)}, {{{', '.join(self.read(v, kind) for v in values)}}}{place});"
-        load = f"machine.load_{space}{types}({self.address(target)}{place})"
+            return f"machine.store_{space}{types}({own}{self.address(target)}, {{{', '.join(self.read(v, kind) for v in values)}}}{place});"
+        load = f"machine.load_{space}{types}({own}{self.address(target)}{place})"
         if count == 1:
             return self.write(values[0], kind, load + "[0]")
         return f"{{ const auto loaded = {load}; " + " ".join(self.write(v, kind, f"loaded[{i}]") for i, v in enumerate(values)) + " }"
@@ -415,7 +423,7 @@ def main():
             out.write("const Registration registration{\n")
             for k in part:
                 offsets = ", ".join(f"{{{offset}, {size}}}" for offset, size in k.parameters.values())
-                out.write(f'    {{"{k.name}", kernel_{k.module.number}_{k.number}, {{{offsets}}}, {k.parameter_bytes}, {k.shared_bytes}, {k.most_threads}, '
+                out.write(f'    {{"{k.name}", kernel_{k.module.number}_{k.number}, {{{offsets}}}, {k.parameter_bytes}, {k.shared_bytes}, {k.local_bytes}, {k.most_threads}, '
                           f'{str(k.barriers > 0).lower()}, {k.module.number}, {{{", ".join("{" + ", ".join(map(str, b)) + "}" for b in k.blocks)}}}}},\n')
             out.write("};\n")
             if i == 0:
