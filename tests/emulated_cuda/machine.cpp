@@ -78,7 +78,10 @@ std::vector<const Kernel*> all_kernels() {
   return all;
 }
 
-Machine::Machine() { counting_ = std::getenv("TRISOUP_COUNTS") != nullptr; }
+Machine::Machine() {
+  counting_ = std::getenv("TRISOUP_COUNTS") != nullptr;
+  backwards_ = std::getenv("TRISOUP_BACKWARDS") != nullptr;
+}
 
 bool Machine::reserve_arena() {
   if (base_ != 0) return true;
@@ -185,7 +188,8 @@ void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t thre
     block_runs_.assign(kernel.blocks.size(), {});
     warp_ = ~0u;
   }
-  for (std::uint32_t group = 0; group < groups && fault_ == Fault::none; ++group) {
+  for (std::uint32_t i = 0; i < groups && fault_ == Fault::none; ++i) {
+    const std::uint32_t group = backwards_ ? groups - 1 - i : i;
     std::fill_n(barriers_passed_.begin(), threads, 0u);
     barrier_sites_.clear();
     std::memset(shared_, 0xfb, kernel.shared_bytes);

@@ -281,6 +281,7 @@ class Machine {
   std::vector<std::uint32_t> barrier_sites_;  // which barrier the workgroup's threads came to, one after the other
   alignas(16) std::byte shared_[kSharedBytes];
   std::array<Word, kSharedBytes / 4> shared_shadow_{};
+  bool backwards_ = false;  // the last workgroup of a launch first, where the environment has TRISOUP_BACKWARDS: a GPU promises no order
   bool counting_ = false;
   std::map<std::string, Counts> counts_;
   Counts* counted_ = nullptr;           // of the kernel that runs
