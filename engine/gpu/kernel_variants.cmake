@@ -1,6 +1,5 @@
 # kernel_variants(BACKEND FUNCTION FILE [INCLUDE|EXCLUDE REGEX]): writes a source that includes every kernel whose name fits, once for each choice of
-# constants that the engine and the tests make, for engine/gpu/BACKEND/kernel_language.h to compile; FUNCTION of its namespace returns them. Where it is
-# contracted_kernels, they see KERNEL_CONTRACTED.
+# constants that the engine and the tests make, for engine/gpu/BACKEND/kernel_language.h to compile; FUNCTION of its namespace returns them.
 # Name, constants; a plus after the first one: it is the length of an array.
 set(variants
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible" "edge_forces 0" "edge_forces 1" "inherit_textures" "lift_textures"
@@ -14,15 +13,7 @@ function(kernel_variants backend returned_by output)
   if(ARGN)
     list(FILTER variants ${ARGN})
   endif()
-  if(backend STREQUAL "cuda")
-    # Four pixels a thread are for CPUs (shaders/common/pixel_lanes.h), and half of all code to compile.
-    list(FILTER variants EXCLUDE REGEX "^shade(_backward)? ")
-  endif()
-  set(text "")
-  if(returned_by STREQUAL "contracted_kernels")
-    set(text "#define KERNEL_CONTRACTED\n")
-  endif()
-  string(APPEND text "#include \"gpu/${backend}/kernel_language.h\"\n#include \"gpu/compiled_kernels.h\"\n")
+  set(text "#include \"gpu/${backend}/kernel_language.h\"\n#include \"gpu/compiled_kernels.h\"\n")
   file(GLOB argument_headers ${PROJECT_SOURCE_DIR}/shaders/args/*.h)
   foreach(header IN LISTS argument_headers)
     get_filename_component(file ${header} NAME)

@@ -7,7 +7,6 @@ Writes OUTPUT_PREFIX_0.cpp ... for machine.h to run: one function a kernel, one 
 that our kernels have and ends with the line of any other one. The meaning of each is that of NVIDIA's "PTX ISA" manual, version 9.0.
 """
 import re
-import struct
 import sys
 
 BITS = {"b8": 8, "u8": 8, "s8": 8, "b16": 16, "u16": 16, "s16": 16, "b32": 32, "u32": 32, "s32": 32, "f32": 32, "b64": 64, "u64": 64, "s64": 64}
@@ -16,6 +15,15 @@ SPECIAL = {"%tid.x": "machine.thread()", "%ctaid.x": "machine.group()", "%ntid.x
 COMPARISONS = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">=", "lo": "<", "ls": "<=", "hi": ">", "hs": ">="}
 UNORDERED = {"equ": "==", "neu": "!=", "ltu": "<", "leu": "<=", "gtu": ">", "geu": ">="}
 
+# Instructions whose operands all have the type that they end with: the C++ of their result.
+EXPRESSIONS = {
+    "add.rn.f32": "{1} + {2}", "add.f32": "{1} + {2}", "sub.rn.f32": "{1} - {2}", "sub.f32": "{1} - {2}", "mul.rn.f32": "{1} * {2}", "mul.f32": "{1} * {2}",
+    "div.rn.f32": "{1} / {2}", "fma.rn.f32": "std::fma({1}, {2}, {3})", "fma.rm.f32": "fma_down({1}, {2}, {3})", "rcp.rn.f32": "1.0f / {1}",
+    "sqrt.rn.f32": "std::sqrt({1})", "ex2.approx.ftz.f32": "exp2_flushed({1})", "abs.f32": "std::fabs({1})", "neg.f32": "-{1}",
+    "min.f32": "min_number({1}, {2})", "max.f32": "max_number({1}, {2})", "min.s32": "std::min({1}, {2})", "max.s32": "std::max({1}, {2})",
+    "min.u32": "std::min({1}, {2})", "max.u32": "std::max({1}, {2})", "div.u32": "divide({1}, {2})", "rem.u32": "remainder({1}, {2})",
+    "bfi.b32": "insert_bits({1}, {2}, {3}, {4})", "brev.b32": "reverse_bits({1})", "bfind.shiftamt.u32": "shift_of_first_bit({1})",
+}
 
 # What a GPU has units for, as in machine.h. What ptxas makes no instruction of (moves, addresses, parameters) does not count.
 CLASSES = ["multiply_add", "special", "other", "shared", "global", "local", "atomic"]
@@ -196,24 +204,10 @@ class Kernel:
             return ";"
         if head == "cvta":
             return put(r(1, "u64"), "u64")
-        if opcode in ("add.rn.f32", "sub.rn.f32", "mul.rn.f32", "div.rn.f32", "add.f32", "sub.f32", "mul.f32"):
-            return put(f"{r(1)} {dict(add='+', sub='-', mul='*', div='/')[head]} {r(2)}")
-        if opcode == "fma.rn.f32":
-            return put(f"std::fma({r(1)}, {r(2)}, {r(3)})")
-        if opcode == "fma.rm.f32":
-            return put(f"fma_down({r(1)}, {r(2)}, {r(3)})")
-        if opcode == "rcp.rn.f32":
-            return put(f"1.0f / {r(1)}")
-        if opcode == "sqrt.rn.f32":
-            return put(f"std::sqrt({r(1)})")
-        if opcode == "ex2.approx.ftz.f32":
-            return put(f"exp2_flushed({r(1)})")
-        if opcode in ("abs.f32", "neg.f32", "min.f32", "max.f32"):
-            return put({"abs": f"std::fabs({r(1)})", "neg": f"-{r(1)}"}.get(head) or f"{head}_number({r(1)}, {r(2)})")
-        if suffix == "f32" and head in ("add", "sub", "mul", "div", "fma", "sqrt", "rcp", "mad"):
-            raise Unknown(text)
-        if head in ("add", "sub", "and", "or", "xor", "min", "max", "neg", "not", "shl", "shr", "selp", "div", "rem") and len(words) != 2:
-            raise Unknown(text)  # a modifier
+        if opcode in EXPRESSIONS:
+            return put(EXPRESSIONS[opcode].format("", *(r(i) for i in range(1, len(operands)))))
+        if suffix == "f32" and head not in ("mov", "selp", "setp", "cvt") or head in ("add", "sub", "and", "or", "xor", "not", "shl", "shr", "selp") and len(words) != 2:
+            raise Unknown(text)  # with a modifier, or not known
         if head in ("add", "sub", "and", "or", "xor"):
             sign = {"add": "+", "sub": "-", "and": "&", "or": "|", "xor": "^"}[head]
             if suffix == "pred":
@@ -224,8 +218,6 @@ class Kernel:
             return put(f"!{r(1)}" if suffix == "pred" else f"static_cast<{cpp_type(suffix)}>(~{r(1)})")
         if opcode == "neg.s32":
             return put(f"static_cast<uint32_t>(0u - {r(1, 'u32')})", "u32")
-        if head in ("min", "max"):
-            return put(f"std::{head}({r(1)}, {r(2)})")
         if head == "mul" and words[1] == "wide":
             wide = suffix[0] + str(2 * BITS[suffix])
             return put(f"static_cast<{cpp_type(wide)}>({r(1)}) * static_cast<{cpp_type(wide)}>({r(2)})", wide)
@@ -235,16 +227,8 @@ class Kernel:
             return put(f"static_cast<{cpp_type(kind)}>(uint64_t{{{r(1, kind)}}} * {r(2, kind)}{added})", kind)
         if head in ("mul", "mad"):
             raise Unknown(text)
-        if opcode in ("div.u32", "rem.u32"):
-            return put(f"{dict(div='divide', rem='remainder')[head]}({r(1)}, {r(2)})")
         if head in ("shl", "shr"):
             return put(f"shift_{dict(shl='left', shr='right')[head]}({r(1)}, {r(2, 'u32')})")
-        if opcode == "bfi.b32":
-            return put(f"insert_bits({r(1)}, {r(2)}, {r(3, 'u32')}, {r(4, 'u32')})")
-        if opcode == "brev.b32":
-            return put(f"reverse_bits({r(1)})")
-        if opcode == "bfind.shiftamt.u32":
-            return put(f"shift_of_first_bit({r(1)})")
         if head == "selp":
             return put(f"{r(3, 'pred')} ? {r(1)} : {r(2)}")
         if head == "setp":
@@ -400,7 +384,7 @@ class Module:
                     kernel, inside = None, False
                 else:
                     kernel.line(line)
-            except (Unknown, KeyError, IndexError, struct.error) as problem:
+            except (Unknown, KeyError, IndexError) as problem:
                 sys.exit(f"{path}:{number}: cannot be translated: {line} ({problem})")
 
 

@@ -12,3 +12,4 @@ fail() {
   echo "FAIL: $*" >&2
   exit 1
 }
+psnr_of() { grep -o '"psnr": [0-9.]*' "$1" | tail -n 1 | cut -d' ' -f2; }  # psnr_of METRICS: the mean of the test views

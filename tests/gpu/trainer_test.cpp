@@ -130,7 +130,7 @@ TEST_CASE("steps look between the centres of pixels, each at another place", "[t
   test::require_silence(*gpu);
 }
 
-TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and steps", "[trainer][opaque]") {
+TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and steps", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
