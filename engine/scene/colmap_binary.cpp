@@ -33,7 +33,7 @@ std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> b
   images.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     ColmapImage image;
-    cursor.skip(1, sizeof(std::uint32_t));  // image id
+    image.id = cursor.read<std::uint32_t>();
     std::array<double, 4> quaternion;
     for (double& value : quaternion) value = cursor.read<double>();
     glm::dvec3 translation;
@@ -53,7 +53,7 @@ PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const st
   constexpr std::size_t smallest = 8 + 3 * 8 + 3 + 8 + 8, track_element = 4 + 4;
   const std::size_t count = cursor.read_count(smallest);
   PointCloud cloud;
-  cloud.positions.reserve(count), cloud.colours.reserve(count);
+  cloud.positions.reserve(count), cloud.colours.reserve(count), cloud.errors.reserve(count), cloud.seen_by.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto id = cursor.read<std::uint64_t>();
     glm::dvec3 position;
@@ -61,9 +61,13 @@ PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const st
     if (!is_usable(position)) throw Error("{}: point {} is not finite or beyond 1e18; export the model again", name, id);
     glm::u8vec3 colour;
     for (int channel = 0; channel < 3; ++channel) colour[channel] = cursor.read<std::uint8_t>();
-    cursor.skip(1, sizeof(double));  // reprojection error
-    cursor.skip(cursor.read<std::uint64_t>(), track_element);
-    cloud.positions.push_back(position), cloud.colours.push_back(colour);
+    const auto error = cursor.read<double>();
+    std::vector<std::uint32_t> track(cursor.read_count(track_element));
+    for (std::uint32_t& image : track) {
+      image = cursor.read<std::uint32_t>();
+      cursor.skip(1, 4);  // number of the observation
+    }
+    cloud.add(position, colour, error, std::move(track));
   }
   return cloud;
 }

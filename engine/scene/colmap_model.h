@@ -25,6 +25,7 @@ using ColmapCameras = std::map<std::uint32_t, ColmapCamera>;  // by camera id
 
 struct ColmapImage {
   std::string name;  // path of the photograph below the image folder
+  std::uint32_t id = 0;
   std::uint32_t camera_id = 0;
   glm::dmat4 world_to_camera{1.0};
 };
@@ -46,7 +47,7 @@ ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t wid
                                 std::span<const double> parameters, const std::string& where);
 
 /// cameras.bin, images.bin, points3D.bin. `name` stands in messages. All throw Error on a file that is cut, claims more
-/// records than it has bytes, or holds values that cannot be used. 2D observations and tracks are skipped.
+/// records than it has bytes, or holds values that cannot be used. 2D observations are skipped; of tracks the images are kept.
 ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, const std::string& name);
 std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name);
 PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name);

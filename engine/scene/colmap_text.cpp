@@ -69,7 +69,7 @@ std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const s
   Records records(text, name);
   while (auto line = records.next()) {
     ColmapImage image;
-    line->number<std::uint32_t>("image id");
+    image.id = line->number<std::uint32_t>("image id");
     std::array<double, 4> quaternion;
     for (double& value : quaternion) value = line->number<double>("quaternion");
     const glm::dvec3 translation = read_vector(*line, "translation");
@@ -92,7 +92,13 @@ PointCloud parse_colmap_points_text(std::string_view text, const std::string& na
     if (!is_usable(position)) throw Error("{}: point is not finite or beyond 1e18; export the model again", line->where());
     glm::u8vec3 colour;
     for (int channel = 0; channel < 3; ++channel) colour[channel] = line->number<std::uint8_t>("colour");
-    cloud.positions.push_back(position), cloud.colours.push_back(colour);
+    const double error = line->at_end() ? -1.0 : line->number<double>("error");
+    std::vector<std::uint32_t> track;
+    while (!line->at_end()) {
+      track.push_back(line->number<std::uint32_t>("image of a track"));
+      line->number<std::uint32_t>("observation of a track");
+    }
+    cloud.add(position, colour, error, std::move(track));
   }
   return cloud;
 }

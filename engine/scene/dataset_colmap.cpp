@@ -40,6 +40,7 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   std::error_code ignored;
   const bool has_folder = fs::is_directory(root / "images", ignored) || fs::is_directory(root / "images_2", ignored) ||
                           fs::is_directory(root / "images_4", ignored) || fs::is_directory(root / "images_8", ignored);
+  std::map<std::uint32_t, std::uint32_t> frame_of;  // by image id
   for (const ColmapImage& image : images) {
     const auto camera = cameras.find(image.camera_id);
     if (camera == cameras.end())
@@ -59,9 +60,11 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
     frame.camera = camera->second.pinhole;
     frame.camera.world_to_camera = image.world_to_camera;
     frame.lens = camera->second.lens;
+    frame_of.emplace(image.id, static_cast<std::uint32_t>(dataset.frames.size()));
     dataset.frames.push_back(std::move(frame));
   }
   dataset.points = read_points(model);
+  for (std::vector<std::uint32_t>& views : dataset.points.seen_by) renumber(views, frame_of);
   return dataset;
 }
 

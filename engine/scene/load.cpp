@@ -1,6 +1,7 @@
 // load(): from the files of a dataset to a Scene.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 
 #include "error.h"
@@ -20,6 +21,7 @@ namespace {
 // A frame with what the options make of it.
 struct Shot {
   Frame frame;
+  std::uint32_t index = 0;  // of the dataset's frame
   Camera source;  // for the photograph as it is on disk
   Camera camera;  // for the image that the View will hold
 };
@@ -143,6 +145,8 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
 Points normalise_points(const PointCloud& cloud, const Normalisation& normalisation, const std::string& source) {
   Points points;
   points.colours = cloud.colours;
+  points.errors = cloud.errors;
+  points.seen_by = cloud.seen_by;
   points.positions.reserve(cloud.positions.size());
   for (const glm::dvec3& position : cloud.positions) {
     const glm::dvec3 p = normalisation.to_normalised(position);
@@ -160,7 +164,10 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   report_missing(dataset, options);
 
   std::vector<Shot> shots;
-  for (Frame& frame : dataset.frames) shots.push_back(plan(std::move(frame), options.downscale));
+  for (Frame& frame : dataset.frames) {
+    shots.push_back(plan(std::move(frame), options.downscale));
+    shots.back().index = static_cast<std::uint32_t>(shots.size() - 1);
+  }
   sort_and_split(shots, dataset.has_split, options.test_every);
 
   std::vector<Camera> train_cameras;
@@ -176,6 +183,11 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);
   scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source);
+
+  std::map<std::uint32_t, std::uint32_t> training_view;  // by index of the dataset's frame
+  for (const Shot& shot : shots)
+    if (!shot.frame.test) training_view.emplace(shot.index, static_cast<std::uint32_t>(training_view.size()));
+  for (std::vector<std::uint32_t>& views : scene.points.seen_by) renumber(views, training_view);
 
   for (const Shot& shot : shots)
     (shot.frame.test ? scene.test : scene.train)

@@ -25,6 +25,8 @@ struct View {
 struct Points {  // sparse cloud, normalised coordinates; may be empty
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colours;  // same length, or empty
+  std::vector<float> errors;         // of reprojection, pixels of the photograph as reconstructed; same length, or empty; negative: not known
+  std::vector<std::vector<std::uint32_t>> seen_by;  // training views, ascending; same length, or empty
 };
 
 enum class Format { blender, transforms, colmap };
