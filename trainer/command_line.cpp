@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "error.h"
+#include "train/start_points.h"
 
 namespace trisoup {
 
@@ -42,10 +43,14 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   data->add_option("--alpha", alpha, "composite: on the background; mask: of the loss [composite]")->check(CLI::IsMember({"composite", "mask"}));
 
   auto* start = app.add_option_group("Start");
-  start->add_option("--init", o.init, "points (of the dataset), random, or a mesh file (.obj .ply .gltf .glb) [points if there are any]");
+  start->add_option("--init", o.init, "surface (that the points of the dataset tell), points, random, or a mesh file (.obj .ply .gltf .glb)\n"
+                    "[surface if there are points; published: points]");
   start->add_option("--init-count", o.init_count, "triangles at the start [random 30000, points 15000; fast and balanced 10000, but 30000 random ones\n"
                      "in real scenes; published 100000 random ones in synthetic scenes]");
   start->add_option("--init-box", o.init_box, "random: half the side of a box around the dataset's origin, in its units");
+  start->add_option("--init-opacity", o.init_opacity, "opacity at the start [surface 0.9, else 0.5]");
+  start->add_option("--backdrop", o.backdrop, "radius of a sphere of 80 triangles around the scene that always stays, normalised units; 0: none\n"
+                    "[surface: three times as far as the farthest point]");
   start->add_option("--init-radius", o.init_radius, "random: circumradius of the triangles, in the dataset's units");
 
   auto* method = app.add_option_group("Method");
@@ -163,6 +168,25 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   return std::nullopt;
 }
 
+namespace {
+
+/// What a start that covers the scene in its colours asks for: docs/method.md, "Start".
+void start_from_surface(train::Settings& s, const scene::Scene& scene, bool as_published) {
+  s.init_count = s.triangles;
+  const train::Reach reach = train::reach_of(scene);
+  s.far = std::max(s.far, 3.3 * reach.farthest);
+  if (as_published) return;
+  s.backdrop = 3.0 * reach.farthest;
+  s.near = s.test_near = reach.nearest;
+  s.init_opacity = 0.9;
+  s.coarse_share = 0.05;
+  s.keep_opacity = true;
+  s.least_views = 0;
+  s.rate_texture = 0.1;
+}
+
+}  // namespace
+
 train::Settings CommandLine::settings(const scene::Scene& scene) const {
   using train::Recipe;
   const Recipe which = recipe.empty() ? (scene.synthetic ? Recipe::synthetic : Recipe::real)
@@ -189,7 +213,8 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(seed, s.seed);
 
   const bool has_points = !scene.points.positions.empty();
-  s.init = !init.empty() ? init : has_points ? "points" : "random";
+  s.init = !init.empty() ? init : !has_points ? "random" : preset == "published" ? "points" : "surface";
+  if (s.init == "surface") start_from_surface(s, scene, preset == "published");
   if (s.init == "random" && which == Recipe::real) {
     // Nothing is known of where a real scene's surfaces are: the whole room between the cameras.
     s.init_box = 1.0;
@@ -197,6 +222,8 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
     s.init_count = std::max<std::uint32_t>(s.init_count, 30'000);
   }
   set(init_count, s.init_count);
+  set(init_opacity, s.init_opacity);
+  set(backdrop, s.backdrop);
   const double unit = scene.normalisation.scale;
   if (init_box) {
     const glm::dvec3 origin = scene.normalisation.to_normalised(glm::dvec3(0.0));
@@ -220,7 +247,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   if (levels == "all" || levels == "finest") s.coarse_share = 0;
   if (levels == "finest") s.level_min = s.level_max;
   s.opaque = opaque;
-  s.keep_opacity = keep_opacity;
+  s.keep_opacity = s.keep_opacity || keep_opacity;
   s.keep_moments = keep_moments;
   set(copy_textures, s.copy_textures);
   set(drop_near, s.drop_near);

@@ -148,9 +148,9 @@ int run(const CommandLine& o, viewer::Live* live) {
     folder.resume_log(trainer->step());
     say(o, fmt::format("resuming after step {}", trainer->step()));
   } else {
-    const std::vector<glm::vec3> vertices = train::initial_triangles(scene, settings);
+    const train::Start start = train::initial_triangles(scene, settings);
     try {
-      trainer = std::make_unique<train::Trainer>(*device, scene, settings, vertices);
+      trainer = std::make_unique<train::Trainer>(*device, scene, settings, start);
     } catch (const gpu::OutOfMemory& error) {
       throw Error("{}{}", error.what(), advice(error, scene, settings));
     }

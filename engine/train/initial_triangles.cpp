@@ -3,15 +3,17 @@
 #include "error.h"
 #include "soup/initialise.h"
 #include "soup/mesh.h"
+#include "train/surface_start.h"
 
 namespace trisoup::train {
 
-std::vector<glm::vec3> initial_triangles(const scene::Scene& scene, const Settings& settings) {
+Start initial_triangles(const scene::Scene& scene, const Settings& settings) {
   if (settings.init == "random") {
     const glm::vec3 centre(settings.init_centre[0], settings.init_centre[1], settings.init_centre[2]);
     const glm::vec3 half(static_cast<float>(settings.init_box));
     return soup::triangles_in_box(settings.init_count, centre - half, centre + half, settings.init_radius, settings.seed);
   }
+  if (settings.init == "surface") return surface_start(scene, settings);
   if (settings.init == "points") {
     if (scene.points.positions.empty())
       throw Error("{}: has no points to start from; use --init random or --init MESH", scene.path.string());

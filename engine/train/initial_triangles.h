@@ -1,6 +1,7 @@
 // The triangles that a run starts from, by Settings::init.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -10,8 +11,14 @@
 
 namespace trisoup::train {
 
-/// 3 vertices per triangle in normalised coordinates. Throws Error when the scene has no points to start from, or the mesh file
-/// cannot be used.
-std::vector<glm::vec3> initial_triangles(const scene::Scene& scene, const Settings& settings);
+struct Start {
+  std::vector<glm::vec3> vertices;  // 3 per triangle, normalised coordinates
+  std::vector<glm::vec3> colours;   // of the vertices, 0..1; empty: not known
+  Start() = default;
+  Start(std::vector<glm::vec3> triangles) : vertices(std::move(triangles)) {}
+};
+
+/// Throws Error when the scene has no points to start from, or the mesh file cannot be used.
+Start initial_triangles(const scene::Scene& scene, const Settings& settings);
 
 }  // namespace trisoup::train

@@ -132,24 +132,42 @@ struct Kept {
   std::vector<double> areas;             // of all triangles (Seen::area)
 };
 
+/// Which triangles are the backdrop: those that stand where nothing else can be. Where splits have made so many of them that the scene would
+/// suffer they are triangles like all others.
+std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings) {
+  std::vector<bool> backdrop(vertices.size() / 3);
+  if (settings.backdrop <= 0) return backdrop;
+  const auto behind = [&](const glm::vec3& v) { return glm::length(v) > 0.8 * settings.backdrop; };
+  for (std::size_t t = 0; t < backdrop.size(); ++t)
+    backdrop[t] = behind(vertices[3 * t]) && behind(vertices[3 * t + 1]) && behind(vertices[3 * t + 2]);
+  if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles)) backdrop.assign(backdrop.size(), false);
+  return backdrop;
+}
+
 /// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
-std::vector<std::uint32_t> most_visible(const Seen& seen, const Settings& settings, std::size_t views) {
+std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings, std::size_t views) {
   const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.least_views, views / 10));
   std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
   if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
   std::vector<std::uint32_t> pixels, kept;
+  for (std::uint32_t t = 0; t < backdrop.size(); ++t)
+    if (backdrop[t]) kept.push_back(t);
+  std::erase_if(vouched, [&](std::uint32_t t) { return backdrop[t]; });
   for (const std::uint32_t t : vouched) pixels.push_back(seen.pixels[t]);
-  for (const std::uint32_t i : soup::most_visible(pixels, settings.triangles)) kept.push_back(vouched[i]);
+  const std::size_t budget = settings.triangles > kept.size() ? settings.triangles - kept.size() : 0;
+  for (const std::uint32_t i : soup::most_visible(pixels, budget)) kept.push_back(vouched[i]);
+  std::sort(kept.begin(), kept.end());
   return kept;
 }
 
-Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
+Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const std::vector<bool>& backdrop,
+             const Settings& settings) {
   Seen seen = measure_visible(gpu, soup, frame, views);
   const auto total = [&] { return std::accumulate(seen.pixels.begin(), seen.pixels.end(), std::uint64_t{0}); };
   const auto areas = [&] { return std::vector<double>(seen.area.begin(), seen.area.end()); };
   const std::uint64_t pixels = total();
   if (pixels > 0)
-    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : most_visible(seen, settings, views.size()), pixels, areas()};
+    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : most_visible(seen, backdrop, settings, views.size()), pixels, areas()};
   // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   seen = measure_visible(gpu, soup, frame, views);
@@ -165,9 +183,9 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand at 0.5 now.
   const std::uint64_t lifted = lift_step(settings);
   const bool fit_levels = settings.samples_per_pixel > 0 && (step > lifted || lifted == 0);
-  const Kept kept = to_keep(gpu, soup, frame, views.half, settings);
-  if (kept.triangles.empty()) return Resampling::nothing_seen;
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
+  const Kept kept = to_keep(gpu, soup, frame, views.half, find_backdrop(vertices, settings), settings);
+  if (kept.triangles.empty()) return Resampling::nothing_seen;
   soup::Resampled change = soup::keep(vertices, kept.triangles);
   const auto areas = [&](const soup::Resampled& c, std::span<const double> parents) {
     return fit_levels ? areas_of(c, parents) : std::vector<double>{};

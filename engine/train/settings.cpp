@@ -26,6 +26,8 @@ void each_member(S& s, F&& f) {
   f("init_centre", s.init_centre);
   f("init_box", s.init_box);
   f("init_radius", s.init_radius);
+  f("init_opacity", s.init_opacity);
+  f("backdrop", s.backdrop);
   f("rate_texture", s.rate_texture);
   f("rate_mlp", s.rate_mlp);
   f("rate_vertex", s.rate_vertex);
@@ -151,6 +153,8 @@ void check(const Settings& s) {
   need(s.near > 0 && s.far > s.near, "0 < --near < --far must hold");
   need(s.test_near > 0 && s.far > s.test_near, "0 < --test-near < --far must hold");
   need(s.init_box > 0 && s.init_radius > 0, "--init-box and --init-radius must be above 0");
+  need(s.init_opacity > 0 && s.init_opacity < 1, "--init-opacity must be between 0 and 1; --opaque fixes it to 1");
+  need(s.backdrop >= 0 && s.backdrop < s.far, "--backdrop must not be negative, nor beyond --far");
   need(s.split_length > 0, "--split-length must be above 0");
   need(s.most_triangles == 0 || s.most_triangles >= s.triangles, "--most-triangles is below --triangles; use at least the budget");
   need(s.count_scale > 0 && s.count_scale <= 1, "--count-scale must be above 0 and at most 1");

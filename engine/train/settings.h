@@ -25,11 +25,13 @@ struct Settings {
   std::uint32_t batch = 4;           // views per step
   std::uint64_t seed = 0;
 
-  std::string init;                  // "random", "points" or a mesh file
+  std::string init;                  // "surface", "random", "points" or a mesh file
   std::uint32_t init_count = 0;      // triangles at the start
   std::array<double, 3> init_centre{};  // of the box of a random start
   double init_box = 0.3;             // half its side
   double init_radius = 0.0025;       // circumradius of a random start's triangles
+  double init_opacity = 0.5;         // of all triangles at the start
+  double backdrop = 0;               // radius of a sphere of triangles around all else that no change of topology drops; 0: none
 
   double rate_texture = 5e-2, rate_mlp = 1e-2, rate_vertex = 2.5e-4;
   double rate_end = 0.01;            // all rates are multiplied by rate_end^(step / steps)

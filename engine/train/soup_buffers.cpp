@@ -4,9 +4,24 @@
 #include <cmath>
 
 #include "args/types.h"
+#include "common/host.h"
 #include "soup/random.h"
 
 namespace trisoup::train {
+namespace {
+
+/// Features of sample `i` of a level that show the mixture of the corners' colours, with a share of the MLP's in it that it can grow from.
+void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32_t i, std::uint32_t level) {
+  constexpr float kMlpShare = -1.0f;  // a logit
+  std::uint32_t x = 0, y = 0;
+  f32::lattice_point(i, x, y);
+  const float r = static_cast<float>(1u << level), b0 = static_cast<float>(x) / r, b1 = static_cast<float>(y) / r;
+  const glm::vec3 colour = glm::clamp(b0 * corners[0] + b1 * corners[1] + (1.0f - b0 - b1) * corners[2], 0.02f, 0.98f);
+  for (int c = 0; c < 3; ++c) sample[c] = std::log(colour[c] / (1.0f - colour[c]));
+  sample[3] = kMlpShare;
+}
+
+}  // namespace
 
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max) {
   const std::uint64_t source = soup::samples_in(level_min, level_max), lattice = soup::samples_at(level_max);
@@ -19,8 +34,7 @@ void clear(gpu::Device& gpu, const FixedSums& sums) {
   gpu.fill(sums.high.address(), sums.high.bytes(), 0);
 }
 
-gpu::Buffer opaque_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table) {
-  constexpr float kOpaque = 30.0f;  // its sigmoid is 1.0f
+gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours, float opacity) {
   std::uint64_t samples = 0;
   for (const soup::TextureEntry& row : table)
     samples = std::max<std::uint64_t>(samples, std::uint64_t(row.source_offset) + soup::samples_in(row.level_min, row.level_max));
@@ -32,12 +46,17 @@ gpu::Buffer opaque_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> 
     gpu.upload(logits.address() + first * soup::kChannels * 4, piece);
     piece.clear();
   };
-  for (const soup::TextureEntry& row : table) {
+  for (std::size_t t = 0; t < table.size(); ++t) {
+    const soup::TextureEntry& row = table[t];
     if (piece.size() > (1u << 20)) upload();
     if (piece.empty()) first = row.source_offset;
     const std::size_t begin = (row.source_offset - first) * soup::kChannels;
     piece.resize(begin + std::size_t(soup::samples_in(row.level_min, row.level_max)) * soup::kChannels);
-    for (std::uint32_t i = 0; i < soup::samples_at(row.level_min); ++i) piece[begin + (i + 1) * soup::kChannels - 1] = kOpaque;
+    for (std::uint32_t i = 0; i < soup::samples_at(row.level_min); ++i) {
+      float* sample = &piece[begin + i * soup::kChannels];
+      sample[soup::kChannels - 1] = opacity;
+      if (!colours.empty()) write_colour(sample, colours.subspan(3 * t, 3), i, row.level_min);
+    }
   }
   upload();
   return logits;

@@ -118,16 +118,18 @@ std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings&
   });
 }
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::vector<glm::vec3>& vertices)
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
   const bool coarse = lift_step(settings_) > 0;
   const soup::TextureLevels levels =
       coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
              : soup::TextureLevels{settings_.level_min, settings_.level_max};
-  const std::vector<soup::TextureEntry> table = soup::make_texture_table(vertices.size() / 3, levels).entries;
+  const std::vector<soup::TextureEntry> table = soup::make_texture_table(start.vertices.size() / 3, levels).entries;
   Textures textures;
-  if (settings_.opaque) textures.source = opaque_logits(gpu_, table);
-  allocate_soup(gpu_, soup_, vertices, table, std::move(textures));
+  // 0.5 is a logit of exactly 0, with or without colours.
+  const auto opacity = static_cast<float>(std::log(settings_.init_opacity / (1.0 - settings_.init_opacity)));
+  textures.source = initial_logits(gpu_, table, start.colours, settings_.opaque ? kOpaqueLogit : opacity);
+  allocate_soup(gpu_, soup_, start.vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
   prepare();
 }
@@ -424,6 +426,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   // From before there was a choice.
   if (!then.contains("samples_per_pixel")) then["samples_per_pixel"] = 0.0;
   if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
+  if (!then.contains("init_opacity")) then["init_opacity"] = 0.5;
+  if (!then.contains("backdrop")) then["backdrop"] = 0.0;
   if (!then.contains("least_views")) then["least_views"] = settings_.recipe == Recipe::real ? 0u : settings_.least_views;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {

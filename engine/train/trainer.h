@@ -16,6 +16,7 @@
 #include "train/evaluate.h"
 #include "train/faults.h"
 #include "train/frame.h"
+#include "train/initial_triangles.h"
 #include "train/photographs.h"
 #include "train/resample.h"
 #include "train/schedule.h"
@@ -57,7 +58,7 @@ std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings&
 class Trainer {
  public:
   /// Starts from the given triangles (3 vertices each, normalised coordinates). `scene` must outlive the trainer.
-  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::vector<glm::vec3>& vertices);
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start);
 
   /// Goes on from a checkpoint of the same scene and settings. Throws Error when it is another's, damaged or cut short.
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& checkpoint);
