@@ -187,6 +187,11 @@ void start_from_surface(train::Settings& s, const scene::Scene& scene, bool as_p
 
 }  // namespace
 
+bool CommandLine::wants_points(const scene::Scene& scene) const {
+  if (!init.empty()) return init == "surface" || init == "points";
+  return preset != "published" && !scene.synthetic;
+}
+
 train::Settings CommandLine::settings(const scene::Scene& scene) const {
   using train::Recipe;
   const Recipe which = recipe.empty() ? (scene.synthetic ? Recipe::synthetic : Recipe::real)

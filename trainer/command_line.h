@@ -23,6 +23,8 @@ struct CommandLine {
   /// The preset's settings for the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
   /// Error on values that cannot be.
   train::Settings settings(const scene::Scene& scene) const;
+  /// Whether a start from points is asked for where the dataset may have none.
+  bool wants_points(const scene::Scene& scene) const;
 
   // Options that were given; what is empty keeps its default.
   std::optional<std::uint64_t> steps, seed, resample_every, eval_every, checkpoint_every;

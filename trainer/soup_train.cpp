@@ -22,6 +22,7 @@
 #include "printable.h"
 #include "progress_bar.h"
 #include "revision.h"
+#include "scene/points_from_views.h"
 #include "soup/initialise.h"
 #include "soup/model_file.h"
 #include "train/initial_triangles.h"
@@ -38,6 +39,9 @@ using namespace trisoup;
 std::atomic<bool> g_stop{false};
 
 void on_signal(int) { g_stop = true; }
+
+/// Fewer than these say too little of a scene.
+constexpr std::size_t kFewestPoints = 300;
 
 /// Ends the program with status 130; a checkpoint has been written.
 struct Interrupted {
@@ -102,6 +106,18 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
   return fmt::format("; --memory {} would do", smaller.memory >> 20);
 }
 
+/// Points of a scene whose dataset has none, from its photographs. What cannot be matched starts at random, which one line says.
+void find_points(const CommandLine& o, scene::Scene& scene) {
+  if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
+  say(o, "points: the dataset has none; looking for them in the photographs");
+  scene::Points points = scene::points_from_views(scene.train);
+  if (points.positions.size() < kFewestPoints) {
+    say(o, fmt::format("points: {} places look alike in several photographs, too few to start from; starting at random", points.positions.size()));
+    return;
+  }
+  scene.points = std::move(points);
+}
+
 /// live: where a window looks on; null for none.
 int run(const CommandLine& o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
@@ -117,8 +133,9 @@ int run(const CommandLine& o, viewer::Live* live) {
     loading.clear();
     std::fprintf(stderr, "warning: %s\n", line.c_str());
   };
-  const scene::Scene scene = scene::load(o.dataset, load);
+  scene::Scene scene = scene::load(o.dataset, load);
   loading.clear();
+  find_points(o, scene);
   train::Settings settings = o.settings(scene);
   train::RunFolder folder(o.output);
   const bool resume = o.resume && std::filesystem::exists(folder.checkpoint());
