@@ -281,6 +281,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   nlohmann::json metrics = to_json(evaluation);
   metrics["psnr_training_views"] = fit.psnr;
   metrics["psnr_plain_colours"] = fit.plain_psnr;
+  metrics["uncovered_training_views"] = fit.uncovered;
   metrics["nothing_learnt"] = fit.nothing_learnt();
   metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
   metrics["triangles"] = trainer->triangles();

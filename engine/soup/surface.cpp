@@ -127,6 +127,16 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
       if (const std::uint32_t behind = walker.first_towards(p, -way); behind != kOutside) votes.matter[behind] += 1.0;
     }
   }
+  // A camera stands in air, whatever the sightings say.
+  constexpr double kSure = 1e6;
+  const auto corner = static_cast<std::uint32_t>(s.points.size() - 1);
+  for (const glm::dvec3& camera : s.cameras) {
+    const glm::dvec3 way = camera - s.points[corner];
+    const std::uint32_t first = walker.first_towards(corner, way);
+    if (first == kOutside) continue;
+    const std::uint32_t there = walker.walk(first, kOutside, s.points[corner], way, [](std::uint32_t, std::size_t, double) {});
+    if (there != kOutside) votes.air[there] += kSure;
+  }
   return votes;
 }
 

@@ -9,6 +9,7 @@
 #include "error.h"
 #include "printable.h"
 #include "soup/texture_table.h"
+#include "train/coverage.h"
 #include "train/render_pass.h"
 
 namespace trisoup::train {
@@ -24,9 +25,10 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
     sum.psnr += view.metrics.psnr;
     sum.ssim += view.metrics.ssim;
     sum.mae += view.metrics.mae;
+    sum.uncovered += view.metrics.uncovered;
   }
   const double n = std::max<double>(1.0, static_cast<double>(views.size()));
-  return {sum.psnr / n, sum.ssim / n, sum.mae / n};
+  return {sum.psnr / n, sum.ssim / n, sum.mae / n, sum.uncovered / n};
 }
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
@@ -43,7 +45,8 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
       const kernels::ViewRecord& record = frame.batch().records[i];
       const auto colour = gpu.download_vector<float>(frame.colour.address() + 12ull * record.pixel_offset,
                                                      3ull * record.width * record.height);
-      const ImageMetrics m = compare(colour, view.image);
+      ImageMetrics m = compare(colour, view.image);
+      m.uncovered = coverage_of(gpu, frame, i, view.image, background).share();
       evaluation.views.push_back({view.name, m});
       if (on_render) on_render(view, colour);
     }
@@ -119,10 +122,11 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     to["psnr"] = m.psnr;
     to["ssim"] = m.ssim;
     to["mae"] = m.mae;
+    to["uncovered"] = m.uncovered;
   };
   put(json, evaluation.mean);
   // A mean over nothing would read as a measurement.
-  if (evaluation.views.empty()) json["psnr"] = json["ssim"] = json["mae"] = nullptr;
+  if (evaluation.views.empty()) json["psnr"] = json["ssim"] = json["mae"] = json["uncovered"] = nullptr;
   json["views"] = nlohmann::json::array();
   for (const ViewMetrics& view : evaluation.views) {
     nlohmann::json row;

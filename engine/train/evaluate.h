@@ -50,7 +50,7 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);
 
-/// {"psnr", "ssim", "mae", "views": [{"name", "psnr", "ssim", "mae"}]}
+/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name" and the same}]}
 nlohmann::json to_json(const Evaluation& evaluation);
 
 }  // namespace trisoup::train

@@ -11,6 +11,7 @@ struct ImageMetrics {
   double psnr = 0;  // dB, peak 1; 100 where there is no error at all
   double ssim = 0;  // 11-tap Gaussian, sigma 1.5, whole windows only (Wang et al. 2004); 1 where the image is smaller
   double mae = 0;   // mean |difference|, 0..1
+  double uncovered = 0;  // share of the pixels where no triangle is seen and the photograph shows something; compare() cannot tell: 0
 };
 
 /// colour: [height][width][3], clamped to 0..1. Pixels masked out of the photograph do not count for PSNR and MAE and are black

@@ -18,7 +18,7 @@
 namespace trisoup::train {
 namespace {
 
-constexpr const char* kHeader = "step,seconds,triangles,loss,l1,ssim,psnr,ms_per_step\n";
+constexpr const char* kHeader = "step,seconds,triangles,loss,l1,ssim,psnr,ms_per_step,uncovered\n";
 constexpr const char* kEvaluationHeader = "step,seconds,cpu_seconds,triangles,psnr,ssim,mae\n";
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
@@ -62,8 +62,8 @@ void RunFolder::resume_log(std::uint64_t step) {
   while (std::getline(in, line)) {
     Progress p;
     unsigned long long at = 0;
-    if (std::sscanf(line.c_str(), "%llu,%lf,%u,%lf,%lf,%lf,%lf,%lf", &at, &p.seconds, &p.triangles, &p.loss, &p.l1, &p.ssim,
-                    &p.psnr, &p.ms_per_step) != 8)
+    if (std::sscanf(line.c_str(), "%llu,%lf,%u,%lf,%lf,%lf,%lf,%lf,%lf", &at, &p.seconds, &p.triangles, &p.loss, &p.l1, &p.ssim,
+                    &p.psnr, &p.ms_per_step, &p.uncovered) < 8)  // older ones end before the last
       break;
     p.step = at;
     if (p.step > step) break;
@@ -97,8 +97,8 @@ void RunFolder::log_evaluation(const EvaluationRow& row) {
 void RunFolder::write_log() const {
   std::string text = kHeader;
   for (const Progress& p : rows_)
-    text += fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{:.4f},{:.3f}\n", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim,
-                        p.psnr, p.ms_per_step);
+    text += fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{:.4f},{:.3f},{:.6f}\n", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim,
+                        p.psnr, p.ms_per_step, p.uncovered);
   write_text(path_ / "train.csv", text);
 }
 

@@ -14,6 +14,7 @@
 #include "soup/random.h"
 #include "soup/safetensors.h"
 #include "soup/texture_table.h"
+#include "train/coverage.h"
 #include "train/fixed_sum.h"
 #include "train/render_pass.h"
 
@@ -277,6 +278,13 @@ void Trainer::change_topology() {
   }
 }
 
+double Trainer::share_uncovered() {
+  Coverage coverage;
+  for (std::size_t i = 0; i < frame_.batch().records.size(); ++i)
+    coverage.add(coverage_of(gpu_, frame_, i, scene_.train[frame_.batch().records[i].index].image, scene_.background));
+  return coverage.share();
+}
+
 Progress Trainer::progress_since(std::uint64_t first, double seconds) {
   const auto rows = gpu_.download_vector<kernels::Statistics>(frame_.statistics.address(), Frame::kStatisticsRows);
   Progress p;
@@ -296,6 +304,7 @@ Progress Trainer::progress_since(std::uint64_t first, double seconds) {
   mse /= n;
   p.loss = 0.8 * p.l1 + 0.1 * (1.0 - p.ssim);
   p.psnr = mse > 0 ? -10.0 * std::log10(mse) : 100.0;
+  p.uncovered = uncovered_;
   p.seconds = seconds_;
   p.ms_per_step = 1e3 * seconds / std::max<double>(1.0, static_cast<double>(step_ - first));
   return p;
@@ -312,6 +321,8 @@ void Trainer::run(const Callbacks& callbacks) {
     const double cpu_start = process_cpu_seconds();
     const std::uint64_t before = step_;
     train_until(last, callbacks);
+    // A change of topology draws other views into the frame.
+    if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) uncovered_ = share_uncovered();
     if (step_ > before) change_topology();
     gpu_.wait();
     const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();

@@ -35,6 +35,7 @@ struct Progress {
   double loss = 0, l1 = 0, ssim = 0, psnr = 0;  // of training views, with random thresholds
   double seconds = 0;                           // of training so far, evaluation and checkpoints left out
   double ms_per_step = 0;
+  double uncovered = 0;                         // Coverage::share() of the last step's views, with random thresholds
 };
 
 /// Device memory that a run needs, before anything is allocated. The synthetic recipe's budget is no ceiling: where more than
@@ -103,6 +104,7 @@ class Trainer {
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
   kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;
   gpu::CommandList& commands_of(const BatchLayout& batch);
+  double share_uncovered();
   Progress progress_since(std::uint64_t first, double seconds);
 
   gpu::Device& gpu_;
@@ -120,6 +122,7 @@ class Trainer {
   // Completed steps when the moments of textures and of vertices were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0;
   Resampling last_resampling_ = Resampling::done;
+  double uncovered_ = 0;               // of the last step before a report
   double seconds_ = 0, cpu_seconds_ = 0;
   std::uint64_t epoch_ = ~0ull;        // of order_
   std::vector<std::uint32_t> order_;

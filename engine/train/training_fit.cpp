@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "image/image.h"
+#include "train/coverage.h"
 #include "train/fixed_sum.h"
 #include "train/render_pass.h"
 #include "train/step.h"
@@ -38,8 +39,10 @@ TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& fr
   StepInputs inputs;
   inputs.background = scene.background;
   Step step(gpu, soup, frame);
+  Coverage coverage;
   double model = 0, plain = 0, values = 0;
-  for_each_batch(gpu, soup, frame, batch, true, inputs, most, [&](std::size_t, std::size_t) {
+  for_each_batch(gpu, soup, frame, batch, true, inputs, most, [&](std::size_t first, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) coverage.add(coverage_of(gpu, frame, i, scene.train[first + i].image, scene.background));
     step.begin(0, 0, 0, {});
     step.loss(inputs);
     const auto sums = gpu.download_vector<kernels::Statistics>(frame.statistics.address(), 1)[0];
@@ -49,7 +52,7 @@ TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& fr
     plain += squares_around_mean(view.image);
     values += 3.0 * view.camera.width * view.camera.height;
   }
-  return {psnr_of(model / values), psnr_of(plain / values)};
+  return {psnr_of(model / values), psnr_of(plain / values), coverage.share()};
 }
 
 }  // namespace trisoup::train

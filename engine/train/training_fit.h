@@ -15,6 +15,7 @@ namespace trisoup::train {
 struct TrainingFit {
   double psnr = 0;        // of the model, thresholds 0.5
   double plain_psnr = 0;  // of each photograph painted over with its own mean colour
+  double uncovered = 0;   // Coverage::share() of all training views
   /// A training has diverged, or has come to nothing for want of triangles or steps, when its model shows the photographs no better
   /// than plain colours would, and not well either (below 30 dB: photographs that are plain themselves leave nothing to be better than).
   bool nothing_learnt() const { return !(psnr > plain_psnr || psnr >= 30.0); }

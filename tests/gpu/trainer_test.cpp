@@ -9,6 +9,7 @@
 #include "gpu/small_scene.h"
 #include "soup/initialise.h"
 #include "soup/texture_table.h"
+#include "train/surface_start.h"
 #include "train/trainer.h"
 
 using namespace trisoup;
@@ -160,7 +161,7 @@ TEST_CASE("logits of opaque textures: the coarsest level of each triangle, opaci
   auto gpu = test::open_device();
   const std::vector<soup::TextureLevels> levels{{2, 4}, {0, 0}, {1, 3}, {5, 5}};
   const auto table = soup::make_texture_table(levels);
-  const gpu::Buffer buffer = train::opaque_logits(*gpu, table.entries);
+  const gpu::Buffer buffer = train::initial_logits(*gpu, table.entries, {}, train::kOpaqueLogit);
   const auto logits = gpu->download_vector<float>(buffer.address(), table.source_samples * 8);
   for (const soup::TextureEntry& row : table.entries)
     for (std::uint32_t s = 0; s < soup::samples_in(row.level_min, row.level_max); ++s)
@@ -168,4 +169,55 @@ TEST_CASE("logits of opaque textures: the coarsest level of each triangle, opaci
         const float expected = c == 7 && s < soup::samples_at(row.level_min) ? 30.0f : 0.0f;
         REQUIRE(logits[(row.source_offset + s) * 8 + c] == expected);
       }
+}
+
+TEST_CASE("a start's colours and opacity are those of the first picture", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  settings.init_opacity = 0.9;
+  settings.coarse_share = GENERATE(0.0, 0.5);
+  // One large triangle before all cameras of the upper half would be seen from one side only; a box of them is seen by all.
+  train::Start coloured(soup::triangles_in_box(200, glm::vec3(-0.2f), glm::vec3(0.2f), 0.2, 3));
+  coloured.colours.assign(coloured.vertices.size(), glm::vec3(0.2f, 0.5f, 0.8f));
+  train::Trainer trainer(*gpu, scene, settings, coloured);
+  trainer.evaluate_float([&](const scene::View& view, const std::vector<float>& colour) {
+    const std::size_t middle = 3 * (std::size_t(view.image.height / 2) * std::size_t(view.image.width) + std::size_t(view.image.width / 2));
+    // A quarter of a colour is the MLP's, which has learnt nothing yet.
+    for (int c = 0; c < 3; ++c) CHECK(std::abs(colour[middle + std::size_t(c)] - (0.2f + 0.3f * float(c))) < 0.2f);
+  });
+}
+
+TEST_CASE("no change of topology drops the backdrop", "[trainer]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  settings.recipe = train::Recipe::real;
+  settings.far = 40;
+  settings.triangles = 330;
+  settings.init_count = 300;
+  settings.backdrop = GENERATE(0.0, 10.0);
+  std::vector<glm::vec3> vertices = train::backdrop_triangles(10);
+  for (const glm::vec3& v : start(settings)) vertices.push_back(v);
+  train::Trainer trainer(*gpu, scene, settings, vertices);
+  trainer.run({});
+  const soup::Model model = trainer.model();
+  std::size_t behind = 0;
+  for (std::size_t i = 0; i < model.vertices.size(); i += 3) behind += glm::length(model.vertices[i]) > 9;
+  // Of a ring of cameras that look inward most of it is never in any picture.
+  if (settings.backdrop > 0) CHECK(behind >= 80);
+  else CHECK(behind < 80);
+}
+
+TEST_CASE("pixels that no triangle covers are counted where the photograph shows something", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  // A triangle out of sight: all of the square is uncovered, and nothing of the white around it.
+  train::Trainer empty(*gpu, scene, settings, std::vector<glm::vec3>{{0, 0, 2}, {0.1f, 0, 2}, {0, 0.1f, 2}});
+  const double square = 13.0 * 13.0 / (24.0 * 24.0);
+  CHECK(empty.evaluate_float().mean.uncovered == Approx(square));
+  CHECK(empty.training_fit().uncovered == Approx(square));
+  train::Trainer full(*gpu, scene, settings, soup::triangles_in_box(400, glm::vec3(-0.3f), glm::vec3(0.3f), 0.3, 3));
+  CHECK(full.evaluate_float().mean.uncovered == 0);
 }

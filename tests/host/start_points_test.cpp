@@ -1,0 +1,152 @@
+// Tests engine/train/start_points.h and engine/train/surface_start.h.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "error.h"
+#include "soup/random.h"
+#include "train/start_points.h"
+#include "train/surface_start.h"
+
+using namespace trisoup;
+using namespace trisoup::train;
+
+namespace {
+
+/// Cameras on a circle around the origin that look at it, each with a plain picture of its own.
+scene::Scene ring(int cameras, int side = 32) {
+  scene::Scene scene;
+  for (int i = 0; i < cameras; ++i) {
+    const double angle = 6.283 * i / cameras;
+    scene::View v;
+    v.name = std::to_string(i);
+    v.camera.width = v.camera.height = side;
+    v.camera.fx = v.camera.fy = side;
+    v.camera.cx = v.camera.cy = 0.5 * side;
+    const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
+    v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
+    v.image = {side, side, {}};
+    for (int p = 0; p < side * side; ++p)
+      for (const int c : {200, 100, 50, 255}) v.image.rgba.push_back(static_cast<std::uint8_t>(c));
+    scene.train.push_back(std::move(v));
+  }
+  return scene;
+}
+
+void add(scene::Points& points, const glm::vec3& p, std::size_t views, float error) {
+  points.positions.push_back(p);
+  points.errors.push_back(error);
+  points.seen_by.emplace_back();
+  for (std::uint32_t v = 0; v < views; ++v) points.seen_by.back().push_back(v);
+}
+
+void add_ball(scene::Points& points, int count, std::size_t views = 4) {
+  soup::Random random(2);
+  for (int i = 0; i < count; ++i) add(points, 0.3f * glm::normalize(random.in_sphere()), views, 0.5f);
+}
+
+}  // namespace
+
+TEST_CASE("points that too few views saw, badly reprojected ones and those beyond the horizon go", "[start]") {
+  scene::Points points;
+  add_ball(points, 300);
+  add(points, {0.1f, 0, 0}, 2, 0.5f);      // too few views
+  add(points, {0.1f, 0.1f, 0}, 5, 3.0f);   // error
+  add(points, {900, 0, 0}, 5, 0.5f);       // beyond
+  add(points, {0.2f, 0.1f, 0}, 5, -1.0f);  // of unknown error: stays
+  const auto chosen = usable_points(points, 100'000);
+  CHECK(chosen.size() == 301);
+  CHECK(chosen.back() == 303);
+}
+
+TEST_CASE("a sparse but good cloud is not emptied", "[start]") {
+  scene::Points points;
+  add_ball(points, 90, 2);
+  CHECK(usable_points(points, 100'000).size() == 90);
+}
+
+TEST_CASE("a cloud without tracks loses what is far from its neighbours", "[start]") {
+  scene::Points points;
+  add_ball(points, 300);
+  points.positions.push_back({0.9f, 0.9f, 0});
+  points.errors.clear(), points.seen_by.clear();
+  const auto chosen = usable_points(points, 100'000);
+  CHECK(chosen.size() < 301);
+  CHECK(chosen.size() > 280);
+  CHECK(std::count(chosen.begin(), chosen.end(), 300u) == 0);
+}
+
+TEST_CASE("of many points those that most views saw stay, all over the room", "[start]") {
+  scene::Points points;
+  add_ball(points, 3000, 3);
+  for (std::size_t i = 0; i < points.seen_by.size(); i += 10) points.seen_by[i].push_back(7);
+  const auto chosen = usable_points(points, 500);
+  REQUIRE(chosen.size() <= 500);
+  CHECK(chosen.size() > 300);
+  const auto best = std::count_if(chosen.begin(), chosen.end(), [](std::uint32_t i) { return i % 10 == 0; });
+  CHECK(best > 150);  // a tenth of them would be 50
+  for (int octant = 0; octant < 8; ++octant)
+    CHECK(std::any_of(chosen.begin(), chosen.end(), [&](std::uint32_t i) {
+      const glm::vec3& p = points.positions[i];
+      return (p.x > 0) == bool(octant & 1) && (p.y > 0) == bool(octant & 2) && (p.z > 0) == bool(octant & 4);
+    }));
+}
+
+TEST_CASE("expanded() is the inverse of contracted()", "[start]") {
+  soup::Random random(3);
+  for (int i = 0; i < 100; ++i) {
+    const glm::dvec3 p = std::pow(10.0, random.uniform(-2, 4)) * glm::normalize(glm::dvec3(random.in_sphere()));
+    CHECK(glm::length(contracted(p)) < 2);
+    CHECK(glm::length(expanded(contracted(p)) - p) < 1e-6 * glm::length(p) * (1 + glm::length(p)));
+  }
+}
+
+TEST_CASE("what is well behind other points is taken for hidden where tracks are missing", "[start]") {
+  scene::Scene scene = ring(8);
+  // A dense screen between the first camera, at (1, 0, 0), and a point.
+  for (int y = -12; y <= 12; ++y)
+    for (int z = -12; z <= 12; ++z) scene.points.positions.emplace_back(0.5f, 0.02f * float(y), 0.02f * float(z));
+  scene.points.positions.emplace_back(-0.2f, 0, 0);
+  std::vector<std::uint32_t> all(scene.points.positions.size());
+  std::iota(all.begin(), all.end(), 0u);
+  const auto sightings = sightings_of(scene, all);
+  CHECK(std::count(sightings.back().begin(), sightings.back().end(), 0u) == 0);
+  CHECK(std::count(sightings.back().begin(), sightings.back().end(), 4u) == 1);
+  CHECK(std::count(sightings.front().begin(), sightings.front().end(), 0u) == 1);
+}
+
+TEST_CASE("a surface start has no more triangles than asked for, their colours, and a backdrop", "[start]") {
+  scene::Scene scene = ring(8);
+  add_ball(scene.points, 800, 8);
+  Settings settings = published(Recipe::real);
+  settings.triangles = 500;
+  settings.backdrop = 9;
+  const Start start = surface_start(scene, settings);
+  const std::size_t triangles = start.vertices.size() / 3;
+  CHECK(triangles <= 500);
+  CHECK(triangles > 300);
+  REQUIRE(start.colours.size() == start.vertices.size());
+  std::size_t behind = 0, in_colour = 0;
+  for (std::size_t i = 0; i < start.vertices.size(); ++i) {
+    const bool grey = start.colours[i] == glm::vec3(0.5f);  // where no photograph looks
+    CHECK((grey || glm::length(start.colours[i] - glm::vec3(200, 100, 50) / 255.0f) < 1e-5f));
+    in_colour += !grey;
+    behind += glm::length(start.vertices[i]) > 8.9f;
+  }
+  CHECK(behind == 3 * 80);
+  CHECK(in_colour > 600);
+  CHECK_THROWS_AS(surface_start(ring(4), settings), Error);
+}
+
+TEST_CASE("the backdrop is closed and lies around the origin", "[start]") {
+  const std::vector<glm::vec3> triangles = backdrop_triangles(5);
+  REQUIRE(triangles.size() == 240);
+  double area = 0;
+  for (std::size_t k = 0; k < triangles.size(); k += 3) {
+    area += 0.5 * glm::length(glm::cross(triangles[k + 1] - triangles[k], triangles[k + 2] - triangles[k]));
+    for (std::size_t e = 0; e < 3; ++e) CHECK(glm::length(triangles[k + e]) == Approx(5));
+  }
+  CHECK(area == Approx(4 * 3.14159265 * 25).epsilon(0.1));
+}

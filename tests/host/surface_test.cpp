@@ -1,0 +1,138 @@
+// Tests engine/soup/delaunay.h and engine/soup/surface.h.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "error.h"
+#include "soup/delaunay.h"
+#include "soup/random.h"
+#include "soup/surface.h"
+
+using namespace trisoup;
+using namespace trisoup::soup;
+
+namespace {
+
+double volume(const std::vector<glm::dvec3>& p, const std::array<std::uint32_t, 4>& c) {
+  return std::abs(glm::determinant(glm::dmat3(p[c[1]] - p[c[0]], p[c[2]] - p[c[0]], p[c[3]] - p[c[0]]))) / 6;
+}
+
+/// Whether `p` lies within the sphere through four corners, by more than rounding.
+bool within_sphere(const std::vector<glm::dvec3>& points, const std::array<std::uint32_t, 4>& c, const glm::dvec3& p) {
+  const glm::dvec3 o = points[c[0]];
+  const glm::dmat3 rows = glm::transpose(glm::dmat3(points[c[1]] - o, points[c[2]] - o, points[c[3]] - o));
+  glm::dvec3 right;
+  for (int k = 0; k < 3; ++k) right[k] = 0.5 * glm::dot(points[c[std::size_t(k) + 1]] - o, points[c[std::size_t(k) + 1]] - o);
+  const glm::dvec3 centre = glm::inverse(rows) * right;
+  return glm::length(p - o - centre) < glm::length(centre) * (1 - 1e-6);
+}
+
+/// Whether the segment from a to b meets a triangle well before its end: close to a point a face contradicts nothing.
+bool crosses(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& r) {
+  const glm::dmat3 m(b - a, p - q, p - r);
+  if (std::abs(glm::determinant(m)) < 1e-14) return false;
+  const glm::dvec3 s = glm::inverse(m) * (p - a);
+  return s.x > 1e-6 && s.x < 0.8 && s.y > 1e-9 && s.z > 1e-9 && s.y + s.z < 1 - 1e-9;
+}
+
+/// Points on the walls of the cube -1..1, seen by cameras near its middle, within a sphere of corners that nobody saw.
+struct Room {
+  std::vector<glm::dvec3> points, cameras;
+  std::vector<std::vector<std::uint32_t>> seen_by;
+  explicit Room(int count) {
+    Random random(5);
+    for (int i = 0; i < 6; ++i) cameras.push_back(0.2 * glm::dvec3(random.in_sphere()));
+    for (int i = 0; i < count; ++i) {
+      glm::dvec3 p(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      p[i % 3] = i % 2 ? 1 : -1;
+      points.push_back(p);
+      seen_by.push_back({0, 1, 2, 3, 4, 5});
+    }
+  }
+  void close() {
+    for (int i = 0; i < 100; ++i) {
+      const double z = 1 - (2.0 * i + 1) / 100, r = std::sqrt(1 - z * z);
+      points.push_back(6.0 * glm::dvec3(r * std::cos(2.4 * i), r * std::sin(2.4 * i), z));
+    }
+    seen_by.resize(points.size());
+  }
+  Mesh surface() const { return surface_from_sightings({points, seen_by, cameras}, {}); }
+};
+
+}  // namespace
+
+TEST_CASE("no point lies in the sphere of a Delaunay tetrahedron, and together they fill the hull", "[delaunay]") {
+  Random random(1);
+  std::vector<glm::dvec3> points;
+  for (int i = 0; i < 8; ++i) points.emplace_back(i & 1, (i >> 1) & 1, i >> 2);
+  for (int i = 0; i < 200; ++i) points.emplace_back(random.uniform01(), random.uniform01(), random.uniform01());
+  const Tetrahedra t = delaunay(points);
+  double sum = 0;
+  int within = 0, one_sided = 0;
+  for (std::uint32_t i = 0; i < t.size(); ++i) {
+    sum += volume(points, t.corners[i]);
+    if (volume(points, t.corners[i]) > 1e-7)
+      for (const glm::dvec3& p : points) within += within_sphere(points, t.corners[i], p);
+    for (const std::uint32_t n : t.across[i])
+      if (n != Tetrahedra::kOutside) one_sided += std::count(t.across[n].begin(), t.across[n].end(), i) != 1;
+  }
+  CHECK(sum == Approx(1.0).epsilon(1e-6));
+  CHECK(within == 0);
+  CHECK(one_sided == 0);
+  CHECK(delaunay(points).corners == t.corners);
+}
+
+TEST_CASE("points that span no room are refused", "[delaunay]") {
+  std::vector<glm::dvec3> plane;
+  for (int i = 0; i < 30; ++i) plane.emplace_back(i % 5, i / 5, 0);
+  // The joggle may find slivers in it; what it must not do is crash or hang.
+  try {
+    delaunay(plane);
+  } catch (const Error&) {
+  }
+  CHECK_THROWS_AS(delaunay(std::vector<glm::dvec3>(4)), Error);
+}
+
+TEST_CASE("the walls of a room become a closed surface that no sighting crosses", "[surface]") {
+  Room room(600);
+  room.close();
+  const Mesh mesh = room.surface();
+  REQUIRE(mesh.triangles() > 500);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (std::size_t k = 0; k < mesh.indices.size(); k += 3)
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t a = mesh.indices[k + e], b = mesh.indices[k + (e + 1) % 3];
+      ++edges[{a, b}], --edges[{b, a}];
+    }
+  // Every edge is walked once in either direction for each pair of faces that meet in it.
+  CHECK(std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 0; }));
+  int crossed = 0;
+  for (std::size_t i = 0; i < 600; i += 7)
+    for (const glm::dvec3& camera : room.cameras)
+      for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
+        const auto at = [&](std::size_t e) { return room.points[mesh.indices[k + e]]; };
+        crossed += crosses(camera, room.points[i], at(0), at(1), at(2));
+      }
+  CHECK(crossed == 0);
+  // All of it at the walls: nothing on the sphere beyond is seen.
+  CHECK(std::all_of(mesh.indices.begin(), mesh.indices.end(), [](std::uint32_t i) { return i < 600; }));
+}
+
+TEST_CASE("a mismatch in the middle of a room is air, since others are seen through it", "[surface]") {
+  Room room(600);
+  const auto stray = static_cast<std::uint32_t>(room.points.size());
+  room.points.emplace_back(0.5, 0.4, 0.1);
+  room.seen_by.push_back({0, 1});
+  room.close();
+  const Mesh mesh = room.surface();
+  CHECK(std::count(mesh.indices.begin(), mesh.indices.end(), stray) == 0);
+}
+
+TEST_CASE("where nothing was seen the surface is the sphere around all", "[surface]") {
+  Room room(0);
+  room.close();
+  const Mesh mesh = room.surface();
+  CHECK(mesh.triangles() >= 4);
+}
