@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <set>
+#include <sstream>
 
 #include <nlohmann/json.hpp>
 
@@ -25,6 +27,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* kRecord = "made_from.json";
+/// Photographs that one camera of eight parameters takes at least.
+constexpr std::size_t kLeastForOpencv = 10;
 constexpr const char* kTakeBetter =
     "take more of them, sharp and overlapping: one scene that stays as it is, every part of it in several photographs from places apart";
 
@@ -73,6 +77,12 @@ std::string reason_in(const fs::path& log, const ChildResult& result) {
   return printable(chosen.substr(std::min(chosen.find_first_not_of(" \t"), chosen.size())));
 }
 
+std::string lines(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += name + "\n";
+  return text;
+}
+
 class Work {
  public:
   Work(const Unposed& unposed, const fs::path& folder, const ReconstructOptions& options, const std::atomic<bool>& stop)
@@ -92,8 +102,7 @@ class Work {
     } else if (unposed_.video.empty()) {
       link(unposed_.folder, "images");  // which may have moved
     }
-    if (!unposed_.video.empty()) all_ = photographs_in(folder_ / "images");
-    result.photographs = all_.size();
+    result.photographs = listed().size();
     result.registered = judge(registered_in(folder_ / "sparse/0"));
     return result;
   }
@@ -105,6 +114,10 @@ class Work {
   bool begin(const std::string& record) {
     std::error_code ignored;
     const bool ours = is_file(folder_ / kRecord);
+    // Clearing up would take the frames of a video that are given here.
+    if (const fs::path from = fs::weakly_canonical(unposed_.folder, ignored).lexically_relative(fs::weakly_canonical(folder_, ignored));
+        unposed_.video.empty() && !from.empty() && *from.begin() != "..")
+      throw Error("{}: is where poses are to go; give the video or the photographs themselves, or choose another OUT", source());
     if (!ours && fs::exists(folder_, ignored) && !fs::is_empty(folder_, ignored))
       throw Error("{}: is there and was not made by soup-train; move it away or choose another OUT", printable(folder_.string()));
     const bool same = ours && read_file(folder_ / kRecord) == record;
@@ -115,7 +128,7 @@ class Work {
     std::vector<const char*> old{"database.partial.db", "database.partial.db-wal", "database.partial.db-shm", "database.partial.db-journal",
                                  "sparse.partial", "whole.partial", "images.partial"};
     // Names of a model first: without one nothing is taken for whole.
-    if (!same) old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm", "images", "log.txt"});
+    if (!same) old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm", "photographs.txt", "images", "log.txt"});
     if (!ours) old.clear();
     for (const char* name : old) {
       std::error_code problem;
@@ -176,7 +189,7 @@ class Work {
     return candidates;
   }
 
-  void link(const fs::path& to, const char* name) {
+  void link(const fs::path& to, const char* name) const {
     const fs::path target = fs::canonical(to), at = folder_ / name;
     std::error_code problem;
     if (fs::read_symlink(at, problem) == target) return;
@@ -186,8 +199,10 @@ class Work {
     if (problem) throw Error("{}: cannot be linked to {} ({}); choose another OUT", printable(at.string()), printable(target.string()), problem.message());
   }
 
-  /// The photographs that can be used; whether all are of one size. A damaged one would end the training after all the work here.
-  std::vector<std::string> usable(bool& one_size) {
+  using BySize = std::map<std::pair<int, int>, std::vector<std::string>>;  // names, by width and height
+
+  /// The photographs that can be used. A damaged one would end the training after all the work here.
+  BySize usable() const {
     const fs::path images = folder_ / "images";
     std::vector<ImageSize> sizes(all_.size());
     std::vector<std::string> reasons(all_.size());
@@ -209,20 +224,17 @@ class Work {
       progress("photographs", ++done, static_cast<int>(all_.size()));
     });
     stop_if_asked();
-    std::vector<std::string> names, bad;
-    std::set<std::pair<int, int>> different;
+    BySize names;
+    std::vector<std::string> bad;
     for (std::size_t i = 0; i < all_.size(); ++i)
-      if (reasons[i].empty()) {
-        names.push_back(all_[i]);
-        different.insert({sizes[i].width, sizes[i].height});
-      } else {
+      if (reasons[i].empty()) names[{sizes[i].width, sizes[i].height}].push_back(all_[i]);
+      else {
         bad.push_back(all_[i]);
         if (bad.size() == 1) warn(reasons[i]);
       }
     if (!bad.empty()) warn(fmt::format("{} of {} photographs cannot be read and are left out: {}", bad.size(), all_.size(), some_names(bad)));
-    if (names.size() < kLeastRegistered)
-      throw Error("{}: {} photographs are too few to find poses; {} is the least, and {}", source(), names.size(), kLeastRegistered, kTakeBetter);
-    one_size = different.size() == 1;
+    if (const std::size_t good = all_.size() - bad.size(); good < kLeastRegistered)
+      throw Error("{}: too few photographs to find poses: {} can be used and {} is the least; {}", source(), good, kLeastRegistered, kTakeBetter);
     return names;
   }
 
@@ -230,26 +242,31 @@ class Work {
   void match() {
     const fs::path database = folder_ / "database.db", partial = folder_ / "database.partial.db";
     if (is_file(database)) return;
-    bool one_size = false;
-    const std::vector<std::string> names = usable(one_size);
-    std::string list;
-    for (const std::string& name : names) list += name + "\n";
-    write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(list)));
-    const int total = static_cast<int>(names.size());
-    // One camera for all is seen often enough for two focal lengths and four terms of distortion. One for each photograph is not,
-    // and gets along with one of either.
-    check(colmap("features", total,
-                 {"feature_extractor", "--database_path", partial, "--image_path", folder_ / "images", "--image_list_path",
-                  folder_ / "photographs.txt", "--ImageReader.single_camera", one_size ? "1" : "0", "--ImageReader.camera_model",
-                  one_size ? "OPENCV" : "SIMPLE_RADIAL", "--SiftExtraction.use_gpu", "0", "--SiftExtraction.max_image_size",
-                  std::to_string(options_.feature_size)}),
-          "feature_extractor");
+    const BySize names = usable();
+    int total = 0, done = 0;
+    for (const auto& [size, group] : names) total += static_cast<int>(group.size());
+    std::string all;
+    for (const auto& [size, group] : names) {
+      const std::string list = lines(group);
+      write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(list)));
+      all += list;
+      // One camera for many photographs is seen often enough for two focal lengths and four terms of distortion. That of a few is
+      // not, and gets along with one of either.
+      const char* const model = group.size() < kLeastForOpencv ? "SIMPLE_RADIAL" : "OPENCV";
+      check(colmap("features", done, total,
+                   {"feature_extractor", "--database_path", partial, "--image_path", folder_ / "images", "--image_list_path",
+                    folder_ / "photographs.txt", "--ImageReader.single_camera", "1", "--ImageReader.camera_model", model,
+                    "--SiftExtraction.use_gpu", "0", "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)}),
+            "feature_extractor");
+      done += static_cast<int>(group.size());
+    }
+    write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(all)));
     // Small blocks, so that progress shows.
     std::vector<std::string> matcher{"exhaustive_matcher", "--ExhaustiveMatching.block_size", "10"};
-    if (!unposed_.video.empty() || names.size() > kMostExhaustive) matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0"};
+    if (!unposed_.video.empty() || std::size_t(total) > kMostExhaustive) matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0"};
     const std::string matcher_name = matcher.front();
     matcher.insert(matcher.end(), {"--database_path", partial, "--SiftMatching.use_gpu", "0"});
-    check(colmap("matching", total, std::move(matcher)), matcher_name);
+    check(colmap("matching", 0, total, std::move(matcher)), matcher_name);
     fs::rename(partial, database);
   }
 
@@ -257,9 +274,10 @@ class Work {
   void map() {
     const fs::path partial = folder_ / "sparse.partial";
     fs::create_directory(partial);
-    const std::string list = read_file(folder_ / "photographs.txt");
-    const int total = static_cast<int>(std::count(list.begin(), list.end(), '\n'));
-    const ChildResult result = colmap("poses", total, {"mapper", "--database_path", folder_ / "database.db", "--image_path", folder_ / "images", "--output_path", partial});
+    const int total = static_cast<int>(listed().size());
+    const ChildResult result = colmap("poses", 0, total,
+                                      {"mapper", "--database_path", folder_ / "database.db", "--image_path", folder_ / "images", "--output_path",
+                                       partial, "--Mapper.min_model_size", std::to_string(kLeastRegistered)});
     fs::path largest;
     std::size_t most = 0, models = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(partial)) {
@@ -280,13 +298,22 @@ class Work {
     fs::rename(folder_ / "whole.partial", folder_ / "sparse");
   }
 
+  /// The photographs that COLMAP was given.
+  std::vector<std::string> listed() const {
+    std::istringstream list(read_file(folder_ / "photographs.txt"));
+    std::vector<std::string> names;
+    for (std::string line; std::getline(list, line);) names.push_back(line);
+    return names;
+  }
+
   /// Says which photographs have no pose; throws where too few have one. Returns how many have.
   std::size_t judge(const std::vector<std::string>& registered) const {
     const std::set<std::string> found(registered.begin(), registered.end());
     std::vector<std::string> without;
-    for (const std::string& name : all_)
+    const std::vector<std::string> all = listed();
+    for (const std::string& name : all)
       if (!found.contains(name)) without.push_back(name);
-    const std::size_t total = all_.size(), with = total - without.size();
+    const std::size_t total = all.size(), with = total - without.size();
     if (with < kLeastRegistered || double(with) < kLeastShare * double(total))
       throw Error("{}: COLMAP found poses for {} of {} photographs, and a third of them, at least {}, must have one; none for {}; {}; the log is {}",
                   source(), with, total, kLeastRegistered, some_names(without), kTakeBetter, printable(log().string()));
@@ -296,16 +323,17 @@ class Work {
     return with;
   }
 
-  ChildResult colmap(const char* stage, int total, std::vector<std::string> arguments) {
+  /// before: how much of the stage earlier calls have done.
+  ChildResult colmap(const char* stage, int before, int total, std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), colmap_.string());
-    progress(stage, 0, total);
+    progress(stage, before, total);
     int furthest = 0;
     ChildOptions child{.log = log(), .append = true, .patience = 5, .on_line = [&](std::string_view line) {
                          const auto at = colmap_progress(line);
                          // The mapper may begin more than once.
                          if (!at || (at->total == 0 && at->done <= furthest)) return;
                          furthest = at->done;
-                         progress(stage, at->done, at->total > 0 ? at->total : total);
+                         progress(stage, before + at->done, at->total > 0 ? at->total : total);
                        }};
     ChildResult result = run_child(arguments, child, stop_);
     stop_if_asked();
@@ -351,7 +379,7 @@ std::string some_names(const std::vector<std::string>& names) {
 std::optional<ColmapProgress> colmap_progress(std::string_view line) {
   const std::string text(line.substr(0, 200));
   int a = 0, b = 0, c = 0, d = 0;
-  if (std::sscanf(text.c_str(), "Processed file [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, b};
+  if (std::sscanf(text.c_str(), "Processed file [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, 0};
   if (std::sscanf(text.c_str(), "Matching block [%d/%d, %d/%d]", &a, &b, &c, &d) == 4 && a > 0 && b >= a && b < 10'000 && c > 0 && d >= c && d < 10'000)
     return ColmapProgress{(a - 1) * d + c, b * d};
   if (std::sscanf(text.c_str(), "Matching image [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, b};

@@ -29,7 +29,7 @@ struct ReconstructOptions {
 
 struct Reconstruction {
   std::filesystem::path dataset;  // a folder that load() reads
-  std::size_t photographs = 0, registered = 0;
+  std::size_t photographs = 0, registered = 0;  // those that could be read, and those of them that have a pose
   std::size_t candidates = 0;  // frames of the video that the photographs were chosen from; 0: of no video, or chosen earlier
   bool reused = false;         // it was there already
 };
@@ -44,7 +44,7 @@ Reconstruction reconstruct(const Unposed& unposed, const std::filesystem::path& 
                            const std::atomic<bool>& stop);
 
 struct ColmapProgress {
-  int done = 0, total = 0;  // total 0: that of the stage
+  int done = 0, total = 0;  // total 0: the number of photographs
 };
 /// What a line of COLMAP's output says about how far it is.
 std::optional<ColmapProgress> colmap_progress(std::string_view line);
