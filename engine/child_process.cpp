@@ -29,11 +29,12 @@ std::string last_line(const std::filesystem::path& path) {
   return last;
 }
 
-/// Hands on the lines that are added to a file. The program writes to the file itself, so that it goes on at its own pace and
-/// none of its last words are lost.
+/// Hands on the lines that are added to a file. The program writes to the file itself, so that it goes on at its own
+/// pace and none of its last words are lost.
 class NewLines {
  public:
-  NewLines(const std::filesystem::path& path, const std::function<void(std::string_view)>& on_line) : on_line_(on_line) {
+  NewLines(const std::filesystem::path& path, const std::function<void(std::string_view)>& on_line)
+      : on_line_(on_line) {
     if (!on_line_) return;
     in_.open(path, std::ios::binary);
     in_.seekg(0, std::ios::end);
@@ -89,8 +90,10 @@ pid_t start(const std::vector<std::string>& arguments, int out, int keep_open) {
 
 }  // namespace
 
-ChildResult run_child(const std::vector<std::string>& arguments, const ChildOptions& options, const std::atomic<bool>& stop) {
-  const int out = ::open(options.log.c_str(), O_WRONLY | O_CREAT | (options.append ? O_APPEND : O_TRUNC) | O_CLOEXEC, 0666);
+ChildResult run_child(const std::vector<std::string>& arguments, const ChildOptions& options,
+                      const std::atomic<bool>& stop) {
+  const int out =
+      ::open(options.log.c_str(), O_WRONLY | O_CREAT | (options.append ? O_APPEND : O_TRUNC) | O_CLOEXEC, 0666);
   if (out < 0) throw Error("{}: cannot be written ({}); check the folder", options.log.string(), std::strerror(errno));
   NewLines lines(options.log, options.on_line);
   Child child{start(arguments, out, options.keep_open)};
@@ -114,9 +117,12 @@ ChildResult run_child(const std::vector<std::string>& arguments, const ChildOpti
   ChildResult result;
   result.status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
   if (WIFSIGNALED(state))
-    result.error = fmt::format("{}: ended by signal {} ({})", arguments[0], WTERMSIG(state), ::strsignal(WTERMSIG(state)));
-  else if (result.status == 127) result.error = arguments[0] + ": cannot be started";
-  else if (result.status != 0) result.error = last_line(options.log);
+    result.error =
+        fmt::format("{}: ended by signal {} ({})", arguments[0], WTERMSIG(state), ::strsignal(WTERMSIG(state)));
+  else if (result.status == 127)
+    result.error = arguments[0] + ": cannot be started";
+  else if (result.status != 0)
+    result.error = last_line(options.log);
   return result;
 }
 

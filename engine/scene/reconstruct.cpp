@@ -30,14 +30,16 @@ constexpr const char* kRecord = "made_from.json";
 /// Photographs that one camera of eight parameters takes at least.
 constexpr std::size_t kLeastForOpencv = 10;
 constexpr const char* kTakeBetter =
-    "take more of them, sharp and overlapping: one scene that stays as it is, every part of it in several photographs from places apart";
+    "take more of them, sharp and overlapping: one scene that stays as it is, every part of it in several photographs "
+    "from places apart";
 
 /// The path of a program, or words about what it is for and how to get it.
 fs::path program(const char* name, const char* package, const char* purpose) {
   fs::path found = find_program(name);
   if (found.empty())
-    throw Error("{} is not installed; it {}; install it: sudo apt-get install {} (or tools/install_packages --for-photographs)", name, purpose,
-                package);
+    throw Error(
+        "{} is not installed; it {}; install it: sudo apt-get install {} (or tools/install_packages --for-photographs)",
+        name, purpose, package);
   return found;
 }
 
@@ -45,7 +47,8 @@ json identity(const fs::path& file) {
   std::error_code problem;
   const auto size = fs::file_size(file, problem);
   const auto changed = fs::last_write_time(file, problem);
-  if (problem) throw Error("{}: cannot be read ({}); check its permissions", printable(file.string()), problem.message());
+  if (problem)
+    throw Error("{}: cannot be read ({}); check its permissions", printable(file.string()), problem.message());
   return {utf8(file.filename().string()), size, changed.time_since_epoch().count()};
 }
 
@@ -60,7 +63,8 @@ std::string record_of(const Unposed& unposed, const ReconstructOptions& options)
 std::vector<std::string> registered_in(const fs::path& model) {
   const std::string content = read_file(model / "images.bin");
   std::vector<std::string> names;
-  for (const ColmapImage& image : parse_colmap_images_binary(bytes_of(content), printable((model / "images.bin").string())))
+  for (const ColmapImage& image :
+       parse_colmap_images_binary(bytes_of(content), printable((model / "images.bin").string())))
     names.push_back(image.name);
   return names;
 }
@@ -115,25 +119,34 @@ class Work {
     std::error_code ignored;
     const bool ours = is_file(folder_ / kRecord);
     // Clearing up would take the frames of a video that are given here.
-    if (const fs::path from = fs::weakly_canonical(unposed_.folder, ignored).lexically_relative(fs::weakly_canonical(folder_, ignored));
+    if (const fs::path from =
+            fs::weakly_canonical(unposed_.folder, ignored).lexically_relative(fs::weakly_canonical(folder_, ignored));
         unposed_.video.empty() && !from.empty() && *from.begin() != "..")
-      throw Error("{}: is where poses are to go; give the video or the photographs themselves, or choose another OUT", source());
+      throw Error("{}: is where poses are to go; give the video or the photographs themselves, or choose another OUT",
+                  source());
     if (!ours && fs::exists(folder_, ignored) && !fs::is_empty(folder_, ignored))
-      throw Error("{}: is there and was not made by soup-train; move it away or choose another OUT", printable(folder_.string()));
+      throw Error("{}: is there and was not made by soup-train; move it away or choose another OUT",
+                  printable(folder_.string()));
     const bool same = ours && read_file(folder_ / kRecord) == record;
     if (ours && !same && options_.resume && has_model())
-      throw Error("{}: was made from other photographs, or with another --feature-size; without --resume all begins anew",
-                  printable(folder_.string()));
+      throw Error(
+          "{}: was made from other photographs, or with another --feature-size; without --resume all begins anew",
+          printable(folder_.string()));
     all_ = unposed_.names;
-    std::vector<const char*> old{"database.partial.db", "database.partial.db-wal", "database.partial.db-shm", "database.partial.db-journal",
-                                 "sparse.partial", "whole.partial", "images.partial"};
+    std::vector<const char*> old{
+        "database.partial.db", "database.partial.db-wal", "database.partial.db-shm", "database.partial.db-journal",
+        "sparse.partial",      "whole.partial",           "images.partial"};
     // Names of a model first: without one nothing is taken for whole.
-    if (!same) old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm", "photographs.txt", "images", "log.txt"});
+    if (!same)
+      old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm",
+                               "photographs.txt", "images", "log.txt"});
     if (!ours) old.clear();
     for (const char* name : old) {
       std::error_code problem;
       fs::remove_all(folder_ / name, problem);
-      if (problem) throw Error("{}: cannot be removed ({}); check the permissions of the folder", printable((folder_ / name).string()), problem.message());
+      if (problem)
+        throw Error("{}: cannot be removed ({}); check the permissions of the folder",
+                    printable((folder_ / name).string()), problem.message());
     }
     return same;
   }
@@ -158,7 +171,8 @@ class Work {
   void write_record(const std::string& record) {
     std::error_code problem;
     fs::create_directories(folder_, problem);
-    if (problem) throw Error("{}: cannot be made ({}); choose another folder", printable(folder_.string()), problem.message());
+    if (problem)
+      throw Error("{}: cannot be made ({}); choose another folder", printable(folder_.string()), problem.message());
     write_file_atomically(folder_ / kRecord, std::as_bytes(std::span(record)));
   }
 
@@ -196,7 +210,9 @@ class Work {
     if (!fs::is_symlink(at, problem) && fs::exists(at, problem)) return;  // somebody has put it there
     fs::remove(at, problem);
     fs::create_directory_symlink(target, at, problem);
-    if (problem) throw Error("{}: cannot be linked to {} ({}); choose another OUT", printable(at.string()), printable(target.string()), problem.message());
+    if (problem)
+      throw Error("{}: cannot be linked to {} ({}); choose another OUT", printable(at.string()),
+                  printable(target.string()), problem.message());
   }
 
   using BySize = std::map<std::pair<int, int>, std::vector<std::string>>;  // names, by width and height
@@ -227,14 +243,18 @@ class Work {
     BySize names;
     std::vector<std::string> bad;
     for (std::size_t i = 0; i < all_.size(); ++i)
-      if (reasons[i].empty()) names[{sizes[i].width, sizes[i].height}].push_back(all_[i]);
+      if (reasons[i].empty())
+        names[{sizes[i].width, sizes[i].height}].push_back(all_[i]);
       else {
         bad.push_back(all_[i]);
         if (bad.size() == 1) warn(reasons[i]);
       }
-    if (!bad.empty()) warn(fmt::format("{} of {} photographs cannot be read and are left out: {}", bad.size(), all_.size(), some_names(bad)));
+    if (!bad.empty())
+      warn(fmt::format("{} of {} photographs cannot be read and are left out: {}", bad.size(), all_.size(),
+                       some_names(bad)));
     if (const std::size_t good = all_.size() - bad.size(); good < kLeastRegistered)
-      throw Error("{}: too few photographs to find poses: {} can be used and {} is the least; {}", source(), good, kLeastRegistered, kTakeBetter);
+      throw Error("{}: too few photographs to find poses: {} can be used and {} is the least; {}", source(), good,
+                  kLeastRegistered, kTakeBetter);
     return names;
   }
 
@@ -250,20 +270,22 @@ class Work {
       const std::string list = lines(group);
       write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(list)));
       all += list;
-      // One camera for many photographs is seen often enough for two focal lengths and four terms of distortion. That of a few is
-      // not, and gets along with one of either.
+      // One camera for many photographs is seen often enough for two focal lengths and four terms of distortion. That
+      // of a few is not, and gets along with one of either.
       const char* const model = group.size() < kLeastForOpencv ? "SIMPLE_RADIAL" : "OPENCV";
       check(colmap("features", done, total,
-                   {"feature_extractor", "--database_path", partial, "--image_path", folder_ / "images", "--image_list_path",
-                    folder_ / "photographs.txt", "--ImageReader.single_camera", "1", "--ImageReader.camera_model", model,
-                    "--SiftExtraction.use_gpu", "0", "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)}),
+                   {"feature_extractor", "--database_path", partial, "--image_path", folder_ / "images",
+                    "--image_list_path", folder_ / "photographs.txt", "--ImageReader.single_camera", "1",
+                    "--ImageReader.camera_model", model, "--SiftExtraction.use_gpu", "0",
+                    "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)}),
             "feature_extractor");
       done += static_cast<int>(group.size());
     }
     write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(all)));
     // Small blocks, so that progress shows.
     std::vector<std::string> matcher{"exhaustive_matcher", "--ExhaustiveMatching.block_size", "10"};
-    if (!unposed_.video.empty() || std::size_t(total) > kMostExhaustive) matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0"};
+    if (!unposed_.video.empty() || std::size_t(total) > kMostExhaustive)
+      matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0"};
     const std::string matcher_name = matcher.front();
     matcher.insert(matcher.end(), {"--database_path", partial, "--SiftMatching.use_gpu", "0"});
     check(colmap("matching", 0, total, std::move(matcher)), matcher_name);
@@ -275,9 +297,10 @@ class Work {
     const fs::path partial = folder_ / "sparse.partial";
     fs::create_directory(partial);
     const int total = static_cast<int>(listed().size());
-    const ChildResult result = colmap("poses", 0, total,
-                                      {"mapper", "--database_path", folder_ / "database.db", "--image_path", folder_ / "images", "--output_path",
-                                       partial, "--Mapper.min_model_size", std::to_string(kLeastRegistered)});
+    const ChildResult result =
+        colmap("poses", 0, total,
+               {"mapper", "--database_path", folder_ / "database.db", "--image_path", folder_ / "images",
+                "--output_path", partial, "--Mapper.min_model_size", std::to_string(kLeastRegistered)});
     fs::path largest;
     std::size_t most = 0, models = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(partial)) {
@@ -288,10 +311,15 @@ class Work {
       if (count > most || (count == most && entry.path() < largest)) most = count, largest = entry.path();
     }
     // Without a pair to begin with the mapper makes no model and ends with status 1.
-    if (models > 0 || result.status != 1 || reason_in(log(), result).find("failed to create sparse model") == std::string::npos) check(result, "mapper");
+    if (models > 0 || result.status != 1 ||
+        reason_in(log(), result).find("failed to create sparse model") == std::string::npos)
+      check(result, "mapper");
     if (largest.empty()) judge({});
     if (models > 1)
-      warn(fmt::format("the photographs fall into {} parts that COLMAP could not tie together; the largest, of {} photographs, is taken", models, most));
+      warn(
+          fmt::format("the photographs fall into {} parts that COLMAP could not tie together; the largest, of {} "
+                      "photographs, is taken",
+                      models, most));
     fs::create_directory(folder_ / "whole.partial");
     fs::rename(largest, folder_ / "whole.partial/0");
     fs::remove_all(partial);
@@ -315,11 +343,15 @@ class Work {
       if (!found.contains(name)) without.push_back(name);
     const std::size_t total = all.size(), with = total - without.size();
     if (with < kLeastRegistered || double(with) < kLeastShare * double(total))
-      throw Error("{}: COLMAP found poses for {} of {} photographs, and a third of them, at least {}, must have one; none for {}; {}; the log is {}",
-                  source(), with, total, kLeastRegistered, some_names(without), kTakeBetter, printable(log().string()));
+      throw Error(
+          "{}: COLMAP found poses for {} of {} photographs, and a third of them, at least {}, must have one; none for "
+          "{}; {}; the log is {}",
+          source(), with, total, kLeastRegistered, some_names(without), kTakeBetter, printable(log().string()));
     if (!without.empty())
-      warn(fmt::format("{} of {} photographs have no pose and are left out: {}; sharper ones, or more from places between, would tie them in",
-                       without.size(), total, some_names(without)));
+      warn(
+          fmt::format("{} of {} photographs have no pose and are left out: {}; sharper ones, or more from places "
+                      "between, would tie them in",
+                      without.size(), total, some_names(without)));
     return with;
   }
 
@@ -342,8 +374,10 @@ class Work {
 
   void check(const ChildResult& result, const std::string& command) const {
     if (result.status == 0) return;
-    throw Error("COLMAP's {} failed: {}; the log is {}; if memory or disk ran out, free some or lower --feature-size, then start again", command,
-                reason_in(log(), result), printable(log().string()));
+    throw Error(
+        "COLMAP's {} failed: {}; the log is {}; if memory or disk ran out, free some or lower --feature-size, then "
+        "start again",
+        command, reason_in(log(), result), printable(log().string()));
   }
 
   void stop_if_asked() const {
@@ -380,7 +414,8 @@ std::optional<ColmapProgress> colmap_progress(std::string_view line) {
   const std::string text(line.substr(0, 200));
   int a = 0, b = 0, c = 0, d = 0;
   if (std::sscanf(text.c_str(), "Processed file [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, 0};
-  if (std::sscanf(text.c_str(), "Matching block [%d/%d, %d/%d]", &a, &b, &c, &d) == 4 && a > 0 && b >= a && b < 10'000 && c > 0 && d >= c && d < 10'000)
+  if (std::sscanf(text.c_str(), "Matching block [%d/%d, %d/%d]", &a, &b, &c, &d) == 4 && a > 0 && b >= a &&
+      b < 10'000 && c > 0 && d >= c && d < 10'000)
     return ColmapProgress{(a - 1) * d + c, b * d};
   if (std::sscanf(text.c_str(), "Matching image [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, b};
   // The number of the next photograph; it may fail to be registered.
@@ -388,7 +423,8 @@ std::optional<ColmapProgress> colmap_progress(std::string_view line) {
   return std::nullopt;
 }
 
-Reconstruction reconstruct(const Unposed& unposed, const fs::path& folder, const ReconstructOptions& options, const std::atomic<bool>& stop) {
+Reconstruction reconstruct(const Unposed& unposed, const fs::path& folder, const ReconstructOptions& options,
+                           const std::atomic<bool>& stop) {
   return Work(unposed, folder, options, stop).run();
 }
 

@@ -17,7 +17,8 @@ namespace trisoup::scene {
 inline constexpr std::size_t kLeastRegistered = 3;
 inline constexpr double kLeastShare = 1.0 / 3;
 
-/// Every photograph is compared with every other up to so many; beyond, and in videos, with its neighbours in name order.
+/// Every photograph is compared with every other up to so many; beyond, and in videos, with its neighbours in name
+/// order.
 inline constexpr std::size_t kMostExhaustive = 200;
 
 struct ReconstructOptions {
@@ -28,20 +29,22 @@ struct ReconstructOptions {
 };
 
 struct Reconstruction {
-  std::filesystem::path dataset;  // a folder that load() reads
+  std::filesystem::path dataset;                // a folder that load() reads
   std::size_t photographs = 0, registered = 0;  // those that could be read, and those of them that have a pose
-  std::size_t candidates = 0;  // frames of the video that the photographs were chosen from; 0: of no video, or chosen earlier
-  bool reused = false;         // it was there already
+  std::size_t candidates =
+      0;                // frames of the video that the photographs were chosen from; 0: of no video, or chosen earlier
+  bool reused = false;  // it was there already
 };
 
 /// Thrown where `stop` was set; the same call goes on after the last stage that was complete.
 struct ReconstructionStopped {};
 
-/// Finds poses and leaves in `folder` images (a link to the photographs, or frames of the video), database.db, sparse/0 and
-/// log.txt (all that COLMAP and ffmpeg print). Each has its name only when it is whole. What is there of the same photographs (names,
-/// sizes, times of change) is not made again. Throws Error: a program is missing or fails, or too few photographs are registered.
-Reconstruction reconstruct(const Unposed& unposed, const std::filesystem::path& folder, const ReconstructOptions& options,
-                           const std::atomic<bool>& stop);
+/// Finds poses and leaves in `folder` images (a link to the photographs, or frames of the video), database.db, sparse/0
+/// and log.txt (all that COLMAP and ffmpeg print). Each has its name only when it is whole. What is there of the same
+/// photographs (names, sizes, times of change) is not made again. Throws Error: a program is missing or fails, or too
+/// few photographs are registered.
+Reconstruction reconstruct(const Unposed& unposed, const std::filesystem::path& folder,
+                           const ReconstructOptions& options, const std::atomic<bool>& stop);
 
 struct ColmapProgress {
   int done = 0, total = 0;  // total 0: the number of photographs

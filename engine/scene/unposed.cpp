@@ -34,7 +34,8 @@ std::optional<Unposed> find_unposed(const fs::path& path) {
   if (has_poses(path)) return std::nullopt;
   if (is_video(path)) return Unposed{path, {}, {}};
   for (const fs::path& folder : {path / "images", path})
-    if (std::vector<std::string> names = photographs_in(folder); !names.empty()) return Unposed{{}, folder, std::move(names)};
+    if (std::vector<std::string> names = photographs_in(folder); !names.empty())
+      return Unposed{{}, folder, std::move(names)};
   return std::nullopt;
 }
 

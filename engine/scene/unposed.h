@@ -14,8 +14,8 @@ struct Unposed {
   std::vector<std::string> names;  // of their files, sorted
 };
 
-/// What `path` holds where it holds no poses: the photographs of path/images, else those of the folder itself, without what lies
-/// in further folders; or the video that it is. Nothing where there are poses (has_poses), or neither.
+/// What `path` holds where it holds no poses: the photographs of path/images, else those of the folder itself, without
+/// what lies in further folders; or the video that it is. Nothing where there are poses (has_poses), or neither.
 std::optional<Unposed> find_unposed(const std::filesystem::path& path);
 
 /// The names of all photographs in a folder, sorted; hidden files are none.

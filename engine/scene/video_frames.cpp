@@ -29,31 +29,34 @@ double duration(const fs::path& video, const VideoOptions& options, const std::a
                        const double value = std::strtod(std::string(line).c_str(), nullptr);
                        if (std::isfinite(value) && value > 0) seconds = value;
                      }};
-  const ChildResult result =
-      run_child({options.ffprobe.string(), "-v", "error", "-show_entries", "format=duration", "-of", "default=noprint_wrappers=1:nokey=1", input(video)},
-                child, stop);
+  const ChildResult result = run_child({options.ffprobe.string(), "-v", "error", "-show_entries", "format=duration",
+                                        "-of", "default=noprint_wrappers=1:nokey=1", input(video)},
+                                       child, stop);
   if (!stop && result.status != 0)
-    throw Error("{}: ffprobe cannot read it ({}); convert the video, or give photographs", printable(video.string()), printable(result.error));
+    throw Error("{}: ffprobe cannot read it ({}); convert the video, or give photographs", printable(video.string()),
+                printable(result.error));
   return seconds;
 }
 
-void take_apart(const fs::path& video, const fs::path& folder, double seconds, const VideoOptions& options, const std::atomic<bool>& stop) {
+void take_apart(const fs::path& video, const fs::path& folder, double seconds, const VideoOptions& options,
+                const std::atomic<bool>& stop) {
   // Chosen by their times and not by a rate: a rate would repeat frames where the video has fewer.
   const double step = seconds > 0 ? seconds / kVideoCandidates : 0.25;
   ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
                        int frame = 0;
-                       if (line.starts_with("frame=") && std::from_chars(line.data() + 6, line.data() + line.size(), frame).ec == std::errc())
+                       if (line.starts_with("frame=") &&
+                           std::from_chars(line.data() + 6, line.data() + line.size(), frame).ec == std::errc())
                          if (options.taken) options.taken(std::min(frame, kVideoCandidates), kVideoCandidates);
                      }};
   // -q:v 2 is the best JPEG that ffmpeg makes; PNGs of a large video would fill the disk.
   const ChildResult result = run_child(
-      {options.ffmpeg.string(), "-nostdin", "-hide_banner", "-nostats", "-progress", "pipe:1", "-i", input(video), "-map", "0:v:0", "-vf",
-       fmt::format("select='isnan(prev_selected_t)+gte(t-prev_selected_t,{:.6f})'", step), "-vsync", "vfr", "-pix_fmt", "yuvj420p", "-q:v", "2",
-       (folder / "candidate_%06d.jpg").string()},
+      {options.ffmpeg.string(), "-nostdin", "-hide_banner", "-nostats", "-progress", "pipe:1", "-i", input(video),
+       "-map", "0:v:0", "-vf", fmt::format("select='isnan(prev_selected_t)+gte(t-prev_selected_t,{:.6f})'", step),
+       "-vsync", "vfr", "-pix_fmt", "yuvj420p", "-q:v", "2", (folder / "candidate_%06d.jpg").string()},
       child, stop);
   if (!stop && result.status != 0)
-    throw Error("{}: ffmpeg cannot take it apart ({}); its log is {}; convert the video, or free some room", printable(video.string()),
-                printable(result.error), options.log.string());
+    throw Error("{}: ffmpeg cannot take it apart ({}); its log is {}; convert the video, or free some room",
+                printable(video.string()), printable(result.error), options.log.string());
 }
 
 }  // namespace
@@ -80,12 +83,15 @@ std::vector<std::size_t> sharpest_of_windows(std::span<const double> sharpness, 
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t begin = i * sharpness.size() / count, end = (i + 1) * sharpness.size() / count;
-    chosen.push_back(std::size_t(std::max_element(sharpness.begin() + std::ptrdiff_t(begin), sharpness.begin() + std::ptrdiff_t(end)) - sharpness.begin()));
+    chosen.push_back(std::size_t(
+        std::max_element(sharpness.begin() + std::ptrdiff_t(begin), sharpness.begin() + std::ptrdiff_t(end)) -
+        sharpness.begin()));
   }
   return chosen;
 }
 
-std::size_t extract_frames(const fs::path& video, const fs::path& folder, const VideoOptions& options, const std::atomic<bool>& stop) {
+std::size_t extract_frames(const fs::path& video, const fs::path& folder, const VideoOptions& options,
+                           const std::atomic<bool>& stop) {
   const double seconds = duration(video, options, stop);
   if (!stop) take_apart(video, folder, seconds, options, stop);
   const std::vector<std::string> candidates = photographs_in(folder);

@@ -18,7 +18,8 @@ inline constexpr int kVideoFrames = 160, kVideoCandidates = 3 * kVideoFrames;
 
 struct VideoOptions {
   std::filesystem::path ffmpeg, ffprobe, log;
-  std::function<void(int done, int total)> taken, looked_at;  // frames taken out of the video; those whose sharpness is known
+  std::function<void(int done, int total)> taken,
+      looked_at;  // frames taken out of the video; those whose sharpness is known
 };
 
 /// Variance of the Laplacian of the grey levels: blur of motion and of focus lowers it.
@@ -27,9 +28,10 @@ double sharpness(const Image& image);
 /// Where the sharpest of each of `count` windows of about the same length is; all, where there are no more than that.
 std::vector<std::size_t> sharpest_of_windows(std::span<const double> sharpness, std::size_t count);
 
-/// Leaves up to kVideoFrames frames of the video in `folder`, which is new, as frame_0001.jpg and so on in the order of time.
-/// Returns how many they were chosen from. Throws Error; where `stop` is set it returns early, with anything in the folder.
-std::size_t extract_frames(const std::filesystem::path& video, const std::filesystem::path& folder, const VideoOptions& options,
-                           const std::atomic<bool>& stop);
+/// Leaves up to kVideoFrames frames of the video in `folder`, which is new, as frame_0001.jpg and so on in the order of
+/// time. Returns how many they were chosen from. Throws Error; where `stop` is set it returns early, with anything in
+/// the folder.
+std::size_t extract_frames(const std::filesystem::path& video, const std::filesystem::path& folder,
+                           const VideoOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace trisoup::scene

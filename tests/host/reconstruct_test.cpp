@@ -29,7 +29,8 @@ std::string pack(Values... values) {
   return bytes;
 }
 
-// What the pretended COLMAP does besides noting its calls. $out is the mapper's folder; `model N NAMES...` leaves a model there.
+// What the pretended COLMAP does besides noting its calls. $out is the mapper's folder; `model N NAMES...` leaves a
+// model there.
 constexpr const char* kColmap = R"(#!/bin/bash
 here=$(dirname "$0")
 command=$1
@@ -61,7 +62,9 @@ struct Stage {
     for (const std::string& name : names) folder.write("photographs/" + name, test::plain(8, 6, 1, 2, 3));
     ::setenv("PATH", ((folder / "bin").string() + ":/usr/bin:/bin").c_str(), 1);
     options.warn = [&](const std::string& line) { warnings.push_back(line); };
-    options.progress = [&](const std::string& stage, int done, int total) { progress.push_back(fmt::format("{} {}/{}", stage, done, total)); };
+    options.progress = [&](const std::string& stage, int done, int total) {
+      progress.push_back(fmt::format("{} {}/{}", stage, done, total));
+    };
   }
   ~Stage() { ::setenv("PATH", path.c_str(), 1); }
 
@@ -69,15 +72,18 @@ struct Stage {
     folder.write("bin/" + name, text);
     fs::permissions(folder / "bin" / name, fs::perms::owner_all);
   }
-  void colmap(const std::string& mapper) { program("colmap", kColmap + ("[ \"$command\" != mapper ] || {\n" + mapper + "\n}\n")); }
+  void colmap(const std::string& mapper) {
+    program("colmap", kColmap + ("[ \"$command\" != mapper ] || {\n" + mapper + "\n}\n"));
+  }
   /// A model of these photographs for the pretended mapper.
   void model(const std::string& name, const std::vector<std::string>& names) {
     std::string images = pack(std::uint64_t(names.size()));
     for (std::size_t i = 0; i < names.size(); ++i)
-      images += pack(std::uint32_t(i + 1), 1.0, 0.0, 0.0, 0.0, double(i), 0.0, 3.0, std::uint32_t(1)) + names[i] + '\0' + pack(std::uint64_t(0));
+      images += pack(std::uint32_t(i + 1), 1.0, 0.0, 0.0, 0.0, double(i), 0.0, 3.0, std::uint32_t(1)) + names[i] +
+                '\0' + pack(std::uint64_t(0));
     folder.write("bin/models/" + name + "/images.bin", images);
-    folder.write("bin/models/" + name + "/cameras.bin",
-                 pack(std::uint64_t(1), std::uint32_t(1), std::int32_t(1), std::uint64_t(8), std::uint64_t(6), 9.0, 9.0, 4.0, 3.0));
+    folder.write("bin/models/" + name + "/cameras.bin", pack(std::uint64_t(1), std::uint32_t(1), std::int32_t(1),
+                                                             std::uint64_t(8), std::uint64_t(6), 9.0, 9.0, 4.0, 3.0));
     folder.write("bin/models/" + name + "/points3D.bin", pack(std::uint64_t(0)));
   }
   Reconstruction run(const char* dataset = "photographs") {
@@ -106,8 +112,9 @@ TEST_CASE("lines of COLMAP say how far it is", "[reconstruct]") {
   CHECK(text("Matching block [2/3, 1/3] in 0.5s") == "4/9");
   CHECK(text("Matching image [7/160] in 0.5s") == "7/160");
   CHECK(text("Registering image #12 (5)") == "4/0");
-  for (const char* line : {"", "Processed file [", "Processed file [9/3]", "Matching block [0/3, 1/3]", "Matching block [9999999/9999999, 1/9999999]",
-                           "  Name: Processed file [1/2]", "Elapsed time: 0.2 [minutes]"})
+  for (const char* line :
+       {"", "Processed file [", "Processed file [9/3]", "Matching block [0/3, 1/3]",
+        "Matching block [9999999/9999999, 1/9999999]", "  Name: Processed file [1/2]", "Elapsed time: 0.2 [minutes]"})
     CHECK(text(line) == "");
 }
 
@@ -150,8 +157,11 @@ TEST_CASE("photographs become a dataset, and are not worked on twice", "[reconst
   const Reconstruction first = s.run();
   CHECK((first.registered == 4 && first.photographs == 4 && !first.reused));
   CHECK(s.warnings.empty());
-  CHECK_THAT(joined(s.progress), Contains("photographs 4/4") && Contains("features 1/4") && Contains("matching 0/4") && Contains("poses 2/4"));
-  CHECK_THAT(s.calls(), Contains("exhaustive_matcher") && Contains("single_camera 1 --ImageReader.camera_model SIMPLE_RADIAL") && Contains("max_image_size 1600"));
+  CHECK_THAT(joined(s.progress), Contains("photographs 4/4") && Contains("features 1/4") && Contains("matching 0/4") &&
+                                     Contains("poses 2/4"));
+  CHECK_THAT(s.calls(), Contains("exhaustive_matcher") &&
+                            Contains("single_camera 1 --ImageReader.camera_model SIMPLE_RADIAL") &&
+                            Contains("max_image_size 1600"));
   CHECK(read_dataset(first.dataset, 1).frames.size() == 4);
   CHECK_THAT(test::content_of(s.out("log.txt")), Contains("Processed file") && Contains("Registering image"));
 
@@ -169,7 +179,8 @@ TEST_CASE("photographs become a dataset, and are not worked on twice", "[reconst
   CHECK(s.run().registered == 4);
   CHECK_THAT(joined(s.warnings), Contains("1 of 5 photographs have no pose") && Contains("e.png"));
   // Each size has its camera.
-  CHECK(s.calls().substr(calls.size()).find("feature_extractor") != s.calls().substr(calls.size()).rfind("feature_extractor"));
+  CHECK(s.calls().substr(calls.size()).find("feature_extractor") !=
+        s.calls().substr(calls.size()).rfind("feature_extractor"));
   CHECK_THAT(joined(s.progress), Contains("features 4/5") && Contains("features 5/5"));
 }
 
@@ -179,7 +190,8 @@ TEST_CASE("of several models the largest is taken", "[reconstruct]") {
   s.model("three", {"b.png", "c.png", "d.png"});
   s.colmap("model 0 two; model 1 three; model 2 two");
   CHECK(s.run().registered == 3);
-  CHECK_THAT(joined(s.warnings), Contains("3 parts") && Contains("1 of 4 photographs have no pose and are left out: a.png;"));
+  CHECK_THAT(joined(s.warnings),
+             Contains("3 parts") && Contains("1 of 4 photographs have no pose and are left out: a.png;"));
   CHECK_FALSE(fs::exists(s.out("sparse/1")));
 }
 
@@ -187,7 +199,8 @@ TEST_CASE("too few photographs with poses are an error that names the others", "
   Stage s;
   s.model("two", {"a.png", "b.png"});
   s.colmap("model 0 two");
-  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("2 of 4") && Contains("c.png, d.png") && Contains("log.txt") && Contains("overlapping"));
+  CHECK_THAT(test::message_of([&] { s.run(); }),
+             Contains("2 of 4") && Contains("c.png, d.png") && Contains("log.txt") && Contains("overlapping"));
   s.colmap("echo 'ERROR: failed to create sparse model'; exit 1");
   s.folder.write("photographs/new.png", test::plain(8, 6, 1, 2, 3));
   CHECK_THAT(test::message_of([&] { s.run(); }), Contains("0 of 5"));
@@ -228,9 +241,11 @@ TEST_CASE("what COLMAP fails with is said in one line", "[reconstruct]") {
 TEST_CASE("programs that are missing are named with the command that installs them", "[reconstruct]") {
   Stage s;
   ::setenv("PATH", (s.folder / "bin").c_str(), 1);
-  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("colmap is not installed") && Contains("apt-get install colmap"));
+  CHECK_THAT(test::message_of([&] { s.run(); }),
+             Contains("colmap is not installed") && Contains("apt-get install colmap"));
   s.folder.write("film.mp4", "x");
-  CHECK_THAT(test::message_of([&] { s.run("film.mp4"); }), Contains("ffmpeg is not installed") && Contains("apt-get install ffmpeg"));
+  CHECK_THAT(test::message_of([&] { s.run("film.mp4"); }),
+             Contains("ffmpeg is not installed") && Contains("apt-get install ffmpeg"));
   CHECK_FALSE(fs::exists(s.folder / "out"));
 }
 
@@ -248,7 +263,8 @@ TEST_CASE("a stop ends COLMAP, leaves nothing half-made, and the next start goes
   // Deaf to the request to end.
   s.colmap("trap '' TERM; echo $$ >\"$here/pid\"; model 0 all; while :; do read -t 0.1 <> <(:) || :; done");
   std::jthread stopper([&] {
-    for (int i = 0; i < 500 && test::content_of(s.folder / "bin/pid").empty(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    for (int i = 0; i < 500 && test::content_of(s.folder / "bin/pid").empty(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     s.stop = true;
   });
   CHECK_THROWS_AS(s.run(), ReconstructionStopped);
@@ -287,7 +303,9 @@ TEST_CASE("a video gives frames, once", "[reconstruct]") {
   s.folder.write("a film.mp4", "x");
   s.program("ffprobe", "#!/bin/bash\necho 10.0\n");
   // It names its frames as jpg, and the reader goes by what they hold.
-  s.program("ffmpeg", "#!/bin/bash\nout=${!#}\necho \"$*\" >>\"$(dirname \"$0\")/calls\"\nfor i in 1 2 3 4; do cp \"$(dirname \"$0\")/../photographs/a.png\" \"$(printf \"$out\" $i)\"; done\necho frame=4\n");
+  s.program("ffmpeg",
+            "#!/bin/bash\nout=${!#}\necho \"$*\" >>\"$(dirname \"$0\")/calls\"\nfor i in 1 2 3 4; do cp \"$(dirname "
+            "\"$0\")/../photographs/a.png\" \"$(printf \"$out\" $i)\"; done\necho frame=4\n");
   s.model("all", {"frame_0001.jpg", "frame_0002.jpg", "frame_0003.jpg", "frame_0004.jpg"});
   s.colmap("exit 3");
   CHECK_THAT(test::message_of([&] { s.run("a film.mp4"); }), Contains("mapper failed"));
@@ -305,6 +323,7 @@ TEST_CASE("a video gives frames, once", "[reconstruct]") {
 
   s.folder.write("a film.mp4", "other");
   s.program("ffmpeg", "#!/bin/bash\necho 'moov atom not found'\nexit 1\n");
-  CHECK_THAT(test::message_of([&] { s.run("a film.mp4"); }), Contains("ffmpeg cannot take it apart (moov atom not found)"));
+  CHECK_THAT(test::message_of([&] { s.run("a film.mp4"); }),
+             Contains("ffmpeg cannot take it apart (moov atom not found)"));
   CHECK_FALSE(fs::exists(s.out("images")));
 }
