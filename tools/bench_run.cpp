@@ -231,7 +231,7 @@ class Runner {
   std::string program(const char* name) const { return (options_.programs / name).string(); }
 
   void child(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
-    const ChildResult result = run_child(arguments, log, g_stop, lock_);
+    const ChildResult result = run_child(arguments, {.log = log, .keep_open = lock_}, g_stop);
     if (g_stop) throw Interrupted{};
     if (result.status == 0) return;
     throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status) : result.error);

@@ -15,14 +15,15 @@
 namespace trisoup {
 
 std::optional<int> parse(int argc, char** argv, CommandLine& o) {
-  CLI::App app{"Turns posed photographs into a few thousand opaque textured triangles.\n\n"
-               "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
+  CLI::App app{"Turns photographs into a few thousand opaque textured triangles.\n\n"
+               "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP;\n"
+               "or a folder of photographs without poses, or a video: COLMAP finds the poses and leaves them in OUT/colmap.\n"
                "OUT receives model.glb, checkpoint.safetensors, train.csv, evaluations.csv, metrics.json and renders/."};
   app.option_defaults()->take_last();  // of an option given twice the last counts, so that scripts can override
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-train: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-train " TRISOUP_VERSION);
-  app.add_option("DATASET", o.dataset, "folder of photographs with poses");
+  app.add_option("DATASET", o.dataset, "folder of photographs, or a video");
   app.add_option("-o,--output", o.output, "folder for what the run leaves");
 
   auto* common = app.add_option_group("Common");
@@ -37,6 +38,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   auto* data = app.add_option_group("Dataset");
   data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
   data->add_option("--test-every", o.load.test_every, "hold out every K-th view in name order where there is no test split; 0: none [8]");
+  data->add_option("--feature-size", o.feature_size, "photographs without poses: features are looked for in copies of so many pixels along the longer side [1600]")
+      ->check(CLI::Range(100, 100'000));
   std::string background = "auto", alpha = "composite";
   data->add_option("--background", background, "auto (white where images have alpha, else black), white or black [auto]")
       ->check(CLI::IsMember({"auto", "white", "black"}));

@@ -19,6 +19,7 @@ struct CommandLine {
   std::uint32_t evaluations_per_decade = 0;
   gpu::DeviceOptions device;
   scene::LoadOptions load;
+  int feature_size = 1600;
 
   /// The preset's settings for the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
   /// Error on values that cannot be.

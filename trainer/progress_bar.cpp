@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -30,6 +31,19 @@ ProgressBar::ProgressBar(std::uint64_t steps, std::uint64_t log_every, bool quie
 void ProgressBar::loading(int done, int total) {
   if (quiet_ || !terminal_ || total == 0) return;
   draw(fmt::format("images {} {}/{}", bar(double(done) / total), done, total));
+}
+
+void ProgressBar::stage(const std::string& name, int done, int total) {
+  if (quiet_ || total == 0) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (name != stage_) {
+    stage_ = name, stage_begin_ = now;
+    if (!terminal_) std::fprintf(stderr, "%s\n", name.c_str());
+  }
+  if (!terminal_) return;
+  const double passed = std::chrono::duration<double>(now - stage_begin_).count();
+  const std::string left = done > 0 && passed > 5 ? fmt::format("  about {} left", duration(passed * (total - done) / done)) : "";
+  draw(fmt::format("{} {} {}/{}{}", name, bar(std::min(1.0, double(done) / total)), done, total, left));
 }
 
 void ProgressBar::training(const train::Progress& p) {

@@ -1,6 +1,7 @@
 // One line on a terminal; lines now and then where output goes to a file.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -14,6 +15,8 @@ class ProgressBar {
   ProgressBar(std::uint64_t steps, std::uint64_t log_every, bool quiet);
   ~ProgressBar() { clear(); }
 
+  /// How far a stage of the work before training is: one line that moves, or one line for each stage.
+  void stage(const std::string& name, int done, int total);
   void loading(int done, int total);
   void training(const train::Progress& progress);
   /// Takes the bar away, so that other lines can be printed.
@@ -24,6 +27,8 @@ class ProgressBar {
   std::uint64_t steps_, log_every_;
   bool quiet_, terminal_, drawn_ = false;
   double ms_ = 0;  // smoothed
+  std::string stage_;
+  std::chrono::steady_clock::time_point stage_begin_;
 };
 
 }  // namespace trisoup

@@ -1,4 +1,4 @@
-// soup-train: from a folder of photographs to a model.
+// soup-train: from a folder of photographs, or a video, to a model.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -23,6 +23,7 @@
 #include "progress_bar.h"
 #include "revision.h"
 #include "scene/points_from_views.h"
+#include "scene/reconstruct.h"
 #include "soup/initialise.h"
 #include "soup/model_file.h"
 #include "train/initial_triangles.h"
@@ -118,6 +119,40 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
   scene.points = std::move(points);
 }
 
+/// The dataset to train on: that of the command line, or OUT/colmap where that one is without poses and they are found first.
+std::string posed_dataset(const CommandLine& o, viewer::Live* live) {
+  const auto unposed = scene::find_unposed(o.dataset);
+  if (!unposed) return o.dataset;
+  if (live) live->phase("finding poses");
+  ProgressBar bar(0, 0, o.quiet);
+  scene::ReconstructOptions options;
+  options.feature_size = o.feature_size;
+  options.resume = o.resume;
+  options.progress = [&](const std::string& stage, int done, int total) { bar.stage(stage, done, total); };
+  options.warn = [&](const std::string& line) {
+    bar.clear();
+    std::fprintf(stderr, "warning: %s\n", line.c_str());
+  };
+  std::map<int, void (*)(int)> before;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) before[signal] = std::signal(signal, on_signal);
+  const auto start = std::chrono::steady_clock::now();
+  scene::Reconstruction found;
+  try {
+    found = scene::reconstruct(*unposed, std::filesystem::path(o.output) / "colmap", options, g_stop);
+  } catch (const scene::ReconstructionStopped&) {
+    bar.clear();
+    throw Interrupted{"while poses were looked for; the same command goes on after the last stage that was complete"};
+  }
+  for (const auto& [signal, handler] : before) std::signal(signal, handler);
+  if (g_stop) throw Interrupted{"after poses were found; the same command goes on"};
+  bar.clear();
+  if (found.candidates > 0) say(o, fmt::format("video: {} sharp frames of {} that were looked at", found.photographs, found.candidates));
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  say(o, fmt::format("poses: {} of {} photographs, {}", found.registered, found.photographs,
+                     found.reused ? found.dataset.string() + " as it was" : fmt::format("{:.0f} s, {}", seconds, found.dataset.string())));
+  return found.dataset.string();
+}
+
 /// live: where a window looks on; null for none.
 int run(const CommandLine& o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
@@ -126,6 +161,8 @@ int run(const CommandLine& o, viewer::Live* live) {
   if (o.memory_mb > 0) device->set_ceiling(std::min(o.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o, fmt::format("device: {} ({}, {})", device->info().name, gpu::to_string(device->info().kind), device->info().driver));
 
+  const std::string dataset = posed_dataset(o, live);
+  if (live) live->phase("loading");
   ProgressBar loading(0, 0, o.quiet);
   scene::LoadOptions load = o.load;
   load.progress = [&](int done, int total) { loading.loading(done, total); };
@@ -133,7 +170,7 @@ int run(const CommandLine& o, viewer::Live* live) {
     loading.clear();
     std::fprintf(stderr, "warning: %s\n", line.c_str());
   };
-  scene::Scene scene = scene::load(o.dataset, load);
+  scene::Scene scene = scene::load(dataset, load);
   loading.clear();
   find_points(o, scene);
   train::Settings settings = o.settings(scene);
@@ -181,7 +218,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
     for (const scene::View& view : *views) cameras.push_back({utf8(view.name), test, view.camera});
   const std::optional<glm::dvec3> up = scene.synthetic ? std::optional(glm::dvec3(0, 0, 1)) : std::nullopt;
-  if (live) live->begin({cameras, up, settings.test_near, settings.far, settings.steps, settings.triangles, o.load,
+  if (live) live->begin({cameras, up, settings.test_near, settings.far, settings.steps, settings.triangles, dataset, o.load,
                          device->info().kind == gpu::Kind::cpu});
 
   const std::uint64_t log_every = o.log_every > 0 ? o.log_every : std::max<std::uint64_t>(10, settings.steps / 100 / 10 * 10);
@@ -295,7 +332,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   metrics["driver"] = device->info().driver;
   metrics["peak_device_bytes"] = device->peak_bytes();
   metrics["settings"] = to_json(trainer->settings());
-  metrics["dataset"] = {{"path", utf8(o.dataset)},
+  metrics["dataset"] = {{"path", utf8(dataset)},
                         {"resolution", o.load.downscale},
                         {"test_every", o.load.test_every},
                         {"fingerprint", fmt::format("{:016x}-{:016x}", scene.fingerprint, trainer->photographs_fingerprint())}};
@@ -309,6 +346,7 @@ int run(const CommandLine& o, viewer::Live* live) {
                        evaluation.mean.mae, evaluation.views.size()));
   say(o, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder.model().string(), trainer->triangles(), mb(bytes),
                      trainer->seconds()));
+  if (dataset != o.dataset) say(o, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset));
   if (const auto messages = device->validation_messages(); !messages.empty())
     throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
   return 0;

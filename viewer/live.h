@@ -41,6 +41,7 @@ class Live {
     double near = 0.025, far = 2.5;
     std::uint64_t steps = 0;
     std::uint32_t budget = 0;
+    std::string dataset;
     scene::LoadOptions load;           // of its photographs
     bool on_cpu = false;               // whether that is what it runs on
   };

@@ -289,7 +289,7 @@ void Window::show_training() {
   draw_.background = options_.background.value_or(subject_->model.background);
   set_home();
   if (!subject_->cameras.empty()) snap_to(0);
-  if (!options_.dataset.empty()) open_dataset(options_.dataset);
+  if (!setting_->dataset.empty()) open_dataset(setting_->dataset);
 }
 
 void Window::training_panel() {

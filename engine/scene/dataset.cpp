@@ -3,9 +3,29 @@
 #include "error.h"
 #include "printable.h"
 #include "read_file.h"
+#include "scene/unposed.h"
 
 namespace trisoup::scene {
 namespace fs = std::filesystem;
+
+namespace {
+
+/// The folder of the COLMAP model of a dataset; empty where there is none.
+fs::path colmap_model_in(const fs::path& root) {
+  for (const char* folder : {"sparse/0", "sparse", "."})
+    for (const char* images : {"images.bin", "images.txt"})
+      if (is_file(root / folder / images)) return (root / folder).lexically_normal();
+  return {};
+}
+
+constexpr const char* kFindPoses = "soup-train finds them and leaves a dataset in OUT/colmap, which is to be given here";
+
+}  // namespace
+
+bool has_poses(const fs::path& path) {
+  if (is_file(path)) return path.extension() == ".json";
+  return is_file(path / "transforms_train.json") || is_file(path / "transforms.json") || !colmap_model_in(path).empty();
+}
 
 Dataset read_dataset(const fs::path& path, double downscale) {
   std::error_code ignored;
@@ -14,6 +34,7 @@ Dataset read_dataset(const fs::path& path, double downscale) {
 
   fs::path root = path;
   if (is_file(path)) {
+    if (is_video(path)) throw Error("{}: a video, without poses; {}", name, kFindPoses);
     if (path.extension() != ".json") throw Error("{}: not a dataset; give its folder or its transforms.json", name);
     root = path.has_parent_path() ? path.parent_path() : fs::path(".");
     const fs::path file = path.filename();
@@ -24,11 +45,11 @@ Dataset read_dataset(const fs::path& path, double downscale) {
   const PhotographFiles files(root, downscale);
   if (is_file(root / "transforms_train.json")) return read_blender(root, files);
   if (is_file(root / "transforms.json")) return read_transforms(root / "transforms.json", files);
-  for (const char* folder : {"sparse/0", "sparse", "."})
-    for (const char* images : {"images.bin", "images.txt"})
-      if (is_file(root / folder / images)) return read_colmap(root, (root / folder).lexically_normal(), files);
+  if (const fs::path model = colmap_model_in(root); !model.empty()) return read_colmap(root, model, files);
+  if (find_unposed(root)) throw Error("{}: holds photographs without poses; {}", name, kFindPoses);
   throw Error(
-      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0; give the folder of a dataset",
+      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs (PNG or JPEG); give the "
+      "folder of a dataset",
       name);
 }
 

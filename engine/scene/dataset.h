@@ -38,6 +38,9 @@ struct Dataset {
 /// folder, any other is read as transforms.json is. `downscale` chooses among prescaled photographs. Throws Error.
 Dataset read_dataset(const std::filesystem::path& path, double downscale);
 
+/// Whether read_dataset finds the file in which the poses of `path` stand; nothing is read.
+bool has_poses(const std::filesystem::path& path);
+
 /// Its parts, one per kind of file. `root` is the dataset folder, `files` look in it.
 Dataset read_blender(const std::filesystem::path& root, const PhotographFiles& files);
 Dataset read_transforms(const std::filesystem::path& file, const PhotographFiles& files);

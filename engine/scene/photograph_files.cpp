@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "read_file.h"
 
@@ -31,6 +32,12 @@ std::optional<fs::path> below_images(const fs::path& path) {
 }
 
 }  // namespace
+
+bool is_photograph_name(const fs::path& name) {
+  std::string extension = name.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return has_image_extension("x" + extension);
+}
 
 PhotographFiles::PhotographFiles(fs::path root, double downscale) : root_(std::move(root)) {
   for (const int factor : {2, 4, 8}) {

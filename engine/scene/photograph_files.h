@@ -7,6 +7,9 @@
 
 namespace trisoup::scene {
 
+/// Whether a name ends as those of PNG and JPEG files do, in letters of either case.
+bool is_photograph_name(const std::filesystem::path& name);
+
 struct PhotographFile {
   std::string name;  // relative to the dataset, with extension; the same whether or not `file` is prescaled
   std::filesystem::path file;

@@ -1,0 +1,431 @@
+#include "scene/reconstruct.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <set>
+#include <sstream>
+
+#include <nlohmann/json.hpp>
+
+#include "atomic_file.h"
+#include "child_process.h"
+#include "error.h"
+#include "image/image_file.h"
+#include "printable.h"
+#include "read_file.h"
+#include "scene/colmap_model.h"
+#include "scene/parallel_for.h"
+#include "scene/video_frames.h"
+
+namespace trisoup::scene {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* kRecord = "made_from.json";
+/// Photographs that one camera of eight parameters takes at least.
+constexpr std::size_t kLeastForOpencv = 10;
+constexpr const char* kTakeBetter =
+    "take more of them, sharp and overlapping: one scene that stays as it is, every part of it in several photographs "
+    "from places apart";
+
+/// The path of a program, or words about what it is for and how to get it.
+fs::path program(const char* name, const char* package, const char* purpose) {
+  fs::path found = find_program(name);
+  if (found.empty())
+    throw Error(
+        "{} is not installed; it {}; install it: sudo apt-get install {} (or tools/install_packages --for-photographs)",
+        name, purpose, package);
+  return found;
+}
+
+json identity(const fs::path& file) {
+  std::error_code problem;
+  const auto size = fs::file_size(file, problem);
+  const auto changed = fs::last_write_time(file, problem);
+  if (problem)
+    throw Error("{}: cannot be read ({}); check its permissions", printable(file.string()), problem.message());
+  return {utf8(file.filename().string()), size, changed.time_since_epoch().count()};
+}
+
+/// What a reconstruction is made from, by which another start knows it.
+std::string record_of(const Unposed& unposed, const ReconstructOptions& options) {
+  json files = json::array();
+  if (!unposed.video.empty()) files.push_back(identity(unposed.video));
+  for (const std::string& name : unposed.names) files.push_back(identity(unposed.folder / name));
+  return json{{"files", files}, {"feature_size", options.feature_size}}.dump(1) + "\n";
+}
+
+std::vector<std::string> registered_in(const fs::path& model) {
+  const std::string content = read_file(model / "images.bin");
+  std::vector<std::string> names;
+  for (const ColmapImage& image :
+       parse_colmap_images_binary(bytes_of(content), printable((model / "images.bin").string())))
+    names.push_back(image.name);
+  return names;
+}
+
+/// The reason in a log: the last line that speaks of an error, else the last of all.
+std::string reason_in(const fs::path& log, const ChildResult& result) {
+  if (result.status > 128) return result.error;
+  std::ifstream in(log);
+  std::string reason;
+  for (std::string line; std::getline(in, line);)
+    for (const char* word : {"ERROR", "rror:", "Check failed", "Failed to", "terminate called", "what():"})
+      if (line.find(word) != std::string::npos) reason = line;
+  const std::string& chosen = reason.empty() ? result.error : reason;
+  return printable(chosen.substr(std::min(chosen.find_first_not_of(" \t"), chosen.size())));
+}
+
+std::string lines(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += name + "\n";
+  return text;
+}
+
+class Work {
+ public:
+  Work(const Unposed& unposed, const fs::path& folder, const ReconstructOptions& options, const std::atomic<bool>& stop)
+      : unposed_(unposed), folder_(folder), options_(options), stop_(stop) {}
+
+  Reconstruction run() {
+    Reconstruction result;
+    result.dataset = folder_;
+    const std::string record = record_of(unposed_, options_);
+    result.reused = begin(record) && has_model();
+    if (!result.reused) {
+      find_programs();
+      write_record(record);
+      result.candidates = place_photographs();
+      match();
+      map();
+    } else if (unposed_.video.empty()) {
+      link(unposed_.folder, "images");  // which may have moved
+    }
+    result.photographs = listed().size();
+    result.registered = judge(registered_in(folder_ / "sparse/0"));
+    return result;
+  }
+
+ private:
+  fs::path log() const { return folder_ / "log.txt"; }
+
+  /// Whether the folder holds what was made from the same. Clears away what is half-made, or made from something else.
+  bool begin(const std::string& record) {
+    std::error_code ignored;
+    const bool ours = is_file(folder_ / kRecord);
+    // Clearing up would take the frames of a video that are given here.
+    if (const fs::path from =
+            fs::weakly_canonical(unposed_.folder, ignored).lexically_relative(fs::weakly_canonical(folder_, ignored));
+        unposed_.video.empty() && !from.empty() && *from.begin() != "..")
+      throw Error("{}: is where poses are to go; give the video or the photographs themselves, or choose another OUT",
+                  source());
+    if (!ours && fs::exists(folder_, ignored) && !fs::is_empty(folder_, ignored))
+      throw Error("{}: is there and was not made by soup-train; move it away or choose another OUT",
+                  printable(folder_.string()));
+    const bool same = ours && read_file(folder_ / kRecord) == record;
+    if (ours && !same && options_.resume && has_model())
+      throw Error(
+          "{}: was made from other photographs, or with another --feature-size; without --resume all begins anew",
+          printable(folder_.string()));
+    all_ = unposed_.names;
+    std::vector<const char*> old{
+        "database.partial.db", "database.partial.db-wal", "database.partial.db-shm", "database.partial.db-journal",
+        "sparse.partial",      "whole.partial",           "images.partial"};
+    // Names of a model first: without one nothing is taken for whole.
+    if (!same)
+      old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm",
+                               "photographs.txt", "images", "log.txt"});
+    if (!ours) old.clear();
+    for (const char* name : old) {
+      std::error_code problem;
+      fs::remove_all(folder_ / name, problem);
+      if (problem)
+        throw Error("{}: cannot be removed ({}); check the permissions of the folder",
+                    printable((folder_ / name).string()), problem.message());
+    }
+    return same;
+  }
+
+  bool has_model() const {
+    try {
+      return !registered_in(folder_ / "sparse/0").empty();
+    } catch (const Error&) {
+      return false;
+    }
+  }
+
+  void find_programs() {
+    if (!unposed_.video.empty()) {
+      const char* const purpose = "takes videos apart";
+      video_.ffmpeg = program("ffmpeg", "ffmpeg", purpose);
+      video_.ffprobe = program("ffprobe", "ffmpeg", purpose);
+    }
+    colmap_ = program("colmap", "colmap", "finds from where photographs were taken, which these do not say");
+  }
+
+  void write_record(const std::string& record) {
+    std::error_code problem;
+    fs::create_directories(folder_, problem);
+    if (problem)
+      throw Error("{}: cannot be made ({}); choose another folder", printable(folder_.string()), problem.message());
+    write_file_atomically(folder_ / kRecord, std::as_bytes(std::span(record)));
+  }
+
+  /// Puts images/ into the folder. Returns how many frames were looked at.
+  std::size_t place_photographs() {
+    if (unposed_.video.empty()) {
+      link(unposed_.folder, "images");
+      // Masks lie beside images/ in every kind of dataset.
+      const fs::path root = unposed_.folder.filename() == "images" ? unposed_.folder.parent_path() : unposed_.folder;
+      std::error_code ignored;
+      if (fs::is_directory(root / "masks", ignored)) link(root / "masks", "masks");
+      return 0;
+    }
+    const fs::path images = folder_ / "images", partial = folder_ / "images.partial";
+    std::error_code ignored;
+    if (fs::is_directory(images, ignored)) {
+      all_ = photographs_in(images);
+      return 0;
+    }
+    fs::create_directory(partial);
+    video_.log = log();
+    video_.taken = [&](int done, int total) { progress("frames", done, total); };
+    video_.looked_at = [&](int done, int total) { progress("sharpness", done, total); };
+    const std::size_t candidates = extract_frames(unposed_.video, partial, video_, stop_);
+    stop_if_asked();
+    fs::rename(partial, images);
+    all_ = photographs_in(images);
+    return candidates;
+  }
+
+  void link(const fs::path& to, const char* name) const {
+    const fs::path target = fs::canonical(to), at = folder_ / name;
+    std::error_code problem;
+    if (fs::read_symlink(at, problem) == target) return;
+    if (!fs::is_symlink(at, problem) && fs::exists(at, problem)) return;  // somebody has put it there
+    fs::remove(at, problem);
+    fs::create_directory_symlink(target, at, problem);
+    if (problem)
+      throw Error("{}: cannot be linked to {} ({}); choose another OUT", printable(at.string()),
+                  printable(target.string()), problem.message());
+  }
+
+  using BySize = std::map<std::pair<int, int>, std::vector<std::string>>;  // names, by width and height
+
+  /// The photographs that can be used. A damaged one would end the training after all the work here.
+  BySize usable() const {
+    const fs::path images = folder_ / "images";
+    std::vector<ImageSize> sizes(all_.size());
+    std::vector<std::string> reasons(all_.size());
+    std::mutex guard;
+    int done = 0;
+    parallel_for(static_cast<int>(all_.size()), 0, [&](int i) {
+      if (stop_) return;
+      const std::size_t at = std::size_t(i);
+      try {
+        const Image image = read_image(images / all_[at]);
+        sizes[at] = {image.width, image.height};
+      } catch (const Error& error) {
+        reasons[at] = error.what();
+      }
+      // COLMAP takes one name from each line of a list, without blanks at its ends.
+      if (all_[at].find('\n') != std::string::npos || all_[at].starts_with(' ') || all_[at].starts_with('\t'))
+        reasons[at] = printable(all_[at]) + ": COLMAP cannot use this name; rename it";
+      const std::lock_guard lock(guard);
+      progress("photographs", ++done, static_cast<int>(all_.size()));
+    });
+    stop_if_asked();
+    BySize names;
+    std::vector<std::string> bad;
+    for (std::size_t i = 0; i < all_.size(); ++i)
+      if (reasons[i].empty())
+        names[{sizes[i].width, sizes[i].height}].push_back(all_[i]);
+      else {
+        bad.push_back(all_[i]);
+        if (bad.size() == 1) warn(reasons[i]);
+      }
+    if (!bad.empty())
+      warn(fmt::format("{} of {} photographs cannot be read and are left out: {}", bad.size(), all_.size(),
+                       some_names(bad)));
+    if (const std::size_t good = all_.size() - bad.size(); good < kLeastRegistered)
+      throw Error("{}: too few photographs to find poses: {} can be used and {} is the least; {}", source(), good,
+                  kLeastRegistered, kTakeBetter);
+    return names;
+  }
+
+  /// Features of every photograph and what they have in common: database.db.
+  void match() {
+    const fs::path database = folder_ / "database.db", partial = folder_ / "database.partial.db";
+    if (is_file(database)) return;
+    const BySize names = usable();
+    int total = 0, done = 0;
+    for (const auto& [size, group] : names) total += static_cast<int>(group.size());
+    std::string all;
+    for (const auto& [size, group] : names) {
+      const std::string list = lines(group);
+      write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(list)));
+      all += list;
+      // One camera for many photographs is seen often enough for two focal lengths and four terms of distortion. That
+      // of a few is not, and gets along with one of either.
+      const char* const model = group.size() < kLeastForOpencv ? "SIMPLE_RADIAL" : "OPENCV";
+      check(colmap("features", done, total,
+                   {"feature_extractor", "--database_path", partial, "--image_path", folder_ / "images",
+                    "--image_list_path", folder_ / "photographs.txt", "--ImageReader.single_camera", "1",
+                    "--ImageReader.camera_model", model, "--SiftExtraction.use_gpu", "0",
+                    "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)}),
+            "feature_extractor");
+      done += static_cast<int>(group.size());
+    }
+    write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(all)));
+    // Small blocks, so that progress shows.
+    std::vector<std::string> matcher{"exhaustive_matcher", "--ExhaustiveMatching.block_size", "10"};
+    if (!unposed_.video.empty() || std::size_t(total) > kMostExhaustive)
+      matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0"};
+    const std::string matcher_name = matcher.front();
+    matcher.insert(matcher.end(), {"--database_path", partial, "--SiftMatching.use_gpu", "0"});
+    check(colmap("matching", 0, total, std::move(matcher)), matcher_name);
+    fs::rename(partial, database);
+  }
+
+  /// sparse/0, the largest of the models that come out.
+  void map() {
+    const fs::path partial = folder_ / "sparse.partial";
+    fs::create_directory(partial);
+    const int total = static_cast<int>(listed().size());
+    const ChildResult result =
+        colmap("poses", 0, total,
+               {"mapper", "--database_path", folder_ / "database.db", "--image_path", folder_ / "images",
+                "--output_path", partial, "--Mapper.min_model_size", std::to_string(kLeastRegistered)});
+    fs::path largest;
+    std::size_t most = 0, models = 0;
+    for (const fs::directory_entry& entry : fs::directory_iterator(partial)) {
+      if (!is_file(entry.path() / "images.bin")) continue;
+      ++models;
+      const std::size_t count = registered_in(entry.path()).size();
+      // Of equal ones the first, whatever the order in which a folder lists them.
+      if (count > most || (count == most && entry.path() < largest)) most = count, largest = entry.path();
+    }
+    // Without a pair to begin with the mapper makes no model and ends with status 1.
+    if (models > 0 || result.status != 1 ||
+        reason_in(log(), result).find("failed to create sparse model") == std::string::npos)
+      check(result, "mapper");
+    if (largest.empty()) judge({});
+    if (models > 1)
+      warn(
+          fmt::format("the photographs fall into {} parts that COLMAP could not tie together; the largest, of {} "
+                      "photographs, is taken",
+                      models, most));
+    fs::create_directory(folder_ / "whole.partial");
+    fs::rename(largest, folder_ / "whole.partial/0");
+    fs::remove_all(partial);
+    fs::rename(folder_ / "whole.partial", folder_ / "sparse");
+  }
+
+  /// The photographs that COLMAP was given.
+  std::vector<std::string> listed() const {
+    std::istringstream list(read_file(folder_ / "photographs.txt"));
+    std::vector<std::string> names;
+    for (std::string line; std::getline(list, line);) names.push_back(line);
+    return names;
+  }
+
+  /// Says which photographs have no pose; throws where too few have one. Returns how many have.
+  std::size_t judge(const std::vector<std::string>& registered) const {
+    const std::set<std::string> found(registered.begin(), registered.end());
+    std::vector<std::string> without;
+    const std::vector<std::string> all = listed();
+    for (const std::string& name : all)
+      if (!found.contains(name)) without.push_back(name);
+    const std::size_t total = all.size(), with = total - without.size();
+    if (with < kLeastRegistered || double(with) < kLeastShare * double(total))
+      throw Error(
+          "{}: COLMAP found poses for {} of {} photographs, and a third of them, at least {}, must have one; none for "
+          "{}; {}; the log is {}",
+          source(), with, total, kLeastRegistered, some_names(without), kTakeBetter, printable(log().string()));
+    if (!without.empty())
+      warn(
+          fmt::format("{} of {} photographs have no pose and are left out: {}; sharper ones, or more from places "
+                      "between, would tie them in",
+                      without.size(), total, some_names(without)));
+    return with;
+  }
+
+  /// before: how much of the stage earlier calls have done.
+  ChildResult colmap(const char* stage, int before, int total, std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), colmap_.string());
+    progress(stage, before, total);
+    int furthest = 0;
+    ChildOptions child{.log = log(), .append = true, .patience = 5, .on_line = [&](std::string_view line) {
+                         const auto at = colmap_progress(line);
+                         // The mapper may begin more than once.
+                         if (!at || (at->total == 0 && at->done <= furthest)) return;
+                         furthest = at->done;
+                         progress(stage, before + at->done, at->total > 0 ? at->total : total);
+                       }};
+    ChildResult result = run_child(arguments, child, stop_);
+    stop_if_asked();
+    return result;
+  }
+
+  void check(const ChildResult& result, const std::string& command) const {
+    if (result.status == 0) return;
+    throw Error(
+        "COLMAP's {} failed: {}; the log is {}; if memory or disk ran out, free some or lower --feature-size, then "
+        "start again",
+        command, reason_in(log(), result), printable(log().string()));
+  }
+
+  void stop_if_asked() const {
+    if (stop_) throw ReconstructionStopped{};
+  }
+  std::string source() const { return printable((unposed_.video.empty() ? unposed_.folder : unposed_.video).string()); }
+  void warn(const std::string& line) const {
+    if (options_.warn) options_.warn(line);
+  }
+  void progress(const std::string& stage, int done, int total) const {
+    if (options_.progress) options_.progress(stage, done, total);
+  }
+
+  const Unposed& unposed_;
+  const fs::path folder_;
+  const ReconstructOptions& options_;
+  const std::atomic<bool>& stop_;
+  std::vector<std::string> all_;  // names of the photographs
+  fs::path colmap_;
+  VideoOptions video_;
+};
+
+}  // namespace
+
+std::string some_names(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) text += (i > 0 ? ", " : "") + printable(names[i]);
+  if (names.size() > most) text += fmt::format(" and {} more", names.size() - most);
+  return text;
+}
+
+std::optional<ColmapProgress> colmap_progress(std::string_view line) {
+  const std::string text(line.substr(0, 200));
+  int a = 0, b = 0, c = 0, d = 0;
+  if (std::sscanf(text.c_str(), "Processed file [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, 0};
+  if (std::sscanf(text.c_str(), "Matching block [%d/%d, %d/%d]", &a, &b, &c, &d) == 4 && a > 0 && b >= a &&
+      b < 10'000 && c > 0 && d >= c && d < 10'000)
+    return ColmapProgress{(a - 1) * d + c, b * d};
+  if (std::sscanf(text.c_str(), "Matching image [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, b};
+  // The number of the next photograph; it may fail to be registered.
+  if (std::sscanf(text.c_str(), "Registering image #%d (%d)", &a, &b) == 2 && b > 0) return ColmapProgress{b - 1, 0};
+  return std::nullopt;
+}
+
+Reconstruction reconstruct(const Unposed& unposed, const fs::path& folder, const ReconstructOptions& options,
+                           const std::atomic<bool>& stop) {
+  return Work(unposed, folder, options, stop).run();
+}
+
+}  // namespace trisoup::scene

@@ -1,0 +1,115 @@
+#include "scene/video_frames.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <mutex>
+
+#include "child_process.h"
+#include "error.h"
+#include "image/image_file.h"
+#include "printable.h"
+#include "read_file.h"
+#include "scene/parallel_for.h"
+#include "scene/unposed.h"
+
+namespace trisoup::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ffmpeg takes what is before a colon for a protocol.
+std::string input(const fs::path& video) { return "file:" + fs::absolute(video).string(); }
+
+/// In seconds; 0 where the file does not say.
+double duration(const fs::path& video, const VideoOptions& options, const std::atomic<bool>& stop) {
+  double seconds = 0;
+  ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
+                       const double value = std::strtod(std::string(line).c_str(), nullptr);
+                       if (std::isfinite(value) && value > 0) seconds = value;
+                     }};
+  const ChildResult result = run_child({options.ffprobe.string(), "-v", "error", "-show_entries", "format=duration",
+                                        "-of", "default=noprint_wrappers=1:nokey=1", input(video)},
+                                       child, stop);
+  if (!stop && result.status != 0)
+    throw Error("{}: ffprobe cannot read it ({}); convert the video, or give photographs", printable(video.string()),
+                printable(result.error));
+  return seconds;
+}
+
+void take_apart(const fs::path& video, const fs::path& folder, double seconds, const VideoOptions& options,
+                const std::atomic<bool>& stop) {
+  // Chosen by their times and not by a rate: a rate would repeat frames where the video has fewer.
+  const double step = seconds > 0 ? seconds / kVideoCandidates : 0.25;
+  ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
+                       int frame = 0;
+                       if (line.starts_with("frame=") &&
+                           std::from_chars(line.data() + 6, line.data() + line.size(), frame).ec == std::errc())
+                         if (options.taken) options.taken(std::min(frame, kVideoCandidates), kVideoCandidates);
+                     }};
+  // -q:v 2 is the best JPEG that ffmpeg makes; PNGs of a large video would fill the disk.
+  const ChildResult result = run_child(
+      {options.ffmpeg.string(), "-nostdin", "-hide_banner", "-nostats", "-progress", "pipe:1", "-i", input(video),
+       "-map", "0:v:0", "-vf", fmt::format("select='isnan(prev_selected_t)+gte(t-prev_selected_t,{:.6f})'", step),
+       "-vsync", "vfr", "-pix_fmt", "yuvj420p", "-q:v", "2", (folder / "candidate_%06d.jpg").string()},
+      child, stop);
+  if (!stop && result.status != 0)
+    throw Error("{}: ffmpeg cannot take it apart ({}); its log is {}; convert the video, or free some room",
+                printable(video.string()), printable(result.error), options.log.string());
+}
+
+}  // namespace
+
+double sharpness(const Image& image) {
+  const auto grey = [&](int x, int y) {
+    const std::uint8_t* p = &image.rgba[(std::size_t(y) * std::size_t(image.width) + std::size_t(x)) * 4];
+    return 0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2];
+  };
+  double sum = 0, squares = 0;
+  std::size_t count = 0;
+  for (int y = 1; y + 1 < image.height; ++y)
+    for (int x = 1; x + 1 < image.width; ++x, ++count) {
+      const double laplacian = grey(x - 1, y) + grey(x + 1, y) + grey(x, y - 1) + grey(x, y + 1) - 4 * grey(x, y);
+      sum += laplacian, squares += laplacian * laplacian;
+    }
+  if (count == 0) return 0;
+  const double mean = sum / double(count);
+  return squares / double(count) - mean * mean;
+}
+
+std::vector<std::size_t> sharpest_of_windows(std::span<const double> sharpness, std::size_t count) {
+  count = std::min(count, sharpness.size());
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t begin = i * sharpness.size() / count, end = (i + 1) * sharpness.size() / count;
+    chosen.push_back(std::size_t(
+        std::max_element(sharpness.begin() + std::ptrdiff_t(begin), sharpness.begin() + std::ptrdiff_t(end)) -
+        sharpness.begin()));
+  }
+  return chosen;
+}
+
+std::size_t extract_frames(const fs::path& video, const fs::path& folder, const VideoOptions& options,
+                           const std::atomic<bool>& stop) {
+  const double seconds = duration(video, options, stop);
+  if (!stop) take_apart(video, folder, seconds, options, stop);
+  const std::vector<std::string> candidates = photographs_in(folder);
+  std::vector<double> sharp(candidates.size());
+  std::mutex guard;
+  int done = 0;
+  parallel_for(static_cast<int>(candidates.size()), 0, [&](int i) {
+    if (stop) return;
+    sharp[std::size_t(i)] = sharpness(read_image(folder / candidates[std::size_t(i)]));
+    const std::lock_guard lock(guard);
+    if (options.looked_at) options.looked_at(++done, static_cast<int>(candidates.size()));
+  });
+  if (stop) return 0;
+  int number = 0;
+  for (const std::size_t i : sharpest_of_windows(sharp, kVideoFrames))
+    fs::rename(folder / candidates[i], folder / fmt::format("frame_{:04}.jpg", ++number));
+  for (const std::string& name : candidates) fs::remove(folder / name);
+  return candidates.size();
+}
+
+}  // namespace trisoup::scene
