@@ -184,8 +184,10 @@ void start_from_surface(train::Settings& s, const scene::Scene& scene, bool as_p
   s.init_opacity = 0.9;
   s.coarse_share = 0.05;
   s.keep_opacity = true;
-  s.least_views = 0;
   s.rate_texture = 0.1;
+  // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and leaves its place open.
+  s.most_triangles = s.triangles;
+  s.resample_until = 0.5;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ namespace trisoup::train {
 struct Start {
   std::vector<glm::vec3> vertices;  // 3 per triangle, normalised coordinates
   std::vector<glm::vec3> colours;   // of the vertices, 0..1; empty: not known
+  std::size_t opaque = 0;           // the last so many triangles are opaque, and stay so
   Start() = default;
   Start(std::vector<glm::vec3> triangles) : vertices(std::move(triangles)) {}
 };

@@ -23,6 +23,17 @@ std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& so
   return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
 }
 
+/// Which triangles are the backdrop: those that stand where nothing else can be. A budget of few triangles has none to spare.
+std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings) {
+  std::vector<bool> backdrop(vertices.size() / 3);
+  if (settings.backdrop <= 0) return backdrop;
+  const auto behind = [&](const glm::vec3& v) { return glm::length(v) > 0.8 * settings.backdrop; };
+  for (std::size_t t = 0; t < backdrop.size(); ++t)
+    backdrop[t] = behind(vertices[3 * t]) && behind(vertices[3 * t + 1]) && behind(vertices[3 * t + 2]);
+  if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles)) backdrop.assign(backdrop.size(), false);
+  return backdrop;
+}
+
 /// The splits of the real recipe: random views, edges measured on their screens.
 soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views,
                                  const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
@@ -42,7 +53,11 @@ soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& fra
     chosen.push_back(views.half[order[i]]);
     screens.push_back({glm::mat4(view.clip_from_world), static_cast<int>(view.width), static_cast<int>(view.height)});
   }
-  const auto visible = visible_in_each(gpu, soup, frame, chosen);
+  auto visible = visible_in_each(gpu, soup, frame, chosen);
+  // The backdrop is large in every picture, and shows next to nothing.
+  const std::vector<bool> backdrop = find_backdrop(vertices, settings);
+  for (auto& row : visible)
+    for (std::size_t t = 0; t < row.size(); ++t) row[t] = row[t] && !backdrop[t];
   const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
   return soup::bisect_on_screens(vertices, screens, static_cast<float>(settings.split_length), visible, room);
 }
@@ -131,18 +146,6 @@ struct Kept {
   std::uint64_t pixels = 0;              // that they win over all views
   std::vector<double> areas;             // of all triangles (Seen::area)
 };
-
-/// Which triangles are the backdrop: those that stand where nothing else can be. Where splits have made so many of them that the scene would
-/// suffer they are triangles like all others.
-std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings) {
-  std::vector<bool> backdrop(vertices.size() / 3);
-  if (settings.backdrop <= 0) return backdrop;
-  const auto behind = [&](const glm::vec3& v) { return glm::length(v) > 0.8 * settings.backdrop; };
-  for (std::size_t t = 0; t < backdrop.size(); ++t)
-    backdrop[t] = behind(vertices[3 * t]) && behind(vertices[3 * t + 1]) && behind(vertices[3 * t + 2]);
-  if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles)) backdrop.assign(backdrop.size(), false);
-  return backdrop;
-}
 
 /// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
 std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings, std::size_t views) {

@@ -34,7 +34,8 @@ void clear(gpu::Device& gpu, const FixedSums& sums) {
   gpu.fill(sums.high.address(), sums.high.bytes(), 0);
 }
 
-gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours, float opacity) {
+gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours,
+                           std::span<const float> opacities) {
   std::uint64_t samples = 0;
   for (const soup::TextureEntry& row : table)
     samples = std::max<std::uint64_t>(samples, std::uint64_t(row.source_offset) + soup::samples_in(row.level_min, row.level_max));
@@ -54,7 +55,7 @@ gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry>
     piece.resize(begin + std::size_t(soup::samples_in(row.level_min, row.level_max)) * soup::kChannels);
     for (std::uint32_t i = 0; i < soup::samples_at(row.level_min); ++i) {
       float* sample = &piece[begin + i * soup::kChannels];
-      sample[soup::kChannels - 1] = opacity;
+      sample[soup::kChannels - 1] = opacities[t];
       if (!colours.empty()) write_colour(sample, colours.subspan(3 * t, 3), i, row.level_min);
     }
   }

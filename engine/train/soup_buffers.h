@@ -44,9 +44,10 @@ struct Textures {
 
 /// A logit whose sigmoid is 1.0f, however levels are resampled.
 inline constexpr float kOpaqueLogit = 30.0f;
-/// Logits of textures that have one opacity everywhere, and show the mixture of their corners' colours (3 for each triangle, 0..1; empty:
-/// all features are zero).
-gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours, float opacity);
+/// Logits of textures that have one opacity everywhere (a logit for each triangle), and show the mixture of their corners' colours (3 for
+/// each triangle, 0..1; empty: all features are zero).
+gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours,
+                           std::span<const float> opacities);
 
 /// Allocates everything but the MLP; vertices are uploaded, their moments are zero, gradients empty. The lattices are undefined until the levels are summed (Step::sum_textures).
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,

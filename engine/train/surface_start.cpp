@@ -123,8 +123,9 @@ Start surface_start(const scene::Scene& scene, const Settings& settings) {
   }
   Start start;
   for (const std::uint32_t i : small.indices) start.vertices.push_back(position[i]), start.colours.push_back(colour[i]);
-  if (settings.triangles > 4 * behind)
-    for (const glm::vec3& p : backdrop) start.vertices.push_back(p), start.colours.push_back(colours.at(glm::dvec3(p)));
+  if (settings.triangles <= 4 * behind) return start;
+  start.opaque = behind;
+  for (const glm::vec3& p : backdrop) start.vertices.push_back(p), start.colours.push_back(colours.at(glm::dvec3(p)));
   return start;
 }
 

@@ -129,7 +129,9 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   Textures textures;
   // 0.5 is a logit of exactly 0, with or without colours.
   const auto opacity = static_cast<float>(std::log(settings_.init_opacity / (1.0 - settings_.init_opacity)));
-  textures.source = initial_logits(gpu_, table, start.colours, settings_.opaque ? kOpaqueLogit : opacity);
+  std::vector<float> opacities(table.size(), settings_.opaque ? kOpaqueLogit : opacity);
+  std::fill_n(opacities.rbegin(), std::min(start.opaque, opacities.size()), kOpaqueLogit);
+  textures.source = initial_logits(gpu_, table, start.colours, opacities);
   allocate_soup(gpu_, soup_, start.vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
   prepare();
