@@ -46,9 +46,9 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   data->add_option("--alpha", alpha, "composite: on the background; mask: of the loss [composite]")->check(CLI::IsMember({"composite", "mask"}));
 
   auto* start = app.add_option_group("Start");
-  start->add_option("--init", o.init, "surface (that the points of the dataset tell), points, random, or a mesh file (.obj .ply .gltf .glb)\n"
-                    "[surface if there are points; published: points]");
-  start->add_option("--init-count", o.init_count, "triangles at the start [random 30000, points 15000; fast and balanced 10000, but 30000 random ones\n"
+  start->add_option("--init", o.init, "surface (that the dataset's points tell, or points found in the photographs), points, random, or a mesh\n"
+                    "file (.obj .ply .gltf .glb) [real scenes surface, synthetic ones random; published: points if there are any]");
+  start->add_option("--init-count", o.init_count, "triangles at the start [surface --triangles; random 30000, points 15000; fast and balanced 10000, but 30000 random ones\n"
                      "in real scenes; published 100000 random ones in synthetic scenes]");
   start->add_option("--init-box", o.init_box, "random: half the side of a box around the dataset's origin, in its units");
   start->add_option("--init-opacity", o.init_opacity, "opacity at the start [surface 0.9, else 0.5]");
@@ -80,7 +80,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--recipe", o.recipe, "how triangles are dropped and split [by dataset format]")
       ->check(CLI::IsMember({"synthetic", "real"}));
   method->add_option("--batch", o.batch, "views per step [4]");
-  method->add_option("--rate-texture", o.rate_texture, "learning rate of textures [0.05]");
+  method->add_option("--rate-texture", o.rate_texture, "learning rate of textures [0.05; from a surface 0.1]");
   method->add_option("--rate-mlp", o.rate_mlp, "learning rate of the MLP [0.01]");
   method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [what lets vertices travel far\n"
                      "enough, at most 0.01; published: synthetic 0.00025, real 0.0025, or as far as with these in 10,000 steps]");
@@ -90,7 +90,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
                      "[coarse-to-fine]")
       ->check(CLI::IsMember({"coarse-to-fine", "all", "finest"}));
   method->add_option("--coarse-level", o.coarse_level, "texture level of the first part [0]");
-  auto* coarse_share = method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5]");
+  auto* coarse_share = method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5; from a surface 0.05]");
   levels->excludes(coarse_share);
   method->add_option("--level-min", o.level_min, "coarsest texture level after it [2]");
   method->add_option("--level-max", o.level_max, "finest texture level [5]");
@@ -110,17 +110,18 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   flag("--drop-near", o.drop_near, "drop triangles that reach the camera plane whole, as published, instead of clipping them");
   method->add_flag("--keep-moments", o.keep_moments, "textures keep their optimiser state through resampling");
   method->add_option("--resample-every", o.resample_every, "steps between topology changes [1 % of the steps, at least 100]");
-  method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95]");
+  method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95; from a surface 0.5]");
   method->add_option("--split-views", o.split_views, "real: views in which edges are measured [20]");
   method->add_option("--split-length", o.split_length, "real: longest edge as a share of the image height [0.2]");
   method->add_option("--least-views", o.least_views,
                      "real: triangles that fewer training views show are dropped, as they stand before the cameras, not where anything is; at most a\n"
                      "tenth of the views; 0: as published [4]");
   method->add_option("--most-triangles", o.most_triangles,
-                     "real: how far splitting goes beyond --triangles between two resamplings [what memory allows, up to 8 times]");
-  method->add_option("--near", o.near, "near plane of training, normalised units [synthetic 0.025, real 0.0025]");
+                     "real: how far splitting goes beyond --triangles between two resamplings [what memory allows, up to 8 times; from a\n"
+                     "surface not at all]");
+  method->add_option("--near", o.near, "near plane of training, normalised units [synthetic 0.025, real 0.0025; from a surface before all that was seen]");
   method->add_option("--far", o.far, "far plane [synthetic 2.5, real 100, or beyond the farthest point]");
-  method->add_option("--test-near", o.test_near, "near plane of test views [synthetic 0.025, real 0.125]");
+  method->add_option("--test-near", o.test_near, "near plane of test views [synthetic 0.025, real 0.125; from a surface that of training]");
 
   auto* output = app.add_option_group("Output");
   output->add_option("--eval-every", o.eval_every, "steps between evaluations of the test views [0: at the end only]");

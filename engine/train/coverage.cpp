@@ -6,9 +6,8 @@
 
 namespace trisoup::train {
 
-Coverage coverage_of(gpu::Device& gpu, const Frame& frame, std::size_t i, const Image& photograph, const glm::vec3& background) {
+Coverage coverage_of(gpu::Device& gpu, const Frame& frame, const kernels::ViewRecord& record, const Image& photograph, const glm::vec3& background) {
   constexpr float kSame = 8.0f;
-  const kernels::ViewRecord& record = frame.batch().records[i];
   const std::uint64_t pixels = std::uint64_t(record.width) * record.height;
   const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address() + sizeof(kernels::Hit) * record.pixel_offset, pixels);
   Coverage coverage;

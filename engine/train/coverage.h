@@ -18,8 +18,8 @@ struct Coverage {
   void add(const Coverage& other) { uncovered += other.uncovered, pixels += other.pixels; }
 };
 
-/// Of view `i` of the batch that `frame` has the visible fragments of. photograph: of that view and size. Where it differs from the
-/// background by no more than 8 of 255 in any channel, nothing needs to be there.
-Coverage coverage_of(gpu::Device& gpu, const Frame& frame, std::size_t i, const Image& photograph, const glm::vec3& background);
+/// Of one view of the batch that `frame` has the visible fragments of. record: its place there. photograph: of that view and size. Where it
+/// differs from the background by no more than 8 of 255 in any channel, nothing needs to be there.
+Coverage coverage_of(gpu::Device& gpu, const Frame& frame, const kernels::ViewRecord& record, const Image& photograph, const glm::vec3& background);
 
 }  // namespace trisoup::train

@@ -46,7 +46,7 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
       const auto colour = gpu.download_vector<float>(frame.colour.address() + 12ull * record.pixel_offset,
                                                      3ull * record.width * record.height);
       ImageMetrics m = compare(colour, view.image);
-      m.uncovered = coverage_of(gpu, frame, i, view.image, background).share();
+      m.uncovered = coverage_of(gpu, frame, record, view.image, background).share();
       evaluation.views.push_back({view.name, m});
       if (on_render) on_render(view, colour);
     }

@@ -281,9 +281,12 @@ void Trainer::change_topology() {
 }
 
 double Trainer::share_uncovered() {
+  // The frame was laid out for the first of several batches of the same sizes.
+  std::vector<BatchView> views;
+  for (const std::uint32_t v : batch_of(step_ - 1)) views.push_back(views_[v]);
   Coverage coverage;
-  for (std::size_t i = 0; i < frame_.batch().records.size(); ++i)
-    coverage.add(coverage_of(gpu_, frame_, i, scene_.train[frame_.batch().records[i].index].image, scene_.background));
+  for (const kernels::ViewRecord& record : lay_out(views).records)
+    coverage.add(coverage_of(gpu_, frame_, record, scene_.train[record.index].image, scene_.background));
   return coverage.share();
 }
 

@@ -42,7 +42,7 @@ TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& fr
   Coverage coverage;
   double model = 0, plain = 0, values = 0;
   for_each_batch(gpu, soup, frame, batch, true, inputs, most, [&](std::size_t first, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) coverage.add(coverage_of(gpu, frame, i, scene.train[first + i].image, scene.background));
+    for (std::size_t i = 0; i < count; ++i) coverage.add(coverage_of(gpu, frame, frame.batch().records[i], scene.train[first + i].image, scene.background));
     step.begin(0, 0, 0, {});
     step.loss(inputs);
     const auto sums = gpu.download_vector<kernels::Statistics>(frame.statistics.address(), 1)[0];

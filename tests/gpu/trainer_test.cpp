@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
+#include <set>
 #include <thread>
 
 #include "gpu/small_scene.h"
@@ -229,4 +231,30 @@ TEST_CASE("pixels that no triangle covers are counted where the photograph shows
   CHECK(empty.training_fit().uncovered == Approx(square));
   train::Trainer full(*gpu, scene, settings, soup::triangles_in_box(400, glm::vec3(-0.3f), glm::vec3(0.3f), 0.3, 3));
   CHECK(full.evaluate_float().mean.uncovered == 0);
+}
+
+TEST_CASE("what a report says is uncovered is of its own step's views", "[trainer]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = square_scene();
+  for (std::size_t i = 0; i < scene.train.size(); i += 2) std::fill(scene.train[i].image.rgba.begin(), scene.train[i].image.rgba.end(), std::uint8_t(255));
+  train::Settings settings = short_settings();
+  settings.batch = 1;
+  settings.resample_every = 0;
+  settings.steps = 12;
+  const auto uncovered_at = [&](std::uint64_t every) {
+    train::Trainer empty(*gpu, scene, settings, std::vector<glm::vec3>{{0, 0, 2}, {0.1f, 0, 2}, {0, 0.1f, 2}});
+    train::Trainer::Callbacks callbacks;
+    std::map<std::uint64_t, double> shares;
+    callbacks.progress_every = every;
+    callbacks.on_progress = [&](const train::Progress& p) { shares[p.step] = p.uncovered; };
+    empty.run(callbacks);
+    return shares;
+  };
+  // Of two steps at a time the second counts, although the frame was laid out for the first.
+  const auto each = uncovered_at(1), pairs = uncovered_at(2);
+  REQUIRE(pairs.size() == 6);
+  for (const auto& [step, share] : pairs) CHECK(share == each.at(step));
+  std::set<double> values;
+  for (const auto& [step, share] : each) values.insert(share);
+  CHECK(values == std::set<double>{0.0, 13.0 * 13.0 / (24.0 * 24.0)});
 }
