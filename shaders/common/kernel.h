@@ -8,8 +8,9 @@
 #define KERNEL(threads, Args) \
   ARGUMENTS(Args)             \
   KERNEL_MAIN(threads)
-/// The two by themselves, for a kernel with functions that use its arguments: they stand between, as f(TAKES_ARGUMENTS uint x), and are called as
-/// f(GIVES_ARGUMENTS x). An ordinary parameter would be a copy of a structure of pointers, which is more than SwiftShader can compile.
+/// The two by themselves, for a kernel with functions that use its arguments: they stand between, as f(TAKES_ARGUMENTS uint x),
+/// and are called as f(GIVES_ARGUMENTS x). An ordinary parameter would be a copy of a structure of pointers, which is more than
+/// SwiftShader can compile.
 #define ARGUMENTS(Args) layout(push_constant) uniform Push { Args a; };
 #define KERNEL_MAIN(threads)         \
   layout(local_size_x = threads) in; \

@@ -665,7 +665,8 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
       }
     }
   }
-  // Vertices are rounded to part of a pixel, and edges move with them: twice as far for every bit that a device has less than the usual 8.
+  // Vertices are rounded to part of a pixel, and edges move with them: twice as far for every bit that a device has less than
+  // the usual 8.
   const double limit = 0.001 * std::exp2(8 - std::min(8, static_cast<int>(gpu.graphics()->subpixel_bits())));
   report.check("renderer: visible triangle", static_cast<double>(ties) <= limit * static_cast<double>(ids.size()),
                fmt::format("{} of {} pixels tie (limit {:.1f} %)", ties, ids.size(), 100 * limit));
