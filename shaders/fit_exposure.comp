@@ -9,14 +9,16 @@ SHARED vec4 s_gain[64], s_offset[64];
 
 /// Sums over photographs.
 struct ExposureTotal {
-  vec4 gain;    // gains, variances
-  vec4 offset;  // offsets, squares of gains less 1
+  vec3 gain, offset;
+  float variance, squares;  // squares: of gains less 1
 };
 
-FN void add_exposure(IN(Exposure) m, float sign, INOUT(ExposureTotal) total) {
+FN void add_exposure(IN(Exposure) m, float weight, INOUT(ExposureTotal) total) {
   const vec3 gain = m.gain - 1.0f;
-  total.gain += sign * vec4(m.gain, m.variance);
-  total.offset += sign * vec4(m.offset, dot(gain, gain));
+  total.gain += weight * m.gain;
+  total.offset += weight * m.offset;
+  total.variance += weight * m.variance;
+  total.squares += weight * dot(gain, gain);
 }
 
 /// Whether no view before this one is of the same photograph: a batch that runs from one epoch into the next may have one twice.
@@ -45,7 +47,8 @@ KERNEL(64, FitExposureArgs) {
   const uint thread = gl_LocalInvocationIndex;
   const bool keep = a.control.v[0].overflow != 0u;  // this step will be done again
   ExposureTotal total;
-  total.gain = total.offset = vec4(0.0f);
+  total.gain = total.offset = vec3(0.0f);
+  total.variance = total.squares = 0.0f;
   for (uint i = thread; i < a.photographs; i += 64u) add_exposure(load_exposure(a.fitted, i), 1.0f, total);
   barrier();  // all are read before any changes
   for (uint view = thread; view < a.view_count; view += 64u) {
@@ -56,20 +59,23 @@ KERNEL(64, FitExposureArgs) {
     add_exposure(now, 1.0f, total);
     store_exposure(a.fitted, photograph, now);
   }
-  s_gain[thread] = total.gain;
-  s_offset[thread] = total.offset;
+  s_gain[thread] = vec4(total.gain, total.variance);
+  s_offset[thread] = vec4(total.offset, total.squares);
   barrier();
-  total.gain = total.offset = vec4(0.0f);
+  total.gain = total.offset = vec3(0.0f);
+  total.variance = total.squares = 0.0f;
   for (uint i = 0u; i < 64u; ++i) {
-    total.gain += s_gain[i];
-    total.offset += s_offset[i];
+    total.gain += vec3(s_gain[i]);
+    total.offset += vec3(s_offset[i]);
+    total.variance += s_gain[i].w;
+    total.squares += s_offset[i].w;
   }
   const float one = 1.0f / float(a.photographs);
   Exposure mean;
-  mean.gain = one * vec3(total.gain);
-  mean.offset = one * vec3(total.offset);
-  mean.variance = one * total.gain.w;
-  const float spread = (one * total.offset.w - dot(mean.gain - 1.0f, mean.gain - 1.0f)) / 3.0f;
+  mean.gain = one * total.gain;
+  mean.offset = one * total.offset;
+  mean.variance = one * total.variance;
+  const float spread = (one * total.squares - dot(mean.gain - 1.0f, mean.gain - 1.0f)) / 3.0f;
   const float share = exposure_share(spread, mean.variance);
   for (uint view = thread; view < a.view_count; view += 64u) {
     if (keep || !is_first_of_photograph(a, view)) continue;

@@ -158,6 +158,7 @@ TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[ex
       CHECK(fitted[2 * i][c] == Approx(expected.gain[c]).margin(1e-4));
       CHECK(fitted[2 * i + 1][c] == Approx(expected.offset[c]).margin(1e-4));
     }
+    CHECK(fitted[2 * i].w == Approx(expected.variance).epsilon(1e-4));
     mean.gain += 0.25f * expected.gain;
     mean.offset += 0.25f * expected.offset;
     mean.variance += 0.25f * expected.variance;
@@ -165,6 +166,7 @@ TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[ex
   for (std::size_t i = 0; i < 4; ++i)
     for (int c = 0; c < 3; ++c) spread += (fitted[2 * i][c] - mean.gain[c]) * (fitted[2 * i][c] - mean.gain[c]) / 12.0f;
   const float share = f32::exposure_share(spread, mean.variance);
+  CAPTURE(share, spread, mean.variance);
   CHECK((share > 0.1f && share < 0.98f));
   for (std::size_t i = 0; i < 4; ++i) {
     const f32::Exposure expected = i % 2 == 1 ? f32::exposure_beyond(row(fitted, i), mean, share) : row(before, i);
