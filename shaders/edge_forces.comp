@@ -7,9 +7,11 @@
 #include "common/fixed_point.h"
 #include "common/tile.h"
 
+ARGUMENTS(EdgeForcesArgs)
+
 CONSTANT(0, bool, CLIP, false);  // leave the gradient in clip space: [views][T][3][4]
 
-FN void add_vertex(IN(EdgeForcesArgs) a, uint view, uint triangle, uint vertex, vec4 g) {
+FN void add_vertex(TAKES_ARGUMENTS uint view, uint triangle, uint vertex, vec4 g) {
   if (CLIP) {
     const uint at = ((view * a.triangles + triangle) * 3u + vertex) * 4u;
     UNROLL for (uint i = 0u; i < 4u; ++i) add_fixed(a.vertex_low, at + i, a.vertex_high, at + i, g[i]);
@@ -20,7 +22,7 @@ FN void add_vertex(IN(EdgeForcesArgs) a, uint view, uint triangle, uint vertex, 
     add_fixed(a.vertex_low, at + i, a.vertex_high, at + i, dot(a.views.v[view].clip_from_world[i], g));
 }
 
-KERNEL(64, EdgeForcesArgs) {
+KERNEL_MAIN(64) {
   const uint tile = group_index(), thread = gl_LocalInvocationIndex;
   if (tile >= a.tiles) return;
   const uint view = tile_view(a.views, a.view_count, tile);
@@ -62,7 +64,7 @@ KERNEL(64, EdgeForcesArgs) {
     edge_force(a0, a1, a2, b0, b1, b2, crosses, other == hit.triangle, other == 0u, hit.depth, other_depth, ndc,
                pixel_ndc(uint(q.x), uint(q.y), width, height), adjoint * vec2(step) * 0.5f * size, step.y == 0, sum);
   }
-  add_vertex(a, view, hit.triangle - 1u, 0u, sum.g0);
-  add_vertex(a, view, hit.triangle - 1u, 1u, sum.g1);
-  add_vertex(a, view, hit.triangle - 1u, 2u, sum.g2);
+  add_vertex(GIVES_ARGUMENTS view, hit.triangle - 1u, 0u, sum.g0);
+  add_vertex(GIVES_ARGUMENTS view, hit.triangle - 1u, 1u, sum.g1);
+  add_vertex(GIVES_ARGUMENTS view, hit.triangle - 1u, 2u, sum.g2);
 }

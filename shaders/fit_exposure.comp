@@ -5,6 +5,8 @@
 #include "common/exposure_table.h"
 #include "common/fixed_point.h"
 
+ARGUMENTS(FitExposureArgs)
+
 SHARED vec4 s_gain[64], s_offset[64];
 
 /// Sums over photographs.
@@ -22,14 +24,14 @@ FN void add_exposure(IN(Exposure) m, float weight, INOUT(ExposureTotal) total) {
 }
 
 /// Whether no view before this one is of the same photograph: a batch that runs from one epoch into the next may have one twice.
-FN bool is_first_of_photograph(IN(FitExposureArgs) a, uint view) {
+FN bool is_first_of_photograph(TAKES_ARGUMENTS uint view) {
   for (uint v = 0u; v < view; ++v)
     if (a.views.v[v].index == a.views.v[view].index) return false;
   return true;
 }
 
 /// Of the photograph of `view`, from all views of it.
-FN Exposure fit(IN(FitExposureArgs) a, uint view) {
+FN Exposure fit(TAKES_ARGUMENTS uint view) {
   vec4 sums[EXPOSURE_SUMS];
   UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) sums[i] = vec4(0.0f);
   for (uint v = view; v < a.view_count; ++v) {
@@ -43,7 +45,7 @@ FN Exposure fit(IN(FitExposureArgs) a, uint view) {
   return fitted_exposure(sums);
 }
 
-KERNEL(64, FitExposureArgs) {
+KERNEL_MAIN(64) {
   const uint thread = gl_LocalInvocationIndex;
   const bool keep = a.control.v[0].overflow != 0u;  // this step will be done again
   ExposureTotal total;
@@ -52,10 +54,10 @@ KERNEL(64, FitExposureArgs) {
   for (uint i = thread; i < a.photographs; i += 64u) add_exposure(load_exposure(a.fitted, i), 1.0f, total);
   barrier();  // all are read before any changes
   for (uint view = thread; view < a.view_count; view += 64u) {
-    if (keep || !is_first_of_photograph(a, view)) continue;
+    if (keep || !is_first_of_photograph(GIVES_ARGUMENTS view)) continue;
     const uint photograph = a.views.v[view].index;
     add_exposure(load_exposure(a.fitted, photograph), -1.0f, total);
-    const Exposure now = fit(a, view);
+    const Exposure now = fit(GIVES_ARGUMENTS view);
     add_exposure(now, 1.0f, total);
     store_exposure(a.fitted, photograph, now);
   }
@@ -78,7 +80,7 @@ KERNEL(64, FitExposureArgs) {
   const float spread = (one * total.squares - dot(mean.gain - 1.0f, mean.gain - 1.0f)) / 3.0f;
   const float share = exposure_share(spread, mean.variance);
   for (uint view = thread; view < a.view_count; view += 64u) {
-    if (keep || !is_first_of_photograph(a, view)) continue;
+    if (keep || !is_first_of_photograph(GIVES_ARGUMENTS view)) continue;
     const uint photograph = a.views.v[view].index;
     store_exposure(a.exposure, photograph, exposure_beyond(load_exposure(a.fitted, photograph), mean, share));
   }

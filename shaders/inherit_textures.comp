@@ -4,9 +4,6 @@
 #include "args/inherit_textures.h"
 #include "common/lattice.h"
 
-// What threads of a workgroup write and others of it read.
-COHERENT_POINTER(CoherentFloats, float)
-
 /// Channel c of a level whose samples begin at `base`, at (b0, b1).
 FN float look_up(Floats source, uint base, uint level, vec2 b, uint c) {
   const LatticeCell cell = lattice_cell(b.x, b.y, level);
@@ -62,15 +59,14 @@ KERNEL(64, InheritTexturesArgs) {
         uint new_base = new_row.source_offset;
         for (uint l = new_row.level_min; l < level; ++l) {
           const LatticeCell cell = lattice_cell(own.x, own.y, l);
-          CoherentFloats sum = CoherentFloats(a.new_source);
-          value -= lattice_mix(cell, sum.v[(new_base + cell.i0) * 8u + c], sum.v[(new_base + cell.i1) * 8u + c],
-                               sum.v[(new_base + cell.i2) * 8u + c]);
+          value -= lattice_mix(cell, a.new_source.v[(new_base + cell.i0) * 8u + c], a.new_source.v[(new_base + cell.i1) * 8u + c],
+                               a.new_source.v[(new_base + cell.i2) * 8u + c]);
           new_base += lattice_samples(l);
         }
       }
       // Rounding takes a mean of zeros below zero, and Adam its root.
       if ((a.flags & INHERIT_SQUARES) != 0u) value = max(value, 0.0f);
-      CoherentFloats(a.new_source).v[(base + s) * 8u + c] = value;
+      a.new_source.v[(base + s) * 8u + c] = value;
     }
     base += samples;
     memoryBarrierBuffer();

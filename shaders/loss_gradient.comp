@@ -6,12 +6,14 @@
 #include "common/block_grid.h"
 #include "common/ssim_block.h"
 
+ARGUMENTS(LossGradientArgs)
+
 CONSTANT(0, bool, FLOAT_TARGET, false);
 
 SHARED float s_map[3 * 26 * 26];
 SHARED vec2 s_sum[64];
 
-FN void gradient_of_block(IN(LossGradientArgs) a, uint block, uint thread) {
+FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
@@ -76,25 +78,24 @@ FN void gradient_of_block(IN(LossGradientArgs) a, uint block, uint thread) {
     vec2 sum = vec2(0.0f);
     for (uint i = 0u; i < 64u; ++i) sum += s_sum[i];
     sum *= a.state.v[0].pixel_weight;
-    Uints words = Uints(a.statistics);
     const uint at = a.state.v[0].slot * 8u;
-    add_fixed(words, at, words, at + 1u, sum.x);
-    add_fixed(words, at + 4u, words, at + 5u, sum.y);
+    add_fixed(a.statistics, at, a.statistics, at + 1u, sum.x);
+    add_fixed(a.statistics, at + 4u, a.statistics, at + 5u, sum.y);
   }
 }
 
 /// Whether all windows over a block's pixels are the same in rendering and target: those of the block and of the ones before it.
-FN bool is_same(IN(LossGradientArgs) a, uint view, uint block) {
+FN bool is_same(TAKES_ARGUMENTS uint view, uint block) {
   const uint blocks_x = (a.views.v[view].width + kBlock - 1u) / kBlock, local = block - a.views.v[view].block_offset;
   const uint left = local % blocks_x > 0u ? 1u : 0u, up = local >= blocks_x ? blocks_x : 0u;
   return (a.same.v[block] & a.same.v[block - left] & a.same.v[block - up] & a.same.v[block - up - left]) != 0u;
 }
 
 /// The first of this workgroup's blocks from `block` on with a gradient, a.blocks if none; that of those before it is zero.
-FN uint next_different(IN(LossGradientArgs) a, uint block, uint thread) {
+FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     const uint view = block_view(a.views, a.view_count, block);
-    if (!is_same(a, view, block)) break;
+    if (!is_same(GIVES_ARGUMENTS view, block)) break;
     const uvec2 corner = block_corner(a.views, view, block);
     const uint width = a.views.v[view].width, height = a.views.v[view].height;
     UNROLL for (uint k = 0u; k < 4u; ++k) {
@@ -110,13 +111,13 @@ FN uint next_different(IN(LossGradientArgs) a, uint block, uint thread) {
   return block;
 }
 
-KERNEL(64, LossGradientArgs) {
+KERNEL_MAIN(64) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
-  uint block = next_different(a, group, thread);
+  uint block = next_different(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
-    gradient_of_block(a, block, thread);
+    gradient_of_block(GIVES_ARGUMENTS block, thread);
     barrier();  // before shared memory is used again
-    block = next_different(a, block + a.groups, thread);
+    block = next_different(GIVES_ARGUMENTS block + a.groups, thread);
   } while (block < a.blocks);
 }

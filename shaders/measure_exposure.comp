@@ -7,9 +7,11 @@
 #include "common/exposure_table.h"
 #include "common/fixed_point.h"
 
+ARGUMENTS(MeasureExposureArgs)
+
 SHARED vec4 s_sums[64 * EXPOSURE_SUMS];
 
-FN void measure_block(IN(MeasureExposureArgs) a, uint block, uint thread) {
+FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height, offset = a.views.v[view].pixel_offset;
@@ -36,8 +38,8 @@ FN void measure_block(IN(MeasureExposureArgs) a, uint block, uint thread) {
   barrier();
 }
 
-KERNEL(64, MeasureExposureArgs) {
+KERNEL_MAIN(64) {
   const uint group = group_index();
   if (group >= a.groups) return;
-  for (uint block = group; block < a.blocks; block += a.groups) measure_block(a, block, gl_LocalInvocationIndex);
+  for (uint block = group; block < a.blocks; block += a.groups) measure_block(GIVES_ARGUMENTS block, gl_LocalInvocationIndex);
 }

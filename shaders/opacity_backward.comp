@@ -9,11 +9,13 @@
 #include "common/tile.h"
 #include "common/staging.h"
 
+ARGUMENTS(OpacityBackwardArgs)
+
 CONSTANT(0, bool, BASELINE, false);  // measure errors against those of the pixels around
 
 /// Mean error of the pixels next to this one. Their thresholds are not its own, so what is subtracted does not depend on what
 /// is being judged: the gradient's mean stays as it is, and its variance falls (Williams 1992, reinforcement baselines).
-FN float error_around(IN(OpacityBackwardArgs) a, TilePixel pixel, uint view) {
+FN float error_around(TAKES_ARGUMENTS TilePixel pixel, uint view) {
   const int width = int(a.views.v[view].width), height = int(a.views.v[view].height);
   float sum = 0.0f, count = 0.0f;
   for (int dy = -1; dy <= 1; ++dy)
@@ -28,7 +30,7 @@ FN float error_around(IN(OpacityBackwardArgs) a, TilePixel pixel, uint view) {
   return count > 0.0f ? sum / count : 0.0f;
 }
 
-KERNEL(64, OpacityBackwardArgs) {
+KERNEL_MAIN(64) {
   if (group_index() >= a.tiles) return;
   const uint tile = a.tile_first + group_index(), thread = gl_LocalInvocationIndex;
   const uint view = tile_view(a.views, a.view_count, tile);
@@ -43,7 +45,7 @@ KERNEL(64, OpacityBackwardArgs) {
     winner = a.hits.v[pixel.index].triangle;
     if (winner != 0u) depth_limit = a.hits.v[pixel.index].depth;
     const float error = a.gradient.v[pixel.index * 4u + 3u];
-    if (error >= 0.0f) weight = (BASELINE ? error - error_around(a, pixel, view) : error) * a.state.v[0].pixel_weight;
+    if (error >= 0.0f) weight = (BASELINE ? error - error_around(GIVES_ARGUMENTS pixel, view) : error) * a.state.v[0].pixel_weight;
   }
 
   for (uint base = first; base < last; base += 64u) {

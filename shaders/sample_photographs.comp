@@ -3,13 +3,15 @@
 #include "args/sample_photographs.h"
 #include "common/block_grid.h"
 
+ARGUMENTS(SamplePhotographsArgs)
+
 FN vec4 channels_of(uint rgba) {
   return vec4(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u), float(rgba >> 24));
 }
 
 /// Of a photograph of width x height pixels, at pixel (x, y) of the picture. Weights are multiples of 1/128 and values are 8 bits, so that
 /// every sum is exact and all devices agree.
-FN uint sampled(IN(SamplePhotographsArgs) a, uint view, int width, int height, int x, int y) {
+FN uint sampled(TAKES_ARGUMENTS uint view, int width, int height, int x, int y) {
   Uints photo = a.views.v[view].photo;
   const vec4 taps_x = a.views.v[view].taps_x, taps_y = a.views.v[view].taps_y;
   const int x0 = x + int(a.views.v[view].first_x), y0 = y + int(a.views.v[view].first_y);
@@ -29,7 +31,7 @@ FN uint sampled(IN(SamplePhotographsArgs) a, uint view, int width, int height, i
   return uint(value.x) | (uint(value.y) << 8) | (uint(value.z) << 16) | 0xff000000u;
 }
 
-KERNEL(64, SamplePhotographsArgs) {
+KERNEL_MAIN(64) {
   const uint block = group_index(), thread = gl_LocalInvocationIndex;
   if (block >= a.blocks) return;
   const uint view = block_view(a.views, a.view_count, block);
@@ -38,6 +40,6 @@ KERNEL(64, SamplePhotographsArgs) {
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
     if (at.x < width && at.y < height)
-      a.target.v[offset + at.y * width + at.x] = sampled(a, view, int(width), int(height), int(at.x), int(at.y));
+      a.target.v[offset + at.y * width + at.x] = sampled(GIVES_ARGUMENTS view, int(width), int(height), int(at.x), int(at.y));
   }
 }

@@ -9,11 +9,13 @@
 #include "common/shading.h"
 #include "common/features.h"
 
+ARGUMENTS(ShadeArgs)
+
 CONSTANT(0, bool, DEBUG, false);  // also write the MLP's inputs
 
 SHARED uint s_covered;
 
-FN void write_colour(IN(ShadeArgs) a, uint index, vec3 colour) {
+FN void write_colour(TAKES_ARGUMENTS uint index, vec3 colour) {
   const uint at = index * 3u;
   a.colour.v[at] = colour.x;
   a.colour.v[at + 1u] = colour.y;
@@ -22,7 +24,7 @@ FN void write_colour(IN(ShadeArgs) a, uint index, vec3 colour) {
 
 /// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; those before it become
 /// background. Uniform in the workgroup. A loop of its own for the reason given in shade_backward.comp.
-FN uint next_covered(IN(ShadeArgs) a, uint block, uint thread) {
+FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
     if (thread == 0u) s_covered = 0u;
@@ -41,17 +43,17 @@ FN uint next_covered(IN(ShadeArgs) a, uint block, uint thread) {
       Fragments p;
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
       UNROLL for (uint k = 0u; k < PIXELS; ++k)
-        if (p.inside[k]) write_colour(a, p.index[k], vec3(a.background_r, a.background_g, a.background_b));
+        if (p.inside[k]) write_colour(GIVES_ARGUMENTS p.index[k], vec3(a.background_r, a.background_g, a.background_b));
     }
   }
   return block;
 }
 
-KERNEL(64, ShadeArgs) {
+KERNEL_MAIN(64) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
   stage_mlp(a.mlp, thread);
-  uint block = next_covered(a, group, thread);
+  uint block = next_covered(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
@@ -66,10 +68,10 @@ KERNEL(64, ShadeArgs) {
         const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k), LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
         vec3 colour = vec3(a.background_r, a.background_g, a.background_b);
         if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k)));
-        if (p.inside[k]) write_colour(a, p.index[k], colour);
+        if (p.inside[k]) write_colour(GIVES_ARGUMENTS p.index[k], colour);
         if (DEBUG && p.inside[k]) UNROLL for (uint i = 0u; i < 16u; ++i) a.debug.v[p.index[k] * 16u + i] = LANE(x[i], k);
       }
     }
-    block = next_covered(a, block + a.groups, thread);
+    block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
   } while (block < a.blocks);
 }

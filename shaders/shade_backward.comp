@@ -13,6 +13,8 @@
 #include "common/shading.h"
 #include "common/features.h"
 
+ARGUMENTS(ShadeBackwardArgs)
+
 CONSTANT(0, bool, DEBUG, false);  // also write dL/dfeature
 
 SHARED uint s_covered[4];  // by quarter of the block
@@ -30,7 +32,7 @@ const uint kX = 0u, kH1 = 4u, kH2 = 8u, kD1 = 12u, kD2 = 16u, kD3 = 20u;
 /// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills s_covered.
 /// Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask (llvmpipe), passing them
 /// over inside the large loop would cost all of its arithmetic.
-FN uint next_covered(IN(ShadeBackwardArgs) a, uint block, uint thread) {
+FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
     if (thread < 4u) s_covered[thread] = 0u;
@@ -49,7 +51,7 @@ FN uint next_covered(IN(ShadeBackwardArgs) a, uint block, uint thread) {
   return block;
 }
 
-KERNEL(64, ShadeBackwardArgs) {
+KERNEL_MAIN(64) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
   stage_mlp(a.mlp, thread);
@@ -63,7 +65,7 @@ KERNEL(64, ShadeBackwardArgs) {
   mat4 weights = mat4(0.0f);  // column: output
   vec4 biases = vec4(0.0f);
 
-  uint block = next_covered(a, group, thread);
+  uint block = next_covered(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
@@ -130,7 +132,7 @@ KERNEL(64, ShadeBackwardArgs) {
           }
       }
     }
-    block = next_covered(a, block + a.groups, thread);
+    block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
   } while (block < a.blocks);
 
   if (thread >= 36u) return;

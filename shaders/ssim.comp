@@ -6,19 +6,20 @@
 #include "common/block_grid.h"
 #include "common/ssim_block.h"
 
+ARGUMENTS(SsimArgs)
+
 CONSTANT(0, bool, FLOAT_TARGET, false);
 
 SHARED float s_x[26 * 26], s_y[26 * 26];
 SHARED float s_sum[64];
 
 /// Adds to the mean SSIM of the batch.
-FN void add_ssim(IN(SsimArgs) a, float sum) {
-  Uints words = Uints(a.statistics);
+FN void add_ssim(TAKES_ARGUMENTS float sum) {
   const uint at = a.state.v[0].slot * 8u;
-  add_fixed(words, at + 2u, words, at + 3u, sum * a.state.v[0].window_weight);
+  add_fixed(a.statistics, at + 2u, a.statistics, at + 3u, sum * a.state.v[0].window_weight);
 }
 
-FN void ssim_of_block(IN(SsimArgs) a, uint block, uint thread) {
+FN void ssim_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
@@ -80,7 +81,7 @@ FN void ssim_of_block(IN(SsimArgs) a, uint block, uint thread) {
   if (thread == 0u) {
     float sum = 0.0f;
     for (uint i = 0u; i < 64u; ++i) sum += s_sum[i];
-    add_ssim(a, sum);
+    add_ssim(GIVES_ARGUMENTS sum);
   }
 }
 
@@ -89,7 +90,7 @@ SHARED uint s_differs;
 /// The first of this workgroup's blocks from `block` on with a window in which rendering and target differ, a.blocks if none. The
 /// windows of those before it have an SSIM of 1, where its gradient is zero. Uniform in the workgroup. A loop of its own for the
 /// reason given in shade_backward.comp.
-FN uint next_different(IN(SsimArgs) a, uint block, uint thread) {
+FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
     if (thread == 0u) s_differs = 0u;
@@ -120,17 +121,17 @@ FN uint next_different(IN(SsimArgs) a, uint block, uint thread) {
       UNROLL for (uint map = 0u; map < 9u; ++map) a.partial.v[map * a.pixels + pixel_offset + y * width + x] = 0.0f;
     }
     if (thread == 0u && corner.x + 10u < width && corner.y + 10u < height)
-      add_ssim(a, 3.0f * float(min(kBlock, width - 10u - corner.x) * min(kBlock, height - 10u - corner.y)));
+      add_ssim(GIVES_ARGUMENTS 3.0f * float(min(kBlock, width - 10u - corner.x) * min(kBlock, height - 10u - corner.y)));
   }
   return block;
 }
 
-KERNEL(64, SsimArgs) {
+KERNEL_MAIN(64) {
   const uint group = group_index(), thread = gl_LocalInvocationIndex;
   if (group >= a.groups) return;
-  uint block = next_different(a, group, thread);
+  uint block = next_different(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
-    ssim_of_block(a, block, thread);
-    block = next_different(a, block + a.groups, thread);
+    ssim_of_block(GIVES_ARGUMENTS block, thread);
+    block = next_different(GIVES_ARGUMENTS block + a.groups, thread);
   } while (block < a.blocks);
 }

@@ -8,6 +8,8 @@
 #include "common/lattice.h"
 #include "common/optimiser.h"
 
+ARGUMENTS(UpdateTexturesArgs)
+
 CONSTANT(0, uint, SAMPLES, 774u);  // the most that a triangle of this launch has, all levels
 CONSTANT(1, bool, ADAM, true);     // false: only sum the levels
 CONSTANT(2, bool, DEBUG, false);   // also write the gradient
@@ -30,7 +32,7 @@ FN uint samples_before(uint level_min, uint level) {
 }
 
 /// Resets those of four logits that are not numbers, or whose moments are not.
-FN void reset_lost(IN(UpdateTexturesArgs) a, uint at, INOUT(vec4) logit, INOUT(vec4) m, INOUT(vec4) v) {
+FN void reset_lost(TAKES_ARGUMENTS uint at, INOUT(vec4) logit, INOUT(vec4) m, INOUT(vec4) v) {
   const vec4 before = a.source.v[at];
   UNROLL for (uint c = 0u; c < 4u; ++c) {
     if (usable(logit[c], kLargestLogit) && usable(m[c], kLargestLogit) && usable(v[c], kLargestLogit)) continue;
@@ -40,7 +42,7 @@ FN void reset_lost(IN(UpdateTexturesArgs) a, uint at, INOUT(vec4) logit, INOUT(v
   }
 }
 
-KERNEL(64, UpdateTexturesArgs) {
+KERNEL_MAIN(64) {
   const uint triangle = group_index();
   const uint thread = gl_LocalInvocationIndex;
   if (triangle >= a.triangles) return;
@@ -123,7 +125,7 @@ KERNEL(64, UpdateTexturesArgs) {
     // What is not a number in one of twelve values is not one in their sum.
     const vec4 sum = logit + m + v;
     if (!usable(sum.x + sum.y + sum.z + sum.w, kLargestLogit)) {
-      reset_lost(a, at, logit, m, v);
+      reset_lost(GIVES_ARGUMENTS at, logit, m, v);
       changed = true;
     }
     if (changed) {

@@ -134,6 +134,8 @@ class Graphics {
   /// Throws Error when there is no memory for it, or when it is larger than max_side(); `what` names it for people.
   virtual Image create_image(const ImageShape& shape, std::string_view what) = 0;
   virtual std::uint32_t max_side() const = 0;
+  /// Bits of a pixel that vertices are rounded to before a triangle is drawn: Vulkan promises 4, most have 8.
+  virtual std::uint32_t subpixel_bits() const = 0;
   /// Samples per pixel that images of the format may have.
   virtual bool can_multisample(Format format, std::uint32_t samples) const = 0;
   /// Whole layers, rows from the top, tightly packed. One sample per pixel.

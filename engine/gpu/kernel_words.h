@@ -41,9 +41,9 @@ using glm::vec4;
 
 // The constants' values are those of the variant that is being compiled (kernel_variants.cmake).
 #define CONSTANT(id, type, name, value) [[maybe_unused]] constexpr type name = static_cast<type>(KERNEL_CONSTANT_##id)
-#define COHERENT_POINTER(name, type)          \
-  struct name {                               \
-    type* v;                                  \
-    template <typename Other>                 \
-    FN explicit name(Other o) : v(&o.v[0]) {} \
-  };
+#define KERNEL(threads, Args) \
+  ARGUMENTS(Args)             \
+  KERNEL_MAIN(threads)
+#define ARGUMENTS(Args) using KernelArgs = Args;
+#define TAKES_ARGUMENTS const KernelArgs& a,
+#define GIVES_ARGUMENTS a,

@@ -17,7 +17,7 @@ struct InheritTexturesArgs {
   POINTER(Textures) old_textures;
   POINTER(Textures) new_textures;
   POINTER(Floats) old_source;
-  POINTER(Floats) new_source;
+  POINTER(CoherentFloats) new_source;
   uint triangles;
   uint flags;
 };

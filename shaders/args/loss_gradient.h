@@ -17,7 +17,7 @@ struct LossGradientArgs {
   POINTER(Uints) same;       // [blocks], from ssim
   POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|, -1 where masked out
   POINTER(Steps) state;
-  POINTER(StatisticsRows) statistics;
+  POINTER(Uints) statistics;  // Statistics, eight words each
   uint view_count, blocks, pixels, groups;
 };
 

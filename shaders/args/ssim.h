@@ -16,7 +16,7 @@ struct SsimArgs {
   POINTER(Floats) partial;  // [3 channels][d_x, d_xx, d_xy][pixels], at the window's first pixel
   POINTER(Uints) same;      // [blocks]: 1 where rendering and target are the same in all windows of the block
   POINTER(Steps) state;
-  POINTER(StatisticsRows) statistics;
+  POINTER(Uints) statistics;  // Statistics, eight words each
   uint view_count, blocks, pixels, groups;
 };
 

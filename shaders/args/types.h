@@ -20,18 +20,19 @@ using glm::vec4;
 #define STRUCT struct alignas(16)
 #endif
 
+// No kernel converts one of these to another, nor chooses between two: SwiftShader cannot.
 #ifdef GL_core_profile
 #define POINTER_TYPE(name, type, alignment) \
   layout(buffer_reference, std430, buffer_reference_align = alignment) buffer name { type v[]; };
+#define COHERENT_POINTER_TYPE(name, type, alignment) \
+  layout(buffer_reference, std430, buffer_reference_align = alignment) coherent buffer name { type v[]; };
 POINTER_TYPE(Uints, uint, 4)
 #elif defined(TRISOUP_KERNEL_CODE)
-#define POINTER_TYPE(name, type, alignment)  \
-  struct name {                              \
-    ELEMENTS(type, alignment) v;             \
-    name() = default;                        \
-    template <typename Other>                \
-    FN explicit name(Other o) : v(reinterpret_cast<type*>(&o.v[0])) {} \
+#define POINTER_TYPE(name, type, alignment) \
+  struct name {                             \
+    ELEMENTS(type, alignment) v;            \
   };
+#define COHERENT_POINTER_TYPE POINTER_TYPE
 POINTER_TYPE(Uints, uint, 4)
 #endif
 
@@ -118,6 +119,7 @@ STRUCT Control {
 
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
 POINTER_TYPE(Floats, float, 4)
+COHERENT_POINTER_TYPE(CoherentFloats, float, 4)  // what threads of a workgroup write and others of it read
 POINTER_TYPE(Float4s, vec4, 16)
 POINTER_TYPE(Uint4s, uvec4, 16)
 POINTER_TYPE(Views, ViewRecord, 16)

@@ -11,8 +11,6 @@ namespace trisoup::gpu::cuda {
 /// only where it knows that they are aligned.
 template <typename T, std::size_t alignment>
 struct Elements {
-  Elements() = default;
-  __device__ explicit Elements(T* elements) : first(elements) {}
   __device__ T& operator[](std::size_t i) const { return *static_cast<T*>(__builtin_assume_aligned(first + i, alignment)); }
   T* first;
 };
@@ -37,10 +35,9 @@ __device__ inline uint atomicMax(uint& x, uint value) { return ::atomicMax(&x, v
 }  // namespace trisoup::gpu::cuda
 
 #define gl_LocalInvocationIndex threadIdx.x
-#define KERNEL(threads, Args)        \
+#define KERNEL_MAIN(threads)         \
   constexpr uint kThreads = threads; \
-  using KernelArgs = Args;           \
-  __global__ void __launch_bounds__(threads) kernel(const __grid_constant__ Args a)
+  __global__ void __launch_bounds__(threads) kernel(const __grid_constant__ KernelArgs a)
 #define RUN_KERNEL                                                                          \
   void run(void* stream, std::uint32_t groups, const std::byte* arguments) {                \
     KernelArgs a;                                                                           \

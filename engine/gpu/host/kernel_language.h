@@ -30,10 +30,9 @@ inline uint atomicMax(uint& x, uint value) {
 }  // namespace trisoup::gpu::host
 
 #define gl_LocalInvocationIndex ::trisoup::gpu::host::invocation.thread
-#define KERNEL(threads, Args)       \
+#define KERNEL_MAIN(threads)         \
   constexpr uint kThreads = threads; \
-  using KernelArgs = Args;          \
-  inline void kernel([[maybe_unused]] const Args& a)
+  inline void kernel([[maybe_unused]] const KernelArgs& a)
 #define RUN_KERNEL void run(const std::byte* arguments) { kernel(*reinterpret_cast<const KernelArgs*>(arguments)); }
 #define SHARED [[maybe_unused]] static thread_local
 #define MARK(word) std::atomic_ref<uint>(word).store(1u, std::memory_order_relaxed)

@@ -47,6 +47,7 @@ VulkanGraphics::VulkanGraphics(VulkanDevice& device) : device_(device) {
   vkGetPhysicalDeviceProperties(device_.physical_, &properties);
   max_side_ = std::min({properties.limits.maxImageDimension2D, properties.limits.maxFramebufferWidth,
                         properties.limits.maxFramebufferHeight});
+  subpixel_bits_ = properties.limits.subPixelPrecisionBits;
 
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   for (std::uint32_t i = 0; i < kTextures; ++i)

@@ -20,6 +20,7 @@ class VulkanGraphics final : public Graphics {
 
   Image create_image(const ImageShape& shape, std::string_view what) override;
   std::uint32_t max_side() const override { return max_side_; }
+  std::uint32_t subpixel_bits() const override { return subpixel_bits_; }
   bool can_multisample(Format format, std::uint32_t samples) const override;
   void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) override;
   void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) override;
@@ -68,7 +69,7 @@ class VulkanGraphics final : public Graphics {
   VkSampler sampler_ = VK_NULL_HANDLE;
   VulkanDevice::Memory nothing_;  // stands where a draw has no uniform buffer
   std::map<std::uint32_t, Stored> images_;
-  std::uint32_t next_image_ = 1, max_side_ = 0;
+  std::uint32_t next_image_ = 1, max_side_ = 0, subpixel_bits_ = 0;
   std::map<std::pair<std::string, PipelineKey>, VkPipeline> pipelines_;
 };
 

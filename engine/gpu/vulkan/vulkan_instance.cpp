@@ -120,7 +120,8 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
   info.index = index;
   info.backend = "vulkan";
   info.name = properties.properties.deviceName;
-  info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
+  info.driver = driver.driverName;
+  if (driver.driverInfo[0] != '\0') info.driver += fmt::format(" {}", driver.driverInfo);
   switch (properties.properties.deviceType) {
     case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: info.kind = Kind::discrete; break;
     case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: info.kind = Kind::integrated; break;
