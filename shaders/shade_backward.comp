@@ -3,6 +3,8 @@
 #include "common/kernel.h"
 #include "args/shade_backward.h"
 #include "common/block_grid.h"
+#include "common/exposure.h"
+#include "common/exposure_table.h"
 #include "common/pixel_centre.h"
 #include "common/fixed_point.h"
 #include "common/lattice.h"
@@ -79,10 +81,13 @@ KERNEL_MAIN(64) {
       UNROLL for (uint k = 0u; k < PIXELS; ++k)
         if (p.triangle[k] != 0u) {
           const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k), LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
-          vec3 own_dy, own_drgb;
+          const vec3 own_y = vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k));
+          vec3 dc = vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb;
           float own_dmix;
-          skip_connection_backward(f, vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k)), vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb,
-                                   own_dmix);
+          if (a.exposed != 0u)
+            dc = recorded_backward(load_exposure(a.exposure, a.views.v[view].index), skip_connection(f, own_y),
+                                   photograph_colour(a.target.v[p.index[k]]), dc);
+          skip_connection_backward(f, own_y, dc, own_dy, own_drgb, own_dmix);
           UNROLL for (uint c = 0u; c < 3u; ++c) {
             LANE(dy[c], k) = own_dy[c];
             LANE(drgb[c], k) = own_drgb[c];

@@ -100,6 +100,9 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--pixel-jitter", o.pixel_jitter,
                      "a step looks at each picture beside the centres of its pixels, at most so many pixels off along each axis: long trainings would\n"
                      "learn by heart what holds at the centres alone; 0 to 0.5; 0: at the centres, as published [0.25]");
+  flag("--exposure", o.exposure,
+       "photographs differ in exposure and white balance: each has gains and offsets of its own, fitted as training goes; the model\n"
+       "has the mean of all [on in real scenes, off in synthetic ones and in published]");
   method->add_flag("--opaque", o.opaque, "opacity fixed to 1: no masking in training, and every triangle opaque in the model");
   method->add_flag("--keep-opacity", o.keep_opacity, "do not restart opacity when the levels change");
   flag("--no-opacity-baseline", o.opacity_baseline,
@@ -209,6 +212,8 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
     // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
     s.rate_end = 0.1;
     way = which == Recipe::synthetic ? 1.5 : 4.0;
+    // Pictures that were rendered have one exposure.
+    s.exposure = which == Recipe::real;
     if (which == Recipe::synthetic) s.init_count = 30'000;
   }
   if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
@@ -264,6 +269,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(drop_near, s.drop_near);
   set(opacity_baseline, s.opacity_baseline);
   set(update_unseen, s.update_unseen);
+  set(exposure, s.exposure);
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);

@@ -33,7 +33,7 @@ struct CommandLine {
   std::optional<double> init_box, init_radius, init_opacity, backdrop, rate_texture, rate_mlp, rate_vertex, rate_end, samples_per_pixel, pixel_jitter, coarse_share, resample_until,
       split_length, near, far, test_near;
   std::string preset, init, recipe, levels;
-  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline;
+  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline, exposure;
   bool opaque = false, keep_opacity = false, keep_moments = false;
 };
 

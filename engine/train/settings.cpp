@@ -40,6 +40,7 @@ void each_member(S& s, F&& f) {
   f("coarse_share", s.coarse_share);
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
+  f("exposure", s.exposure);
   f("opaque", s.opaque);
   f("copy_textures", s.copy_textures);
   f("drop_near", s.drop_near);
@@ -88,6 +89,7 @@ Settings without_our_changes(Settings s) {
   s.copy_textures = true;
   s.drop_near = true;
   s.least_views = 0;
+  s.exposure = false;
   return s;
 }
 

@@ -46,6 +46,7 @@ struct Settings {
   bool opacity_baseline = true;      // opacities learn from errors against those of the pixels around; published: from errors
   bool update_unseen = false;        // textures of triangles without a gradient go on by their moments, as published
   bool drop_near = false;            // triangles that reach the camera plane are dropped whole, as published, not clipped
+  bool exposure = false;             // photographs have gains and offsets of their own (docs/method.md, "Exposure")
   bool opaque = false;               // opacity fixed to 1: no masking, and no gradient of it
   bool copy_textures = false;        // children take copies of their parent's texture, as published, not their part of it
 

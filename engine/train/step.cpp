@@ -5,7 +5,10 @@
 
 #include "args/bin.h"
 #include "args/edge_forces.h"
+#include "args/expose.h"
+#include "args/fit_exposure.h"
 #include "args/loss_gradient.h"
+#include "args/measure_exposure.h"
 #include "args/opacity_backward.h"
 #include "args/project.h"
 #include "args/sample_photographs.h"
@@ -114,6 +117,7 @@ void Step::loss(const StepInputs& inputs) {
     gpu_.launch({"sample_photographs"}, batch.blocks,
                 SamplePhotographsArgs{frame_.views.address(), frame_.target.address(), batch.blocks, batch.views});
     end_kernel();
+    if (inputs.exposures) expose(inputs);
   }
   gpu_.launch({"ssim", {float_target}}, groups,
               SsimArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target, frame_.partial.address(),
@@ -126,14 +130,32 @@ void Step::loss(const StepInputs& inputs) {
                                frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
 }
 
+void Step::expose(const StepInputs& inputs) {
+  const BatchLayout& batch = frame_.batch();
+  const Exposures& e = *inputs.exposures;
+  const auto views = frame_.views.address(), hits = frame_.hits.address(), colour = frame_.colour.address(), target = frame_.target.address(),
+             exposure = e.exposure.address(), low = e.sums.low.address(), high = e.sums.high.address();
+  if (inputs.fit_exposures) {
+    const std::uint32_t groups = groups_over(batch.blocks);
+    gpu_.launch({"measure_exposure"}, groups,
+                MeasureExposureArgs{views, hits, colour, target, exposure, low, high, batch.blocks, batch.views, groups, 0});
+    gpu_.launch({"fit_exposure"}, 1,
+                FitExposureArgs{views, low, high, e.fitted.address(), exposure, frame_.control.address(), batch.views, e.photographs});
+    end_kernel();
+  }
+  gpu_.launch({"expose"}, batch.blocks, ExposeArgs{views, hits, colour, target, exposure, batch.blocks, batch.views});
+  end_kernel();
+}
+
 void Step::backward(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const auto views = frame_.views.address(), hits = frame_.hits.address(), gradient = frame_.gradient.address();
   const auto low = soup_.lattice_gradient.low.address(), high = soup_.lattice_gradient.high.address();
+  const bool exposed = inputs.exposures && inputs.target == 0;
   gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
               ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
-                                high, soup_.touched.address(), frame_.mlp_partial.address(), inputs.feature_gradient, batch.blocks, frame_.mlp_groups,
-                                batch.views, 0});
+                                high, soup_.touched.address(), frame_.mlp_partial.address(), inputs.feature_gradient, frame_.target.address(),
+                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, frame_.mlp_groups, batch.views, exposed});
   end_kernel();
   gpu_.launch({"edge_forces", {0}}, batch.tiles,
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,

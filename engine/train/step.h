@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "gpu/device.h"
+#include "train/exposure.h"
 #include "train/frame.h"
 #include "train/soup_buffers.h"
 
@@ -27,6 +28,8 @@ struct StepInputs {
   bool opacity_baseline = false;  // Settings::opacity_baseline
   bool update_unseen = true;      // Settings::update_unseen
   bool opaque = false;            // Settings::opaque: opacities are 1 and stay so
+  const Exposures* exposures = nullptr;  // of the photographs; null: they are taken as they are, and so are float targets
+  bool fit_exposures = true;             // to what is rendered, before they are used
   // Tests look at intermediate values here; null in training.
   gpu::Address mlp_inputs = 0;        // [pixels][16]
   gpu::Address feature_gradient = 0;  // [pixels][7]
@@ -53,7 +56,7 @@ class Step {
 
   void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits
   void shade(const StepInputs& inputs);                              // .. Frame::colour
-  void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics
+  void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics; exposes Frame::colour
   void backward(const StepInputs& inputs);                           // .. gradients of textures, vertices, MLP
   void update(const StepInputs& inputs);                             // .. parameters
 
@@ -64,6 +67,7 @@ class Step {
   void train(const StepInputs& inputs);
 
  private:
+  void expose(const StepInputs& inputs);
   void update_textures(bool adam, const StepInputs& inputs);
   /// Tiles that are listed and visited together (Frame::bands).
   struct Band {

@@ -151,6 +151,7 @@ void Trainer::prepare() {
   }
   const BatchSize batch = largest_batch(scene_.train, settings_);
   frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
+  if (settings_.exposure) exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
   // A checkpoint's textures are looked at here for the first time.
   const std::uint32_t step = static_cast<std::uint32_t>(step_);
   gpu_.upload(frame_.state.address() + offsetof(kernels::StepState, step), std::as_bytes(std::span(&step, 1)));
@@ -216,6 +217,7 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
     inputs.opacity_baseline = settings_.opacity_baseline;
     inputs.update_unseen = settings_.update_unseen;
     inputs.opaque = settings_.opaque;
+    inputs.exposures = given_exposures();
     schedule_.begin_step(frame_);
     Step(gpu_, soup_, frame_).train(inputs);
   });
@@ -353,7 +355,12 @@ Evaluation Trainer::evaluate_float(const OnRender& on_render) {
 }
 
 TrainingFit Trainer::training_fit() {
-  return fit_to_training_views(gpu_, soup_, frame_, scene_, views_, settings_.batch);
+  return fit_to_training_views(gpu_, soup_, frame_, scene_, views_, given_exposures(), settings_.batch);
+}
+
+std::vector<glm::vec4> Trainer::exposures() {
+  if (!exposures_) return {};
+  return gpu_.download_vector<glm::vec4>(exposures_->exposure.address(), 2ull * exposures_->photographs);
 }
 
 // --- checkpoints -----------------------------------------------------------------------------------------------------------
@@ -375,6 +382,14 @@ void each_array(SoupBuffers& s, F&& f) {
   f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
 }
 
+/// The same of exposures.
+template <typename F>
+void each_array(std::optional<Exposures>& e, F&& f) {
+  if (!e) return;
+  f("exposures.fitted", e->fitted, 8ull * e->photographs);
+  f("exposures", e->exposure, 8ull * e->photographs);
+}
+
 constexpr const char* kFormat = "trisoup checkpoint 4";
 
 /// A fingerprint would tell as well, but not what is to be done.
@@ -387,13 +402,15 @@ std::string background_text(const scene::Scene& scene) {
 void Trainer::write_checkpoint(const std::filesystem::path& path) {
   soup::SafetensorsWriter writer;
   std::vector<std::vector<float>> arrays;
-  each_array(soup_, [&](const char*, const gpu::Buffer& buffer, std::uint64_t n) {
+  const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n) {
     arrays.push_back(gpu_.download_vector<float>(buffer.address(), n));
-  });
+  };
+  each_array(soup_, download);
+  each_array(exposures_, download);
   std::size_t i = 0;
-  each_array(soup_, [&](const char* name, const gpu::Buffer&, std::uint64_t n) {
-    writer.add<float>(name, {n}, arrays[i++]);
-  });
+  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n) { writer.add<float>(name, {n}, arrays[i++]); };
+  each_array(soup_, add);
+  each_array(exposures_, add);
   const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()), 4 * soup_.table.size());
   writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
   writer.metadata({{"format", kFormat},
@@ -444,6 +461,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
   if (!then.contains("init_opacity")) then["init_opacity"] = 0.5;
   if (!then.contains("backdrop")) then["backdrop"] = 0.0;
+  if (!then.contains("exposure")) then["exposure"] = false;
   if (!then.contains("least_views")) then["least_views"] = settings_.recipe == Recipe::real ? 0u : settings_.least_views;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {
@@ -478,10 +496,12 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});
   allocate_soup(gpu_, soup_, {reinterpret_cast<const glm::vec3*>(vertices.data()), vertices.size() / 3}, table.entries);
   allocate_mlp(gpu_, soup_, {});
-  each_array(soup_, [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n) {
+  const auto upload = [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n) {
     gpu_.upload(buffer.address(), std::as_bytes(file.values<float>(name, {n})));
-  });
+  };
+  each_array(soup_, upload);
   prepare();
+  each_array(exposures_, upload);
 }
 
 }  // namespace trisoup::train

@@ -8,12 +8,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "gpu/device.h"
 #include "scene/scene.h"
 #include "train/evaluate.h"
+#include "train/exposure.h"
 #include "train/faults.h"
 #include "train/frame.h"
 #include "train/initial_triangles.h"
@@ -94,6 +96,9 @@ class Trainer {
   Evaluation evaluate_float(const OnRender& on_render = {});
   /// Of the model as it is now. Renders every training view.
   TrainingFit training_fit();
+  /// What steps take for the exposure of each photograph, [training views][2]: gains and their variance, offsets and a 0, from the model's colours to the
+  /// photograph's. Empty where Settings::exposure is off. A model does not have them: it is saved in the mean of the photographs' exposures.
+  std::vector<glm::vec4> exposures();
 
  private:
   void prepare();
@@ -104,6 +109,7 @@ class Trainer {
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
   kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;
   gpu::CommandList& commands_of(const BatchLayout& batch);
+  const Exposures* given_exposures() const { return exposures_ ? &*exposures_ : nullptr; }
   double share_uncovered();
   Progress progress_since(std::uint64_t first, double seconds);
 
@@ -114,6 +120,7 @@ class Trainer {
   Frame frame_;
   SoupBuffers soup_;
   Photographs photos_;
+  std::optional<Exposures> exposures_;  // where settings ask for them
   std::vector<BatchView> views_, half_views_;
   Schedule schedule_;
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.

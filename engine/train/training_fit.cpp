@@ -35,9 +35,11 @@ double squares_around_mean(const Image& photo) {
 }  // namespace
 
 TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene,
-                                  std::span<const BatchView> batch, std::size_t most) {
+                                  std::span<const BatchView> batch, const Exposures* exposures, std::size_t most) {
   StepInputs inputs;
   inputs.background = scene.background;
+  inputs.exposures = exposures;
+  inputs.fit_exposures = false;
   Step step(gpu, soup, frame);
   Coverage coverage;
   double model = 0, plain = 0, values = 0;

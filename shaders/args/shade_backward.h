@@ -19,7 +19,10 @@ struct ShadeBackwardArgs {
   POINTER(Uints) touched;        // [triangles]: as in update_textures, 1 for what is added to
   POINTER(Floats) mlp_partial;   // [groups][595]
   POINTER(Floats) debug;         // [pixels][7]: dL/dfeature where asked for
-  uint blocks, groups, view_count, pad;
+  POINTER(Uints) target;         // [pixels]: RGBA8
+  POINTER(Float4s) exposure;     // [photographs][2]
+  uint blocks, groups, view_count;
+  uint exposed;                  // 1: the gradient is by colours that expose has changed; needs the two above
 };
 
 #ifndef GL_core_profile

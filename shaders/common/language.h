@@ -10,6 +10,7 @@
 #define INOUT(type) inout type
 #define IN_ARRAY_OF(type, name, n) type name[n]
 #define OUT_ARRAY_OF(type, name, n) out type name[n]
+#define INOUT_ARRAY_OF(type, name, n) inout type name[n]
 #define UNROLL [[unroll]]
 #define POINTER(type) type
 // Rounded the same wherever it is computed: no contraction, no reordering.
@@ -27,6 +28,7 @@
 #define INOUT(type) type&
 #define IN_ARRAY_OF(type, name, n) const type* name
 #define OUT_ARRAY_OF(type, name, n) type* name
+#define INOUT_ARRAY_OF(type, name, n) type* name
 #define PRECISE
 #ifdef TRISOUP_KERNEL_CODE
 #define POINTER(type) type

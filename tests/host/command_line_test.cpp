@@ -40,6 +40,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.pixel_jitter == 0.25);
       CHECK(s.opacity_baseline);
       CHECK(s.least_views == 4);
+      CHECK(s.exposure == !synthetic);
       CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
       CHECK(s.rate_end == 0.1);
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
@@ -52,6 +53,8 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
   CHECK(settings_of({"--copy-textures"}, true).copy_textures);
   CHECK(settings_of({"--drop-near"}, true).drop_near);
   CHECK(settings_of({"--update-unseen"}, true).update_unseen);
+  CHECK(settings_of({"--exposure"}, true).exposure);
+  CHECK_FALSE(settings_of({"--exposure=false"}, false).exposure);
 }
 
 TEST_CASE("as published is everything that has an option", "[command_line]") {
@@ -67,7 +70,8 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(s.samples_per_pixel == 0);
     CHECK(s.pixel_jitter == 0);
     CHECK(s.least_views == 0);
-    CHECK_FALSE(s.opacity_baseline);
+    CHECK_FALSE((s.opacity_baseline || s.exposure));
+    CHECK(settings_of({"--preset", "published", "--exposure"}, synthetic).exposure);
     CHECK((s.copy_textures && s.drop_near && s.update_unseen));
     // More steps than published do not slow vertices down.
     CHECK(settings_of({"--preset", "published", "--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);

@@ -1,0 +1,22 @@
+// Arguments of expose.comp.
+#ifndef TRISOUP_ARGS_EXPOSE_H
+#define TRISOUP_ARGS_EXPOSE_H
+#include "args/types.h"
+#ifndef GL_core_profile
+namespace KERNEL_TYPES {
+#endif
+
+/// Rendered colours as the photographs would have recorded them, in place. A workgroup takes a block of 16 x 16 pixels.
+struct ExposeArgs {
+  POINTER(Views) views;
+  POINTER(Hits) hits;
+  POINTER(Floats) colour;
+  POINTER(Uints) target;      // [pixels]: RGBA8
+  POINTER(Float4s) exposure;  // [photographs][2]
+  uint blocks, view_count;
+};
+
+#ifndef GL_core_profile
+}
+#endif
+#endif

@@ -1,0 +1,24 @@
+// Rendered colours become those that the photographs' exposures make of them. The background is nothing that was photographed and stays.
+#include "common/kernel.h"
+#include "args/expose.h"
+#include "common/block_grid.h"
+#include "common/exposure.h"
+#include "common/exposure_table.h"
+
+KERNEL(64, ExposeArgs) {
+  const uint block = group_index(), thread = gl_LocalInvocationIndex;
+  if (block >= a.blocks) return;
+  const uint view = block_view(a.views, a.view_count, block);
+  const uvec2 corner = block_corner(a.views, view, block);
+  const uint width = a.views.v[view].width, height = a.views.v[view].height, offset = a.views.v[view].pixel_offset;
+  const Exposure exposure = load_exposure(a.exposure, a.views.v[view].index);
+  for (uint k = 0u; k < 4u; ++k) {
+    const uvec2 at = block_pixel(corner, thread, k);
+    const uint index = offset + at.y * width + at.x;
+    if (at.x >= width || at.y >= height || a.hits.v[index].triangle == 0u) continue;
+    const vec3 photograph = photograph_colour(a.target.v[index]);
+    const vec3 colour = exposed(exposure, vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]));
+    const vec3 shown = recorded(colour, photograph);
+    UNROLL for (uint c = 0u; c < 3u; ++c) a.colour.v[index * 3u + c] = shown[c];
+  }
+}

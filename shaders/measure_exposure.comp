@@ -1,0 +1,45 @@
+// Sums over the pixels of every view from which the exposure of its photograph is fitted. Pixels without a triangle, masked out or at the end
+// of what a photograph can show do not count.
+#include "common/kernel.h"
+#include "args/measure_exposure.h"
+#include "common/block_grid.h"
+#include "common/exposure.h"
+#include "common/exposure_table.h"
+#include "common/fixed_point.h"
+
+ARGUMENTS(MeasureExposureArgs)
+
+SHARED vec4 s_sums[64 * EXPOSURE_SUMS];
+
+FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
+  const uint view = block_view(a.views, a.view_count, block);
+  const uvec2 corner = block_corner(a.views, view, block);
+  const uint width = a.views.v[view].width, height = a.views.v[view].height, offset = a.views.v[view].pixel_offset;
+  const Exposure so_far = load_exposure(a.exposure, a.views.v[view].index);
+  vec4 sums[EXPOSURE_SUMS];
+  UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) sums[i] = vec4(0.0f);
+  for (uint k = 0u; k < 4u; ++k) {
+    const uvec2 at = block_pixel(corner, thread, k);
+    const uint index = offset + at.y * width + at.x;
+    if (at.x >= width || at.y >= height || a.hits.v[index].triangle == 0u) continue;
+    const uint rgba = a.target.v[index];
+    if ((rgba >> 24) < 128u) continue;
+    const vec3 colour = vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]);
+    add_to_exposure(colour, photograph_colour(rgba), so_far, sums);
+  }
+  UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) s_sums[thread * EXPOSURE_SUMS + i] = sums[i];
+  barrier();
+  if (thread < 4u * EXPOSURE_SUMS) {
+    float sum = 0.0f;
+    for (uint i = 0u; i < 64u; ++i) sum += s_sums[i * EXPOSURE_SUMS + thread / 4u][thread % 4u];
+    const uint at = view * 4u * EXPOSURE_SUMS + thread;
+    add_fixed(a.sums_low, at, a.sums_high, at, sum * (1.0f / 256.0f));
+  }
+  barrier();
+}
+
+KERNEL_MAIN(64) {
+  const uint group = group_index();
+  if (group >= a.groups) return;
+  for (uint block = group; block < a.blocks; block += a.groups) measure_block(GIVES_ARGUMENTS block, gl_LocalInvocationIndex);
+}

@@ -1,0 +1,317 @@
+// Tests exposures of photographs on a device: engine/train/exposure.h, shaders/measure_exposure.comp, fit_exposure.comp, expose.comp and what
+// shade_backward.comp makes of them, and trainings with them.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/host.h"
+#include "gpu/small_scene.h"
+#include "soup/initialise.h"
+#include "temporary_folder.h"
+#include "train/trainer.h"
+
+using namespace trisoup;
+using test::SmallScene;
+
+namespace {
+
+glm::vec3 colour_of(std::uint32_t rgba) { return glm::vec3(rgba & 255u, (rgba >> 8) & 255u, (rgba >> 16) & 255u) / 255.0f; }
+
+glm::vec3 at(const std::vector<float>& colours, std::size_t pixel) { return {colours[3 * pixel], colours[3 * pixel + 1], colours[3 * pixel + 2]}; }
+
+f32::Exposure row(const std::vector<glm::vec4>& table, std::size_t i) { return {glm::vec3(table[2 * i]), glm::vec3(table[2 * i + 1]), table[2 * i].w}; }
+
+/// A batch of photographs; of `photographs` in all, those of the views' indices.
+struct ExposedScene : SmallScene {
+  ExposedScene(gpu::Device& device, std::vector<train::BatchView> batch, const std::vector<std::vector<std::uint32_t>>& images, std::uint32_t photographs)
+      : SmallScene(device, 40, {{0, 3}}, batch), exposures(train::allocate_exposures(device, photographs, static_cast<std::uint32_t>(batch.size()))) {
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      buffers.push_back(gpu.allocate(images[i].size() * 4, "photograph"));
+      gpu.upload(buffers.back().address(), images[i]);
+      views[i].photo = buffers.back().address();
+    }
+    frame.set_batch(views, soup.triangles, true);
+    inputs.target = 0;
+    inputs.exposures = &exposures;
+  }
+
+  void render() {
+    step.sum_textures();
+    step.begin(1, 0, 0, {});
+    step.visibility(train::Thresholds::half, inputs);
+    step.shade(inputs);
+  }
+  std::vector<float> colours() { return gpu.download_vector<float>(frame.colour.address(), 3ull * frame.batch().pixels); }
+  std::vector<glm::vec4> table(const gpu::Buffer& buffer) { return gpu.download_vector<glm::vec4>(buffer.address(), 2ull * exposures.photographs); }
+
+  train::Exposures exposures;
+  std::vector<gpu::Buffer> buffers;
+};
+
+std::vector<std::uint32_t> noise(std::uint32_t pixels, std::uint64_t seed) {
+  soup::Random random(seed);
+  std::vector<std::uint32_t> photograph(pixels);
+  for (std::uint32_t& p : photograph) p = random.bits() | (random.uniform01() < 0.1 ? 0u : 0xff000000u);
+  return photograph;
+}
+
+train::BatchView view_of(std::uint32_t index, double angle, std::uint32_t width, std::uint32_t height) {
+  train::BatchView view = test::view_from(angle, width, height);
+  view.index = index;
+  return view;
+}
+
+/// Camera looking at the origin from `angle`, and what it takes of a column there: the same colours from everywhere, times a gain.
+scene::View square_view(double angle, const glm::vec3& gain) {
+  constexpr int kSide = 40;
+  scene::View v;
+  v.name = std::to_string(angle);
+  v.camera.width = v.camera.height = kSide;
+  v.camera.fx = v.camera.fy = 1.25 * kSide;
+  v.camera.cx = v.camera.cy = 0.5 * kSide;
+  const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
+  v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
+  v.image = {kSide, kSide, {}};
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column) {
+      const bool inside = std::abs(row - kSide / 2) < 10 && std::abs(column - kSide / 2) < 10;
+      const float height = static_cast<float>(row) / kSide;
+      const glm::vec3 colour(0.25f + 0.3f * height, 0.5f, row > kSide / 2 ? 0.3f : 0.55f);
+      for (int c = 0; c < 3; ++c) v.image.rgba.push_back(inside ? static_cast<std::uint8_t>(std::lround(255.0f * std::min(1.0f, gain[c] * colour[c]))) : 0);
+      v.image.rgba.push_back(255);
+    }
+  return v;
+}
+
+/// A ring of photographs; `tinted`: of training, each with gains of its own whose mean is 1.
+scene::Scene ring_scene(bool tinted) {
+  scene::Scene scene;
+  constexpr int kViews = 12;
+  for (int i = 0; i < kViews; ++i) {
+    const float angle = 6.2831853f * static_cast<float>(i) / kViews;
+    const glm::vec3 gain = tinted ? glm::vec3(1.0f + 0.3f * (i % 2 ? 1.0f : -1.0f), 1.0f + 0.2f * (i % 2 ? 1.0f : -1.0f), 1.0f + 0.25f * (i % 4 < 2 ? 1.0f : -1.0f))
+                                  : glm::vec3(1);
+    scene.train.push_back(square_view(angle, gain));
+  }
+  for (const double angle : {0.3, 1.9, 4.0}) scene.test.push_back(square_view(angle, glm::vec3(1)));
+  scene.synthetic = true;
+  return scene;
+}
+
+train::Settings ring_settings(std::uint64_t steps, bool exposure) {
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.steps = steps;
+  s.triangles = s.init_count = 150;
+  s.init_radius = 0.1;
+  s.resample_every = 40;
+  s.checkpoint_every = 0;
+  s.level_max = 3;
+  s.rate_vertex = 2e-3;
+  s.exposure = exposure;
+  return s;
+}
+
+std::vector<glm::vec3> ring_start(const train::Settings& s) {
+  return soup::triangles_in_box(s.init_count, glm::vec3(-0.25f), glm::vec3(0.25f), s.init_radius, 3);
+}
+
+}  // namespace
+
+TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[exposure]") {
+  auto gpu = test::open_device();
+  // Photograph 3 is in the batch twice, 0 and 2 are not.
+  ExposedScene s(*gpu, {view_of(3, 0.2, 40, 30), view_of(1, 2.0, 33, 47), view_of(3, 0.9, 21, 50)}, {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 4);
+  std::vector<glm::vec4> before;
+  for (int i = 0; i < 4; ++i) before.insert(before.end(), {glm::vec4(0.7f + 0.4f * i, 1, 1.5f - 0.4f * i, 0), glm::vec4(0.01f * i, 0, -0.01f * i, 0)});
+  gpu->upload(s.exposures.fitted.address(), before);
+  gpu->upload(s.exposures.exposure.address(), before);
+  s.render();
+  const std::vector<float> rendered = s.colours();
+  const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+  s.step.loss(s.inputs);
+  const std::vector<float> shown = s.colours();
+  const auto target = gpu->download_vector<std::uint32_t>(s.frame.target.address(), s.frame.batch().pixels);
+  const auto fitted = s.table(s.exposures.fitted), exposure = s.table(s.exposures.exposure);
+
+  glm::vec4 sums[4][EXPOSURE_SUMS]{};
+  std::size_t seen = 0;
+  const auto& records = s.frame.batch().records;
+  for (const kernels::ViewRecord& v : records)
+    for (std::size_t p = v.pixel_offset; p < v.pixel_offset + v.width * v.height; ++p) {
+      if (hits[p].triangle == 0) {
+        CHECK(at(shown, p) == at(rendered, p));
+        continue;
+      }
+      ++seen;
+      const glm::vec3 colour = f32::recorded(f32::exposed(row(exposure, v.index), at(rendered, p)), colour_of(target[p]));
+      for (int c = 0; c < 3; ++c) CHECK(at(shown, p)[c] == Approx(colour[c]).margin(1e-5));
+      if (target[p] >= 0x80000000u) f32::add_to_exposure(at(rendered, p), colour_of(target[p]), row(before, v.index), sums[v.index]);
+    }
+  CHECK(seen > 500);
+  f32::Exposure mean{glm::vec3(0), glm::vec3(0), 0};
+  float spread = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const f32::Exposure expected = i % 2 == 1 ? f32::fitted_exposure(sums[i]) : row(before, i);
+    for (int c = 0; c < 3; ++c) {
+      CHECK(fitted[2 * i][c] == Approx(expected.gain[c]).margin(1e-4));
+      CHECK(fitted[2 * i + 1][c] == Approx(expected.offset[c]).margin(1e-4));
+    }
+    CHECK(fitted[2 * i].w == Approx(expected.variance).epsilon(1e-4));
+    mean.gain += 0.25f * expected.gain;
+    mean.offset += 0.25f * expected.offset;
+    mean.variance += 0.25f * expected.variance;
+  }
+  for (std::size_t i = 0; i < 4; ++i)
+    for (int c = 0; c < 3; ++c) spread += (fitted[2 * i][c] - mean.gain[c]) * (fitted[2 * i][c] - mean.gain[c]) / 12.0f;
+  const float share = f32::exposure_share(spread, mean.variance);
+  CAPTURE(share, spread, mean.variance);
+  CHECK((share > 0.1f && share < 0.98f));
+  for (std::size_t i = 0; i < 4; ++i) {
+    const f32::Exposure expected = i % 2 == 1 ? f32::exposure_beyond(row(fitted, i), mean, share) : row(before, i);
+    for (int c = 0; c < 3; ++c) {
+      CHECK(exposure[2 * i][c] == Approx(expected.gain[c]).margin(1e-4));
+      CHECK(exposure[2 * i + 1][c] == Approx(expected.offset[c]).margin(1e-4));
+    }
+  }
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a step that will be done again changes no exposure, and leaves nothing for the next", "[exposure]") {
+  auto gpu = test::open_device();
+  ExposedScene s(*gpu, {view_of(0, 0.2, 40, 30), view_of(1, 2.0, 33, 47)}, {noise(1200, 1), noise(1551, 2)}, 2);
+  const auto fitted_after = [&](bool overflow_first) {
+    gpu->upload(s.exposures.fitted.address(), std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
+    gpu->upload(s.exposures.exposure.address(), std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
+    for (const bool overflow : {true, false}) {
+      if (overflow && !overflow_first) continue;
+      s.render();
+      kernels::Control control{};
+      control.overflow = overflow;
+      gpu->upload(s.frame.control.address(), std::as_bytes(std::span(&control, 1)));
+      s.step.loss(s.inputs);
+      if (!overflow) continue;
+      CHECK(s.table(s.exposures.fitted)[0] == glm::vec4(1, 1, 1, 0));
+      CHECK(s.table(s.exposures.exposure)[0] == glm::vec4(1, 1, 1, 0));
+    }
+    return s.table(s.exposures.fitted);
+  };
+  const auto once = fitted_after(false), again = fitted_after(true);
+  CHECK(once == again);
+  CHECK(once[0] != glm::vec4(1, 1, 1, 0));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("texture gradients through an exposure agree with differences of the loss", "[exposure]") {
+  auto gpu = test::open_device();
+  // The first photograph is dark, or at its end where the exposure lifts every colour beyond it; the second is brighter than anything drawn.
+  // So no colour passes its target, where the L1 error has a kink.
+  soup::Random random(8);
+  std::vector<std::uint32_t> dark(1600), bright(1600);
+  for (std::size_t i = 0; i < dark.size(); ++i) {
+    dark[i] = bright[i] = 0xff000000u;
+    for (int c = 0; c < 3; ++c) {
+      dark[i] |= (random.uniform01() < 0.5 ? 255u : random.bits() % 60) << (8 * c);
+      bright[i] |= (200u + random.bits() % 50) << (8 * c);
+    }
+  }
+  ExposedScene s(*gpu, {view_of(0, 0, 40, 40), view_of(1, 1, 40, 40)}, {dark, bright}, 2);
+  s.inputs.fit_exposures = false;
+  gpu->upload(s.exposures.exposure.address(), std::vector<glm::vec4>{{0.6, 0.9, 0.7, 0}, {1.05, 1.02, 1.1, 0}, {0.5, 0.3, 0.6, 0}, {0.1, 0, -0.1, 0}});
+  s.frame.reserve_lists(1 << 16);
+  const gpu::Buffer gradient = gpu->allocate(s.soup.source_samples * 32, "gradient");
+  s.inputs.source_gradient = gradient.address();
+  const auto loss = [&] {
+    s.render();
+    s.step.loss(s.inputs);
+    const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+    return 0.8 * train::fixed_sum(r.l1_low, r.l1_high) + 0.1 * (1 - train::fixed_sum(r.ssim_low, r.ssim_high));
+  };
+  loss();
+  s.step.backward(s.inputs);
+  s.step.update(s.inputs);  // learning rates are 0
+  const auto texture = gpu->download_vector<float>(gradient.address(), s.soup.source_samples * 8);
+  double ab = 0, bb = 0, aa = 0;
+  for (int c = 0; c < 7; ++c) {
+    std::size_t best = c;
+    for (std::size_t i = c; i < texture.size(); i += 8)
+      if (std::abs(texture[i]) > std::abs(texture[best])) best = i;
+    const auto at = [&](float value) {
+      gpu->upload(s.soup.source.address() + 4 * best, std::as_bytes(std::span(&value, 1)));
+      return loss();
+    };
+    constexpr float h = 0.05f;
+    const double expected = (at(s.logits[best] + h) - at(s.logits[best] - h)) / (2.0 * h), actual = texture[best];
+    at(s.logits[best]);
+    ab += actual * expected, bb += expected * expected, aa += actual * actual;
+    CHECK(actual == Approx(expected).epsilon(0.1).margin(0.02 * std::sqrt(bb)));
+  }
+  CHECK(ab / bb == Approx(1).margin(0.03));
+  CHECK(ab / std::sqrt(aa * bb) > 0.999);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("a training with exposures that is resumed gives the same bits", "[exposure]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = ring_scene(true);
+  const train::Settings settings = ring_settings(40, true);
+  train::Trainer whole(*gpu, scene, settings, ring_start(settings));
+  whole.run({});
+
+  test::TemporaryFolder folder;
+  const auto path = folder.path() / "checkpoint.safetensors";
+  train::Trainer first(*gpu, scene, settings, ring_start(settings));
+  std::atomic<bool> stop = false;
+  train::Trainer::Callbacks callbacks;
+  callbacks.stop = &stop;
+  callbacks.progress_every = 17;
+  callbacks.on_progress = [&](const train::Progress&) { stop = true; };
+  first.run(callbacks);
+  REQUIRE(first.step() == 17);
+  first.write_checkpoint(path);
+  train::Trainer second(*gpu, scene, settings, path);
+  CHECK(second.exposures() == first.exposures());
+  second.run({});
+
+  CHECK(whole.model().lattice == second.model().lattice);
+  CHECK(whole.model().vertices == second.model().vertices);
+  CHECK(whole.exposures() == second.exposures());
+  REQUIRE(whole.exposures().size() == 2 * scene.train.size());
+  CHECK(whole.exposures()[0] != glm::vec4(1, 1, 1, 0));
+  train::Settings without = settings;
+  without.exposure = false;
+  CHECK_THROWS_WITH(train::Trainer(*gpu, scene, without, path), Catch::Contains("exposure true (now false)"));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("photographs that differ in exposure leave one colour, that of their mean", "[exposure][training]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = ring_scene(true);
+  double psnr[2];
+  for (const bool exposure : {false, true}) {
+    const train::Settings settings = ring_settings(200, exposure);
+    train::Trainer trainer(*gpu, scene, settings, ring_start(settings));
+    trainer.run({});
+    psnr[exposure] = trainer.evaluate_float().mean.psnr;
+    const auto exposures = trainer.exposures();
+    if (!exposure) {
+      CHECK(exposures.empty());
+      continue;
+    }
+    glm::vec3 gain(0), offset(0);
+    for (std::size_t i = 0; i < scene.train.size(); ++i) {
+      gain += row(exposures, i).gain / float(scene.train.size());
+      offset += row(exposures, i).offset / float(scene.train.size());
+    }
+    for (int c = 0; c < 3; ++c) {
+      CHECK(gain[c] == Approx(1).margin(0.02));
+      CHECK(offset[c] == Approx(0).margin(0.01));
+      // Brighter ones are known for brighter.
+      CHECK(row(exposures, 1).gain[c] / row(exposures, 2).gain[c] > 1.2f);
+    }
+  }
+  CAPTURE(psnr[0], psnr[1]);
+  CHECK(psnr[1] > psnr[0] + 0.3);
+  test::require_silence(*gpu);
+}
