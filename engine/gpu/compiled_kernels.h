@@ -21,6 +21,7 @@ struct Compiled {
   std::uint32_t threads;  // of a workgroup
   std::size_t argument_bytes;
   Run* run;
+  std::uint32_t lanes = 1;  // threads of a workgroup that a call runs
 };
 
 /// The first of `kernels` that fits; those with shorter arrays come first. Constants that are not given are 0. Throws Error where
@@ -29,7 +30,7 @@ template <typename Run>
 const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const Kernel& kernel, std::size_t argument_bytes);
 
 namespace host {
-/// One thread of a workgroup, the one that `invocation` names (host/kernel_language.h).
+/// Threads of a workgroup, from the one on that `invocation` names (host/kernel_language.h).
 using Run = void(const std::byte* arguments);
 using CompiledKernel = Compiled<Run>;
 std::span<const CompiledKernel> compiled_kernels();

@@ -19,7 +19,6 @@ using glm::ceil;
 using glm::clamp;
 using glm::cross;
 using glm::dot;
-using glm::exp;
 using glm::floatBitsToUint;
 using glm::floor;
 using glm::greaterThan;

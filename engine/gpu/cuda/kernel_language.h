@@ -23,6 +23,7 @@ struct Elements {
 
 namespace trisoup::gpu::cuda {
 
+using glm::exp;
 __device__ inline void barrier() { __syncthreads(); }
 __device__ inline void memoryBarrierBuffer() { __threadfence_block(); }
 __device__ inline uint group_index() { return blockIdx.x; }

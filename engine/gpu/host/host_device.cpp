@@ -13,9 +13,12 @@
 
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include "error.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/host/workgroup.h"
+#include "gpu/lanes/lane_kernels.h"
 #include "gpu/out_of_memory.h"
 
 namespace trisoup::gpu {
@@ -96,12 +99,13 @@ DeviceInfo describe(int index) {
       info.name = line.substr(line.find(": ") + 2);
       break;
     }
-  info.driver = "kernels compiled as C++";
+  const host::LaneKernels& kernels = host::chosen_lane_kernels();
+  info.driver = kernels.lanes > 1 ? fmt::format("{} lanes, {}", kernels.lanes, kernels.instructions) : "kernels compiled as C++, one lane";
   info.kind = Kind::cpu;
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
   info.free_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_AVPHYS_PAGES));
-  info.subgroup_size = 1;
+  info.subgroup_size = kernels.lanes;
   return info;
 }
 
@@ -109,6 +113,7 @@ class HostDevice final : public Device {
  public:
   explicit HostDevice(const DeviceOptions& options) : info_(describe(0)), lose_after_(options.lose_after_launches) {
     ceiling_ = info_.free_bytes / 10 * 9;
+
   }
   const DeviceInfo& info() const override { return info_; }
 
@@ -139,7 +144,7 @@ class HostDevice final : public Device {
     // As an API would tell it: not before somebody waits.
     if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = launch.kernel.name;
     if (!lost_.empty()) return;
-    const CompiledKernel& found = find_compiled(host::compiled_kernels(), launch.kernel, launch.argument_bytes);
+    const CompiledKernel& found = find_compiled(std::span(kernels_.kernels), launch.kernel, launch.argument_bytes);
     const auto start = std::chrono::steady_clock::now();
     pool_.run(found, launch.arguments.data(), launch.groups);
     if (!timed_) return;
@@ -148,20 +153,23 @@ class HostDevice final : public Device {
     timing.milliseconds += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
-    void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
+    // Lanes read a run of words whole, with up to 15 on either side that are not theirs.
+    void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64 + 2 * kRoom);
     if (!memory)
       throw OutOfMemory(allocated_bytes(), allocated_bytes() - bytes,
                         "memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)", what,
                         (bytes >> 20) + 1);
-    return reinterpret_cast<Address>(memory);
+    return reinterpret_cast<Address>(memory) + kRoom;
   }
-  void free_raw(Address address) override { std::free(reinterpret_cast<void*>(address)); }
+  void free_raw(Address address) override { std::free(reinterpret_cast<void*>(address - kRoom)); }
   std::byte* memory(Address address, std::uint64_t bytes) {
     find(address, bytes);
     return reinterpret_cast<std::byte*>(address);
   }
 
+  static constexpr std::uint64_t kRoom = 64;  // bytes
   DeviceInfo info_;
+  const host::LaneKernels& kernels_ = host::chosen_lane_kernels();
   Pool pool_;
   bool timed_ = false;
   std::map<std::string, KernelTiming> timings_;

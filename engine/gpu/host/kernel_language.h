@@ -1,10 +1,11 @@
-// The kernels' language for a C++ compiler: a workgroup's threads take turns on one thread of the CPU (workgroup.h).
+// The kernels' language for a C++ compiler: a workgroup's threads take turns on one thread of the CPU (workgroup.h), one lane each.
 // Included before any kernel; common/kernel.h says what the words in capitals mean.
 #pragma once
 
 #include <atomic>
 #include <bit>
 
+#include "gpu/host/exponential.h"
 #include "gpu/host/invocation.h"
 
 #define ELEMENTS(type, alignment) type*
@@ -14,6 +15,8 @@
 
 namespace trisoup::gpu::host {
 
+inline float exp(float x) { return exponential(x); }
+inline vec4 exp(vec4 v) { return vec4(exponential(v.x), exponential(v.y), exponential(v.z), exponential(v.w)); }
 inline void memoryBarrierBuffer() {}
 inline uint group_index() { return invocation.group; }
 inline uint thread_index() { return invocation.group * 64u + invocation.thread; }

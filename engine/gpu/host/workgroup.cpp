@@ -17,7 +17,7 @@ thread_local Workgroup* running = nullptr;
 constinit thread_local Invocation invocation;
 
 void barrier() {
-  boost::context::fiber& scheduler = running->threads_[invocation.thread].scheduler;
+  boost::context::fiber& scheduler = running->threads_[running->current_].scheduler;
   scheduler = std::move(scheduler).resume();
 }
 
@@ -41,19 +41,21 @@ void Workgroup::make_threads(std::size_t count) {
 void Workgroup::run(const CompiledKernel& kernel, const std::byte* arguments, std::uint32_t group) {
   invocation.group = group;
   if (!kernel.barriers) {
-    for (invocation.thread = 0; invocation.thread < kernel.threads; ++invocation.thread) kernel.run(arguments);
+    for (invocation.thread = 0; invocation.thread < kernel.threads; invocation.thread += kernel.lanes) kernel.run(arguments);
     return;
   }
-  make_threads(kernel.threads);
+  const std::uint32_t fibers = kernel.threads / kernel.lanes;
+  make_threads(fibers);
   kernel_ = &kernel;
   arguments_ = arguments;
   running = this;
-  for (std::uint32_t t = 0; t < kernel.threads; ++t) threads_[t].done = false;
+  for (std::uint32_t t = 0; t < fibers; ++t) threads_[t].done = false;
   for (bool left = true; left;) {
     left = false;
-    for (std::uint32_t t = 0; t < kernel.threads; ++t) {
+    for (std::uint32_t t = 0; t < fibers; ++t) {
       if (threads_[t].done) continue;
-      invocation.thread = t;
+      current_ = t;
+      invocation.thread = t * kernel.lanes;
       threads_[t].own = std::move(threads_[t].own).resume();
       left = left || !threads_[t].done;
     }

@@ -1,4 +1,4 @@
-// A workgroup on one thread of the CPU: its threads are fibers that take turns at barriers.
+// A workgroup on one thread of the CPU: its threads, or as many at once as the kernel has lanes, are fibers that take turns at barriers.
 #pragma once
 
 #include <cstddef>
@@ -27,6 +27,7 @@ class Workgroup {
   };
   void make_threads(std::size_t count);
   std::vector<Thread> threads_;
+  std::uint32_t current_ = 0;  // the fiber that runs
   const CompiledKernel* kernel_ = nullptr;
   const std::byte* arguments_ = nullptr;
 };
