@@ -100,7 +100,7 @@ DeviceInfo describe(int index) {
       break;
     }
   const host::LaneKernels& kernels = host::chosen_lane_kernels();
-  info.driver = kernels.lanes > 1 ? fmt::format("{} lanes, {}", kernels.lanes, kernels.instructions) : "kernels compiled as C++, one lane";
+  info.driver = kernels.lanes > 1 ? fmt::format("kernels compiled as C++ for {} lanes of {}", kernels.lanes, kernels.instructions) : "kernels compiled as C++";
   info.kind = Kind::cpu;
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
