@@ -22,7 +22,7 @@ LANE_KERNELS(16)
 
 namespace {
 
-LaneKernels joined(std::uint32_t lanes, const char* instructions, bool usable, std::span<const CompiledKernel> a, std::span<const CompiledKernel> b) {
+[[maybe_unused]] LaneKernels joined(std::uint32_t lanes, const char* instructions, bool usable, std::span<const CompiledKernel> a, std::span<const CompiledKernel> b) {
   LaneKernels set{lanes, instructions, usable, {a.begin(), a.end()}};
   set.kernels.insert(set.kernels.end(), b.begin(), b.end());
   // What has no variant of so many lanes runs one at a time.
