@@ -51,13 +51,13 @@ function(kernel_variants backend returned_by output)
   file(CONFIGURE OUTPUT ${output} CONTENT "${text}" @ONLY)
 endfunction()
 
-# lane_kernels(WIDTH PART FILE): writes one of two halves of the same for WIDTH lanes of a CPU, translated from the kernels' SPIR-V. Not those that shade
+# lane_kernels(WIDTH PART FILE TABLE): writes one of two halves of the same for WIDTH lanes of a CPU, translated from the kernels' SPIR-V. Not those that shade
 # four pixels at a time, since lanes are pixels already, nor those that only tests ask for.
 set(lane_variants_0 "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible" "edge_forces 0" "expose" "fit_exposure" "inherit_textures" "lift_textures"
   "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "project" "quantise" "sample_photographs")
 set(lane_variants_1 "shade_one 0" "shade_backward_one 0" "ssim 0" "update_mlp 0" "update_textures 3+ 0 0" "update_textures 3+ 1 0"
   "update_textures 213+ 1 0" "update_textures 783+ 1 0" "update_textures 783+ 0 0" "update_vertices 0" "visibility 0" "visibility 1")
-function(lane_kernels width part output)
+function(lane_kernels width part output table)
   set(translator ${PROJECT_SOURCE_DIR}/engine/gpu/lanes)
   set(kernels "")
   set(binaries "")
@@ -71,7 +71,7 @@ function(lane_kernels width part output)
   list(REMOVE_DUPLICATES binaries)
   file(GLOB scripts CONFIGURE_DEPENDS ${translator}/*.py)
   # -B: nothing is left beside the sources.
-  add_custom_command(OUTPUT ${output}
-    COMMAND Python3::Interpreter -B ${translator}/translate_spirv.py ${width} lane_kernels_${width}_${part} ${output} ${kernels}
+  add_custom_command(OUTPUT ${output} ${table}
+    COMMAND Python3::Interpreter -B ${translator}/translate_spirv.py ${width} lane_kernels_${width}_${part} ${output} ${table} ${kernels}
     DEPENDS ${binaries} ${scripts} COMMENT "kernels of ${width} lanes, ${part}" VERBATIM)
 endfunction()

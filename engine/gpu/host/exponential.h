@@ -9,7 +9,7 @@ namespace trisoup::gpu::host {
 
 /// F: float or a vector of floats; U: as many unsigned words. Within 2 units in the last place; 0 below -87.33, infinite above 88.72.
 template <typename F, typename U>
-inline F exponential_of(F x) {
+[[gnu::always_inline]] inline F exponential_of(F x) {
   // x = n ln 2 + r, |r| <= ln 2 / 2: what is added leaves n in the lowest bits. ln 2 is in two parts, of which n times the first is exact.
   constexpr float kRound = 12582912.0f;
   const F low = x < -87.33f ? F{} - 87.33f : x;
@@ -30,6 +30,6 @@ inline F exponential_of(F x) {
   return x == x ? result : x;
 }
 
-inline float exponential(float x) { return exponential_of<float, std::uint32_t>(x); }
+[[gnu::always_inline]] inline float exponential(float x) { return exponential_of<float, std::uint32_t>(x); }
 
 }  // namespace trisoup::gpu::host

@@ -283,18 +283,21 @@ template <Scalar T>
 inline T div_(T a, T b) { return a / b; }
 template <Scalar T>
 inline T mod_(T a, T b) { return a % b; }
+// Lanes that take no part may hold anything, and no lane may trap.
 template <Lanes T>
 inline T div_(T a, T b) {
   T r;
-  for (int l = 0; l < WIDTH; ++l) r[l] = b[l] != 0 ? a[l] / b[l] : 0;
+  for (int l = 0; l < WIDTH; ++l) r[l] = b[l] == 0 ? 0 : b[l] + 1 == 0 && std::is_same_v<T, vi> ? 0 - a[l] : a[l] / b[l];
   return r;
 }
 template <Lanes T>
 inline T mod_(T a, T b) {
   T r;
-  for (int l = 0; l < WIDTH; ++l) r[l] = b[l] != 0 ? a[l] % b[l] : 0;
+  for (int l = 0; l < WIDTH; ++l) r[l] = b[l] == 0 || (b[l] + 1 == 0 && std::is_same_v<T, vi>) ? 0 : a[l] % b[l];
   return r;
 }
+inline vi div_(vi a, std::int32_t b) { return div_(a, vary(b)); }
+inline vi mod_(vi a, std::int32_t b) { return mod_(a, vary(b)); }
 inline vu div_(vu a, std::uint32_t b) {
   if (__builtin_constant_p(b) && (b & (b - 1)) == 0) return a >> std::countr_zero(b);
   vu r;
@@ -351,7 +354,7 @@ inline To bits(const From& x) {
 template <typename T, int N, typename A, typename Part>
 inline T get_lanes(const A& array, vu index, Part part) {
   T r{};
-  for (int i = 0; i < N; ++i) r = select(vm{(vi)(index == static_cast<std::uint32_t>(i))}, part(array[i]), r);
+  for (int i = 0; i < N; ++i) r = select(vm{(vi)(index == static_cast<std::uint32_t>(i))}, vary(part(array[i])), r);
   return r;
 }
 template <int N, typename A, typename Part, typename T>

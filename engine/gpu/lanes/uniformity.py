@@ -200,7 +200,7 @@ class Program:
         for node in self.targets.values():
             if node.kind == "loop":
                 own = {("break", id(node)), ("continue", id(node))}
-                if any(e in self.masked for e in node.exits) and ("break", id(node)) not in self.masked:
+                if any(e in self.masked for e in node.exits) and not own <= self.masked:
                     self.masked |= own
                     changed = True
         return changed
@@ -291,12 +291,30 @@ class Program:
         inside = [a for a in accesses if a[2][:inner + 1] == scope]
         outside = [a for a in accesses if a[2][:inner + 1] != scope]
         first = min(inside, key=lambda a: a[1])
-        fresh = first[0] == "store" and all(a[2][:len(first[2])] == first[2] for a in inside)
-        if fresh and not any(a[0] == "load" for a in outside):
+        fresh = self.sets_all(first) and all(a[2][:len(first[2])] == first[2] for a in inside)
+        if (fresh or not self.runs_again(key, path, inner)) and not any(a[0] == "load" for a in outside):
             return True
         if scope[-1][1] == "loop":
             return bool(outside) and all(a[0] == "store" and a[2] == path[:inner] and a[1] < first[1] for a in outside)
         return False
+
+    def sets_all(self, access):
+        """Whether an access stores a variable as a whole."""
+        kind, _, _, n = access
+        return kind == "store" and (n.kind in ("phi", "return") or not self.pointer(n.args[0])[2])
+
+    def runs_again(self, key, path, scope):
+        """Whether the scope at a place of a path may run more than once while the variable lives: a call has variables of its own."""
+        birth = next((i for i, step in enumerate(path) if step[1] == "call" and self.targets[step[0]].number == key[1]), -1)
+        return any(step[1] == "loop" for step in path[birth + 1:scope])
+
+    def carries(self, key, home):
+        """Whether a variable whose accesses are all in the masked scope `home` may bring a value from one run of that scope to the next."""
+        accesses = self.accesses[key]
+        first = min(accesses, key=lambda a: a[1])
+        if self.sets_all(first) and all(a[2][:len(first[2])] == first[2] for a in accesses):
+            return False
+        return self.runs_again(key, first[2], first[2].index(home[-1]))
 
     def class_after(self, n):
         inst = n.inst

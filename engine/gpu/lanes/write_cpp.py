@@ -198,7 +198,8 @@ class Writer:
         index, stride, c = self.index(terms)
         self.out(f"{self.cpp(type_, True)} {name};")
         at = self.fresh("i")
-        run = c in (ALIGNED, CONSECUTIVE)
+        # Lanes that take no part read what lies beside the others: words there is room for, larger steps not.
+        run = c in (ALIGNED, CONSECUTIVE) and (mask is None or stride == 4)
         self.out(f"const vu {at} = {index};" if mask is None or run else f"const vu {at} = {index} & as_u({mask});")
         for offset, t, path in self.leaves(type_, explicit):
             if run:
@@ -286,7 +287,8 @@ class Writer:
             self.out(f"{text}{rest} = {self.uniform(value)};")
             return
         new = self.get(value, True)
-        if mask is not None and self.home(root) == self.masks_of(n.path):
+        home = self.home(root) if mask is not None else None
+        if home and home == self.masks_of(n.path) and not self.p.carries(root, home):
             mask = None
         if index is not None:
             self.out(f"put_lanes<{size}>({text}, as_u({index}), {mask or 'kAll'}, [](auto& x) -> auto& {{ return x{rest}; }}, {new});")
@@ -597,7 +599,7 @@ class Writer:
         tail = self.fresh("m")
         if n.tail:
             self.out(f"[[maybe_unused]] const vm {tail} = ~{gone}" + "".join(f" & ~{o}" for o in outer) + ";")
-            self.block(n.tail, tail, loops + [n])
+            self.scope(f"if (any({tail})) ", n.tail, tail, loops + [n])
         self.out(f"(void){waits};")
         self.depth -= 1
         self.out("}")
