@@ -2,7 +2,7 @@
 from spirv import BINARY, COMPARE, fail
 from uniformity import ALIGNED, CONSECUTIVE, VARYING, is_uniform, leaves
 
-EXT = {4: "fabs_", 5: "sabs_", 6: "fsign_", 8: "floor_", 9: "ceil_", 27: "exp_", 31: "sqrt_", 37: "fmin_", 38: "umin_", 39: "smin_", 40: "fmax_",
+EXT = {4: "fabs_", 6: "fsign_", 8: "floor_", 9: "ceil_", 27: "exp_", 31: "sqrt_", 37: "fmin_", 38: "umin_", 39: "smin_", 40: "fmax_",
        41: "umax_", 42: "smax_", 43: "fclamp_", 44: "uclamp_", 45: "sclamp_", 69: "normalize_", 73: "find_lsb_"}
 
 SCALARS = {"vm": "bool", "vf": "float", "vu": "std::uint32_t", "vi": "std::int32_t"}  # what a lane of a vector is
@@ -47,7 +47,7 @@ class Writer:
 
     def struct(self, type_, varying):
         members = [self.cpp(x, varying) for x in self.m.ids[type_].args]
-        key = (tuple(members))
+        key = tuple(members)
         if key not in self.structs:
             name = f"S{len(self.structs)}"
             self.structs[key] = name
@@ -122,7 +122,7 @@ class Writer:
             base = f"reinterpret_cast<char*>(&{self.shared_name(root)})"
         offset, terms = 0, []
         uniform_terms = []
-        for n, index in enumerate(path):
+        for index in path:
             t = self.m.ids[type_]
             known = self.m.constant(index[0])
             if t.op == "TypeStruct":
@@ -185,7 +185,7 @@ class Writer:
     def shared_name(self, root):
         return f"shared_{root[0]}"
 
-    def load_memory(self, key, name, pointer, mask):
+    def load_memory(self, name, pointer, mask):
         text, terms, type_, shared = self.address(pointer)
         explicit = not shared
         base = self.fresh("p")
@@ -354,7 +354,7 @@ class Writer:
             elif storage == 1:
                 self.out(f"const {self.cpp(inst.type, self.rep(n.key))} {name} = {self.builtin(root, n.args[0])};")
             else:
-                self.load_memory(n.key, name, n.args[0], mask)
+                self.load_memory(name, n.args[0], mask)
             return
         if op.startswith("Atomic"):
             self.atomic(n, name, mask)
@@ -394,7 +394,7 @@ class Writer:
             return f"{EXT[inst.args[1]]}({', '.join(self.get(a, varying) for a in args[2:])})", False
         if op in BINARY:
             return f"({get(0)} {BINARY[op]} {get(1)})", False
-        if op in ("UDiv", "SDiv", "UMod", "SRem", "SMod"):
+        if op in ("UDiv", "SDiv", "UMod", "SRem"):
             function = {"UDiv": "div_", "SDiv": "div_", "UMod": "mod_", "SRem": "mod_"}[op]
             if varying and not self.rep(args[1]) and self.m.ids[inst.type].op == "TypeInt":
                 return f"{function}({get(0)}, {self.uniform(args[1])})", False
@@ -458,7 +458,7 @@ class Writer:
         fail(f"{self.m.path}: {op} is not known")
 
     # control
-    def block(self, nodes, mask, loops):
+    def block(self, nodes, mask):
         """Writes nodes under a mask (a C++ variable; None: all lanes)."""
         for n in nodes:
             if n.kind == "inst":
@@ -466,17 +466,17 @@ class Writer:
             elif n.kind == "phi":
                 self.take(n, mask)
             elif n.kind == "if":
-                self.branch(n, mask, loops)
+                self.branch(n, mask)
             elif n.kind == "rest":
-                self.rest(n, mask, loops)
+                self.rest(n, mask)
             elif n.kind == "loop":
-                self.loop(n, mask, loops)
+                self.loop(n, mask)
             elif n.kind == "call":
-                self.inline(n, mask, loops)
+                self.inline(n, mask)
             elif n.kind in ("break", "continue"):
                 self.leave(n, mask)
             elif n.kind == "return":
-                self.give_back(n, mask, loops)
+                self.give_back(n, mask)
 
     def take(self, n, mask):
         """A value that depends on where control came from."""
@@ -495,24 +495,24 @@ class Writer:
                 if hasattr(n, attribute) and n.kind != "call":
                     self.declare_phis(getattr(n, attribute), done)
 
-    def scope(self, head, nodes, mask, loops):
+    def scope(self, head, nodes, mask):
         self.out(head + "{")
         self.depth += 1
-        self.block(nodes, mask, loops)
+        self.block(nodes, mask)
         self.depth -= 1
         self.out("}")
 
-    def branch(self, n, mask, loops):
+    def branch(self, n, mask):
         if not n.then and not n.other:
             return
         if not self.rep(n.cond):
             text = self.uniform(n.cond)
             if n.then:
-                self.scope(f"if ({text}) ", n.then, mask, loops)
+                self.scope(f"if ({text}) ", n.then, mask)
                 if n.other:
-                    self.scope("else ", n.other, mask, loops)
+                    self.scope("else ", n.other, mask)
             else:
-                self.scope(f"if (!({text})) ", n.other, mask, loops)
+                self.scope(f"if (!({text})) ", n.other, mask)
             return
         yes, no = self.fresh("m"), self.fresh("m")
         condition = self.uniform(n.cond)
@@ -521,19 +521,19 @@ class Writer:
         if n.other:
             self.out(f"const vm {no} = " + (f"{mask} & ~{condition};" if mask else f"~{condition};"))
         if n.then:
-            self.scope(f"if (any({yes})) ", n.then, yes, loops)
+            self.scope(f"if (any({yes})) ", n.then, yes)
         if n.other:
-            self.scope(f"if (any({no})) ", n.other, no, loops)
+            self.scope(f"if (any({no})) ", n.other, no)
 
-    def rest(self, n, mask, loops):
+    def rest(self, n, mask):
         if not any(e in self.p.masked for e in n.exits):
-            self.block(n.body, mask, loops)
+            self.block(n.body, mask)
             return
         gone = [self.exit_mask[e] for e in sorted(n.exits, key=str) if e in self.p.masked]
         left = self.fresh("m")
         terms = " & ".join(f"~{g}" for g in gone)
         self.out(f"const vm {left} = {mask + ' & ' if mask else ''}{terms};")
-        self.scope(f"if (any({left})) ", n.body, left, loops)
+        self.scope(f"if (any({left})) ", n.body, left)
 
     def leave(self, n, mask):
         exit_ = (n.kind, id(n.loop))
@@ -544,7 +544,7 @@ class Writer:
             self.labels.add(label)
             self.out(f"goto {label};")
 
-    def give_back(self, n, mask, loops):
+    def give_back(self, n, mask):
         exit_ = ("return", n.call)
         if n.value is not None:
             varying = self.rep(n.result)
@@ -557,7 +557,7 @@ class Writer:
             self.labels.add(label)
             self.out(f"goto {label};")
 
-    def loop(self, n, mask, loops):
+    def loop(self, n, mask):
         n.label = self.fresh("")
         broken, continued = ("break", id(n)), ("continue", id(n))
         divergent = any(e in self.p.masked for e in n.exits)
@@ -567,19 +567,19 @@ class Writer:
             if count is not None:
                 for _ in range(count):
                     n.label = self.fresh("")
-                    self.scope("", n.body, mask, loops + [n])
+                    self.scope("", n.body, mask)
                     if f"continue_{n.label}" in self.labels:
                         self.out(f"continue_{n.label}:;")
-                    self.scope("", n.tail, mask, loops + [n])
+                    self.scope("", n.tail, mask)
                     if f"break_{n.label}" in self.labels:
                         self.out(f"break_{n.label}:;")
                 return
             self.out("for (;;) {")
             self.depth += 1
-            self.scope("", n.body, mask, loops + [n])
+            self.scope("", n.body, mask)
             if f"continue_{n.label}" in self.labels:
                 self.out(f"continue_{n.label}:;")
-            self.block(n.tail, mask, loops + [n])
+            self.block(n.tail, mask)
             self.depth -= 1
             self.out("}")
             if f"break_{n.label}" in self.labels:
@@ -595,11 +595,11 @@ class Writer:
         self.out(f"vm {waits}{{}};")
         self.out(f"const vm {active} = ~{gone}" + "".join(f" & ~{o}" for o in outer) + ";")
         self.out(f"if (!any({active})) break;")
-        self.scope("", n.body, active, loops + [n])
+        self.scope("", n.body, active)
         tail = self.fresh("m")
         if n.tail:
             self.out(f"[[maybe_unused]] const vm {tail} = ~{gone}" + "".join(f" & ~{o}" for o in outer) + ";")
-            self.scope(f"if (any({tail})) ", n.tail, tail, loops + [n])
+            self.scope(f"if (any({tail})) ", n.tail, tail)
         self.out(f"(void){waits};")
         self.depth -= 1
         self.out("}")
@@ -638,7 +638,7 @@ class Writer:
             return total
         return count(n.body) + count(n.tail)
 
-    def inline(self, n, mask, loops):
+    def inline(self, n, mask):
         exit_ = ("return", n.number)
         if n.result is not None:
             self.out(f"[[maybe_unused]] {self.cpp(self.p.types[n.result], self.rep(n.result))} {self.ident(n.result)}{{}};")
@@ -649,7 +649,7 @@ class Writer:
         if n.body and n.body[-1].kind == "return":
             self.last_return[id(n.body[-1])] = True
         self.declare_phis(n.body, set())
-        self.scope("", n.body, mask, [])
+        self.scope("", n.body, mask)
         if label in self.labels:
             self.out(f"{label}:;")
 
@@ -662,7 +662,7 @@ class Writer:
             for a in accesses:
                 if a[3].kind in ("phi", "return") and a[3].value is not None:
                     self.used.add(a[3].value)
-        self.inline(self.p.tree, None, [])
+        self.inline(self.p.tree, None)
         shared = []
         for v in self.m.globals:
             if self.m.ids[v.type].args[0] == 4:
