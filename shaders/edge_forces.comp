@@ -39,8 +39,7 @@ KERNEL_MAIN(64) {
   const bool crosses = a.screen.v[own].crosses != 0u;
   const vec2 ndc = pixel_ndc(pixel.x, pixel.y, width, height);
   const vec3 colour = vec3(a.colour.v[pixel.index * 3u], a.colour.v[pixel.index * 3u + 1u], a.colour.v[pixel.index * 3u + 2u]);
-  const vec3 gradient =
-      vec3(a.gradient.v[pixel.index * 4u], a.gradient.v[pixel.index * 4u + 1u], a.gradient.v[pixel.index * 4u + 2u]);
+  const vec3 gradient = vec3(a.gradient.v[pixel.index]);
 
   ClipGradient sum;
   sum.g0 = sum.g1 = sum.g2 = vec4(0.0f);
@@ -50,7 +49,7 @@ KERNEL_MAIN(64) {
     if (q.x < 0 || q.y < 0 || q.x >= int(width) || q.y >= int(height)) continue;
     const uint at = uint(int(pixel.index) + step.y * int(width) + step.x);
     const vec3 c = vec3(a.colour.v[at * 3u], a.colour.v[at * 3u + 1u], a.colour.v[at * 3u + 2u]);
-    const vec3 g = vec3(a.gradient.v[at * 4u], a.gradient.v[at * 4u + 1u], a.gradient.v[at * 4u + 2u]);
+    const vec3 g = vec3(a.gradient.v[at]);
     const float adjoint = 0.5f * dot(gradient + g, colour - c);
     if (adjoint == 0.0f) continue;
     const uint other = a.hits.v[at].triangle;

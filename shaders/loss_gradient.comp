@@ -23,23 +23,27 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
 
   vec4 l1 = vec4(0.0f), squares = vec4(0.0f), seen = vec4(0.0f);
+  vec4 gradient[4] = {vec4(0.0f), vec4(0.0f), vec4(0.0f), vec4(0.0f)};  // of the thread's pixels
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
-    for (uint i = thread; i < kPatch * kPatch; i += 64u) {
+    for (uint first = 0u; first < kPatch; first += 2u) {
       // The windows over a pixel begin at most 10 pixels before it.
-      const int x = int(corner.x + i % kPatch) - 10, y = int(corner.y + i / kPatch) - 10;
+      const uint column = thread & 31u, row = first + (thread >> 5);
+      const int x = int(corner.x + column) - 10, y = int(corner.y + row) - 10;
+      if (column >= kPatch) continue;
       const bool inside = x >= 0 && y >= 0 && x < int(width) && y < int(height);
       const uint at = pixel_offset + uint(y) * width + uint(x);
       UNROLL for (uint k = 0u; k < 3u; ++k)
-        s_map[k * kPatch * kPatch + i] = inside ? a.partial.v[(channel * 3u + k) * a.pixels + at] : 0.0f;
+        s_map[(k * kPatch + row) * kPatch + column] = inside ? a.partial.v[(channel * 3u + k) * a.pixels + at] : 0.0f;
     }
     barrier();
-    if (thread < 52u) {
-      const uint row = thread >> 1, x0 = (thread & 1u) * 8u;
+    for (uint first = 0u; first < kPatch; first += 64u / kRuns) {
+      const uint row = first + thread / kRuns, x0 = (thread % kRuns) * kRun;
+      if (row >= kPatch) continue;
       UNROLL for (uint k = 0u; k < 3u; ++k) {
-        float v[18];
-        UNROLL for (uint i = 0u; i < 18u; ++i) v[i] = s_map[(k * kPatch + row) * kPatch + x0 + i];
-        UNROLL for (uint o = 0u; o < 8u; ++o) {
+        float v[10u + kRun];
+        UNROLL for (uint i = 0u; i < 10u + kRun; ++i) v[i] = s_map[(k * kPatch + row) * kPatch + x0 + i];
+        UNROLL for (uint o = 0u; o < kRun; ++o) {
           float sum = 0.0f;
           UNROLL for (int i = 0; i < 11; ++i) sum += ssim_tap(i) * v[o + i];
           s_rows[(k * kPatch + row) * kBlock + x0 + o] = sum;
@@ -55,9 +59,10 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
       float colour, target;
       const float mask = masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, at, channel, colour, target);
       const float error = colour - target;
-      const float gradient =
-          l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0f * colour * d_xx[k] + target * d_xy[k]);
-      a.gradient.v[at * 4u + channel] = mask * gradient;
+      const float d_colour = mask * (l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0f * colour * d_xx[k] + target * d_xy[k]));
+      if (channel == 0u) gradient[k].x = d_colour;
+      else if (channel == 1u) gradient[k].y = d_colour;
+      else gradient[k].z = d_colour;
       seen[k] = mask;
       l1[k] += abs(error);
       squares[k] += error * error;
@@ -68,7 +73,8 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   UNROLL for (uint k = 0u; k < 4u; ++k) {
     const uint x = corner.x + column, y = corner.y + y0 + k;
     if (x >= width || y >= height) continue;
-    a.gradient.v[(pixel_offset + y * width + x) * 4u + 3u] = seen[k] > 0.0f ? l1[k] : -1.0f;
+    gradient[k].w = seen[k] > 0.0f ? l1[k] : -1.0f;
+    a.gradient.v[pixel_offset + y * width + x] = gradient[k];
     l1_sum += l1[k];
     square_sum += squares[k];
   }
@@ -104,8 +110,7 @@ FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
       const uint at = a.views.v[view].pixel_offset + y * width + x;
       float colour, target;
       const float mask = masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, at, 0u, colour, target);
-      UNROLL for (uint c = 0u; c < 3u; ++c) a.gradient.v[at * 4u + c] = 0.0f;
-      a.gradient.v[at * 4u + 3u] = mask > 0.0f ? 0.0f : -1.0f;
+      a.gradient.v[at] = vec4(0.0f, 0.0f, 0.0f, mask > 0.0f ? 0.0f : -1.0f);
     }
   }
   return block;

@@ -12,22 +12,13 @@
 #include "common/pixel_lanes.h"
 #include "common/shading.h"
 #include "common/features.h"
+#include "common/mlp_sums.h"
 
 ARGUMENTS(ShadeBackwardArgs)
 
 CONSTANT(0, bool, DEBUG, false);  // also write dL/dfeature
 
 SHARED uint s_covered[4];  // by quarter of the block
-// Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row). A gap after each puts the same pixel of the four rows
-// that neighbouring threads read into different banks of shared memory.
-const uint kRow = 65u;
-SHARED vec4 s_row[21 * kRow];
-const uint kX = 0u, kH1 = 4u, kH2 = 8u, kD1 = 12u, kD2 = 16u, kD3 = 20u;
-
-// Pixel k of v[16] as four vectors of the thread's pixel in rows row .. row + 3.
-#define PUT(row, v, k)                                                             \
-  UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * kRow + thread] =          \
-      vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
 
 /// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills s_covered.
 /// Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask (llvmpipe), passing them
@@ -56,15 +47,8 @@ KERNEL_MAIN(64) {
   if (group >= a.groups) return;
   stage_mlp(a.mlp, thread);
 
-  // Threads 0..35 own a 4 x 4 block of a weight matrix each: 16 of w1, 16 of w2, 4 of w3.
-  const uint layer = thread < 16u ? 0u : thread < 32u ? 1u : 2u;
-  const uint in_block = thread & 3u;
-  const uint out_block = layer == 2u ? 0u : (thread >> 2) & 3u;
-  const uint delta_row = (layer == 0u ? kD1 : layer == 1u ? kD2 : kD3) + out_block;
-  const uint input_row = (layer == 0u ? kX : layer == 1u ? kH1 : kH2) + in_block;
-  mat4 weights = mat4(0.0f);  // column: output
-  vec4 biases = vec4(0.0f);
-
+  MlpSums sums;
+  clear_sums(sums);
   uint block = next_covered(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
@@ -117,29 +101,13 @@ KERNEL_MAIN(64) {
       UNROLL for (uint k = 0u; k < PIXELS; ++k) {
         if (s_covered[first + k] == 0u) continue;
         barrier();
-        PUT(kX, x, k);
-        PUT(kH1, h1, k);
-        PUT(kH2, h2, k);
-        PUT(kD1, d1, k);
-        PUT(kD2, d2, k);
-        s_row[kD3 * kRow + thread] = vec4(LANE(d3[0], k), LANE(d3[1], k), LANE(d3[2], k), 0.0f);
+        PUT_PIXEL(x, h1, h2, d1, d2, d3, k);
         barrier();
-        if (thread < 36u)
-          for (uint q = 0u; q < 64u; ++q) {
-            const vec4 delta = s_row[delta_row * kRow + q];
-            weights += outerProduct(s_row[input_row * kRow + q], delta);
-            biases += delta;
-          }
+        add_pixels(thread, sums);
       }
     }
     block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
   } while (block < a.blocks);
 
-  if (thread >= 36u) return;
-  const uint base = group * 595u + (layer == 0u ? 0u : layer == 1u ? MLP_W2 : MLP_W3);
-  const uint bias = group * 595u + (layer == 0u ? MLP_B1 : layer == 1u ? MLP_B2 : MLP_B3);
-  for (uint o = 0u; o < (layer == 2u ? 3u : 4u); ++o) {
-    for (uint i = 0u; i < 4u; ++i) a.mlp_partial.v[base + (out_block * 4u + o) * 16u + in_block * 4u + i] = weights[o][i];
-    if (in_block == 0u) a.mlp_partial.v[bias + out_block * 4u + o] = biases[o];
-  }
+  write_sums(a.mlp_partial, group * 595u, thread, sums);
 }

@@ -28,24 +28,26 @@ FN void ssim_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   float total = 0.0f;
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
-    for (uint i = thread; i < kPatch * kPatch; i += 64u) {
-      const uint x = corner.x + i % kPatch, y = corner.y + i / kPatch;
+    for (uint first = 0u; first < kPatch; first += 2u) {
+      const uint column = thread & 31u, row = first + (thread >> 5), x = corner.x + column, y = corner.y + row;
+      if (column >= kPatch) continue;
       float colour = 0.0f, target = 0.0f;
       if (x < width && y < height)
         masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, pixel_offset + y * width + x, channel, colour, target);
-      s_x[i] = colour;
-      s_y[i] = target;
+      s_x[row * kPatch + column] = colour;
+      s_y[row * kPatch + column] = target;
     }
     barrier();
-    // Horizontal half: 26 rows in two runs of 8 columns.
-    if (thread < 52u) {
-      const uint row = thread >> 1, x0 = (thread & 1u) * 8u;
-      float x[18], y[18];
-      UNROLL for (uint i = 0u; i < 18u; ++i) {
+    // Horizontal half.
+    for (uint first = 0u; first < kPatch; first += 64u / kRuns) {
+      const uint row = first + thread / kRuns, x0 = (thread % kRuns) * kRun;
+      if (row >= kPatch) continue;
+      float x[10u + kRun], y[10u + kRun];
+      UNROLL for (uint i = 0u; i < 10u + kRun; ++i) {
         x[i] = s_x[row * kPatch + x0 + i];
         y[i] = s_y[row * kPatch + x0 + i];
       }
-      UNROLL for (uint o = 0u; o < 8u; ++o) {
+      UNROLL for (uint o = 0u; o < kRun; ++o) {
         float m[4] = {0.0f, 0.0f, 0.0f, 0.0f};
         UNROLL for (int i = 0; i < 11; ++i) {
           const float tap = ssim_tap(i), p = x[o + i], q = y[o + i];
@@ -98,9 +100,9 @@ FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
     const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
-    for (uint first = 0u; first < kPatch * kPatch; first += 64u) {
-      const uint i = first + thread, x = corner.x + i % kPatch, y = corner.y + i / kPatch;
-      if (i < kPatch * kPatch && x < width && y < height) {
+    for (uint first = 0u; first < kPatch; first += 2u) {
+      const uint column = thread & 31u, row = first + (thread >> 5), x = corner.x + column, y = corner.y + row;
+      if (column < kPatch && x < width && y < height) {
         bool differs = false;
         UNROLL for (uint channel = 0u; channel < 3u; ++channel) {
           float colour, target;

@@ -7,6 +7,7 @@
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/optimiser.h"
+#include "common/texture_elements.h"
 
 ARGUMENTS(UpdateTexturesArgs)
 
@@ -18,27 +19,20 @@ SHARED uint s_seen;
 const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
 SHARED vec4 s_value[SAMPLES * QUADS];
 
-// Runs over `count` elements so that eight neighbouring threads always hold eight neighbouring elements, and the same eight go on
-// with the next: whole cache lines for a GPU, one stream of memory for a CPU that runs eight threads as one.
-#define FOR_ELEMENTS(e, count)                                                                                    \
-  for (uint e##_rows = ((count) + 63u) / 64u, e##_i = 0u, e = (thread / 8u) * e##_rows * 8u + thread % 8u;        \
-       e##_i < e##_rows; ++e##_i, e += 8u)                                                                        \
-    if (e < (count))
-
 FN uint samples_before(uint level_min, uint level) {
   uint n = 0u;
   for (uint l = level_min; l < level; ++l) n += lattice_samples(l);
   return n;
 }
 
-/// Resets those of four logits that are not numbers, or whose moments are not.
-FN void reset_lost(TAKES_ARGUMENTS uint at, INOUT(vec4) logit, INOUT(vec4) m, INOUT(vec4) v) {
-  const vec4 before = a.source.v[at];
-  UNROLL for (uint c = 0u; c < 4u; ++c) {
-    if (usable(logit[c], kLargestLogit) && usable(m[c], kLargestLogit) && usable(v[c], kLargestLogit)) continue;
-    logit[c] = usable(before[c], kLargestLogit) ? before[c] : 0.0f;
-    m[c] = v[c] = 0.0f;
-    note_fault(a.control, FAULT_TEXEL, at * 4u + c, a.state.v[0].step);
+/// Resets those of an element's logits that are not numbers, or whose moments are not.
+FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOUT(FLOATS) m, INOUT(FLOATS) v) {
+  const FLOATS before = ELEMENT(a.source.v, first, e);
+  UNROLL for (uint c = 0u; c < kNumbers; ++c) {
+    if (usable(NUMBER(logit, c), kLargestLogit) && usable(NUMBER(m, c), kLargestLogit) && usable(NUMBER(v, c), kLargestLogit)) continue;
+    NUMBER(logit, c) = usable(NUMBER(before, c), kLargestLogit) ? NUMBER(before, c) : 0.0f;
+    NUMBER(m, c) = NUMBER(v, c) = 0.0f;
+    note_fault(a.control, FAULT_TEXEL, first * 4u + e * kNumbers + c, a.state.v[0].step);
   }
 }
 
@@ -53,22 +47,24 @@ KERNEL_MAIN(64) {
 
   if (ADAM) {
     // What nothing was added to is not even read: where cameras stand in a scene, that is most of it.
-    const uint gradients = (a.unseen | a.touched.v[triangle]) != 0u ? fine_count * QUADS : 0u;
+    const uint gradients = (a.unseen | a.touched.v[triangle]) != 0u ? fine_count * kElements : 0u;
     if (thread == 0u) s_seen = a.unseen;
     barrier();
-    FOR_ELEMENTS(e, gradients) {
-      const uint at = (row.lattice_offset + e / QUADS) * 2u + e % QUADS;
-      const uvec4 low = a.gradient_low.v[at], high = a.gradient_high.v[at];
-      vec4 gradient = vec4(0.0f);
-      if (low != uvec4(kFixedZero) || high != uvec4(0u)) {
-        const vec4 value = a.lattice.v[at];
-        UNROLL for (uint c = 0u; c < 4u; ++c) gradient[c] = from_fixed(low[c], high[c]);
-        gradient *= value * (1.0f - value);
-        a.gradient_low.v[at] = uvec4(kFixedZero);
-        a.gradient_high.v[at] = uvec4(0u);
-        s_seen = 1u;
+    for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i) {
+      const uint e = ELEMENT_OF(i, gradients), first = row.lattice_offset * QUADS;
+      if (e < gradients) {
+        const UINTS low = ELEMENT(a.gradient_low.v, first, e), high = ELEMENT(a.gradient_high.v, first, e);
+        FLOATS gradient = FLOATS(0.0f);
+        if (low != UINTS(kFixedZero) || high != UINTS(0u)) {
+          const FLOATS value = ELEMENT(a.lattice.v, first, e);
+          UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(gradient, c) = from_fixed(NUMBER(low, c), NUMBER(high, c));
+          gradient *= value * (1.0f - value);
+          ELEMENT(a.gradient_low.v, first, e) = UINTS(kFixedZero);
+          ELEMENT(a.gradient_high.v, first, e) = UINTS(0u);
+          s_seen = 1u;
+        }
+        ELEMENT(s_value, fine * QUADS, e) = gradient;
       }
-      s_value[fine * QUADS + e] = gradient;
     }
     barrier();
     // Every thread has counted by it.
@@ -107,35 +103,42 @@ KERNEL_MAIN(64) {
   }
 
   const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;
-  FOR_ELEMENTS(e, source_count * QUADS) {
-    const uint at = (row.source_offset + e / QUADS) * 2u + e % QUADS;
-    vec4 logit = a.source.v[at], m = vec4(0.0f), v = vec4(0.0f);
-    bool changed = false;
-    if (ADAM) {
-      const vec4 gradient = s_value[e];
-      if (DEBUG) a.debug.v[at] = gradient;
-      m = a.moment1.v[at];
-      v = a.moment2.v[at];
-      if (!frozen) {
-        // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left alone.
-        changed = gradient != vec4(0.0f) || m != vec4(0.0f) || v != vec4(0.0f);
-        if (changed) UNROLL for (uint c = 0u; c < 4u; ++c) logit[c] -= adam(gradient[c], rate, second, m[c], v[c]);
-      }
-    }
-    // What is not a number in one of twelve values is not one in their sum.
-    const vec4 sum = logit + m + v;
-    if (!usable(sum.x + sum.y + sum.z + sum.w, kLargestLogit)) {
-      reset_lost(GIVES_ARGUMENTS at, logit, m, v);
-      changed = true;
-    }
-    if (changed) {
-      a.source.v[at] = logit;
+  const uint elements = source_count * kElements;
+  for (uint i = 0u; i < ELEMENT_STEPS(elements); ++i) {
+    const uint e = ELEMENT_OF(i, elements), first = row.source_offset * QUADS;
+    if (e < elements) {
+      FLOATS logit = ELEMENT(a.source.v, first, e), m = FLOATS(0.0f), v = FLOATS(0.0f);
+      bool changed = false;
       if (ADAM) {
-        a.moment1.v[at] = m;
-        a.moment2.v[at] = v;
+        const FLOATS gradient = ELEMENT(s_value, 0u, e);
+        if (DEBUG) ELEMENT(a.debug.v, first, e) = gradient;
+        m = ELEMENT(a.moment1.v, first, e);
+        v = ELEMENT(a.moment2.v, first, e);
+        if (!frozen) {
+          // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left alone.
+          changed = gradient != FLOATS(0.0f) || m != FLOATS(0.0f) || v != FLOATS(0.0f);
+          if (changed)
+            UNROLL for (uint c = 0u; c < kNumbers; ++c)
+              NUMBER(logit, c) -= adam(NUMBER(gradient, c), rate, second, NUMBER(m, c), NUMBER(v, c));
+        }
       }
+      // What is not a number in one of an element's values is not one in their sum.
+      const FLOATS parts = logit + m + v;
+      float sum = 0.0f;
+      UNROLL for (uint c = 0u; c < kNumbers; ++c) sum += NUMBER(parts, c);
+      if (!usable(sum, kLargestLogit)) {
+        reset_lost(GIVES_ARGUMENTS first, e, logit, m, v);
+        changed = true;
+      }
+      if (changed) {
+        ELEMENT(a.source.v, first, e) = logit;
+        if (ADAM) {
+          ELEMENT(a.moment1.v, first, e) = m;
+          ELEMENT(a.moment2.v, first, e) = v;
+        }
+      }
+      ELEMENT(s_value, 0u, e) = logit;
     }
-    s_value[e] = logit;
   }
 
   for (uint level = row.level_min + 1u; level <= top; ++level) {
@@ -152,11 +155,15 @@ KERNEL_MAIN(64) {
     }
   }
   barrier();
-  FOR_ELEMENTS(e, fine_count * QUADS) {
-    const uint sample_index = row.lattice_offset + e / QUADS, quad = e % QUADS;
-    const vec4 logit = s_value[fine * QUADS + e];
-    const vec4 value = vec4(sigmoid(logit.x), sigmoid(logit.y), sigmoid(logit.z), sigmoid(logit.w));
-    a.lattice.v[sample_index * 2u + quad] = value;
-    if (quad == 1u) a.opacity.v[sample_index] = value.w;
+  const uint values = fine_count * kElements;
+  for (uint i = 0u; i < ELEMENT_STEPS(values); ++i) {
+    const uint e = ELEMENT_OF(i, values);
+    if (e < values) {
+      const FLOATS logit = ELEMENT(s_value, fine * QUADS, e);
+      FLOATS value;
+      UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(value, c) = sigmoid(NUMBER(logit, c));
+      ELEMENT(a.lattice.v, row.lattice_offset * QUADS, e) = value;
+      if (e % kElements == kElements - 1u) a.opacity.v[row.lattice_offset + e / kElements] = NUMBER(value, 3u);
+    }
   }
 }

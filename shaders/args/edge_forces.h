@@ -12,7 +12,7 @@ struct EdgeForcesArgs {
   POINTER(Hits) hits;
   POINTER(ScreenTriangles) screen;
   POINTER(Floats) colour;
-  POINTER(Floats) gradient;
+  POINTER(Float4s) gradient;
   POINTER(Uints) vertex_low;   // [T][3][3], fixed point, world
   POINTER(Uints) vertex_high;
   uint tiles, view_count, triangles, pad;

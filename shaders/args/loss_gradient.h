@@ -15,7 +15,7 @@ struct LossGradientArgs {
   POINTER(Floats) float_target;
   POINTER(Floats) partial;
   POINTER(Uints) same;       // [blocks], from ssim
-  POINTER(Floats) gradient;  // [pixels][4]: dL/dC, and sum_c |C - target|, -1 where masked out
+  POINTER(Float4s) gradient;  // [pixels]: dL/dC, and sum_c |C - target|, -1 where masked out
   POINTER(Steps) state;
   POINTER(Uints) statistics;  // Statistics, eight words each
   uint view_count, blocks, pixels, groups;

@@ -15,7 +15,5 @@ FN uvec2 block_corner(Views views, uint view, uint block) {
   return uvec2(local % blocks_x, local / blocks_x) * kBlock;
 }
 
-/// Pixel k (0..3) of a thread (0..63): the same place in each quarter of the block.
-FN uvec2 block_pixel(uvec2 corner, uint thread, uint k) {
-  return corner + uvec2(thread % 8u + 8u * (k & 1u), thread / 8u + 8u * (k >> 1));
-}
+/// Pixel k (0..3) of a thread (0..63): the same place in each quarter of the block, of four rows: neighbouring threads have neighbouring pixels.
+FN uvec2 block_pixel(uvec2 corner, uint thread, uint k) { return corner + uvec2(thread % 16u, thread / 16u + 4u * k); }

@@ -83,36 +83,35 @@ FN bool silhouette_point(vec4 p0, vec4 p1, vec4 p2, bool crosses, vec2 p, vec2 q
 FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool a_crosses, bool q_same, bool q_empty, real depth_p,
                   real depth_q, vec2 p, vec2 q, vec2 force, bool horizontal, INOUT(ClipGradient) gradient) {
   const vec2 middle = real(0.5) * (p + q);
-  const vec3 plain = vec3(force.x, force.y, real(0));
+  vec3 s = vec3(0), applied = vec3(force.x, force.y, real(0));
+  int kind = EDGE_NONE;
   if (q_same) {
+    kind = EDGE_INTERIOR;
+  } else {
+    const PlanePoint aq = plane_point(a0, a1, a2, q);
+    if (aq.inside) {
+      if (a_crosses && aq.depth < real(-1)) return EDGE_NONE;
+      if (!q_empty && depth_q < aq.depth) {
+        // B hides A at q. Unless A hides B at p in turn, what lies between them is B's edge, not A's.
+        const PlanePoint bp = plane_point(b0, b1, b2, p);
+        if (!(bp.inside && depth_p < bp.depth)) return EDGE_NONE;
+        const vec3 n_a = ndc_normal(a0, a1, a2, middle), n_b = ndc_normal(b0, b1, b2, middle);
+        const vec2 f = horizontal ? intersection_force(vec2(n_a.x, n_a.z), vec2(n_b.x, n_b.z), force.x)
+                                  : intersection_force(vec2(n_a.y, n_a.z), vec2(n_b.y, n_b.z), force.y);
+        applied = horizontal ? vec3(f.x, real(0), f.y) : vec3(real(0), f.x, f.y);
+        kind = EDGE_INTERSECTION;
+      } else if (q_empty || depth_p < depth_q) {
+        kind = EDGE_OPACITY;
+      }
+    } else if ((q_empty || depth_p < depth_q) && silhouette_point(a0, a1, a2, a_crosses, p, q, s)) {
+      kind = EDGE_SILHOUETTE;
+    }
+  }
+  if (kind == EDGE_NONE) return EDGE_NONE;
+  if (kind != EDGE_SILHOUETTE) {
     const PlanePoint m = plane_point(a0, a1, a2, middle);
-    apply_force(a0, a1, a2, m.b0, m.b1, m.b2, plain, gradient);
-    return EDGE_INTERIOR;
+    s = vec3(m.b0, m.b1, m.b2);
   }
-  const PlanePoint aq = plane_point(a0, a1, a2, q);
-  if (aq.inside) {
-    if (a_crosses && aq.depth < real(-1)) return EDGE_NONE;
-    if (!q_empty && depth_q < aq.depth) {
-      // B hides A at q. Unless A hides B at p in turn, what lies between them is B's edge, not A's.
-      const PlanePoint bp = plane_point(b0, b1, b2, p);
-      if (!(bp.inside && depth_p < bp.depth)) return EDGE_NONE;
-      const vec3 n_a = ndc_normal(a0, a1, a2, middle), n_b = ndc_normal(b0, b1, b2, middle);
-      const vec2 f = horizontal ? intersection_force(vec2(n_a.x, n_a.z), vec2(n_b.x, n_b.z), force.x)
-                                : intersection_force(vec2(n_a.y, n_a.z), vec2(n_b.y, n_b.z), force.y);
-      const PlanePoint m = plane_point(a0, a1, a2, middle);
-      apply_force(a0, a1, a2, m.b0, m.b1, m.b2, horizontal ? vec3(f.x, real(0), f.y) : vec3(real(0), f.x, f.y), gradient);
-      return EDGE_INTERSECTION;
-    }
-    if (q_empty || depth_p < depth_q) {
-      const PlanePoint m = plane_point(a0, a1, a2, middle);
-      apply_force(a0, a1, a2, m.b0, m.b1, m.b2, plain, gradient);
-      return EDGE_OPACITY;
-    }
-    return EDGE_NONE;
-  }
-  if (!(q_empty || depth_p < depth_q)) return EDGE_NONE;
-  vec3 s;
-  if (!silhouette_point(a0, a1, a2, a_crosses, p, q, s)) return EDGE_NONE;
-  apply_force(a0, a1, a2, s.x, s.y, s.z, plain, gradient);
-  return EDGE_SILHOUETTE;
+  apply_force(a0, a1, a2, s.x, s.y, s.z, applied, gradient);
+  return kind;
 }

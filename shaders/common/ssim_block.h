@@ -1,5 +1,13 @@
 // A block of 16 x 16 pixels and its surroundings for the 11-tap SSIM window. Needs block_grid.h.
 const uint kPatch = 26u;  // a block and the 10 pixels that its windows reach beyond it
+// 64 threads walk a patch in two rows of 32 at a time: neighbouring threads stay in one row.
+// kRun: neighbouring pixels of a row that one thread filters. A GPU's thread keeps what they share in registers; a CPU's lanes load what lies side by side in one go.
+#ifdef LANES_OF_A_CPU
+const uint kRun = 1u;
+#else
+const uint kRun = 8u;
+#endif
+const uint kRuns = kBlock / kRun;  // in a row
 
 SHARED float s_rows[4 * 26 * 16];
 

@@ -119,6 +119,22 @@ inline void store_run(char* p, T x) {
 }
 template <std::size_t stride, Lanes T>
 inline void store_run(char* p, T x, vm mask) {
+  if constexpr (stride == 4) {
+    // What lanes that take no part would write may be another thread's.
+#if WIDTH == 16 && defined(__AVX512F__)
+    _mm512_mask_storeu_epi32(p, static_cast<__mmask16>(lanes_of(mask)), (__m512i)x);
+    return;
+#else
+    if (lanes_of(mask) == (1u << WIDTH) - 1u) {
+      std::memcpy(p, &x, sizeof x);
+      return;
+    }
+#if WIDTH == 8 && defined(__AVX2__)
+    _mm256_maskstore_epi32(reinterpret_cast<int*>(p), (__m256i)mask.bits, (__m256i)x);
+    return;
+#endif
+#endif
+  }
   for (std::uint32_t lanes = lanes_of(mask); lanes != 0; lanes &= lanes - 1) {
     const int l = std::countr_zero(lanes);
     const auto one = x[l];

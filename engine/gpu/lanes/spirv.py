@@ -99,6 +99,8 @@ class Module:
                     function["first"] = function["first"] or id_
                 else:
                     block.append(inst)
+                    if name == "Variable" and len(args) > 1:  # with a value from the start
+                        block.append(Inst("Store", None, None, [id_, args.pop()]))
                 if id_ is not None:
                     self.ids[id_] = inst
             else:

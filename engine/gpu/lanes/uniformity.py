@@ -1,9 +1,10 @@
 """Which values all lanes have in common."""
-from spirv import BINARY, COMPARE, fail
+from spirv import BINARY, COMPARE
 from structure import Structurer, exits_in, nest_rests
 
-# A value over the lanes: one; u + lane where u is a multiple of the width; u + lane; anything.
-UNIFORM, ALIGNED, CONSECUTIVE, VARYING = 0, 1, 2, 3
+# A value over the lanes: one; u + lane where u is a multiple of the width; u + lane; anything; u + v / 4 and v % 4 where v is a multiple of the width + lane, which
+# together tell components of vectors that lie side by side.
+UNIFORM, ALIGNED, CONSECUTIVE, VARYING, QUARTER, COMPONENT = 0, 1, 2, 3, 4, 5
 
 
 def leaves(c):
@@ -152,8 +153,6 @@ class Program:
         if inst.op == "Variable":
             self.types[n.key] = self.t(inst.type).args[1]
             self.accesses.setdefault(n.key, [])
-            if len(inst.args) > 1:
-                fail(f"{self.m.path}: a variable with an initialiser")
             return
         if inst.op in ("AccessChain", "InBoundsAccessChain"):
             self.chains[n.key] = (ctx.name(inst.args[0]), [ctx.name(a) for a in inst.args[1:]])
@@ -375,12 +374,15 @@ class Program:
         a, b = classes
         k = self.m.constant(n.args[1][0])
         w = self.width
-        if op == "IAdd" and UNIFORM in (a, b) and max(a, b) in (ALIGNED, CONSECUTIVE):
+        if op == "IAdd" and min(a, b) == UNIFORM and max(a, b) in (ALIGNED, CONSECUTIVE):
             other = n.args[1] if b == UNIFORM else n.args[0]
-            k = self.m.constant(other[0])
-            return ALIGNED if max(a, b) == ALIGNED and k is not None and k % w == 0 else CONSECUTIVE
+            return ALIGNED if max(a, b) == ALIGNED and self.is_multiple(other[0]) else CONSECUTIVE
         if op == "ISub" and b == UNIFORM and a in (ALIGNED, CONSECUTIVE):
             return ALIGNED if a == ALIGNED and k is not None and k % w == 0 else CONSECUTIVE
+        if op == "IMul" and k == 1:
+            return a
+        if op == "IAdd" and sorted((a, b)) == [UNIFORM, QUARTER]:
+            return QUARTER
         if a == ALIGNED and k is not None:
             if op == "UMod" and k % w == 0:
                 return ALIGNED
@@ -388,9 +390,18 @@ class Program:
                 return UNIFORM
             if op == "ShiftRightLogical" and (1 << k) % w == 0:
                 return UNIFORM
+            if op == "ShiftRightLogical" and k == 2:
+                return QUARTER
+            if op == "BitwiseAnd" and k == 3 and w > 4:
+                return COMPONENT
             if op == "BitwiseAnd" and (k + 1) & k == 0 and (k + 1) % w == 0:
                 return ALIGNED
         return VARYING
+
+    def is_multiple(self, id_):
+        """Whether a value is known to be a multiple of the width: a constant, or a product with one."""
+        k, inst = self.m.constant(id_), self.m.ids[id_]
+        return k % self.width == 0 if k is not None else inst.op == "IMul" and any(self.is_multiple(x) for x in inst.args)
 
     def type_of(self, key):
         return self.types[key] if key in self.types else self.m.ids[key[0]].type

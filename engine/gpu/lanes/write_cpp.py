@@ -1,6 +1,6 @@
 """A kernel as C++ in the words of lanes.h and lane_memory.h."""
 from spirv import BINARY, COMPARE, fail
-from uniformity import ALIGNED, CONSECUTIVE, VARYING, is_uniform, leaves
+from uniformity import ALIGNED, COMPONENT, CONSECUTIVE, QUARTER, VARYING, is_uniform, leaves
 
 EXT = {4: "fabs_", 6: "fsign_", 8: "floor_", 9: "ceil_", 27: "exp_", 31: "sqrt_", 37: "fmin_", 38: "umin_", 39: "smin_", 40: "fmax_",
        41: "umax_", 42: "smax_", 43: "fclamp_", 44: "uclamp_", 45: "sclamp_", 69: "normalize_", 73: "find_lsb_"}
@@ -159,7 +159,8 @@ class Writer:
             while stride:
                 step, stride = stride, step % stride
         parts = [f"as_u({self.uniform(i)}) * {s // step}u" for i, s, _ in terms]
-        return "(" + " + ".join(parts) + ")", step, VARYING
+        in_a_row = sorted((s, c) for _, s, c in terms) == [(4, COMPONENT), (16, QUARTER)]
+        return "(" + " + ".join(parts) + ")", step, CONSECUTIVE if in_a_row else VARYING
 
     def leaves(self, type_, explicit, offset=0, path=""):
         """(offset, type, C++ member path) of the scalars and vectors of a type in memory."""

@@ -1,0 +1,120 @@
+// dL/dW of the MLP: sums of outer products of a layer's inputs and its deltas over the pixels of a workgroup, one per thread, that put_pixel() leaves in
+// shared memory. All ways add a weight's terms pixel by pixel, so the bits are the same. Needs shading.h.
+#ifdef LANES_OF_A_CPU
+// A lane has one input of each layer and four outputs: what lanes read lies side by side, and a delta is the same for all of them.
+SHARED vec4 s_input[64 * 12];   // [pixel]: x, h1, h2
+SHARED float s_delta[35 * 64];  // [d1, d2, d3][pixel]
+
+struct MlpSums {
+  vec4 w1, w2, w3;  // component: output 4 (thread / 16) + i of layers 1 and 2, output i of layer 3
+  vec4 b1, b2, b3;
+};
+
+FN void clear_sums(OUT(MlpSums) sums) { sums.w1 = sums.w2 = sums.w3 = sums.b1 = sums.b2 = sums.b3 = vec4(0.0f); }
+
+#define PUT_INPUT(layer, v, k)                                        \
+  UNROLL for (uint i = 0u; i < 4u; ++i) s_input[thread * 12u + (layer) * 4u + i] = \
+      vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
+#define PUT_DELTA(first, count, v, k) UNROLL for (uint i = 0u; i < count; ++i) s_delta[(first + i) * 64u + thread] = LANE(v[i], k)
+#define PUT_PIXEL(x, h1, h2, d1, d2, d3, k) \
+  PUT_INPUT(0u, x, k);                      \
+  PUT_INPUT(1u, h1, k);                     \
+  PUT_INPUT(2u, h2, k);                     \
+  PUT_DELTA(0u, 16u, d1, k);                \
+  PUT_DELTA(16u, 16u, d2, k);               \
+  PUT_DELTA(32u, 3u, d3, k)
+
+FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
+  const uint vector = (thread & 15u) >> 2, component = thread & 3u, part = thread >> 4;
+  MlpSums s = sums;
+  for (uint q = 0u; q < 64u; ++q) {
+    const uint at = q * 12u, delta = part * 256u + q;
+    const vec4 d1 = vec4(s_delta[delta], s_delta[delta + 64u], s_delta[delta + 128u], s_delta[delta + 192u]);
+    const vec4 d2 = vec4(s_delta[delta + 1024u], s_delta[delta + 1088u], s_delta[delta + 1152u], s_delta[delta + 1216u]);
+    s.w1 += s_input[at + vector][component] * d1;
+    s.w2 += s_input[at + 4u + vector][component] * d2;
+    s.b1 += d1;
+    s.b2 += d2;
+    if (part == 0u) {
+      const vec4 d3 = vec4(s_delta[2048u + q], s_delta[2112u + q], s_delta[2176u + q], 0.0f);
+      s.w3 += s_input[at + 8u + vector][component] * d3;
+      s.b3 += d3;
+    }
+  }
+  sums = s;
+}
+
+/// partial: [595] from `base` on.
+FN void write_sums(Floats partial, uint base, uint thread, IN(MlpSums) sums) {
+  const uint in_index = thread & 15u, output0 = (thread >> 4) * 4u;
+  UNROLL for (uint i = 0u; i < 4u; ++i) {
+    partial.v[base + (output0 + i) * 16u + in_index] = sums.w1[i];
+    partial.v[base + MLP_W2 + (output0 + i) * 16u + in_index] = sums.w2[i];
+    if (in_index == 0u) {
+      partial.v[base + MLP_B1 + output0 + i] = sums.b1[i];
+      partial.v[base + MLP_B2 + output0 + i] = sums.b2[i];
+    }
+  }
+  if (output0 != 0u) return;
+  UNROLL for (uint i = 0u; i < 3u; ++i) {
+    partial.v[base + MLP_W3 + i * 16u + in_index] = sums.w3[i];
+    if (in_index == 0u) partial.v[base + MLP_B3 + i] = sums.b3[i];
+  }
+}
+#else
+// Threads 0..35 have a 4 x 4 block of a weight matrix each: 16 of w1, 16 of w2, 4 of w3.
+// Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row). A gap after each puts the same pixel of the four rows
+// that neighbouring threads read into different banks of shared memory.
+const uint kRow = 65u;
+SHARED vec4 s_row[21 * kRow];
+const uint kD1 = 12u, kD2 = 16u, kD3 = 20u;
+
+struct MlpSums {
+  mat4 weights;  // column: output
+  vec4 biases;
+};
+
+FN void clear_sums(OUT(MlpSums) sums) {
+  sums.weights = mat4(0.0f);
+  sums.biases = vec4(0.0f);
+}
+
+// Pixel k of v[16] as four vectors of the thread's pixel in rows row .. row + 3.
+#define PUT(row, v, k)                                                             \
+  UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * kRow + thread] =          \
+      vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
+/// The thread's pixel k of what the MLP read and what its gradients are.
+#define PUT_PIXEL(x, h1, h2, d1, d2, d3, k) \
+  PUT(0u, x, k);                            \
+  PUT(4u, h1, k);                           \
+  PUT(8u, h2, k);                           \
+  PUT(kD1, d1, k);                          \
+  PUT(kD2, d2, k);                          \
+  s_row[kD3 * kRow + thread] = vec4(LANE(d3[0], k), LANE(d3[1], k), LANE(d3[2], k), 0.0f)
+
+FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
+  if (thread >= 36u) return;
+  const uint layer = thread < 16u ? 0u : thread < 32u ? 1u : 2u;
+  const uint out_block = layer == 2u ? 0u : (thread >> 2) & 3u;
+  const uint delta_row = ((layer == 0u ? kD1 : layer == 1u ? kD2 : kD3) + out_block) * kRow;
+  const uint input_row = (layer * 4u + (thread & 3u)) * kRow;
+  for (uint q = 0u; q < 64u; ++q) {
+    const vec4 delta = s_row[delta_row + q];
+    sums.weights += outerProduct(s_row[input_row + q], delta);
+    sums.biases += delta;
+  }
+}
+
+/// partial: [595] from `at` on.
+FN void write_sums(Floats partial, uint at, uint thread, IN(MlpSums) sums) {
+  if (thread >= 36u) return;
+  const uint layer = thread < 16u ? 0u : thread < 32u ? 1u : 2u;
+  const uint in_block = thread & 3u, out_block = layer == 2u ? 0u : (thread >> 2) & 3u;
+  const uint base = at + (layer == 0u ? 0u : layer == 1u ? MLP_W2 : MLP_W3);
+  const uint bias = at + (layer == 0u ? MLP_B1 : layer == 1u ? MLP_B2 : MLP_B3);
+  for (uint o = 0u; o < (layer == 2u ? 3u : 4u); ++o) {
+    for (uint i = 0u; i < 4u; ++i) partial.v[base + (out_block * 4u + o) * 16u + in_block * 4u + i] = sums.weights[o][i];
+    if (in_block == 0u) partial.v[bias + out_block * 4u + o] = sums.biases[o];
+  }
+}
+#endif

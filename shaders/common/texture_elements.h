@@ -1,0 +1,22 @@
+// How threads share the vectors of a texture among them where each vector is read, changed and written by itself.
+#ifdef LANES_OF_A_CPU
+// A lane takes a component: lanes side by side take words side by side.
+const uint kNumbers = 1u;  // in an element
+#define FLOATS float
+#define UINTS uint
+#define NUMBER(element, c) element
+#define ELEMENT(vectors, first, e) vectors[(first) + ((e) >> 2)][(e) & 3u]
+#define ELEMENT_OF(i, count) ((i) * 64u + thread)
+#else
+// A thread takes a vector. Eight neighbouring threads take eight neighbouring ones and go on with the next: whole cache lines for a GPU, one stream of memory
+// for a driver that runs eight threads as one.
+const uint kNumbers = 4u;
+#define FLOATS vec4
+#define UINTS uvec4
+#define NUMBER(element, c) element[c]
+#define ELEMENT(vectors, first, e) vectors[(first) + (e)]
+#define ELEMENT_OF(i, count) ((thread / 8u * ELEMENT_STEPS(count) + (i)) * 8u + thread % 8u)
+#endif
+const uint kElements = 8u / kNumbers;  // of a sample: features 0..6 and opacity
+/// ELEMENT(vectors, first, e): element e of those from vector `first` on. Element ELEMENT_OF(i, count), if below count, is the thread's, for i below ELEMENT_STEPS(count).
+#define ELEMENT_STEPS(count) (((count) + 63u) / 64u)
