@@ -34,7 +34,9 @@ struct Settings {
   double backdrop = 0;               // radius of a sphere of triangles around all else that no change of topology drops; 0: none
 
   double rate_texture = 5e-2, rate_mlp = 1e-2, rate_vertex = 2.5e-4;
-  double rate_end = 0.01;            // all rates are multiplied by rate_end^(step / steps)
+  double rate_end = 0.01;            // rates of textures and MLP are multiplied by rate_end^(step / steps)
+  double rate_vertex_end = 0.01;     // that of vertices by rate_vertex_end^(step / steps)
+  double huber = 0;                  // colour errors below it pull in proportion to their size; 0: all alike, as published
 
   std::uint32_t coarse_level = 0;    // the only level of the first part
   std::uint32_t level_min = 2, level_max = 5;
@@ -78,8 +80,8 @@ inline constexpr double kFastestVertices = 1e-2;
 /// The way that a vertex has in a published training.
 double published_way(Recipe recipe);
 
-/// learning-rate factor of step 1..steps
-double rate_factor(const Settings& settings, std::uint64_t step);
+/// What rates are multiplied by in step 1..steps when they fall exponentially to `end`.
+double rate_factor(const Settings& settings, double end, std::uint64_t step);
 /// Completed steps after which the levels change; 0: never.
 std::uint64_t lift_step(const Settings& settings);
 /// The completed steps after which a run is evaluated when it is `per_decade` times in every ten-fold of steps: the first after
