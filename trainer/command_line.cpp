@@ -118,6 +118,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95; from a surface 0.5]");
   method->add_option("--split-views", o.split_views, "real: views in which edges are measured [20]");
   method->add_option("--split-length", o.split_length, "real: longest edge as a share of the image height [0.2]");
+  flag("--fill-budget", o.fill_budget,
+       "real: the triangles that photographs show largest are split until there are --triangles [off; from a surface on]");
   method->add_option("--least-views", o.least_views,
                      "real: triangles that fewer training views show are dropped, as they stand before the cameras, not where anything is; at most a\n"
                      "tenth of the views; 0: as published [4]");
@@ -195,6 +197,7 @@ void start_from_surface(train::Settings& s, const scene::Scene& scene, bool as_p
   s.rate_vertex_end = 0.03;
   // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and leaves its place open.
   s.most_triangles = s.triangles;
+  s.fill_budget = true;
   s.resample_until = 0.5;
 }
 
@@ -278,6 +281,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(opacity_baseline, s.opacity_baseline);
   set(update_unseen, s.update_unseen);
   set(exposure, s.exposure);
+  set(fill_budget, s.fill_budget);
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);

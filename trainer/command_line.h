@@ -34,7 +34,7 @@ struct CommandLine {
       rate_vertex_end, huber, samples_per_pixel, pixel_jitter, coarse_share, resample_until, split_length, near, far,
       test_near;
   std::string preset, init, recipe, levels;
-  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline, exposure;
+  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline, exposure, fill_budget;
   bool opaque = false, keep_opacity = false, keep_moments = false;
 };
 

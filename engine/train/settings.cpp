@@ -52,6 +52,7 @@ void each_member(S& s, F&& f) {
   f("resample_until", s.resample_until);
   f("split_views", s.split_views);
   f("split_length", s.split_length);
+  f("fill_budget", s.fill_budget);
   f("least_views", s.least_views);
   f("most_triangles", s.most_triangles);
   f("count_scale", s.count_scale);

@@ -56,6 +56,7 @@ struct Settings {
   double resample_until = 0.95;        // share of the steps
   std::uint32_t split_views = 20;      // views in which edges are measured (real)
   double split_length = 0.2;           // longest edge, of the image height (real)
+  bool fill_budget = false;            // the triangles that photographs show largest are split up to the budget (real)
   std::uint32_t least_views = 4;       // triangles that fewer training views show are dropped; at most a tenth of the views; 0: as published (real)
   std::uint32_t most_triangles = 0;    // how far splitting goes beyond the budget (real); 0: as far as memory lets it
   double count_scale = 0.5;            // image size at which visible pixels are counted

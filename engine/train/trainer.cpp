@@ -462,6 +462,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (!then.contains("init_opacity")) then["init_opacity"] = 0.5;
   if (!then.contains("backdrop")) then["backdrop"] = 0.0;
   if (!then.contains("rate_vertex_end") && then.contains("rate_end")) then["rate_vertex_end"] = then["rate_end"];
+  if (!then.contains("fill_budget")) then["fill_budget"] = false;
   if (!then.contains("huber")) then["huber"] = 0.0;
   if (!then.contains("exposure")) then["exposure"] = false;
   if (!then.contains("least_views")) then["least_views"] = settings_.recipe == Recipe::real ? 0u : settings_.least_views;
