@@ -115,6 +115,9 @@ TEST_CASE("from a surface vertices come to rest before textures do", "[command_l
   CHECK(settings_of({"--rate-end", "0.5"}, false, true).rate_vertex_end == 0.5);
   CHECK(settings_of({"--rate-vertex-end", "0.5"}, false, true).rate_vertex_end == 0.5);
   CHECK(settings_of({"--preset", "published"}, false, true).rate_vertex_end == 0.01);
+  // Its budget is filled.
+  CHECK((s.fill_budget && !settings_of({"--fill-budget=false"}, false, true).fill_budget));
+  CHECK_FALSE((settings_of({}, false).fill_budget || settings_of({"--preset", "published"}, false, true).fill_budget));
   CHECK(settings_of({"--preset", "fast", "--rate-vertex", "0.02"}, true).rate_vertex == 0.02);
   CHECK(settings_of({"--rate-vertex", "0.00025", "--steps", "1000"}, true).rate_vertex == 0.00025);
 }
