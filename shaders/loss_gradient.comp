@@ -1,4 +1,5 @@
-// dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient, and the sums.
+// dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient, and the sums. Small errors may pull
+// in proportion to their size (Huber 1964): where a pixel is nearly right, the sign of its error is noise.
 #include "common/kernel.h"
 #include "args/loss_gradient.h"
 #include "common/fixed_point.h"
@@ -59,7 +60,8 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
       float colour, target;
       const float mask = masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, at, channel, colour, target);
       const float error = colour - target;
-      const float d_colour = mask * (l1_weight * sign(error) + ssim_weight * (d_x[k] + 2.0f * colour * d_xx[k] + target * d_xy[k]));
+      const float d_colour = mask * (l1_weight * clamp(error * a.state.v[0].error_slope, -1.0f, 1.0f) +
+                                     ssim_weight * (d_x[k] + 2.0f * colour * d_xx[k] + target * d_xy[k]));
       if (channel == 0u) gradient[k].x = d_colour;
       else if (channel == 1u) gradient[k].y = d_colour;
       else gradient[k].z = d_colour;

@@ -317,9 +317,9 @@ def quality_over_rate(rows):
     for r in rows:
         s = r["settings"]
         if r["record"] == "model" and r["psnr"] is not None and all(k in s for k in ("rate_vertex", "rate_end", "steps", "seed")) and 0 < s["rate_end"] <= 1:
-            same = {k: v for k, v in s.items() if k not in ("rate_vertex", "rate_end", "seed")}
-            # The mean of rate_end^t over t from 0 to 1, times the steps.
-            end = s["rate_end"]
+            same = {k: v for k, v in s.items() if k not in ("rate_vertex", "rate_end", "rate_vertex_end", "seed")}
+            # The mean of end^t over t from 0 to 1, times the steps.
+            end = s.get("rate_vertex_end", s["rate_end"])
             travel = s["rate_vertex"] * s["steps"] * (1 if end == 1 else (1 - end) / -math.log(end))
             found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((s["seed"], travel, r["psnr"]))
     for by_end in found.values():  # of several seeds the first

@@ -85,6 +85,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [what lets vertices travel far\n"
                      "enough, at most 0.01; published: synthetic 0.00025, real 0.0025, or as far as with these in 10,000 steps]");
   method->add_option("--rate-end", o.rate_end, "all rates fall exponentially to this share [0.1; published 0.01]");
+  method->add_option("--rate-vertex-end", o.rate_vertex_end, "that of vertices to this one [as --rate-end; without it from a surface 0.03]");
+  method->add_option("--huber", o.huber, "errors of colours below it pull in proportion to their size; 0: all alike, as published [0.1]");
   auto* levels = method->add_option("--levels", o.levels,
                      "coarse-to-fine, all (the fine levels from the first step on) or finest (--level-max alone, from the first step on)\n"
                      "[coarse-to-fine]")
@@ -116,6 +118,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--resample-until", o.resample_until, "share of the steps after which topology stays [0.95; from a surface 0.5]");
   method->add_option("--split-views", o.split_views, "real: views in which edges are measured [20]");
   method->add_option("--split-length", o.split_length, "real: longest edge as a share of the image height [0.2]");
+  flag("--fill-budget", o.fill_budget,
+       "real: the triangles that photographs show largest are split until there are --triangles [off; from a surface on]");
   method->add_option("--least-views", o.least_views,
                      "real: triangles that fewer training views show are dropped, as they stand before the cameras, not where anything is; at most a\n"
                      "tenth of the views; 0: as published [4]");
@@ -189,8 +193,11 @@ void start_from_surface(train::Settings& s, const scene::Scene& scene, bool as_p
   s.coarse_share = 0.05;
   s.keep_opacity = true;
   s.rate_texture = 0.1;
+  // Where vertices have found their place, going on opens cracks.
+  s.rate_vertex_end = 0.03;
   // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and leaves its place open.
   s.most_triangles = s.triangles;
+  s.fill_budget = true;
   s.resample_until = 0.5;
 }
 
@@ -210,7 +217,8 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   if (preset == "published") s = train::without_our_changes(s);
   else {
     // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
-    s.rate_end = 0.1;
+    s.rate_end = s.rate_vertex_end = 0.1;
+    s.huber = 0.1;
     way = which == Recipe::synthetic ? 1.5 : 4.0;
     // Pictures that were rendered have one exposure.
     s.exposure = which == Recipe::real;
@@ -251,6 +259,9 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(rate_texture, s.rate_texture);
   set(rate_mlp, s.rate_mlp);
   set(rate_end, s.rate_end);
+  set(rate_end, s.rate_vertex_end);
+  set(rate_vertex_end, s.rate_vertex_end);
+  set(huber, s.huber);
   if (rate_vertex) s.rate_vertex = *rate_vertex;
   else if (way > 0) s.rate_vertex = train::vertex_rate(s, way);
   else s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
@@ -270,6 +281,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(opacity_baseline, s.opacity_baseline);
   set(update_unseen, s.update_unseen);
   set(exposure, s.exposure);
+  set(fill_budget, s.fill_budget);
   set(resample_every, s.resample_every);
   set(resample_until, s.resample_until);
   set(split_views, s.split_views);

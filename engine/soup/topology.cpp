@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <queue>
+#include <utility>
 
 namespace trisoup::soup {
 namespace {
@@ -23,6 +24,22 @@ Resampled unchanged(std::span<const glm::vec3> vertices) {
   std::iota(soup.face_map.begin(), soup.face_map.end(), 0u);
   soup.corners.assign(soup.face_map.size(), kWholeParent);
   return soup;
+}
+
+/// Cuts edge `index` of a triangle at `t` of its way: one half takes its place, the other comes last.
+void halve(Resampled& soup, std::uint32_t face, int index, float t) {
+  const std::size_t first = 3 * std::size_t{face};
+  const std::size_t k[3] = {static_cast<std::size_t>(index), static_cast<std::size_t>((index + 1) % 3), static_cast<std::size_t>((index + 2) % 3)};
+  const glm::vec3 va = soup.vertices[first + k[0]], vb = soup.vertices[first + k[1]], vc = soup.vertices[first + k[2]];
+  const Corners parent = soup.corners[face];
+  const glm::vec3 ba = parent[k[0]], bb = parent[k[1]], bc = parent[k[2]];
+  const glm::vec3 middle = (1.0f - t) * va + t * vb;
+  const glm::vec3 bm = (1.0f - t) * ba + t * bb;
+  soup.vertices[first] = va, soup.vertices[first + 1] = middle, soup.vertices[first + 2] = vc;
+  soup.corners[face] = {ba, bm, bc};
+  soup.vertices.insert(soup.vertices.end(), {middle, vb, vc});
+  soup.corners.push_back({bm, bb, bc});
+  soup.face_map.push_back(soup.face_map[face]);
 }
 
 // Longest-edge bisection with a metric: metric(p, q) is the squared length of an edge, 0 if it must not be cut, and
@@ -52,22 +69,10 @@ void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_s
     if (edge.generation != generation[edge.face]) continue;  // of a triangle that has been bisected since
     if (edge.length_squared <= threshold_squared) break;
 
-    const std::size_t a = 3 * edge.face + edge.index, b = 3 * edge.face + (edge.index + 1) % 3,
-                      c = 3 * edge.face + (edge.index + 2) % 3;
-    const glm::vec3 va = soup.vertices[a], vb = soup.vertices[b], vc = soup.vertices[c];
-    const Corners parent = soup.corners[edge.face];
-    const glm::vec3 ba = parent[a % 3], bb = parent[b % 3], bc = parent[c % 3];
-    const float t = cut(va, vb);
-    const glm::vec3 middle = (1.0f - t) * va + t * vb;
-    const glm::vec3 bm = (1.0f - t) * ba + t * bb;
-
     const auto place = static_cast<std::uint32_t>(soup.triangles());
-    soup.vertices[3 * edge.face] = va, soup.vertices[3 * edge.face + 1] = middle, soup.vertices[3 * edge.face + 2] = vc;
-    soup.corners[edge.face] = {ba, bm, bc};
+    const std::size_t first = 3 * std::size_t{edge.face};
+    halve(soup, edge.face, edge.index, cut(soup.vertices[first + edge.index], soup.vertices[first + (edge.index + 1) % 3]));
     ++generation[edge.face];
-    soup.vertices.insert(soup.vertices.end(), {middle, vb, vc});
-    soup.corners.push_back({bm, bb, bc});
-    soup.face_map.push_back(soup.face_map[edge.face]);
     generation.push_back(0);
     push(edge.face);
     push(place);
@@ -174,6 +179,35 @@ Resampled bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const
     for (std::size_t face = 0; face < before; ++face) marked[face] = visible[view][soup.face_map[face]];
     bisect_on_screen_in_place(soup, views[view], fraction, marked, left);
     left -= soup.triangles() - before;
+  }
+  return soup;
+}
+
+Resampled bisect_largest(std::span<const glm::vec3> vertices, std::span<const double> sizes, double smallest,
+                         std::size_t target) {
+  Resampled soup = unchanged(vertices);
+  // Of equal ones the first.
+  const auto after = [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; };
+  std::priority_queue<std::pair<double, std::uint32_t>, std::vector<std::pair<double, std::uint32_t>>, decltype(after)> largest(after);
+  const auto push = [&](double size, std::uint32_t face) {
+    if (size >= 2 * smallest && std::isfinite(size)) largest.push({size, face});
+  };
+  for (std::uint32_t face = 0; face < soup.triangles(); ++face) push(sizes[face], face);
+  while (soup.triangles() < target && !largest.empty()) {
+    const auto [size, face] = largest.top();
+    largest.pop();
+    const std::size_t first = 3 * std::size_t{face};
+    int longest = 0;
+    float length = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float l = world_length_squared(soup.vertices[first + k], soup.vertices[first + (k + 1) % 3]);
+      if (l > length) length = l, longest = k;
+    }
+    if (!(length > 0 && std::isfinite(length))) continue;
+    const auto place = static_cast<std::uint32_t>(soup.triangles());
+    halve(soup, face, longest, 0.5f);
+    push(0.5 * size, face);
+    push(0.5 * size, place);
   }
   return soup;
 }

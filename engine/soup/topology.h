@@ -68,6 +68,11 @@ Resampled bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const
                             std::span<const std::vector<std::uint8_t>> visible,
                             std::optional<std::size_t> max_splits = std::nullopt);
 
+/// Bisects the longest edge of the largest triangle at its midpoint, again and again, until there are `target` triangles. Halves
+/// have half of a triangle's size; those whose halves would be smaller than `smallest` are left alone. sizes: one per triangle.
+Resampled bisect_largest(std::span<const glm::vec3> vertices, std::span<const double> sizes, double smallest,
+                         std::size_t target);
+
 /// The change `second` of the soup that `first` produced, as one change of the soup that `first` was given.
 Resampled compose(const Resampled& first, Resampled second);
 

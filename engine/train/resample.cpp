@@ -38,6 +38,8 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
 soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views,
                                  const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
                                  std::uint32_t most_triangles) {
+  const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
+  if (room == 0) return soup::bisect_longest(vertices, 0);  // as it is
   constexpr std::uint64_t kStream = 0x73706c69740000;  // "split"
   soup::Random random(settings.seed, kStream + step);
   std::vector<std::uint32_t> order(views.full.size());
@@ -58,7 +60,6 @@ soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& fra
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
   for (auto& row : visible)
     for (std::size_t t = 0; t < row.size(); ++t) row[t] = row[t] && !backdrop[t];
-  const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
   return soup::bisect_on_screens(vertices, screens, static_cast<float>(settings.split_length), visible, room);
 }
 
@@ -201,11 +202,20 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   }
   const std::vector<double> kept_areas = areas(change, kept.areas);
   const bool last = is_last_resampling(settings, step);
+  const bool splits = !last || settings.fill_budget;
   // Where splits follow, only they say what is needed.
-  apply(gpu, soup, frame, change, last ? kept_areas : std::vector<double>{}, settings);
-  if (last) return Resampling::done;
-  const soup::Resampled split =
-      split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, most_triangles);
+  apply(gpu, soup, frame, change, splits ? std::vector<double>{} : kept_areas, settings);
+  if (!splits) return Resampling::done;
+  // What edges ask for is not asked for by the last change, after which nothing is dropped any more.
+  soup::Resampled split =
+      split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, last ? 0 : most_triangles);
+  if (settings.fill_budget && split.triangles() < settings.triangles) {
+    std::vector<double> sizes = areas_of(split, areas_of(change, kept.areas));
+    const std::vector<bool> backdrop = find_backdrop(split.vertices, settings);
+    for (std::size_t t = 0; t < sizes.size(); ++t)
+      if (backdrop[t]) sizes[t] = 0;
+    split = soup::compose(split, soup::bisect_largest(split.vertices, sizes, kPixelsPerTriangle, settings.triangles));
+  }
   apply(gpu, soup, frame, split, areas(split, kept_areas), settings);
   return Resampling::done;
 }

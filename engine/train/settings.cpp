@@ -32,6 +32,8 @@ void each_member(S& s, F&& f) {
   f("rate_mlp", s.rate_mlp);
   f("rate_vertex", s.rate_vertex);
   f("rate_end", s.rate_end);
+  f("rate_vertex_end", s.rate_vertex_end);
+  f("huber", s.huber);
   f("coarse_level", s.coarse_level);
   f("level_min", s.level_min);
   f("level_max", s.level_max);
@@ -50,6 +52,7 @@ void each_member(S& s, F&& f) {
   f("resample_until", s.resample_until);
   f("split_views", s.split_views);
   f("split_length", s.split_length);
+  f("fill_budget", s.fill_budget);
   f("least_views", s.least_views);
   f("most_triangles", s.most_triangles);
   f("count_scale", s.count_scale);
@@ -84,6 +87,7 @@ Settings published(Recipe recipe) {
 Settings without_our_changes(Settings s) {
   s.samples_per_pixel = 0;
   s.pixel_jitter = 0;
+  s.huber = 0;
   s.opacity_baseline = false;
   s.update_unseen = true;
   s.copy_textures = true;
@@ -94,16 +98,17 @@ Settings without_our_changes(Settings s) {
 }
 
 double vertex_rate(const Settings& s, double way) {
-  if (!(s.rate_end > 0)) return kFastestVertices;  // check() has a word on that
-  // The mean of rate_end^t over t from 0 to 1.
-  const double mean = s.rate_end == 1 ? 1.0 : (1 - s.rate_end) / -std::log(s.rate_end);
+  const double end = s.rate_vertex_end;
+  if (!(end > 0)) return kFastestVertices;  // check() has a word on that
+  // The mean of end^t over t from 0 to 1.
+  const double mean = end == 1 ? 1.0 : (1 - end) / -std::log(end);
   return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), kFastestVertices);
 }
 
 double published_way(Recipe recipe) { return recipe == Recipe::synthetic ? 0.537 : 5.37; }
 
-double rate_factor(const Settings& s, std::uint64_t step) {
-  return std::pow(s.rate_end, static_cast<double>(step) / static_cast<double>(s.steps));
+double rate_factor(const Settings& s, double end, std::uint64_t step) {
+  return std::pow(end, static_cast<double>(step) / static_cast<double>(s.steps));
 }
 
 std::uint64_t lift_step(const Settings& s) {
@@ -151,6 +156,8 @@ void check(const Settings& s) {
   need(s.pixel_jitter >= 0 && s.pixel_jitter <= 0.5, "--pixel-jitter must be within 0 and 0.5: a pixel ends there");
   need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");
   need(s.rate_end > 0, "--rate-end must be above 0");
+  need(s.rate_vertex_end > 0, "--rate-vertex-end must be above 0");
+  need(s.huber >= 0, "--huber must not be negative");
   need(s.rate_texture >= 0 && s.rate_mlp >= 0 && s.rate_vertex >= 0, "learning rates must not be negative");
   need(s.near > 0 && s.far > s.near, "0 < --near < --far must hold");
   need(s.test_near > 0 && s.far > s.test_near, "0 < --test-near < --far must hold");

@@ -34,7 +34,9 @@ struct Settings {
   double backdrop = 0;               // radius of a sphere of triangles around all else that no change of topology drops; 0: none
 
   double rate_texture = 5e-2, rate_mlp = 1e-2, rate_vertex = 2.5e-4;
-  double rate_end = 0.01;            // all rates are multiplied by rate_end^(step / steps)
+  double rate_end = 0.01;            // rates of textures and MLP are multiplied by rate_end^(step / steps)
+  double rate_vertex_end = 0.01;     // that of vertices by rate_vertex_end^(step / steps)
+  double huber = 0;                  // colour errors below it pull in proportion to their size; 0: all alike, as published
 
   std::uint32_t coarse_level = 0;    // the only level of the first part
   std::uint32_t level_min = 2, level_max = 5;
@@ -54,6 +56,7 @@ struct Settings {
   double resample_until = 0.95;        // share of the steps
   std::uint32_t split_views = 20;      // views in which edges are measured (real)
   double split_length = 0.2;           // longest edge, of the image height (real)
+  bool fill_budget = false;            // the triangles that photographs show largest are split up to the budget (real)
   std::uint32_t least_views = 4;       // triangles that fewer training views show are dropped; at most a tenth of the views; 0: as published (real)
   std::uint32_t most_triangles = 0;    // how far splitting goes beyond the budget (real); 0: as far as memory lets it
   double count_scale = 0.5;            // image size at which visible pixels are counted
@@ -78,8 +81,8 @@ inline constexpr double kFastestVertices = 1e-2;
 /// The way that a vertex has in a published training.
 double published_way(Recipe recipe);
 
-/// learning-rate factor of step 1..steps
-double rate_factor(const Settings& settings, std::uint64_t step);
+/// What rates are multiplied by in step 1..steps when they fall exponentially to `end`.
+double rate_factor(const Settings& settings, double end, std::uint64_t step);
 /// Completed steps after which the levels change; 0: never.
 std::uint64_t lift_step(const Settings& settings);
 /// The completed steps after which a run is evaluated when it is `per_decade` times in every ten-fold of steps: the first after

@@ -29,7 +29,9 @@ constexpr std::uint64_t groups_of(std::uint64_t threads) { return (threads + 63)
 
 }  // namespace
 
-kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch) {
+kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch,
+                               double huber) {
+  constexpr float kSign = 3e38f;  // all but an error of 0 are beyond 1
   const auto first = [](double rate, std::uint64_t t) { return static_cast<float>(rate / (1.0 - std::pow(0.9, t))); };
   const auto second = [](std::uint64_t t) { return static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(0.999, t))); };
   StepState state{};
@@ -44,11 +46,12 @@ kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, 
   state.second_mlp = second(rates.mlp_updates);
   state.pixel_weight = static_cast<float>(1.0 / (3.0 * batch.pixels));
   state.window_weight = batch.windows > 0 ? static_cast<float>(1.0 / (3.0 * batch.windows)) : 0.0f;
+  state.error_slope = huber > 0 ? static_cast<float>(1.0 / huber) : kSign;
   return state;
 }
 
-void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates) {
-  const StepState row = state(threshold_key, step, slot, rates, frame_.batch());
+void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber) {
+  const StepState row = state(threshold_key, step, slot, rates, frame_.batch(), huber);
   gpu_.upload(frame_.state.address(), std::as_bytes(std::span(&row, 1)));
   Statistics zero{};
   zero.l1_low = zero.ssim_low = zero.mse_low = 0x80000000u;  // kFixedZero

@@ -48,11 +48,12 @@ class Step {
  public:
   Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : gpu_(gpu), soup_(soup), frame_(frame) {}
 
-  /// What changes from step to step. slot: row of Frame::statistics.
-  static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch);
+  /// What changes from step to step. slot: row of Frame::statistics. huber: Settings::huber.
+  static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch,
+                                  double huber = 0);
 
   /// Uploads the state of a step with the frame's batch and clears its row of Frame::statistics.
-  void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates);
+  void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
   void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits
   void shade(const StepInputs& inputs);                              // .. Frame::colour

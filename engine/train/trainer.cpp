@@ -200,13 +200,13 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
 
 kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batch) const {
   const std::uint64_t t = step + 1;
-  const double factor = rate_factor(settings_, t);
+  const double factor = rate_factor(settings_, settings_.rate_end, t), vertex_factor = rate_factor(settings_, settings_.rate_vertex_end, t);
   const std::uint32_t seed = static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
   const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
   return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % Frame::kStatisticsRows),
-                     {settings_.rate_texture * factor, settings_.rate_vertex * factor, settings_.rate_mlp * factor,
+                     {settings_.rate_texture * factor, settings_.rate_vertex * vertex_factor, settings_.rate_mlp * factor,
                       t - texture_start_, t - vertex_start_, t},
-                     batch);
+                     batch, settings_.huber);
 }
 
 gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
@@ -461,6 +461,9 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
   if (!then.contains("init_opacity")) then["init_opacity"] = 0.5;
   if (!then.contains("backdrop")) then["backdrop"] = 0.0;
+  if (!then.contains("rate_vertex_end") && then.contains("rate_end")) then["rate_vertex_end"] = then["rate_end"];
+  if (!then.contains("fill_budget")) then["fill_budget"] = false;
+  if (!then.contains("huber")) then["huber"] = 0.0;
   if (!then.contains("exposure")) then["exposure"] = false;
   if (!then.contains("least_views")) then["least_views"] = settings_.recipe == Recipe::real ? 0u : settings_.least_views;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.

@@ -86,7 +86,7 @@ STRUCT StepState {
   float pixel_weight;   // 1 / (3 x pixels of the batch)
   float window_weight;  // 1 / (3 x SSIM windows of the batch); 0 when no view is large enough for one
   uint slot;            // row of the statistics
-  uint pad0;
+  float error_slope;    // by which an error becomes its pull, up to 1 (loss_gradient.comp)
 };
 
 /// Sums over a batch in fixed point (common/fixed_point.h), low and high words.

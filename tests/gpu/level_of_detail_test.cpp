@@ -250,3 +250,42 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
   const auto [left, seen] = resampled(60, train::Recipe::synthetic, 4);
   CHECK(left == kMany);  // split up to the budget again
 }
+
+TEST_CASE("what photographs show largest is split up to the budget, at the last change too", "[levels]") {
+  auto gpu = test::open_device();
+  constexpr std::uint32_t kTriangles = 60, kBudget = 63;
+  const std::vector<train::BatchView> views{test::view_from(0.3, 64, 64), test::view_from(1.7, 64, 64), test::view_from(3.9, 64, 64)};
+  SmallScene s(*gpu, kTriangles, {{2, 3}}, views, 5);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
+  // What the splits should come to: the largest one again and again.
+  std::vector<double> sizes(seen.area.begin(), seen.area.end());
+  std::vector<std::size_t> origin(kTriangles);
+  for (std::size_t t = 0; t < kTriangles; ++t) origin[t] = t;
+  while (sizes.size() < kBudget) {
+    const auto largest = static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+    sizes[largest] *= 0.5;
+    sizes.push_back(sizes[largest]);
+    origin.push_back(origin[largest]);
+  }
+  const auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * kTriangles);
+  train::Settings settings = settings_with(1);
+  settings.recipe = train::Recipe::real;
+  settings.triangles = kBudget;
+  settings.split_length = 10;
+  settings.least_views = 0;
+  settings.fill_budget = GENERATE(false, true);
+  settings.resample_every = 10;
+  settings.resample_until = 0.9;
+  const std::uint64_t step = GENERATE(80, 90);  // 90 is the last
+  REQUIRE(train::resample(*gpu, s.soup, s.frame, {views, views}, settings, step, kBudget) == train::Resampling::done);
+  REQUIRE(s.soup.triangles == (settings.fill_budget ? kBudget : kTriangles));
+  const auto after = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
+  const auto area = [](const std::vector<glm::vec3>& v, std::size_t t) {
+    return glm::length(glm::cross(v[3 * t + 1] - v[3 * t], v[3 * t + 2] - v[3 * t]));
+  };
+  for (std::size_t t = 0; t < s.soup.triangles; ++t) {
+    const double whole = area(vertices, origin[t]), share = settings.fill_budget ? sizes[t] / seen.area[origin[t]] : 1.0;
+    CHECK(area(after, t) == Approx(share * whole).epsilon(1e-4));
+  }
+  test::require_silence(*gpu);
+}

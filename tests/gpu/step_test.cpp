@@ -1,6 +1,7 @@
 // Tests engine/train/step.cpp and the kernels it launches, beyond the golden vectors (tests/golden).
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -528,6 +529,38 @@ TEST_CASE("a batch without a single SSIM window trains on L1 alone", "[step]") {
   }
   CHECK(worst < 1e-6);
   CHECK(all_finite(s.state()));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("small errors pull in proportion to their size where they are to, larger ones all alike", "[step]") {
+  auto gpu = test::open_device();
+  SmallScene s(*gpu, 10, kFine, {test::view_from(0, 10, 40), test::view_from(1, 64, 10)});
+  REQUIRE(s.frame.batch().windows == 0);  // no SSIM
+  constexpr double kHuber = 0.2;
+  s.step.begin(1, 0, 0, SmallScene::rates(0), kHuber);
+  s.step.visibility(train::Thresholds::half, s.inputs);
+  s.step.shade(s.inputs);
+  s.step.loss(s.inputs);
+  const std::size_t n = s.frame.batch().pixels;
+  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * n);
+  const auto target = gpu->download_vector<float>(s.target.address(), 3 * n);
+  const auto gradient = gpu->download_vector<float>(s.frame.gradient.address(), 4 * n);
+  double worst = 0;
+  std::size_t small = 0, large = 0;
+  for (std::size_t i = 0; i < 3 * n; ++i) {
+    const double error = double(colour[i]) - target[i], pull = std::clamp(error / kHuber, -1.0, 1.0);
+    worst = std::max(worst, std::abs(gradient[i / 3 * 4 + i % 3] * 3.0 * static_cast<double>(n) - 0.8 * pull));
+    ++(std::abs(error) < kHuber ? small : large);
+  }
+  CHECK(worst < 1e-6);
+  CHECK((small > n / 10 && large > n / 10));
+  // What opacities learn from, and what is reported, is the error itself.
+  for (std::size_t p = 0; p < n; ++p) {
+    double sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) sum += std::abs(double(colour[3 * p + c]) - target[3 * p + c]);
+    worst = std::max(worst, std::abs(gradient[4 * p + 3] - sum));
+  }
+  CHECK(worst < 1e-6);
   test::require_silence(*gpu);
 }
 

@@ -133,6 +133,34 @@ TEST_CASE("steps look between the centres of pixels, each at another place", "[t
   test::require_silence(*gpu);
 }
 
+TEST_CASE("rates of vertices fall as they are to, and those of textures as those are", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  // How far vertices and texels have gone on average, whose rates fall to these shares.
+  const auto moved = [&](double end, double vertex_end) {
+    train::Settings settings = short_settings();
+    settings.resample_every = 0;
+    settings.coarse_share = 0;
+    settings.rate_end = end;
+    settings.rate_vertex_end = vertex_end;
+    train::Trainer trainer(*gpu, scene, settings, start(settings));
+    const soup::Model before = trainer.model();
+    trainer.run({});
+    const soup::Model after = trainer.model();
+    double vertices = 0, texels = 0;
+    for (std::size_t i = 0; i < after.vertices.size(); ++i) vertices += glm::length(after.vertices[i] - before.vertices[i]);
+    for (std::size_t i = 0; i < after.lattice.size(); ++i) texels += std::abs(int(after.lattice[i]) - int(before.lattice[i]));
+    return std::pair(vertices / double(after.vertices.size()), texels / double(after.lattice.size()));
+  };
+  constexpr double kFast = 1e-9;  // next to nothing is left after a few steps
+  const auto usual = moved(1, 1), vertices_rest = moved(1, kFast), textures_rest = moved(kFast, 1);
+  CHECK(vertices_rest.first < 0.5 * usual.first);
+  CHECK(vertices_rest.second > 0.7 * usual.second);
+  CHECK(textures_rest.first > 0.7 * usual.first);
+  CHECK(textures_rest.second < 0.5 * usual.second);
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and steps", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();

@@ -11,7 +11,7 @@ using namespace trisoup;
 
 namespace {
 
-train::Settings settings_of(std::vector<std::string> options, bool synthetic) {
+train::Settings settings_of(std::vector<std::string> options, bool synthetic, bool points = false) {
   options.insert(options.begin(), {"soup-train", "scene", "-o", "out"});
   std::vector<char*> argv;
   for (std::string& word : options) argv.push_back(word.data());
@@ -19,12 +19,13 @@ train::Settings settings_of(std::vector<std::string> options, bool synthetic) {
   REQUIRE_FALSE(parse(static_cast<int>(argv.size()), argv.data(), line).has_value());
   scene::Scene scene;
   scene.synthetic = synthetic;
+  for (int i = 0; points && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
   return line.settings(scene);
 }
 
 double way(const train::Settings& s) {
   double sum = 0;
-  for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, step);
+  for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, s.rate_vertex_end, step);
   return sum;
 }
 
@@ -42,7 +43,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.least_views == 4);
       CHECK(s.exposure == !synthetic);
       CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
-      CHECK(s.rate_end == 0.1);
+      CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.1 && s.huber == 0.1));
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
       CHECK(s.init_count == 30'000);
     }
@@ -66,7 +67,7 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(s.level_max == 5);
     CHECK(s.init_count == (synthetic ? 100'000 : 30'000));  // of a real one without points
     CHECK(s.rate_vertex == published.rate_vertex);
-    CHECK(s.rate_end == 0.01);
+    CHECK((s.rate_end == 0.01 && s.rate_vertex_end == 0.01 && s.huber == 0));
     CHECK(s.samples_per_pixel == 0);
     CHECK(s.pixel_jitter == 0);
     CHECK(s.least_views == 0);
@@ -99,6 +100,24 @@ TEST_CASE("few steps have the published way of vertices, presets their own", "[c
   CHECK(way(settings_of({"--preset", "balanced"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast", "--recipe", "synthetic"}, false)) == Approx(1.5).epsilon(0.01));
   CHECK(settings_of({"--preset", "fast"}, true).rate_end == 0.1);
+  // --rate-end is for all rates, --rate-vertex-end for vertices alone.
+  CHECK(settings_of({"--rate-end", "0.2"}, true).rate_vertex_end == 0.2);
+  const train::Settings own = settings_of({"--rate-end", "0.2", "--rate-vertex-end", "0.05", "--huber", "0.3"}, true);
+  CHECK((own.rate_end == 0.2 && own.rate_vertex_end == 0.05 && own.huber == 0.3));
+  CHECK(way(own) == Approx(1.5).epsilon(0.01));
+}
+
+TEST_CASE("from a surface vertices come to rest before textures do", "[command_line]") {
+  const train::Settings s = settings_of({"--preset", "balanced"}, false, true);
+  REQUIRE(s.init == "surface");
+  CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.03 && s.huber == 0.1));
+  CHECK(way(s) == Approx(4.0).epsilon(0.01));
+  CHECK(settings_of({"--rate-end", "0.5"}, false, true).rate_vertex_end == 0.5);
+  CHECK(settings_of({"--rate-vertex-end", "0.5"}, false, true).rate_vertex_end == 0.5);
+  CHECK(settings_of({"--preset", "published"}, false, true).rate_vertex_end == 0.01);
+  // Its budget is filled.
+  CHECK((s.fill_budget && !settings_of({"--fill-budget=false"}, false, true).fill_budget));
+  CHECK_FALSE((settings_of({}, false).fill_budget || settings_of({"--preset", "published"}, false, true).fill_budget));
   CHECK(settings_of({"--preset", "fast", "--rate-vertex", "0.02"}, true).rate_vertex == 0.02);
   CHECK(settings_of({"--rate-vertex", "0.00025", "--steps", "1000"}, true).rate_vertex == 0.00025);
 }

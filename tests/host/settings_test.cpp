@@ -23,7 +23,7 @@ TEST_CASE("vertices travel equally far in few steps", "[settings]") {
   train::Settings s = train::published(recipe);
   const auto way = [&] {
     double sum = 0;
-    for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, step);
+    for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, s.rate_vertex_end, step);
     return sum;
   };
   CHECK(way() == Approx(train::published_way(recipe)).epsilon(0.001));
@@ -31,7 +31,7 @@ TEST_CASE("vertices travel equally far in few steps", "[settings]") {
   CHECK(train::vertex_rate(s, train::published_way(recipe)) <= s.rate_vertex);
   for (const double end : {0.01, 0.1, 1.0})
     for (const std::uint64_t steps : {400, 1000, 10'000}) {
-      s.rate_end = end;
+      s.rate_vertex_end = end;
       s.steps = steps;
       s.rate_vertex = train::vertex_rate(s, 0.8);
       CHECK(way() == Approx(0.8).epsilon(0.01));

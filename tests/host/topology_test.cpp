@@ -1,6 +1,7 @@
 // Tests engine/soup/topology.h against the published implementation (golden D1..D4) and against its own promises.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "npz.h"
@@ -214,6 +215,31 @@ TEST_CASE("bisection reaches its target and keeps winding, area and barycentrics
   CHECK(bisect_longer_than(soup, 0.25f, 10).triangles() == 50);
   CHECK(bisect_longest(soup, 7).vertices == soup);
   CHECK(bisect_longest({}, 7).triangles() == 0);
+}
+
+TEST_CASE("the largest triangles are bisected, until their halves would be too small", "[topology]") {
+  std::vector<glm::vec3> three;
+  for (const float x : {0.0f, 10.0f, 20.0f}) three.insert(three.end(), {{x, 0, 0}, {x + 2, 0, 0}, {x, 1, 0}});
+  const auto count = [](const Resampled& r, std::uint32_t face) { return std::count(r.face_map.begin(), r.face_map.end(), face); };
+  // Sizes are what is given, not what lengths say: 80 becomes 4 of 20, one of which two of 10, after 30 has become 15 and 15.
+  const std::vector<double> sizes{30, 0, 80};
+  const Resampled split = bisect_largest(three, sizes, 1, 8);
+  REQUIRE(split.triangles() == 8);
+  CHECK(count(split, 0) == 2);
+  CHECK(count(split, 1) == 1);
+  CHECK(count(split, 2) == 5);
+  check_corners(split, three);
+  CHECK(split.corners[1] == kWholeParent);
+  // The longest edge is cut: from (22, 0) to (20, 1).
+  CHECK(bisect_largest(three, sizes, 1, 4).vertices[7] == glm::vec3(21, 0.5, 0));
+  // Four parts of 80 are no smaller than 20, and no part of 30 is as large.
+  const Resampled few = bisect_largest(three, sizes, 20, 100);
+  CHECK(few.triangles() == 6);
+  CHECK(count(few, 2) == 4);
+  CHECK(bisect_largest(three, std::vector<double>{0, NAN, INFINITY}, 1, 100).triangles() == 3);
+  CHECK(bisect_largest(three, sizes, 1, 2).triangles() == 3);
+  const std::vector<glm::vec3> point(3, glm::vec3(1));
+  CHECK(bisect_largest(point, std::vector<double>{100}, 1, 100).triangles() == 1);
 }
 
 TEST_CASE("bisection ends on triangles that cannot be bisected", "[topology]") {

@@ -14,7 +14,7 @@ TEST_CASE("long trainings do not learn by heart what lies at the centres of pixe
   const auto trained = [&](std::uint64_t steps, double jitter) {
     train::Settings settings = small_settings(steps);
     settings.triangles = 300;
-    settings.rate_end = 0.1;
+    settings.rate_end = settings.rate_vertex_end = 0.1;
     settings.rate_vertex = train::vertex_rate(settings, 0.3);
     settings.pixel_jitter = jitter;
     const Outcome outcome = train_through(*gpu, scene, settings);
