@@ -3,19 +3,23 @@
 #ifdef LANES_OF_A_CPU
 // A lane has one input of each layer and four outputs: what lanes read lies side by side, and a delta is the same for all of them.
 SHARED vec4 s_input[64 * 12];   // [pixel]: x, h1, h2
-SHARED float s_delta[35 * 64];  // [d1, d2, d3][pixel]
+const uint kDeltas = 40u;               // d1, d2, d3 of a pixel, and what makes it whole vectors of lanes
+SHARED float s_delta[64 * kDeltas];  // [pixel]
 
 struct MlpSums {
   vec4 w1, w2, w3;  // component: output 4 (thread / 16) + i of layers 1 and 2, output i of layer 3
-  vec4 b1, b2, b3;
+  float bias;       // output thread of the 35 of all layers
 };
 
-FN void clear_sums(OUT(MlpSums) sums) { sums.w1 = sums.w2 = sums.w3 = sums.b1 = sums.b2 = sums.b3 = vec4(0.0f); }
+FN void clear_sums(OUT(MlpSums) sums) {
+  sums.w1 = sums.w2 = sums.w3 = vec4(0.0f);
+  sums.bias = 0.0f;
+}
 
 #define PUT_INPUT(layer, v, k)                                        \
   UNROLL for (uint i = 0u; i < 4u; ++i) s_input[thread * 12u + (layer) * 4u + i] = \
       vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
-#define PUT_DELTA(first, count, v, k) UNROLL for (uint i = 0u; i < count; ++i) s_delta[(first + i) * 64u + thread] = LANE(v[i], k)
+#define PUT_DELTA(first, count, v, k) UNROLL for (uint i = 0u; i < count; ++i) s_delta[thread * kDeltas + first + i] = LANE(v[i], k)
 #define PUT_PIXEL(x, h1, h2, d1, d2, d3, k) \
   PUT_INPUT(0u, x, k);                      \
   PUT_INPUT(1u, h1, k);                     \
@@ -28,19 +32,17 @@ FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
   const uint vector = (thread & 15u) >> 2, component = thread & 3u, part = thread >> 4;
   MlpSums s = sums;
   for (uint q = 0u; q < 64u; ++q) {
-    const uint at = q * 12u, delta = part * 256u + q;
-    const vec4 d1 = vec4(s_delta[delta], s_delta[delta + 64u], s_delta[delta + 128u], s_delta[delta + 192u]);
-    const vec4 d2 = vec4(s_delta[delta + 1024u], s_delta[delta + 1088u], s_delta[delta + 1152u], s_delta[delta + 1216u]);
-    s.w1 += s_input[at + vector][component] * d1;
-    s.w2 += s_input[at + 4u + vector][component] * d2;
-    s.b1 += d1;
-    s.b2 += d2;
-    if (part == 0u) {
-      const vec4 d3 = vec4(s_delta[2048u + q], s_delta[2112u + q], s_delta[2176u + q], 0.0f);
-      s.w3 += s_input[at + 8u + vector][component] * d3;
-      s.b3 += d3;
-    }
+    const uint at = q * 12u, delta = q * kDeltas + part * 4u;
+    s.w1 += s_input[at + vector][component] * vec4(s_delta[delta], s_delta[delta + 1u], s_delta[delta + 2u], s_delta[delta + 3u]);
+    s.w2 += s_input[at + 4u + vector][component] * vec4(s_delta[delta + 16u], s_delta[delta + 17u], s_delta[delta + 18u], s_delta[delta + 19u]);
   }
+  if (part == 0u)
+    for (uint q = 0u; q < 64u; ++q) {
+      const uint delta = q * kDeltas + 32u;
+      s.w3 += s_input[q * 12u + 8u + vector][component] * vec4(s_delta[delta], s_delta[delta + 1u], s_delta[delta + 2u], 0.0f);
+    }
+  if (thread < kDeltas)
+    for (uint q = 0u; q < 64u; ++q) s.bias += s_delta[q * kDeltas + thread];
   sums = s;
 }
 
@@ -50,16 +52,10 @@ FN void write_sums(Floats partial, uint base, uint thread, IN(MlpSums) sums) {
   UNROLL for (uint i = 0u; i < 4u; ++i) {
     partial.v[base + (output0 + i) * 16u + in_index] = sums.w1[i];
     partial.v[base + MLP_W2 + (output0 + i) * 16u + in_index] = sums.w2[i];
-    if (in_index == 0u) {
-      partial.v[base + MLP_B1 + output0 + i] = sums.b1[i];
-      partial.v[base + MLP_B2 + output0 + i] = sums.b2[i];
-    }
   }
+  if (thread < 35u) partial.v[base + (thread < 16u ? MLP_B1 + thread : thread < 32u ? MLP_B2 + thread - 16u : MLP_B3 + thread - 32u)] = sums.bias;
   if (output0 != 0u) return;
-  UNROLL for (uint i = 0u; i < 3u; ++i) {
-    partial.v[base + MLP_W3 + i * 16u + in_index] = sums.w3[i];
-    if (in_index == 0u) partial.v[base + MLP_B3 + i] = sums.b3[i];
-  }
+  UNROLL for (uint i = 0u; i < 3u; ++i) partial.v[base + MLP_W3 + i * 16u + in_index] = sums.w3[i];
 }
 #else
 // Threads 0..35 have a 4 x 4 block of a weight matrix each: 16 of w1, 16 of w2, 4 of w3.

@@ -9,16 +9,19 @@ namespace {
 
 typedef float four __attribute__((vector_size(16)));
 typedef float four_in_memory __attribute__((vector_size(16), aligned(4), may_alias));
+#define LANES_INLINE [[gnu::always_inline]] inline
 
-inline void load_one(const char* p, char*& x) { std::memcpy(&x, p, sizeof x); }
+template <typename T>
+using lane_of = std::remove_cvref_t<decltype(T{}[0])>;
+
+template <typename T>
+LANES_INLINE T load_one(const char* p) {
+  T x;
+  std::memcpy(&x, p, sizeof x);
+  return x;
+}
 template <Scalar T>
-inline void load_one(const char* p, T& x) { std::memcpy(&x, p, sizeof x); }
-template <Scalar T, int N>
-inline void load_one(const char* p, vec<T, N>& x) { std::memcpy(&x, p, sizeof x); }
-template <Scalar T>
-inline void store_one(char* p, T x) { std::memcpy(p, &x, sizeof x); }
-template <Scalar T, int N>
-inline void store_one(char* p, const vec<T, N>& x) { std::memcpy(p, &x, sizeof x); }
+LANES_INLINE void store_one(char* p, T x) { std::memcpy(p, &x, sizeof x); }
 /// All lanes at one place: the last one's stays.
 template <Lanes T>
 inline void store_last(char* p, T x, vm mask) {
@@ -27,20 +30,14 @@ inline void store_last(char* p, T x, vm mask) {
   const auto one = x[31 - std::countl_zero(lanes)];
   std::memcpy(p, &one, 4);
 }
-template <typename T, int N>
-inline void store_last(char* p, const vec<T, N>& x, vm mask) {
-  for (int i = 0; i < N; ++i) store_last(p + 4 * i, x.c[i], mask);
-}
-template <std::size_t stride, Lanes T>
-inline void gather(const char* p, vu index, T& x) {
-  for (int l = 0; l < WIDTH; ++l) {
-    std::remove_cvref_t<decltype(x[0])> one;
-    std::memcpy(&one, p + std::size_t(index[l]) * stride, 4);
-    x[l] = one;
-  }
+template <typename T, std::size_t stride>
+LANES_INLINE T gather(const char* p, vu index) {
+  T x;
+  for (int l = 0; l < WIDTH; ++l) x[l] = load_one<lane_of<T>>(p + std::size_t(index[l]) * stride);
+  return x;
 }
 /// Rows become columns.
-inline void transpose(four (&r)[4]) {
+LANES_INLINE void transpose(four (&r)[4]) {
   const four t0 = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5), t1 = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5),
              t2 = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7), t3 = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
   r[0] = __builtin_shufflevector(t0, t1, 0, 1, 4, 5);
@@ -48,74 +45,88 @@ inline void transpose(four (&r)[4]) {
   r[2] = __builtin_shufflevector(t2, t3, 0, 1, 4, 5);
   r[3] = __builtin_shufflevector(t2, t3, 2, 3, 6, 7);
 }
+/// Fours of lanes side by side as one vector, and its fours: in registers.
+template <Lanes T>
+LANES_INLINE T joined(const four (&parts)[WIDTH / 4][4], int c) {
+#if WIDTH == 4
+  return (T)parts[0][c];
+#elif WIDTH == 8
+  return (T)__builtin_shufflevector(parts[0][c], parts[1][c], 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+  typedef float eight __attribute__((vector_size(32)));
+  const eight low = __builtin_shufflevector(parts[0][c], parts[1][c], 0, 1, 2, 3, 4, 5, 6, 7);
+  const eight high = __builtin_shufflevector(parts[2][c], parts[3][c], 0, 1, 2, 3, 4, 5, 6, 7);
+  return (T)__builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+#endif
+}
 /// Four words of each lane, that of lane l at at(l), as four vectors.
 template <Lanes T, typename At>
-inline void gather_four(At at, vec<T, 4>& x) {
-  for (int block = 0; block < WIDTH; block += 4) {
-    four rows[4];
-    for (int l = 0; l < 4; ++l) rows[l] = *reinterpret_cast<const four_in_memory*>(at(block + l));
-    transpose(rows);
-    for (int c = 0; c < 4; ++c) std::memcpy(reinterpret_cast<char*>(&x.c[c]) + 4 * block, &rows[c], 16);
+LANES_INLINE void load_four(At at, T& a, T& b, T& c, T& d) {
+  four parts[WIDTH / 4][4];
+  for (int block = 0; block < WIDTH / 4; ++block) {
+    for (int l = 0; l < 4; ++l) parts[block][l] = *reinterpret_cast<const four_in_memory*>(at(4 * block + l));
+    transpose(parts[block]);
   }
+  a = joined<T>(parts, 0);
+  b = joined<T>(parts, 1);
+  c = joined<T>(parts, 2);
+  d = joined<T>(parts, 3);
 }
 template <Lanes T, typename At>
-inline void scatter_four(At at, const vec<T, 4>& x, std::uint32_t lanes) {
+LANES_INLINE void store_four(At at, T a, T b, T c, T d, std::uint32_t lanes) {
+  const T columns[4] = {a, b, c, d};
   for (int block = 0; block < WIDTH; block += 4) {
     four rows[4];
-    for (int c = 0; c < 4; ++c) std::memcpy(&rows[c], reinterpret_cast<const char*>(&x.c[c]) + 4 * block, 16);
+    for (int c = 0; c < 4; ++c) std::memcpy(&rows[c], reinterpret_cast<const char*>(&columns[c]) + 4 * block, 16);
     transpose(rows);
     for (int l = 0; l < 4; ++l)
       if (lanes >> (block + l) & 1u) *reinterpret_cast<four_in_memory*>(at(block + l)) = rows[l];
   }
 }
-template <std::size_t stride, Lanes T, int N>
-inline void gather(const char* p, vu index, vec<T, N>& x) {
-  if constexpr (N == 4) {
-    gather_four([&](int l) { return p + std::size_t(index[l]) * stride; }, x);
-  } else {
-    for (int i = 0; i < N; ++i) gather<stride>(p + 4 * i, index, x.c[i]);
-  }
+const std::uint32_t kAllLanes = (1u << WIDTH) - 1u;
+template <std::size_t stride, Lanes T>
+LANES_INLINE void gather_four(const char* p, vu index, T& a, T& b, T& c, T& d) {
+  load_four([&](int l) { return p + std::size_t(index[l]) * stride; }, a, b, c, d);
 }
 /// Lane l at p + l * stride.
-template <std::size_t stride, Lanes T>
-inline void load_run(const char* p, T& x) {
-  if constexpr (stride == 4) std::memcpy(&x, p, sizeof x);
-  else {
-    for (int l = 0; l < WIDTH; ++l) {
-      std::remove_cvref_t<decltype(x[0])> one;
-      std::memcpy(&one, p + std::size_t(l) * stride, 4);
-      x[l] = one;
-    }
-  }
+template <typename T, std::size_t stride>
+LANES_INLINE T load_run(const char* p) {
+  if constexpr (stride == 4) return load_one<T>(p);
+  T x;
+  for (int l = 0; l < WIDTH; ++l) x[l] = load_one<lane_of<T>>(p + std::size_t(l) * stride);
+  return x;
 }
-template <std::size_t stride, Lanes T, int N>
-inline void load_run(const char* p, vec<T, N>& x) {
-  if constexpr (N == 4) {
-    gather_four([&](int l) { return p + std::size_t(l) * stride; }, x);
-  } else {
-    for (int i = 0; i < N; ++i) load_run<stride>(p + 4 * i, x.c[i]);
+template <std::size_t stride, Lanes T>
+LANES_INLINE void load_run_four(const char* p, T& a, T& b, T& c, T& d) {
+  load_four([&](int l) { return p + std::size_t(l) * stride; }, a, b, c, d);
+}
+template <Lanes T, typename At>
+inline void store_lanes(At at, T x, std::uint32_t lanes) {
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const int l = std::countr_zero(lanes);
+    store_one(at(l), static_cast<lane_of<T>>(x[l]));
   }
 }
 template <std::size_t stride, Lanes T>
 inline void scatter(char* p, vu index, T x, vm mask) {
-  for (std::uint32_t lanes = lanes_of(mask); lanes != 0; lanes &= lanes - 1) {
-    const int l = std::countr_zero(lanes);
-    const auto one = x[l];
-    std::memcpy(p + std::size_t(index[l]) * stride, &one, 4);
-  }
-}
-template <std::size_t stride, typename T, int N>
-inline void scatter(char* p, vu index, const vec<T, N>& x, vm mask) {
-  if constexpr (N == 4) scatter_four([&](int l) { return p + std::size_t(index[l]) * stride; }, x, lanes_of(mask));
-  else for (int i = 0; i < N; ++i) scatter<stride>(p + 4 * i, index, x.c[i], mask);
+  store_lanes([&](int l) { return p + std::size_t(index[l]) * stride; }, x, lanes_of(mask));
 }
 template <std::size_t stride, Lanes T>
-inline void store_run(char* p, T x) {
+inline void scatter(char* p, vu index, T x) {
+  for (int l = 0; l < WIDTH; ++l) store_one(p + std::size_t(index[l]) * stride, static_cast<lane_of<T>>(x[l]));
+}
+template <std::size_t stride, Lanes T>
+inline void scatter_four(char* p, vu index, T a, T b, T c, T d, vm mask) {
+  store_four([&](int l) { return p + std::size_t(index[l]) * stride; }, a, b, c, d, lanes_of(mask));
+}
+template <std::size_t stride, Lanes T>
+inline void scatter_four(char* p, vu index, T a, T b, T c, T d) {
+  store_four([&](int l) { return p + std::size_t(index[l]) * stride; }, a, b, c, d, kAllLanes);
+}
+template <std::size_t stride, Lanes T>
+LANES_INLINE void store_run(char* p, T x) {
   if constexpr (stride == 4) std::memcpy(p, &x, sizeof x);
-  else for (int l = 0; l < WIDTH; ++l) {
-    const auto one = x[l];
-    std::memcpy(p + std::size_t(l) * stride, &one, 4);
-  }
+  else for (int l = 0; l < WIDTH; ++l) store_one(p + std::size_t(l) * stride, static_cast<lane_of<T>>(x[l]));
 }
 template <std::size_t stride, Lanes T>
 inline void store_run(char* p, T x, vm mask) {
@@ -125,7 +136,7 @@ inline void store_run(char* p, T x, vm mask) {
     _mm512_mask_storeu_epi32(p, static_cast<__mmask16>(lanes_of(mask)), (__m512i)x);
     return;
 #else
-    if (lanes_of(mask) == (1u << WIDTH) - 1u) {
+    if (lanes_of(mask) == kAllLanes) {
       std::memcpy(p, &x, sizeof x);
       return;
     }
@@ -135,22 +146,24 @@ inline void store_run(char* p, T x, vm mask) {
 #endif
 #endif
   }
-  for (std::uint32_t lanes = lanes_of(mask); lanes != 0; lanes &= lanes - 1) {
-    const int l = std::countr_zero(lanes);
-    const auto one = x[l];
-    std::memcpy(p + std::size_t(l) * stride, &one, 4);
-  }
+  store_lanes([&](int l) { return p + std::size_t(l) * stride; }, x, lanes_of(mask));
 }
-template <std::size_t stride, typename T, int N>
-inline void store_run(char* p, const vec<T, N>& x, vm mask = kAll) {
-  if constexpr (N == 4) scatter_four([&](int l) { return p + std::size_t(l) * stride; }, x, lanes_of(mask));
-  else for (int i = 0; i < N; ++i) store_run<stride>(p + 4 * i, x.c[i], mask);
+template <std::size_t stride, Lanes T>
+inline void store_run_four(char* p, T a, T b, T c, T d, vm mask) {
+  store_four([&](int l) { return p + std::size_t(l) * stride; }, a, b, c, d, lanes_of(mask));
+}
+template <std::size_t stride, Lanes T>
+inline void store_run_four(char* p, T a, T b, T c, T d) {
+  store_four([&](int l) { return p + std::size_t(l) * stride; }, a, b, c, d, kAllLanes);
 }
 
 // ---- atomics: lane after lane
 template <std::size_t stride, bool shared, bool used, typename F>
 inline vu atomically(char* p, vu index, vu value, vm mask, F f) {
   vu before{};
+  // A locked instruction waits for its cache line and lets nothing pass meanwhile: the lines of all lanes are asked for first.
+  if constexpr (!shared)
+    for (int l = 0; l < WIDTH; ++l) __builtin_prefetch(p + std::size_t(index[l]) * stride, 1);
   for (std::uint32_t lanes = lanes_of(mask); lanes != 0; lanes &= lanes - 1) {
     const int l = std::countr_zero(lanes);
     auto& word = *reinterpret_cast<std::uint32_t*>(p + std::size_t(index[l]) * stride);

@@ -1,11 +1,15 @@
 """A kernel as C++ in the words of lanes.h and lane_memory.h."""
-from spirv import BINARY, COMPARE, fail
-from uniformity import ALIGNED, COMPONENT, CONSECUTIVE, QUARTER, VARYING, is_uniform, leaves
+from expressions import INTEGERS, Expressions, fold, pick
+from parts import Leaf, Types, as_lanes, each, first, vary
+from spirv import fail
+from uniformity import ALIGNED, COMPONENT, CONSECUTIVE, QUARTER, VARYING, is_uniform
 
-EXT = {4: "fabs_", 6: "fsign_", 8: "floor_", 9: "ceil_", 27: "exp_", 31: "sqrt_", 37: "fmin_", 38: "umin_", 39: "smin_", 40: "fmax_",
-       41: "umax_", 42: "smax_", 43: "fclamp_", 44: "uclamp_", 45: "sclamp_", 69: "normalize_", 73: "find_lsb_"}
+LARGEST_UNROLLED = 32
 
-SCALARS = {"vm": "bool", "vf": "float", "vu": "std::uint32_t", "vi": "std::int32_t"}  # what a lane of a vector is
+
+def each_number(tree, value):
+    """A tree of the same shape, with one value everywhere."""
+    return [each_number(x, value) for x in tree] if isinstance(tree, list) else value
 
 
 class Writer:
@@ -13,9 +17,12 @@ class Writer:
 
     def __init__(self, program, name):
         self.p, self.m, self.name = program, program.m, name
-        self.lines, self.structs, self.struct_text = [], {}, []
-        self.depth, self.temporary = 1, 0
+        self.kinds = Types(self.m)
+        self.expressions = Expressions(self.kinds)
+        self.lines, self.depth, self.temporary = [], 1, 0
         self.labels = set()
+        self.trees, self.known, self.counting = {}, {}, {}  # values; those of them that are numbers now; counters of unrolled loops
+        self.makers = {n.key: n for n in program.insts if n.key is not None}
 
     def out(self, text):
         self.lines.append("  " * self.depth + text)
@@ -24,245 +31,267 @@ class Writer:
         self.temporary += 1
         return f"{stem}{self.temporary}"
 
-    # types
-    def cpp(self, type_, varying):
-        t = self.m.ids[type_]
-        if t.op == "TypeBool":
-            return "vm" if varying else "bool"
-        if t.op == "TypeInt":
-            return ("vi" if varying else "std::int32_t") if t.args[1] else ("vu" if varying else "std::uint32_t")
-        if t.op == "TypeFloat":
-            return "vf" if varying else "float"
-        if t.op == "TypeVector":
-            return f"vec<{self.cpp(t.args[0], varying)}, {t.args[1]}>"
-        if t.op == "TypeMatrix":
-            return f"vec<{self.cpp(t.args[0], varying)}, {t.args[1]}>"
-        if t.op == "TypeArray":
-            return f"arr<{self.cpp(t.args[0], varying)}, {self.m.constant(t.args[1])}>"
-        if t.op == "TypeStruct":
-            return self.struct(type_, varying)
-        if t.op == "TypePointer":
-            return "ptr"
-        fail(f"{self.m.path}: a value of {t.op}")
+    # values
+    def tree(self, key):
+        if key not in self.p.types:
+            return self.kinds.literal(key[0])
+        return self.trees[key]
 
-    def struct(self, type_, varying):
-        members = [self.cpp(x, varying) for x in self.m.ids[type_].args]
-        key = tuple(members)
-        if key not in self.structs:
-            name = f"S{len(self.structs)}"
-            self.structs[key] = name
-            self.struct_text.append(f"struct {name} {{ " + " ".join(f"{x} m{i};" for i, x in enumerate(members)) + " };")
-        return self.structs[key]
+    def number(self, key):
+        """An integer that is known while translating, else None."""
+        if key not in self.p.types:
+            return self.m.constant(key[0])
+        return self.known.get(key)
 
-    def rep(self, key):
-        """Whether a value is held as a vector."""
+    def differs(self, key):
+        """Whether any part of a value may differ between lanes."""
         return not is_uniform(self.p.class_of(key))
 
-    def ident(self, key):
-        if isinstance(key[0], str):
-            return f"result_{key[1]}"
-        return f"x{key[0]}_{key[1]}"
+    @staticmethod
+    def stem(key):
+        return f"result_{key[1]}" if isinstance(key[0], str) else f"x{key[0]}_{key[1]}"
 
-    def literal(self, key):
-        inst = self.m.ids[key[0]]
-        if inst.op in ("ConstantNull", "Undef"):
-            return f"{self.cpp(inst.type, False)}{{}}"
-        if inst.op in ("ConstantComposite", "SpecConstantComposite"):
-            parts = ", ".join(self.literal((a, 0)) for a in inst.args)
-            braces = ("{", "}") if self.m.ids[inst.type].op == "TypeStruct" else ("{{", "}}")
-            return f"{self.cpp(inst.type, False)}{braces[0]}{parts}{braces[1]}"
-        value = self.m.constant(key[0])
-        if value is None:
-            fail(f"{self.m.path}: {inst.op} is not a value")
-        if isinstance(value, bool):
-            return "true" if value else "false"
-        if isinstance(value, float):
-            return f"{value.hex()}f" if abs(value) < float("inf") else fail(f"{self.m.path}: a constant that is no number")
-        signed = self.m.ids[inst.type].args[1]
-        return f"std::int32_t({value})" if signed else f"{value}u"
+    def wanted(self, type_, c):
+        """Tree of whether a value's scalars are held over the lanes."""
+        if self.kinds.is_scalar(type_):
+            return not is_uniform(c)
+        return [self.wanted(t, x) for t, x in zip(self.kinds.parts(type_), self.kinds.part_classes(type_, c))]
 
-    def uniform(self, key):
-        """Expression of a value held as a scalar."""
-        if key not in self.p.types:
-            return self.literal(key)
-        return self.ident(key)
+    def declare(self, key, type_):
+        """Declares a variable of the kernel's, or a value that is set where control comes from."""
+        indexed = self.indexed.get(key, set())
+        self.trees[key], declared = self.kinds.variables(type_, self.p.class_of(key), self.stem(key), indexed)
+        for name, (cpp, dimensions) in declared.items():
+            # Lanes that take no part leave what was there, so something has to be; clearing arrays shows in profiles.
+            self.out(f"[[maybe_unused]] {cpp} {name}{dimensions}{'' if dimensions else '{}'};")
 
-    def get(self, key, varying):
-        """Expression of a value, as a vector if `varying`."""
-        text = self.uniform(key)
-        if self.rep(key) != varying:
-            return f"vary({text})" if varying else f"first({text})"
-        return text
+    def define(self, key, type_, texts, wanted):
+        """Gives a value's scalars names."""
+        count = 0
+
+        def name(leaf_type, text, w):
+            nonlocal count
+            if not self.kinds.is_scalar(leaf_type):
+                return [name(t, x, y) for t, x, y in zip(self.kinds.parts(leaf_type), text, w)]
+            count += 1
+            variable = f"{self.stem(key)}_{count}"
+            self.out(f"[[maybe_unused]] const {self.kinds.scalar(leaf_type, w)} {variable} = {text};")
+            return Leaf(variable, w)
+        self.trees[key] = name(type_, texts, wanted)
 
     # addresses
-    def layout(self, type_):
-        """Bytes of a type as C++ holds it as scalars."""
-        t = self.m.ids[type_]
-        if t.op == "TypeVector" or t.op == "TypeMatrix":
-            return self.layout(t.args[0]) * t.args[1]
-        if t.op == "TypeArray":
-            return self.layout(t.args[0]) * self.m.constant(t.args[1])
-        if t.op == "TypeStruct":
-            return sum(self.layout(x) for x in t.args)
-        if t.op == "TypePointer":
-            return 8
-        return 4
-
     def address(self, key):
-        """(uniform address as an expression, list of varying (index expression, stride, class), type, is shared memory)."""
+        """(uniform address as an expression, list of varying (index key, stride, class), type, is shared memory)."""
         storage, root, path, type_ = self.p.pointer(key)
         explicit = storage in (5349, 9)
         if storage == 9:
             base = "const_cast<char*>(reinterpret_cast<const char*>(arguments))"
         elif storage == 5349:
-            base = self.uniform(root)
-            if self.rep(root):
+            leaf = self.tree(root)
+            if leaf.varying:
                 fail(f"{self.m.path}: an address that differs between lanes")
+            base = leaf.text
         else:
-            base = f"reinterpret_cast<char*>(&{self.shared_name(root)})"
-        offset, terms = 0, []
-        uniform_terms = []
+            base = f"reinterpret_cast<char*>(shared_{root[0]})"
+        offset, terms, uniform_terms = 0, [], []
         for index in path:
-            t = self.m.ids[type_]
-            known = self.m.constant(index[0])
+            t = self.kinds.of(type_)
+            known = self.number(index)
             if t.op == "TypeStruct":
-                if explicit:
-                    offset += self.m.member_offsets[type_, known]
-                    self.matrix_stride = self.m.matrix_strides.get((type_, known), 16)
-                else:
-                    offset += sum(self.layout(x) for x in t.args[:known])
+                offset += self.m.member_offsets[type_, known] if explicit else 4 * sum(map(self.kinds.words, t.args[:known]))
+                self.matrix_stride = self.m.matrix_strides.get((type_, known), 16)
                 type_ = t.args[known]
                 continue
-            if t.op in ("TypeArray", "TypeRuntimeArray"):
-                stride = self.m.decorations[type_][6][0] if explicit else self.layout(t.args[0])
-            elif t.op == "TypeMatrix":
-                stride = self.matrix_stride if explicit else self.layout(t.args[0])
-            else:
-                stride = 4
+            stride = self.stride(type_, explicit)
             type_ = t.args[0]
             if known is not None:
                 offset += known * stride
-            elif self.rep(index):
+            elif self.differs(index):
                 terms.append((index, stride, self.p.class_of(index)))
             else:
-                uniform_terms.append(f"std::size_t({self.uniform(index)}) * {stride}")
+                uniform_terms.append(f"std::size_t({first(self.tree(index))}) * {stride}")
         text = " + ".join([base] + uniform_terms + ([str(offset)] if offset else []))
         return text, terms, type_, storage == 4
 
+    def stride(self, type_, explicit):
+        """Bytes from one part of an array, matrix or vector to the next."""
+        t = self.kinds.of(type_)
+        if not explicit:
+            return 4 * self.kinds.words(t.args[0])
+        return self.m.decorations[type_][6][0] if t.op in ("TypeArray", "TypeRuntimeArray") else self.matrix_stride if t.op == "TypeMatrix" else 4
+
     def index(self, terms):
-        """(index expression as vu, stride, class) of varying terms."""
+        """(terms of the index as (key, factor), stride, class) of varying terms of an address."""
         if len(terms) == 1:
             index, stride, c = terms[0]
-            return f"as_u({self.uniform(index)})", stride, c
+            return [(index, 1)], stride, c
         step = terms[0][1]
         for _, stride, _ in terms[1:]:
             while stride:
                 step, stride = stride, step % stride
-        parts = [f"as_u({self.uniform(i)}) * {s // step}u" for i, s, _ in terms]
         in_a_row = sorted((s, c) for _, s, c in terms) == [(4, COMPONENT), (16, QUARTER)]
-        return "(" + " + ".join(parts) + ")", step, CONSECUTIVE if in_a_row else VARYING
+        return [(i, s // step) for i, s, _ in terms], step, CONSECUTIVE if in_a_row else VARYING
 
-    def leaves(self, type_, explicit, offset=0, path=""):
-        """(offset, type, C++ member path) of the scalars and vectors of a type in memory."""
-        t = self.m.ids[type_]
+    def index_of_lanes(self, terms):
+        return " + ".join(f"as_u({self.tree(key).text})" + (f" * {factor}u" if factor != 1 else "") for key, factor in terms)
+
+    def index_of_first(self, terms):
+        """The first lane's index as a scalar."""
+        return " + ".join(self.first_lane(key, 4) + (f" * {factor}u" if factor != 1 else "") for key, factor in terms)
+
+    def first_lane(self, key, depth):
+        """An integer's value in the first lane, of scalars alone as far as it can be: only that is asked for where lanes read words in a row."""
+        if not self.differs(key):
+            return f"std::uint32_t({first(self.tree(key))})"
+        maker = self.makers.get(key)
+        sign = {"IAdd": "+", "ISub": "-", "IMul": "*"}.get(maker.inst.op) if maker is not None else None
+        if sign is None or depth == 0:
+            return f"as_u({self.tree(key).text})[0]"
+        return f"({self.first_lane(maker.args[0], depth - 1)} {sign} {self.first_lane(maker.args[1], depth - 1)})"
+
+    def fields(self, type_, explicit, offset=0):
+        """Tree of the offsets of a type's scalars in memory, and of None for what lies in a vector of four words but first."""
+        t = self.kinds.of(type_)
+        if self.kinds.is_scalar(type_):
+            return offset
         if t.op == "TypeStruct":
-            at = 0
+            out, at = [], 0
             for i, x in enumerate(t.args):
-                o = self.m.member_offsets[type_, i] if explicit else at
                 self.matrix_stride = self.m.matrix_strides.get((type_, i), 16)
-                yield from self.leaves(x, explicit, offset + o, f"{path}.m{i}")
-                at += self.layout(x)
-        elif t.op == "TypeArray":
-            stride = self.m.decorations[type_][6][0] if explicit else self.layout(t.args[0])
-            for i in range(self.m.constant(t.args[1])):
-                yield from self.leaves(t.args[0], explicit, offset + i * stride, f"{path}.v[{i}]")
-        elif t.op == "TypeMatrix":
-            stride = self.matrix_stride if explicit else self.layout(t.args[0])
-            for i in range(t.args[1]):
-                yield from self.leaves(t.args[0], explicit, offset + i * stride, f"{path}.c[{i}]")
-        else:
-            yield offset, type_, path
+                out.append(self.fields(x, explicit, offset + (self.m.member_offsets[type_, i] if explicit else at)))
+                at += 4 * self.kinds.words(x)
+            return out
+        if t.op == "TypeVector":
+            return [offset + 4 * i for i in range(t.args[1])]
+        stride = self.stride(type_, explicit)
+        return [self.fields(t.args[0], explicit, offset + i * stride) for i in range(len(self.kinds.parts(type_)))]
 
-    def shared_name(self, root):
-        return f"shared_{root[0]}"
+    def is_four(self, type_):
+        t = self.kinds.of(type_)
+        return t.op == "TypeVector" and t.args[1] == 4
 
-    def load_memory(self, name, pointer, mask):
+    # memory
+    def load_memory(self, key, pointer, mask):
         text, terms, type_, shared = self.address(pointer)
-        explicit = not shared
         base = self.fresh("p")
         self.out(f"char* const {base} = {text};")
+        fields = self.fields(type_, not shared)
         if not terms:
-            self.out(f"{self.cpp(type_, False)} {name};")
-            for offset, t, path in self.leaves(type_, explicit):
-                self.out(f"load_one({base} + {offset}, {name}{path});")
+            self.define(key, type_, self.texts(type_, fields, lambda t, o: f"load_one<{self.kinds.scalar(t, False)}>({base} + {o})"), each_number(fields, False))
             return
-        index, stride, c = self.index(terms)
-        self.out(f"{self.cpp(type_, True)} {name};")
-        at = self.fresh("i")
+        terms, stride, c = self.index(terms)
         # Lanes that take no part read what lies beside the others: words there is room for, larger steps not.
         run = c in (ALIGNED, CONSECUTIVE) and (mask is None or stride == 4)
-        self.out(f"const vu {at} = {index};" if mask is None or run else f"const vu {at} = {index} & as_u({mask});")
-        for offset, t, path in self.leaves(type_, explicit):
-            if run:
-                self.out(f"load_run<{stride}>({base} + std::ptrdiff_t(std::int32_t({at}[0])) * {stride} + {offset}, {name}{path});")
-            else:
-                self.out(f"gather<{stride}>({base} + {offset}, {at}, {name}{path});")
+        at = self.fresh("i")
+        if run:
+            self.out(f"char* const {at} = {base} + std::ptrdiff_t(std::int32_t({self.index_of_first(terms)})) * {stride};")
+        else:
+            self.out(f"const vu {at} = {'(' if mask else ''}{self.index_of_lanes(terms)}{f') & as_u({mask})' if mask else ''};")
+
+        def load(t, offsets, name):
+            if self.kinds.is_scalar(t):
+                cpp = self.kinds.scalar(t, True)
+                call = f"load_run<{cpp}, {stride}>({at} + {offsets})" if run else f"gather<{cpp}, {stride}>({base} + {offsets}, {at})"
+                self.out(f"[[maybe_unused]] const {cpp} {name} = {call};")
+                return Leaf(name, True)
+            names = [f"{name}_{i}" for i in range(len(offsets))]
+            if self.is_four(t):
+                cpp = self.kinds.scalar(self.kinds.parts(t)[0], True)
+                self.out(f"[[maybe_unused]] {cpp} {', '.join(names)};")
+                where = f"{at} + {offsets[0]}" if run else f"{base} + {offsets[0]}, {at}"
+                self.out(f"{'load_run' if run else 'gather'}_four<{stride}>({where}, {', '.join(names)});")
+                return [Leaf(x, True) for x in names]
+            return [load(part, o, x) for part, o, x in zip(self.kinds.parts(t), offsets, names)]
+        self.trees[key] = load(type_, fields, self.stem(key))
+
+    def texts(self, type_, offsets, f):
+        if self.kinds.is_scalar(type_):
+            return f(type_, offsets)
+        return [self.texts(t, o, f) for t, o in zip(self.kinds.parts(type_), offsets)]
 
     def store_memory(self, value, pointer, mask):
         text, terms, type_, shared = self.address(pointer)
-        explicit = not shared
         base = self.fresh("p")
         self.out(f"char* const {base} = {text};")
+        fields, tree = self.fields(type_, not shared), self.tree(value)
         if not terms:
-            if not self.rep(value):
-                for offset, t, path in self.leaves(type_, explicit):
-                    self.out(f"store_one({base} + {offset}, {self.wrapped(self.uniform(value))}{path});")
-            else:
-                for offset, t, path in self.leaves(type_, explicit):
-                    self.out(f"store_last({base} + {offset}, {self.wrapped(self.uniform(value))}{path}, {mask or 'kAll'});")
+            self.store_one(base, fields, tree, mask)
             return
-        index, stride, c = self.index(terms)
+        terms, stride, c = self.index(terms)
+        run = c in (ALIGNED, CONSECUTIVE)
         at = self.fresh("i")
-        self.out(f"const vu {at} = {index};")
-        v = self.fresh("v")
-        self.out(f"const {self.cpp(type_, True)} {v} = {self.get(value, True)};")
-        for offset, t, path in self.leaves(type_, explicit):
-            if c in (ALIGNED, CONSECUTIVE) and mask is None:
-                self.out(f"store_run<{stride}>({base} + std::ptrdiff_t(std::int32_t({at}[0])) * {stride} + {offset}, {v}{path});")
-            elif c in (ALIGNED, CONSECUTIVE):
-                self.out(f"store_run<{stride}>({base} + std::ptrdiff_t(std::int32_t({at}[0])) * {stride} + {offset}, {v}{path}, {mask});")
-            else:
-                self.out(f"scatter<{stride}>({base} + {offset}, {at}, {v}{path}, {mask or 'kAll'});")
+        if run:
+            self.out(f"char* const {at} = {base} + std::ptrdiff_t(std::int32_t({self.index_of_first(terms)})) * {stride};")
+        else:
+            self.out(f"const vu {at} = {self.index_of_lanes(terms)};")
 
-    @staticmethod
-    def wrapped(text):
-        return text if text.replace("_", "").isalnum() else f"({text})"
+        under = f", {mask}" if mask else ""
+
+        def store(t, offsets, part):
+            where = (lambda o: f"{at} + {o}") if run else (lambda o: f"{base} + {o}, {at}")
+            function = "store_run" if run else "scatter"
+            if self.kinds.is_scalar(t):
+                self.out(f"{function}<{stride}>({where(offsets)}, {vary(part)}{under});")
+            elif self.is_four(t):
+                self.out(f"{function}_four<{stride}>({where(offsets[0])}, {', '.join(vary(x) for x in part)}{under});")
+            else:
+                for x in zip(self.kinds.parts(t), offsets, part):
+                    store(*x)
+        store(type_, fields, tree)
+
+    def store_one(self, base, fields, tree, mask):
+        """All lanes store to one place: the last one's stays."""
+        if isinstance(tree, Leaf):
+            self.out(f"store_last({base} + {fields}, {tree.text}, {mask or 'kAll'});" if tree.varying else f"store_one({base} + {fields}, {tree.text});")
+            return
+        # A value that only some lanes have is stored as a whole by the same lane.
+        for o, part in zip(fields, tree):
+            self.store_one(base, o, part, mask)
+
+    def atomic(self, n, mask):
+        function = {"AtomicIAdd": "atomic_add", "AtomicUMax": "atomic_max", "AtomicOr": "atomic_or"}[n.inst.op]
+        text, terms, _, shared = self.address(n.args[0])
+        index, stride = "vu{}", 4
+        if terms:
+            terms, stride, _ = self.index(terms)
+            index = self.index_of_lanes(terms)
+        used = "true" if n.key in self.used else "false"
+        call = f"{function}<{stride}, {'true' if shared else 'false'}, {used}>({text}, {index}, {vary(self.tree(n.args[3]))}, {mask or 'kAll'})"
+        self.define(n.key, n.inst.type, call, True)
 
     # local variables
-    def local(self, pointer):
-        """(C++ expression of what a pointer to a local variable points to, index expression of the one varying step or None, type)."""
+    def place(self, pointer, at=None):
+        """(tree of what a pointer to a local variable points to, the index that differs between lanes or None, number of parts that it may name).
+        at: a number for that index."""
         _, root, path, type_ = self.p.pointer(pointer)
-        text, rest, varying_index, size = self.ident(root), "", None, 0
+        tree, varying, count = self.trees[root], None, 0
         for index in path:
-            t = self.m.ids[type_]
-            known = self.m.constant(index[0])
-            if t.op == "TypeStruct":
-                piece = f".m{known}"
+            known = self.number(index)
+            if known is None and self.differs(index):
+                if varying is not None:
+                    fail(f"{self.m.path}: two indices that differ between lanes")
+                varying, count, known = index, len(tree), at or 0
+            if known is not None:
+                tree = tree[min(known, len(tree) - 1)]  # beyond only in code that is never reached
             else:
-                member = "v" if t.op == "TypeArray" else "c"
-                if known is not None:
-                    piece = f".{member}[{known}]"
-                elif not self.rep(index):
-                    piece = f".{member}[{self.uniform(index)}]"
-                else:
-                    if varying_index is not None:
-                        fail(f"{self.m.path}: two indices that differ between lanes")
-                    varying_index = self.uniform(index)
-                    size = self.m.constant(t.args[1]) if t.op == "TypeArray" else t.args[1]
-                    text, rest, piece = text + rest + f".{member}", "", ""
-            type_ = self.p.part_type(type_, known if t.op == "TypeStruct" else 0)
-            rest += piece
-        return text, rest, varying_index, size, type_
+                tree = self.at_run_time(tree, first(self.tree(index)), root)
+        return tree, varying, count
+
+    def at_run_time(self, tree, index, root):
+        """The part of a C++ array that an expression names."""
+        if len(tree) == 1:
+            return tree[0]
+
+        def change(a, b):
+            # The two differ in one index only: that of the part.
+            end = next((i for i, (x, y) in enumerate(zip(a.text, b.text)) if x != y), None)
+            if end is None or a.text[end - 1] != "[":
+                fail(f"{self.m.path}: {self.stem(root)} is indexed by what is not known while translating")
+            return Leaf(a.text[:end] + index + a.text[a.text.index("]", end):], a.varying)
+        return each(change, tree[0], tree[1])
+
+    def masks_of(self, path):
+        return [s for s in path if self.p.is_divergent(s)]
 
     def home(self, key):
         """The scopes under masks that all accesses of a variable are in."""
@@ -277,186 +306,167 @@ class Writer:
             shared = shared[:n]
         return shared
 
-    def masks_of(self, path):
-        return [s for s in path if self.p.is_divergent(s)]
-
     def store_local(self, n, mask):
-        value = n.args[1]
-        _, root, _, _ = self.p.pointer(n.args[0])
-        text, rest, index, size, type_ = self.local(n.args[0])
-        if not self.rep(root):
-            self.out(f"{text}{rest} = {self.uniform(value)};")
-            return
-        new = self.get(value, True)
+        _, root, path, pointed = self.p.pointer(n.args[0])
+        target, index, count = self.place(n.args[0])
+        value = self.tree(n.args[1])
         home = self.home(root) if mask is not None else None
         if home and home == self.masks_of(n.path) and not self.p.carries(root, home):
             mask = None
-        if index is not None:
-            self.out(f"put_lanes<{size}>({text}, as_u({index}), {mask or 'kAll'}, [](auto& x) -> auto& {{ return x{rest}; }}, {new});")
-        else:
-            _, _, indices, pointed = self.p.pointer(n.args[0])
-            steps, _ = self.p.steps(pointed, indices)
-            self.assign(text + rest, new, self.p.at(self.p.class_of(root), steps), type_, mask)
+        steps, type_ = self.p.steps(pointed, path)
+        if index is None:
+            self.assign(target, value, self.p.at(self.p.class_of(root), steps), type_, mask)
+            return
+        lanes = self.tree(index).text
+        for i in range(count):
+            here = self.fresh("m")
+            self.out(f"const vm {here} = {mask + ' & ' if mask else ''}vm{{(vi)(as_u({lanes}) == {i}u)}};")
+            each(lambda t, v: self.out(f"{t.text} = select({here}, {vary(v)}, {t.text});"), self.place(n.args[0], i)[0], value)
 
     def assign(self, target, value, c, type_, mask):
         """Lanes under the mask take a value. What is not VARYING is the same, or in a row, for all that will read it: those lanes too that
         take no part hold it then, and any of them can be asked."""
-        kinds = leaves(c)
-        if mask is None or VARYING not in kinds:
-            self.out(f"{target} = {value};")
-        elif all(k == VARYING for k in kinds):
-            self.out(f"{target} = select({mask}, {value}, {target});")
-        else:
-            held = self.fresh("v")
-            self.out(f"const auto {held} = {value};")
-            t = self.m.ids[type_]
-            for i, part in enumerate(c):
-                member = f".m{i}" if t.op == "TypeStruct" else f".c[{i}]"
-                if t.op not in ("TypeStruct", "TypeVector"):
-                    fail(f"{self.m.path}: an array of which lanes have different parts")
-                self.assign(target + member, held + member, part, self.p.part_type(type_, i if t.op == "TypeStruct" else 0), mask)
+        if isinstance(target, Leaf):
+            text = as_lanes(value, target.varying)
+            if mask is not None and c == VARYING:
+                text = f"select({mask}, {text}, {target.text})"
+            self.out(f"{target.text} = {text};")
+            return
+        for parts in zip(target, value, self.kinds.part_classes(type_, c), self.kinds.parts(type_)):
+            self.assign(*parts, mask)
 
-    def load_local(self, n, name):
-        _, root, path, _ = self.p.pointer(n.args[0])
-        text, rest, index, size, type_ = self.local(n.args[0])
-        if index is not None:
-            self.out(f"const {self.cpp(type_, True)} {name} = get_lanes<{self.cpp(type_, True)}, {size}>({text}, as_u({index}), [](const auto& x) -> const auto& {{ return x{rest}; }});")
-        elif self.rep(root) and not self.rep(n.key):
-            self.out(f"const {self.cpp(type_, False)} {name} = first({text}{rest});")
+    def load_local(self, n):
+        _, root, _, _ = self.p.pointer(n.args[0])
+        if root in self.counting:
+            self.known[n.key] = self.counting[root]
+            self.trees[n.key] = self.kinds.number(n.inst.type, self.counting[root])
+            return
+        tree, index, count = self.place(n.args[0])
+        wanted = self.wanted(n.inst.type, self.p.class_of(n.key))
+        if index is None:
+            texts = each(as_lanes, tree, wanted)
         else:
-            self.out(f"const {self.cpp(type_, self.rep(root))} {name} = {text}{rest};")
+            parts = [self.place(n.args[0], i)[0] for i in range(count)]
+            lanes = self.tree(index)
+            texts = each(lambda w, *leaves: pick(leaves, lanes, w), wanted, *parts)
+        self.define(n.key, n.inst.type, texts, wanted)
+
+    def find_indexed(self):
+        """What has to be a C++ array: of a local variable, the kinds of composites whose parts are picked by a number that is not known while translating."""
+        counters = {}
+
+        def loops(nodes):
+            for n in nodes:
+                if n.kind == "loop" and self.unrolled(n) is not None:
+                    counters[self.counter(n)] = True
+                for attribute in ("then", "other", "body", "tail"):
+                    if hasattr(n, attribute):
+                        loops(getattr(n, attribute))
+        loops([self.p.tree])
+
+        def will_be_known(key):
+            if key not in self.p.types:
+                return self.m.constant(key[0]) is not None
+            n = self.makers.get(key)
+            if n is None:
+                return False
+            if n.inst.op == "Load":
+                storage, root, path, _ = self.p.pointer(n.args[0])
+                return storage == 7 and root in counters and not path
+            return n.inst.op in INTEGERS and all(will_be_known(a) for a in n.args)
+
+        self.indexed = {}
+        for n in self.p.insts:
+            if n.inst.op not in ("Load", "Store"):
+                continue
+            storage, root, path, type_ = self.p.pointer(n.args[0])
+            if storage != 7:
+                continue
+            for index in path:
+                t = self.kinds.of(type_)
+                if t.op == "TypeStruct":
+                    type_ = t.args[self.m.constant(index[0])]
+                    continue
+                if not will_be_known(index) and not self.differs(index):
+                    self.indexed.setdefault(root, set()).add(t.op)
+                type_ = t.args[0]
 
     # instructions
     def instruction(self, n, mask):
         inst, op = n.inst, n.inst.op
         if op == "Variable":
-            varying = self.rep(n.key)
-            # Lanes that take no part leave what was there, so something has to be; clearing large ones shows in profiles.
-            large = self.m.ids[self.p.types[n.key]].op in ("TypeArray", "TypeStruct", "TypeMatrix")
-            self.out(f"[[maybe_unused]] {self.cpp(self.p.types[n.key], varying)} {self.ident(n.key)}{'' if large else '{}'};")
+            self.declare(n.key, self.p.types[n.key])
+        elif op in ("AccessChain", "InBoundsAccessChain", "MemoryBarrier"):
             return
-        if op in ("AccessChain", "InBoundsAccessChain", "MemoryBarrier", "Undef"):
-            return
-        if op == "ControlBarrier":
+        elif op == "Undef":
+            self.trees[n.key] = self.kinds.zeros(inst.type)
+        elif op == "ControlBarrier":
             self.out("barrier();")
-            return
-        if op == "Store":
-            storage = self.p.pointer(n.args[0])[0]
-            if storage == 7:
+        elif op == "Store":
+            if self.p.pointer(n.args[0])[0] == 7:
                 self.store_local(n, mask)
             else:
                 self.store_memory(n.args[1], n.args[0], mask)
-            return
-        name = self.ident(n.key)
-        if op == "Load":
+        elif op == "Load":
             storage, root, _, _ = self.p.pointer(n.args[0])
             if storage == 7:
-                self.load_local(n, name)
+                self.load_local(n)
             elif storage == 1:
-                self.out(f"const {self.cpp(inst.type, self.rep(n.key))} {name} = {self.builtin(root, n.args[0])};")
+                self.trees[n.key] = self.builtin(root, n.args[0])
             else:
-                self.load_memory(name, n.args[0], mask)
-            return
-        if op.startswith("Atomic"):
-            self.atomic(n, name, mask)
-            return
-        varying = self.rep(n.key)
-        text, vector = self.expression(n, varying)
-        if vector and not varying:
-            text = f"first({text})"
-        self.out(f"[[maybe_unused]] const {self.cpp(inst.type, varying)} {name} = {text};")
+                self.load_memory(n.key, n.args[0], mask)
+        elif op.startswith("Atomic"):
+            self.atomic(n, mask)
+        elif not self.rearranged(n):
+            self.operation(n)
 
     def builtin(self, root, pointer):
         which = self.m.decorations[root[0]][11][0]
         if which == 29:
-            return "lane"
+            return Leaf("lane", True)
         path = self.p.pointer(pointer)[2]
         component = self.m.constant(path[0][0]) if path else None
-        if which == 26:  # WorkgroupId
-            return "group" if component == 0 else "0u" if component is not None else fail("a builtin as a whole")
-        if which == 24:
-            return "1u" if component is not None else fail("a builtin as a whole")
-        fail(f"{self.m.path}: builtin {which}")
+        if component is None or which not in (24, 26):
+            fail(f"{self.m.path}: builtin {which} as a whole, or not known")
+        return Leaf("1u" if which == 24 else "group" if component == 0 else "0u", False)
 
-    def atomic(self, n, name, mask):
-        function = {"AtomicIAdd": "atomic_add", "AtomicUMax": "atomic_max", "AtomicOr": "atomic_or"}[n.inst.op]
-        text, terms, _, shared = self.address(n.args[0])
-        index, stride = "vu{}", 4
-        if terms:
-            index, stride, _ = self.index(terms)
-        used = n.key in self.used
-        self.out(f"[[maybe_unused]] const vu {name} = {function}<{stride}, {'true' if shared else 'false'}, {'true' if used else 'false'}>({text}, {index}, {self.get(n.args[3], True)}, {mask or 'kAll'});")
-
-    def expression(self, n, varying):
-        """(C++ of a pure operation, whether that is a vector although all lanes have the same)."""
-        inst, op, args = n.inst, n.inst.op, n.args
-        get = lambda i: self.get(args[i], varying)
-        if op == "ExtInst":
-            return f"{EXT[inst.args[1]]}({', '.join(self.get(a, varying) for a in args[2:])})", False
-        if op in BINARY:
-            return f"({get(0)} {BINARY[op]} {get(1)})", False
-        if op in ("UDiv", "SDiv", "UMod", "SRem"):
-            function = {"UDiv": "div_", "SDiv": "div_", "UMod": "mod_", "SRem": "mod_"}[op]
-            if varying and not self.rep(args[1]) and self.m.ids[inst.type].op == "TypeInt":
-                return f"{function}({get(0)}, {self.uniform(args[1])})", False
-            return f"{function}({get(0)}, {get(1)})", False
-        if op in COMPARE:
-            return f"compare({get(0)}, {get(1)}, [](auto a, auto b) {{ return a {COMPARE[op]} b; }})", False
-        if op == "LogicalNot":
-            return f"not_({get(0)})", False
-        if op == "LogicalEqual":
-            return f"not_({get(0)} ^ {get(1)})", False
-        if op == "LogicalNotEqual":
-            return f"({get(0)} ^ {get(1)})", False
-        if op in ("FNegate", "SNegate"):
-            return f"(-{get(0)})", False
-        if op == "Not":
-            return f"(~{get(0)})", False
-        if op in ("ShiftLeftLogical", "ShiftRightLogical", "ShiftRightArithmetic"):
-            return f"shift_{'left' if op == 'ShiftLeftLogical' else 'right'}({get(0)}, {get(1)})", False
-        if op == "Select":
-            return f"select({get(0)}, {get(1)}, {get(2)})", False
-        if op in ("ConvertFToU", "ConvertFToS", "ConvertSToF", "ConvertUToF"):
-            return f"convert<{self.cpp(inst.type, varying)}>({get(0)})", False
-        if op == "Bitcast":
-            if self.m.ids[inst.type].op == "TypePointer" or self.m.ids[self.p.type_of(args[0])].op == "TypePointer":
-                return get(0), False
-            return f"bits<{self.cpp(inst.type, varying)}>({get(0)})", False
-        if op in ("CopyObject", "CopyLogical"):
-            return get(0), False
-        if op in ("VectorTimesScalar", "MatrixTimesScalar"):
-            return f"scale({get(0)}, {get(1)})", False
-        if op in ("MatrixTimesVector", "OuterProduct", "Dot", "Any", "All"):
-            function = {"MatrixTimesVector": "times", "OuterProduct": "outer", "Dot": "dot_", "Any": "any_of", "All": "all_of"}[op]
-            return f"{function}({', '.join(get(i) for i in range(len(args)))})", False
+    def rearranged(self, n):
+        """Takes a value for which no code is needed; false for others."""
+        inst, op = n.inst, n.inst.op
         if op == "CompositeConstruct":
-            t = self.m.ids[inst.type]
-            cpp = self.cpp(inst.type, varying)
             parts = []
-            for a in args:
-                if t.op == "TypeVector" and self.m.ids[self.p.type_of(a)].op == "TypeVector":
-                    parts += [f"{self.wrapped(self.get(a, varying))}.c[{i}]" for i in range(self.m.ids[self.p.type_of(a)].args[1])]
-                else:
-                    parts.append(self.get(a, varying))
-            return f"{cpp}{{{', '.join(parts)}}}" if t.op == "TypeStruct" else f"{cpp}{{{{{', '.join(parts)}}}}}", False
-        if op == "CompositeExtract":
-            type_, text = self.p.type_of(args[0]), self.wrapped(self.uniform(args[0]))
+            for a in n.args:
+                part = self.tree(a)
+                parts += part if self.kinds.of(inst.type).op == "TypeVector" and isinstance(part, list) else [part]
+            self.trees[n.key] = parts
+        elif op == "CompositeExtract":
+            tree = self.tree(n.args[0])
             for index in inst.args[1:]:
-                t = self.m.ids[type_]
-                text += f".m{index}" if t.op == "TypeStruct" else f".v[{index}]" if t.op == "TypeArray" else f".c[{index}]"
-                type_ = self.p.part_type(type_, index if t.op == "TypeStruct" else 0)
-            return text, self.rep(args[0]) and not varying
-        if op == "VectorShuffle":
-            first = self.m.ids[self.p.type_of(args[0])].args[1]
-            parts = []
-            for i in inst.args[2:]:
-                source, k = (args[0], i) if i < first else (args[1], i - first)
-                part = f"{self.wrapped(self.get(source, varying or self.rep(source)))}.c[{k}]"
-                parts.append(f"first({part})" if self.rep(source) and not varying else part)
-            return f"{self.cpp(inst.type, varying)}{{{{{', '.join(parts)}}}}}", False
-        if op == "VectorExtractDynamic":
-            return f"{self.wrapped(get(0))}.c[{self.uniform(args[1])}]", False
-        fail(f"{self.m.path}: {op} is not known")
+                tree = tree[index]
+            self.trees[n.key] = tree
+        elif op == "VectorShuffle":
+            both = self.tree(n.args[0]) + self.tree(n.args[1])
+            self.trees[n.key] = [both[i] for i in inst.args[2:]]
+        elif op in ("CopyObject", "CopyLogical"):
+            self.trees[n.key] = self.tree(n.args[0])
+        else:
+            return False
+        return True
+
+    def operation(self, n):
+        inst = n.inst
+        scalar = self.kinds.is_scalar(inst.type)
+        if scalar and self.kinds.of(inst.type).op in ("TypeInt", "TypeBool"):
+            t = self.kinds.of(inst.type)
+            value = fold(inst.op, [self.number(a) if a is not None else None for a in n.args], t.op == "TypeInt" and not t.args[1])
+            if value is not None:
+                self.known[n.key] = value
+                self.trees[n.key] = self.kinds.number(inst.type, value)
+                return
+        wanted = self.wanted(inst.type, self.p.class_of(n.key))
+        args = [None if a is None else self.tree(a) for a in n.args]
+        by_one = inst.op in ("UDiv", "SDiv", "UMod", "SRem") and scalar and not self.differs(n.args[1])
+        self.define(n.key, inst.type, self.expressions.of(inst, args, wanted, by_one), wanted)
 
     # control
     def block(self, nodes, mask):
@@ -481,17 +491,15 @@ class Writer:
 
     def take(self, n, mask):
         """A value that depends on where control came from."""
-        varying = self.rep(n.id)
-        value = self.get(n.value, varying)
         # The header's own value is written first, for all lanes; each branch then writes that of its lanes.
-        self.assign(self.ident(n.id), value, self.p.class_of(n.id), n.type, mask if varying else None)
+        self.assign(self.trees[n.id], self.tree(n.value), self.p.class_of(n.id), n.type, mask)
 
     def declare_phis(self, nodes, done):
         """The values that are taken inside `nodes` are declared before them."""
         for n in nodes:
             if n.kind == "phi" and n.id not in done:
                 done.add(n.id)
-                self.out(f"[[maybe_unused]] {self.cpp(n.type, self.rep(n.id))} {self.ident(n.id)}{{}};")
+                self.declare(n.id, n.type)
             for attribute in ("then", "other", "body", "tail"):
                 if hasattr(n, attribute) and n.kind != "call":
                     self.declare_phis(getattr(n, attribute), done)
@@ -506,8 +514,12 @@ class Writer:
     def branch(self, n, mask):
         if not n.then and not n.other:
             return
-        if not self.rep(n.cond):
-            text = self.uniform(n.cond)
+        condition = self.tree(n.cond)
+        if self.number(n.cond) is not None:
+            self.block(n.then if self.number(n.cond) else n.other, mask)
+            return
+        if not condition.varying:
+            text = condition.text
             if n.then:
                 self.scope(f"if ({text}) ", n.then, mask)
                 if n.other:
@@ -516,11 +528,10 @@ class Writer:
                 self.scope(f"if (!({text})) ", n.other, mask)
             return
         yes, no = self.fresh("m"), self.fresh("m")
-        condition = self.uniform(n.cond)
         if n.then:
-            self.out(f"const vm {yes} = " + (f"{mask} & {condition};" if mask else f"{condition};"))
+            self.out(f"const vm {yes} = " + (f"{mask} & {condition.text};" if mask else f"{condition.text};"))
         if n.other:
-            self.out(f"const vm {no} = " + (f"{mask} & ~{condition};" if mask else f"~{condition};"))
+            self.out(f"const vm {no} = " + (f"{mask} & ~{condition.text};" if mask else f"~{condition.text};"))
         if n.then:
             self.scope(f"if (any({yes})) ", n.then, yes)
         if n.other:
@@ -548,9 +559,7 @@ class Writer:
     def give_back(self, n, mask):
         exit_ = ("return", n.call)
         if n.value is not None:
-            varying = self.rep(n.result)
-            value = self.get(n.value, varying)
-            self.assign(self.ident(n.result), value, self.p.class_of(n.result), self.p.types[n.result], mask if varying else None)
+            self.assign(self.trees[n.result], self.tree(n.value), self.p.class_of(n.result), self.p.types[n.result], mask)
         if exit_ in self.p.masked:
             self.out(f"{self.exit_mask[exit_]} |= {mask or 'kAll'};")
         elif not self.last_return.get(id(n)):
@@ -564,16 +573,19 @@ class Writer:
         divergent = any(e in self.p.masked for e in n.exits)
         self.declare_phis(n.body + n.tail, set())
         if not divergent:
-            count = self.trip_count(n) if n.unroll else None
-            if count is not None:
-                for _ in range(count):
+            numbers = self.unrolled(n)
+            if numbers is not None:
+                outside = dict(self.known)
+                for i in numbers:
+                    self.counting[self.counter(n)] = i
                     n.label = self.fresh("")
                     self.scope("", n.body, mask)
                     if f"continue_{n.label}" in self.labels:
                         self.out(f"continue_{n.label}:;")
-                    self.scope("", n.tail, mask)
-                    if f"break_{n.label}" in self.labels:
-                        self.out(f"break_{n.label}:;")
+                del self.counting[self.counter(n)]
+                self.known = outside
+                after = self.trees[self.counter(n)]
+                self.out(f"{after.text} = {as_lanes(Leaf(str(numbers.stop), False), False) if not after.varying else self.kinds.scalar(self.p.types[self.counter(n)], True) + '{} + ' + str(numbers.stop)};")
                 return
             self.out("for (;;) {")
             self.depth += 1
@@ -605,27 +617,32 @@ class Writer:
         self.depth -= 1
         self.out("}")
 
-    def trip_count(self, n):
-        """How often a loop runs that counts a variable from one constant to another and is left nowhere else; None: not known."""
+    def counter(self, n):
+        """The variable that a loop's tail adds to."""
+        return self.p.pointer(n.tail[2].args[0])[1]
+
+    def unrolled(self, n):
+        """The numbers that a loop's counter takes if the loop is written out: one that counts from one constant to another and is left nowhere else."""
+        if not n.unroll or any(e in self.p.masked for e in n.exits) or self.exits_of(n) != 1:
+            return None
         ops = [x.inst.op for x in n.body if x.kind == "inst"]
         if [x.inst.op for x in n.tail if x.kind == "inst"] != ["Load", "IAdd", "Store"] or len(n.tail) != 3 or ops[:1] != ["Load"]:
             return None
-        if self.exits_of(n) != 1:
-            return None
-        load, add, store = n.tail
-        counter = self.p.pointer(store.args[0])[1]
+        load, add, _ = n.tail
+        counter = self.counter(n)
         compare = n.body[1] if len(n.body) > 2 and n.body[1].kind == "inst" else None
         if compare is None or compare.inst.op not in ("ULessThan", "SLessThan") or n.body[2].kind != "if":
             return None
         if self.p.pointer(n.body[0].args[0])[1] != counter or self.p.pointer(load.args[0])[1] != counter:
             return None
         end, step = self.m.constant(compare.args[1][0]), self.m.constant(add.args[1][0])
-        stores = [a[3] for a in self.p.accesses[counter] if a[0] == "store" and a[3] is not store]
+        stores = [a[3] for a in self.p.accesses[counter] if a[0] == "store" and a[3] is not n.tail[2]]
         if len(stores) != 1 or end is None or step is None or step < 1:
             return None
         start = self.m.constant(stores[0].args[1][0])
-        count = None if start is None else max(0, -(-(end - start) // step))
-        return count if count is not None and count <= 32 else None
+        if start is None or -(-(end - start) // step) > LARGEST_UNROLLED:
+            return None
+        return range(start, end, step)
 
     def exits_of(self, n):
         def count(nodes):
@@ -642,7 +659,7 @@ class Writer:
     def inline(self, n, mask):
         exit_ = ("return", n.number)
         if n.result is not None:
-            self.out(f"[[maybe_unused]] {self.cpp(self.p.types[n.result], self.rep(n.result))} {self.ident(n.result)}{{}};")
+            self.declare(n.result, self.p.types[n.result])
         if exit_ in self.p.masked:
             self.exit_mask[exit_] = self.fresh("returned")
             self.out(f"vm {self.exit_mask[exit_]}{{}};")
@@ -656,6 +673,7 @@ class Writer:
 
     def write(self):
         self.exit_mask, self.last_return, self.return_label = {}, {}, {}
+        self.find_indexed()
         self.used = set()
         for n in self.p.insts:
             self.used |= set(n.args)
@@ -667,49 +685,11 @@ class Writer:
         shared = []
         for v in self.m.globals:
             if self.m.ids[v.type].args[0] == 4:
-                cpp = self.cpp(self.m.ids[v.type].args[1], False)
-                shared.append(f"[[maybe_unused]] alignas(64) thread_local {cpp} shared_{v.id};")
+                words = self.kinds.words(self.m.ids[v.type].args[1])
+                shared.append(f"[[maybe_unused]] alignas(64) thread_local std::uint32_t shared_{v.id}[{words}];")
         barriers = any(n.inst.op == "ControlBarrier" for n in self.p.insts)
-        outer = f"lanes{self.p.width}"
-        text = f"namespace {self.name} {{\nnamespace {{\nusing {outer}::select;\nusing {outer}::vary;\n" + "\n".join(self.struct_text) + "\n"
-        text += self.conversions()
-        text += "\n".join(shared) + "\n}\n"
+        text = f"namespace {self.name} {{\nnamespace {{\n" + "\n".join(shared) + "\n}\n"
         text += "void run([[maybe_unused]] const std::byte* arguments) {\n  [[maybe_unused]] const vu lane = lanes_from(invocation.thread);\n"
         text += "  [[maybe_unused]] const std::uint32_t group = invocation.group;\n"
         text += "\n".join(self.lines) + "\n}\n}\n"
         return text, barriers
-
-    def conversions(self):
-        """vary() and select() of the structs that are there both ways."""
-        out = []
-        for key, name in list(self.structs.items()):
-            members = range(len(key))
-            if all(self.has_lanes(k) for k in key):
-                parts = ", ".join(f"select(m, a.m{i}, b.m{i})" for i in members)
-                out.append(f"[[maybe_unused]] inline {name} select(vm m, const {name}& a, const {name}& b) {{ return {{{parts}}}; }}")
-            uniform = tuple(self.as_uniform(k) for k in key)
-            if uniform != key and uniform in self.structs:
-                parts = ", ".join(f"vary(a.m{i})" for i in members)
-                out.append(f"[[maybe_unused]] inline {name} vary(const {self.structs[uniform]}& a) {{ return {{{parts}}}; }}")
-        return "\n".join(out) + "\n"
-
-    def has_lanes(self, cpp):
-        if cpp in SCALARS:
-            return True
-        if cpp.startswith(("vec<", "arr<")):
-            return self.has_lanes(cpp[4:cpp.rindex(",")])
-        for key, name in self.structs.items():
-            if name == cpp:
-                return all(self.has_lanes(k) for k in key)
-        return False
-
-    def as_uniform(self, cpp):
-        if cpp in SCALARS:
-            return SCALARS[cpp]
-        if cpp.startswith(("vec<", "arr<")):
-            cut = cpp.rindex(",")
-            return cpp[:4] + self.as_uniform(cpp[4:cut]) + cpp[cut:]
-        for key, name in self.structs.items():
-            if name == cpp:
-                return self.structs.get(tuple(self.as_uniform(k) for k in key), cpp)
-        return cpp
