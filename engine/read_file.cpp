@@ -20,11 +20,12 @@ std::string read_file(const std::filesystem::path& path) {
   if (!is_file(path)) throw Error("{}: not a regular file; give the path of a file", name);
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error("{}: cannot be opened ({}); check its permissions", name, std::strerror(errno));
-  const auto size = std::filesystem::file_size(path, problem);
-  if (problem) throw Error("{}: its size cannot be read ({}); check the disk", name, problem.message());
-  std::string content(size, '\0');
-  file.read(content.data(), static_cast<std::streamsize>(size));
-  if (static_cast<std::uintmax_t>(file.gcount()) != size) throw Error("{}: cannot be read to its end; check the disk", name);
+  // Of what was opened: by now another file may have that name.
+  const std::streamoff size = file.seekg(0, std::ios::end).tellg();
+  if (size < 0) throw Error("{}: its size cannot be read; check the disk", name);
+  std::string content(static_cast<std::size_t>(size), '\0');
+  file.seekg(0).read(content.data(), size);
+  if (file.gcount() != size) throw Error("{}: cannot be read to its end; check the disk", name);
   return content;
 }
 
