@@ -10,6 +10,7 @@
 #include "args/edge_forces.h"
 #include "args/lift_textures.h"
 #include "common/host.h"
+#include "draws.h"
 #include "error.h"
 #include "golden/host_cases.h"
 #include "npz.h"
@@ -407,11 +408,11 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
     npz[std::string("mlp_") + name].f.assign(n, 0.0f);
   Scene s(gpu, npz);
   s.step.sum_textures();
-  constexpr int kSamples = 4000;
+  const int samples = test::draws(gpu, 4000);
   const std::size_t n = s.soup.lattice_samples;
   std::vector<double> mean(n), square(n);
   std::vector<double> winners(4 * s.pixels);
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < samples; ++i) {
     train::clear(gpu, s.soup.lattice_gradient);
     s.step.begin(0x9e3779b9u * (i + 1), 0, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
@@ -423,8 +424,8 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
     const auto lattice = gpu.download_vector<float>(s.soup.opacity.address(), n);
     for (std::size_t k = 0; k < n; ++k) {
       const double g = train::fixed_sum(low[k * 8 + 7], high[k * 8 + 7]) * lattice[k] * (1 - lattice[k]);
-      mean[k] += g / kSamples;
-      square[k] += g * g / kSamples;
+      mean[k] += g / samples;
+      square[k] += g * g / samples;
     }
     const auto hits = gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels);
     for (std::size_t p = 0; p < s.pixels; ++p) winners[hits[p].triangle * s.pixels + p] += 1.0;
@@ -432,15 +433,15 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
   const std::vector<float>& exact = need(npz, "grad_exact").f;
   double worst = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    const double error = std::sqrt(std::max(1e-30, square[k] - mean[k] * mean[k]) / kSamples);
+    const double error = std::sqrt(std::max(1e-30, square[k] - mean[k] * mean[k]) / samples);
     worst = std::max(worst, std::abs(mean[k] - exact[k]) / error);
   }
-  report.check("mean opacity gradient", worst < 4, fmt::format("{} samples, largest difference {:.2f} standard errors (limit 4)", kSamples, worst));
+  report.check("mean opacity gradient", worst < 4, fmt::format("{} samples, largest difference {:.2f} standard errors (limit 4)", samples, worst));
   const std::vector<float>& probability = need(npz, "winner_prob_exact").f;
   double worst_count = 0;
   for (std::size_t i = 0; i < probability.size(); ++i) {
-    const double p = probability[i], sigma = std::sqrt(std::max(1.0, kSamples * p * (1 - p)));
-    worst_count = std::max(worst_count, std::abs(winners[i] - kSamples * p) / sigma);
+    const double p = probability[i], sigma = std::sqrt(std::max(1.0, samples * p * (1 - p)));
+    worst_count = std::max(worst_count, std::abs(winners[i] - samples * p) / sigma);
   }
   // The largest of 256 normal deviates.
   report.check("winner counts", worst_count < 5, fmt::format("largest difference {:.2f} sigma (limit 5)", worst_count));

@@ -169,6 +169,9 @@ TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and step
   settings.coarse_share = GENERATE(0.0, 0.5);
   settings.copy_textures = GENERATE(false, true);
   settings.samples_per_pixel = GENERATE(0.0, 4.0);
+  // Through a driver half of them, in which each three choices still meet in every way.
+  const int choices = settings.opaque + (settings.coarse_share > 0) + settings.copy_textures + (settings.samples_per_pixel > 0);
+  if (gpu->info().backend != "cpu" && choices % 2 == 1) return;
   train::Trainer trainer(*gpu, scene, settings, start(settings));
   trainer.run({});
   const soup::Model model = trainer.model();
