@@ -86,13 +86,15 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
                      "enough, at most 0.01; published: synthetic 0.00025, real 0.0025, or as far as with these in 10,000 steps]");
   method->add_option("--rate-end", o.rate_end, "all rates fall exponentially to this share [0.1; published 0.01]");
   method->add_option("--rate-vertex-end", o.rate_vertex_end, "that of vertices to this one [as --rate-end; without it from a surface 0.03]");
+  method->add_option("--rest-share", o.rest_share, "share of the steps, the last ones, in which vertices come to rest [0; from a surface 0.2]");
   method->add_option("--huber", o.huber, "errors of colours below it pull in proportion to their size; 0: all alike, as published [0.1]");
   auto* levels = method->add_option("--levels", o.levels,
                      "coarse-to-fine, all (the fine levels from the first step on) or finest (--level-max alone, from the first step on)\n"
                      "[coarse-to-fine]")
       ->check(CLI::IsMember({"coarse-to-fine", "all", "finest"}));
   method->add_option("--coarse-level", o.coarse_level, "texture level of the first part [0]");
-  auto* coarse_share = method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5; from a surface 0.05]");
+  auto* coarse_share = method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5; from a surface 0]");
+  flag("--paint", o.paint, "a start from a surface has the photographs' colours in its fine levels, where there is no coarse part [on]");
   levels->excludes(coarse_share);
   method->add_option("--level-min", o.level_min, "coarsest texture level after it [2]");
   method->add_option("--level-max", o.level_max, "finest texture level [5]");
@@ -190,11 +192,13 @@ void start_from_surface(train::Settings& s, const scene::Scene& scene, bool as_p
   s.backdrop = 3.0 * reach.farthest;
   s.near = s.test_near = reach.nearest;
   s.init_opacity = 0.9;
-  s.coarse_share = 0.05;
+  s.coarse_share = 0;
+  s.paint = true;
   s.keep_opacity = true;
   s.rate_texture = 0.1;
   // Where vertices have found their place, going on opens cracks.
   s.rate_vertex_end = 0.03;
+  s.rest_share = 0.2;
   // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and leaves its place open.
   s.most_triangles = s.triangles;
   s.fill_budget = true;
@@ -261,6 +265,8 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(rate_end, s.rate_end);
   set(rate_end, s.rate_vertex_end);
   set(rate_vertex_end, s.rate_vertex_end);
+  set(rest_share, s.rest_share);
+  set(paint, s.paint);
   set(huber, s.huber);
   if (rate_vertex) s.rate_vertex = *rate_vertex;
   else if (way > 0) s.rate_vertex = train::vertex_rate(s, way);

@@ -31,10 +31,10 @@ struct CommandLine {
   std::optional<std::uint64_t> steps, seed, resample_every, eval_every, checkpoint_every;
   std::optional<std::uint32_t> triangles, batch, init_count, coarse_level, level_min, level_max, split_views, least_views, most_triangles;
   std::optional<double> init_box, init_radius, init_opacity, backdrop, rate_texture, rate_mlp, rate_vertex, rate_end,
-      rate_vertex_end, huber, samples_per_pixel, pixel_jitter, coarse_share, resample_until, split_length, near, far,
+      rate_vertex_end, rest_share, huber, samples_per_pixel, pixel_jitter, coarse_share, resample_until, split_length, near, far,
       test_near;
   std::string preset, init, recipe, levels;
-  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline, exposure, fill_budget;
+  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline, exposure, fill_budget, paint;
   bool opaque = false, keep_opacity = false, keep_moments = false;
 };
 

@@ -9,6 +9,8 @@
 #include "soup/random.h"
 #include "soup/texture_table.h"
 #include "soup/topology.h"
+#include "train/paint.h"
+#include "train/plugs.h"
 #include "train/render_pass.h"
 #include "train/step.h"
 
@@ -142,6 +144,16 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
   Step(gpu, soup, frame).sum_textures();
 }
 
+/// Textures of level_min..level_max, or as much of it as `views` show.
+soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
+  std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
+  if (settings.samples_per_pixel > 0) {
+    const Seen seen = measure_visible(gpu, soup, frame, views);
+    for (std::uint32_t t = 0; t < soup.triangles; ++t) levels[t] = soup::as_fine_as(settings.samples_per_pixel * seen.area[t], levels[t]);
+  }
+  return soup::make_texture_table(levels);
+}
+
 struct Kept {
   std::vector<std::uint32_t> triangles;  // ascending; none where no view would show one if all were opaque
   std::uint64_t pixels = 0;              // that they win over all views
@@ -188,8 +200,11 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   const std::uint64_t lifted = lift_step(settings);
   const bool fit_levels = settings.samples_per_pixel > 0 && (step > lifted || lifted == 0);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
-  const Kept kept = to_keep(gpu, soup, frame, views.half, find_backdrop(vertices, settings), settings);
+  const std::vector<bool> backdrop = find_backdrop(vertices, settings);
+  Kept kept = to_keep(gpu, soup, frame, views.half, backdrop, settings);
   if (kept.triangles.empty()) return Resampling::nothing_seen;
+  if (settings.recipe == Recipe::real && kept.triangles.size() < settings.triangles)
+    add_plugs(gpu, soup, frame, views.half, backdrop, settings.triangles, kept.triangles);
   soup::Resampled change = soup::keep(vertices, kept.triangles);
   const auto areas = [&](const soup::Resampled& c, std::span<const double> parents) {
     return fit_levels ? areas_of(c, parents) : std::vector<double>{};
@@ -221,12 +236,7 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
 }
 
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
-  std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
-  if (settings.samples_per_pixel > 0) {
-    const Seen seen = measure_visible(gpu, soup, frame, views);
-    for (std::uint32_t t = 0; t < soup.triangles; ++t) levels[t] = soup::as_fine_as(settings.samples_per_pixel * seen.area[t], levels[t]);
-  }
-  const soup::TextureTable table = soup::make_texture_table(levels);
+  const soup::TextureTable table = shown_table(gpu, soup, frame, views, settings);
   const gpu::Buffer rows = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(rows.address(), table.entries);
   Textures textures;
@@ -234,6 +244,15 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const Bat
   gpu.launch({"lift_textures"}, soup.triangles,
              kernels::LiftTexturesArgs{soup.textures.address(), rows.address(), soup.source.address(), textures.source.address(),
                                        soup.triangles, settings.keep_opacity || settings.opaque});
+  const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
+  replace(gpu, soup, vertices, table, std::move(textures));
+  Step(gpu, soup, frame).sum_textures();
+}
+
+void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, const ResampleViews& views, const Settings& settings) {
+  const soup::TextureTable table = shown_table(gpu, soup, frame, views.half, settings);
+  Textures textures;
+  textures.source = painted_logits(gpu, soup, frame, scene, views.full, table.entries);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "gpu/device.h"
+#include "scene/scene.h"
 #include "train/frame.h"
 #include "train/settings.h"
 #include "train/soup_buffers.h"
@@ -33,5 +34,8 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
 /// From the coarse level to level_min..level_max (DiffSoup, section 3.5), or as much of it as `views`, every training view at
 /// Settings::count_scale, show (Settings::samples_per_pixel). Optimiser state starts anew.
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings);
+
+/// The same for a soup whose textures are of level 0 and that has not been trained, with the colours of the photographs (train/paint.h).
+void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, const ResampleViews& views, const Settings& settings);
 
 }  // namespace trisoup::train

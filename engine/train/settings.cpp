@@ -33,6 +33,7 @@ void each_member(S& s, F&& f) {
   f("rate_vertex", s.rate_vertex);
   f("rate_end", s.rate_end);
   f("rate_vertex_end", s.rate_vertex_end);
+  f("rest_share", s.rest_share);
   f("huber", s.huber);
   f("coarse_level", s.coarse_level);
   f("level_min", s.level_min);
@@ -40,6 +41,7 @@ void each_member(S& s, F&& f) {
   f("samples_per_pixel", s.samples_per_pixel);
   f("pixel_jitter", s.pixel_jitter);
   f("coarse_share", s.coarse_share);
+  f("paint", s.paint);
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
   f("exposure", s.exposure);
@@ -62,6 +64,9 @@ void each_member(S& s, F&& f) {
   f("eval_every", s.eval_every);
   f("checkpoint_every", s.checkpoint_every);
 }
+
+/// Of the vertices' rate, at a share t of all steps.
+double still_to_go(const Settings& s, double t) { return s.rest_share > 0 ? std::min(1.0, (1 - t) / s.rest_share) : 1.0; }
 
 }  // namespace
 
@@ -100,8 +105,13 @@ Settings without_our_changes(Settings s) {
 double vertex_rate(const Settings& s, double way) {
   const double end = s.rate_vertex_end;
   if (!(end > 0)) return kFastestVertices;  // check() has a word on that
-  // The mean of end^t over t from 0 to 1.
-  const double mean = end == 1 ? 1.0 : (1 - end) / -std::log(end);
+  // The mean of end^t over t from 0 to 1, and of what is left of it while vertices come to rest.
+  constexpr int kParts = 1000;
+  double mean = 0;
+  for (int i = 0; i < kParts; ++i) {
+    const double t = (i + 0.5) / kParts;
+    mean += std::pow(end, t) * still_to_go(s, t) / kParts;
+  }
   return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), kFastestVertices);
 }
 
@@ -109,6 +119,10 @@ double published_way(Recipe recipe) { return recipe == Recipe::synthetic ? 0.537
 
 double rate_factor(const Settings& s, double end, std::uint64_t step) {
   return std::pow(end, static_cast<double>(step) / static_cast<double>(s.steps));
+}
+
+double vertex_rate_factor(const Settings& s, std::uint64_t step) {
+  return rate_factor(s, s.rate_vertex_end, step) * still_to_go(s, (static_cast<double>(step) - 0.5) / static_cast<double>(s.steps));
 }
 
 std::uint64_t lift_step(const Settings& s) {
@@ -157,6 +171,7 @@ void check(const Settings& s) {
   need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");
   need(s.rate_end > 0, "--rate-end must be above 0");
   need(s.rate_vertex_end > 0, "--rate-vertex-end must be above 0");
+  need(s.rest_share >= 0 && s.rest_share <= 1, "--rest-share must be within 0 and 1");
   need(s.huber >= 0, "--huber must not be negative");
   need(s.rate_texture >= 0 && s.rate_mlp >= 0 && s.rate_vertex >= 0, "learning rates must not be negative");
   need(s.near > 0 && s.far > s.near, "0 < --near < --far must hold");

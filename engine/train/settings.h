@@ -36,6 +36,7 @@ struct Settings {
   double rate_texture = 5e-2, rate_mlp = 1e-2, rate_vertex = 2.5e-4;
   double rate_end = 0.01;            // rates of textures and MLP are multiplied by rate_end^(step / steps)
   double rate_vertex_end = 0.01;     // that of vertices by rate_vertex_end^(step / steps)
+  double rest_share = 0;             // of the steps, the last ones: in them the rate of vertices falls to nothing besides, linearly
   double huber = 0;                  // colour errors below it pull in proportion to their size; 0: all alike, as published
 
   std::uint32_t coarse_level = 0;    // the only level of the first part
@@ -43,6 +44,7 @@ struct Settings {
   double samples_per_pixel = 1;      // of a triangle's finest level, where photographs show it largest; 0: level_max for all, as published
   double pixel_jitter = 0.25;        // how far from pixel centres a step samples, at most, in pixels; 0: at the centres, as published
   double coarse_share = 0.5;         // of the steps
+  bool paint = false;                // a start with colours has the photographs' in its fine levels; only where there is no coarse part
   bool keep_opacity = false;         // through the change from coarse to fine
   bool keep_moments = false;         // of textures, through resampling
   bool opacity_baseline = true;      // opacities learn from errors against those of the pixels around; published: from errors
@@ -83,6 +85,8 @@ double published_way(Recipe recipe);
 
 /// What rates are multiplied by in step 1..steps when they fall exponentially to `end`.
 double rate_factor(const Settings& settings, double end, std::uint64_t step);
+/// The same of the vertices' rate, which comes to rest.
+double vertex_rate_factor(const Settings& settings, std::uint64_t step);
 /// Completed steps after which the levels change; 0: never.
 std::uint64_t lift_step(const Settings& settings);
 /// The completed steps after which a run is evaluated when it is `per_decade` times in every ten-fold of steps: the first after

@@ -34,13 +34,16 @@ void clear(gpu::Device& gpu, const FixedSums& sums) {
   gpu.fill(sums.high.address(), sums.high.bytes(), 0);
 }
 
-gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours,
-                           std::span<const float> opacities) {
+std::uint64_t source_samples(std::span<const soup::TextureEntry> table) {
   std::uint64_t samples = 0;
   for (const soup::TextureEntry& row : table)
     samples = std::max<std::uint64_t>(samples, std::uint64_t(row.source_offset) + soup::samples_in(row.level_min, row.level_max));
-  gpu::Buffer logits = gpu.allocate(samples * soup::kChannels * 4, "textures");
-  // Many triangles at a time, in a piece of memory that ends with the last of them; a level's finer ones stay zero.
+  return samples;
+}
+
+gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, const std::function<void(std::size_t, float*)>& write) {
+  gpu::Buffer logits = gpu.allocate(source_samples(table) * soup::kChannels * 4, "textures");
+  // Many triangles at a time, in a piece of memory that ends with the last of them.
   std::vector<float> piece;
   std::uint64_t first = 0;
   const auto upload = [&] {
@@ -53,24 +56,30 @@ gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry>
     if (piece.empty()) first = row.source_offset;
     const std::size_t begin = (row.source_offset - first) * soup::kChannels;
     piece.resize(begin + std::size_t(soup::samples_in(row.level_min, row.level_max)) * soup::kChannels);
-    for (std::uint32_t i = 0; i < soup::samples_at(row.level_min); ++i) {
-      float* sample = &piece[begin + i * soup::kChannels];
-      sample[soup::kChannels - 1] = opacities[t];
-      if (!colours.empty()) write_colour(sample, colours.subspan(3 * t, 3), i, row.level_min);
-    }
+    write(t, &piece[begin]);
   }
   upload();
   return logits;
 }
 
+gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours,
+                           std::span<const float> opacities) {
+  // Finer levels than the coarsest stay zero.
+  return upload_logits(gpu, table, [&](std::size_t t, float* sample) {
+    for (std::uint32_t i = 0; i < soup::samples_at(table[t].level_min); ++i, sample += soup::kChannels) {
+      sample[soup::kChannels - 1] = opacities[t];
+      if (!colours.empty()) write_colour(sample, colours.subspan(3 * t, 3), i, table[t].level_min);
+    }
+  });
+}
+
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
                    std::vector<soup::TextureEntry> table, Textures textures) {
   soup.triangles = static_cast<std::uint32_t>(table.size());
-  soup.source_samples = soup.lattice_samples = 0;
+  soup.source_samples = source_samples(table);
+  soup.lattice_samples = 0;
   soup.level_max = 0;
   for (const soup::TextureEntry& entry : table) {
-    soup.source_samples = std::max<std::uint64_t>(
-        soup.source_samples, std::uint64_t(entry.source_offset) + soup::samples_in(entry.level_min, entry.level_max));
     soup.lattice_samples =
         std::max<std::uint64_t>(soup.lattice_samples, std::uint64_t(entry.lattice_offset) + soup::samples_at(entry.level_max));
     soup.level_max = std::max(soup.level_max, entry.level_max);

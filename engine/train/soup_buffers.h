@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -44,6 +45,10 @@ struct Textures {
 
 /// A logit whose sigmoid is 1.0f, however levels are resampled.
 inline constexpr float kOpaqueLogit = 30.0f;
+/// Size of the pool of logits that a table describes.
+std::uint64_t source_samples(std::span<const soup::TextureEntry> table);
+/// A buffer of logits laid out as `table`: write(t, to) writes those of triangle t, all its levels, which are zero before.
+gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, const std::function<void(std::size_t, float*)>& write);
 /// Logits of textures that have one opacity everywhere (a logit for each triangle), and show the mixture of their corners' colours (3 for
 /// each triangle, 0..1; empty: all features are zero).
 gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours,

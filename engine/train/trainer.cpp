@@ -29,6 +29,17 @@ double process_cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
+/// Seconds since it was made, by the clock and of all threads.
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  double cpu_seconds() const { return process_cpu_seconds() - cpu_start_; }
+
+ private:
+  Clock::time_point start_ = Clock::now();
+  double cpu_start_ = process_cpu_seconds();
+};
+
 /// Pixels and tiles of the largest batch that can come up.
 struct BatchSize {
   std::uint32_t views = 0;
@@ -121,9 +132,11 @@ std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings&
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+  const bool paints = settings_.paint && lift_step(settings_) == 0 && !start.colours.empty();
   const bool coarse = lift_step(settings_) > 0;
   const soup::TextureLevels levels =
-      coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
+      paints   ? soup::TextureLevels{0, 0}
+      : coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
              : soup::TextureLevels{settings_.level_min, settings_.level_max};
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(start.vertices.size() / 3, levels).entries;
   Textures textures;
@@ -135,6 +148,11 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   allocate_soup(gpu_, soup_, start.vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
   prepare();
+  if (!paints) return;
+  const Stopwatch watch;
+  paint(gpu_, soup_, frame_, scene_, {half_views_, views_}, settings_);
+  gpu_.wait();
+  seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
 
 void Trainer::prepare() {
@@ -200,7 +218,7 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
 
 kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batch) const {
   const std::uint64_t t = step + 1;
-  const double factor = rate_factor(settings_, settings_.rate_end, t), vertex_factor = rate_factor(settings_, settings_.rate_vertex_end, t);
+  const double factor = rate_factor(settings_, settings_.rate_end, t), vertex_factor = vertex_rate_factor(settings_, t);
   const std::uint32_t seed = static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
   const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
   return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % Frame::kStatisticsRows),
@@ -324,17 +342,16 @@ void Trainer::run(const Callbacks& callbacks) {
     std::uint64_t last = next_event(callbacks);
     if (callbacks.until) last = std::clamp(callbacks.until(step_), step_ + 1, std::max(last, step_ + 1));
     if (callbacks.stop && *callbacks.stop) break;
-    const auto start = Clock::now();
-    const double cpu_start = process_cpu_seconds();
+    const Stopwatch watch;
     const std::uint64_t before = step_;
     train_until(last, callbacks);
     // A change of topology draws other views into the frame.
     if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) uncovered_ = share_uncovered();
     if (step_ > before) change_topology();
     gpu_.wait();
-    const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
+    const double elapsed = watch.seconds();
     seconds_ += elapsed;
-    cpu_seconds_ += process_cpu_seconds() - cpu_start;
+    cpu_seconds_ += watch.cpu_seconds();
     seconds_since += elapsed;
     if (callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) {
       callbacks.on_progress(progress_since(reported, seconds_since));
@@ -461,6 +478,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
   if (!then.contains("init_opacity")) then["init_opacity"] = 0.5;
   if (!then.contains("backdrop")) then["backdrop"] = 0.0;
+  if (!then.contains("rest_share")) then["rest_share"] = 0.0;
+  if (!then.contains("paint")) then["paint"] = false;
   if (!then.contains("rate_vertex_end") && then.contains("rate_end")) then["rate_vertex_end"] = then["rate_end"];
   if (!then.contains("fill_budget")) then["fill_budget"] = false;
   if (!then.contains("huber")) then["huber"] = 0.0;

@@ -39,3 +39,25 @@ TEST_CASE("vertices travel equally far in few steps", "[settings]") {
   s.steps = 1;
   CHECK(train::vertex_rate(s, 0.8) == train::kFastestVertices);
 }
+
+TEST_CASE("vertices come to rest, and travel as far as they are to", "[settings]") {
+  train::Settings s = train::published(train::Recipe::real);
+  s.rate_vertex_end = 0.1;
+  for (const double share : {0.01, 0.2, 1.0}) {
+    CAPTURE(share);
+    s.rest_share = share;
+    s.rate_vertex = train::vertex_rate(s, 4.0);
+    double sum = 0, last = 2;
+    for (std::uint64_t step = 1; step <= s.steps; ++step) {
+      const double factor = train::vertex_rate_factor(s, step);
+      CHECK(factor < last);
+      last = factor;
+      sum += s.rate_vertex * factor;
+    }
+    CHECK(sum == Approx(4.0).epsilon(0.001));
+    CHECK(last > 0);
+    CHECK(last < 0.1 / (share * double(s.steps)));
+    // Until then as without it.
+    CHECK(train::vertex_rate_factor(s, 1) == Approx(train::rate_factor(s, 0.1, 1)).epsilon(1e-3));
+  }
+}
