@@ -42,16 +42,16 @@ std::vector<std::uint32_t> one_per_cell(const scene::Points& points, const std::
   return result;
 }
 
-struct Seen {
+struct Sighted {
   glm::dvec2 pixel;
   double depth;
 };
-std::optional<Seen> seen_at(const scene::Camera& camera, const glm::dvec3& p) {
+std::optional<Sighted> seen_at(const scene::Camera& camera, const glm::dvec3& p) {
   const glm::dvec3 c(camera.world_to_camera * glm::dvec4(p, 1.0));
   if (!(c.z > 0)) return std::nullopt;
   const glm::dvec2 at(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
   if (!(at.x >= 0 && at.y >= 0 && at.x < camera.width && at.y < camera.height)) return std::nullopt;
-  return Seen{at, c.z};
+  return Sighted{at, c.z};
 }
 
 /// For a cloud without tracks: nearest points in each of 32 cells across a picture, and who is not well behind them.
