@@ -30,6 +30,7 @@ using glm::normalize;
 using glm::outerProduct;
 using glm::sign;
 using glm::sqrt;
+using glm::uintBitsToFloat;
 using glm::uvec2;
 using glm::uvec4;
 using glm::vec2;
