@@ -99,8 +99,10 @@ KERNEL_MAIN(64) {
     for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i)
       if (ELEMENT_OF(i, gradients) < gradients) ELEMENT(s_word, fine * QUADS, ELEMENT_OF(i, gradients)) = UINTS(0u);
     barrier();
-    find_most(GIVES_ARGUMENTS pixels, place, thread);
-    barrier();
+    if (pixels != 0u) {
+      find_most(GIVES_ARGUMENTS pixels, place, thread);
+      barrier();
+    }
     const uint exponent = unit_exponent(pixels, uintBitsToFloat(s_most));
     add_pixels(GIVES_ARGUMENTS row, fine, pixels, place, units_per_one(exponent), thread);
     take_opacities(GIVES_ARGUMENTS row, fine, gradients / kElements, thread);
@@ -217,7 +219,9 @@ KERNEL_MAIN(64) {
       FLOATS value;
       UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(value, c) = sigmoid(NUMBER(logit, c));
       ELEMENT(a.lattice.v, row.lattice_offset * QUADS, e) = value;
-      if (e % kElements == kElements - 1u) a.opacity.v[row.lattice_offset + e / kElements] = NUMBER(value, 3u);
+      SET_ELEMENT_VALUE(fine * QUADS, e, value);
     }
   }
+  barrier();
+  for (uint i = thread; i < fine_count; i += 64u) a.opacity.v[row.lattice_offset + i] = VALUE((fine + i) * QUADS + 1u).w;
 }

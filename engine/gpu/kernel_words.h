@@ -15,6 +15,10 @@ namespace KERNEL_TYPES {
 using real = float;
 using uint = std::uint32_t;
 using glm::abs;
+using glm::all;
+using glm::any;
+using glm::bvec2;
+using glm::bvec4;
 using glm::ceil;
 using glm::clamp;
 using glm::cross;

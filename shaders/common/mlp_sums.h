@@ -36,13 +36,20 @@ FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
     s.w1 += s_input[at + vector][component] * vec4(s_delta[delta], s_delta[delta + 1u], s_delta[delta + 2u], s_delta[delta + 3u]);
     s.w2 += s_input[at + 4u + vector][component] * vec4(s_delta[delta + 16u], s_delta[delta + 17u], s_delta[delta + 18u], s_delta[delta + 19u]);
   }
-  if (part == 0u)
+  // Variables of their own: nobody else has them, so that lanes that take no part need not be left out of every sum.
+  if (part == 0u) {
+    vec4 w3 = s.w3;
     for (uint q = 0u; q < 64u; ++q) {
       const uint delta = q * kDeltas + 32u;
-      s.w3 += s_input[q * 12u + 8u + vector][component] * vec4(s_delta[delta], s_delta[delta + 1u], s_delta[delta + 2u], 0.0f);
+      w3 += s_input[q * 12u + 8u + vector][component] * vec4(s_delta[delta], s_delta[delta + 1u], s_delta[delta + 2u], 0.0f);
     }
-  if (thread < kDeltas)
-    for (uint q = 0u; q < 64u; ++q) s.bias += s_delta[q * kDeltas + thread];
+    s.w3 = w3;
+  }
+  if (thread < kDeltas) {
+    float bias = s.bias;
+    for (uint q = 0u; q < 64u; ++q) bias += s_delta[q * kDeltas + thread];
+    s.bias = bias;
+  }
   sums = s;
 }
 
