@@ -63,7 +63,7 @@ KERNEL_MAIN(64) {
         const LatticeCell cell = lattice_cell(e0 / sum, e1 / sum, row.y);
         const float alpha = opacity_at(a.opacity, row, cell);
         const float g = row.z + 1u == winner ? weight / max(alpha, 1e-5f) : -weight / max(1.0f - alpha, 1e-5f);
-        const uint i0 = (row.x + cell.i0) * 8u + 7u, i1 = (row.x + cell.i1) * 8u + 7u, i2 = (row.x + cell.i2) * 8u + 7u;
+        const uint i0 = row.x + cell.i0, i1 = row.x + cell.i1, i2 = row.x + cell.i2;
         MARK(a.touched.v[row.z]);
         add_fixed(a.gradient_low, i0, a.gradient_high, i0, cell.w0 * g);
         add_fixed(a.gradient_low, i1, a.gradient_high, i1, cell.w1 * g);

@@ -1,4 +1,4 @@
-// dL/dC through skip connection and MLP: feature gradients go to the lattice (fixed point), MLP gradients are summed in
+// dL/dC through skip connection and MLP: feature gradients are left for update_textures, sorted by triangle, MLP gradients are summed in
 // registers. A workgroup takes every groups-th block, so that its sums always hold the same terms in the same order.
 #include "common/kernel.h"
 #include "args/shade_backward.h"
@@ -6,7 +6,6 @@
 #include "common/exposure.h"
 #include "common/exposure_table.h"
 #include "common/pixel_centre.h"
-#include "common/fixed_point.h"
 #include "common/lattice.h"
 #include "common/mlp_staging.h"
 #include "common/pixel_lanes.h"
@@ -85,15 +84,10 @@ KERNEL_MAIN(64) {
 
       UNROLL for (uint k = 0u; k < PIXELS; ++k) {
         if (p.triangle[k] != 0u) {
-          MARK(a.touched.v[p.triangle[k] - 1u]);
-          const LatticeCell cell = p.cell[k];
-          const uint i0 = (p.lattice_offset[k] + cell.i0) * 8u, i1 = (p.lattice_offset[k] + cell.i1) * 8u,
-                     i2 = (p.lattice_offset[k] + cell.i2) * 8u;
-          UNROLL for (uint c = 0u; c < 7u; ++c) {
-            add_fixed(a.gradient_low, i0 + c, a.gradient_high, i0 + c, cell.w0 * LANE(dx[c], k));
-            add_fixed(a.gradient_low, i1 + c, a.gradient_high, i1 + c, cell.w1 * LANE(dx[c], k));
-            add_fixed(a.gradient_low, i2 + c, a.gradient_high, i2 + c, cell.w2 * LANE(dx[c], k));
-          }
+          const uint place = a.places.v[p.triangle[k] - 1u] + a.ranks.v[p.index[k]];
+          UNROLL for (uint c = 0u; c < 7u; ++c) a.sorted.v[c * a.pixels + place] = LANE(dx[c], k);
+          a.sorted.v[7u * a.pixels + place] = a.hits.v[p.index[k]].b0;
+          a.sorted.v[8u * a.pixels + place] = a.hits.v[p.index[k]].b1;
         }
         if (DEBUG && p.inside[k]) UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[p.index[k] * 7u + c] = LANE(dx[c], k);
       }

@@ -1,10 +1,11 @@
-// One triangle's texture: gradient on the finest lattice through the sigmoid and down to every level, Adam on all levels, their
-// sum up to the finest lattice again, sigmoid. The hat functions of the levels are nested, so both directions go one level at a
+// One triangle's texture: gradients of its pixels summed on the finest lattice, through the sigmoid and down to every level, Adam on all
+// levels, their sum up to the finest lattice again, sigmoid. The hat functions of the levels are nested, so both directions go one level at a
 // time: a coarse sample takes its own fine sample's gradient and half of the six around it.
 #include "common/kernel.h"
 #include "args/update_textures.h"
 #include "common/faults.h"
 #include "common/fixed_point.h"
+#include "common/block_sums.h"
 #include "common/lattice.h"
 #include "common/optimiser.h"
 #include "common/texture_elements.h"
@@ -15,9 +16,13 @@ CONSTANT(0, uint, SAMPLES, 774u);  // the most that a triangle of this launch ha
 CONSTANT(1, bool, ADAM, true);     // false: only sum the levels
 CONSTANT(2, bool, DEBUG, false);   // also write the gradient
 
-SHARED uint s_seen;
+SHARED uint s_seen, s_most;
 const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
-SHARED vec4 s_value[SAMPLES * QUADS];
+SHARED uvec4 s_word[SAMPLES * QUADS];  // floats but for the finest level's sums over pixels
+#define VALUE(i) uintBitsToFloat(s_word[i])
+#define SET_VALUE(i, v) s_word[i] = floatBitsToUint(v)
+#define ELEMENT_VALUE(first, e) uintBitsToFloat(ELEMENT(s_word, first, e))
+#define SET_ELEMENT_VALUE(first, e, v) ELEMENT(s_word, first, e) = floatBitsToUint(v)
 
 FN uint samples_before(uint level_min, uint level) {
   uint n = 0u;
@@ -36,6 +41,44 @@ FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOU
   }
 }
 
+/// The largest feature gradient of the triangle's pixels, to s_most.
+FN void find_most(TAKES_ARGUMENTS uint pixels, uint place, uint thread) {
+  float most = 0.0f;
+  for (uint first = 0u; first < pixels; first += 64u)
+    if (first + thread < pixels)
+      UNROLL for (uint c = 0u; c < 7u; ++c) most = max(most, abs(limited(a.sorted.v[c * a.pixels + place + first + thread])));
+  if (most != 0.0f) atomicMax(s_most, floatBitsToUint(most));
+}
+
+/// Adds the feature gradients of the triangle's pixels to the three samples around each, in units.
+FN void add_pixels(TAKES_ARGUMENTS Texture row, uint fine, uint pixels, uint place, float units, uint thread) {
+  for (uint first = 0u; first < pixels; first += 64u)
+    if (first + thread < pixels) {
+      const uint at = place + first + thread;
+      const LatticeCell cell = lattice_cell(a.sorted.v[7u * a.pixels + at], a.sorted.v[8u * a.pixels + at], row.level_max);
+      const uint i0 = (fine + cell.i0) * QUADS, i1 = (fine + cell.i1) * QUADS, i2 = (fine + cell.i2) * QUADS;
+      UNROLL for (uint c = 0u; c < 7u; ++c) {
+        const float g = limited(a.sorted.v[c * a.pixels + at]) * units;
+        atomicAdd(s_word[i0 + c / 4u][c % 4u], whole_units(cell.w0 * g));
+        atomicAdd(s_word[i1 + c / 4u][c % 4u], whole_units(cell.w1 * g));
+        atomicAdd(s_word[i2 + c / 4u][c % 4u], whole_units(cell.w2 * g));
+      }
+    }
+}
+
+/// The gradients of the opacities, as floats, which are zero from now on in memory.
+FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uint thread) {
+  for (uint first = 0u; first < samples; first += 64u)
+    if (first + thread < samples) {
+      const uint at = row.lattice_offset + first + thread;
+      const uint low = a.gradient_low.v[at], high = a.gradient_high.v[at];
+      if (low == kFixedZero && high == 0u) continue;
+      s_word[(fine + first + thread) * QUADS + 1u].w = floatBitsToUint(from_fixed(low, high));
+      a.gradient_low.v[at] = kFixedZero;
+      a.gradient_high.v[at] = 0u;
+    }
+}
+
 KERNEL_MAIN(64) {
   const uint triangle = group_index();
   const uint thread = gl_LocalInvocationIndex;
@@ -46,24 +89,37 @@ KERNEL_MAIN(64) {
   const bool frozen = a.control.v[0].overflow != 0u;
 
   if (ADAM) {
-    // What nothing was added to is not even read: where cameras stand in a scene, that is most of it.
-    const uint gradients = (a.unseen | a.touched.v[triangle]) != 0u ? fine_count * kElements : 0u;
-    if (thread == 0u) s_seen = a.unseen;
+    // What no pixel shows and no opacity learns from is not even read: where cameras stand in a scene, that is most of it.
+    const uint pixels = a.counts.v[triangle], place = a.counts.v[a.triangles + 1u + triangle];
+    const uint gradients = (a.unseen | pixels | a.touched.v[triangle]) != 0u ? fine_count * kElements : 0u;
+    if (thread == 0u) {
+      s_seen = a.unseen;
+      s_most = 0u;
+    }
+    for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i)
+      if (ELEMENT_OF(i, gradients) < gradients) ELEMENT(s_word, fine * QUADS, ELEMENT_OF(i, gradients)) = UINTS(0u);
+    barrier();
+    if (pixels != 0u) {
+      find_most(GIVES_ARGUMENTS pixels, place, thread);
+      barrier();
+    }
+    const uint exponent = unit_exponent(pixels, uintBitsToFloat(s_most));
+    add_pixels(GIVES_ARGUMENTS row, fine, pixels, place, units_per_one(exponent), thread);
+    take_opacities(GIVES_ARGUMENTS row, fine, gradients / kElements, thread);
     barrier();
     for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i) {
       const uint e = ELEMENT_OF(i, gradients), first = row.lattice_offset * QUADS;
       if (e < gradients) {
-        const UINTS low = ELEMENT(a.gradient_low.v, first, e), high = ELEMENT(a.gradient_high.v, first, e);
-        FLOATS gradient = FLOATS(0.0f);
-        if (low != UINTS(kFixedZero) || high != UINTS(0u)) {
+        const UINTS words = ELEMENT(s_word, fine * QUADS, e);
+        FLOATS gradient;
+        UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(gradient, c) = float(int(NUMBER(words, c))) * unit_of(exponent);
+        if (e % kElements == kElements - 1u) NUMBER(gradient, 3u) = uintBitsToFloat(NUMBER(words, 3u));
+        if (gradient != FLOATS(0.0f)) {
           const FLOATS value = ELEMENT(a.lattice.v, first, e);
-          UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(gradient, c) = from_fixed(NUMBER(low, c), NUMBER(high, c));
           gradient *= value * (1.0f - value);
-          ELEMENT(a.gradient_low.v, first, e) = UINTS(kFixedZero);
-          ELEMENT(a.gradient_high.v, first, e) = UINTS(0u);
           s_seen = 1u;
         }
-        ELEMENT(s_value, fine * QUADS, e) = gradient;
+        SET_ELEMENT_VALUE(fine * QUADS, e, gradient);
       }
     }
     barrier();
@@ -85,18 +141,18 @@ KERNEL_MAIN(64) {
         y *= 2u;
         vec4 around = vec4(0.0f);
         if (x + y < r) {
-          around += s_value[(from + lattice_index(x + 1u, y)) * QUADS + q];
-          around += s_value[(from + lattice_index(x, y + 1u)) * QUADS + q];
+          around += VALUE((from + lattice_index(x + 1u, y)) * QUADS + q);
+          around += VALUE((from + lattice_index(x, y + 1u)) * QUADS + q);
         }
         if (x > 0u) {
-          around += s_value[(from + lattice_index(x - 1u, y)) * QUADS + q];
-          around += s_value[(from + lattice_index(x - 1u, y + 1u)) * QUADS + q];
+          around += VALUE((from + lattice_index(x - 1u, y)) * QUADS + q);
+          around += VALUE((from + lattice_index(x - 1u, y + 1u)) * QUADS + q);
         }
         if (y > 0u) {
-          around += s_value[(from + lattice_index(x, y - 1u)) * QUADS + q];
-          around += s_value[(from + lattice_index(x + 1u, y - 1u)) * QUADS + q];
+          around += VALUE((from + lattice_index(x, y - 1u)) * QUADS + q);
+          around += VALUE((from + lattice_index(x + 1u, y - 1u)) * QUADS + q);
         }
-        s_value[to * QUADS + e] = s_value[(from + lattice_index(x, y)) * QUADS + q] + 0.5f * around;
+        SET_VALUE(to * QUADS + e, VALUE((from + lattice_index(x, y)) * QUADS + q) + 0.5f * around);
       }
       barrier();
     }
@@ -110,7 +166,7 @@ KERNEL_MAIN(64) {
       FLOATS logit = ELEMENT(a.source.v, first, e), m = FLOATS(0.0f), v = FLOATS(0.0f);
       bool changed = false;
       if (ADAM) {
-        const FLOATS gradient = ELEMENT(s_value, 0u, e);
+        const FLOATS gradient = ELEMENT_VALUE(0u, e);
         if (DEBUG) ELEMENT(a.debug.v, first, e) = gradient;
         m = ELEMENT(a.moment1.v, first, e);
         v = ELEMENT(a.moment2.v, first, e);
@@ -137,7 +193,7 @@ KERNEL_MAIN(64) {
           ELEMENT(a.moment2.v, first, e) = v;
         }
       }
-      ELEMENT(s_value, 0u, e) = logit;
+      SET_ELEMENT_VALUE(0u, e, logit);
     }
   }
 
@@ -151,7 +207,7 @@ KERNEL_MAIN(64) {
       // The two coarse samples that a fine one lies between; the same one twice where they coincide.
       const uint x0 = x >> 1, y0 = y >> 1, ox = x & 1u, oy = y & 1u;
       const uint i = lattice_index(x0 + ox, y0), j = lattice_index(x0, y0 + oy);
-      s_value[to * QUADS + e] += 0.5f * (s_value[(from + i) * QUADS + q] + s_value[(from + j) * QUADS + q]);
+      SET_VALUE(to * QUADS + e, VALUE(to * QUADS + e) + 0.5f * (VALUE((from + i) * QUADS + q) + VALUE((from + j) * QUADS + q)));
     }
   }
   barrier();
@@ -159,11 +215,13 @@ KERNEL_MAIN(64) {
   for (uint i = 0u; i < ELEMENT_STEPS(values); ++i) {
     const uint e = ELEMENT_OF(i, values);
     if (e < values) {
-      const FLOATS logit = ELEMENT(s_value, fine * QUADS, e);
+      const FLOATS logit = ELEMENT_VALUE(fine * QUADS, e);
       FLOATS value;
       UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(value, c) = sigmoid(NUMBER(logit, c));
       ELEMENT(a.lattice.v, row.lattice_offset * QUADS, e) = value;
-      if (e % kElements == kElements - 1u) a.opacity.v[row.lattice_offset + e / kElements] = NUMBER(value, 3u);
+      SET_ELEMENT_VALUE(fine * QUADS, e, value);
     }
   }
+  barrier();
+  for (uint i = thread; i < fine_count; i += 64u) a.opacity.v[row.lattice_offset + i] = VALUE((fine + i) * QUADS + 1u).w;
 }

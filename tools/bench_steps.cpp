@@ -109,10 +109,12 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
       {"sample_photographs", p * (4 + 4)},
       {"ssim", p * (12 + 4 + 36)},
       {"loss_gradient", p * (36 + 12 + 4 + 16)},
-      {"shade_backward", p * (16 + 16) + covered * (96 + 21 * 8)},
+      {"count_visible", p * 16 + covered * 4 + t * 4},
+      {"place_pixels", t * 8},
+      {"shade_backward", p * (16 + 16) + covered * (96 + 4 + 9 * 4)},
       {"edge_forces", p * (16 + 12 + 16) + covered * 9 * 8},
       {"opacity_backward", listed * (4 + 64 + 16) + p * (16 + 4) + covered * 3 * 8},
-      {"update_textures", source * 8 * 24 + lattice * (8 * 8 + 8 * 4 + 4)},
+      {"update_textures", source * 8 * 24 + lattice * (2 * 4 + 8 * 4 + 4) + covered * 9 * 4},
       {"update_vertices", t * 9 * (12 + 8) + t * 3 * 8},
       {"update_mlp", 595.0 * (24 + 4 * frame.mlp_groups)}};
   // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the gradients of the weights and

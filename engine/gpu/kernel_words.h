@@ -15,6 +15,10 @@ namespace KERNEL_TYPES {
 using real = float;
 using uint = std::uint32_t;
 using glm::abs;
+using glm::all;
+using glm::any;
+using glm::bvec2;
+using glm::bvec4;
 using glm::ceil;
 using glm::clamp;
 using glm::cross;
@@ -30,6 +34,7 @@ using glm::normalize;
 using glm::outerProduct;
 using glm::sign;
 using glm::sqrt;
+using glm::uintBitsToFloat;
 using glm::uvec2;
 using glm::uvec4;
 using glm::vec2;

@@ -42,6 +42,8 @@ void Frame::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_
   grow(gradient, pixels * 16, "colour gradients");
   grow(partial, pixels * 36, "SSIM derivatives");
   grow(same, tiles * 4, "blocks without error");  // there are fewer blocks than tiles
+  grow(ranks, pixels * 4, "pixels by triangle");
+  grow(shown, (2ull * triangles + 1) * 4, "pixels by triangle");
   grow(mlp_partial, std::uint64_t(mlp_groups) * 595 * 4, "MLP gradient sums");
 }
 
@@ -78,7 +80,8 @@ void Frame::reserve_lists(std::uint64_t entries) { grow(lists, entries * 4, "til
 std::uint64_t frame_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
                           bool training) {
   return views * sizeof(kernels::ViewRecord) + std::uint64_t(views) * triangles * sizeof(kernels::ScreenTriangle) +
-         tiles * (12 + 16 * 4) + pixels * (16 + 12 + (training ? 4 + 16 + 36 : 0)) + (training ? kGpuGroups * 595 * 4 : 0);
+         tiles * (12 + 16 * 4) + pixels * (16 + 12 + (training ? 4 + 16 + 36 + 4 : 0)) +
+         (training ? kGpuGroups * 595 * 4 + (2ull * triangles + 1) * 4 : 0);
 }
 
 }  // namespace trisoup::train

@@ -21,7 +21,7 @@ gpu::Buffer zeroes(gpu::Device& gpu, const SoupBuffers& soup) {
 /// Adds what the batch in `frame` shows.
 void count(gpu::Device& gpu, const Frame& frame, const gpu::Buffer& counts) {
   const std::uint32_t pixels = frame.batch().pixels;
-  gpu.launch({"count_visible"}, (pixels + 63) / 64, kernels::CountVisibleArgs{frame.hits.address(), counts.address(), pixels, 0});
+  gpu.launch({"count_visible", {0}}, (pixels + 63) / 64, kernels::CountVisibleArgs{frame.hits.address(), counts.address(), 0, pixels, 0});
 }
 
 }  // namespace

@@ -25,8 +25,8 @@ void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32
 
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max) {
   const std::uint64_t source = soup::samples_in(level_min, level_max), lattice = soup::samples_at(level_max);
-  // vertices: value, two moments, two gradient words; textures: three arrays of logits, lattice, two gradient words, opacity; touched
-  return triangles * (36 + 36 + 12 + 72 + 4 + sizeof(soup::TextureEntry) + source * 8 * 12 + lattice * (8 * 12 + 4));
+  // vertices: value, two moments, two gradient words; textures: three arrays of logits, lattice, opacity with two gradient words; touched
+  return triangles * (36 + 36 + 12 + 72 + 4 + sizeof(soup::TextureEntry) + source * 8 * 12 + lattice * (8 * 4 + 12));
 }
 
 void clear(gpu::Device& gpu, const FixedSums& sums) {
@@ -112,8 +112,8 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
   soup.source_moment2 = given(textures.moment2, "texture moments");
   soup.lattice = gpu.allocate(soup.lattice_samples * 32, "summed textures");
   soup.opacity = gpu.allocate(soup.lattice_samples * 4, "opacities");
-  soup.lattice_gradient = sums(soup.lattice_samples * 8, "texture gradients");
-  soup.touched = zeroed(soup.triangles * 4ull, "texture gradients");
+  soup.opacity_gradient = sums(soup.lattice_samples, "opacity gradients");
+  soup.touched = zeroed(soup.triangles * 4ull, "opacity gradients");
 }
 
 soup::Mlp initial_mlp(std::uint64_t seed) {

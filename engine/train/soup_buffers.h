@@ -30,8 +30,8 @@ struct SoupBuffers {
   gpu::Buffer textures;                                  // [T] Texture
   gpu::Buffer source, source_moment1, source_moment2;    // [source samples][8], logits
   gpu::Buffer lattice, opacity;                          // [lattice samples][8], [lattice samples], after the sigmoid
-  FixedSums lattice_gradient;                            // [lattice samples][8]
-  gpu::Buffer touched;                                   // [T] 0 where lattice_gradient is known to be zero
+  FixedSums opacity_gradient;                            // [lattice samples]; those of the features: Frame::sorted
+  gpu::Buffer touched;                                   // [T] 0 where opacity_gradient is known to be zero
   gpu::Buffer mlp, mlp_moment1, mlp_moment2;             // [595]
 };
 

@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "args/bin.h"
+#include "args/count_visible.h"
 #include "args/edge_forces.h"
 #include "args/expose.h"
 #include "args/fit_exposure.h"
 #include "args/loss_gradient.h"
 #include "args/measure_exposure.h"
 #include "args/opacity_backward.h"
+#include "args/place_pixels.h"
 #include "args/project.h"
 #include "args/sample_photographs.h"
 #include "args/shade.h"
@@ -150,15 +152,25 @@ void Step::expose(const StepInputs& inputs) {
   end_kernel();
 }
 
+void Step::sort_pixels() {
+  const auto pixels = static_cast<std::uint32_t>(frame_.batch().pixels);
+  const auto shown = frame_.shown.address();
+  gpu_.fill(shown, 4 * (soup_.triangles + 1ull), 0);
+  gpu_.launch({"count_visible", {1}}, groups_of(pixels), CountVisibleArgs{frame_.hits.address(), shown, frame_.ranks.address(), pixels, 0});
+  gpu_.launch({"place_pixels"}, groups_of(soup_.triangles), PlacePixelsArgs{shown, soup_.triangles, 0});
+}
+
 void Step::backward(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const auto views = frame_.views.address(), hits = frame_.hits.address(), gradient = frame_.gradient.address();
-  const auto low = soup_.lattice_gradient.low.address(), high = soup_.lattice_gradient.high.address();
+  const auto places = frame_.shown.address() + 4 * (soup_.triangles + 1ull);
+  sort_pixels();
   const bool exposed = inputs.exposures && inputs.target == 0;
   gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
-              ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, low,
-                                high, soup_.touched.address(), frame_.mlp_partial.address(), inputs.feature_gradient, frame_.target.address(),
-                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, frame_.mlp_groups, batch.views, exposed});
+              ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, places,
+                                frame_.ranks.address(), frame_.sorted(), frame_.mlp_partial.address(), inputs.feature_gradient, frame_.target.address(),
+                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, frame_.mlp_groups, batch.views, exposed,
+                                static_cast<std::uint32_t>(batch.pixels), 0});
   end_kernel();
   gpu_.launch({"edge_forces", {0}}, batch.tiles,
               EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
@@ -171,8 +183,8 @@ void Step::backward(const StepInputs& inputs) {
     if (!listed) list_triangles(band);
     gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,
                 OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
-                                    soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(), low,
-                                    high, soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
+                                    soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(),
+                                    soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(), soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
   });
 }
 
@@ -183,14 +195,18 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
                                 soup_.source_moment2.address(),
                                 soup_.lattice.address(),
                                 soup_.opacity.address(),
-                                soup_.lattice_gradient.low.address(),
-                                soup_.lattice_gradient.high.address(),
+                                frame_.shown.address(),
+                                frame_.sorted(),
+                                soup_.opacity_gradient.low.address(),
+                                soup_.opacity_gradient.high.address(),
                                 soup_.touched.address(),
                                 frame_.state.address(),
                                 frame_.control.address(),
                                 inputs.source_gradient,
                                 soup_.triangles,
-                                inputs.update_unseen || inputs.source_gradient != 0};
+                                inputs.update_unseen || inputs.source_gradient != 0,
+                                static_cast<std::uint32_t>(frame_.batch().pixels),
+                                0};
   // All levels of a triangle at once in shared memory.
   std::uint32_t samples = 0;
   for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));

@@ -76,6 +76,7 @@ class Step {
   };
   /// Each band gets a submission of its own where there are several.
   void for_each_band(const std::function<void(const Band&)>& visit);
+  void sort_pixels();
   void list_triangles(const Band& band);
   /// Ends the submission after a kernel that visits every pixel of a very large batch.
   void end_kernel();

@@ -10,6 +10,7 @@ namespace KERNEL_TYPES {
 struct CountVisibleArgs {
   POINTER(Hits) hits;
   POINTER(Uints) counts;  // [T], added to
+  POINTER(Uints) ranks;   // [pixels] where asked for: 0 to counts - 1, of those in which something is visible
   uint pixels, pad;
 };
 

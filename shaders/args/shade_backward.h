@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Gradients of the features, scattered to the lattice, and of the MLP, summed per workgroup in registers.
+/// Gradients of the features, sorted by triangle, and of the MLP, summed per workgroup in registers.
 struct ShadeBackwardArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
@@ -14,15 +14,16 @@ struct ShadeBackwardArgs {
   POINTER(Float4s) lattice;
   POINTER(Floats) mlp;
   POINTER(Float4s) gradient;
-  POINTER(Uints) gradient_low;   // [lattice samples][8], fixed point
-  POINTER(Uints) gradient_high;
-  POINTER(Uints) touched;        // [triangles]: as in update_textures, 1 for what is added to
+  POINTER(Uints) places;         // [triangles], of the first pixel of each (place_pixels)
+  POINTER(Uints) ranks;          // [pixels]: of those of its triangle (count_visible)
+  POINTER(Floats) sorted;        // [9][pixels]: dL/dfeature and barycentrics, by place
   POINTER(Floats) mlp_partial;   // [groups][595]
   POINTER(Floats) debug;         // [pixels][7]: dL/dfeature where asked for
   POINTER(Uints) target;         // [pixels]: RGBA8
   POINTER(Float4s) exposure;     // [photographs][2]
   uint blocks, groups, view_count;
   uint exposed;                  // 1: the gradient is by colours that expose has changed; needs the two above
+  uint pixels, pad;
 };
 
 #ifndef GL_core_profile

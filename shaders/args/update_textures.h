@@ -14,14 +14,17 @@ struct UpdateTexturesArgs {
   POINTER(Float4s) moment2;
   POINTER(Float4s) lattice;
   POINTER(Floats) opacity;
-  POINTER(Uint4s) gradient_low;
-  POINTER(Uint4s) gradient_high;
-  POINTER(Uints) touched;    // [triangles]: 0 where the gradient is known to be zero; 0 afterwards
+  POINTER(Uints) counts;     // pixels that show each triangle, and their places: as place_pixels leaves them
+  POINTER(Floats) sorted;    // [9][pixels], as shade_backward leaves them
+  POINTER(Uints) gradient_low;   // of opacities: [lattice samples], fixed point
+  POINTER(Uints) gradient_high;
+  POINTER(Uints) touched;    // [triangles]: 0 where the gradient of opacities is known to be zero; 0 afterwards
   POINTER(Steps) state;
   POINTER(Controls) control;
   POINTER(Float4s) debug;    // [source samples][8]: gradient where asked for
   uint triangles;
   uint unseen;               // 1: also triangles without any gradient, by their moments
+  uint pixels, pad;
 };
 
 #ifndef GL_core_profile

@@ -3,8 +3,8 @@
 #ifdef LANES_OF_A_CPU
 // A lane has one input of each layer and four outputs: what lanes read lies side by side, and a delta is the same for all of them.
 SHARED vec4 s_input[64 * 12];   // [pixel]: x, h1, h2
-const uint kDeltas = 40u;               // d1, d2, d3 of a pixel, and what makes it whole vectors of lanes
-SHARED float s_delta[64 * kDeltas];  // [pixel]
+const uint kDeltas = 10u;      // d1, d2, d3 of a pixel, and what makes it whole vectors of lanes
+SHARED vec4 s_delta[64 * kDeltas];  // [pixel]
 
 struct MlpSums {
   vec4 w1, w2, w3;  // component: output 4 (thread / 16) + i of layers 1 and 2, output i of layer 3
@@ -16,33 +16,36 @@ FN void clear_sums(OUT(MlpSums) sums) {
   sums.bias = 0.0f;
 }
 
-#define PUT_INPUT(layer, v, k)                                        \
-  UNROLL for (uint i = 0u; i < 4u; ++i) s_input[thread * 12u + (layer) * 4u + i] = \
+#define PUT_VECTORS(array, first, v, k)         \
+  UNROLL for (uint i = 0u; i < 4u; ++i) array[(first) + i] = \
       vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
-#define PUT_DELTA(first, count, v, k) UNROLL for (uint i = 0u; i < count; ++i) s_delta[thread * kDeltas + first + i] = LANE(v[i], k)
-#define PUT_PIXEL(x, h1, h2, d1, d2, d3, k) \
-  PUT_INPUT(0u, x, k);                      \
-  PUT_INPUT(1u, h1, k);                     \
-  PUT_INPUT(2u, h2, k);                     \
-  PUT_DELTA(0u, 16u, d1, k);                \
-  PUT_DELTA(16u, 16u, d2, k);               \
-  PUT_DELTA(32u, 3u, d3, k)
+#define PUT_PIXEL(x, h1, h2, d1, d2, d3, k)               \
+  PUT_VECTORS(s_input, thread * 12u, x, k);               \
+  PUT_VECTORS(s_input, thread * 12u + 4u, h1, k);         \
+  PUT_VECTORS(s_input, thread * 12u + 8u, h2, k);         \
+  PUT_VECTORS(s_delta, thread * kDeltas, d1, k);          \
+  PUT_VECTORS(s_delta, thread * kDeltas + 4u, d2, k);     \
+  s_delta[thread * kDeltas + 8u] = vec4(LANE(d3[0], k), LANE(d3[1], k), LANE(d3[2], k), 0.0f)
 
 FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
   const uint vector = (thread & 15u) >> 2, component = thread & 3u, part = thread >> 4;
   MlpSums s = sums;
   for (uint q = 0u; q < 64u; ++q) {
-    const uint at = q * 12u, delta = q * kDeltas + part * 4u;
-    s.w1 += s_input[at + vector][component] * vec4(s_delta[delta], s_delta[delta + 1u], s_delta[delta + 2u], s_delta[delta + 3u]);
-    s.w2 += s_input[at + 4u + vector][component] * vec4(s_delta[delta + 16u], s_delta[delta + 17u], s_delta[delta + 18u], s_delta[delta + 19u]);
+    const uint at = q * 12u, delta = q * kDeltas + part;
+    s.w1 += s_input[at + vector][component] * s_delta[delta];
+    s.w2 += s_input[at + 4u + vector][component] * s_delta[delta + 4u];
   }
-  if (part == 0u)
-    for (uint q = 0u; q < 64u; ++q) {
-      const uint delta = q * kDeltas + 32u;
-      s.w3 += s_input[q * 12u + 8u + vector][component] * vec4(s_delta[delta], s_delta[delta + 1u], s_delta[delta + 2u], 0.0f);
-    }
-  if (thread < kDeltas)
-    for (uint q = 0u; q < 64u; ++q) s.bias += s_delta[q * kDeltas + thread];
+  // Variables of their own: nobody else has them, so that lanes that take no part need not be left out of every sum.
+  if (part == 0u) {
+    vec4 w3 = s.w3;
+    for (uint q = 0u; q < 64u; ++q) w3 += s_input[q * 12u + 8u + vector][component] * s_delta[q * kDeltas + 8u];
+    s.w3 = w3;
+  }
+  if (thread < 4u * kDeltas) {
+    float bias = s.bias;
+    for (uint q = 0u; q < 64u; ++q) bias += s_delta[q * kDeltas + (thread >> 2)][thread & 3u];
+    s.bias = bias;
+  }
   sums = s;
 }
 

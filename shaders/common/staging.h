@@ -23,9 +23,10 @@ FN uint covering(uint first, uint end, vec2 d, float limit, uint index_end) {
   for (uint k = first; k < min(first + 32u, end); ++k) {
     const float e0 = at_offset(vec3(s_e0[k]), d), e1 = at_offset(vec3(s_e1[k]), d), e2 = at_offset(vec3(s_e2[k]), d);
     const float depth = at_offset(vec3(s_plane[k]), d);
-    const bool covers = min(e0, min(e1, e2)) >= 0.0f && e0 + e1 + e2 > 0.0f && depth > -1.0f &&
-                        (depth < limit || (depth == limit && s_texture[k].z < index_end));
-    bits |= covers ? 1u << (k - first) : 0u;
+    // Without && and ?:, which are branches, and none that anybody foresees.
+    const bool first_of_equals = all(bvec2(depth == limit, s_texture[k].z < index_end));
+    const bool covers = all(bvec4(min(e0, min(e1, e2)) >= 0.0f, e0 + e1 + e2 > 0.0f, depth > -1.0f, any(bvec2(depth < limit, first_of_equals))));
+    bits |= (0u - uint(covers)) & (1u << (k - first));
   }
   return bits;
 }

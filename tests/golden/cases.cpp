@@ -13,6 +13,7 @@
 #include "draws.h"
 #include "error.h"
 #include "golden/host_cases.h"
+#include "lattice_gradient.h"
 #include "npz.h"
 #include "soup/texture_table.h"
 #include "render/renderer.h"
@@ -308,10 +309,8 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
     return out;
   };
 
-  const auto low = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), s.soup.lattice_samples * 8);
-  const auto high = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), s.soup.lattice_samples * 8);
-  std::vector<float> lattice_gradient;
-  for (std::size_t i = 0; i < low.size(); ++i) lattice_gradient.push_back(static_cast<float>(train::fixed_sum(low[i], high[i])));
+  const std::vector<double> sums = test::lattice_gradient(gpu, s.soup, s.frame);
+  const std::vector<float> lattice_gradient(sums.begin(), sums.end());
   const std::size_t lattice_n = soup::samples_at(s.level_max), source_n = soup::samples_in(s.level_min, s.level_max);
   report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient, per_triangle(tied_features, lattice_n * 7));
   report.array("d_alpha_acc", opacity_of(lattice_gradient), need(npz, "d_alpha_acc").f, kGradient, per_triangle(tied_triangle, lattice_n));
@@ -413,17 +412,17 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
   std::vector<double> mean(n), square(n);
   std::vector<double> winners(4 * s.pixels);
   for (int i = 0; i < samples; ++i) {
-    train::clear(gpu, s.soup.lattice_gradient);
+    train::clear(gpu, s.soup.opacity_gradient);
     s.step.begin(0x9e3779b9u * (i + 1), 0, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
     s.step.backward(s.inputs);
-    const auto low = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), n * 8);
-    const auto high = gpu.download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), n * 8);
+    const auto low = gpu.download_vector<std::uint32_t>(s.soup.opacity_gradient.low.address(), n);
+    const auto high = gpu.download_vector<std::uint32_t>(s.soup.opacity_gradient.high.address(), n);
     const auto lattice = gpu.download_vector<float>(s.soup.opacity.address(), n);
     for (std::size_t k = 0; k < n; ++k) {
-      const double g = train::fixed_sum(low[k * 8 + 7], high[k * 8 + 7]) * lattice[k] * (1 - lattice[k]);
+      const double g = train::fixed_sum(low[k], high[k]) * lattice[k] * (1 - lattice[k]);
       mean[k] += g / samples;
       square[k] += g * g / samples;
     }
@@ -460,7 +459,10 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
   for (std::size_t i = 0; i < logits.size(); ++i) all[i / channels * 8 + i % channels] = logits[i];
   gpu.upload(soup.source.address(), all);
   Frame frame(gpu, 1);
-  frame.reserve(1, 1, 1, triangles, true);
+  train::BatchLayout batch;
+  batch.views = batch.tiles = 1;
+  batch.pixels = static_cast<std::uint32_t>(soup.lattice_samples);
+  frame.place(batch, triangles, true);
   gpu.fill(frame.mlp_partial.address(), frame.mlp_partial.bytes(), 0);
   Step step(gpu, soup, frame);
   step.sum_textures();
@@ -468,19 +470,17 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
   const std::vector<float>& expected_sum = need(npz, sum).f;
   const std::vector<float>& upstream = need(npz, gradient).f;
   std::vector<float> ours, expected;
-  std::vector<std::uint32_t> low(lattice.size(), 0x80000000u), high(lattice.size(), 0);
+  constexpr float kSmall = 0x1p-12f;  // a pixel's gradient ends at 64 (fixed_point.h)
+  std::vector<double> upstream_of_values(lattice.size(), 0.0);
   for (std::size_t i = 0; i < expected_sum.size(); ++i) {
     const std::size_t at = i / channels * 8 + i % channels;
     const double v = lattice[at];
     ours.push_back(lattice[at]);
     expected.push_back(static_cast<float>(1.0 / (1.0 + std::exp(-double(expected_sum[i])))));
-    const auto words = static_cast<std::uint64_t>(std::llround(upstream[i] / (v * (1 - v)) * 0x1p44)) + 0x80000000ull;
-    low[at] = static_cast<std::uint32_t>(words);
-    high[at] = static_cast<std::uint32_t>(words >> 32);
+    upstream_of_values[at] = kSmall * upstream[i] / (v * (1 - v));
   }
   report.array("sigmoid of " + sum, ours, expected, kImage);
-  gpu.upload(soup.lattice_gradient.low.address(), low);
-  gpu.upload(soup.lattice_gradient.high.address(), high);
+  test::set_lattice_gradient(gpu, soup, frame, upstream_of_values);
   const gpu::Buffer seen = gpu.allocate(soup.source_samples * 32, "golden output");
   StepInputs inputs;
   inputs.source_gradient = seen.address();
@@ -488,7 +488,7 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
   step.update(inputs);
   const auto back = gpu.download_vector<float>(seen.address(), soup.source_samples * 8);
   ours.clear();
-  for (std::size_t i = 0; i < logits.size(); ++i) ours.push_back(back[i / channels * 8 + i % channels]);
+  for (std::size_t i = 0; i < logits.size(); ++i) ours.push_back(back[i / channels * 8 + i % channels] / kSmall);
   report.array(gradient_back, ours, need(npz, gradient_back).f, kGradient);
 }
 

@@ -12,6 +12,7 @@
 #include "draws.h"
 #include "error.h"
 #include "gpu/small_scene.h"
+#include "lattice_gradient.h"
 
 using namespace trisoup;
 using test::SmallScene;
@@ -219,7 +220,7 @@ TEST_CASE("before the optimiser every buffer of a step is that of the kernels on
     named.emplace_back("barycentrics and depth", std::move(rest));
     floats("colours", s.frame.colour, 3 * pixels);
     floats("colour gradients", s.frame.gradient, 4 * pixels);
-    sums("lattice gradients", s.soup.lattice_gradient, s.soup.lattice_samples * 8);
+    named.emplace_back("lattice gradients", test::lattice_gradient(*device, s.soup, s.frame));
     sums("vertex gradients", s.soup.vertex_gradient, 9ull * s.soup.triangles);
     // Devices cut the sum over pixels into different parts.
     const auto partial = device->download_vector<float>(s.frame.mlp_partial.address(), std::size_t(s.frame.mlp_groups) * 595);
@@ -247,21 +248,13 @@ TEST_CASE("levels of a texture sum up and their gradients go back by the transpo
   auto gpu = test::open_device();
   // Mixed levels in one table, as an adaptive budget will have them.
   const std::vector<soup::TextureLevels> levels{{2, 5}, {0, 0}, {1, 3}, {0, 5}, {5, 5}, {3, 4}};
-  SmallScene s(*gpu, static_cast<std::uint32_t>(levels.size()), levels, {test::view_from(0, 16, 16)});
+  SmallScene s(*gpu, static_cast<std::uint32_t>(levels.size()), levels, {test::view_from(0, 48, 48)});
   const auto lattice = gpu->download_vector<float>(s.soup.lattice.address(), s.soup.lattice_samples * 8);
 
   soup::Random random(7);
-  std::vector<std::uint32_t> low(s.soup.lattice_samples * 8), high(low.size());
-  std::vector<double> gradient(low.size());
-  for (std::size_t i = 0; i < low.size(); ++i) {
-    const auto quanta = static_cast<std::int64_t>(std::llround((random.uniform01() - 0.5) * 1e-3 * 0x1p44));
-    const std::uint64_t words = static_cast<std::uint64_t>(quanta) + 0x80000000ull;
-    low[i] = static_cast<std::uint32_t>(words);
-    high[i] = static_cast<std::uint32_t>(words >> 32);
-    gradient[i] = static_cast<double>(quanta) * 0x1p-44;
-  }
-  gpu->upload(s.soup.lattice_gradient.low.address(), low);
-  gpu->upload(s.soup.lattice_gradient.high.address(), high);
+  std::vector<double> gradient(s.soup.lattice_samples * 8);
+  for (double& g : gradient) g = (random.uniform01() - 0.5) * 1e-3;
+  test::set_lattice_gradient(*gpu, s.soup, s.frame, gradient);
   const gpu::Buffer seen = gpu->allocate(s.soup.source_samples * 32, "gradient");
   train::StepInputs inputs;
   inputs.source_gradient = seen.address();
@@ -357,17 +350,17 @@ TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the ex
     s.inputs.opacity_baseline = baseline;
     double mean[3] = {}, square[3] = {};
     for (int i = 0; i < samples; ++i) {
-      train::clear(*gpu, s.soup.lattice_gradient);
+      train::clear(*gpu, s.soup.opacity_gradient);
       s.step.begin(f32::hash32(i), 0, 0, {});
       s.step.visibility(train::Thresholds::random, s.inputs);
       s.step.shade(s.inputs);
       s.step.loss(s.inputs);
       s.step.backward(s.inputs);
-      const auto low = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), 72);
-      const auto high = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), 72);
+      const auto low = gpu->download_vector<std::uint32_t>(s.soup.opacity_gradient.low.address(), 9);
+      const auto high = gpu->download_vector<std::uint32_t>(s.soup.opacity_gradient.high.address(), 9);
       for (int t = 0; t < 3; ++t) {
         double g = 0;
-        for (int k = 0; k < 3; ++k) g += train::fixed_sum(low[(t * 3 + k) * 8 + 7], high[(t * 3 + k) * 8 + 7]);
+        for (int k = 0; k < 3; ++k) g += train::fixed_sum(low[t * 3 + k], high[t * 3 + k]);
         mean[t] += g / samples;
         square[t] += g * g / samples;
       }
@@ -415,17 +408,17 @@ TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their 
     s.views[0].photo = photos.address();
     s.frame.set_batch(s.views, 2, true);
     s.step.sum_textures();
-    train::clear(*gpu, s.soup.lattice_gradient);
+    train::clear(*gpu, s.soup.opacity_gradient);
     s.step.begin(1, 0, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
     s.step.backward(s.inputs);
     gpu->wait();
-    const auto low = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), 48),
-               high = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), 48);
+    const auto low = gpu->download_vector<std::uint32_t>(s.soup.opacity_gradient.low.address(), 6),
+               high = gpu->download_vector<std::uint32_t>(s.soup.opacity_gradient.high.address(), 6);
     std::vector<double> out;
-    for (int sample = 0; sample < 6; ++sample) out.push_back(train::fixed_sum(low[sample * 8 + 7], high[sample * 8 + 7]));
+    for (int sample = 0; sample < 6; ++sample) out.push_back(train::fixed_sum(low[sample], high[sample]));
     return out;
   };
   const auto black = gradients(0), white = gradients(255);
@@ -480,7 +473,8 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
     for (std::size_t i = 0; i < partial.size(); ++i) out[i % 595] += partial[i];
     return out;
   };
-  std::vector<std::uint64_t> lattice(lattice_words, 0), vertices(vertex_words, 0);
+  std::vector<std::int64_t> lattice(lattice_words, 0);
+  std::vector<std::uint64_t> vertices(vertex_words, 0);
   std::vector<double> mlp(595, 0.0);
   std::array<double, 3> loss{};
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -493,7 +487,8 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
     const auto colour = floats(alone.frame.colour, 3 * n), gradient = floats(alone.frame.gradient, 4 * n);
     CHECK(std::equal(colour.begin(), colour.end(), colours.begin() + 3 * first));
     CHECK(std::equal(gradient.begin(), gradient.end(), gradients.begin() + 4 * first));
-    const auto own_lattice = sums(alone.soup.lattice_gradient, lattice_words), own_vertices = sums(alone.soup.vertex_gradient, vertex_words);
+    const auto own_lattice = test::lattice_quanta(*gpu, alone.soup, alone.frame);
+    const auto own_vertices = sums(alone.soup.vertex_gradient, vertex_words);
     for (std::size_t i = 0; i < lattice_words; ++i) lattice[i] += own_lattice[i];
     for (std::size_t i = 0; i < vertex_words; ++i) vertices[i] += own_vertices[i];
     const auto own_mlp = mlp_gradient(alone);
@@ -502,7 +497,7 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
     for (std::size_t i = 0; i < 3; ++i) loss[i] += own_loss[i];
   }
   // Fixed-point sums of parts are the sum of the whole, to the last bit.
-  CHECK(lattice == sums(together.soup.lattice_gradient, lattice_words));
+  CHECK(lattice == test::lattice_quanta(*gpu, together.soup, together.frame));
   CHECK(vertices == sums(together.soup.vertex_gradient, vertex_words));
   const auto whole_mlp = mlp_gradient(together);
   double worst = 0, largest = 0;

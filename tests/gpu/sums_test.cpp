@@ -1,4 +1,4 @@
-// Tests shaders/common/fixed_point.h through the kernels that use it: sums are those of double, in whatever order they are made.
+// Tests shaders/common/fixed_point.h and block_sums.h through the kernels that use them: sums are those of double, in whatever order they are made.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "lattice_gradient.h"
 
 using namespace trisoup;
 using test::SmallScene;
@@ -41,14 +42,15 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
   const std::size_t pixels = s.frame.batch().pixels;
   const gpu::Buffer seen = gpu->allocate(pixels * 28, "feature gradient");
   s.inputs.feature_gradient = seen.address();
+  const gpu::Buffer sums = gpu->allocate(3 * 32, "texture gradient");
+  s.inputs.source_gradient = sums.address();
+  const auto lattice = gpu->download_vector<float>(s.soup.lattice.address(), 24);
 
-  // Small terms stay in the low word, large ones carry into the high word all the time; sums that wander across zero do both.
   // A single term is clamped to 64; the largest here come near it.
   for (const float size : {1e-7f, 1e-3f, 1.0f, 40.0f}) {
     for (const float bias : {0.0f, 0.3f, -0.3f}) {
       CAPTURE(size, bias);
       soup::Random random(9);
-      train::clear(*gpu, s.soup.lattice_gradient);
       s.step.begin(1, 0, 0, {});
       s.step.visibility(train::Thresholds::half, s.inputs);
       s.step.shade(s.inputs);
@@ -61,7 +63,8 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
 
       const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), pixels);
       const auto terms = gpu->download_vector<float>(seen.address(), 7 * pixels);
-      double expected[3][7] = {}, magnitude[3][7] = {};
+      double expected[3][7] = {}, magnitude[3][7] = {}, largest = 0;
+      for (const float term : terms) largest = std::max(largest, std::abs(double(term)));
       for (std::size_t p = 0; p < pixels; ++p) {
         REQUIRE(hits[p].triangle == 1);
         const f32::LatticeCell cell = f32::lattice_cell(hits[p].b0, hits[p].b1, 0);
@@ -72,12 +75,13 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
             magnitude[sample][c] += std::abs(term);
           }
       }
-      const Words words = download(*gpu, s.soup.lattice_gradient, 24);
+      s.step.update(s.inputs);  // at rates of 0
+      const auto actual = gpu->download_vector<float>(sums.address(), 24);
       for (int k = 0; k < 3; ++k)
         for (int c = 0; c < 7; ++c) {
-          const double actual = train::fixed_sum(words.low[k * 8 + c], words.high[k * 8 + c]);
-          // Half an ulp of every float term, and one quantum each.
-          CHECK(std::abs(actual - expected[k][c]) <= 1e-7 * magnitude[k][c] + static_cast<double>(pixels) * 0x1p-44);
+          const double value = lattice[k * 8 + c], slope = value * (1 - value);
+          // Half an ulp of every float term, and half a unit each, which is at most 2^-29 of what 3,072 times the largest term comes to.
+          CHECK(std::abs(actual[k * 8 + c] - slope * expected[k][c]) <= slope * (2e-7 * magnitude[k][c] + 0.5 * 3072 * 3072 * 0x1p-29 * largest));
         }
     }
   }
@@ -92,15 +96,17 @@ TEST_CASE("terms beyond every bound saturate: sums keep their sign", "[fixed poi
   s.step.sum_textures();
   const float sign = GENERATE(1.0f, -1.0f);
   forward_and_backward(s, train::Thresholds::half);
-  train::clear(*gpu, s.soup.lattice_gradient);
   std::vector<float> gradient(4ull * s.frame.batch().pixels, sign * 1e12f);
   for (std::size_t i = 3; i < gradient.size(); i += 4) gradient[i] = 0;
   gpu->upload(s.frame.gradient.address(), gradient);
+  const gpu::Buffer sums = gpu->allocate(3 * 32, "texture gradient");
+  s.inputs.source_gradient = sums.address();
   s.step.backward(s.inputs);
-  const Words words = download(*gpu, s.soup.lattice_gradient, 24);
+  s.step.update(s.inputs);
+  const auto actual = gpu->download_vector<float>(sums.address(), 24);
   for (int k = 0; k < 3; ++k)
     for (int c = 0; c < 3; ++c)  // the base colour enters with a positive weight
-      CHECK(sign * train::fixed_sum(words.low[k * 8 + c], words.high[k * 8 + c]) > 1e4);
+      CHECK(sign * actual[k * 8 + c] > 1e3);
   test::require_silence(*gpu);
 }
 
@@ -128,16 +134,21 @@ TEST_CASE("gradients have the same bits whatever the order of the triangles", "[
   // Not random ones: a threshold belongs to the number of its triangle.
   forward_and_backward(a, train::Thresholds::half);
   forward_and_backward(b, train::Thresholds::half);
-  for (const auto& [sums_a, sums_b, count] :
-       {std::tuple(&a.soup.lattice_gradient, &b.soup.lattice_gradient, a.soup.lattice_samples * 8),
-        {&a.soup.vertex_gradient, &b.soup.vertex_gradient, std::uint64_t(9) * kTriangles}}) {
-    const Words wa = download(*gpu, *sums_a, count), wb = download(*gpu, *sums_b, count);
-    CHECK(permuted(wa.low) == wb.low);
-    CHECK(permuted(wa.high) == wb.high);
-    CHECK(std::any_of(wa.high.begin(), wa.high.end(), [](std::uint32_t w) { return w != 0; }));  // or the test says little
-  }
+  CHECK(permuted(test::lattice_quanta(*gpu, a.soup, a.frame)) == test::lattice_quanta(*gpu, b.soup, b.frame));
+  const Words wa = download(*gpu, a.soup.vertex_gradient, 9 * kTriangles), wb = download(*gpu, b.soup.vertex_gradient, 9 * kTriangles);
+  CHECK(permuted(wa.low) == wb.low);
+  CHECK(permuted(wa.high) == wb.high);
+  CHECK(std::any_of(wa.high.begin(), wa.high.end(), [](std::uint32_t w) { return w != 0; }));  // or the test says little
   const std::size_t partial = 595ull * a.frame.mlp_groups;
   CHECK(gpu->download_vector<std::uint32_t>(a.frame.mlp_partial.address(), partial) ==
         gpu->download_vector<std::uint32_t>(b.frame.mlp_partial.address(), partial));
+  std::vector<std::uint32_t> gradients[2];
+  for (const auto& [scene, gradient] : {std::pair(&a, &gradients[0]), {&b, &gradients[1]}}) {
+    const gpu::Buffer seen = gpu->allocate(scene->soup.source_samples * 32, "texture gradient");
+    scene->inputs.source_gradient = seen.address();
+    scene->step.update(scene->inputs);
+    *gradient = gpu->download_vector<std::uint32_t>(seen.address(), scene->soup.source_samples * 8);
+  }
+  CHECK(permuted(gradients[0]) == gradients[1]);
   test::require_silence(*gpu);
 }

@@ -45,7 +45,7 @@ TEST_CASE("a triangle wins as often as its opacity and what is before it say", "
   for (std::uint32_t i = 0; i < kSteps; ++i) {
     s.step.begin(f32::hash32(i), i, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
-    gpu->launch({"count_visible"}, (pixels + 63) / 64, kernels::CountVisibleArgs{s.frame.hits.address(), counts.address(), pixels, 0});
+    gpu->launch({"count_visible", {0}}, (pixels + 63) / 64, kernels::CountVisibleArgs{s.frame.hits.address(), counts.address(), 0, pixels, 0});
   }
   const auto won = gpu->download_vector<std::uint32_t>(counts.address(), triangles);
   const double draws = double(pixels) * kSteps;

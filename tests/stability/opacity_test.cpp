@@ -69,17 +69,17 @@ Gradients measure_on(gpu::Device& device, const Layers& layers, int samples, boo
   }
   std::vector<double> sum(n, 0.0), squares(n, 0.0);
   for (int i = 0; i < samples; ++i) {
-    train::clear(*gpu, s.soup.lattice_gradient);
+    train::clear(*gpu, s.soup.opacity_gradient);
     s.step.begin(f32::hash32(static_cast<std::uint32_t>(i) + 77), 0, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
     s.step.backward(s.inputs);
-    const auto low = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.low.address(), 24 * n);
-    const auto high = gpu->download_vector<std::uint32_t>(s.soup.lattice_gradient.high.address(), 24 * n);
+    const auto low = gpu->download_vector<std::uint32_t>(s.soup.opacity_gradient.low.address(), 3 * n);
+    const auto high = gpu->download_vector<std::uint32_t>(s.soup.opacity_gradient.high.address(), 3 * n);
     for (std::uint32_t t = 0; t < n; ++t) {
       double value = 0;
-      for (std::uint32_t k = 0; k < 3; ++k) value += train::fixed_sum(low[(3 * t + k) * 8 + 7], high[(3 * t + k) * 8 + 7]);
+      for (std::uint32_t k = 0; k < 3; ++k) value += train::fixed_sum(low[3 * t + k], high[3 * t + k]);
       value *= g.opacity[t] * (1 - g.opacity[t]);
       sum[t] += value;
       squares[t] += value * value;

@@ -16,50 +16,56 @@ thread_local Workgroup* running = nullptr;
 
 constinit thread_local Invocation invocation;
 
-void barrier() {
-  boost::context::fiber& scheduler = running->threads_[running->current_].scheduler;
-  scheduler = std::move(scheduler).resume();
+void barrier() { running->pass_on(); }
+
+void Workgroup::make_fibers(std::size_t count) {
+  for (std::size_t i = waiting_.size(); i < count; ++i)
+    // A fiber lives as long as the workgroup and runs its threads of kernel after kernel.
+    waiting_.emplace_back(std::allocator_arg, boost::context::fixedsize_stack(kStackBytes), [this, i](boost::context::fiber&& from) {
+      arrived(static_cast<std::uint32_t>(i), std::move(from));
+      for (;;) {
+        kernel_->run(arguments_);
+        finished_ = true;
+        pass_on();
+      }
+      return std::move(caller_);
+    });
 }
 
-void Workgroup::make_threads(std::size_t count) {
-  for (std::size_t i = threads_.size(); i < count; ++i) {
-    threads_.emplace_back();
-    // A fiber lives as long as the workgroup and runs thread i of kernel after kernel.
-    threads_[i].own = boost::context::fiber(std::allocator_arg, boost::context::fixedsize_stack(kStackBytes),
-                                            [this, i](boost::context::fiber&& scheduler) {
-                                              threads_[i].scheduler = std::move(scheduler);
-                                              for (;;) {
-                                                kernel_->run(arguments_);
-                                                threads_[i].done = true;
-                                                threads_[i].scheduler = std::move(threads_[i].scheduler).resume();
-                                              }
-                                              return std::move(threads_[i].scheduler);
-                                            });
+/// from: whoever had its turn before.
+void Workgroup::arrived(std::uint32_t fiber, boost::context::fiber from) {
+  (fiber > 0 ? waiting_[fiber - 1] : caller_ ? waiting_[fibers_ - 1] : caller_) = std::move(from);
+}
+
+void Workgroup::pass_on() {
+  const std::uint32_t own = current_;
+  const bool last = own + 1 == fibers_;
+  if (last && finished_) {
+    arrived(own, std::move(caller_).resume());
+    return;
   }
+  if (fibers_ == 1) return;
+  current_ = last ? 0 : own + 1;
+  invocation.thread = current_ * kernel_->lanes;
+  finished_ = false;
+  arrived(own, std::move(waiting_[current_]).resume());
 }
 
 void Workgroup::run(const CompiledKernel& kernel, const std::byte* arguments, std::uint32_t group) {
   invocation.group = group;
+  invocation.thread = 0;
   if (!kernel.barriers) {
-    for (invocation.thread = 0; invocation.thread < kernel.threads; invocation.thread += kernel.lanes) kernel.run(arguments);
+    for (; invocation.thread < kernel.threads; invocation.thread += kernel.lanes) kernel.run(arguments);
     return;
   }
-  const std::uint32_t fibers = kernel.threads / kernel.lanes;
-  make_threads(fibers);
+  fibers_ = kernel.threads / kernel.lanes;
+  make_fibers(fibers_);
   kernel_ = &kernel;
   arguments_ = arguments;
   running = this;
-  for (std::uint32_t t = 0; t < fibers; ++t) threads_[t].done = false;
-  for (bool left = true; left;) {
-    left = false;
-    for (std::uint32_t t = 0; t < fibers; ++t) {
-      if (threads_[t].done) continue;
-      current_ = t;
-      invocation.thread = t * kernel.lanes;
-      threads_[t].own = std::move(threads_[t].own).resume();
-      left = left || !threads_[t].done;
-    }
-  }
+  current_ = 0;
+  finished_ = false;
+  waiting_[fibers_ - 1] = std::move(waiting_[0]).resume();
 }
 
 }  // namespace trisoup::gpu::host

@@ -21,13 +21,15 @@ class Workgroup {
 
  private:
   friend void barrier();
-  struct Thread {
-    boost::context::fiber own, scheduler;  // whichever of the two is not running
-    bool done = true;
-  };
-  void make_threads(std::size_t count);
-  std::vector<Thread> threads_;
-  std::uint32_t current_ = 0;  // the fiber that runs
+  /// Fibers 0 to fibers_ - 1 run in turn, each to the next barrier: from one straight to the next, since all come to the same barriers.
+  void make_fibers(std::size_t count);
+  void pass_on();
+  void arrived(std::uint32_t fiber, boost::context::fiber from);
+
+  std::vector<boost::context::fiber> waiting_;  // empty: it runs
+  boost::context::fiber caller_;                // of run()
+  std::uint32_t current_ = 0, fibers_ = 0;
+  bool finished_ = false;  // the current fiber, and so all before it
   const CompiledKernel* kernel_ = nullptr;
   const std::byte* arguments_ = nullptr;
 };
