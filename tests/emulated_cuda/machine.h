@@ -27,7 +27,7 @@ namespace trisoup::emulated_cuda {
 using Place = std::uint32_t;
 
 /// Instructions by the unit of a GPU that runs them: float additions and multiplications; division, roots and exponentials; integers, comparisons, jumps;
-/// accesses to shared memory, to device memory, to a thread's own; atomics on device memory.
+/// accesses to shared memory (atomics too), to device memory, to a thread's own; atomics on device memory.
 enum class Unit { multiply_add, special, other, shared, global, local, atomic };
 constexpr std::size_t kUnits = 7;
 
@@ -157,6 +157,12 @@ class Machine {
   std::uint32_t atomic_max(std::uint64_t at, std::uint32_t value, Place place) {
     return atomic(at, place, [&](std::uint32_t before) { return std::max(before, value); });
   }
+  std::uint32_t atomic_shared_add(std::uint64_t at, std::uint32_t value, Place place, std::uint32_t site) {
+    return atomic_shared(at, place, site, [&](std::uint32_t before) { return before + value; });
+  }
+  std::uint32_t atomic_shared_max(std::uint64_t at, std::uint32_t value, Place place, std::uint32_t site) {
+    return atomic_shared(at, place, site, [&](std::uint32_t before) { return std::max(before, value); });
+  }
   /// A basic block begins.
   void block(std::uint32_t number) {
     if (counting_) count_block(number);
@@ -225,6 +231,15 @@ class Machine {
     const std::uint32_t before = load<std::uint32_t, 1>(at)[0], after = change(before);
     note_write(shadow_[(at - base_) / 4], launch_epoch_, true, false, "device memory", place);
     std::memcpy(reinterpret_cast<void*>(at), &after, 4);
+    return before;
+  }
+  template <typename Change>
+  std::uint32_t atomic_shared(std::uint64_t at, Place place, std::uint32_t site, Change change) {
+    if (!in_shared(at, 4, place)) return 0;
+    if (counting_) count_access(shared_sites_[site], at, 4);
+    const std::uint32_t before = load<std::uint32_t, 1>(reinterpret_cast<std::uint64_t>(shared_) + at)[0], after = change(before);
+    note_write(shared_shadow_[at / 4], group_epoch_, true, false, "shared memory", place);
+    std::memcpy(shared_ + at, &after, 4);
     return before;
   }
   bool in_shared(std::uint64_t at, std::size_t bytes, Place place) {

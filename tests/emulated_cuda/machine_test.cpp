@@ -72,6 +72,7 @@ TEST_CASE("what is wrong with a kernel is found", "[machine]") {
   CHECK_THAT(first("quarrel", buffer), Contains("writes what another thread writes (device memory)"));
   CHECK_THAT(first("peek", buffer), Contains("what another thread reads (device memory)"));
   CHECK_THAT(first("late", buffer, 1), Contains("reads what another thread writes"));
+  CHECK_THAT(first("hasty", buffer, 1), Contains("what another thread writes (shared memory)"));
   CHECK_THAT(first("overrun", buffer), Contains("an access outside of local memory"));
   CHECK_THAT(first("stray", buffer), Contains("some threads of the workgroup reach fewer barriers than others"));
   CHECK_THAT(first("apart", buffer), Contains("waits at this barrier while others"));
@@ -84,6 +85,9 @@ TEST_CASE("what is right with a kernel is passed over", "[machine]") {
   CHECK(first("mark", buffer) == "nothing");
   CHECK(buffer.as<std::uint32_t>()[0] == 1);
   CHECK(buffer.as<std::uint32_t>()[1] == 128);
+  CHECK(first("tally", buffer) == "nothing");
+  CHECK(buffer.as<std::uint32_t>()[0] == 3 * 64);
+  CHECK(buffer.as<std::uint32_t>()[1] == 63);
   // One workgroup, one thread: nobody to quarrel with. Launches follow each other.
   for (int i = 0; i < 2; ++i) {
     CHECK(first("quarrel", buffer, 1, 1) == "nothing");

@@ -36,7 +36,7 @@ def instruction_class(opcode):
     if words[0] in ("ld", "st"):
         return words[1]
     if words[0] == "atom":
-        return "atomic"
+        return "shared" if words[1] == "shared" else "atomic"
     if words[-1] == "f32" and words[0] in ("add", "sub", "mul", "fma"):
         return "multiply_add"
     if words[-1] == "f32" and words[0] in ("div", "rcp", "sqrt", "ex2"):
@@ -192,9 +192,12 @@ class Kernel:
         if head in ("ld", "st"):
             return self.access(head, words[1:], operands)
         if head == "atom":
-            if opcode not in ("atom.global.add.u32", "atom.global.or.b32", "atom.global.max.u32"):
+            if opcode in ("atom.global.add.u32", "atom.global.or.b32", "atom.global.max.u32"):
+                return put(f"machine.atomic_{words[2]}({self.address(operands[1])}, {r(2, 'u32')}, {self.place})", "u32")
+            if opcode not in ("atom.shared.add.u32", "atom.shared.max.u32"):
                 raise Unknown(text)
-            return put(f"machine.atomic_{words[2]}({self.address(operands[1])}, {r(2, 'u32')}, {self.place})", "u32")
+            self.accesses += 1
+            return put(f"machine.atomic_shared_{words[2]}({self.address(operands[1])}, {r(2, 'u32')}, {self.place}, {self.accesses - 1})", "u32")
         if head == "bar" or head == "barrier":
             if words[1:] != ["sync"] or operands != ["0"]:
                 raise Unknown(text)
