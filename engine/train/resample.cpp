@@ -203,7 +203,8 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
   Kept kept = to_keep(gpu, soup, frame, views.half, backdrop, settings);
   if (kept.triangles.empty()) return Resampling::nothing_seen;
-  if (settings.recipe == Recipe::real && kept.triangles.size() < settings.triangles)
+  // A start that does not cover the scene has nothing to keep shut, and strays where nothing is behind them.
+  if (settings.backdrop > 0 && settings.recipe == Recipe::real && kept.triangles.size() < std::min(soup.triangles, settings.triangles))
     add_plugs(gpu, soup, frame, views.half, backdrop, settings.triangles, kept.triangles);
   soup::Resampled change = soup::keep(vertices, kept.triangles);
   const auto areas = [&](const soup::Resampled& c, std::span<const double> parents) {

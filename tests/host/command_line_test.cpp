@@ -25,7 +25,7 @@ train::Settings settings_of(std::vector<std::string> options, bool synthetic, bo
 
 double way(const train::Settings& s) {
   double sum = 0;
-  for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, s.rate_vertex_end, step);
+  for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::vertex_rate_factor(s, step);
   return sum;
 }
 
@@ -115,6 +115,11 @@ TEST_CASE("from a surface vertices come to rest before textures do", "[command_l
   CHECK(settings_of({"--rate-end", "0.5"}, false, true).rate_vertex_end == 0.5);
   CHECK(settings_of({"--rate-vertex-end", "0.5"}, false, true).rate_vertex_end == 0.5);
   CHECK(settings_of({"--preset", "published"}, false, true).rate_vertex_end == 0.01);
+  CHECK((s.rest_share == 0.2 && settings_of({"--rest-share", "0"}, false, true).rest_share == 0));
+  CHECK((settings_of({"--preset", "published"}, false, true).rest_share == 0 && settings_of({}, true).rest_share == 0));
+  // Nor has it a coarse part, but the photographs' colours.
+  CHECK((s.paint && s.coarse_share == 0 && !settings_of({"--paint=false"}, false, true).paint));
+  CHECK((!settings_of({"--preset", "published"}, false, true).paint && settings_of({}, true).coarse_share == 0.5));
   // Its budget is filled.
   CHECK((s.fill_budget && !settings_of({"--fill-budget=false"}, false, true).fill_budget));
   CHECK_FALSE((settings_of({}, false).fill_budget || settings_of({"--preset", "published"}, false, true).fill_budget));
