@@ -319,9 +319,10 @@ def quality_over_rate(rows):
         s = r["settings"]
         if r["record"] == "model" and r["psnr"] is not None and all(k in s for k in ("rate_vertex", "rate_end", "steps", "seed")) and 0 < s["rate_end"] <= 1:
             same = {k: v for k, v in s.items() if k not in ("rate_vertex", "rate_end", "rate_vertex_end", "seed")}
-            # The mean of end^t over t from 0 to 1, times the steps.
-            end = s.get("rate_vertex_end", s["rate_end"])
-            travel = s["rate_vertex"] * s["steps"] * (1 if end == 1 else (1 - end) / -math.log(end))
+            # The mean over t from 0 to 1 of end^t and of what the rest at the end leaves, times the steps.
+            end, rest = s.get("rate_vertex_end", s["rate_end"]), s.get("rest_share", 0)
+            times = [(i + 0.5) / 1000 for i in range(1000)]
+            travel = s["rate_vertex"] * s["steps"] * sum(end ** t * min(1, (1 - t) / rest if rest else 1) for t in times) / 1000
             found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((s["seed"], travel, r["psnr"]))
     for by_end in found.values():  # of several seeds the first
         for end, points in by_end.items():

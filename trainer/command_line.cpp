@@ -90,7 +90,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--huber", o.huber, "errors of colours below it pull in proportion to their size; 0: all alike, as published [0.1]");
   auto* levels = method->add_option("--levels", o.levels,
                      "coarse-to-fine, all (the fine levels from the first step on) or finest (--level-max alone, from the first step on)\n"
-                     "[coarse-to-fine]")
+                     "[coarse-to-fine; from a surface all]")
       ->check(CLI::IsMember({"coarse-to-fine", "all", "finest"}));
   method->add_option("--coarse-level", o.coarse_level, "texture level of the first part [0]");
   auto* coarse_share = method->add_option("--coarse-share", o.coarse_share, "share of the steps in the first part [0.5; from a surface 0]");
@@ -278,6 +278,8 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   set(samples_per_pixel, s.samples_per_pixel);
   set(pixel_jitter, s.pixel_jitter);
   if (levels == "all" || levels == "finest") s.coarse_share = 0;
+  // Asked for where it is not usual: from a surface, whose shapes need little of it.
+  if (levels == "coarse-to-fine" && s.coarse_share == 0) s.coarse_share = 0.05;
   if (levels == "finest") s.level_min = s.level_max;
   s.opaque = opaque;
   s.keep_opacity = s.keep_opacity || keep_opacity;

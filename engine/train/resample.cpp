@@ -251,6 +251,8 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const Bat
 }
 
 void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, const ResampleViews& views, const Settings& settings) {
+  // Opacities that a start may have are below what is looked at.
+  gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   const soup::TextureTable table = shown_table(gpu, soup, frame, views.half, settings);
   Textures textures;
   textures.source = painted_logits(gpu, soup, frame, scene, views.full, table.entries);

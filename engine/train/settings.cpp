@@ -99,6 +99,8 @@ Settings without_our_changes(Settings s) {
   s.drop_near = true;
   s.least_views = 0;
   s.exposure = false;
+  s.rest_share = 0;
+  s.paint = false;
   return s;
 }
 
@@ -106,11 +108,14 @@ double vertex_rate(const Settings& s, double way) {
   const double end = s.rate_vertex_end;
   if (!(end > 0)) return kFastestVertices;  // check() has a word on that
   // The mean of end^t over t from 0 to 1, and of what is left of it while vertices come to rest.
-  constexpr int kParts = 1000;
-  double mean = 0;
-  for (int i = 0; i < kParts; ++i) {
-    const double t = (i + 0.5) / kParts;
-    mean += std::pow(end, t) * still_to_go(s, t) / kParts;
+  double mean = end == 1 ? 1.0 : (1 - end) / -std::log(end);
+  if (s.rest_share > 0) {
+    constexpr int kParts = 1000;
+    mean = 0;
+    for (int i = 0; i < kParts; ++i) {
+      const double t = (i + 0.5) / kParts;
+      mean += std::pow(end, t) * still_to_go(s, t) / kParts;
+    }
   }
   return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), kFastestVertices);
 }

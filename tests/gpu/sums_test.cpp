@@ -110,6 +110,59 @@ TEST_CASE("terms beyond every bound saturate: sums keep their sign", "[fixed poi
   test::require_silence(*gpu);
 }
 
+TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double", "[fixed point]") {
+  auto gpu = test::open_device();
+  // Opacities take a pixel's error less that of its neighbours.
+  SmallScene s(*gpu, 1, {{0, 0}}, {test::view_from(0, 64, 48)});
+  gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, -9}, {0, 9, -9}, {0, 0, 18}});
+  gpu->upload(s.soup.source.address(), std::vector<float>(24, 1.0f));
+  s.step.sum_textures();
+  s.inputs.opacity_baseline = true;
+  constexpr int kWidth = 64, kHeight = 48;
+  const double alpha = 1 / (1 + std::exp(-1.0)), weight = 1.0 / (3.0 * kWidth * kHeight);
+  for (const float size : {1e-7f, 1e-3f, 1.0f, 60.0f, 1e12f}) {
+    CAPTURE(size);
+    soup::Random random(9);
+    train::clear(*gpu, s.soup.opacity_gradient);
+    s.step.begin(1, 0, 0, {});
+    s.step.visibility(train::Thresholds::half, s.inputs);
+    s.step.shade(s.inputs);
+    s.step.loss(s.inputs);
+    std::vector<float> gradient(4ull * kWidth * kHeight, 0.0f);
+    for (std::size_t i = 3; i < gradient.size(); i += 4) gradient[i] = random.uniform(0, 1) * size * static_cast<float>(alpha / weight);
+    gpu->upload(s.frame.gradient.address(), gradient);
+    s.step.backward(s.inputs);
+
+    const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), std::size_t(kWidth) * kHeight);
+    double expected[3] = {}, magnitude[3] = {};
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const auto error = [&](int column, int row) { return double(gradient[4ull * (std::size_t(row) * kWidth + std::size_t(column)) + 3]); };
+        double sum = 0;
+        int count = 0;
+        for (int v = std::max(0, y - 1); v <= std::min(kHeight - 1, y + 1); ++v)
+          for (int u = std::max(0, x - 1); u <= std::min(kWidth - 1, x + 1); ++u)
+            if (u != x || v != y) sum += error(u, v), ++count;
+        const double term = (error(x, y) - sum / count) * weight / alpha;
+        const kernels::Hit& hit = hits[std::size_t(y) * kWidth + std::size_t(x)];
+        REQUIRE(hit.triangle == 1);
+        const f32::LatticeCell cell = f32::lattice_cell(hit.b0, hit.b1, 0);
+        for (const auto& [sample, w] : {std::pair(cell.i0, cell.w0), {cell.i1, cell.w1}, {cell.i2, cell.w2}}) {
+          const double part = std::clamp(double(w) * term, -64.0, 64.0);  // a single term ends there
+          expected[sample] += part;
+          magnitude[sample] += std::abs(part);
+        }
+      }
+    const Words words = download(*gpu, s.soup.opacity_gradient, 3);
+    for (int k = 0; k < 3; ++k) {
+      CAPTURE(k, expected[k], magnitude[k]);
+      CHECK(std::abs(train::fixed_sum(words.low[k], words.high[k]) - expected[k]) <= 2e-6 * magnitude[k] + kWidth * kHeight * 0x1p-44);
+      if (size < 1e12f) CHECK(std::abs(expected[k]) < 0.2 * magnitude[k]);  // terms of both signs
+    }
+  }
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("gradients have the same bits whatever the order of the triangles", "[fixed point]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 50;

@@ -1,5 +1,7 @@
 #include "gpu/host/workgroup.h"
 
+#include <cstdio>
+#include <cstdlib>
 #include <boost/context/fixedsize_stack.hpp>
 
 #include "gpu/host/invocation.h"
@@ -40,6 +42,11 @@ void Workgroup::arrived(std::uint32_t fiber, boost::context::fiber from) {
 void Workgroup::pass_on() {
   const std::uint32_t own = current_;
   const bool last = own + 1 == fibers_;
+  if (own == 0) first_finished_ = finished_;
+  if (finished_ != first_finished_) {
+    std::fputs("a kernel's threads come to different numbers of barriers\n", stderr);
+    std::abort();
+  }
   if (last && finished_) {
     arrived(own, std::move(caller_).resume());
     return;

@@ -29,7 +29,8 @@ class Workgroup {
   std::vector<boost::context::fiber> waiting_;  // empty: it runs
   boost::context::fiber caller_;                // of run()
   std::uint32_t current_ = 0, fibers_ = 0;
-  bool finished_ = false;  // the current fiber, and so all before it
+  bool finished_ = false;        // the current fiber
+  bool first_finished_ = false;  // the first one in this round; a kernel whose fibers come to different barriers is wrong
   const CompiledKernel* kernel_ = nullptr;
   const std::byte* arguments_ = nullptr;
 };
