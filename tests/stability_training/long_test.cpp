@@ -11,19 +11,27 @@ TEST_CASE("long trainings do not learn by heart what lies at the centres of pixe
   tiny.test = 12;
   const scene::Scene scene = load_tiny(tiny);
   auto gpu = open_device();
-  const auto trained = [&](std::uint64_t steps, double jitter) {
+  const auto trained = [&](std::uint64_t steps, double jitter, std::uint64_t seed) {
     train::Settings settings = small_settings(steps);
     settings.triangles = 300;
+    settings.seed = seed;
     settings.rate_end = settings.rate_vertex_end = 0.1;
     settings.rate_vertex = train::vertex_rate(settings, 0.3);
     settings.pixel_jitter = jitter;
     const Outcome outcome = train_through(*gpu, scene, settings);
-    WARN(steps << " steps, --pixel-jitter " << jitter << ": test " << outcome.test_psnr << ", training " << outcome.fit.psnr << " dB");
+    WARN(steps << " steps, seed " << seed << ", --pixel-jitter " << jitter << ": test " << outcome.test_psnr << ", training " << outcome.fit.psnr << " dB");
     return outcome;
   };
   const double usual = train::published(train::Recipe::synthetic).pixel_jitter;
-  const Outcome few = trained(500, usual), many = trained(2000, usual), centres = trained(2000, 0);
-  CHECK(many.test_psnr > few.test_psnr + 0.3);
-  CHECK(many.test_psnr > centres.test_psnr + 0.3);
-  CHECK(many.fit.psnr - many.test_psnr < centres.fit.psnr - centres.test_psnr - 0.8);
+  // One seed says little: of six, the test views gained 0.2 to 0.9 dB (mean 0.5) and the gap to training views shrank by 0.2 to 0.9 (mean 0.7).
+  constexpr std::uint64_t kSeeds = 3;
+  double gained = 0, closer = 0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const Outcome many = trained(2000, usual, seed), centres = trained(2000, 0, seed);
+    if (seed == 0) CHECK(many.test_psnr > trained(500, usual, seed).test_psnr + 0.3);
+    gained += (many.test_psnr - centres.test_psnr) / kSeeds;
+    closer += (centres.fit.psnr - centres.test_psnr - many.fit.psnr + many.test_psnr) / kSeeds;
+  }
+  CHECK(gained > 0.2);
+  CHECK(closer > 0.4);
 }

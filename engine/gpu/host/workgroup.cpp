@@ -1,7 +1,5 @@
 #include "gpu/host/workgroup.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <boost/context/fixedsize_stack.hpp>
 
 #include "gpu/host/invocation.h"
@@ -27,8 +25,11 @@ void Workgroup::make_fibers(std::size_t count) {
       arrived(static_cast<std::uint32_t>(i), std::move(from));
       for (;;) {
         kernel_->run(arguments_);
-        finished_ = true;
-        pass_on();
+        --left_;
+        const std::uint64_t own_run = run_;
+        // Others of a kernel that is wrong may have barriers left: the machine that looks for that runs on fibers too.
+        do pass_on();
+        while (run_ == own_run);
       }
       return std::move(caller_);
     });
@@ -42,19 +43,13 @@ void Workgroup::arrived(std::uint32_t fiber, boost::context::fiber from) {
 void Workgroup::pass_on() {
   const std::uint32_t own = current_;
   const bool last = own + 1 == fibers_;
-  if (own == 0) first_finished_ = finished_;
-  if (finished_ != first_finished_) {
-    std::fputs("a kernel's threads come to different numbers of barriers\n", stderr);
-    std::abort();
-  }
-  if (last && finished_) {
+  if (last && left_ == 0) {
     arrived(own, std::move(caller_).resume());
     return;
   }
   if (fibers_ == 1) return;
   current_ = last ? 0 : own + 1;
   invocation.thread = current_ * kernel_->lanes;
-  finished_ = false;
   arrived(own, std::move(waiting_[current_]).resume());
 }
 
@@ -71,7 +66,8 @@ void Workgroup::run(const CompiledKernel& kernel, const std::byte* arguments, st
   arguments_ = arguments;
   running = this;
   current_ = 0;
-  finished_ = false;
+  left_ = fibers_;
+  ++run_;
   waiting_[fibers_ - 1] = std::move(waiting_[0]).resume();
 }
 

@@ -21,7 +21,7 @@ class Workgroup {
 
  private:
   friend void barrier();
-  /// Fibers 0 to fibers_ - 1 run in turn, each to the next barrier: from one straight to the next, since all come to the same barriers.
+  /// Fibers 0 to fibers_ - 1 run in turn, each to the next barrier: from one straight to the next.
   void make_fibers(std::size_t count);
   void pass_on();
   void arrived(std::uint32_t fiber, boost::context::fiber from);
@@ -29,8 +29,8 @@ class Workgroup {
   std::vector<boost::context::fiber> waiting_;  // empty: it runs
   boost::context::fiber caller_;                // of run()
   std::uint32_t current_ = 0, fibers_ = 0;
-  bool finished_ = false;        // the current fiber
-  bool first_finished_ = false;  // the first one in this round; a kernel whose fibers come to different barriers is wrong
+  std::uint32_t left_ = 0;  // fibers that have not finished
+  std::uint64_t run_ = 0;   // number of this run()
   const CompiledKernel* kernel_ = nullptr;
   const std::byte* arguments_ = nullptr;
 };
