@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -20,6 +20,7 @@ constexpr double kNearest = 0.125;          // smallest depth
 constexpr double kStep = 0.75;              // pixels that a step in depth moves the patch at most
 constexpr float kLeastContrast = 0.012f;    // standard deviation of a patch, of 0..1
 constexpr float kAlike = 0.8f, kVoucher = 0.7f, kUnique = 0.06f;  // correlation of the best depth, of a view that counts, and before the second best
+constexpr float kWorthALook = 0.2f;         // correlation at a depth beside one that is looked at
 constexpr double kSameDepth = 2.5;          // steps
 
 /// A patch: 25 places of a quincunx, 7 x 7 pixels across.
@@ -37,7 +38,7 @@ using Patch = std::array<float, kPatch.size()>;
 struct Picture {
   Camera camera;
   int width = 0, height = 0;
-  std::vector<float> grey;           // 0..1; negative where masked out
+  std::vector<float> grey;           // 0..1; no number where masked out: no patch there is like another
   std::vector<std::uint32_t> neighbours;
   double step = 0;                   // of inverse depth; 0: the view has no neighbours
 
@@ -66,7 +67,7 @@ Picture shrink(const View& view) {
           sum += 0.299f * p[0] + 0.587f * p[1] + 0.114f * p[2];
           masked = masked || p[3] < 128;
         }
-      picture.grey.push_back(masked ? -1.0f : sum / (255.0f * static_cast<float>(factor * factor)));
+      picture.grey.push_back(masked ? std::numeric_limits<float>::quiet_NaN() : sum / (255.0f * static_cast<float>(factor * factor)));
     }
   return picture;
 }
@@ -96,12 +97,21 @@ void find_neighbours(std::vector<Picture>& pictures) {
   }
 }
 
-/// Subtracts the mean and scales to length 1; false where there is next to no contrast.
+/// The sum of term(k) over the places of a patch. Four sums side by side: one alone would wait for itself 25 times.
+template <class Term>
+float sum_over_patch(Term&& term) {
+  std::array<float, 4> sums{};
+  for (std::size_t k = 0; k + 4 <= kPatch.size(); k += 4)
+    for (std::size_t i = 0; i < 4; ++i) sums[i] += term(k + i);
+  static_assert(kPatch.size() % 4 == 1);
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]) + term(kPatch.size() - 1);
+}
+
+/// Subtracts the mean and scales to length 1; false where there is next to no contrast, or a value is no number.
 bool normalise(Patch& patch) {
-  float mean = 0, squares = 0;
-  for (const float v : patch) mean += v;
-  mean /= static_cast<float>(patch.size());
-  for (float& v : patch) v -= mean, squares += v * v;
+  const float mean = sum_over_patch([&](std::size_t k) { return patch[k]; }) / static_cast<float>(patch.size());
+  for (float& v : patch) v -= mean;
+  const float squares = sum_over_patch([&](std::size_t k) { return patch[k] * patch[k]; });
   if (!(squares > kLeastContrast * kLeastContrast * static_cast<float>(patch.size()))) return false;
   const float scale = 1.0f / std::sqrt(squares);
   for (float& v : patch) v *= scale;
@@ -112,7 +122,7 @@ std::optional<Patch> patch_at(const Picture& p, int x, int y) {
   if (x < 3 || y < 3 || x + 3 >= p.width || y + 3 >= p.height) return std::nullopt;
   Patch patch;
   for (std::size_t k = 0; k < kPatch.size(); ++k)
-    if ((patch[k] = p.at(x + kPatch[k].first, y + kPatch[k].second)) < 0) return std::nullopt;
+    patch[k] = p.at(x + kPatch[k].first, y + kPatch[k].second);
   if (!normalise(patch)) return std::nullopt;
   return patch;
 }
@@ -142,18 +152,21 @@ float correlation(const Patch& patch, const Transfer& transfer, const Picture& o
   const auto right = transfer(x + 1.5, y + 0.5, inverse_depth), down = transfer(x + 0.5, y + 1.5, inverse_depth);
   if (!right || !down) return -1;
   const glm::vec2 dx(*right - *centre), dy(*down - *centre), at(*centre - 0.5);
+  const glm::vec2 reach = 3.0f * (glm::abs(dx) + glm::abs(dy));
+  if (at.x < reach.x || at.y < reach.y || at.x + reach.x >= float(other.width - 1) || at.y + reach.y >= float(other.height - 1)) return -1;
   Patch there;
   for (std::size_t k = 0; k < kPatch.size(); ++k) {
     const glm::vec2 p = at + float(kPatch[k].first) * dx + float(kPatch[k].second) * dy;
-    const int i = static_cast<int>(std::floor(p.x)), j = static_cast<int>(std::floor(p.y));
-    if (i < 0 || j < 0 || i + 1 >= other.width || j + 1 >= other.height) return -1;
+    // Cut, not rounded down: they are positive, or negative by a rounding.
+    const int i = static_cast<int>(p.x), j = static_cast<int>(p.y);
     const float fx = p.x - static_cast<float>(i), fy = p.y - static_cast<float>(j);
-    const float a = other.at(i, j), b = other.at(i + 1, j), c = other.at(i, j + 1), d = other.at(i + 1, j + 1);
-    if (std::min(std::min(a, b), std::min(c, d)) < 0) return -1;
-    there[k] = (1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d);
+    const float* pixel = &other.grey[static_cast<std::size_t>(j * other.width + i)];
+    const float* below = pixel + other.width;
+    const float upper = pixel[0] + fx * (pixel[1] - pixel[0]), lower = below[0] + fx * (below[1] - below[0]);
+    there[k] = upper + fy * (lower - upper);
   }
   if (!normalise(there)) return -1;
-  return std::inner_product(patch.begin(), patch.end(), there.begin(), 0.0f);
+  return sum_over_patch([&](std::size_t k) { return patch[k] * there[k]; });
 }
 
 /// What a view finds in one of its cells.
@@ -163,16 +176,6 @@ struct Find {
   glm::dvec3 position{0.0};
   std::vector<std::uint32_t> seen_by;    // itself among them
 };
-
-/// Mean correlation of the two views that agree best: one may have something in between.
-float agreement(const std::array<float, kNeighbours>& each) {
-  float first = -1, second = -1;
-  for (const float c : each) {
-    if (c > first) second = std::exchange(first, c);
-    else second = std::max(second, c);
-  }
-  return 0.5f * (first + second);
-}
 
 class Sweep {
  public:
@@ -187,10 +190,14 @@ class Sweep {
     const int steps = static_cast<int>(std::min(1.0 / kNearest / own_.step, 4096.0));
     std::vector<float> scores(static_cast<std::size_t>(steps) + 1, -1.0f);
     std::size_t best = 0;
-    for (std::size_t s = 0; s < scores.size(); ++s) {
-      scores[s] = agreement(correlations(*patch, x, y, static_cast<double>(s) * own_.step));
+    const auto look = [&](std::size_t s) {
+      scores[s] = agreement(*patch, x, y, static_cast<double>(s) * own_.step);
       if (scores[s] > scores[best]) best = s;
-    }
+    };
+    for (std::size_t s = 0; s < scores.size(); s += 2) look(s);
+    // Less than a pixel beside a place that looks like nothing there is none that looks alike.
+    for (std::size_t s = 1; s < scores.size(); s += 2)
+      if (scores[s - 1] > kWorthALook || (s + 1 < scores.size() && scores[s + 1] > kWorthALook)) look(s);
     // What is at infinity has no depth, and at the other end the true one may be nearer still.
     if (scores[best] < kAlike || best < 2 || best + 1 >= scores.size()) return {};
     for (std::size_t s = 0; s < scores.size(); ++s)
@@ -199,6 +206,19 @@ class Sweep {
   }
 
  private:
+  /// Mean correlation of the two views that agree best: one may have something in between. Where it decides nothing, it may be less.
+  float agreement(const Patch& patch, int x, int y, double inverse_depth) const {
+    constexpr float kMatters = kAlike - kUnique;
+    float first = -1, second = -1;
+    for (std::size_t n = 0; n < transfers_.size(); ++n) {
+      if (n + 1 == transfers_.size() && first < 2 * kMatters - 1) break;  // the last one alone cannot make it matter
+      const float c = correlation(patch, transfers_[n], pictures_[own_.neighbours[n]], x, y, inverse_depth);
+      if (c > first) second = std::exchange(first, c);
+      else second = std::max(second, c);
+    }
+    return 0.5f * (first + second);
+  }
+
   std::array<float, kNeighbours> correlations(const Patch& patch, int x, int y, double inverse_depth) const {
     std::array<float, kNeighbours> each;
     each.fill(-1);
