@@ -20,6 +20,7 @@ struct Frame {
   std::filesystem::path mask;  // empty: none
   Camera camera;               // pinhole part, for photographs of the size it states, in the dataset's coordinates
   Lens lens;
+  double focal_times = 1;  // width of the picture for which focal length and field of view agree, as a multiple of the camera's, where both are stated
   bool test = false;  // only means something where the dataset has a split
 };
 

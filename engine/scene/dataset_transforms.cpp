@@ -1,4 +1,5 @@
 // Datasets described by transforms*.json.
+#include <cmath>
 #include <set>
 
 #include "error.h"
@@ -35,6 +36,7 @@ void add_frame(Dataset& dataset, const TransformsFrame& listed, bool test, const
   frame.size = image_size(photograph->file);
   frame.mask = mask_of(root, listed, photograph->name, source, files);
   frame.camera = camera_of(listed, frame.size);
+  if (listed.fx && listed.angle_x) frame.focal_times = 2 * *listed.fx * std::tan(0.5 * *listed.angle_x) / frame.camera.width;
   frame.lens = listed.lens;
   frame.test = test;
   dataset.frames.push_back(std::move(frame));

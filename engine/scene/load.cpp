@@ -8,6 +8,7 @@
 #include "scene/area_resample.h"
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"
+#include "scene/intrinsics.h"
 #include "scene/parallel_for.h"
 #include "scene/photograph.h"
 #include "printable.h"
@@ -142,6 +143,31 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   return background;
 }
 
+const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
+  if (!frame.mask.empty()) return "its mask leaves out all of it (0 is out, anything else in); invert the mask";
+  if (alpha == AlphaUse::mask) return "all of it is transparent, which --alpha mask leaves out; try --alpha composite";
+  return "its lens shows nothing of it; correct the distortion and the principal point";
+}
+
+// Without a pixel in the loss nothing is learnt from a photograph, and nothing measured by it.
+void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images, const std::string& source, const LoadOptions& options) {
+  for (const bool test : {false, true}) {
+    std::size_t all = 0, empty = 0;
+    const Frame* first = nullptr;
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      if (shots[i]->frame.test != test) continue;
+      ++all;
+      if (has_pixels(*images[i])) continue;
+      if (empty++ == 0) first = &shots[i]->frame;
+    }
+    if (empty == 0) continue;
+    const std::string what = fmt::format("{}: no pixel is left of {} of {} {} views, first: {}: {}", source, empty, all, test ? "test" : "training",
+                                         printable(first->photograph.name), why_nothing_is_left(*first, options.alpha));
+    if (empty == all) throw Error("{}", what);
+    if (options.warn) options.warn(what);
+  }
+}
+
 Points normalise_points(const PointCloud& cloud, const Normalisation& normalisation, const std::string& source) {
   Points points;
   points.colours = cloud.colours;
@@ -162,6 +188,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
   Dataset dataset = read_dataset(path, options.downscale);
   report_missing(dataset, options);
+  check_intrinsics(dataset.frames, dataset.source, options.warn);
 
   std::vector<Shot> shots;
   for (Frame& frame : dataset.frames) {
@@ -202,6 +229,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
     images.push_back(&view.image);
   }
   scene.background = glm::vec3(decode(wanted, images, options) / 255.0f);
+  report_left_out(wanted, images, dataset.source, options);
   return scene;
 }
 

@@ -144,7 +144,9 @@ TEST_CASE("nerfstudio: split by file names, masks and points", "[scene][load]") 
 
   const SceneFolder own;
   own.write("a.jpg.png", plain(16, 12, 9, 9, 9));
-  own.write("m.png", plain(16, 12, 0, 0, 0));
+  Image mask = plain(16, 12, 255, 255, 255);
+  mask.rgba[0] = mask.rgba[1] = mask.rgba[2] = 0;
+  own.write("m.png", mask);
   own.write("transforms.json", file_of("\"fl_x\": 20,", {frame("a.jpg.png", 0, ", \"mask_path\": \"m.png\"")}));
   CHECK(pixel(load(own.path(), {}).train.at(0))[3] == 0);
   std::filesystem::remove(own.path() / "m.png");
@@ -376,4 +378,69 @@ TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
   CHECK(message(folder.path()).find("images.txt: holds no image; ") != std::string::npos);
   std::filesystem::remove(folder.path() / "sparse/0/cameras.txt");
   CHECK(message(folder.path()).find("cameras.txt: no such file; ") != std::string::npos);
+}
+
+TEST_CASE("intrinsics of the full-size photograph beside a reduced image are told", "[scene][load][intrinsics]") {
+  const SceneFolder folder;
+  const auto with = [&](const std::string& intrinsics) {
+    std::vector<std::string> lines;
+    LoadOptions options;
+    options.warn = [&](const std::string& line) { lines.push_back(line); };
+    folder.write("a.png", plain(16, 12, 9, 9, 9));
+    folder.write("b.png", plain(16, 12, 9, 9, 9));
+    folder.write("transforms.json", file_of(intrinsics, {frame("a.png", 0), frame("b.png", 1)}));
+    load(folder.path(), options);
+    return lines;
+  };
+  const auto error = [&](const std::string& intrinsics) { return test::message_of([&] { with(intrinsics); }); };
+  // Of 64 x 48 pixels.
+  const std::string outside = error("\"fl_x\": 80, \"cx\": 32.5, \"cy\": 23.6,");
+  CHECK(outside.find("transforms.json: the principal point (32.5, 23.6) of a.png lies outside its picture of 16 x 12 pixels; ") != std::string::npos);
+  CHECK(outside.find("likely the intrinsics of the photograph at 64 x 48 pixels; state that size") != std::string::npos);
+  CHECK(error("\"fl_x\": 20, \"cx\": 8, \"cy\": -1,").ends_with("; correct cx and cy"));
+  CHECK(error("\"fl_x\": 20, \"cx\": 16, \"cy\": 12,").find("at 32 x 24 pixels") != std::string::npos);
+  // Of 24 x 18 and of 8 x 6 pixels: within the picture, far from its middle.
+  for (const auto& [cx, cy, size] : {std::tuple(12.1, 8.9, "24 x 18"), {4.0, 3.1, "8 x 6"}}) {
+    const auto lines = with(fmt::format("\"fl_x\": 30, \"cx\": {}, \"cy\": {},", cx, cy));
+    REQUIRE(lines.size() == 1);
+    CHECK(lines[0].find("far from the middle of its 16 x 12 pixels; ") != std::string::npos);
+    CHECK(lines[0].find(size) != std::string::npos);
+    CHECK(lines[0].ends_with("(2 of 2 photographs)"));
+  }
+  // A focal length of 64 pixels' width beside the field of view.
+  const auto lines = with("\"fl_x\": 80, \"camera_angle_x\": 0.7610127542247298,");
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].find("the focal length of a.png, 80 pixels, contradicts camera_angle_x; ") != std::string::npos);
+  CHECK(lines[0].find("at 64 x 48 pixels") != std::string::npos);
+  // What is as it should be: a lens off the middle, a crop of one side, the size stated.
+  CHECK(with("\"fl_x\": 20, \"cx\": 8.5, \"cy\": 5.6,").empty());
+  CHECK(with("\"fl_x\": 20, \"cx\": 12, \"cy\": 6,").empty());
+  CHECK(with("\"fl_x\": 80, \"cx\": 32, \"cy\": 24, \"w\": 64, \"h\": 48, \"camera_angle_x\": 0.7610127542247298,").empty());
+}
+
+TEST_CASE("views without a pixel are told, and sets of them are refused", "[scene][load][left_out]") {
+  const SceneFolder folder;
+  write_transforms(folder, 9);
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  folder.write("masks/00.png", plain(16, 12, 0, 0, 0));
+  folder.write("masks/01.png", plain(16, 12, 0, 0, 0));
+  load(folder.path(), options);  // 00 and 08 are held out
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[0].find("no pixel is left of 1 of 7 training views, first: images/01.png: its mask leaves out all of it ") != std::string::npos);
+  CHECK(lines[1].find("no pixel is left of 1 of 2 test views, first: images/00.png: ") != std::string::npos);
+  folder.write("masks/08.png", plain(16, 12, 0, 0, 0));
+  CHECK(message(folder.path()).find("no pixel is left of 2 of 2 test views, first: images/00.png: its mask leaves out all of it ") != std::string::npos);
+  options.test_images = false;  // nor looked at
+  CHECK(load(folder.path(), options).train.size() == 7);
+
+  const SceneFolder transparent;
+  for (int i = 0; i < 2; ++i) transparent.write(fmt::format("{}.png", i), plain(8, 8, 0, 0, 0, 0));
+  transparent.write("transforms.json", file_of("\"fl_x\": 9,", {frame("0.png", 0), frame("1.png", 1)}));
+  options = {};
+  options.alpha = AlphaUse::mask;
+  CHECK(message(transparent.path(), options).find("which --alpha mask leaves out; ") != std::string::npos);
+  options.alpha = AlphaUse::composite;
+  CHECK(message(transparent.path(), options).empty());
 }
