@@ -34,23 +34,23 @@ struct Doubts {
 
 }  // namespace
 
-void check_intrinsics(std::span<const Frame> frames, const std::string& source, const std::function<void(const std::string&)>& warn) {
+void check_intrinsics(std::span<const Frame> frames, const std::function<void(const std::string&)>& warn) {
   Doubts middles, fields;
   for (const Frame& frame : frames) {
     const Camera& camera = frame.camera;
     const std::string name = printable(frame.photograph.name);
     const auto times = middle_of_another_size(camera);
     if (!(camera.cx > 0 && camera.cy > 0 && camera.cx < camera.width && camera.cy < camera.height))
-      throw Error("{}: the principal point ({:.6g}, {:.6g}) of {} lies outside its picture of {} x {} pixels; {}", source, camera.cx, camera.cy, name,
+      throw Error("{}: the principal point ({:.6g}, {:.6g}) of {} lies outside its picture of {} x {} pixels; {}", frame.source, camera.cx, camera.cy, name,
                   camera.width, camera.height, times ? likely_cause(camera, *times) : "correct cx and cy");
     if (times)
-      middles.add(fmt::format("the principal point ({:.6g}, {:.6g}) of {} is far from the middle of its {} x {} pixels; {}", camera.cx, camera.cy, name,
+      middles.add(fmt::format("{}: the principal point ({:.6g}, {:.6g}) of {} is far from the middle of its {} x {} pixels; {}", frame.source, camera.cx, camera.cy, name,
                               camera.width, camera.height, likely_cause(camera, *times)));
     else if (std::abs(frame.focal_times - 1) > 0.2)
-      fields.add(fmt::format("the focal length of {}, {:.6g} pixels, contradicts camera_angle_x; {}", name, camera.fx, likely_cause(camera, frame.focal_times)));
+      fields.add(fmt::format("{}: the focal length of {}, {:.6g} pixels, contradicts camera_angle_x; {}", frame.source, name, camera.fx, likely_cause(camera, frame.focal_times)));
   }
   for (const Doubts& doubts : {middles, fields})
-    if (doubts.count > 0 && warn) warn(fmt::format("{}: {} ({} of {} photographs)", source, doubts.first, doubts.count, frames.size()));
+    if (doubts.count > 0 && warn) warn(fmt::format("{} ({} of {} photographs)", doubts.first, doubts.count, frames.size()));
 }
 
 }  // namespace trisoup::scene

@@ -35,14 +35,21 @@ void check(const LoadOptions& options) {
 }
 
 void report_missing(const Dataset& dataset, const LoadOptions& options) {
-  const std::size_t missing = dataset.missing.size();
-  if (dataset.listed == 0) throw Error("{}: lists no frames; export the dataset again", dataset.source);
-  if (dataset.frames.empty())
-    throw Error("{}: none of its {} images is there, first: {}; put the images beside it", dataset.source, missing,
-                printable(dataset.missing.front()));
-  if (missing > 0 && options.warn)
-    options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {}", dataset.source, missing,
-                             dataset.listed, printable(dataset.missing.front())));
+  std::size_t listed = 0;
+  for (const Listing& listing : dataset.listings) listed += listing.listed;
+  if (listed == 0) throw Error("{}: lists no frames; export the dataset again", dataset.source);
+  for (const Listing& listing : dataset.listings) {
+    const std::size_t missing = listing.missing.size();
+    if (missing > 0 && dataset.frames.empty())
+      throw Error("{}: none of its {} images is there, first: {}; put the images beside it (looked for {})", listing.source, missing,
+                  printable(listing.missing.front()), listing.looked.front());
+    if (missing > 0 && options.warn)
+      options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {} (looked for {})", listing.source, missing, listing.listed,
+                               printable(listing.missing.front()), listing.looked.front()));
+    if (!listing.again.empty() && options.warn)
+      options.warn(fmt::format("{}: {} frames list a photograph again, of which the first counts: {}", listing.source, listing.again.size(),
+                               some_names(listing.again)));
+  }
 }
 
 // A photograph of other proportions than its camera was cropped or turned, and no scale brings them together. Sizes that
@@ -150,7 +157,7 @@ const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
 }
 
 // Without a pixel in the loss nothing is learnt from a photograph, and nothing measured by it.
-void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images, const std::string& source, const LoadOptions& options) {
+void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images, const LoadOptions& options) {
   for (const bool test : {false, true}) {
     std::size_t all = 0, empty = 0;
     const Frame* first = nullptr;
@@ -161,7 +168,7 @@ void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Im
       if (empty++ == 0) first = &shots[i]->frame;
     }
     if (empty == 0) continue;
-    const std::string what = fmt::format("{}: no pixel is left of {} of {} {} views, first: {}: {}", source, empty, all, test ? "test" : "training",
+    const std::string what = fmt::format("{}: no pixel is left of {} of {} {} views, first: {}: {}", first->source, empty, all, test ? "test" : "training",
                                          printable(first->photograph.name), why_nothing_is_left(*first, options.alpha));
     if (empty == all) throw Error("{}", what);
     if (options.warn) options.warn(what);
@@ -186,9 +193,9 @@ Points normalise_points(const PointCloud& cloud, const Normalisation& normalisat
 
 Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
-  Dataset dataset = read_dataset(path, options.downscale);
+  Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
-  check_intrinsics(dataset.frames, dataset.source, options.warn);
+  check_intrinsics(dataset.frames, options.warn);
 
   std::vector<Shot> shots;
   for (Frame& frame : dataset.frames) {
@@ -229,7 +236,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
     images.push_back(&view.image);
   }
   scene.background = glm::vec3(decode(wanted, images, options) / 255.0f);
-  report_left_out(wanted, images, dataset.source, options);
+  report_left_out(wanted, images, options);
   return scene;
 }
 
