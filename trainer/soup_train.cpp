@@ -319,6 +319,9 @@ int run(const CommandLine& o, viewer::Live* live) {
   if (trainer->out_of_pixels() && trainer->triangles() < settings.triangles)
     std::fprintf(stderr, "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a smaller -r) or a lower --triangles\n",
                  trainer->triangles(), settings.triangles);
+  if (trainer->triangles() > settings.triangles)
+    std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: no change of topology has kept the budget (--resample-every, --resample-until)\n",
+                 trainer->triangles(), settings.triangles);
   nlohmann::json metrics = to_json(evaluation);
   metrics["psnr_training_views"] = fit.psnr;
   metrics["psnr_plain_colours"] = fit.plain_psnr;
