@@ -72,7 +72,7 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   if (const fs::path model = colmap_model_in(root); !model.empty()) return read_colmap(root, model, files);
   if (find_unposed(root)) throw Error("{}: holds photographs without poses; {}", name, kFindPoses);
   throw Error(
-      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs (PNG or JPEG); give the "
+      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs (PNG, JPEG, WebP or TIFF); give the "
       "folder of a dataset",
       name);
 }

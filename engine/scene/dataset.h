@@ -20,7 +20,8 @@ namespace trisoup::scene {
 struct Frame {
   std::string source;          // the file that lists it, for messages
   PhotographFile photograph;
-  ImageSize size;              // of that file
+  ImageSize size;              // of that file, of the photograph as it is held where it is turned
+  bool turned = false;         // by its EXIF orientation
   std::filesystem::path mask;  // empty: none
   Camera camera;               // pinhole part, for photographs of the size it states, in the dataset's coordinates
   Lens lens;

@@ -52,6 +52,18 @@ void report_missing(const Dataset& dataset, const LoadOptions& options) {
   }
 }
 
+// Where width and height of the camera are those of the photograph as it is held, it was turned before its pose was found; where they
+// are those of its pixels, or say nothing, it was not: COLMAP and nerfstudio take pixels as they are stored.
+void turn_to_camera(Frame& frame) {
+  if (frame.size.orientation < 5 || frame.size.width == frame.size.height) return;
+  const auto fits = [&](int width, int height) {
+    return std::abs(double(width) * frame.camera.height / (double(height) * frame.camera.width) - 1) < 0.01;
+  };
+  if (fits(frame.size.width, frame.size.height) || !fits(frame.size.height, frame.size.width)) return;
+  std::swap(frame.size.width, frame.size.height);
+  frame.turned = true;
+}
+
 // A photograph of other proportions than its camera was cropped or turned, and no scale brings them together. Sizes that
 // were rounded to whole pixels are the exception.
 void check_aspect(const Frame& frame) {
@@ -67,6 +79,7 @@ void check_aspect(const Frame& frame) {
 }
 
 Shot plan(Frame frame, double downscale) {
+  turn_to_camera(frame);
   check_aspect(frame);
   const auto shrunk = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / downscale))); };
   Shot shot;
@@ -111,7 +124,7 @@ std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double 
 // both, when it is known for all images; colour is premultiplied until then, so that the order makes no difference.
 Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   const Frame& frame = shot.frame;
-  const Image image = read_image(frame.photograph.file);
+  const Image image = turned(read_image(frame.photograph.file), frame.turned ? frame.size.orientation : 1);
   if (image.width != frame.size.width || image.height != frame.size.height)
     throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
   alpha_used = uses_alpha(image);

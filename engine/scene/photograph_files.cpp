@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 6> extensions{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
+constexpr std::array<const char*, 12> extensions{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".webp", ".WEBP", ".tif", ".tiff", ".TIF", ".TIFF"};
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;

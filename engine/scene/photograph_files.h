@@ -9,7 +9,7 @@
 
 namespace trisoup::scene {
 
-/// Whether a name ends as those of PNG and JPEG files do, in letters of either case.
+/// Whether a name ends as those of PNG, JPEG, WebP and TIFF files do, in letters of either case.
 bool is_photograph_name(const std::filesystem::path& name);
 
 struct PhotographFile {
