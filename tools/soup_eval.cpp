@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
   auto* alpha = app.add_option("--alpha", load.alpha, "composite or mask [as trained]")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}));
+  app.add_flag("--outside", load.outside, "photographs, masks and points may lie outside of DATASET [as trained]");
   app.add_option("--near", near, "near plane, normalised units [as trained]");
   app.add_option("--far", far, "far plane, normalised units [as trained]");
   app.add_option("--json", json_path, "write the JSON to a file instead");
@@ -85,6 +86,7 @@ int main(int argc, char** argv) {
       if (!*resolution) load.downscale = settings.value("resolution", 1.0);
       if (!*test_every) load.test_every = settings.value("test_every", 8);
       if (!*alpha && settings.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
+      load.outside = load.outside || settings.value("outside", false);
       test_near = settings.value("test_near", test_near);
       test_far = settings.value("far", test_far);
       // Models from before there was a choice were trained that way.

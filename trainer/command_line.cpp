@@ -38,6 +38,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   auto* data = app.add_option_group("Dataset");
   data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
   data->add_option("--test-every", o.load.test_every, "hold out every K-th view in name order where there is no test split; 0: none [8]");
+  data->add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET, where its files say so");
   data->add_option("--feature-size", o.feature_size, "photographs without poses: features are looked for in copies of so many pixels along the longer side [1600]")
       ->check(CLI::Range(100, 100'000));
   std::string background = "auto", alpha = "composite";

@@ -258,6 +258,9 @@ int run(const CommandLine& o, viewer::Live* live) {
     say(o, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
   };
   const auto saved_text = [&](const char* where) {
+    std::error_code ignored;
+    if (saved && !std::filesystem::exists(folder.checkpoint(), ignored))
+      return fmt::format("{} is gone; train again", folder.checkpoint().string());
     return saved ? fmt::format("the checkpoint of step {} is whole, --resume goes on from it{}", *saved, where) : "there is no checkpoint yet";
   };
   const std::uint64_t first_step = trainer->step();
@@ -289,6 +292,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   options.settings["resolution"] = o.load.downscale;
   options.settings["test_every"] = o.load.test_every;
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
+  if (o.load.outside) options.settings["outside"] = true;
   options.up = up;
   options.bake_directions = bake_directions(scene);
   options.cameras = cameras;
@@ -314,6 +318,9 @@ int run(const CommandLine& o, viewer::Live* live) {
                  fit.psnr, fit.plain_psnr);
   if (trainer->out_of_pixels() && trainer->triangles() < settings.triangles)
     std::fprintf(stderr, "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a smaller -r) or a lower --triangles\n",
+                 trainer->triangles(), settings.triangles);
+  if (trainer->triangles() > settings.triangles)
+    std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: no change of topology has kept the budget (--resample-every, --resample-until)\n",
                  trainer->triangles(), settings.triangles);
   nlohmann::json metrics = to_json(evaluation);
   metrics["psnr_training_views"] = fit.psnr;

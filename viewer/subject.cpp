@@ -40,6 +40,7 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
     if (file.settings.is_object()) {
       s.load.downscale = file.settings.value("resolution", 1.0);
       s.load.test_every = file.settings.value("test_every", 8);
+      s.load.outside = file.settings.value("outside", false);
       s.near = file.settings.value("test_near", s.near);
       s.far = file.settings.value("far", s.far);
       s.model.drop_near = file.settings.value("drop_near", file.settings.contains("steps"));

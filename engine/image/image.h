@@ -1,6 +1,7 @@
 // The 8-bit image that views, the trainer's pictures and PNG files share.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -12,5 +13,12 @@ struct Image {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgba;  // height * width * 4
 };
+
+/// Whether a View's image has a pixel that takes part in the loss.
+inline bool has_pixels(const Image& image) {
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4)
+    if (image.rgba[i] >= 128) return true;
+  return false;
+}
 
 }  // namespace trisoup

@@ -13,6 +13,8 @@
 
 #include "atomic_file.h"
 #include "error.h"
+#include "image/jpeg_header.h"
+#include "image/webp_tiff.h"
 #include "printable.h"
 #include "read_file.h"
 
@@ -134,11 +136,16 @@ const char* jpeg_damage(Bytes bytes) {
   }
 }
 
-// A header may claim any size. No PNG or JPEG packs more than about 8300 pixels into a byte, and no photograph of a scene
-// is larger than 2^28 pixels; both are checked before memory is allocated for them.
-void check_size(const std::string& name, int width, int height, std::uintmax_t bytes) {
+// A header may claim any size. No PNG or JPEG packs more than about 8300 pixels into a byte (WebP does, of one colour), and no photograph of a
+// scene is larger than 2^28 pixels; both are checked before memory is allocated for them.
+constexpr std::uintmax_t kMostPixels = std::uintmax_t(1) << 28, kMostPerByte = 10000, kMostPerByteOfWebp = 1 << 20;
+
+void check_size(const std::string& name, std::int64_t width, std::int64_t height, std::uintmax_t bytes, std::uintmax_t per_byte = kMostPerByte) {
   const auto pixels = std::uintmax_t(width) * std::uintmax_t(height);
-  if (width < 1 || height < 1 || pixels > (std::uintmax_t(1) << 28) || pixels / 10000 > bytes)
+  if (width > 0 && height > 0 && pixels > kMostPixels)
+    throw Error("{}: is {} x {} pixels, and an image may have {:.0f} million (2^28); export it at a smaller size", name, width, height,
+                double(kMostPixels) / 1e6);
+  if (width < 1 || height < 1 || pixels / per_byte > bytes)
     throw Error("{}: claims {} x {} pixels in {} bytes; the image is damaged or too large, export it again", name, width, height,
                 bytes);
 }
@@ -165,24 +172,68 @@ bool is_jpeg(std::span<const std::byte> bytes) {
   return bytes.size() >= 3 && bytes[0] == std::byte{0xff} && bytes[1] == std::byte{0xd8} && bytes[2] == std::byte{0xff};
 }
 
+Image turned(Image image, int orientation) {
+  if (orientation <= 1 || orientation > 8) return image;
+  const int w = image.width, h = image.height;
+  const bool exchange = orientation >= 5;
+  Image result{exchange ? h : w, exchange ? w : h, std::vector<std::uint8_t>(image.rgba.size())};
+  for (int y = 0; y < result.height; ++y)
+    for (int x = 0; x < result.width; ++x) {
+      // Where the pixel lies in the file: 2 and 3 from the right, 3 and 4 from below; 5 to 8 by columns.
+      int from_x = exchange ? y : x, from_y = exchange ? x : y;
+      if (orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8) from_x = w - 1 - from_x;
+      if (orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7) from_y = h - 1 - from_y;
+      std::memcpy(&result.rgba[4 * (std::size_t(y) * std::size_t(result.width) + std::size_t(x))],
+                  &image.rgba[4 * (std::size_t(from_y) * std::size_t(w) + std::size_t(from_x))], 4);
+    }
+  return result;
+}
+
 ImageSize image_size(const std::filesystem::path& path) {
   const std::string name = printable(path.string());
   const File file(std::fopen(path.c_str(), "rb"));
   if (!file) throw Error("{}: cannot be opened ({}); check its permissions", name, std::strerror(errno));
+  std::error_code problem;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, problem);
+  // EXIF and thumbnails stand before the size of a JPEG, in segments of 64 KiB.
+  std::vector<std::uint8_t> head(std::size_t(1) << 18);
+  head.resize(std::fread(head.data(), 1, head.size(), file.get()));
+  const Bytes start(head);
   ImageSize size;
+  if (is_webp(std::as_bytes(start))) {
+    size = webp_size(std::as_bytes(start), name);
+    check_size(name, size.width, size.height, bytes, kMostPerByteOfWebp);
+    return size;
+  }
+  if (is_tiff(std::as_bytes(start))) {
+    const std::string content = read_file(path);  // its directory may stand at the end
+    size = tiff_size(bytes_of(content), name);
+    check_size(name, size.width, size.height, bytes);
+    return size;
+  }
+  // What stb_image has no number for.
+  if (is_png(start) && start.size() >= 24) check_size(name, big_endian_32(&start[16]), big_endian_32(&start[20]), bytes);
+  if (is_jpeg(std::as_bytes(start))) {
+    const JpegHeader header = jpeg_header(start);
+    size.orientation = header.orientation;
+    if (header.width > 0 && header.height > 0) check_size(name, header.width, header.height, bytes);
+  }
+  std::rewind(file.get());
   int channels = 0;
   if (stbi_info_from_file(file.get(), &size.width, &size.height, &channels) == 0)
-    throw Error("{}: its header is damaged, not that of a PNG or JPEG, or of an image too large ({}); convert or copy the image again",
-                name, stbi_failure_reason());
-  std::error_code problem;
-  check_size(name, size.width, size.height, std::filesystem::file_size(path, problem));
+    throw Error("{}: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF ({}); convert or copy the image again", name, stbi_failure_reason());
+  check_size(name, size.width, size.height, bytes);
   return size;
 }
 
 Image decode_image(std::span<const std::byte> content, const std::string& name) {
   const Bytes bytes(reinterpret_cast<const std::uint8_t*>(content.data()), content.size());
-  if (!is_png(bytes) && !is_jpeg(content)) throw Error("{}: neither PNG nor JPEG; convert the image to one of them", name);
   if (bytes.size() > (std::size_t(1) << 30)) throw Error("{}: larger than 1 GiB; export the image at a smaller size", name);
+  if (is_webp(content))
+    return decode_webp(content, name, [&](ImageSize size) { check_size(name, size.width, size.height, bytes.size(), kMostPerByteOfWebp); });
+  if (is_tiff(content)) return decode_tiff(content, name, [&](ImageSize size) { check_size(name, size.width, size.height, bytes.size()); });
+  if (!is_png(bytes) && !is_jpeg(content)) throw Error("{}: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them", name);
+  if (is_png(bytes) && bytes.size() >= 24) check_size(name, big_endian_32(&bytes[16]), big_endian_32(&bytes[20]), bytes.size());
   if (const char* damage = is_png(bytes) ? png_damage(bytes) : jpeg_damage(bytes))
     throw Error("{}: {}; copy or export the image again", name, damage);
 

@@ -1,4 +1,4 @@
-// PNG and JPEG files in, PNG files out.
+// PNG, JPEG, WebP and TIFF files in, PNG files out.
 #pragma once
 
 #include <cstddef>
@@ -11,19 +11,25 @@
 namespace trisoup {
 
 struct ImageSize {
-  int width = 0, height = 0;  // pixels
+  int width = 0, height = 0;  // pixels, as they are stored
+  int orientation = 1;        // EXIF, of JPEG: how the camera was held; see turned()
 };
 
-/// The size a PNG or JPEG file states in its header, without decoding it. Throws Error if it is neither.
+/// The size a PNG, JPEG, WebP or TIFF file states in its header, without decoding it. Throws Error if it is none of them, and on more than
+/// 2^28 pixels.
 ImageSize image_size(const std::filesystem::path& path);
 
-/// Decodes a whole PNG or JPEG to straight (not premultiplied) RGBA; alpha is 255 where the format has none, 16-bit
+/// Decodes a whole PNG, JPEG, WebP or TIFF to straight (not premultiplied) RGBA; alpha is 255 where the format has none, 16-bit
 /// channels keep their upper 8 bits. An EXIF orientation is ignored, as the tools that estimate poses ignore it.
 /// Throws Error, naming `name`, on any other format and on a file that is cut or damaged.
 Image decode_image(std::span<const std::byte> bytes, const std::string& name);
 
 /// decode_image of the content of a file.
 Image read_image(const std::filesystem::path& path);
+
+/// The image as it is seen where the camera was held as EXIF's orientation says: 2 to 4 mirrored, upside down, both; 5 to 8 with
+/// width and height exchanged (6: turned clockwise by a quarter). 1 leaves it as it is.
+Image turned(Image image, int orientation);
 
 /// True if the bytes are those of a JPEG, whose values are only approximate.
 bool is_jpeg(std::span<const std::byte> bytes);

@@ -51,6 +51,7 @@ ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t wid
     if (!std::isfinite(value)) throw Error("{}: camera parameter is not finite; run the reconstruction again", where);
 
   ColmapCamera camera;
+  camera.model = shape.name;
   Camera& pinhole = camera.pinhole;
   pinhole.width = static_cast<int>(width), pinhole.height = static_cast<int>(height);
   // Models with one focal length start with f, cx, cy; the others with fx, fy, cx, cy. Distortion follows.

@@ -20,6 +20,7 @@ namespace trisoup::scene {
 struct ColmapCamera {
   Camera pinhole;  // its pose is not used
   Lens lens;
+  std::string_view model;  // its name
 };
 using ColmapCameras = std::map<std::uint32_t, ColmapCamera>;  // by camera id
 

@@ -27,7 +27,31 @@ bool has_poses(const fs::path& path) {
   return is_file(path / "transforms_train.json") || is_file(path / "transforms.json") || !colmap_model_in(path).empty();
 }
 
-Dataset read_dataset(const fs::path& path, double downscale) {
+FrameTaker::FrameTaker(Dataset& dataset, const PhotographFiles& files, const std::string& source)
+    : dataset_(dataset), files_(files), listing_(dataset.listings.size()) {
+  dataset.listings.push_back({source, 0, {}, {}, {}});
+}
+
+std::optional<PhotographFile> FrameTaker::find(const std::string& path, bool test) {
+  Listing& listing = dataset_.listings[listing_];
+  ++listing.listed;
+  auto photograph = files_.find(path);
+  if (!photograph) {
+    listing.missing.push_back(path);
+    listing.looked.push_back(files_.looked_for(path));
+    return std::nullopt;
+  }
+  const auto [before, fresh] = taken_.try_emplace({test, photograph->name}, Taken{path, photograph->by_name});
+  if (fresh) return photograph;
+  // Which of the two it is would depend on their order.
+  if ((before->second.by_name || photograph->by_name) && before->second.path != path)
+    throw Error("{}: {} and {} would both be {}, by its name; put the photographs into folders of the names that the paths have", listing.source,
+                printable(before->second.path), printable(path), printable(photograph->name));
+  listing.again.push_back(photograph->name);
+  return std::nullopt;
+}
+
+Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   std::error_code ignored;
   const std::string name = printable(path.string());
   if (!fs::exists(path, ignored)) throw Error("{}: no such file or folder; check the path of the dataset", name);
@@ -39,16 +63,16 @@ Dataset read_dataset(const fs::path& path, double downscale) {
     root = path.has_parent_path() ? path.parent_path() : fs::path(".");
     const fs::path file = path.filename();
     const bool split = file == "transforms_train.json" || file == "transforms_val.json" || file == "transforms_test.json";
-    if (!split || !is_file(root / "transforms_train.json")) return read_transforms(path, PhotographFiles(root, downscale));
+    if (!split || !is_file(root / "transforms_train.json")) return read_transforms(path, PhotographFiles(root, downscale, outside));
   }
 
-  const PhotographFiles files(root, downscale);
+  const PhotographFiles files(root, downscale, outside);
   if (is_file(root / "transforms_train.json")) return read_blender(root, files);
   if (is_file(root / "transforms.json")) return read_transforms(root / "transforms.json", files);
   if (const fs::path model = colmap_model_in(root); !model.empty()) return read_colmap(root, model, files);
   if (find_unposed(root)) throw Error("{}: holds photographs without poses; {}", name, kFindPoses);
   throw Error(
-      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs (PNG or JPEG); give the "
+      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs (PNG, JPEG, WebP or TIFF); give the "
       "folder of a dataset",
       name);
 }

@@ -41,25 +41,23 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   const bool has_folder = fs::is_directory(root / "images", ignored) || fs::is_directory(root / "images_2", ignored) ||
                           fs::is_directory(root / "images_4", ignored) || fs::is_directory(root / "images_8", ignored);
   std::map<std::uint32_t, std::uint32_t> frame_of;  // by image id
+  FrameTaker taker(dataset, files, dataset.source);
   for (const ColmapImage& image : images) {
     const auto camera = cameras.find(image.camera_id);
     if (camera == cameras.end())
       throw Error("{}: {} was taken by camera {}, which {} lacks; export the model again", dataset.source, printable(image.name),
                   image.camera_id, cameras_file.filename().string());
-    ++dataset.listed;
-    const std::string path = has_folder ? "images/" + image.name : image.name;
-    const auto photograph = files.find(path);
-    if (!photograph) {
-      dataset.missing.push_back(path);
-      continue;
-    }
+    const auto photograph = taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, false);
+    if (!photograph) continue;
     Frame frame;
+    frame.source = dataset.source;
     frame.photograph = *photograph;
     frame.size = image_size(photograph->file);
     frame.mask = files.find_mask(photograph->name);
     frame.camera = camera->second.pinhole;
     frame.camera.world_to_camera = image.world_to_camera;
     frame.lens = camera->second.lens;
+    frame.model = camera->second.model;
     frame_of.emplace(image.id, static_cast<std::uint32_t>(dataset.frames.size()));
     dataset.frames.push_back(std::move(frame));
   }

@@ -1,4 +1,5 @@
 // Datasets described by transforms*.json.
+#include <cmath>
 #include <set>
 
 #include "error.h"
@@ -13,29 +14,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path mask_of(const fs::path& root, const TransformsFrame& frame, const std::string& name, const std::string& source,
-                 const PhotographFiles& files) {
+fs::path mask_of(const TransformsFrame& frame, const std::string& name, const std::string& source, const PhotographFiles& files) {
   if (frame.mask_path.empty()) return files.find_mask(name);
-  const fs::path mask = root / frame.mask_path;
-  if (!is_file(mask))
-    throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(frame.mask_path));
-  return mask;
+  if (const auto mask = files.find_file(frame.mask_path)) return *mask;
+  throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(frame.mask_path));
 }
 
-void add_frame(Dataset& dataset, const TransformsFrame& listed, bool test, const std::string& source, const fs::path& root,
-               const PhotographFiles& files) {
-  ++dataset.listed;
-  const auto photograph = files.find(listed.file_path);
-  if (!photograph) {
-    dataset.missing.push_back(listed.file_path);
-    return;
-  }
+void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source, const PhotographFiles& files) {
+  const auto photograph = taker.find(listed.file_path, test);
+  if (!photograph) return;
   Frame frame;
+  frame.source = source;
   frame.photograph = *photograph;
   frame.size = image_size(photograph->file);
-  frame.mask = mask_of(root, listed, photograph->name, source, files);
+  frame.mask = mask_of(listed, photograph->name, source, files);
   frame.camera = camera_of(listed, frame.size);
+  if (listed.fx && listed.angle_x) frame.focal_times = 2 * *listed.fx * std::tan(0.5 * *listed.angle_x) / frame.camera.width;
   frame.lens = listed.lens;
+  frame.model = listed.lens.model == Lens::Model::fisheye ? "OPENCV_FISHEYE" : listed.lens.is_pinhole() ? "PINHOLE" : "OPENCV";
   frame.test = test;
   dataset.frames.push_back(std::move(frame));
 }
@@ -48,8 +44,9 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
   dataset.source = printable((root / "transforms_train.json").string());
   const auto add = [&](const char* file, bool test) {
     const std::string source = printable((root / file).string());
+    FrameTaker taker(dataset, files, source);
     for (const TransformsFrame& frame : parse_transforms(read_file(root / file), source).frames)
-      add_frame(dataset, frame, test, source, root, files);
+      add_frame(dataset, taker, frame, test, source, files);
   };
   add("transforms_train.json", false);
   for (const char* held_out : {"transforms_test.json", "transforms_val.json"})
@@ -71,21 +68,22 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
   // there is a list of training files.
   const auto normal = [](const std::vector<std::string>& paths) {
     std::set<std::string> result;
-    for (const std::string& path : paths) result.insert(fs::path(path).lexically_normal().generic_string());
+    for (const std::string& path : paths) result.insert(normal_path(path));
     return result;
   };
   const auto train = normal(transforms.train_files), validation = normal(transforms.val_files);
   const auto test = transforms.test_files.empty() ? validation : normal(transforms.test_files);
   dataset.has_split = !test.empty();
+  FrameTaker taker(dataset, files, dataset.source);
   for (const TransformsFrame& frame : transforms.frames) {
-    const std::string path = fs::path(frame.file_path).lexically_normal().generic_string();
+    const std::string path = normal_path(frame.file_path);
     const bool is_test = test.contains(path);
     if (dataset.has_split && !is_test && (train.empty() ? validation.contains(path) : !train.contains(path))) continue;
-    add_frame(dataset, frame, is_test, dataset.source, root, files);
+    add_frame(dataset, taker, frame, is_test, dataset.source, files);
   }
   if (!transforms.ply_file_path.empty()) {
     // nerfstudio has already applied its applied_transform to these points.
-    const fs::path ply = root / transforms.ply_file_path;
+    const fs::path ply = files.find_file(transforms.ply_file_path).value_or(root / transforms.ply_file_path);
     dataset.points = parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()));
   }
   return dataset;

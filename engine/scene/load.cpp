@@ -8,6 +8,7 @@
 #include "scene/area_resample.h"
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"
+#include "scene/intrinsics.h"
 #include "scene/parallel_for.h"
 #include "scene/photograph.h"
 #include "printable.h"
@@ -34,14 +35,33 @@ void check(const LoadOptions& options) {
 }
 
 void report_missing(const Dataset& dataset, const LoadOptions& options) {
-  const std::size_t missing = dataset.missing.size();
-  if (dataset.listed == 0) throw Error("{}: lists no frames; export the dataset again", dataset.source);
-  if (dataset.frames.empty())
-    throw Error("{}: none of its {} images is there, first: {}; put the images beside it", dataset.source, missing,
-                printable(dataset.missing.front()));
-  if (missing > 0 && options.warn)
-    options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {}", dataset.source, missing,
-                             dataset.listed, printable(dataset.missing.front())));
+  std::size_t listed = 0;
+  for (const Listing& listing : dataset.listings) listed += listing.listed;
+  if (listed == 0) throw Error("{}: lists no frames; export the dataset again", dataset.source);
+  for (const Listing& listing : dataset.listings) {
+    const std::size_t missing = listing.missing.size();
+    if (missing > 0 && dataset.frames.empty())
+      throw Error("{}: none of its {} images is there, first: {}; put the images beside it (looked for {})", listing.source, missing,
+                  printable(listing.missing.front()), listing.looked.front());
+    if (missing > 0 && options.warn)
+      options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {} (looked for {})", listing.source, missing, listing.listed,
+                               printable(listing.missing.front()), listing.looked.front()));
+    if (!listing.again.empty() && options.warn)
+      options.warn(fmt::format("{}: {} frames list a photograph again, of which the first counts: {}", listing.source, listing.again.size(),
+                               some_names(listing.again)));
+  }
+}
+
+// Where width and height of the camera are those of the photograph as it is held, it was turned before its pose was found; where they
+// are those of its pixels, or say nothing, it was not: COLMAP and nerfstudio take pixels as they are stored.
+void turn_to_camera(Frame& frame) {
+  if (frame.size.orientation < 5 || frame.size.width == frame.size.height) return;
+  const auto fits = [&](int width, int height) {
+    return std::abs(double(width) * frame.camera.height / (double(height) * frame.camera.width) - 1) < 0.01;
+  };
+  if (fits(frame.size.width, frame.size.height) || !fits(frame.size.height, frame.size.width)) return;
+  std::swap(frame.size.width, frame.size.height);
+  frame.turned = true;
 }
 
 // A photograph of other proportions than its camera was cropped or turned, and no scale brings them together. Sizes that
@@ -59,6 +79,7 @@ void check_aspect(const Frame& frame) {
 }
 
 Shot plan(Frame frame, double downscale) {
+  turn_to_camera(frame);
   check_aspect(frame);
   const auto shrunk = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / downscale))); };
   Shot shot;
@@ -103,7 +124,7 @@ std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double 
 // both, when it is known for all images; colour is premultiplied until then, so that the order makes no difference.
 Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   const Frame& frame = shot.frame;
-  const Image image = read_image(frame.photograph.file);
+  const Image image = turned(read_image(frame.photograph.file), frame.turned ? frame.size.orientation : 1);
   if (image.width != frame.size.width || image.height != frame.size.height)
     throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
   alpha_used = uses_alpha(image);
@@ -142,6 +163,31 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   return background;
 }
 
+const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
+  if (!frame.mask.empty()) return "its mask leaves out all of it (0 is out, anything else in); invert the mask";
+  if (alpha == AlphaUse::mask) return "all of it is transparent, which --alpha mask leaves out; try --alpha composite";
+  return "its lens shows nothing of it; correct the distortion and the principal point";
+}
+
+// Without a pixel in the loss nothing is learnt from a photograph, and nothing measured by it.
+void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images, const LoadOptions& options) {
+  for (const bool test : {false, true}) {
+    std::size_t all = 0, empty = 0;
+    const Frame* first = nullptr;
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      if (shots[i]->frame.test != test) continue;
+      ++all;
+      if (has_pixels(*images[i])) continue;
+      if (empty++ == 0) first = &shots[i]->frame;
+    }
+    if (empty == 0) continue;
+    const std::string what = fmt::format("{}: no pixel is left of {} of {} {} views, first: {}: {}", first->source, empty, all, test ? "test" : "training",
+                                         printable(first->photograph.name), why_nothing_is_left(*first, options.alpha));
+    if (empty == all) throw Error("{}", what);
+    if (options.warn) options.warn(what);
+  }
+}
+
 Points normalise_points(const PointCloud& cloud, const Normalisation& normalisation, const std::string& source) {
   Points points;
   points.colours = cloud.colours;
@@ -160,8 +206,9 @@ Points normalise_points(const PointCloud& cloud, const Normalisation& normalisat
 
 Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
-  Dataset dataset = read_dataset(path, options.downscale);
+  Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
+  check_intrinsics(dataset.frames, options.warn);
 
   std::vector<Shot> shots;
   for (Frame& frame : dataset.frames) {
@@ -202,6 +249,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
     images.push_back(&view.image);
   }
   scene.background = glm::vec3(decode(wanted, images, options) / 255.0f);
+  report_left_out(wanted, images, options);
   return scene;
 }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cctype>
 
+#include "error.h"
+#include "printable.h"
 #include "read_file.h"
 
 namespace trisoup::scene {
@@ -11,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 6> extensions{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
+constexpr std::array<const char*, 12> extensions{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".webp", ".WEBP", ".tif", ".tiff", ".TIF", ".TIFF"};
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
@@ -23,6 +25,14 @@ fs::path with_suffix(fs::path path, const char* suffix) { return path += suffix;
 bool has_image_extension(const fs::path& path) {
   const std::string extension = path.extension().string();
   return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
+
+bool leaves(const fs::path& relative) { return !relative.empty() && *relative.begin() == ".."; }
+
+/// Whether a path may be another machine's, or of another folder: what it names may be here all the same.
+bool is_foreign(const std::string& path) {
+  const std::string turned = normal_path(path);
+  return is_absolute_path(path) || leaves(turned) || turned != fs::path(path).lexically_normal().generic_string();
 }
 
 // `path` below its first folder, if that is images/.
@@ -39,7 +49,19 @@ bool is_photograph_name(const fs::path& name) {
   return has_image_extension("x" + extension);
 }
 
-PhotographFiles::PhotographFiles(fs::path root, double downscale) : root_(std::move(root)) {
+std::string normal_path(const std::string& path) {
+  std::string turned = path;
+  std::replace(turned.begin(), turned.end(), '\\', '/');
+  return fs::path(turned).lexically_normal().generic_string();
+}
+
+bool is_absolute_path(const std::string& path) {
+  const std::string turned = normal_path(path);
+  const bool drive = turned.size() > 2 && std::isalpha(static_cast<unsigned char>(turned[0])) && turned[1] == ':' && turned[2] == '/';
+  return drive || turned.starts_with('/');
+}
+
+PhotographFiles::PhotographFiles(fs::path root, double downscale, bool outside) : root_(std::move(root)), outside_(outside) {
   for (const int factor : {2, 4, 8}) {
     const fs::path folder = "images_" + std::to_string(factor);
     if (downscale == factor && is_folder(root_ / folder)) prescaled_folder_ = folder;
@@ -47,14 +69,93 @@ PhotographFiles::PhotographFiles(fs::path root, double downscale) : root_(std::m
   has_masks_ = is_folder(root_ / "masks");
 }
 
-std::optional<PhotographFile> PhotographFiles::find(const std::string& path) const {
+bool PhotographFiles::each_place(const std::string& path, const Take& take) const {
   fs::path relative = fs::path(path).lexically_normal();
   if (relative.is_absolute())
-    if (const fs::path inside = relative.lexically_relative(fs::absolute(root_).lexically_normal());
-        !inside.empty() && *inside.begin() != "..")
-      relative = inside;
+    if (const fs::path inside = relative.lexically_relative(fs::absolute(root_).lexically_normal()); !inside.empty() && !leaves(inside)) relative = inside;
+  const bool beyond = relative.is_absolute() || leaves(relative);
+  if ((!beyond || outside_) && take(relative, false)) return true;
+  if (beyond && !outside_ && is_file(root_ / relative)) {
+    std::error_code ignored;
+    const fs::path inside = fs::weakly_canonical(root_ / relative, ignored).lexically_relative(fs::weakly_canonical(root_, ignored));
+    if (inside.empty() || leaves(inside))
+      throw Error("{}: lies outside of the dataset {}; copy it there, or allow it with --outside", printable(path), printable(root_.string()));
+    return take(inside, false);
+  }
+  if (!is_foreign(path)) return false;
+  const std::string turned = normal_path(path);
+  // The longest tail that is here, of what is left without the drive and the way up.
+  std::vector<fs::path> parts;
+  for (const fs::path& part : fs::path(turned))
+    if (part != "/" && part != ".." && !part.string().ends_with(':')) parts.push_back(part);
+  for (std::size_t first = 0; first < parts.size(); ++first) {
+    fs::path tail;
+    for (std::size_t i = first; i < parts.size(); ++i) tail /= parts[i];
+    for (const fs::path& place : {tail, "images" / tail})
+      if (take(place, place != turned)) return true;
+    // The nearest folder of the same name is the one that was meant, and lacks the file.
+    if (tail.has_parent_path() && (is_folder(root_ / tail.parent_path()) || is_folder(root_ / "images" / tail.parent_path()))) return false;
+  }
+  return false;
+}
 
-  PhotographFile found{relative.generic_string(), root_ / relative, false};
+std::optional<PhotographFile> PhotographFiles::find(const std::string& path) const {
+  std::optional<PhotographFile> found;
+  const auto take = [&](const fs::path& place, bool by_name) {
+    found = at(place);
+    if (found) found->by_name = by_name;
+    return found.has_value();
+  };
+  if (!each_place(path, take) && is_foreign(path)) found = only_one_named(fs::path(normal_path(path)).filename().string());
+  return found;
+}
+
+std::string PhotographFiles::looked_for(const std::string& path) const {
+  const std::string turned = normal_path(path);
+  const std::string name = fs::path(turned).filename().string();
+  std::string text = printable((root_ / path).lexically_normal().string());
+  if (!prescaled_folder_.empty()) text += fmt::format(" and {}", printable((root_ / prescaled_folder_ / name).string()));
+  if (!has_image_extension(turned)) text += ", also with .png, .jpg, .jpeg, .webp, .tif and .tiff";
+  if (is_foreign(path))
+    text += fmt::format(", for every end of that path down to {} in {} and its images, and for one photograph of that name below", printable(name),
+                        printable(root_.string()));
+  return text;
+}
+
+std::optional<fs::path> PhotographFiles::find_file(const std::string& path) const {
+  std::optional<fs::path> found;
+  each_place(path, [&](const fs::path& place, bool) {
+    if (is_file(root_ / place)) found = root_ / place;
+    return found.has_value();
+  });
+  return found;
+}
+
+std::optional<PhotographFile> PhotographFiles::only_one_named(const std::string& name) const {
+  if (!by_name_) {
+    by_name_.emplace();
+    std::error_code ignored;
+    for (fs::recursive_directory_iterator entry(root_, fs::directory_options::skip_permission_denied, ignored), end; entry != end; entry.increment(ignored)) {
+      const fs::path relative = entry->path().lexically_relative(root_);
+      const std::string folder = relative.begin()->string();
+      if (folder == "masks" || folder == "images_2" || folder == "images_4" || folder == "images_8") {
+        entry.disable_recursion_pending();
+        continue;
+      }
+      if (!is_photograph_name(relative)) continue;
+      by_name_->emplace(relative.filename().string(), relative);
+      by_name_->emplace(relative.stem().string(), relative);
+    }
+  }
+  const auto [first, last] = by_name_->equal_range(name);
+  if (std::distance(first, last) != 1) return std::nullopt;
+  auto found = at(first->second);
+  if (found) found->by_name = true;
+  return found;
+}
+
+std::optional<PhotographFile> PhotographFiles::at(const fs::path& relative) const {
+  PhotographFile found{relative.generic_string(), root_ / relative, false, false};
   bool exists = is_file(found.file);
   // Blender writes no extension, and a dot in the name need not start one ("r_0.5"), so each is tried behind it.
   if (!exists && !has_image_extension(relative))

@@ -402,14 +402,6 @@ class Work {
 
 }  // namespace
 
-std::string some_names(const std::vector<std::string>& names) {
-  constexpr std::size_t most = 8;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) text += (i > 0 ? ", " : "") + printable(names[i]);
-  if (names.size() > most) text += fmt::format(" and {} more", names.size() - most);
-  return text;
-}
-
 std::optional<ColmapProgress> colmap_progress(std::string_view line) {
   const std::string text(line.substr(0, 200));
   int a = 0, b = 0, c = 0, d = 0;

@@ -52,7 +52,4 @@ struct ColmapProgress {
 /// What a line of COLMAP's output says about how far it is.
 std::optional<ColmapProgress> colmap_progress(std::string_view line);
 
-/// "a, b and 3 more", eight names at most, fit for a message.
-std::string some_names(const std::vector<std::string>& names);
-
 }  // namespace trisoup::scene

@@ -38,6 +38,7 @@ struct LoadOptions {
   int test_every = 8;      // held-out views in name order, index 0 first, where no test split is given; 0: none
   BackgroundChoice background = BackgroundChoice::automatic;
   AlphaUse alpha = AlphaUse::composite;
+  bool outside = false;    // photographs, masks and points may lie outside of the dataset's folder, where its files say so
   bool train_images = true, test_images = true;       // which photographs are decoded; all are looked for
   int threads = 0;                                    // 0: one per core
   std::function<void(int done, int total)> progress;  // called from one thread at a time

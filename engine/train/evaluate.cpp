@@ -21,14 +21,18 @@ void check_clip_planes(double near, double far) {
 
 ImageMetrics mean(const std::vector<ViewMetrics>& views) {
   ImageMetrics sum;
+  double n = 0;
   for (const ViewMetrics& view : views) {
+    if (view.metrics.pixels == 0) continue;
+    ++n;
     sum.psnr += view.metrics.psnr;
     sum.ssim += view.metrics.ssim;
     sum.mae += view.metrics.mae;
     sum.uncovered += view.metrics.uncovered;
+    sum.pixels += view.metrics.pixels;
   }
-  const double n = std::max<double>(1.0, static_cast<double>(views.size()));
-  return {sum.psnr / n, sum.ssim / n, sum.mae / n, sum.uncovered / n};
+  if (n == 0) return {};
+  return {sum.psnr / n, sum.ssim / n, sum.mae / n, sum.pixels, sum.uncovered / n};
 }
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
@@ -123,10 +127,10 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     to["ssim"] = m.ssim;
     to["mae"] = m.mae;
     to["uncovered"] = m.uncovered;
+    // Of nothing they would read as a measurement.
+    if (m.pixels == 0) to["psnr"] = to["ssim"] = to["mae"] = to["uncovered"] = nullptr;
   };
   put(json, evaluation.mean);
-  // A mean over nothing would read as a measurement.
-  if (evaluation.views.empty()) json["psnr"] = json["ssim"] = json["mae"] = json["uncovered"] = nullptr;
   json["views"] = nlohmann::json::array();
   for (const ViewMetrics& view : evaluation.views) {
     nlohmann::json row;

@@ -29,7 +29,7 @@ struct Evaluation {
 /// Throws Error unless 0 < near < far, both finite.
 void check_clip_planes(double near, double far);
 
-/// Mean of every metric over views; zeros without views.
+/// Mean of every metric over the views that have pixels to measure; zeros where none has.
 ImageMetrics mean(const std::vector<ViewMetrics>& views);
 
 /// Called with every rendered view: colour is [height][width][3], row 0 on top.
@@ -50,7 +50,7 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);
 
-/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name" and the same}]}
+/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name" and the same}]}; null where there was no pixel to measure.
 nlohmann::json to_json(const Evaluation& evaluation);
 
 }  // namespace trisoup::train

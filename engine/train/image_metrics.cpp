@@ -55,9 +55,11 @@ ImageMetrics compare(std::span<const float> colour, const Image& photo) {
     for (std::size_t i = 0; i < mx.size(); ++i) sum += f64::ssim_window(mx[i], my[i], ms[i], mxy[i]).value;
     ssim += sum / static_cast<double>(mx.size());
   }
-  const double mse = counted > 0 ? squares / static_cast<double>(counted) : 0;
+  if (counted == 0) return metrics;
+  metrics.pixels = counted / 3;
+  const double mse = squares / static_cast<double>(counted);
   metrics.psnr = mse > 1e-10 ? -10.0 * std::log10(mse) : 100.0;
-  metrics.mae = counted > 0 ? absolute / static_cast<double>(counted) : 0;
+  metrics.mae = absolute / static_cast<double>(counted);
   metrics.ssim = w > 10 && h > 10 ? ssim / 3 : 1.0;
   return metrics;
 }

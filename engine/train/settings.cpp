@@ -141,9 +141,17 @@ std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step) {
     if (const auto at = static_cast<std::uint64_t>(std::llround(std::pow(10.0, 1.0 + double(i) / per_decade))); at > step) return at;
 }
 
+std::uint64_t only_resampling(const Settings& s) {
+  const double until = s.resample_until * static_cast<double>(s.steps) + 1e-9;
+  const bool too_short = s.resample_every > 0 && (static_cast<double>(s.resample_every) > until || s.resample_every >= s.steps);
+  // Half of the time to get over it.
+  return too_short && s.init_count > s.triangles ? static_cast<std::uint64_t>(until / 2) : 0;
+}
+
 bool is_resampling(const Settings& s, std::uint64_t step) {
-  return s.resample_every > 0 && step > 0 && step % s.resample_every == 0 &&
-         static_cast<double>(step) <= s.resample_until * static_cast<double>(s.steps) + 1e-9;
+  if (s.resample_every == 0 || step == 0 || step >= s.steps) return false;
+  return step == only_resampling(s) ||
+         (step % s.resample_every == 0 && static_cast<double>(step) <= s.resample_until * static_cast<double>(s.steps) + 1e-9);
 }
 
 bool is_last_resampling(const Settings& s, std::uint64_t step) {

@@ -208,6 +208,7 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
   };
   every(callbacks.progress_every);
   every(settings_.resample_every);
+  if (const std::uint64_t only = only_resampling(settings_); step_ < only) next = std::min(next, only);
   every(settings_.eval_every);
   every(settings_.checkpoint_every);
   if (const std::uint64_t at = next_evaluation(callbacks.evaluations_per_decade, step_); at > 0) next = std::min(next, at);
@@ -283,7 +284,7 @@ void Trainer::change_topology() {
     lift(gpu_, soup_, frame_, half_views_, settings_);
     texture_start_ = vertex_start_ = step_;
   }
-  if (is_resampling(settings_, step_) && step_ < settings_.steps) {
+  if (is_resampling(settings_, step_)) {
     const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : usual_most(settings_);
     last_resampling_ = resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
                                 static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));

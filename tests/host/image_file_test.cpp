@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include <sys/resource.h>
+#include <tiffio.h>
+#include <webp/encode.h>
 
 #include <csignal>
 #include <random>
@@ -37,6 +39,48 @@ std::string jpeg_of(const Image& image) {
       [](void* to, void* data, int size) { static_cast<std::string*>(to)->append(static_cast<char*>(data), std::size_t(size)); },
       &content, image.width, image.height, 4, image.rgba.data(), 90);
   return content;
+}
+
+std::string webp_of(const Image& image) {
+  std::uint8_t* bytes = nullptr;
+  const std::size_t size = WebPEncodeLosslessRGBA(image.rgba.data(), image.width, image.height, 4 * image.width, &bytes);
+  const std::string content(reinterpret_cast<const char*>(bytes), size);
+  WebPFree(bytes);
+  return content;
+}
+
+// Of 8 or 16 bits, RGB or RGBA with unassociated alpha.
+std::string tiff_of(const Image& image, int bits, int channels, int compression, int orientation = 1) {
+  const test::SceneFolder folder;
+  const std::string path = (folder.path() / "a.tif").string();
+  TIFF* tiff = TIFFOpen(path.c_str(), "w");
+  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, image.width);
+  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, image.height);
+  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, bits);
+  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, channels);
+  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(tiff, TIFFTAG_COMPRESSION, compression);
+  TIFFSetField(tiff, TIFFTAG_ORIENTATION, orientation);
+  const std::uint16_t unassociated = EXTRASAMPLE_UNASSALPHA;
+  if (channels == 4) TIFFSetField(tiff, TIFFTAG_EXTRASAMPLES, 1, &unassociated);
+  for (int y = 0; y < image.height; ++y) {
+    std::string row;
+    for (int x = 0; x < image.width; ++x)
+      for (int c = 0; c < channels; ++c)
+        for (int byte = 0; byte < bits / 8; ++byte) row.push_back(static_cast<char>(image.rgba[std::size_t(4 * (y * image.width + x) + c)]));
+    TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0);
+  }
+  TIFFClose(tiff);
+  return read_file(path);
+}
+
+std::string with_orientation(std::string jpeg, int orientation, bool little) {
+  std::string exif = little ? std::string("Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0_\0\0\0", 28)
+                            : std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0_\0\0", 28);
+  exif[exif.find('_')] = static_cast<char>(orientation);
+  const std::size_t length = exif.size() + 2;
+  return jpeg.insert(2, std::string("\xff\xe1") + static_cast<char>(length >> 8) + static_cast<char>(length) + exif);
 }
 
 std::string decode_message(const std::string& content) {
@@ -80,7 +124,8 @@ TEST_CASE("an image cut anywhere is an Error of one line", "[scene][image]") {
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", noise(9, 7, false));
   const std::string png = read_file(folder.path() / "a.png"), jpeg = jpeg_of(noise(24, 24, true));
-  for (const std::string& whole : {png, jpeg}) {
+  const std::string webp = webp_of(noise(9, 7, false)), tiff = tiff_of(noise(9, 7, true), 8, 3, COMPRESSION_ADOBE_DEFLATE);
+  for (const std::string& whole : {png, jpeg, webp, tiff}) {
     REQUIRE(decode_message(whole).empty());
     for (std::size_t size = 0; size < whole.size(); ++size) {
       const std::string message = decode_message(whole.substr(0, size));
@@ -108,8 +153,8 @@ TEST_CASE("a changed PNG is noticed by its checksum", "[scene][image]") {
 }
 
 TEST_CASE("other formats and impossible sizes are Errors", "[scene][image]") {
-  CHECK(decode_message("") == "photo: neither PNG nor JPEG; convert the image to one of them");
-  CHECK(decode_message("BM not an image") == "photo: neither PNG nor JPEG; convert the image to one of them");
+  CHECK(decode_message("") == "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
+  CHECK(decode_message("BM not an image") == "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
   const test::SceneFolder folder;
   folder.write("empty.png", std::string());
   CHECK_THROWS_AS(image_size(folder.path() / "empty.png"), Error);
@@ -146,4 +191,97 @@ TEST_CASE("write_png fails with an Error and leaves the old file", "[scene][imag
   CHECK(message.find("a.png: ") != std::string::npos);
   CHECK(read_image(path).width == 2);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("WebP and TIFF are decoded", "[scene][image][formats]") {
+  const test::SceneFolder folder;
+  const auto check = [&](const Image& image, const std::string& content, const char* name) {
+    CAPTURE(name);
+    folder.write(name, content);
+    const Image back = read_image(folder.path() / name);
+    CHECK(back.width == image.width);
+    CHECK(back.height == image.height);
+    CHECK(image_size(folder.path() / name).width == image.width);
+    CHECK(image_size(folder.path() / name).height == image.height);
+    return back;
+  };
+  const Image opaque = noise(37, 21, true);
+  CHECK(check(opaque, webp_of(opaque), "a.webp").rgba == opaque.rgba);
+  for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE})
+    for (const int bits : {8, 16}) {
+      CAPTURE(compression, bits);
+      CHECK(check(opaque, tiff_of(opaque, bits, 3, compression), "a.tif").rgba == opaque.rgba);
+    }
+  // As it is stored, like JPEG.
+  CHECK(check(opaque, tiff_of(opaque, 8, 3, COMPRESSION_NONE, ORIENTATION_BOTRIGHT), "turned.tif").rgba == opaque.rgba);
+  Image glass = test::plain(8, 6, 200, 100, 40, 128);
+  CHECK(check(glass, webp_of(glass), "b.webp").rgba == glass.rgba);
+  const Image back = check(glass, tiff_of(glass, 8, 4, COMPRESSION_NONE), "b.tif");
+  for (std::size_t i = 0; i < 4; ++i) CHECK(std::abs(back.rgba[i] - glass.rgba[i]) <= 1);
+  // One colour packs well.
+  const Image plain = test::plain(4000, 3000, 255, 255, 255);
+  check(plain, webp_of(plain), "plain.webp");
+}
+
+TEST_CASE("images that are too large, and TIFFs that are not photographs, are named as what they are", "[scene][image][formats]") {
+  const test::SceneFolder folder;
+  write_png(folder.path() / "a.png", noise(9, 7, true));
+  std::string png = read_file(folder.path() / "a.png");
+  png[18] = png[22] = 0x4e, png[19] = png[23] = 0x20;  // 20,000 x 20,000
+  folder.write("huge.png", png);
+  const std::string expected = ": is 20000 x 20000 pixels, and an image may have 268 million (2^28); export it at a smaller size";
+  CHECK(test::message_of([&] { image_size(folder.path() / "huge.png"); }).ends_with("huge.png" + expected));
+  CHECK(decode_message(png) == "photo" + expected);
+  std::string jpeg = jpeg_of(noise(24, 24, true));
+  const std::size_t frame = jpeg.find("\xff\xc0");
+  REQUIRE(frame != std::string::npos);
+  jpeg[frame + 5] = jpeg[frame + 7] = '\xee';
+  folder.write("huge.jpg", jpeg);
+  CHECK(test::message_of([&] { image_size(folder.path() / "huge.jpg"); }).find("huge.jpg: is 60952 x 60952 pixels, and an image may have ") !=
+        std::string::npos);
+  CHECK(decode_message(std::string("II*\0 no directory", 18)).starts_with("photo: cannot be read as TIFF ("));
+  CHECK(decode_message("RIFF....WEBPVP8 and no more") == "photo: its header is damaged, not that of a WebP; export the image again");
+}
+
+TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
+  const test::SceneFolder folder;
+  const std::string jpeg = jpeg_of(test::plain(40, 30, 200, 100, 50));
+  for (int orientation = 1; orientation <= 8; ++orientation)
+    for (const bool little : {false, true}) {
+      folder.write("a.jpg", with_orientation(jpeg, orientation, little));
+      const ImageSize size = image_size(folder.path() / "a.jpg");
+      CHECK(size.width == 40);
+      CHECK(size.orientation == orientation);
+      CHECK(read_image(folder.path() / "a.jpg").width == 40);
+    }
+  folder.write("a.jpg", jpeg);
+  CHECK(image_size(folder.path() / "a.jpg").orientation == 1);
+  folder.write("a.jpg", with_orientation(jpeg, 77, true));
+  CHECK(image_size(folder.path() / "a.jpg").orientation == 1);
+  for (std::size_t cut = 20; cut < 40; ++cut) {  // an EXIF segment that ends anywhere
+    std::string bytes = with_orientation(jpeg, 6, false);
+    bytes[5] = static_cast<char>(cut - 4);
+    folder.write("a.jpg", bytes.erase(cut + 2, 34 - std::min<std::size_t>(34, cut + 2)));
+    test::message_of([&] { image_size(folder.path() / "a.jpg"); });
+  }
+  // 1 2 3   where the camera saw   4 1   after a quarter clockwise
+  // 4 5 6                          5 2
+  //                                6 3
+  Image numbers{3, 2, {}};
+  for (std::uint8_t i = 1; i <= 6; ++i) numbers.rgba.insert(numbers.rgba.end(), {i, 0, 0, 255});
+  const auto seen = [&](int orientation) {
+    const Image image = turned(numbers, orientation);
+    std::string text;
+    for (int y = 0; y < image.height; ++y, text += ' ')
+      for (int x = 0; x < image.width; ++x) text += static_cast<char>('0' + image.rgba[std::size_t(4 * (y * image.width + x))]);
+    return text;
+  };
+  CHECK(seen(1) == "123 456 ");
+  CHECK(seen(2) == "321 654 ");
+  CHECK(seen(3) == "654 321 ");
+  CHECK(seen(4) == "456 123 ");
+  CHECK(seen(5) == "14 25 36 ");
+  CHECK(seen(6) == "41 52 63 ");
+  CHECK(seen(7) == "63 52 41 ");
+  CHECK(seen(8) == "36 25 14 ");
 }

@@ -10,6 +10,7 @@
 #include "child_process.h"
 #include "error.h"
 #include "scene/dataset.h"
+#include "printable.h"
 #include "scene/reconstruct.h"
 #include "scene/video_frames.h"
 #include "scene_temporary_folder.h"

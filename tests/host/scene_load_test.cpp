@@ -144,7 +144,9 @@ TEST_CASE("nerfstudio: split by file names, masks and points", "[scene][load]") 
 
   const SceneFolder own;
   own.write("a.jpg.png", plain(16, 12, 9, 9, 9));
-  own.write("m.png", plain(16, 12, 0, 0, 0));
+  Image mask = plain(16, 12, 255, 255, 255);
+  mask.rgba[0] = mask.rgba[1] = mask.rgba[2] = 0;
+  own.write("m.png", mask);
   own.write("transforms.json", file_of("\"fl_x\": 20,", {frame("a.jpg.png", 0, ", \"mask_path\": \"m.png\"")}));
   CHECK(pixel(load(own.path(), {}).train.at(0))[3] == 0);
   std::filesystem::remove(own.path() / "m.png");
@@ -162,7 +164,8 @@ TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
   const Scene scene = load(folder.path(), options);
   CHECK(scene.train.size() + scene.test.size() == 4);
   REQUIRE(lines.size() == 1);
-  CHECK(lines[0].ends_with("transforms.json: skipped 2 of 6 frames whose image is missing, first: images/01.png"));
+  CHECK(lines[0].find("transforms.json: skipped 2 of 6 frames whose image is missing, first: images/01.png (looked for ") != std::string::npos);
+  CHECK(lines[0].ends_with((folder.path() / "images/01.png").string() + ")"));
   std::filesystem::remove_all(folder.path() / "images");
   CHECK(message(folder.path()).find("none of its 6 images is there, first: images/00.png; ") != std::string::npos);
 }
@@ -350,14 +353,14 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
   std::filesystem::resize_file(image, std::filesystem::file_size(image) - 9);
   CHECK(message(folder.path()).find("02.png: is cut ") != std::string::npos);
   folder.write("images/02.png", std::string("this is no image at all"));
-  CHECK(message(folder.path()).find("02.png: its header is damaged, not that of a PNG or JPEG, or of an image too large (") != std::string::npos);
+  CHECK(message(folder.path()).find("02.png: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF (") != std::string::npos);
   write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
   CHECK(message(folder.path()).find("p.ply: no such file; ") != std::string::npos);
 
   const SceneFolder spot;
-  spot.write("a.png", plain(4, 4, 0, 0, 0));
+  for (const char* name : {"a.png", "b.png"}) spot.write(name, plain(4, 4, 0, 0, 0));
   const std::string here = ", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]}";
-  spot.write("transforms.json", file_of("\"fl_x\": 9,", {"{\"file_path\": \"a.png\"" + here, "{\"file_path\": \"a\"" + here}));
+  spot.write("transforms.json", file_of("\"fl_x\": 9,", {"{\"file_path\": \"a.png\"" + here, "{\"file_path\": \"b\"" + here}));
   options = {};
   options.test_every = 0;
   CHECK(message(spot.path(), options).find("transforms.json: all 2 cameras are at one spot; ") != std::string::npos);
@@ -376,4 +379,176 @@ TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
   CHECK(message(folder.path()).find("images.txt: holds no image; ") != std::string::npos);
   std::filesystem::remove(folder.path() / "sparse/0/cameras.txt");
   CHECK(message(folder.path()).find("cameras.txt: no such file; ") != std::string::npos);
+}
+
+TEST_CASE("intrinsics of the full-size photograph beside a reduced image are told", "[scene][load][intrinsics]") {
+  const SceneFolder folder;
+  const auto with = [&](const std::string& intrinsics) {
+    std::vector<std::string> lines;
+    LoadOptions options;
+    options.warn = [&](const std::string& line) { lines.push_back(line); };
+    folder.write("a.png", plain(16, 12, 9, 9, 9));
+    folder.write("b.png", plain(16, 12, 9, 9, 9));
+    folder.write("transforms.json", file_of(intrinsics, {frame("a.png", 0), frame("b.png", 1)}));
+    load(folder.path(), options);
+    return lines;
+  };
+  const auto error = [&](const std::string& intrinsics) { return test::message_of([&] { with(intrinsics); }); };
+  // Of 64 x 48 pixels.
+  const std::string outside = error("\"fl_x\": 80, \"cx\": 32.5, \"cy\": 23.6,");
+  CHECK(outside.find("transforms.json: the principal point (32.5, 23.6) of a.png lies outside its picture of 16 x 12 pixels; ") != std::string::npos);
+  CHECK(outside.find("likely the intrinsics of the photograph at 64 x 48 pixels; state that size") != std::string::npos);
+  CHECK(error("\"fl_x\": 20, \"cx\": 8, \"cy\": -1,").ends_with("; correct cx and cy"));
+  CHECK(error("\"fl_x\": 20, \"cx\": 16, \"cy\": 12,").find("at 32 x 24 pixels") != std::string::npos);
+  // Of 24 x 18 and of 8 x 6 pixels: within the picture, far from its middle.
+  for (const auto& [cx, cy, size] : {std::tuple(12.1, 8.9, "24 x 18"), {4.0, 3.1, "8 x 6"}}) {
+    const auto lines = with(fmt::format("\"fl_x\": 30, \"cx\": {}, \"cy\": {},", cx, cy));
+    REQUIRE(lines.size() == 1);
+    CHECK(lines[0].find("far from the middle of its 16 x 12 pixels; ") != std::string::npos);
+    CHECK(lines[0].find(size) != std::string::npos);
+    CHECK(lines[0].ends_with("(2 of 2 photographs)"));
+  }
+  // A focal length of 64 pixels' width beside the field of view.
+  const auto lines = with("\"fl_x\": 80, \"camera_angle_x\": 0.7610127542247298,");
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].find("the focal length of a.png, 80 pixels, contradicts camera_angle_x; ") != std::string::npos);
+  CHECK(lines[0].find("at 64 x 48 pixels") != std::string::npos);
+  // What is as it should be: a lens off the middle, a crop of one side, the size stated.
+  CHECK(with("\"fl_x\": 20, \"cx\": 8.5, \"cy\": 5.6,").empty());
+  CHECK(with("\"fl_x\": 20, \"cx\": 12, \"cy\": 6,").empty());
+  CHECK(with("\"fl_x\": 80, \"cx\": 32, \"cy\": 24, \"w\": 64, \"h\": 48, \"camera_angle_x\": 0.7610127542247298,").empty());
+}
+
+TEST_CASE("views without a pixel are told, and sets of them are refused", "[scene][load][left_out]") {
+  const SceneFolder folder;
+  write_transforms(folder, 9);
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  folder.write("masks/00.png", plain(16, 12, 0, 0, 0));
+  folder.write("masks/01.png", plain(16, 12, 0, 0, 0));
+  load(folder.path(), options);  // 00 and 08 are held out
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[0].find("no pixel is left of 1 of 7 training views, first: images/01.png: its mask leaves out all of it ") != std::string::npos);
+  CHECK(lines[1].find("no pixel is left of 1 of 2 test views, first: images/00.png: ") != std::string::npos);
+  folder.write("masks/08.png", plain(16, 12, 0, 0, 0));
+  CHECK(message(folder.path()).find("no pixel is left of 2 of 2 test views, first: images/00.png: its mask leaves out all of it ") != std::string::npos);
+  options.test_images = false;  // nor looked at
+  CHECK(load(folder.path(), options).train.size() == 7);
+
+  const SceneFolder transparent;
+  for (int i = 0; i < 2; ++i) transparent.write(fmt::format("{}.png", i), plain(8, 8, 0, 0, 0, 0));
+  transparent.write("transforms.json", file_of("\"fl_x\": 9,", {frame("0.png", 0), frame("1.png", 1)}));
+  options = {};
+  options.alpha = AlphaUse::mask;
+  CHECK(message(transparent.path(), options).find("which --alpha mask leaves out; ") != std::string::npos);
+  options.alpha = AlphaUse::composite;
+  CHECK(message(transparent.path(), options).empty());
+}
+
+TEST_CASE("missing test images are blamed on the file that lists them", "[scene][load][listing]") {
+  const SceneFolder folder;
+  for (int i = 0; i < 3; ++i) folder.write(fmt::format("train/{}.png", i), plain(8, 8, 0, 0, 0));
+  folder.write("transforms_train.json", file_of("\"camera_angle_x\": 0.7,", {frame("train/0", 0), frame("train/1", 1), frame("train/2", 2)}));
+  folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7,", {frame("test/0", 3), frame("test/1", 4)}));
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  CHECK(load(folder.path(), options).test.empty());
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].find("transforms_test.json: skipped 2 of 2 frames whose image is missing, first: test/0 (looked for ") != std::string::npos);
+  CHECK(lines[0].find("test/0, also with .png, .jpg") != std::string::npos);
+  // So are pictures that do not fit.
+  folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7, \"cx\": 9,", {frame("train/0", 3)}));
+  CHECK(message(folder.path()).find("transforms_test.json: the principal point ") != std::string::npos);
+}
+
+TEST_CASE("frames listed twice are taken once, and leave the split as it is", "[scene][load][listing]") {
+  const SceneFolder folder;
+  write_transforms(folder, 9);
+  const Scene once = load(folder.path(), {});
+  std::vector<std::string> frames;
+  for (int i = 0; i < 9; ++i) {
+    frames.push_back(frame(fmt::format("images/{:02}.png", i), i));
+    if (i < 2) frames.push_back(frame(fmt::format("./images/{:02}.png", i), 7));
+  }
+  frames.push_back(frame("images\\\\00.png", 8));
+  folder.write("transforms.json", file_of("\"fl_x\": 20, \"w\": 16, \"h\": 12,", frames));
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  const Scene twice = load(folder.path(), options);
+  CHECK(names(twice.test) == names(once.test));
+  CHECK(names(twice.train) == names(once.train));
+  CHECK(twice.fingerprint == once.fingerprint);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].ends_with("transforms.json: 3 frames list a photograph again, of which the first counts: images/00.png, images/01.png, images/00.png"));
+
+  const SceneFolder colmap;
+  write_colmap(colmap, "sparse/0/", "1 PINHOLE 32 24 40 41 16 12");
+  colmap.write("sparse/0/images.txt", std::string("1 1 0 0 0 0 0 4 1 sub/b.png\n\n2 0.8 0.6 0 0 0 0 4 1 sub/a.png\n\n3 0.6 0.8 0 0 0 0 4 1 sub/b.png\n\n"));
+  colmap.write("sparse/0/points3D.txt", std::string("1 0 0 1 255 0 0 0.1 3 0 2 0 1 0\n"));
+  for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) colmap.write(name, plain(32, 24, 100, 0, 0));
+  options.test_every = 0;
+  const Scene scene = load(colmap.path(), options);
+  CHECK(scene.train.size() == 2);
+  // Image 3 is the photograph of image 1 at another pose: what it saw says nothing.
+  CHECK(scene.points.seen_by.at(0) == std::vector<std::uint32_t>{0, 1});
+}
+
+TEST_CASE("photographs are found by their names where paths are another machine's", "[scene][load][names]") {
+  const SceneFolder folder;
+  const auto found = [&](const std::vector<std::string>& paths, bool outside = false) {
+    std::vector<std::string> frames;
+    for (std::size_t i = 0; i < paths.size(); ++i) frames.push_back(frame(paths[i], int(i)));
+    folder.write("set/transforms.json", file_of("\"fl_x\": 20,", frames));
+    LoadOptions options;
+    options.test_every = 0;
+    options.outside = outside;
+    return names(load(folder.path() / "set", options).train);
+  };
+  using Names = std::vector<std::string>;
+  const auto error = [&](const std::vector<std::string>& paths) { return test::message_of([&] { found(paths); }); };
+  for (const char* name : {"set/images/a.png", "set/images/left/a.png", "set/images/left/c.png", "set/rgb/b.png", "set/masks/d.png", "outside.png"})
+    folder.write(name, plain(16, 12, 9, 9, 9));
+  CHECK(found({"images\\\\left\\\\a.png"}) == Names{"images/left/a.png"});
+  CHECK(found({"D:\\\\shots\\\\images\\\\left\\\\a.png", "D:/shots/images/a.png"}) == Names{"images/a.png", "images/left/a.png"});
+  CHECK(found({"/home/else/where/left/a"}) == Names{"images/left/a.png"});  // the longest tail
+  CHECK(found({"/home/else/where/a.png"}) == Names{"images/a.png"});
+  CHECK(found({"/home/else/frames/b.png"}) == Names{"rgb/b.png"});  // nowhere else
+  CHECK(found({"../images/a.png"}) == Names{"images/a.png"});
+  CHECK(found({(folder.path() / "set/images/a.png").string()}) == Names{"images/a.png"});
+  // A link to the folder that the path does not know of.
+  std::filesystem::create_directory_symlink(folder.path() / "set", folder.path() / "link");
+  CHECK(found({(folder.path() / "link/images/a.png").string()}) == Names{"images/a.png"});
+  CHECK(found({"images/../images/a.png"}) == Names{"images/a.png"});
+
+  CHECK(error({"/home/else/nowhere.png"}).find("first: /home/else/nowhere.png; put the images beside it (looked for ") != std::string::npos);
+  CHECK(error({"/home/else/nowhere.png"}).find("for every end of that path down to nowhere.png in ") != std::string::npos);
+  CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images is there") == std::string::npos);
+  CHECK(error({"sub/images/a.png"}).find("none of its 1 images is there") != std::string::npos);  // of this machine: as it stands
+  CHECK(error({"/home/else/d.png"}).find("none of its 1 images is there") != std::string::npos);   // a mask is no photograph
+  CHECK(error({"/home/one/b.png", "/home/two/b.png"}).find("/home/one/b.png and /home/two/b.png would both be rgb/b.png, by its name; ") != std::string::npos);
+  for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"), (folder.path() / "outside.png").string()}) {
+    CAPTURE(path);
+    CHECK(error({path}).find("outside.png: lies outside of the dataset ") != std::string::npos);
+    CHECK(found({path}, true).size() == 1);
+  }
+  // Masks and points as well.
+  folder.write("mask.png", plain(16, 12, 255, 0, 0));
+  folder.write("set/transforms.json", file_of("\"fl_x\": 20,", {frame("images/a.png", 0, ", \"mask_path\": \"../mask.png\"")}));
+  CHECK(message(folder.path() / "set").find("../mask.png: lies outside of the dataset ") != std::string::npos);
+  folder.write("points.ply", std::string("x"));
+  folder.write("set/transforms.json", file_of("\"fl_x\": 20, \"ply_file_path\": \"../points.ply\",", {frame("images/a.png", 0)}));
+  CHECK(message(folder.path() / "set").find("../points.ply: lies outside of the dataset ") != std::string::npos);
+}
+
+TEST_CASE("a COLMAP model of another machine finds its photographs", "[scene][load][names]") {
+  const std::string before = GENERATE("C:/shots/images/", "/home/else/", "..\\", "");
+  const SceneFolder folder;
+  folder.write("sparse/0/cameras.txt", std::string("1 PINHOLE 32 24 40 41 16 12\n"));
+  folder.write("sparse/0/images.txt", "1 1 0 0 0 0 0 4 1 " + before + "b.png\n\n");
+  folder.write("sparse/0/points3D.txt", std::string("1 0 0 1 255 0 0 0.1 1 0\n"));
+  folder.write("images/b.png", plain(32, 24, 2, 0, 0));
+  CHECK(names(load(folder.path(), {}).train) == std::vector<std::string>{"images/b.png"});
 }

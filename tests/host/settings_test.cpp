@@ -61,3 +61,44 @@ TEST_CASE("vertices come to rest, and travel as far as they are to", "[settings]
     CHECK(train::vertex_rate_factor(s, 1) == Approx(train::rate_factor(s, 0.1, 1)).epsilon(1e-3));
   }
 }
+
+TEST_CASE("a change of topology keeps the budget however short the training", "[settings]") {
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.init_count = 30'000;
+  s.triangles = 300;
+  const auto changes = [&] {
+    std::vector<std::uint64_t> steps;
+    for (std::uint64_t step = 0; step <= s.steps; ++step)
+      if (train::is_resampling(s, step)) steps.push_back(step);
+    return steps;
+  };
+  const auto last = [&] {
+    for (const std::uint64_t step : changes())
+      if (train::is_last_resampling(s, step)) return step;
+    return std::uint64_t{0};
+  };
+  s.steps = 90;
+  CHECK(changes() == std::vector<std::uint64_t>{42});
+  CHECK(last() == 42);
+  s.resample_until = 0.5;
+  s.steps = 199;
+  CHECK(changes() == std::vector<std::uint64_t>{49});
+  s.steps = 200;
+  CHECK(changes() == std::vector<std::uint64_t>{100});
+  // The last step of all has nothing behind it.
+  s.resample_until = 1;
+  s.steps = 300;
+  CHECK(changes() == std::vector<std::uint64_t>{100, 200});
+  CHECK(last() == 200);
+  s.steps = 100;
+  CHECK(changes() == std::vector<std::uint64_t>{50});
+  // Where there is no need, or none is asked for.
+  s.init_count = 300;
+  CHECK(changes().empty());
+  s.init_count = 30'000;
+  s.resample_every = 0;
+  CHECK(changes().empty());
+  s.resample_every = 100;
+  s.steps = 1;
+  CHECK(changes().empty());
+}

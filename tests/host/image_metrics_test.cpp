@@ -1,0 +1,49 @@
+// Tests engine/train/image_metrics.h and the means of engine/train/evaluate.h: what cannot be measured has no value.
+#include <catch2/catch.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include "train/evaluate.h"
+
+using namespace trisoup;
+using namespace trisoup::train;
+
+namespace {
+
+Image plain(int side, std::uint8_t value, std::uint8_t mask) {
+  Image image{side, side, {}};
+  for (int i = 0; i < side * side; ++i)
+    for (const std::uint8_t channel : {value, value, value, mask}) image.rgba.push_back(channel);
+  return image;
+}
+
+std::vector<float> colour(int side, float value) { return std::vector<float>(std::size_t(3 * side * side), value); }
+
+}  // namespace
+
+TEST_CASE("a view without a valid pixel has no PSNR, and no part in means", "[metrics]") {
+  const ImageMetrics none = compare(colour(16, 1.0f), plain(16, 255, 0));
+  CHECK(none.pixels == 0);
+  CHECK(none.psnr == 0);
+  const ImageMetrics some = compare(colour(16, 0.5f), plain(16, 255, 255));
+  CHECK(some.pixels == 256);
+  CHECK(some.psnr == Approx(-20 * std::log10(0.5)));
+  CHECK(compare(colour(16, 1.0f), plain(16, 255, 255)).psnr == 100);
+
+  Evaluation evaluation;
+  evaluation.views = {{"none", none}, {"some", some}};
+  evaluation.mean = mean(evaluation.views);
+  CHECK(evaluation.mean.psnr == some.psnr);
+  CHECK(evaluation.mean.ssim == some.ssim);
+  CHECK(evaluation.mean.mae == some.mae);
+  const nlohmann::json json = to_json(evaluation);
+  for (const char* key : {"psnr", "ssim", "mae", "uncovered"}) {
+    CAPTURE(key);
+    CHECK(json["views"][0][key].is_null());
+    CHECK(json["views"][1][key].is_number());
+    CHECK(json[key].is_number());
+  }
+  evaluation.views = {{"none", none}};
+  evaluation.mean = mean(evaluation.views);
+  CHECK(to_json(evaluation)["psnr"].is_null());
+}
