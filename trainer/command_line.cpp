@@ -33,7 +33,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   common->add_option("--steps", o.steps, "training steps; schedules scale with them [10000]");
   common->add_option("--triangles", o.triangles, "budget of triangles [15000]");
   common->add_option("--seed", o.seed, "same seed, same device: the same model bit for bit [0]");
-  common->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one");
+  auto* resume = common->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one");
+  common->add_flag("--overwrite", o.overwrite, "train anew where OUT holds a training: what that one left goes when the first step begins")->excludes(resume);
 
   auto* data = app.add_option_group("Dataset");
   data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");

@@ -13,7 +13,7 @@ namespace trisoup {
 
 struct CommandLine {
   std::string dataset, output;
-  bool list_devices = false, resume = false, quiet = false, timings = false;
+  bool list_devices = false, resume = false, overwrite = false, quiet = false, timings = false;
   bool view = false, finish_headless = false;
   std::uint64_t log_every = 0, memory_mb = 0;
   std::uint32_t evaluations_per_decade = 0;

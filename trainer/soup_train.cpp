@@ -120,9 +120,10 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
 }
 
 /// The dataset to train on: that of the command line, or OUT/colmap where that one is without poses and they are found first.
-std::string posed_dataset(const CommandLine& o, viewer::Live* live) {
+std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer::Live* live) {
   const auto unposed = scene::find_unposed(o.dataset);
   if (!unposed) return o.dataset;
+  folder.create();
   if (live) live->phase("finding poses");
   ProgressBar bar(0, 0, o.quiet);
   scene::ReconstructOptions options;
@@ -157,11 +158,12 @@ std::string posed_dataset(const CommandLine& o, viewer::Live* live) {
 int run(const CommandLine& o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
 
+  train::RunFolder folder(o.output, o.resume ? train::Earlier::resume : o.overwrite ? train::Earlier::overwrite : train::Earlier::refuse);
   auto device = gpu::open_device(o.device);
   if (o.memory_mb > 0) device->set_ceiling(std::min(o.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o, fmt::format("device: {} ({}, {})", device->info().name, gpu::to_string(device->info().kind), device->info().driver));
 
-  const std::string dataset = posed_dataset(o, live);
+  const std::string dataset = posed_dataset(o, folder, live);
   if (live) live->phase("loading");
   ProgressBar loading(0, 0, o.quiet);
   scene::LoadOptions load = o.load;
@@ -174,8 +176,8 @@ int run(const CommandLine& o, viewer::Live* live) {
   loading.clear();
   find_points(o, scene);
   train::Settings settings = o.settings(scene);
-  train::RunFolder folder(o.output);
-  const bool resume = o.resume && std::filesystem::exists(folder.checkpoint());
+  folder.create();
+  const bool resume = folder.resumes();
   say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
                      scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), settings.init));
 
@@ -199,15 +201,17 @@ int run(const CommandLine& o, viewer::Live* live) {
   std::unique_ptr<train::Trainer> trainer;
   if (resume) {
     trainer = std::make_unique<train::Trainer>(*device, scene, settings, folder.checkpoint());
-    folder.resume_log(trainer->step());
+    folder.go_on(trainer->step(), trainer->finished());
     say(o, fmt::format("resuming after step {}", trainer->step()));
   } else {
+    if (o.resume) say(o, "no checkpoint to go on from yet: training begins");
     const train::Start start = train::initial_triangles(scene, settings);
     try {
       trainer = std::make_unique<train::Trainer>(*device, scene, settings, start);
     } catch (const gpu::OutOfMemory& error) {
       throw Error("{}{}", error.what(), advice(error, scene, settings));
     }
+    folder.begin();
   }
 
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
@@ -238,9 +242,9 @@ int run(const CommandLine& o, viewer::Live* live) {
   std::optional<std::uint64_t> saved;  // step of the last checkpoint
   if (resume) saved = trainer->step();
   const auto save = [&] {
+    folder.flush_logs();
     trainer->write_checkpoint(folder.checkpoint());
     saved = trainer->step();
-    folder.write_log();
   };
   callbacks.on_checkpoint = [&](std::uint64_t) { save(); };
   const auto log_evaluation = [&](const train::Evaluation& e) {
@@ -297,11 +301,11 @@ int run(const CommandLine& o, viewer::Live* live) {
   const auto stop_if_asked = [&] {
     if (g_stop) throw Interrupted{"after training, before its quality was measured; --resume measures it"};
   };
-  folder.clear_renders();
+  folder.renders().clear();
   const train::Evaluation evaluation =
       train::evaluate(*device, model, scene, settings.test_near, settings.far,
                       [&](const scene::View& view, const std::vector<float>& colour) {
-                        folder.write_render(view, colour);
+                        folder.renders().write(view, colour);
                         stop_if_asked();
                       });
   const train::Evaluation unquantised = trainer->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
