@@ -26,6 +26,7 @@
 #include "scene/reconstruct.h"
 #include "soup/initialise.h"
 #include "soup/model_file.h"
+#include "train/checkpoint.h"
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
 #include "train/trainer.h"
@@ -154,11 +155,20 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
   return found.dataset.string();
 }
 
+/// What the checkpoint to go on from says, if there is one; `o` takes from it what was not given.
+std::optional<train::CheckpointInfo> what_was_begun(const train::RunFolder& folder, CommandLine& o) {
+  if (!folder.resumes()) return std::nullopt;
+  train::CheckpointInfo info = train::checkpoint_info(folder.checkpoint());
+  o.take(info.note, folder.checkpoint());
+  return info;
+}
+
 /// live: where a window looks on; null for none.
-int run(const CommandLine& o, viewer::Live* live) {
+int run(CommandLine o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
 
   train::RunFolder folder(o.output, o.resume ? train::Earlier::resume : o.overwrite ? train::Earlier::overwrite : train::Earlier::refuse);
+  const std::optional<train::CheckpointInfo> begun = what_was_begun(folder, o);
   auto device = gpu::open_device(o.device);
   if (o.memory_mb > 0) device->set_ceiling(std::min(o.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o, fmt::format("device: {} ({}, {})", device->info().name, gpu::to_string(device->info().kind), device->info().driver));
@@ -174,10 +184,10 @@ int run(const CommandLine& o, viewer::Live* live) {
   };
   scene::Scene scene = scene::load(dataset, load);
   loading.clear();
-  find_points(o, scene);
-  train::Settings settings = o.settings(scene);
+  if (!begun) find_points(o, scene);
+  train::Settings settings = begun ? o.resumed(*begun, scene, folder.checkpoint()) : o.settings(scene);
   folder.create();
-  const bool resume = folder.resumes();
+  const bool resume = begun.has_value();
   say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
                      scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), settings.init));
 
@@ -202,7 +212,8 @@ int run(const CommandLine& o, viewer::Live* live) {
   if (resume) {
     trainer = std::make_unique<train::Trainer>(*device, scene, settings, folder.checkpoint());
     folder.go_on(trainer->step(), trainer->finished());
-    say(o, fmt::format("resuming after step {}", trainer->step()));
+    say(o, fmt::format("resuming after step {} of {}", trainer->step(), begun->settings.steps));
+    if (settings.steps > begun->settings.steps) say(o, fmt::format("going on to step {}: the schedule is from here that of so many steps", settings.steps));
   } else {
     if (o.resume) say(o, "no checkpoint to go on from yet: training begins");
     const train::Start start = train::initial_triangles(scene, settings);
@@ -243,9 +254,11 @@ int run(const CommandLine& o, viewer::Live* live) {
   if (resume) saved = trainer->step();
   const auto save = [&] {
     folder.flush_logs();
-    trainer->write_checkpoint(folder.checkpoint());
+    trainer->write_checkpoint(folder.checkpoint(), o.note());
     saved = trainer->step();
   };
+  // From here --resume knows how many steps there are to be.
+  if (begun && settings.steps > begun->settings.steps) save();
   callbacks.on_checkpoint = [&](std::uint64_t) { save(); };
   const auto log_evaluation = [&](const train::Evaluation& e) {
     if (!scene.test.empty())
