@@ -21,6 +21,7 @@
 #include "gpu/out_of_memory.h"
 #include "printable.h"
 #include "progress_bar.h"
+#include "render/cameras.h"
 #include "revision.h"
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
@@ -86,6 +87,13 @@ std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
   }
   for (const std::uint32_t i : soup::farthest_points(all, 8)) chosen.push_back(all[i]);
   return chosen;
+}
+
+/// Of cameras whose scene does not say what is up.
+glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras) {
+  std::vector<scene::Camera> poses;
+  for (const soup::ModelCamera& c : cameras) poses.push_back(c.camera);
+  return render::mean_up(poses);
 }
 
 double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
@@ -307,6 +315,7 @@ int run(CommandLine o, viewer::Live* live) {
   options.settings["test_every"] = o.load.test_every;
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
   options.up = up;
+  if (!up) options.shown_up = mean_up(cameras);
   options.bake_directions = bake_directions(scene);
   options.cameras = cameras;
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
