@@ -15,7 +15,7 @@ struct Training {
   std::uint32_t triangles = 0;
   std::uint64_t steps = 0, seed = 0;
   double resolution = 1;               // -r
-  std::vector<std::string> arguments;  // of soup-train, all but dataset, -o and --resume
+  std::vector<std::string> arguments;  // of soup-train, all but dataset, -o, --resume and --overwrite
 };
 
 /// `soup-bench steps` of one size and number of triangles.

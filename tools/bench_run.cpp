@@ -107,7 +107,9 @@ class Runner {
   std::vector<Row> run(const Training& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t));
     make_folder(folder);
-    std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o", folder.string(), "--resume"};
+    // A model without a checkpoint is one whose rows were taken out of the results: it is to be made again.
+    const char* const earlier = std::filesystem::exists(folder / "checkpoint.safetensors") ? "--resume" : "--overwrite";
+    std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o", folder.string(), earlier};
     arguments.insert(arguments.end(), t.arguments.begin(), t.arguments.end());
     child(arguments, folder / "log.txt");
 

@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <span>
@@ -18,7 +19,7 @@
 #include "soup/model_file.h"
 #include "train/drawn.h"
 #include "train/evaluate.h"
-#include "train/run_folder.h"
+#include "train/renders.h"
 
 using namespace trisoup;
 
@@ -104,11 +105,11 @@ int main(int argc, char** argv) {
     if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", dataset);
     device_options.draws = with_renderer || agreement;
     auto device = gpu::open_device(device_options);
-    std::optional<train::RunFolder> folder;
+    std::optional<train::Renders> pictures;
     train::OnRender on_render;
     if (!renders.empty()) {
-      folder.emplace(renders);
-      on_render = [&](const scene::View& view, const std::vector<float>& colour) { folder->write_render(view, colour); };
+      pictures.emplace(std::filesystem::path(renders) / "renders").create();
+      on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
     }
     const double near_now = near.value_or(test_near), far_now = far.value_or(test_far);
     if (agreement) {

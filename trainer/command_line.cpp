@@ -8,6 +8,7 @@
 #include <deque>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "error.h"
 #include "train/start_points.h"
@@ -33,18 +34,20 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   common->add_option("--steps", o.steps, "training steps; schedules scale with them [10000]");
   common->add_option("--triangles", o.triangles, "budget of triangles [15000]");
   common->add_option("--seed", o.seed, "same seed, same device: the same model bit for bit [0]");
-  common->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one");
+  auto* resume = common->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one, with all its settings; options that say otherwise are\n"
+                     "refused, but for more --steps: the schedule is then that of so many, so rates rise again and topology changes up to its share of them");
+  common->add_flag("--overwrite", o.overwrite, "train anew where OUT holds a training: what that one left goes when the first step begins")->excludes(resume);
 
   auto* data = app.add_option_group("Dataset");
-  data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
-  data->add_option("--test-every", o.load.test_every, "hold out every K-th view in name order where there is no test split; 0: none [8]");
+  auto* resolution = data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
+  auto* test_every = data->add_option("--test-every", o.load.test_every, "hold out every K-th view in name order where there is no test split; 0: none [8]");
   data->add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET, where its files say so");
-  data->add_option("--feature-size", o.feature_size, "photographs without poses: features are looked for in copies of so many pixels along the longer side [1600]")
+  auto* feature_size = data->add_option("--feature-size", o.feature_size, "photographs without poses: features are looked for in copies of so many pixels along the longer side [1600]")
       ->check(CLI::Range(100, 100'000));
   std::string background = "auto", alpha = "composite";
-  data->add_option("--background", background, "auto (white where images have alpha, else black), white or black [auto]")
+  auto* background_option = data->add_option("--background", background, "auto (white where images have alpha, else black), white or black [auto]")
       ->check(CLI::IsMember({"auto", "white", "black"}));
-  data->add_option("--alpha", alpha, "composite: on the background; mask: of the loss [composite]")->check(CLI::IsMember({"composite", "mask"}));
+  auto* alpha_option = data->add_option("--alpha", alpha, "composite: on the background; mask: of the loss [composite]")->check(CLI::IsMember({"composite", "mask"}));
 
   auto* start = app.add_option_group("Start");
   start->add_option("--init", o.init, "surface (that the dataset's points tell, or points found in the photographs), points, random, or a mesh\n"
@@ -135,7 +138,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
 
   auto* output = app.add_option_group("Output");
   output->add_option("--eval-every", o.eval_every, "steps between evaluations of the test views [0: at the end only]");
-  output->add_option("--eval-log", o.evaluations_per_decade, "evaluations in every ten-fold of steps, from step 10 on [0: none]")
+  auto* eval_log = output->add_option("--eval-log", o.evaluations_per_decade, "evaluations in every ten-fold of steps, from step 10 on [0: none]")
       ->check(CLI::Range(0, 100));
   output->add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [1000]");
   output->add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]");
@@ -170,6 +173,8 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
     app.parse(argc, argv);
     for (const Choice& choice : choices)
       if (choice.option->count() > 0) *choice.to = choice.value != choice.inverted;
+    const auto is_given = [](const CLI::Option* option) { return option->count() > 0; };
+    o.given = {is_given(resolution), is_given(test_every), is_given(background_option), is_given(alpha_option), is_given(feature_size), is_given(eval_log)};
     using enum scene::BackgroundChoice;
     o.load.background = background == "white" ? white : background == "black" ? black : automatic;
     o.load.alpha = alpha == "mask" ? scene::AlphaUse::mask : scene::AlphaUse::composite;
@@ -213,6 +218,65 @@ bool CommandLine::wants_points(const scene::Scene& scene) const {
   return preset != "published" && !scene.synthetic;
 }
 
+void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
+  const auto set = [](const auto& given, auto& value) {
+    if (given) value = *given;
+  };
+  set(steps, s.steps);
+  set(triangles, s.triangles);
+  set(batch, s.batch);
+  set(seed, s.seed);
+  if (!init.empty()) s.init = init;
+  set(init_count, s.init_count);
+  set(init_opacity, s.init_opacity);
+  set(backdrop, s.backdrop);
+  const double unit = scene.normalisation.scale;
+  if (init_box) {
+    const glm::dvec3 origin = scene.normalisation.to_normalised(glm::dvec3(0.0));
+    s.init_centre = {origin.x, origin.y, origin.z};
+    s.init_box = *init_box * unit;
+  }
+  if (init_radius) s.init_radius = *init_radius * unit;
+  set(rate_texture, s.rate_texture);
+  set(rate_mlp, s.rate_mlp);
+  set(rate_vertex, s.rate_vertex);
+  set(rate_end, s.rate_end);
+  set(rate_vertex_end, s.rate_vertex_end);
+  set(rest_share, s.rest_share);
+  set(paint, s.paint);
+  set(huber, s.huber);
+  set(coarse_level, s.coarse_level);
+  set(coarse_share, s.coarse_share);
+  set(level_min, s.level_min);
+  set(level_max, s.level_max);
+  set(samples_per_pixel, s.samples_per_pixel);
+  set(pixel_jitter, s.pixel_jitter);
+  if (levels == "all" || levels == "finest") s.coarse_share = 0;
+  // Asked for where it is not usual: from a surface, whose shapes need little of it.
+  if (levels == "coarse-to-fine" && s.coarse_share == 0) s.coarse_share = 0.05;
+  if (levels == "finest") s.level_min = s.level_max;
+  s.opaque = s.opaque || opaque;
+  s.keep_opacity = s.keep_opacity || keep_opacity;
+  s.keep_moments = s.keep_moments || keep_moments;
+  set(copy_textures, s.copy_textures);
+  set(drop_near, s.drop_near);
+  set(opacity_baseline, s.opacity_baseline);
+  set(update_unseen, s.update_unseen);
+  set(exposure, s.exposure);
+  set(fill_budget, s.fill_budget);
+  set(resample_every, s.resample_every);
+  set(resample_until, s.resample_until);
+  set(split_views, s.split_views);
+  set(split_length, s.split_length);
+  set(least_views, s.least_views);
+  set(most_triangles, s.most_triangles);
+  set(near, s.near);
+  set(far, s.far);
+  set(test_near, s.test_near);
+  set(eval_every, s.eval_every);
+  set(checkpoint_every, s.checkpoint_every);
+}
+
 train::Settings CommandLine::settings(const scene::Scene& scene) const {
   using train::Recipe;
   const Recipe which = recipe.empty() ? (scene.synthetic ? Recipe::synthetic : Recipe::real)
@@ -232,14 +296,9 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
   if (preset == "balanced") s.steps = 3000, s.triangles = 5000, s.init_count = 10'000, s.level_max = 4;
 
-  const auto set = [](const auto& given, auto& value) {
-    if (given) value = *given;
-  };
-  set(steps, s.steps);
+  if (steps) s.steps = *steps;
   s.resample_every = std::max<std::uint64_t>(100, s.steps / 100);
-  set(triangles, s.triangles);
-  set(batch, s.batch);
-  set(seed, s.seed);
+  if (triangles) s.triangles = *triangles;
 
   const bool has_points = !scene.points.positions.empty();
   s.init = !init.empty() ? init : !has_points ? "random" : preset == "published" ? "points" : "surface";
@@ -250,65 +309,95 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
     s.init_radius = 0.01;
     s.init_count = std::max<std::uint32_t>(s.init_count, 30'000);
   }
-  set(init_count, s.init_count);
-  set(init_opacity, s.init_opacity);
-  set(backdrop, s.backdrop);
-  const double unit = scene.normalisation.scale;
-  if (init_box) {
-    const glm::dvec3 origin = scene.normalisation.to_normalised(glm::dvec3(0.0));
-    s.init_centre = {origin.x, origin.y, origin.z};
-    s.init_box = *init_box * unit;
-  }
-  if (init_radius) s.init_radius = *init_radius * unit;
-
-  set(rate_texture, s.rate_texture);
-  set(rate_mlp, s.rate_mlp);
-  set(rate_end, s.rate_end);
-  set(rate_end, s.rate_vertex_end);
-  set(rate_vertex_end, s.rate_vertex_end);
-  set(rest_share, s.rest_share);
-  set(paint, s.paint);
-  set(huber, s.huber);
-  if (rate_vertex) s.rate_vertex = *rate_vertex;
-  else if (way > 0) s.rate_vertex = train::vertex_rate(s, way);
-  else s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
-  set(coarse_level, s.coarse_level);
-  set(coarse_share, s.coarse_share);
-  set(level_min, s.level_min);
-  set(level_max, s.level_max);
-  set(samples_per_pixel, s.samples_per_pixel);
-  set(pixel_jitter, s.pixel_jitter);
-  if (levels == "all" || levels == "finest") s.coarse_share = 0;
-  // Asked for where it is not usual: from a surface, whose shapes need little of it.
-  if (levels == "coarse-to-fine" && s.coarse_share == 0) s.coarse_share = 0.05;
-  if (levels == "finest") s.level_min = s.level_max;
-  s.opaque = opaque;
-  s.keep_opacity = s.keep_opacity || keep_opacity;
-  s.keep_moments = keep_moments;
-  set(copy_textures, s.copy_textures);
-  set(drop_near, s.drop_near);
-  set(opacity_baseline, s.opacity_baseline);
-  set(update_unseen, s.update_unseen);
-  set(exposure, s.exposure);
-  set(fill_budget, s.fill_budget);
-  set(resample_every, s.resample_every);
-  set(resample_until, s.resample_until);
-  set(split_views, s.split_views);
-  set(split_length, s.split_length);
-  set(least_views, s.least_views);
-  set(most_triangles, s.most_triangles);
-  set(near, s.near);
   // What the cloud shows should not be cut off; beyond the limit are strays.
   constexpr double kFarthest = 1e4;
   if (which == Recipe::real)
     for (const glm::vec3& p : scene.points.positions)
       if (const double reach = 1.1 * glm::length(p); reach < kFarthest) s.far = std::max(s.far, reach);
-  set(far, s.far);
-  set(test_near, s.test_near);
-  set(eval_every, s.eval_every);
-  set(checkpoint_every, s.checkpoint_every);
+  if (rate_end) s.rate_vertex_end = *rate_end;
+  apply(s, scene);
+  if (!rate_vertex)
+    s.rate_vertex = way > 0 ? train::vertex_rate(s, way) : std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
   train::check(s);
   return s;
+}
+
+namespace {
+
+/// Says in one line what contradicts a checkpoint, if anything does.
+void refuse(const std::filesystem::path& path, const std::string& differing) {
+  if (differing.empty()) return;
+  throw Error("{}: was trained with {}; without these options it goes on as it began, or train anew with --overwrite", path.string(), differing);
+}
+
+}  // namespace
+
+train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene, const std::filesystem::path& path) const {
+  const train::Settings& then = checkpoint.settings;
+  // Older checkpoints do not say which preset it was: then it is one where nothing that it brings is another.
+  train::Settings now = !preset.empty() && noted_preset_.empty() ? settings(scene) : then;
+  apply(now, scene);
+  if (!recipe.empty()) now.recipe = recipe == "synthetic" ? train::Recipe::synthetic : train::Recipe::real;
+  if (!most_triangles) now.most_triangles = then.most_triangles;
+  train::Settings goes_on = steps ? train::prolonged(then, checkpoint.step, *steps) : then;
+  if (now.steps > then.steps && steps) {
+    // What the share of the coarse part was told with is the first schedule.
+    if (now.coarse_share == then.coarse_share) now.coarse_share = goes_on.coarse_share;
+  }
+  goes_on.eval_every = eval_every.value_or(then.eval_every);
+  goes_on.checkpoint_every = checkpoint_every.value_or(then.checkpoint_every);
+  now.eval_every = goes_on.eval_every, now.checkpoint_every = goes_on.checkpoint_every;
+  train::Settings shown = goes_on;
+  // Lengths that are given in the dataset's units are told in them.
+  const double unit = scene.normalisation.scale;
+  for (train::Settings* s : {&shown, &now}) s->init_box /= unit, s->init_radius /= unit;
+  if (now.init_box != shown.init_box) now.init_centre = shown.init_centre;
+  refuse(path, train::differences(shown, now));
+  return goes_on;
+}
+
+std::string CommandLine::note() const {
+  using enum scene::BackgroundChoice;
+  return nlohmann::json{{"preset", preset_name()},
+                        {"resolution", load.downscale},
+                        {"test_every", load.test_every},
+                        {"background", load.background == white ? "white" : load.background == black ? "black" : "auto"},
+                        {"alpha", load.alpha == scene::AlphaUse::mask ? "mask" : "composite"},
+                        {"feature_size", feature_size},
+                        {"eval_log", evaluations_per_decade}}
+      .dump();
+}
+
+void CommandLine::take(const std::string& note, const std::filesystem::path& path) {
+  const nlohmann::json then = nlohmann::json::parse(note, nullptr, false), now = nlohmann::json::parse(this->note());
+  if (!then.is_object()) return;  // of an older checkpoint, or another program's
+  std::string differing;
+  const auto is_another = [&](bool given, const char* key) {
+    if (given && then.contains(key) && then[key] != now[key])
+      differing += fmt::format("{}{} {} (now {})", differing.empty() ? "" : ", ", key, then[key].dump(), now[key].dump());
+  };
+  is_another(!preset.empty(), "preset");
+  is_another(given.resolution, "resolution");
+  is_another(given.test_every, "test_every");
+  is_another(given.background, "background");
+  is_another(given.alpha, "alpha");
+  is_another(given.feature_size, "feature_size");
+  refuse(path, differing);
+  try {
+    using enum scene::BackgroundChoice;
+    preset = noted_preset_ = then.value("preset", "");
+    load.downscale = then.value("resolution", load.downscale);
+    load.test_every = then.value("test_every", load.test_every);
+    if (!given.background) {
+      const std::string background = then.value("background", "auto");
+      load.background = background == "white" ? white : background == "black" ? black : automatic;
+    }
+    if (!given.alpha && then.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
+    feature_size = then.value("feature_size", feature_size);
+    if (!given.evaluations_per_decade) evaluations_per_decade = then.value("eval_log", evaluations_per_decade);
+  } catch (const nlohmann::json::exception&) {
+    throw Error("{}: its note is damaged; train anew with --overwrite", path.string());
+  }
 }
 
 }  // namespace trisoup

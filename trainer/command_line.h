@@ -2,18 +2,20 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 
 #include "gpu/device.h"
 #include "scene/scene.h"
+#include "train/checkpoint.h"
 #include "train/settings.h"
 
 namespace trisoup {
 
 struct CommandLine {
   std::string dataset, output;
-  bool list_devices = false, resume = false, quiet = false, timings = false;
+  bool list_devices = false, resume = false, overwrite = false, quiet = false, timings = false;
   bool view = false, finish_headless = false;
   std::uint64_t log_every = 0, memory_mb = 0;
   std::uint32_t evaluations_per_decade = 0;
@@ -24,6 +26,13 @@ struct CommandLine {
   /// The preset's settings for the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
   /// Error on values that cannot be.
   train::Settings settings(const scene::Scene& scene) const;
+  /// The settings with which a training goes on from a checkpoint: the checkpoint's own, but for how often something is written, and prolonged
+  /// (train/settings.h) where more --steps are asked for. Throws Error, with both values, where an option that was given contradicts them; `path` is for that.
+  train::Settings resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene, const std::filesystem::path& path) const;
+  /// What a checkpoint keeps of the options that are no settings: those of the dataset, the preset's name, --eval-log. JSON.
+  std::string note() const;
+  /// Takes from a checkpoint's note what was not given. Throws Error, with both values, where what was given contradicts it; `path` is for that.
+  void take(const std::string& note, const std::filesystem::path& path);
   /// Whether a start from points is asked for where the dataset may have none.
   bool wants_points(const scene::Scene& scene) const;
 
@@ -36,6 +45,15 @@ struct CommandLine {
   std::string preset, init, recipe, levels;
   std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline, exposure, fill_budget, paint;
   bool opaque = false, keep_opacity = false, keep_moments = false;
+  /// Those of the options of `load`, and of others with a value of their own, that were given.
+  struct {
+    bool resolution = false, test_every = false, background = false, alpha = false, feature_size = false, evaluations_per_decade = false;
+  } given;
+
+ private:
+  void apply(train::Settings& settings, const scene::Scene& scene) const;
+  std::string preset_name() const { return preset.empty() ? "best" : preset; }
+  std::string noted_preset_;  // of the checkpoint; empty where it does not say
 };
 
 /// Exit status to end with, or nothing to go on.

@@ -4,10 +4,19 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "train/trainer.h"
 
 namespace trisoup {
+
+/// A line of at most `columns` characters: `name`, a bar of `share` (0 to 1), then `parts`. Each part is a text and how much it matters; where there is no
+/// room, those that matter least go first, then the bar, and the end of the name last of all.
+struct LinePart {
+  std::string text;
+  int weight = 0;
+};
+std::string fitted_line(const std::string& name, double share, std::vector<LinePart> parts, std::size_t columns);
 
 class ProgressBar {
  public:
@@ -23,7 +32,7 @@ class ProgressBar {
   void clear();
 
  private:
-  void draw(const std::string& line);
+  void draw(const std::string& name, double share, std::vector<LinePart> parts);
   std::uint64_t steps_, log_every_;
   bool quiet_, terminal_, drawn_ = false;
   double ms_ = 0;  // smoothed

@@ -21,11 +21,13 @@
 #include "gpu/out_of_memory.h"
 #include "printable.h"
 #include "progress_bar.h"
+#include "render/cameras.h"
 #include "revision.h"
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
 #include "soup/initialise.h"
 #include "soup/model_file.h"
+#include "train/checkpoint.h"
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
 #include "train/trainer.h"
@@ -87,6 +89,13 @@ std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
   return chosen;
 }
 
+/// Of cameras whose scene does not say what is up.
+glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras) {
+  std::vector<scene::Camera> poses;
+  for (const soup::ModelCamera& c : cameras) poses.push_back(c.camera);
+  return render::mean_up(poses);
+}
+
 double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
 
 /// How many triangles have textures of which finest level.
@@ -120,9 +129,10 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
 }
 
 /// The dataset to train on: that of the command line, or OUT/colmap where that one is without poses and they are found first.
-std::string posed_dataset(const CommandLine& o, viewer::Live* live) {
+std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer::Live* live) {
   const auto unposed = scene::find_unposed(o.dataset);
   if (!unposed) return o.dataset;
+  folder.create();
   if (live) live->phase("finding poses");
   ProgressBar bar(0, 0, o.quiet);
   scene::ReconstructOptions options;
@@ -153,15 +163,25 @@ std::string posed_dataset(const CommandLine& o, viewer::Live* live) {
   return found.dataset.string();
 }
 
+/// What the checkpoint to go on from says, if there is one; `o` takes from it what was not given.
+std::optional<train::CheckpointInfo> what_was_begun(const train::RunFolder& folder, CommandLine& o) {
+  if (!folder.resumes()) return std::nullopt;
+  train::CheckpointInfo info = train::checkpoint_info(folder.checkpoint());
+  o.take(info.note, folder.checkpoint());
+  return info;
+}
+
 /// live: where a window looks on; null for none.
-int run(const CommandLine& o, viewer::Live* live) {
+int run(CommandLine o, viewer::Live* live) {
   if (o.list_devices) return list_devices();
 
+  train::RunFolder folder(o.output, o.resume ? train::Earlier::resume : o.overwrite ? train::Earlier::overwrite : train::Earlier::refuse);
+  const std::optional<train::CheckpointInfo> begun = what_was_begun(folder, o);
   auto device = gpu::open_device(o.device);
   if (o.memory_mb > 0) device->set_ceiling(std::min(o.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o, fmt::format("device: {} ({}, {})", device->info().name, gpu::to_string(device->info().kind), device->info().driver));
 
-  const std::string dataset = posed_dataset(o, live);
+  const std::string dataset = posed_dataset(o, folder, live);
   if (live) live->phase("loading");
   ProgressBar loading(0, 0, o.quiet);
   scene::LoadOptions load = o.load;
@@ -172,10 +192,10 @@ int run(const CommandLine& o, viewer::Live* live) {
   };
   scene::Scene scene = scene::load(dataset, load);
   loading.clear();
-  find_points(o, scene);
-  train::Settings settings = o.settings(scene);
-  train::RunFolder folder(o.output);
-  const bool resume = o.resume && std::filesystem::exists(folder.checkpoint());
+  if (!begun) find_points(o, scene);
+  train::Settings settings = begun ? o.resumed(*begun, scene, folder.checkpoint()) : o.settings(scene);
+  folder.create();
+  const bool resume = begun.has_value();
   say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
                      scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), settings.init));
 
@@ -199,15 +219,18 @@ int run(const CommandLine& o, viewer::Live* live) {
   std::unique_ptr<train::Trainer> trainer;
   if (resume) {
     trainer = std::make_unique<train::Trainer>(*device, scene, settings, folder.checkpoint());
-    folder.resume_log(trainer->step());
-    say(o, fmt::format("resuming after step {}", trainer->step()));
+    folder.go_on(trainer->step(), trainer->finished());
+    say(o, fmt::format("resuming after step {} of {}", trainer->step(), begun->settings.steps));
+    if (settings.steps > begun->settings.steps) say(o, fmt::format("going on to step {}: the schedule is from here that of so many steps", settings.steps));
   } else {
+    if (o.resume) say(o, "no checkpoint to go on from yet: training begins");
     const train::Start start = train::initial_triangles(scene, settings);
     try {
       trainer = std::make_unique<train::Trainer>(*device, scene, settings, start);
     } catch (const gpu::OutOfMemory& error) {
       throw Error("{}{}", error.what(), advice(error, scene, settings));
     }
+    folder.begin();
   }
 
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
@@ -238,10 +261,12 @@ int run(const CommandLine& o, viewer::Live* live) {
   std::optional<std::uint64_t> saved;  // step of the last checkpoint
   if (resume) saved = trainer->step();
   const auto save = [&] {
-    trainer->write_checkpoint(folder.checkpoint());
+    folder.flush_logs();
+    trainer->write_checkpoint(folder.checkpoint(), o.note());
     saved = trainer->step();
-    folder.write_log();
   };
+  // From here --resume knows how many steps there are to be.
+  if (begun && settings.steps > begun->settings.steps) save();
   callbacks.on_checkpoint = [&](std::uint64_t) { save(); };
   const auto log_evaluation = [&](const train::Evaluation& e) {
     if (!scene.test.empty())
@@ -294,6 +319,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
   if (o.load.outside) options.settings["outside"] = true;
   options.up = up;
+  if (!up) options.shown_up = mean_up(cameras);
   options.bake_directions = bake_directions(scene);
   options.cameras = cameras;
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
@@ -301,11 +327,11 @@ int run(const CommandLine& o, viewer::Live* live) {
   const auto stop_if_asked = [&] {
     if (g_stop) throw Interrupted{"after training, before its quality was measured; --resume measures it"};
   };
-  folder.clear_renders();
+  folder.renders().clear();
   const train::Evaluation evaluation =
       train::evaluate(*device, model, scene, settings.test_near, settings.far,
                       [&](const scene::View& view, const std::vector<float>& colour) {
-                        folder.write_render(view, colour);
+                        folder.renders().write(view, colour);
                         stop_if_asked();
                       });
   const train::Evaluation unquantised = trainer->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });

@@ -130,7 +130,7 @@ class Work {
     const bool same = ours && read_file(folder_ / kRecord) == record;
     if (ours && !same && options_.resume && has_model())
       throw Error(
-          "{}: was made from other photographs, or with another --feature-size; without --resume all begins anew",
+          "{}: was made from other photographs, or with another --feature-size; with --overwrite all begins anew",
           printable(folder_.string()));
     all_ = unposed_.names;
     std::vector<const char*> old{

@@ -8,6 +8,8 @@
 #define TINYGLTF_NO_INCLUDE_STB_IMAGE_WRITE
 #include <tiny_gltf.h>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "error.h"
 #include "soup/mesh.h"
 
@@ -77,7 +79,9 @@ class Reader {
       if (visited_[k]) throw Error("{}: node {} has two parents; export the mesh again", name_, index);
       visited_[k] = true;
       const tinygltf::Node& node = model_.nodes[k];
-      const glm::dmat4 world = parent * transform_of(node);
+      glm::dmat4 world = parent * transform_of(node);
+      // A model of ours turns up to +Y for viewers; its dataset's coordinates are what they are without that.
+      if (model_.extensions.contains("TRISOUP_neural_textures")) world = glm::translate(glm::dmat4(1.0), glm::inverse(glm::dmat3(world)) * glm::dvec3(world[3]));
       if (node.mesh >= 0)
         for (const tinygltf::Primitive& primitive : model_.meshes[checked(node.mesh, model_.meshes.size(), "mesh")].primitives)
           add(primitive, world);

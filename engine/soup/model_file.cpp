@@ -185,7 +185,7 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   gltf["scene"] = 0;
   json node = {{"mesh", 0}, {"name", "soup"}};
   const bool moved = model.origin != glm::dvec3(0.0);
-  if (options.up) node["matrix"] = node_matrix(*options.up, model.origin);
+  if (const auto& up = options.up ? options.up : options.shown_up) node["matrix"] = node_matrix(*up, model.origin);
   else if (moved) node["translation"] = {model.origin.x, model.origin.y, model.origin.z};
   gltf["nodes"] = json::array({node});  // {node} alone is an array to g++ and a copy to clang
   gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});

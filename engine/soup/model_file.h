@@ -26,7 +26,8 @@ struct ModelCamera {
 };
 
 struct ModelFileOptions {
-  std::optional<glm::dvec3> up;            // of the dataset; glTF viewers get it as +Y. Without one +Y is taken as it is.
+  std::optional<glm::dvec3> up;            // of the dataset, where it is known; glTF viewers get it as +Y
+  std::optional<glm::dvec3> shown_up;      // where it is not: what they get as +Y instead, for the root node alone. Without either +Y is taken as it is.
   std::vector<glm::vec3> bake_directions;  // unit, from the surface towards the viewer; see bake_colours
   nlohmann::json settings;                 // kept as it is, for people and for soup-eval
   std::vector<ModelCamera> cameras;        // for viewers

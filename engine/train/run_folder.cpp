@@ -3,23 +3,21 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
-#include <fstream>
+#include <span>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "atomic_file.h"
 #include "error.h"
-#include "image/image_file.h"
 
 namespace trisoup::train {
 namespace {
 
-constexpr const char* kHeader = "step,seconds,triangles,loss,l1,ssim,psnr,ms_per_step,uncovered\n";
-constexpr const char* kEvaluationHeader = "step,seconds,cpu_seconds,triangles,psnr,ssim,mae\n";
+constexpr const char* kHeader = "step,seconds,triangles,loss,l1,ssim,psnr,ms_per_step,uncovered";
+constexpr const char* kEvaluationHeader = "step,seconds,cpu_seconds,triangles,psnr,ssim,mae";
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
@@ -43,10 +41,34 @@ void remove_partial_files(const std::filesystem::path& folder) {
 
 }  // namespace
 
-RunFolder::RunFolder(std::filesystem::path path) : path_(std::move(path)) {
+RunFolder::RunFolder(std::filesystem::path path, Earlier earlier)
+    : path_(std::move(path)), earlier_(earlier), training_(path_ / "train.csv", kHeader), evaluations_(path_ / "evaluations.csv", kEvaluationHeader),
+      renders_(path_ / "renders") {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path_, ignored)) lock_ = std::make_unique<FolderLock>(path_);
+  look();
+  resumes_ = earlier == Earlier::resume && std::filesystem::exists(checkpoint());
+}
+
+void RunFolder::look() const {
+  const auto has = [&](const char* name) { return std::filesystem::exists(path_ / name); };
+  if (earlier_ == Earlier::resume && has("model.glb") && !has("checkpoint.safetensors"))
+    throw Error("{}: holds a model and no checkpoint to go on from; --overwrite trains anew in its place, or choose another -o", path_.string());
+  if (earlier_ != Earlier::refuse) return;
+  for (const char* name : {"model.glb", "checkpoint.safetensors", "train.csv", "metrics.json"})
+    if (has(name))
+      throw Error("{}: holds a training already ({}); --resume goes on with it, --overwrite trains anew in its place, or choose another -o", path_.string(), name);
+}
+
+void RunFolder::create() {
   std::error_code error;
-  std::filesystem::create_directories(path_ / "renders", error);
+  std::filesystem::create_directories(path_, error);
   if (error) throw Error("{}: cannot be made ({}); choose another folder", path_.string(), error.message());
+  if (!lock_) {
+    lock_ = std::make_unique<FolderLock>(path_);
+    look();  // it was made by another since
+  }
+  renders_.create();
   // Better now than after hours of training.
   const std::filesystem::path probe = path_ / fmt::format(".writable-{}", ::getpid());
   write_text(probe, "");
@@ -55,87 +77,43 @@ RunFolder::RunFolder(std::filesystem::path path) : path_(std::move(path)) {
   remove_partial_files(path_ / "renders");
 }
 
-void RunFolder::resume_log(std::uint64_t step) {
-  std::ifstream in(path_ / "train.csv");
-  std::string line;
-  std::getline(in, line);
-  while (std::getline(in, line)) {
-    Progress p;
-    unsigned long long at = 0;
-    if (std::sscanf(line.c_str(), "%llu,%lf,%u,%lf,%lf,%lf,%lf,%lf,%lf", &at, &p.seconds, &p.triangles, &p.loss, &p.l1, &p.ssim,
-                    &p.psnr, &p.ms_per_step, &p.uncovered) < 8)  // older ones end before the last
-      break;
-    p.step = at;
-    if (p.step > step) break;
-    rows_.push_back(p);
-  }
-
-  std::ifstream evaluations(path_ / "evaluations.csv");
-  std::getline(evaluations, line);
-  while (std::getline(evaluations, line)) {
-    EvaluationRow r;
-    unsigned long long at = 0;
-    if (std::sscanf(line.c_str(), "%llu,%lf,%lf,%u,%lf,%lf,%lf", &at, &r.seconds, &r.cpu_seconds, &r.triangles, &r.mean.psnr,
-                    &r.mean.ssim, &r.mean.mae) != 7)
-      break;
-    r.step = at;
-    if (r.step > step) break;
-    evaluations_.push_back(r);
-  }
-}
-
-void RunFolder::log_evaluation(const EvaluationRow& row) {
-  if (!evaluations_.empty() && evaluations_.back().step == row.step) evaluations_.pop_back();
-  evaluations_.push_back(row);
-  std::string text = kEvaluationHeader;
-  for (const EvaluationRow& r : evaluations_)
-    text += fmt::format("{},{:.3f},{:.3f},{},{:.4f},{:.6f},{:.6f}\n", r.step, r.seconds, r.cpu_seconds, r.triangles, r.mean.psnr,
-                        r.mean.ssim, r.mean.mae);
-  write_text(path_ / "evaluations.csv", text);
-}
-
-void RunFolder::write_log() const {
-  std::string text = kHeader;
-  for (const Progress& p : rows_)
-    text += fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{:.4f},{:.3f},{:.6f}\n", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim,
-                        p.psnr, p.ms_per_step, p.uncovered);
-  write_text(path_ / "train.csv", text);
-}
-
-void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(path_ / "metrics.json", metrics.dump(2) + "\n"); }
-
-void RunFolder::clear_renders() {
-  std::error_code ignored;
-  std::vector<std::filesystem::path> old;
-  for (const auto& entry : std::filesystem::directory_iterator(path_ / "renders", ignored))
-    if (entry.path().extension() == ".png") old.push_back(entry.path());
-  for (const auto& path : old) std::filesystem::remove(path, ignored);
+void RunFolder::remove_results() {
+  std::error_code error;
+  for (const std::filesystem::path& file : {model(), path_ / "metrics.json"})
+    if (!std::filesystem::remove(file, error) && error) throw Error("{}: cannot be removed ({}); check the permissions of the folder", file.string(), error.message());
   renders_.clear();
 }
 
-void RunFolder::write_render(const scene::View& view, const std::vector<float>& colour) {
-  const int w = view.image.width, h = view.image.height, gap = 4;
-  Image both;
-  both.width = 2 * w + gap;
-  both.height = h;
-  both.rgba.assign(static_cast<std::size_t>(both.width) * h * 4, 255);
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      const std::size_t from = static_cast<std::size_t>(y) * w + x;
-      std::uint8_t* left = &both.rgba[(static_cast<std::size_t>(y) * both.width + x) * 4];
-      std::uint8_t* right = left + 4 * (w + gap);
-      for (int c = 0; c < 3; ++c) {
-        left[c] = view.image.rgba[4 * from + c];
-        right[c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(colour[3 * from + c], 0.0f, 1.0f)));
-      }
-    }
-  std::string name = std::filesystem::path(view.name).replace_extension().string();
-  std::replace(name.begin(), name.end(), '/', '_');
-  // File systems end at 255 bytes, and the writer adds some while it writes.
-  if (name.size() > 200) name.erase(0, name.size() - 200);
-  std::string numbered = name;
-  for (int n = 2; !renders_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
-  write_png(path_ / "renders" / (numbered + ".png"), both);
+void RunFolder::begin() {
+  // The model first: without one nothing is taken for finished.
+  remove_results();
+  std::error_code error;
+  if (!std::filesystem::remove(checkpoint(), error) && error)
+    throw Error("{}: cannot be removed ({}); check the permissions of the folder", checkpoint().string(), error.message());
+  training_.begin();
+  evaluations_.begin();
 }
+
+void RunFolder::go_on(std::uint64_t step, bool finished) {
+  if (!finished) remove_results();
+  training_.cut(step);
+  evaluations_.cut(step);
+}
+
+void RunFolder::log(const Progress& p) {
+  training_.append(p.step, fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{:.4f},{:.3f},{:.6f}", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim, p.psnr,
+                                       p.ms_per_step, p.uncovered));
+}
+
+void RunFolder::log_evaluation(const EvaluationRow& r) {
+  evaluations_.append(r.step, fmt::format("{},{:.3f},{:.3f},{},{:.4f},{:.6f},{:.6f}", r.step, r.seconds, r.cpu_seconds, r.triangles, r.mean.psnr, r.mean.ssim, r.mean.mae));
+}
+
+void RunFolder::flush_logs() const {
+  training_.flush();
+  evaluations_.flush();
+}
+
+void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(path_ / "metrics.json", metrics.dump(2) + "\n"); }
 
 }  // namespace trisoup::train

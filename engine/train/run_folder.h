@@ -1,16 +1,17 @@
-// The files that a training run leaves. Each is written under a temporary name and renamed.
+// The files that a training run leaves. Each is whole under its name; the two logs grow by whole lines.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <set>
+#include <memory>
 #include <string>
-#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "scene/scene.h"
 #include "train/evaluate.h"
+#include "train/folder_lock.h"
+#include "train/growing_csv.h"
+#include "train/renders.h"
 #include "train/trainer.h"
 
 namespace trisoup::train {
@@ -23,34 +24,50 @@ struct EvaluationRow {
   ImageMetrics mean;
 };
 
+/// What is to happen to a training that the folder holds already.
+enum class Earlier { refuse, overwrite, resume };
+
 class RunFolder {
  public:
-  /// Creates the folder, and clears it of what killed runs left half-written. Throws Error when that, or a file in it, cannot be written.
-  explicit RunFolder(std::filesystem::path path);
+  /// Looks at the folder and, where it is there, locks it until the end of this object or of the process. Nothing else is written. Throws Error where
+  /// another process trains into it (FolderLock), where it holds a training, finished or begun, and `earlier` is refuse, and where it holds a model without
+  /// a checkpoint and `earlier` is resume.
+  RunFolder(std::filesystem::path path, Earlier earlier);
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path model() const { return path_ / "model.glb"; }
   std::filesystem::path checkpoint() const { return path_ / "checkpoint.safetensors"; }
+  /// Whether there is a checkpoint to go on from.
+  bool resumes() const { return resumes_; }
 
-  /// Keeps the rows of train.csv and evaluations.csv up to a step: those after a checkpoint are trained again.
-  void resume_log(std::uint64_t step);
-  void log(const Progress& progress) { rows_.push_back(progress); }
-  void write_log() const;
+  /// Creates the folder, locks it, and clears it of what killed runs left half-written. Throws Error when that, or a file in it, cannot be written.
+  void create();
+  /// Steps are about to begin: takes away what an earlier training left, so that nothing of it stands beside what this one writes, and begins the logs.
+  void begin();
+  /// The same where a training goes on after a step. Rows of later steps are trained again, so they go; and so do model, metrics and renders where steps
+  /// are still to come.
+  void go_on(std::uint64_t step, bool finished);
 
-  /// Adds a row to evaluations.csv and writes it; one of the same step takes the place of that before.
+  /// Adds a row to train.csv.
+  void log(const Progress& progress);
+  /// Adds a row to evaluations.csv; one of the same step takes the place of that before.
   void log_evaluation(const EvaluationRow& row);
+  /// What the logs hold survives a power cut, as a checkpoint does.
+  void flush_logs() const;
 
   void write_metrics(const nlohmann::json& metrics) const;
-  /// Removes the pictures of a run before this one, which may have had other views.
-  void clear_renders();
-  /// renders/<name>.png: photograph on the left, rendering on the right. Views whose names would give the same file are numbered.
-  void write_render(const scene::View& view, const std::vector<float>& colour);
+  Renders& renders() { return renders_; }
 
  private:
+  void look() const;
+  void remove_results();
+
   std::filesystem::path path_;
-  std::vector<Progress> rows_;
-  std::vector<EvaluationRow> evaluations_;
-  std::set<std::string> renders_;  // written so far
+  Earlier earlier_;
+  bool resumes_ = false;
+  std::unique_ptr<FolderLock> lock_;
+  GrowingCsv training_, evaluations_;
+  Renders renders_;
 };
 
 }  // namespace trisoup::train

@@ -158,6 +158,22 @@ bool is_last_resampling(const Settings& s, std::uint64_t step) {
   return is_resampling(s, step) && !is_resampling(s, step + s.resample_every);
 }
 
+Settings prolonged(Settings s, std::uint64_t step, std::uint64_t steps) {
+  if (steps <= s.steps) return s;
+  // Twice would take the fine textures for coarse ones.
+  if (const std::uint64_t lift = lift_step(s); step >= lift) s.coarse_share = static_cast<double>(lift) / static_cast<double>(steps);
+  s.steps = steps;
+  return s;
+}
+
+std::string differences(const Settings& then, const Settings& now) {
+  const nlohmann::json before = to_json(then), after = to_json(now);
+  std::string text;
+  for (const auto& [key, value] : after.items())
+    if (before.at(key) != value) text += fmt::format("{}{} {} (now {})", text.empty() ? "" : ", ", key, before.at(key).dump(), value.dump());
+  return text;
+}
+
 void check(const Settings& s) {
   const auto need = [](bool ok, const char* what) {
     if (!ok) throw Error("settings: {}", what);

@@ -98,6 +98,14 @@ std::uint64_t only_resampling(const Settings& settings);
 bool is_resampling(const Settings& settings, std::uint64_t step);
 bool is_last_resampling(const Settings& settings, std::uint64_t step);
 
+/// The settings with which a training that has completed `step` steps goes on to `steps`, at least as many as it had: its schedule is from then on that of
+/// `steps`. So rates, which end where they did, rise where it goes on, vertices that rested move again, and topology changes up to its share of `steps`. Levels
+/// that have changed do not change again.
+Settings prolonged(Settings settings, std::uint64_t step, std::uint64_t steps);
+
+/// "seed 0 (now 5), steps 100 (now 50)": what differs, by the names of to_json(); empty where nothing does.
+std::string differences(const Settings& then, const Settings& now);
+
 /// Throws Error on values that no run can have.
 void check(const Settings& settings);
 

@@ -14,6 +14,7 @@
 #include "soup/random.h"
 #include "soup/safetensors.h"
 #include "soup/texture_table.h"
+#include "train/checkpoint.h"
 #include "train/coverage.h"
 #include "train/fixed_sum.h"
 #include "train/render_pass.h"
@@ -408,8 +409,6 @@ void each_array(std::optional<Exposures>& e, F&& f) {
   f("exposures", e->exposure, 8ull * e->photographs);
 }
 
-constexpr const char* kFormat = "trisoup checkpoint 4";
-
 /// A fingerprint would tell as well, but not what is to be done.
 std::string background_text(const scene::Scene& scene) {
   return fmt::format("{} {} {}", scene.background.r, scene.background.g, scene.background.b);
@@ -417,7 +416,7 @@ std::string background_text(const scene::Scene& scene) {
 
 }  // namespace
 
-void Trainer::write_checkpoint(const std::filesystem::path& path) {
+void Trainer::write_checkpoint(const std::filesystem::path& path, const std::string& note) {
   soup::SafetensorsWriter writer;
   std::vector<std::vector<float>> arrays;
   const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n) {
@@ -431,7 +430,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path) {
   each_array(exposures_, add);
   const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()), 4 * soup_.table.size());
   writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
-  writer.metadata({{"format", kFormat},
+  writer.metadata({{"format", kCheckpointFormat},
                    {"step", std::to_string(step_)},
                    {"texture_start", std::to_string(texture_start_)},
                    {"vertex_start", std::to_string(vertex_start_)},
@@ -440,80 +439,50 @@ void Trainer::write_checkpoint(const std::filesystem::path& path) {
                    {"scene", std::to_string(scene_.fingerprint)},
                    {"background", background_text(scene_)},
                    {"photographs", std::to_string(photographs_)},
-                   {"settings", to_json(settings_).dump()}});
+                   {"settings", to_json(settings_).dump()},
+                   {"note", note}});
   writer.write(path);
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
   const soup::Safetensors file = soup::Safetensors::open(path);
-  const auto text = [&](const char* key) {
-    const auto it = file.metadata().find(key);
-    if (it == file.metadata().end())
-      throw Error("{}: lacks '{}'; it is not a checkpoint of this program, train without --resume", path.string(), key);
-    return it->second;
-  };
-  const auto number = [&](const char* key) -> std::uint64_t {
-    try {
-      return std::stoull(text(key));
-    } catch (const std::logic_error&) {
-      throw Error("{}: '{}' is not a number; the checkpoint is damaged, train without --resume", path.string(), key);
-    }
-  };
-  if (text("format") != kFormat)
-    throw Error("{}: is of format '{}', this program reads '{}'; train without --resume", path.string(), text("format"), kFormat);
+  const auto text = [&](const char* key) { return checkpoint_text(file, path, key); };
+  const auto number = [&](const char* key) { return checkpoint_number(file, path, key); };
+  const CheckpointInfo info = checkpoint_info(file, path);
   if (number("scene") != scene.fingerprint)
-    throw Error("{}: belongs to another scene (or another -r or --test-every); choose another -o or train without --resume",
+    throw Error("{}: belongs to another scene (or another -r or --test-every); choose another -o or train anew with --overwrite",
                 path.string());
   if (text("background") != background_text(scene))
-    throw Error("{}: was trained on another background; use the same --background, or train without --resume", path.string());
+    throw Error("{}: was trained on another background; use the same --background, or train anew with --overwrite", path.string());
   // Older checkpoints do not say.
   if (file.metadata().contains("photographs") && number("photographs") != photographs_)
-    throw Error("{}: was trained on other photographs or masks; use the same files and the same --alpha, or train without --resume", path.string());
-  nlohmann::json then = nlohmann::json::parse(text("settings"), nullptr, false), now = to_json(settings_);
-  if (!then.is_object()) throw Error("{}: its settings are damaged; train without --resume", path.string());
+    throw Error("{}: was trained on other photographs or masks; use the same files and the same --alpha, or train anew with --overwrite", path.string());
+  Settings then = prolonged(info.settings, info.step, settings_.steps);
   // How often something is written does not change what is computed.
-  for (const char* free : {"eval_every", "checkpoint_every"}) then[free] = now[free];
-  // From before there was a choice.
-  if (!then.contains("samples_per_pixel")) then["samples_per_pixel"] = 0.0;
-  if (!then.contains("pixel_jitter")) then["pixel_jitter"] = 0.0;
-  if (!then.contains("init_opacity")) then["init_opacity"] = 0.5;
-  if (!then.contains("backdrop")) then["backdrop"] = 0.0;
-  if (!then.contains("rest_share")) then["rest_share"] = 0.0;
-  if (!then.contains("paint")) then["paint"] = false;
-  if (!then.contains("rate_vertex_end") && then.contains("rate_end")) then["rate_vertex_end"] = then["rate_end"];
-  if (!then.contains("fill_budget")) then["fill_budget"] = false;
-  if (!then.contains("huber")) then["huber"] = 0.0;
-  if (!then.contains("exposure")) then["exposure"] = false;
-  if (!then.contains("least_views")) then["least_views"] = settings_.recipe == Recipe::real ? 0u : settings_.least_views;
+  then.eval_every = settings_.eval_every;
+  then.checkpoint_every = settings_.checkpoint_every;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
-  if (settings_.most_triangles == 0 && then.contains("most_triangles") && then["most_triangles"].is_number_unsigned()) {
-    settings_.most_triangles = then["most_triangles"].get<std::uint32_t>();
-    now["most_triangles"] = then["most_triangles"];
-  }
-  std::string differing;
-  for (const auto& [key, value] : now.items())
-    if (!then.contains(key) || then[key] != value)
-      differing += fmt::format("{}{} {} (now {})", differing.empty() ? "" : ", ", key, then.contains(key) ? then[key].dump() : "unset", value.dump());
-  if (!differing.empty())
-    throw Error("{}: was trained with {}; use the same options, or train without --resume", path.string(), differing);
-  step_ = number("step");
+  if (settings_.most_triangles == 0) settings_.most_triangles = then.most_triangles;
+  if (const std::string differing = differences(then, settings_); !differing.empty())
+    throw Error("{}: was trained with {}; use the same options, or train anew with --overwrite", path.string(), differing);
+  step_ = info.step;
   texture_start_ = number("texture_start");
   vertex_start_ = number("vertex_start");
-  if (step_ > settings_.steps || texture_start_ > step_ || vertex_start_ > step_)
-    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train without --resume", path.string(), step_,
+  if (texture_start_ > step_ || vertex_start_ > step_)
+    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(), step_,
                 settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
   cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
 
   const auto rows = file.values<std::uint32_t>("texture_table");
   if (rows.size() % 4 != 0 || rows.empty())
-    throw Error("{}: its texture table is damaged; train without --resume", path.string());
+    throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
   std::vector<soup::TextureLevels> levels;
   for (std::size_t t = 0; t < rows.size() / 4; ++t) {
     levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
     if (levels.back().level_min > levels.back().level_max || levels.back().level_max > static_cast<std::uint32_t>(soup::kMaxLevel))
-      throw Error("{}: its texture table is damaged; train without --resume", path.string());
+      throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
   }
   const soup::TextureTable table = soup::make_texture_table(levels);
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});

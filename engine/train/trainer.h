@@ -63,7 +63,8 @@ class Trainer {
   /// Starts from the given triangles (3 vertices each, normalised coordinates). `scene` must outlive the trainer.
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start);
 
-  /// Goes on from a checkpoint of the same scene and settings. Throws Error when it is another's, damaged or cut short.
+  /// Goes on from a checkpoint of the same scene and settings (checkpoint_info() tells them, prolonged() where there are to be more steps; how often
+  /// something is written may differ). Throws Error when it is another's, damaged or cut short.
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& checkpoint);
 
   struct Callbacks {
@@ -91,7 +92,8 @@ class Trainer {
   /// Whether the last resampling of this run found too few pixels in the training views to split up to the budget.
   bool out_of_pixels() const { return last_resampling_ == Resampling::out_of_pixels; }
 
-  void write_checkpoint(const std::filesystem::path& path);
+  /// note: any text, for CheckpointInfo::note.
+  void write_checkpoint(const std::filesystem::path& path, const std::string& note = {});
   soup::Model model();
   Evaluation evaluate_float(const OnRender& on_render = {});
   /// Of the model as it is now. Renders every training view.

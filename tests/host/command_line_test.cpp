@@ -1,9 +1,11 @@
 // Tests trainer/command_line.h: what options and presets come to.
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "train/checkpoint.h"
 #include "train/settings.h"
 #include "trainer/command_line.h"
 
@@ -125,4 +127,105 @@ TEST_CASE("from a surface vertices come to rest before textures do", "[command_l
   CHECK_FALSE((settings_of({}, false).fill_budget || settings_of({"--preset", "published"}, false, true).fill_budget));
   CHECK(settings_of({"--preset", "fast", "--rate-vertex", "0.02"}, true).rate_vertex == 0.02);
   CHECK(settings_of({"--rate-vertex", "0.00025", "--steps", "1000"}, true).rate_vertex == 0.00025);
+}
+
+namespace {
+
+CommandLine line_of(std::vector<std::string> options) {
+  options.insert(options.begin(), {"soup-train", "scene", "-o", "out"});
+  std::vector<char*> argv;
+  for (std::string& word : options) argv.push_back(word.data());
+  CommandLine line;
+  REQUIRE_FALSE(parse(static_cast<int>(argv.size()), argv.data(), line).has_value());
+  return line;
+}
+
+/// The settings with which a training begun with some options goes on with others, half way; noted: by a program that keeps notes.
+train::Settings resumed(const std::vector<std::string>& begun, const std::vector<std::string>& now, bool synthetic, bool noted = true) {
+  scene::Scene scene;
+  scene.synthetic = synthetic;
+  scene.normalisation.scale = 0.25;
+  for (int i = 0; !synthetic && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
+  const CommandLine first = line_of(begun);
+  train::CheckpointInfo info{0, first.settings(scene), noted ? first.note() : ""};
+  info.step = info.settings.steps / 2;
+  CommandLine second = line_of(now);
+  second.take(info.note, "c");
+  return second.resumed(info, scene, "c");
+}
+
+}  // namespace
+
+TEST_CASE("a training that goes on has the settings of its checkpoint", "[command_line]") {
+  const bool synthetic = GENERATE(true, false);
+  const std::vector<std::string> begun = {"--preset", "fast", "--steps", "700", "--triangles", "500", "--seed", "3", "--init-box", "0.7", "--init-radius", "0.2", "--rate-end",
+                                          "0.2", "--rate-vertex-end", "0.3", "--opaque", "--huber", "0.05", "--far", "70", "--keep-moments", "--resample-every", "50"};
+  const train::Settings first = line_of(begun).settings([&] {
+    scene::Scene scene;
+    scene.synthetic = synthetic;
+    scene.normalisation.scale = 0.25;
+    for (int i = 0; !synthetic && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
+    return scene;
+  }());
+  for (const bool noted : {true, false}) {
+    CHECK(differences(first, resumed(begun, {}, synthetic, noted)).empty());
+    CHECK(differences(first, resumed(begun, begun, synthetic, noted)).empty());
+    for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"}, {"--rate-end", "0.2"}, {"--init-radius", "0.2"}, {"--opaque"}, {"--level-max", "4"}})
+      CHECK(differences(first, resumed(begun, agrees, synthetic, noted)).empty());
+  }
+  CHECK(differences(first, resumed(begun, {"--preset", "fast"}, synthetic)).empty());
+  CHECK(resumed(begun, {"--checkpoint-every", "17"}, synthetic).checkpoint_every == 17);
+  CHECK(resumed(begun, {"--eval-every", "9"}, synthetic).eval_every == 9);
+}
+
+TEST_CASE("what contradicts a checkpoint is told with both values, and nothing else is", "[command_line]") {
+  using Catch::Equals;
+  const auto told = [](const std::string& what) { return Equals("c: was trained with " + what + "; without these options it goes on as it began, or train anew with --overwrite"); };
+  const std::vector<std::string> begun = {"--preset", "fast", "--init-box", "0.7", "-r", "2"};
+  CHECK_THROWS_WITH(resumed(begun, {"--seed", "5"}, true), told("seed 0 (now 5)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--seed", "0", "--triangles", "7", "--level-max", "5"}, true), told("level_max 4 (now 5), triangles 2000 (now 7)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--preset", "best"}, true), told("preset \"fast\" (now \"best\")"));
+  CHECK_THROWS_WITH(resumed(begun, {"--init-box", "0.75"}, true), told("init_box 0.7 (now 0.75)"));
+  CHECK_THROWS_WITH(resumed(begun, {"-r", "1"}, true), told("resolution 2.0 (now 1.0)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--test-every", "3", "--alpha", "mask", "--background", "black"}, true),
+                    told("test_every 8 (now 3), background \"auto\" (now \"black\"), alpha \"composite\" (now \"mask\")"));
+  CHECK_THROWS_WITH(resumed(begun, {"--steps", "999"}, true), told("steps 1000 (now 999)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--opaque"}, true), told("opaque false (now true)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--recipe", "real"}, true), told("recipe \"synthetic\" (now \"real\")"));
+  CHECK_THROWS_WITH(resumed({}, {"--levels", "all"}, true), told("coarse_share 0.5 (now 0.0)"));
+  // Without a note a preset is known by what it brings.
+  CHECK_THROWS_WITH(resumed({"--preset", "fast"}, {"--preset", "balanced"}, true, false), Catch::Contains("triangles 2000 (now 5000)"));
+  CHECK(differences(resumed({"--preset", "fast"}, {"--preset", "fast"}, true, false), resumed({"--preset", "fast"}, {}, true)).empty());
+}
+
+TEST_CASE("what a checkpoint notes of the dataset's options is taken where they are not given", "[command_line]") {
+  const CommandLine first = line_of({"-r", "4", "--test-every", "5", "--background", "white", "--alpha", "mask", "--feature-size", "800", "--eval-log", "3", "--preset", "published"});
+  CommandLine second = line_of({"--eval-log", "2"});
+  second.take(first.note(), "c");
+  CHECK(second.load.downscale == 4);
+  CHECK(second.load.test_every == 5);
+  CHECK(second.load.background == scene::BackgroundChoice::white);
+  CHECK(second.load.alpha == scene::AlphaUse::mask);
+  CHECK(second.feature_size == 800);
+  CHECK(second.evaluations_per_decade == 2);
+  CHECK(second.preset == "published");  // for the next checkpoint's note
+  CHECK_THROWS_WITH(second.take(R"({"resolution": "fine"})", "c"), Catch::Contains("c: its note is damaged"));
+  CHECK_NOTHROW(second.take("anything", "c"));
+}
+
+TEST_CASE("more steps than a training began with prolong its schedule", "[command_line]") {
+  const train::Settings first = resumed({"--preset", "fast"}, {}, true), longer = resumed({"--preset", "fast"}, {"--preset", "fast", "--steps", "4000"}, true);
+  CHECK(longer.steps == 4000);
+  CHECK(train::lift_step(first) == 500);
+  CHECK(train::lift_step(longer) == 500);  // is over in a training that has completed 500 steps
+  CHECK(train::rate_factor(longer, longer.rate_end, 4000) == Approx(0.1));
+  CHECK(train::rate_factor(longer, longer.rate_end, 1000) == Approx(std::pow(0.1, 0.25)));
+  CHECK(longer.rate_vertex == first.rate_vertex);
+  CHECK_FALSE(train::is_resampling(first, 1000));
+  CHECK(train::is_resampling(longer, 1000));
+  CHECK(train::is_last_resampling(longer, 3800));
+  // Before the change of levels that is still to come, and comes at its share.
+  const train::Settings early = train::prolonged(first, 499, 4000);
+  CHECK(train::lift_step(early) == 2000);
+  CHECK(differences(train::prolonged(first, 10, 1000), first).empty());
 }

@@ -14,6 +14,7 @@
 #include "shared_data.h"
 #include "soup/bake.h"
 #include "soup/glb.h"
+#include "soup/mesh.h"
 #include "soup/model_file.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
@@ -118,6 +119,46 @@ TEST_CASE("a model far from its origin says where it is, to every viewer", "[mod
     const auto m = node["matrix"].get<std::vector<double>>();
     CHECK(m[13] == Approx(100.125));
     CHECK(std::hypot(m[12], m[14]) == Approx(std::hypot(4e5, 5e6)));
+  }
+}
+
+TEST_CASE("what viewers get as +Y is in the root node alone where the dataset does not say what is up", "[model_file]") {
+  soup::Model model = random_model(2, 5);
+  model.origin = {4e3, -5e3, 100.125};
+  const glm::dvec3 up = glm::normalize(glm::dvec3(0.2, -0.9, 0.4));
+  soup::ModelFileOptions options;
+  options.shown_up = up;
+  const auto bytes = soup::encode_model(model, options);
+  const soup::ModelFile file = soup::decode_model(bytes, "memory");
+  CHECK(same(model, file.model));
+  CHECK_FALSE(file.up.has_value());
+  const auto m = soup::decode_glb(bytes, "memory").document["nodes"][0].at("matrix").get<std::vector<double>>();
+  const auto turned = [&](const glm::dvec3& v) { return glm::dvec3(m[0] * v.x + m[4] * v.y + m[8] * v.z, m[1] * v.x + m[5] * v.y + m[9] * v.z, m[2] * v.x + m[6] * v.y + m[10] * v.z); };
+  CHECK(glm::length(turned(up) - glm::dvec3(0, 1, 0)) < 1e-12);
+  CHECK(glm::length(turned(model.origin) - glm::dvec3(m[12], m[13], m[14])) < 1e-9);
+  // An up that is known comes first, and is told to our own readers.
+  options.up = glm::dvec3(0, 0, 1);
+  const auto known = soup::encode_model(model, options);
+  CHECK(*soup::decode_model(known, "memory").up == glm::dvec3(0, 0, 1));
+  CHECK(soup::decode_glb(known, "memory").document["nodes"][0]["matrix"][9] == 1.0);
+}
+
+TEST_CASE("a model is a mesh in its dataset's coordinates, whatever viewers get as +Y", "[model_file][mesh]") {
+  soup::Model model = random_model(20, 5);
+  model.origin = {40, -50, 10.125};
+  const test::TemporaryFolder folder;
+  for (const auto& [up, shown] : {std::pair<bool, bool>{false, false}, {true, false}, {false, true}}) {
+    soup::ModelFileOptions options;
+    if (up) options.up = glm::dvec3(0, 0, 1);
+    if (shown) options.shown_up = glm::dvec3(0.2, -0.9, 0.4);
+    soup::write_model(folder / "model.glb", model, options);
+    const soup::Mesh mesh = soup::read_mesh(folder / "model.glb");
+    REQUIRE(mesh.triangles() == model.triangles());
+    double furthest = 0;
+    for (std::size_t t = 0; t < model.triangles(); ++t)
+      for (int k = 0; k < 3; ++k)
+        furthest = std::max(furthest, glm::length(glm::dvec3(mesh.positions[mesh.indices[3 * t + k]]) - glm::dvec3(model.vertices[3 * t + k]) - model.origin));
+    CHECK(furthest < 1e-4);
   }
 }
 
@@ -380,5 +421,7 @@ TEST_CASE("write a model", "[.write_model]") {
   options.settings = {{"steps", 5}};
   soup::write_model(path, random_model(50, 1), options);
   options.atlas_side = soup::kMinAtlasSide;
+  options.up.reset();
+  options.shown_up = glm::dvec3(0.2, -0.9, 0.4);
   soup::write_model(std::string(path) + ".pages.glb", random_model(2500, 1), options);
 }

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-namespace trisoup::bench {
+namespace trisoup {
 
 /// An exclusive lock on an open file or folder, which is closed at the end. Programs that inherit the descriptor hold it too.
 class FileLock {
@@ -21,4 +21,4 @@ class FileLock {
   int descriptor_;
 };
 
-}  // namespace trisoup::bench
+}  // namespace trisoup

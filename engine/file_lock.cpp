@@ -7,7 +7,7 @@
 #include <chrono>
 #include <thread>
 
-namespace trisoup::bench {
+namespace trisoup {
 
 FileLock::FileLock(int descriptor, const std::function<void(int times)>& waiting) : descriptor_(descriptor) {
   try {
@@ -25,4 +25,4 @@ FileLock::~FileLock() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-}  // namespace trisoup::bench
+}  // namespace trisoup

@@ -1,0 +1,51 @@
+#include "train/renders.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "error.h"
+#include "image/image_file.h"
+
+namespace trisoup::train {
+
+void Renders::create() const {
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error) throw Error("{}: cannot be made ({}); choose another folder", folder_.string(), error.message());
+}
+
+void Renders::clear() {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> old;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_, ignored))
+    if (entry.path().extension() == ".png") old.push_back(entry.path());
+  for (const auto& path : old) std::filesystem::remove(path, ignored);
+  written_.clear();
+}
+
+void Renders::write(const scene::View& view, const std::vector<float>& colour) {
+  const int w = view.image.width, h = view.image.height, gap = 4;
+  Image both;
+  both.width = 2 * w + gap;
+  both.height = h;
+  both.rgba.assign(static_cast<std::size_t>(both.width) * h * 4, 255);
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) {
+      const std::size_t from = static_cast<std::size_t>(y) * w + x;
+      std::uint8_t* left = &both.rgba[(static_cast<std::size_t>(y) * both.width + x) * 4];
+      std::uint8_t* right = left + 4 * (w + gap);
+      for (int c = 0; c < 3; ++c) {
+        left[c] = view.image.rgba[4 * from + c];
+        right[c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(colour[3 * from + c], 0.0f, 1.0f)));
+      }
+    }
+  std::string name = std::filesystem::path(view.name).replace_extension().string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  // File systems end at 255 bytes, and the writer adds some while it writes.
+  if (name.size() > 200) name.erase(0, name.size() - 200);
+  std::string numbered = name;
+  for (int n = 2; !written_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
+  write_png(folder_ / (numbered + ".png"), both);
+}
+
+}  // namespace trisoup::train
