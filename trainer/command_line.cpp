@@ -87,7 +87,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--rate-texture", o.rate_texture, "learning rate of textures [0.05; from a surface 0.1]");
   method->add_option("--rate-mlp", o.rate_mlp, "learning rate of the MLP [0.01]");
   method->add_option("--rate-vertex", o.rate_vertex, "learning rate of vertices, normalised units [what lets vertices travel far\n"
-                     "enough, at most 0.01; published: synthetic 0.00025, real 0.0025, or as far as with these in 10,000 steps]");
+                     "enough, at most 0.005, real 0.01; published: synthetic 0.00025, real 0.0025, or as far as with these in 10,000 steps]");
   method->add_option("--rate-end", o.rate_end, "all rates fall exponentially to this share [0.1; published 0.01]");
   method->add_option("--rate-vertex-end", o.rate_vertex_end, "that of vertices to this one [as --rate-end; without it from a surface 0.03]");
   method->add_option("--rest-share", o.rest_share, "share of the steps, the last ones, in which vertices come to rest [0; from a surface 0.2]");
@@ -316,8 +316,9 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
       if (const double reach = 1.1 * glm::length(p); reach < kFarthest) s.far = std::max(s.far, reach);
   if (rate_end) s.rate_vertex_end = *rate_end;
   apply(s, scene);
-  if (!rate_vertex)
-    s.rate_vertex = way > 0 ? train::vertex_rate(s, way) : std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
+  if (!rate_vertex && way > 0)
+    s.rate_vertex = train::vertex_rate(s, way, which == Recipe::synthetic ? train::kFastestSynthetic : train::kFastestVertices);
+  else if (!rate_vertex) s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
   train::check(s);
   return s;
 }

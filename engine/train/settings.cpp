@@ -104,9 +104,9 @@ Settings without_our_changes(Settings s) {
   return s;
 }
 
-double vertex_rate(const Settings& s, double way) {
+double vertex_rate(const Settings& s, double way, double fastest) {
   const double end = s.rate_vertex_end;
-  if (!(end > 0)) return kFastestVertices;  // check() has a word on that
+  if (!(end > 0)) return fastest;  // check() has a word on that
   // The mean of end^t over t from 0 to 1, and of what is left of it while vertices come to rest.
   double mean = end == 1 ? 1.0 : (1 - end) / -std::log(end);
   if (s.rest_share > 0) {
@@ -117,7 +117,7 @@ double vertex_rate(const Settings& s, double way) {
       mean += std::pow(end, t) * still_to_go(s, t) / kParts;
     }
   }
-  return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), kFastestVertices);
+  return std::min(way / (mean * static_cast<double>(std::max<std::uint64_t>(s.steps, 1))), fastest);
 }
 
 double published_way(Recipe recipe) { return recipe == Recipe::synthetic ? 0.537 : 5.37; }

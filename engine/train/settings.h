@@ -75,11 +75,13 @@ Settings published(Recipe recipe);
 /// The same with every such difference that has a switch switched off (docs/method.md, "Where we differ").
 Settings without_our_changes(Settings settings);
 
-/// The vertex rate with which the rates of all steps add up to `way`, normalised units; at most kFastestVertices. VectorAdam moves a vertex by about its rate
+/// Above these, vertices are torn rather than moved (docs/decisions.md): those of real scenes,
+/// and those of synthetic ones, which start from small triangles at random.
+inline constexpr double kFastestVertices = 1e-2, kFastestSynthetic = 5e-3;
+/// The vertex rate with which the rates of all steps add up to `way`, normalised units; at most `fastest`. VectorAdam moves a vertex by about its rate
 /// in every step, however small the gradient is, so `way` is how far it can travel: too little leaves triangles near where they started, too much
 /// tears them (docs/charts.md).
-double vertex_rate(const Settings& settings, double way);
-inline constexpr double kFastestVertices = 1e-2;
+double vertex_rate(const Settings& settings, double way, double fastest = kFastestVertices);
 /// The way that a vertex has in a published training.
 double published_way(Recipe recipe);
 

@@ -98,6 +98,8 @@ TEST_CASE("few steps have the published way of vertices, presets their own", "[c
   CHECK(way(settings_of({"--preset", "published", "--steps", "5000"}, false)) == Approx(5.37).epsilon(0.01));
   CHECK(way(settings_of({"--steps", "5000"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast"}, true)) == Approx(1.5).epsilon(0.01));
+  CHECK(settings_of({"--preset", "fast", "--steps", "300"}, true).rate_vertex == train::kFastestSynthetic);
+  CHECK(settings_of({"--preset", "fast", "--steps", "300"}, false).rate_vertex == train::kFastestVertices);
   CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--rate-end", "0.5"}, true)) == Approx(1.5).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "balanced"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast", "--recipe", "synthetic"}, false)) == Approx(1.5).epsilon(0.01));
