@@ -28,6 +28,7 @@
 #include "soup/model_file.h"
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
+#include "train/start_points.h"
 #include "train/trainer.h"
 #include "viewer/live.h"
 #include "viewer/priority.h"
@@ -107,6 +108,13 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
   return fmt::format("; --memory {} would do", smaller.memory >> 20);
 }
 
+/// What was read, and how many of its points are worth starting from.
+std::string understood(const scene::Scene& scene) {
+  const std::size_t points = scene.points.positions.size();
+  if (points == 0) return scene.summary + "; no points";
+  return fmt::format("{}; {} points, {} after cleaning", scene.summary, points, train::usable_points(scene.points, points).size());
+}
+
 /// Points of a scene whose dataset has none, from its photographs. What cannot be matched starts at random, which one line says.
 void find_points(const CommandLine& o, scene::Scene& scene) {
   if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
@@ -172,6 +180,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   };
   scene::Scene scene = scene::load(dataset, load);
   loading.clear();
+  say(o, "dataset: " + understood(scene));
   find_points(o, scene);
   train::Settings settings = o.settings(scene);
   train::RunFolder folder(o.output);

@@ -14,6 +14,7 @@
 #include "printable.h"
 #include "read_file.h"
 #include "scene/scene.h"
+#include "scene/summary.h"
 #include "scene/undistort.h"
 
 namespace trisoup::scene {
@@ -79,7 +80,6 @@ void check_aspect(const Frame& frame) {
 }
 
 Shot plan(Frame frame, double downscale) {
-  turn_to_camera(frame);
   check_aspect(frame);
   const auto shrunk = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / downscale))); };
   Shot shot;
@@ -209,12 +209,14 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
   check_intrinsics(dataset.frames, options.warn);
-
+  report_halves(dataset, options.warn);
   std::vector<Shot> shots;
   for (Frame& frame : dataset.frames) {
-    shots.push_back(plan(std::move(frame), options.downscale));
+    turn_to_camera(frame);
+    shots.push_back(plan(frame, options.downscale));
     shots.back().index = static_cast<std::uint32_t>(shots.size() - 1);
   }
+  const std::string summary = summary_of(dataset, {shots.front().camera.width, shots.front().camera.height});
   sort_and_split(shots, dataset.has_split, options.test_every);
 
   std::vector<Camera> train_cameras;
@@ -226,6 +228,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   Scene scene;
   scene.format = dataset.format;
   scene.path = path;
+  scene.summary = summary;
   scene.synthetic = dataset.format == Format::blender;
   scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);

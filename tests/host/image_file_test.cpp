@@ -10,18 +10,13 @@
 
 #include "error.h"
 #include "image/image_file.h"
+#include "jpeg_of.h"
 #include "read_file.h"
 #include "scene_temporary_folder.h"
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#define STB_IMAGE_WRITE_STATIC
-#define STB_IMAGE_WRITE_IMPLEMENTATION
-#include <stb/stb_image_write.h>
-#pragma GCC diagnostic pop
-
 using namespace trisoup;
+using test::jpeg_of;
+using test::with_orientation;
 
 namespace {
 
@@ -31,14 +26,6 @@ Image noise(int width, int height, bool opaque) {
   for (int i = 0; i < width * height * 4; ++i)
     image.rgba.push_back(opaque && i % 4 == 3 ? 255 : static_cast<std::uint8_t>(random()));
   return image;
-}
-
-std::string jpeg_of(const Image& image) {
-  std::string content;
-  stbi_write_jpg_to_func(
-      [](void* to, void* data, int size) { static_cast<std::string*>(to)->append(static_cast<char*>(data), std::size_t(size)); },
-      &content, image.width, image.height, 4, image.rgba.data(), 90);
-  return content;
 }
 
 std::string webp_of(const Image& image) {
@@ -73,14 +60,6 @@ std::string tiff_of(const Image& image, int bits, int channels, int compression,
   }
   TIFFClose(tiff);
   return read_file(path);
-}
-
-std::string with_orientation(std::string jpeg, int orientation, bool little) {
-  std::string exif = little ? std::string("Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0_\0\0\0", 28)
-                            : std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0_\0\0", 28);
-  exif[exif.find('_')] = static_cast<char>(orientation);
-  const std::size_t length = exif.size() + 2;
-  return jpeg.insert(2, std::string("\xff\xe1") + static_cast<char>(length >> 8) + static_cast<char>(length) + exif);
 }
 
 std::string decode_message(const std::string& content) {
