@@ -17,6 +17,7 @@
 
 #include "command_line.h"
 #include "train/evaluate.h"
+#include "train/fits_model.h"
 #include "error.h"
 #include "gpu/out_of_memory.h"
 #include "printable.h"
@@ -301,6 +302,7 @@ int run(const CommandLine& o, viewer::Live* live) {
   options.settings["resolution"] = o.load.downscale;
   options.settings["test_every"] = o.load.test_every;
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
+  options.settings["dataset"] = train::fingerprints_of(scene);
   if (o.load.outside) options.settings["outside"] = true;
   options.up = up;
   options.bake_directions = bake_directions(scene);
