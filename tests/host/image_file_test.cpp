@@ -264,3 +264,34 @@ TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
   CHECK(seen(7) == "63 52 41 ");
   CHECK(seen(8) == "36 25 14 ");
 }
+
+TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
+  Image image{203, 101, {}};
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) image.rgba.insert(image.rgba.end(), {std::uint8_t(x), std::uint8_t(2 * y), std::uint8_t(x / 2 + y), 255});
+  const std::string jpeg = jpeg_of(image);
+  CHECK(decode_image(bytes_of(jpeg), "photo", 1).rgba == decode_image(bytes_of(jpeg), "photo").rgba);
+  for (const int divisor : {2, 4, 8}) {
+    CAPTURE(divisor);
+    const Image reduced = decode_image(bytes_of(jpeg), "photo", divisor);
+    REQUIRE(reduced.width == (203 + divisor - 1) / divisor);
+    REQUIRE(reduced.height == (101 + divisor - 1) / divisor);
+    int worst = 0;
+    for (int y = 0; y < 101 / divisor; ++y)
+      for (int x = 0; x < 203 / divisor; ++x)
+        for (int c = 0; c < 3; ++c) {
+          int sum = 0;
+          for (int i = 0; i < divisor * divisor; ++i) sum += image.rgba[std::size_t(4 * ((y * divisor + i / divisor) * 203 + x * divisor + i % divisor) + c)];
+          worst = std::max(worst, std::abs(reduced.rgba[std::size_t(4 * (y * reduced.width + x) + c)] - sum / divisor / divisor));
+        }
+    CHECK(worst <= 6);  // of the compression
+    CHECK(reduced.rgba[3] == 255);
+  }
+  const test::SceneFolder folder;
+  write_png(folder.path() / "a.png", image);
+  CHECK(read_image(folder.path() / "a.png", 4).width == 203);
+  std::string damaged = jpeg;
+  const std::size_t quantisation = damaged.find("\xff\xdb");
+  damaged[quantisation + 1] = '\xfe';  // a comment
+  CHECK(test::message_of([&] { decode_image(bytes_of(damaged), "photo", 4); }).starts_with("photo: cannot be decoded ("));
+}

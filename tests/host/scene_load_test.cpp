@@ -3,6 +3,10 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <jpeglib.h>
 
 #include "error.h"
 #include "jpeg_of.h"
@@ -614,4 +618,70 @@ TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
   for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) colmap.write(name, plain(32, 24, 100, 0, 0));
   options.downscale = 4;
   CHECK(load(colmap.path(), options).summary == "COLMAP, 2 photographs of 32 x 24 pixels, reduced to 8 x 6; 1 SIMPLE_RADIAL camera, no distortion");
+}
+
+namespace {
+
+// A JPEG of any size, written row by row: the left half dark, the right half bright.
+std::string large_jpeg(int width, int height) {
+  jpeg_compress_struct info{};
+  jpeg_error_mgr errors{};
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &bytes, &size);
+  info.image_width = static_cast<unsigned>(width), info.image_height = static_cast<unsigned>(height);
+  info.input_components = 3, info.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&info);
+  jpeg_start_compress(&info, TRUE);
+  std::vector<unsigned char> row(std::size_t(3 * width), 40);
+  std::fill(row.begin() + 3 * (width / 2), row.end(), 200);
+  JSAMPROW rows = row.data();
+  for (int y = 0; y < height; ++y) jpeg_write_scanlines(&info, &rows, 1);
+  jpeg_finish_compress(&info);
+  jpeg_destroy_compress(&info);
+  const std::string content(reinterpret_cast<const char*>(bytes), size);
+  std::free(bytes);
+  return content;
+}
+
+// A number of /proc/self/status, MB; 0 where there is none.
+double status_mb(const std::string& key) {
+  std::ifstream in("/proc/self/status");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with(key + ":")) return std::atof(line.c_str() + key.size() + 1) / 1024;
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("large JPEGs are decoded at the size that is asked for", "[scene][load][reduced]") {
+  const SceneFolder folder;
+  folder.write("a.jpg", large_jpeg(8000, 6000));
+  std::vector<std::string> frames;
+  for (int i = 0; i < 4; ++i) {
+    frames.push_back(frame(fmt::format("{}.jpg", i), i));
+    std::filesystem::create_symlink("a.jpg", folder.path() / fmt::format("{}.jpg", i));
+  }
+  folder.write("transforms.json", file_of("\"fl_x\": 8000, \"k1\": 0.00001,", frames));
+  LoadOptions options;
+  options.downscale = 12;  // a quarter more than is decoded
+  options.threads = 4;
+  std::ofstream("/proc/self/clear_refs") << 5;  // the peak begins anew
+  const double before = status_mb("VmRSS");
+  const Scene scene = load(folder.path(), options);
+  const double peak = status_mb("VmHWM") - before;
+  REQUIRE(scene.train.size() == 3);
+  const View& view = scene.train[0];
+  CHECK(view.image.width == 667);
+  CHECK(view.image.height == 500);
+  CHECK(view.camera.fx == Approx(8000 * 667 / 8000.0));
+  for (const int y : {1, 250, 498}) {
+    CHECK(std::abs(pixel(view, y * 667 + 320)[0] - 40) <= 2);
+    CHECK(std::abs(pixel(view, y * 667 + 346)[0] - 200) <= 2);
+  }
+  // A whole one has 183 MB of pixels, several times.
+  CAPTURE(before, peak);
+  CHECK(peak < 100);
 }
