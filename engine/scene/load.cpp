@@ -120,7 +120,7 @@ std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double 
   return result.value();
 }
 
-// Photographs of more pixels than cameras have, panoramas and scans, would take gigabytes each. Smaller ones are decoded whole, whose means
+// The largest photographs, panoramas and scans would take gigabytes each. Smaller ones are decoded whole, whose means
 // over pixels are exact.
 constexpr std::int64_t kLarge = std::int64_t(1) << 25, kMostAtOnce = std::int64_t(1) << 28;
 
