@@ -19,6 +19,7 @@
 #include "soup/model_file.h"
 #include "train/drawn.h"
 #include "train/evaluate.h"
+#include "train/fits_model.h"
 #include "train/renders.h"
 
 using namespace trisoup;
@@ -103,6 +104,8 @@ int main(int argc, char** argv) {
     load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
     const scene::Scene scene = scene::load(dataset, load);
     if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", dataset);
+    const bool as_trained = !*resolution && !*test_every && !*background && !*alpha;
+    if (const std::string line = train::misfit(file, scene, as_trained, printable(dataset)); !line.empty()) load.warn(line);
     device_options.draws = with_renderer || agreement;
     auto device = gpu::open_device(device_options);
     std::optional<train::Renders> pictures;

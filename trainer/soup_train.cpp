@@ -17,6 +17,7 @@
 
 #include "command_line.h"
 #include "train/evaluate.h"
+#include "train/fits_model.h"
 #include "error.h"
 #include "gpu/out_of_memory.h"
 #include "printable.h"
@@ -30,6 +31,7 @@
 #include "train/checkpoint.h"
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
+#include "train/start_points.h"
 #include "train/trainer.h"
 #include "viewer/live.h"
 #include "viewer/priority.h"
@@ -116,6 +118,13 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
   return fmt::format("; --memory {} would do", smaller.memory >> 20);
 }
 
+/// What was read, and how many of its points are worth starting from.
+std::string understood(const scene::Scene& scene) {
+  const std::size_t points = scene.points.positions.size();
+  if (points == 0) return scene.summary + "; no points";
+  return fmt::format("{}; {} points, {} after cleaning", scene.summary, points, train::usable_points(scene.points, points).size());
+}
+
 /// Points of a scene whose dataset has none, from its photographs. What cannot be matched starts at random, which one line says.
 void find_points(const CommandLine& o, scene::Scene& scene) {
   if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
@@ -192,6 +201,7 @@ int run(CommandLine o, viewer::Live* live) {
   };
   scene::Scene scene = scene::load(dataset, load);
   loading.clear();
+  say(o, "dataset: " + understood(scene));
   if (!begun) find_points(o, scene);
   train::Settings settings = begun ? o.resumed(*begun, scene, folder.checkpoint()) : o.settings(scene);
   folder.create();
@@ -317,6 +327,7 @@ int run(CommandLine o, viewer::Live* live) {
   options.settings["resolution"] = o.load.downscale;
   options.settings["test_every"] = o.load.test_every;
   options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
+  options.settings["dataset"] = train::fingerprints_of(scene);
   if (o.load.outside) options.settings["outside"] = true;
   options.up = up;
   if (!up) options.shown_up = mean_up(cameras);

@@ -14,6 +14,7 @@
 #include "atomic_file.h"
 #include "error.h"
 #include "image/jpeg_header.h"
+#include "image/jpeg_reduced.h"
 #include "image/webp_tiff.h"
 #include "printable.h"
 #include "read_file.h"
@@ -226,7 +227,7 @@ ImageSize image_size(const std::filesystem::path& path) {
   return size;
 }
 
-Image decode_image(std::span<const std::byte> content, const std::string& name) {
+Image decode_image(std::span<const std::byte> content, const std::string& name, int divisor) {
   const Bytes bytes(reinterpret_cast<const std::uint8_t*>(content.data()), content.size());
   if (bytes.size() > (std::size_t(1) << 30)) throw Error("{}: larger than 1 GiB; export the image at a smaller size", name);
   if (is_webp(content))
@@ -243,6 +244,8 @@ Image decode_image(std::span<const std::byte> content, const std::string& name) 
   if (stbi_info_from_memory(bytes.data(), size, &image.width, &image.height, &channels) == 0)
     throw Error("{}: header cannot be read ({}); export the image again", name, stbi_failure_reason());
   check_size(name, image.width, image.height, bytes.size());
+  if (divisor > 1 && is_jpeg(content))
+    if (auto reduced = decode_jpeg_reduced(content, name, divisor)) return std::move(*reduced);
   const std::unique_ptr<stbi_uc, decltype(&std::free)> pixels(
       stbi_load_from_memory(bytes.data(), size, &image.width, &image.height, &channels, 4), &std::free);
   if (!pixels) throw Error("{}: cannot be decoded ({}); export the image again", name, stbi_failure_reason());
@@ -250,9 +253,9 @@ Image decode_image(std::span<const std::byte> content, const std::string& name) 
   return image;
 }
 
-Image read_image(const std::filesystem::path& path) {
+Image read_image(const std::filesystem::path& path, int divisor) {
   const std::string content = read_file(path);
-  return decode_image(bytes_of(content), printable(path.string()));
+  return decode_image(bytes_of(content), printable(path.string()), divisor);
 }
 
 std::string encode_png(const Image& image, const std::string& name) {

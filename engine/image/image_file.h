@@ -21,11 +21,12 @@ ImageSize image_size(const std::filesystem::path& path);
 
 /// Decodes a whole PNG, JPEG, WebP or TIFF to straight (not premultiplied) RGBA; alpha is 255 where the format has none, 16-bit
 /// channels keep their upper 8 bits. An EXIF orientation is ignored, as the tools that estimate poses ignore it.
+/// `divisor` 2, 4 or 8: a JPEG may come with its sides divided by it, rounded up, in as much less memory; other files come whole.
 /// Throws Error, naming `name`, on any other format and on a file that is cut or damaged.
-Image decode_image(std::span<const std::byte> bytes, const std::string& name);
+Image decode_image(std::span<const std::byte> bytes, const std::string& name, int divisor = 1);
 
 /// decode_image of the content of a file.
-Image read_image(const std::filesystem::path& path);
+Image read_image(const std::filesystem::path& path, int divisor = 1);
 
 /// The image as it is seen where the camera was held as EXIF's orientation says: 2 to 4 mirrored, upside down, both; 5 to 8 with
 /// width and height exchanged (6: turned clockwise by a quarter). 1 leaves it as it is.

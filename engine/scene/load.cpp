@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <thread>
 
 #include "error.h"
 #include "scene/area_resample.h"
@@ -14,6 +15,7 @@
 #include "printable.h"
 #include "read_file.h"
 #include "scene/scene.h"
+#include "scene/summary.h"
 #include "scene/undistort.h"
 
 namespace trisoup::scene {
@@ -79,7 +81,6 @@ void check_aspect(const Frame& frame) {
 }
 
 Shot plan(Frame frame, double downscale) {
-  turn_to_camera(frame);
   check_aspect(frame);
   const auto shrunk = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / downscale))); };
   Shot shot;
@@ -119,13 +120,38 @@ std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double 
   return result.value();
 }
 
+// The largest photographs, panoramas and scans would take gigabytes each. Smaller ones are decoded whole, whose means
+// over pixels are exact.
+constexpr std::int64_t kLarge = std::int64_t(1) << 25, kMostAtOnce = std::int64_t(1) << 28;
+
+std::int64_t pixels_of(const Frame& frame) { return std::int64_t(frame.size.width) * frame.size.height; }
+
+// The sides that a JPEG is decoded with are divided by it: what is left is at least as large as the view.
+int divisor_of(const Shot& shot) {
+  if (pixels_of(shot.frame) <= kLarge) return 1;
+  for (const int divisor : {8, 4, 2})
+    if (shot.frame.size.width / divisor >= shot.camera.width && shot.frame.size.height / divisor >= shot.camera.height) return divisor;
+  return 1;
+}
+
+// As many as fit into bounded memory at once.
+int threads_for(const std::vector<const Shot*>& shots, int threads) {
+  std::int64_t largest = 1;
+  for (const Shot* shot : shots) largest = std::max(largest, pixels_of(shot->frame));
+  if (largest <= kLarge) return threads;
+  const int most = static_cast<int>(std::max<std::int64_t>(1, kMostAtOnce / largest));
+  return std::min(most, threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+}
+
 // Decoded, undistorted, then shrunk: undistortion interpolates between pixels of about the same size and would alias if it
 // had to shrink as well, and shrinking last averages its interpolation away. Compositing on the background comes after
 // both, when it is known for all images; colour is premultiplied until then, so that the order makes no difference.
 Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   const Frame& frame = shot.frame;
-  const Image image = turned(read_image(frame.photograph.file), frame.turned ? frame.size.orientation : 1);
-  if (image.width != frame.size.width || image.height != frame.size.height)
+  const int divisor = divisor_of(shot);
+  const Image image = turned(read_image(frame.photograph.file, divisor), frame.turned ? frame.size.orientation : 1);
+  const auto is_of = [&](int by) { return image.width == (frame.size.width + by - 1) / by && image.height == (frame.size.height + by - 1) / by; };
+  if (!is_of(1) && !is_of(divisor))
     throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
   alpha_used = uses_alpha(image);
   Photograph photograph = alpha == AlphaUse::composite ? from_coverage(image) : from_mask(image);
@@ -134,7 +160,7 @@ Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
     // 0 is out of the loss and some tools write 1 for the rest; what a JPEG stores as 0 may come back as a little more.
     exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())), is_jpeg(bytes_of(content)) ? 128 : 1);
   }
-  photograph = undistort(photograph, shot.source, frame.lens);
+  photograph = undistort(photograph, resized(shot.source, image.width, image.height), frame.lens);
   return area_resample(photograph, shot.camera.width, shot.camera.height);
 }
 
@@ -145,7 +171,7 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   std::mutex guard;
   int done = 0;
   bool any_alpha = false;
-  parallel_for(count, options.threads, [&](int i) {
+  parallel_for(count, threads_for(shots, options.threads), [&](int i) {
     bool alpha_used = false;
     photographs[std::size_t(i)] = develop(*shots[std::size_t(i)], options.alpha, alpha_used);
     const std::lock_guard lock(guard);
@@ -209,12 +235,14 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
   check_intrinsics(dataset.frames, options.warn);
-
+  report_halves(dataset, options.warn);
   std::vector<Shot> shots;
   for (Frame& frame : dataset.frames) {
-    shots.push_back(plan(std::move(frame), options.downscale));
+    turn_to_camera(frame);
+    shots.push_back(plan(frame, options.downscale));
     shots.back().index = static_cast<std::uint32_t>(shots.size() - 1);
   }
+  const std::string summary = summary_of(dataset, {shots.front().camera.width, shots.front().camera.height});
   sort_and_split(shots, dataset.has_split, options.test_every);
 
   std::vector<Camera> train_cameras;
@@ -226,6 +254,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   Scene scene;
   scene.format = dataset.format;
   scene.path = path;
+  scene.summary = summary;
   scene.synthetic = dataset.format == Format::blender;
   scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);

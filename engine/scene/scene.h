@@ -50,6 +50,7 @@ struct Scene {
   std::filesystem::path path;
   std::vector<View> train, test;  // each sorted by name
   Points points;
+  std::string summary;         // what was understood of the dataset, one line
   glm::vec3 background{0.0f};  // colour behind everything, 0..1
   Normalisation normalisation;
   bool synthetic = false;         // Blender format: the published "synthetic" recipe applies

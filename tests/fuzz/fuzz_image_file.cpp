@@ -1,8 +1,11 @@
-// Fuzzes the decoding of PNG and JPEG files.
+// Fuzzes the decoding of PNG, JPEG, WebP and TIFF files, whole and, of JPEG, at a quarter of the sides, and the header of JPEG.
 #include "image/image_file.h"
+#include "image/jpeg_header.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trisoup;
+  fuzz::expect_result_or_error([&] { jpeg_header({data, size}); });
+  fuzz::expect_result_or_error([&] { decode_image(fuzz::bytes(data, size), "fuzz", 4); });
   return fuzz::expect_result_or_error([&] { decode_image(fuzz::bytes(data, size), "fuzz"); });
 }

@@ -10,18 +10,13 @@
 
 #include "error.h"
 #include "image/image_file.h"
+#include "jpeg_of.h"
 #include "read_file.h"
 #include "scene_temporary_folder.h"
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#define STB_IMAGE_WRITE_STATIC
-#define STB_IMAGE_WRITE_IMPLEMENTATION
-#include <stb/stb_image_write.h>
-#pragma GCC diagnostic pop
-
 using namespace trisoup;
+using test::jpeg_of;
+using test::with_orientation;
 
 namespace {
 
@@ -31,14 +26,6 @@ Image noise(int width, int height, bool opaque) {
   for (int i = 0; i < width * height * 4; ++i)
     image.rgba.push_back(opaque && i % 4 == 3 ? 255 : static_cast<std::uint8_t>(random()));
   return image;
-}
-
-std::string jpeg_of(const Image& image) {
-  std::string content;
-  stbi_write_jpg_to_func(
-      [](void* to, void* data, int size) { static_cast<std::string*>(to)->append(static_cast<char*>(data), std::size_t(size)); },
-      &content, image.width, image.height, 4, image.rgba.data(), 90);
-  return content;
 }
 
 std::string webp_of(const Image& image) {
@@ -73,14 +60,6 @@ std::string tiff_of(const Image& image, int bits, int channels, int compression,
   }
   TIFFClose(tiff);
   return read_file(path);
-}
-
-std::string with_orientation(std::string jpeg, int orientation, bool little) {
-  std::string exif = little ? std::string("Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0_\0\0\0", 28)
-                            : std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0_\0\0", 28);
-  exif[exif.find('_')] = static_cast<char>(orientation);
-  const std::size_t length = exif.size() + 2;
-  return jpeg.insert(2, std::string("\xff\xe1") + static_cast<char>(length >> 8) + static_cast<char>(length) + exif);
 }
 
 std::string decode_message(const std::string& content) {
@@ -284,4 +263,35 @@ TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
   CHECK(seen(6) == "41 52 63 ");
   CHECK(seen(7) == "63 52 41 ");
   CHECK(seen(8) == "36 25 14 ");
+}
+
+TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
+  Image image{203, 101, {}};
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) image.rgba.insert(image.rgba.end(), {std::uint8_t(x), std::uint8_t(2 * y), std::uint8_t(x / 2 + y), 255});
+  const std::string jpeg = jpeg_of(image);
+  CHECK(decode_image(bytes_of(jpeg), "photo", 1).rgba == decode_image(bytes_of(jpeg), "photo").rgba);
+  for (const int divisor : {2, 4, 8}) {
+    CAPTURE(divisor);
+    const Image reduced = decode_image(bytes_of(jpeg), "photo", divisor);
+    REQUIRE(reduced.width == (203 + divisor - 1) / divisor);
+    REQUIRE(reduced.height == (101 + divisor - 1) / divisor);
+    int worst = 0;
+    for (int y = 0; y < 101 / divisor; ++y)
+      for (int x = 0; x < 203 / divisor; ++x)
+        for (int c = 0; c < 3; ++c) {
+          int sum = 0;
+          for (int i = 0; i < divisor * divisor; ++i) sum += image.rgba[std::size_t(4 * ((y * divisor + i / divisor) * 203 + x * divisor + i % divisor) + c)];
+          worst = std::max(worst, std::abs(reduced.rgba[std::size_t(4 * (y * reduced.width + x) + c)] - sum / divisor / divisor));
+        }
+    CHECK(worst <= 6);  // of the compression
+    CHECK(reduced.rgba[3] == 255);
+  }
+  const test::SceneFolder folder;
+  write_png(folder.path() / "a.png", image);
+  CHECK(read_image(folder.path() / "a.png", 4).width == 203);
+  std::string damaged = jpeg;
+  const std::size_t quantisation = damaged.find("\xff\xdb");
+  damaged[quantisation + 1] = '\xfe';  // a comment
+  CHECK(test::message_of([&] { decode_image(bytes_of(damaged), "photo", 4); }).starts_with("photo: cannot be decoded ("));
 }

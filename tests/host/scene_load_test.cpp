@@ -3,8 +3,13 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <jpeglib.h>
 
 #include "error.h"
+#include "jpeg_of.h"
 #include "scene/scene.h"
 #include "scene_temporary_folder.h"
 
@@ -428,7 +433,9 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
   folder.write("masks/00.png", plain(16, 12, 0, 0, 0));
   folder.write("masks/01.png", plain(16, 12, 0, 0, 0));
   load(folder.path(), options);  // 00 and 08 are held out
-  REQUIRE(lines.size() == 2);
+  REQUIRE(lines.size() == 3);
+  CHECK(lines[0].ends_with("transforms.json: masks for 2 of 9 photographs, none for images/02.png; all of what has no mask counts"));
+  lines.erase(lines.begin());
   CHECK(lines[0].find("no pixel is left of 1 of 7 training views, first: images/01.png: its mask leaves out all of it ") != std::string::npos);
   CHECK(lines[1].find("no pixel is left of 1 of 2 test views, first: images/00.png: ") != std::string::npos);
   folder.write("masks/08.png", plain(16, 12, 0, 0, 0));
@@ -551,4 +558,130 @@ TEST_CASE("a COLMAP model of another machine finds its photographs", "[scene][lo
   folder.write("sparse/0/points3D.txt", std::string("1 0 0 1 255 0 0 0.1 1 0\n"));
   folder.write("images/b.png", plain(32, 24, 2, 0, 0));
   CHECK(names(load(folder.path(), {}).train) == std::vector<std::string>{"images/b.png"});
+}
+
+TEST_CASE("a photograph is turned by EXIF where its camera was", "[scene][load][exif]") {
+  const SceneFolder folder;
+  // Black, but white at the top right of the file.
+  Image image = plain(32, 16, 0, 0, 0);
+  for (int y = 0; y < 8; ++y)
+    for (int x = 24; x < 32; ++x)
+      for (int c = 0; c < 3; ++c) image.rgba[std::size_t(4 * (32 * y + x) + c)] = 255;
+  const auto load_as = [&](int orientation, const std::string& size) {
+    folder.write("a.jpg", test::with_orientation(test::jpeg_of(image), orientation));
+    folder.write("transforms.json", file_of("\"fl_x\": 20," + size, {frame("a.jpg", 0)}));
+    return load(folder.path(), {});
+  };
+  const auto white = [](const Scene& scene, int x, int y) { return pixel(scene.train.at(0), y * scene.train.at(0).image.width + x)[0] > 200; };
+  const Scene turned = load_as(6, "\"w\": 16, \"h\": 32,");
+  CHECK(turned.train[0].image.width == 16);
+  CHECK(white(turned, 13, 29));  // clockwise: the right is below
+  CHECK(turned.summary.find("; 1 turned by EXIF, as their cameras are") != std::string::npos);
+  CHECK(white(load_as(8, "\"w\": 16, \"h\": 32,"), 2, 2));
+  // Of its pixels, or of no size: as it is stored.
+  for (const char* size : {"\"w\": 32, \"h\": 16,", "\"w\": 64, \"h\": 32,", ""}) {
+    const Scene stored = load_as(6, size);
+    CHECK(stored.train[0].image.width == 32);
+    CHECK(white(stored, 29, 2));
+    CHECK(stored.summary.find("; EXIF orientation of 1 left alone") != std::string::npos);
+  }
+  CHECK(load_as(1, "").summary.find("EXIF") == std::string::npos);
+  CHECK(test::message_of([&] { load_as(1, "\"w\": 16, \"h\": 32,"); }).find("a.jpg: is 32 x 16 but its camera is 16 x 32; ") != std::string::npos);
+}
+
+TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
+  const SceneFolder folder;
+  write_transforms(folder, 9);
+  CHECK(load(folder.path(), {}).summary == "transforms.json, 9 photographs of 16 x 12 pixels; 1 PINHOLE camera, no distortion");
+  write_transforms(folder, 10, "\"k1\": 0.01,");
+  std::filesystem::remove(folder.path() / "images/07.png");
+  for (const char* mask : {"masks/00.png", "masks/01.png", "masks/02.png"}) folder.write(mask, plain(16, 12, 255, 255, 255));
+  for (const char* copy : {"images_2/03.png", "images_2/04.png"}) folder.write(copy, plain(8, 6, 9, 9, 9));
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  options.downscale = 2;
+  CHECK(load(folder.path(), options).summary ==
+        "transforms.json, 9 photographs of several sizes (images_2 for 2); 1 OPENCV camera, distortion taken out; masks for 3 of 9; 1 without an image");
+  REQUIRE(lines.size() == 3);
+  CHECK(lines[1].find("masks for 3 of 9 photographs, none for images/03.png; ") != std::string::npos);
+  CHECK(lines[2].find("images_2 holds 2 of 9 photographs, not images/00.png; ") != std::string::npos);
+  // Half of them, and all of them, are meant so.
+  for (int i = 0; i < 10; ++i) folder.write(fmt::format("images_2/{:02}.png", i), plain(8, 6, 9, 9, 9));
+  for (int i = 3; i < 6; ++i) folder.write(fmt::format("masks/{:02}.png", i), plain(16, 12, 255, 255, 255));
+  lines.clear();
+  CHECK(load(folder.path(), options).summary.starts_with("transforms.json, 10 photographs of 8 x 6 pixels (images_2); 1 "));
+  CHECK(lines.empty());
+
+  const SceneFolder colmap;
+  write_colmap(colmap, "sparse/0/", "1 SIMPLE_RADIAL 32 24 30 16 12 0");
+  for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) colmap.write(name, plain(32, 24, 100, 0, 0));
+  options.downscale = 4;
+  CHECK(load(colmap.path(), options).summary == "COLMAP, 2 photographs of 32 x 24 pixels, reduced to 8 x 6; 1 SIMPLE_RADIAL camera, no distortion");
+}
+
+namespace {
+
+// A JPEG of any size, written row by row: the left half dark, the right half bright.
+std::string large_jpeg(int width, int height) {
+  jpeg_compress_struct info{};
+  jpeg_error_mgr errors{};
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &bytes, &size);
+  info.image_width = static_cast<unsigned>(width), info.image_height = static_cast<unsigned>(height);
+  info.input_components = 3, info.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&info);
+  jpeg_start_compress(&info, TRUE);
+  std::vector<unsigned char> row(std::size_t(3 * width), 40);
+  std::fill(row.begin() + 3 * (width / 2), row.end(), 200);
+  JSAMPROW rows = row.data();
+  for (int y = 0; y < height; ++y) jpeg_write_scanlines(&info, &rows, 1);
+  jpeg_finish_compress(&info);
+  jpeg_destroy_compress(&info);
+  const std::string content(reinterpret_cast<const char*>(bytes), size);
+  std::free(bytes);
+  return content;
+}
+
+// A number of /proc/self/status, MB; 0 where there is none.
+double status_mb(const std::string& key) {
+  std::ifstream in("/proc/self/status");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with(key + ":")) return std::atof(line.c_str() + key.size() + 1) / 1024;
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("large JPEGs are decoded at the size that is asked for", "[scene][load][reduced]") {
+  const SceneFolder folder;
+  folder.write("a.jpg", large_jpeg(8000, 6000));
+  std::vector<std::string> frames;
+  for (int i = 0; i < 4; ++i) {
+    frames.push_back(frame(fmt::format("{}.jpg", i), i));
+    std::filesystem::create_symlink("a.jpg", folder.path() / fmt::format("{}.jpg", i));
+  }
+  folder.write("transforms.json", file_of("\"fl_x\": 8000, \"k1\": 0.00001,", frames));
+  LoadOptions options;
+  options.downscale = 12;  // a quarter more than is decoded
+  options.threads = 4;
+  std::ofstream("/proc/self/clear_refs") << 5;  // the peak begins anew
+  const double before = status_mb("VmRSS");
+  const Scene scene = load(folder.path(), options);
+  const double peak = status_mb("VmHWM") - before;
+  REQUIRE(scene.train.size() == 3);
+  const View& view = scene.train[0];
+  CHECK(view.image.width == 667);
+  CHECK(view.image.height == 500);
+  CHECK(view.camera.fx == Approx(8000 * 667 / 8000.0));
+  for (const int y : {1, 250, 498}) {
+    CHECK(std::abs(pixel(view, y * 667 + 320)[0] - 40) <= 2);
+    CHECK(std::abs(pixel(view, y * 667 + 346)[0] - 200) <= 2);
+  }
+  // A whole one has 183 MB of pixels, several times.
+  CAPTURE(before, peak);
+  CHECK(peak < 100);
 }

@@ -1,0 +1,94 @@
+#include "scene/summary.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "printable.h"
+#include "scene/fingerprint.h"
+
+namespace trisoup::scene {
+namespace {
+
+std::uint64_t intrinsics_of(const Frame& frame) {
+  Fingerprint result;
+  result.add(frame.model);
+  result.add(frame.camera.width), result.add(frame.camera.height);
+  for (const double value : {frame.camera.fx, frame.camera.fy, frame.camera.cx, frame.camera.cy, frame.lens.p1, frame.lens.p2}) result.add(value);
+  for (const double value : frame.lens.radial) result.add(value);
+  for (const double value : frame.lens.denominator) result.add(value);
+  return result.value();
+}
+
+template <typename F>
+std::size_t count(const Dataset& dataset, F&& has) {
+  return static_cast<std::size_t>(std::count_if(dataset.frames.begin(), dataset.frames.end(), has));
+}
+
+bool is_masked(const Frame& frame) { return !frame.mask.empty(); }
+bool is_prescaled(const Frame& frame) { return frame.photograph.prescaled; }
+
+/// The folder of the prescaled copies: images_4.
+std::string prescaled_folder(const Dataset& dataset) {
+  for (const Frame& frame : dataset.frames)
+    if (frame.photograph.prescaled)
+      for (const auto& part : frame.photograph.file)
+        if (part == "images_2" || part == "images_4" || part == "images_8") return part.string();
+  return {};
+}
+
+std::string cameras_text(const Dataset& dataset) {
+  std::map<std::string, std::set<std::uint64_t>> by_model;
+  for (const Frame& frame : dataset.frames) by_model[frame.model].insert(intrinsics_of(frame));
+  std::string text;
+  for (const auto& [model, cameras] : by_model)
+    text += fmt::format("{}{} {} camera{}", text.empty() ? "" : ", ", cameras.size(), model, cameras.size() == 1 ? "" : "s");
+  const std::size_t distorted = count(dataset, [](const Frame& frame) { return !frame.lens.is_pinhole(); });
+  if (distorted == dataset.frames.size()) text += ", distortion taken out";
+  else text += distorted == 0 ? ", no distortion" : fmt::format(", distortion taken out of {}", distorted);
+  return text;
+}
+
+}  // namespace
+
+std::string summary_of(const Dataset& dataset, ImageSize shrunk) {
+  const std::size_t all = dataset.frames.size();
+  std::string text = dataset.format == Format::blender ? "Blender" : dataset.format == Format::colmap ? "COLMAP" : "transforms.json";
+  text += fmt::format(", {} photograph{}", all, all == 1 ? "" : "s");
+  const ImageSize size = dataset.frames.front().size;
+  const bool one_size = std::all_of(dataset.frames.begin(), dataset.frames.end(), [&](const Frame& f) { return f.size.width == size.width && f.size.height == size.height; });
+  text += one_size ? fmt::format(" of {} x {} pixels", size.width, size.height) : " of several sizes";
+  const std::size_t prescaled = count(dataset, is_prescaled);
+  if (prescaled > 0) text += fmt::format(" ({}{})", prescaled_folder(dataset), prescaled < all ? fmt::format(" for {}", prescaled) : "");
+  if (one_size && (shrunk.width != size.width || shrunk.height != size.height)) text += fmt::format(", reduced to {} x {}", shrunk.width, shrunk.height);
+  text += "; " + cameras_text(dataset);
+  if (const std::size_t masks = count(dataset, is_masked); masks > 0) text += fmt::format("; masks for {} of {}", masks, all);
+  const std::size_t turned = count(dataset, [](const Frame& frame) { return frame.turned; });
+  const std::size_t held = count(dataset, [](const Frame& frame) { return frame.size.orientation != 1; });
+  if (turned > 0) text += fmt::format("; {} turned by EXIF, as their cameras are", turned);
+  if (held > turned) text += fmt::format("; EXIF orientation of {} left alone, as COLMAP and nerfstudio leave it", held - turned);
+  std::size_t missing = 0, again = 0;
+  for (const Listing& listing : dataset.listings) missing += listing.missing.size(), again += listing.again.size();
+  if (again > 0) text += fmt::format("; {} listed again", again);
+  if (missing > 0) text += fmt::format("; {} without an image", missing);
+  return text;
+}
+
+void report_halves(const Dataset& dataset, const std::function<void(const std::string&)>& warn) {
+  if (!warn) return;
+  const std::size_t all = dataset.frames.size(), masks = count(dataset, is_masked), prescaled = count(dataset, is_prescaled);
+  if (masks > 0 && 2 * masks < all) {
+    const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_masked);
+    warn(fmt::format("{}: masks for {} of {} photographs, none for {}; all of what has no mask counts", dataset.source, masks, all,
+                     printable(without->photograph.name)));
+  }
+  if (prescaled > 0 && prescaled < all) {
+    const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_prescaled);
+    warn(fmt::format("{}: {} holds {} of {} photographs, not {}; the others are reduced from their full size", dataset.source, prescaled_folder(dataset),
+                     prescaled, all, printable(without->photograph.name)));
+  }
+}
+
+}  // namespace trisoup::scene
