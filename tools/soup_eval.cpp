@@ -51,7 +51,8 @@ int main(int argc, char** argv) {
   std::string aa = "none";
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
-  app.add_option("MODEL", model_path, "model.glb")->required();
+  app.set_version_flag("--version", "soup-eval " TRISOUP_VERSION);
+  app.add_option("MODEL", model_path, "model.glb, or the folder of a training with it")->required();
   app.add_option("DATASET", dataset, "the dataset it was trained on, or another with the same coordinates")->required();
   auto* resolution = app.add_option("-r,--resolution", load.downscale, "divide image sides by this factor [as trained]");
   auto* test_every = app.add_option("--test-every", load.test_every, "every K-th view is a test view [as trained]");
@@ -70,7 +71,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))->needs("--renderer");
   app.add_flag("--agreement", agreement, "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties");
   app.add_option("--backend", device_options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
-  app.add_option("--device", device_options.device, "number or part of the name");
+  app.add_option("--device", device_options.device, "number that soup-train --list-devices prints, or part of a name");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -78,6 +79,7 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
   try {
+    model_path = soup::model_in(model_path).string();
     soup::ModelFile file = soup::read_model(model_path);
     double test_near = 0.025, test_far = 2.5;
     try {
