@@ -173,7 +173,7 @@ TEST_CASE("photographs become a dataset, and are not worked on twice", "[reconst
   s.folder.write("photographs/e.png", test::plain(9, 6, 1, 2, 3));
   s.colmap("model 0 all");
   s.options.resume = true;
-  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("other photographs") && Contains("--resume"));
+  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("other photographs") && Contains("--overwrite"));
   CHECK(fs::exists(s.out("sparse/0/images.bin")));
   s.options.resume = false;
   CHECK(s.run().registered == 4);
