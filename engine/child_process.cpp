@@ -59,12 +59,17 @@ class NewLines {
   std::string pending_;  // a line without its end
 };
 
+/// Sends a signal to a program and to all that it has started: it may be a script around the one that works.
+void signal_all(pid_t program, int signal) {
+  if (::kill(-program, signal) != 0) ::kill(program, signal);
+}
+
 /// Ends and collects a program that is still running when an exception leaves this file.
 struct Child {
   pid_t id = -1;
   ~Child() {
     if (id < 0) return;
-    ::kill(id, SIGKILL);
+    signal_all(id, SIGKILL);
     ::waitpid(id, nullptr, 0);
   }
 };
@@ -76,6 +81,7 @@ pid_t start(const std::vector<std::string>& arguments, int out, int keep_open) {
   const pid_t parent = ::getpid(), child = ::fork();
   if (child != 0) return child;
   // Between fork and exec nothing that allocates.
+  ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != parent) ::_exit(125);
   // Some programs take keys from the terminal, and would take those that are not meant for them.
@@ -105,10 +111,10 @@ ChildResult run_child(const std::vector<std::string>& arguments, const ChildOpti
     lines.read();
     const auto now = std::chrono::steady_clock::now();
     if (stop && asked == std::chrono::steady_clock::time_point{}) {
-      ::kill(child.id, SIGTERM);
+      signal_all(child.id, SIGTERM);
       asked = now;
     } else if (stop && options.patience > 0 && now - asked > std::chrono::duration<double>(options.patience)) {
-      ::kill(child.id, SIGKILL);
+      signal_all(child.id, SIGKILL);
     }
     ::usleep(20'000);
   }

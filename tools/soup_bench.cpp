@@ -19,11 +19,12 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
+  app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
   gpu::DeviceOptions options;
   bench::StepsOptions base;
   auto* sub = app.add_subcommand("steps", "time, bytes and operations of a training step by kernel, over pixels and over triangles");
   sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
-  sub->add_option("--device", options.device, "number or part of the name");
+  sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
   sub->add_option("--size", base.side, "side of the square views [200]")->check(CLI::Range(1, 16384));
   sub->add_option("--triangles", base.triangles, "triangles [2000]")->check(CLI::Range(1, 10'000'000));
   sub->add_option("--views", base.views, "views per step [4]")->check(CLI::Range(1, 1024));
@@ -36,7 +37,7 @@ int main(int argc, char** argv) {
   FramesOptions frames;
   auto* frames_sub = app.add_subcommand("frames", "time of a picture over sizes and triangles, beside the passes of the published viewer");
   frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is split and thinned for the table")->required();
-  frames_sub->add_option("--device", options.device, "number or part of the name");
+  frames_sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
   frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")->check(CLI::Range(1, 100000));
   frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
   bench::RunOptions plan;

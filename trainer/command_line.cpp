@@ -151,7 +151,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   auto* device = app.add_option_group("Device");
   device->add_flag("--list-devices", o.list_devices, "print the devices and end");
   device->add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
-  device->add_option("--device", o.device.device, "a Vulkan or CUDA device: number or part of its name [the fastest kind there is]");
+  device->add_option("--device", o.device.device, "number that --list-devices prints, or part of a name of any backend [the fastest kind there is]");
   device->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
   device->add_option("--lose-after-launches", o.device.lose_after_launches)->group("");  // for tests: not in --help
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");

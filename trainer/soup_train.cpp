@@ -422,7 +422,8 @@ int run_with_window(const CommandLine& options) {
   look.dataset = options.dataset;
   look.device = options.device;
   look.device.draws = true;
-  if (look.device.backend != "auto" && look.device.backend != "vulkan") {
+  const bool other_backend = look.device.backend != "auto" && look.device.backend != "vulkan";
+  if (other_backend || (!look.device.device.empty() && !gpu::choose_device(look.device, gpu::list_devices()))) {
     // Others cannot draw; the window takes what there is.
     look.device.backend = "auto";
     look.device.device.clear();

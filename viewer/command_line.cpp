@@ -55,6 +55,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
                "  soup-view model.glb --path orbit --frames 120 -o frames\n"
                "  soup-view model.glb --benchmark --json times.json"};
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-view: {}; see --help\n", e.what()); });
+  app.set_version_flag("--version", "soup-view " TRISOUP_VERSION);
   std::string size, background, up, mode, aa;
   app.add_option("MODEL", c.model, "model.glb");
   auto* without = "Without a window (no display needed)";
@@ -85,7 +86,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
                  "window that a CPU draws]")->group(picture);
   app.add_option("--background", background, "white, black or R,G,B from 0 to 1 [the model's]")->group(picture);
   auto* device = "Device";
-  app.add_option("--device", c.device.device, "number or part of the name")->group(device);
+  app.add_option("--device", c.device.device, "number that --list-devices prints, or part of the name")->group(device);
   app.add_flag("--list-devices", c.list_devices, "name the devices and exit")->group(device);
   app.add_flag("--validation", c.device.validation, "run with the Vulkan validation layers; fail on any message")->group(device);
   const auto fail = [&](const std::string& line) -> std::optional<CommandLine> {

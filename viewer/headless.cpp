@@ -66,6 +66,9 @@ void screenshot(Setting& s) {
   std::error_code none;
   if (std::filesystem::equivalent(*s.options.screenshot, s.subject.path, none))
     throw Error("{}: is the model itself; choose another name for the picture", *s.options.screenshot);
+  const std::string ending = std::filesystem::path(*s.options.screenshot).extension().string();
+  if (!ending.empty() && ending != ".png" && ending != ".PNG")
+    throw Error("--screenshot {}: a picture is written as PNG; give it a name that ends with .png", *s.options.screenshot);
   write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
 }
 

@@ -29,10 +29,7 @@ scene::Scene load_cameras(const Subject& s, const std::string& dataset) {
 
 Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up) {
   Subject s;
-  // The folder of a training will do as well.
-  const std::filesystem::path path(model);
-  std::error_code ignored;
-  s.path = std::filesystem::is_directory(path, ignored) ? (path / "model.glb").string() : model;
+  s.path = soup::model_in(model).string();
   soup::ModelFile file = soup::read_model(s.path);
   s.model = std::move(file.model);
   s.cameras = std::move(file.cameras);

@@ -1,6 +1,7 @@
 #include "gpu/device.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 
 #include "error.h"
@@ -106,17 +107,35 @@ void Device::run_list(CommandList& list) {
   }
 }
 
-std::vector<DeviceInfo> list_devices() {
+namespace {
+
+/// careful: a CUDA that is broken is an error, and not one device less.
+std::vector<DeviceInfo> all_devices(bool careful) {
   std::vector<DeviceInfo> devices = list_vulkan_devices();
-  for (DeviceInfo& device : list_cuda_devices()) devices.push_back(std::move(device));
+  try {
+    for (DeviceInfo& device : list_cuda_devices()) devices.push_back(std::move(device));
+  } catch (const Error&) {
+    if (careful) throw;
+  }
   for (DeviceInfo& device : list_host_devices()) devices.push_back(std::move(device));
+  for (std::size_t i = 0; i < devices.size(); ++i) devices[i].index = static_cast<int>(i);
   return devices;
 }
+
+std::string lower(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices() { return all_devices(true); }
 
 namespace {
 
 bool needs_vulkan(const DeviceOptions& options) {
-  return options.draws || options.validation || !options.device.empty() || !options.window_extensions.empty();
+  return options.draws || options.validation || !options.window_extensions.empty();
 }
 
 bool has_gpu(std::string_view backend, const std::vector<DeviceInfo>& devices) {
@@ -144,12 +163,45 @@ std::string choose_backend(const DeviceOptions& options, const std::vector<Devic
   return has_gpu("vulkan", devices) ? "vulkan" : has_gpu("cuda", devices) ? "cuda" : "cpu";
 }
 
-std::unique_ptr<Device> open_device(const DeviceOptions& options) {
+const DeviceInfo* choose_device(const DeviceOptions& options, const std::vector<DeviceInfo>& devices) {
+  const std::string wanted = lower(options.device);
+  int index = -1;
+  const char* end = options.device.data() + options.device.size();
+  const auto [rest, problem] = std::from_chars(options.device.data(), end, index);
+  const bool is_number = rest == end && problem == std::errc();
+  const DeviceInfo* chosen = nullptr;
+  for (const DeviceInfo& d : devices) {
+    if (options.backend != "auto" ? d.backend != options.backend : needs_vulkan(options) && d.backend != "vulkan") continue;
+    const bool fits = is_number ? d.index == index : d.backend == wanted || lower(d.name).find(wanted) != std::string::npos;
+    if (fits && (!chosen || d.kind < chosen->kind)) chosen = &d;
+  }
+  return chosen;
+}
+
+namespace {
+
+/// The same options for the backend of the device that they name, by its number there.
+DeviceOptions with_backend(DeviceOptions options) {
+  const std::vector<DeviceInfo> devices = all_devices(options.backend == "cuda");
+  const DeviceInfo* const chosen = choose_device(options, devices);
+  if (!chosen)
+    throw Error("--device {}: there is no such device{}; --list-devices names them", options.device,
+                options.backend != "auto" ? " of --backend " + options.backend : needs_vulkan(options) ? " that Vulkan has" : "");
+  const auto before = std::ranges::count_if(devices, [&](const DeviceInfo& d) { return d.backend == chosen->backend && d.index < chosen->index; });
+  options.backend = chosen->backend;
+  options.device = std::to_string(before);
+  return options;
+}
+
+bool is_backend(const std::string& name) { return name == "auto" || name == "vulkan" || name == "cuda" || name == "cpu"; }
+
+}  // namespace
+
+std::unique_ptr<Device> open_device(const DeviceOptions& given) {
+  const DeviceOptions options = given.device.empty() || !is_backend(given.backend) ? given : with_backend(given);
   const std::string backend = choose_backend(options, devices_in_question(options));
   if (backend == "vulkan") return open_vulkan_device(options);
   if (backend == "cuda") return open_cuda_device(options);
-  if (backend == "cpu" && !options.device.empty())
-    throw Error("--device {}: --backend cpu has no devices to choose from; leave out one of the two", options.device);
   if (backend == "cpu") return open_host_device(options);
   throw Error("--backend {}: this program has no such backend; use auto, vulkan, cuda or cpu", options.backend);
 }

@@ -21,7 +21,7 @@ namespace trisoup::gpu {
 enum class Kind { discrete, integrated, virtual_gpu, other, cpu };  // the fastest first
 
 struct DeviceInfo {
-  int index = 0;          // what --device takes
+  int index = 0;          // what --device takes: in list_devices() among all, in a backend's own list among its own
   std::string backend;    // "vulkan", "cuda", "cpu"
   std::string name;       // as the driver says it
   std::string driver;     // driver and its version
@@ -166,20 +166,24 @@ class Device {
 
 struct DeviceOptions {
   std::string backend = "auto";  // auto (see choose_backend()), vulkan, cuda, cpu
-  std::string device = {};       // number, or a part of the name; empty: the fastest kind there is
+  std::string device = {};       // number in list_devices(), a part of a name or a backend's; empty: the fastest kind there is
   bool draws = false;            // the device has to have a rasteriser (Device::graphics())
   std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
   bool validation = false;       // Khronos validation layer, core and synchronisation
   std::uint64_t lose_after_launches = 0;  // fault injection for tests: report a lost device at this launch; 0: never
 };
 
-/// Every usable device, best first kept in the order of their indices. Empty when there is none.
+/// Every usable device, numbered from 0 on: those of Vulkan, of CUDA, the CPU. Empty when there is none.
 std::vector<DeviceInfo> list_devices();
 
 /// What the backend "auto" stands for where these devices are: a GPU through Vulkan, else through CUDA, else the CPU's own threads, which take
 /// less than half the time of a Vulkan driver for the CPU (docs/benchmarks.md). Vulkan whatever there is where something is asked for that
-/// it alone has: drawing, windows, validation, a device by name or number.
+/// it alone has: drawing, windows, validation. Not asked where a device is.
 std::string choose_backend(const DeviceOptions& options, const std::vector<DeviceInfo>& devices);
+
+/// The one of `devices`, as list_devices() has them, that options.device means: its number, a part of its name in capitals or not, or the name of its
+/// backend; of several the first of the fastest kind. Only one of options.backend, and only one that has what is asked for. Null where there is none.
+const DeviceInfo* choose_device(const DeviceOptions& options, const std::vector<DeviceInfo>& devices);
 
 /// Throws Error when no device fits.
 std::unique_ptr<Device> open_device(const DeviceOptions& options);

@@ -410,6 +410,11 @@ std::uint64_t write_model(const std::filesystem::path& path, const Model& model,
   return bytes.size();
 }
 
+std::filesystem::path model_in(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) ? path / "model.glb" : path;
+}
+
 ModelFile read_model(const std::filesystem::path& path) {
   const std::string content = read_file(path);
   return decode_model(std::as_bytes(std::span(content)), path.string());

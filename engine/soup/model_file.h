@@ -52,6 +52,8 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
 
 /// encode_model to a file, atomically; returns its size in bytes. Throws Error as well if it cannot be written.
 std::uint64_t write_model(const std::filesystem::path& path, const Model& model, const ModelFileOptions& options);
+/// `path`, or where it is the folder of a training the model in it.
+std::filesystem::path model_in(const std::filesystem::path& path);
 /// decode_model of a file. Throws Error as well if it cannot be read.
 ModelFile read_model(const std::filesystem::path& path);
 

@@ -31,6 +31,10 @@ Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scen
   return evaluation;
 }
 
+std::size_t most_ties(std::size_t pixels) { return std::max<std::size_t>(pixels / 1000, 3); }
+
+bool Agreement::holds() const { return ties <= most_ties(pixels) && psnr > 60; }
+
 std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& views,
                                  const scene::Normalisation& normalisation, double near, double far, render::MlpUse mlp) {
   check_clip_planes(near, far);

@@ -1,6 +1,7 @@
 // The real-time renderer held against photographs and against the kernels that train.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,13 @@ struct Agreement {
   std::size_t pixels = 0;
   std::size_t ties = 0;   // pixels in which they show different triangles: edges and thresholds within rounding
   double psnr = 0;        // dB, of the other pixels; what rounding the picture to 8 bits costs does not count
+
+  /// Whether the renderer draws what was trained: at most most_ties(), and 60 dB or more.
+  bool holds() const;
 };
+
+/// So many pixels of a picture may show different triangles: a thousandth, and three in a small picture, where a single edge has more than that share.
+std::size_t most_ties(std::size_t pixels);
 
 /// views: test views of a scene in normalised coordinates. mlp: how the renderer is to evaluate it.
 std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& views,

@@ -17,6 +17,7 @@
 #include "npz.h"
 #include "soup/texture_table.h"
 #include "render/renderer.h"
+#include "train/drawn.h"
 #include "train/fixed_sum.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
@@ -241,7 +242,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
     wrong += differs;
     ours.insert(ours.end(), {hits[p].b0, hits[p].b1, hits[p].depth});
   }
-  report.check("visible triangle", ties <= std::max<std::size_t>(s.pixels / 1000, 3),
+  report.check("visible triangle", ties <= train::most_ties(s.pixels),
                fmt::format("{} of {} pixels tie, {} differ", ties, s.pixels, wrong));
   const auto spread = [&](std::size_t n) {
     std::vector<bool> out;

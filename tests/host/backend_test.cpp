@@ -1,5 +1,8 @@
 #include <catch2/catch.hpp>
 
+#include <string>
+#include <vector>
+
 #include "gpu/device.h"
 
 using namespace trisoup::gpu;
@@ -36,7 +39,6 @@ TEST_CASE("a backend that was asked for, and what only Vulkan has, decide by the
   };
   CHECK(choice([](DeviceOptions& o) { o.draws = true; }) == "vulkan");
   CHECK(choice([](DeviceOptions& o) { o.validation = true; }) == "vulkan");
-  CHECK(choice([](DeviceOptions& o) { o.device = "llvm"; }) == "vulkan");
   CHECK(choice([](DeviceOptions& o) { o.window_extensions = {"VK_KHR_surface"}; }) == "vulkan");
   CHECK(choice([](DeviceOptions& o) { o.backend = "cuda"; }) == "cuda");
   CHECK(choice([](DeviceOptions& o) { o.backend = "cpu", o.validation = true; }) == "cpu");
@@ -46,4 +48,45 @@ TEST_CASE("a backend that was asked for, and what only Vulkan has, decide by the
                       open_device(options);
                     }()),
                     Catch::Contains("metal"));
+}
+
+TEST_CASE("a device is its number in the list, a part of its name, or its backend", "[device]") {
+  std::vector<DeviceInfo> devices{device("vulkan", Kind::cpu), device("vulkan", Kind::discrete), device("cuda", Kind::discrete), device("cpu", Kind::cpu)};
+  const char* const names[] = {"llvmpipe (LLVM 15.0.6, 256 bits)", "NVIDIA H100", "NVIDIA H100 PCIe", "AMD EPYC 9B45"};
+  for (int i = 0; i < 4; ++i) devices[static_cast<std::size_t>(i)].index = i, devices[static_cast<std::size_t>(i)].name = names[i];
+  const auto chosen = [&](const char* name, auto set) {
+    DeviceOptions options;
+    options.device = name;
+    set(options);
+    const DeviceInfo* const info = choose_device(options, devices);
+    return info ? info->index : -1;
+  };
+  const auto plain = [](DeviceOptions&) {};
+  for (int i = 0; i < 4; ++i) CHECK(chosen(std::to_string(i).c_str(), plain) == i);
+  CHECK(chosen("4", plain) == -1);
+  CHECK(chosen("llvm", plain) == 0);
+  CHECK(chosen("LLVMPIPE", plain) == 0);
+  CHECK(chosen("h100", plain) == 1);
+  CHECK(chosen("PCIe", plain) == 2);
+  CHECK(chosen("epyc", plain) == 3);
+  CHECK(chosen("cpu", plain) == 3);
+  CHECK(chosen("CUDA", plain) == 2);
+  CHECK(chosen("vulkan", plain) == 1);  // the fastest kind of it
+  CHECK(chosen("no such", plain) == -1);
+  // Of the backend that was asked for, and with what was asked for.
+  CHECK(chosen("H100", [](DeviceOptions& o) { o.backend = "cuda"; }) == 2);
+  CHECK(chosen("0", [](DeviceOptions& o) { o.backend = "cuda"; }) == -1);
+  CHECK(chosen("epyc", [](DeviceOptions& o) { o.draws = true; }) == -1);
+  CHECK(chosen("cpu", [](DeviceOptions& o) { o.backend = "vulkan"; }) == -1);
+}
+
+TEST_CASE("every device has a number of its own, and opens by it", "[device]") {
+  const std::vector<DeviceInfo> devices = list_devices();
+  REQUIRE_FALSE(devices.empty());
+  for (std::size_t i = 0; i < devices.size(); ++i) CHECK(devices[i].index == static_cast<int>(i));
+  DeviceOptions options;
+  options.device = std::to_string(devices.back().index);
+  CHECK(open_device(options)->info().backend == devices.back().backend);
+  options.device = "cpu";
+  CHECK(open_device(options)->info().backend == "cpu");
 }

@@ -262,6 +262,7 @@ void VulkanDevice::close() {
   destroy(staging_);
   destroy(crumbs_);
   for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_, pipeline, nullptr);
+  pipeline_cache_.close();
   vkDestroyPipelineLayout(device_, layout_, nullptr);
   for (Recording& r : recordings_) {
     vkDestroyFence(device_, r.fence, nullptr);
@@ -315,6 +316,7 @@ void VulkanDevice::create_device() {
   }
   check(vkCreateDevice(physical_, &info, nullptr, &device_), "vkCreateDevice");
   vkGetDeviceQueue(device_, family_, 0, &queue_);
+  pipeline_cache_.open(physical_, device_);
 
   auto pool = structure<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
@@ -434,7 +436,7 @@ VkPipeline VulkanDevice::find_pipeline(const Kernel& kernel) {
   info.stage.pSpecializationInfo = entries.empty() ? nullptr : &constants;
   info.layout = layout_;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  const VkResult result = vkCreateComputePipelines(device_, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+  const VkResult result = vkCreateComputePipelines(device_, pipeline_cache_.handle(), 1, &info, nullptr, &pipeline);
   vkDestroyShaderModule(device_, shader, nullptr);
   if (result != VK_SUCCESS)
     throw Error("Vulkan: kernel {} does not compile on {} ({})", kernel.name, info_.name, result_name(result));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gpu/device.h"
+#include "gpu/vulkan/pipeline_cache.h"
 #include "gpu/vulkan/vulkan_call.h"
 #include "gpu/vulkan/vulkan_instance.h"
 
@@ -110,6 +111,7 @@ class VulkanDevice final : public Device {
   Recording* recording_ = nullptr;
   std::deque<Recording*> in_flight_;
   std::map<Address, Memory> memory_;
+  PipelineCache pipeline_cache_;
   std::map<std::pair<std::string, std::vector<std::uint32_t>>, VkPipeline> pipelines_;
   std::unique_ptr<VulkanGraphics> graphics_;
   Memory staging_, crumbs_;

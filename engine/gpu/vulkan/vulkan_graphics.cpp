@@ -359,7 +359,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   VkResult result = VK_ERROR_UNKNOWN;
   try {
     stages[1].module = device_.make_shader(fmt::format("{}.frag", draw.fragment).c_str());
-    result = vkCreateGraphicsPipelines(device_.device_, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+    result = vkCreateGraphicsPipelines(device_.device_, device_.pipeline_cache_.handle(), 1, &info, nullptr, &pipeline);
   } catch (...) {
     vkDestroyShaderModule(device_.device_, stages[0].module, nullptr);
     throw;

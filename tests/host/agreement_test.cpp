@@ -1,0 +1,19 @@
+// Tests what train/drawn.h takes for agreement.
+#include <catch2/catch.hpp>
+
+#include <limits>
+
+#include "train/drawn.h"
+
+using trisoup::train::Agreement;
+
+TEST_CASE("a renderer agrees with what was trained but for a share of tied pixels, in small pictures too", "[agreement]") {
+  CHECK(Agreement{"", 625, 0, 100}.holds());
+  CHECK(Agreement{"", 625, 1, 100}.holds());
+  CHECK(Agreement{"", 625, 3, 100}.holds());
+  CHECK_FALSE(Agreement{"", 625, 4, 100}.holds());
+  CHECK(Agreement{"", 1'000'000, 1000, 100}.holds());
+  CHECK_FALSE(Agreement{"", 1'000'000, 1001, 100}.holds());
+  CHECK_FALSE(Agreement{"", 625, 0, 60}.holds());
+  CHECK_FALSE(Agreement{"", 625, 0, std::numeric_limits<double>::quiet_NaN()}.holds());
+}

@@ -1,0 +1,36 @@
+// Tests engine/child_process.h.
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <string>
+#include <thread>
+
+#include "child_process.h"
+#include "temporary_folder.h"
+
+using namespace trisoup;
+
+TEST_CASE("a program that is asked to end takes with it what it has started", "[child_process]") {
+  const test::TemporaryFolder folder;
+  std::atomic<bool> stop{false};
+  int grandchild = 0;
+  ChildOptions options{.log = folder / "log"};
+  options.on_line = [&](std::string_view line) {
+    grandchild = std::stoi(std::string(line));
+    stop = true;
+  };
+  // A script around the program that works, as package managers put there.
+  const ChildResult result = run_child({"/bin/sh", "-c", "sleep 100 & echo $!; wait"}, options, stop);
+  CHECK(result.status == 128 + SIGTERM);
+  REQUIRE(grandchild > 0);
+  // Whoever collects orphans may take a moment.
+  for (int i = 0; i < 100 && ::kill(grandchild, 0) == 0; ++i) {
+    if (test::content_of("/proc/" + std::to_string(grandchild) + "/stat").find(") Z ") != std::string::npos) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const std::string state = test::content_of("/proc/" + std::to_string(grandchild) + "/stat");
+  CHECK((state.empty() || state.find(") Z ") != std::string::npos));
+  ::kill(grandchild, SIGKILL);
+}
