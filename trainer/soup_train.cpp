@@ -357,8 +357,8 @@ int run(CommandLine o, viewer::Live* live) {
     std::fprintf(stderr, "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a smaller -r) or a lower --triangles\n",
                  trainer->triangles(), settings.triangles);
   if (trainer->triangles() > settings.triangles)
-    std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: no change of topology has kept the budget (--resample-every, --resample-until)\n",
-                 trainer->triangles(), settings.triangles);
+    std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer->triangles(), settings.triangles,
+                 settings.resample_every == 0 ? "--resample-every 0 drops none" : "changes of topology keep what is visible; start with fewer (--init-count)");
   nlohmann::json metrics = to_json(evaluation);
   metrics["psnr_training_views"] = fit.psnr;
   metrics["psnr_plain_colours"] = fit.plain_psnr;

@@ -177,18 +177,13 @@ std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool
 }
 
 Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const std::vector<bool>& backdrop,
-             const Settings& settings, bool last) {
+             const Settings& settings) {
   Seen seen = measure_visible(gpu, soup, frame, views);
   const auto total = [&] { return std::accumulate(seen.pixels.begin(), seen.pixels.end(), std::uint64_t{0}); };
   const auto areas = [&] { return std::vector<double>(seen.area.begin(), seen.area.end()); };
   const std::uint64_t pixels = total();
-  if (pixels > 0) {
-    std::vector<std::uint32_t> kept =
-        settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : most_visible(seen, backdrop, settings, views.size());
-    // In the synthetic recipe what is visible stays for as long as that can be.
-    if (last && settings.recipe == Recipe::synthetic && kept.size() > settings.triangles) kept = soup::most_visible(seen.pixels, settings.triangles);
-    return {std::move(kept), pixels, areas()};
-  }
+  if (pixels > 0)
+    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : most_visible(seen, backdrop, settings, views.size()), pixels, areas()};
   // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   seen = measure_visible(gpu, soup, frame, views);
@@ -206,8 +201,7 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   const bool fit_levels = settings.samples_per_pixel > 0 && (step > lifted || lifted == 0);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
-  const bool last = is_last_resampling(settings, step);
-  Kept kept = to_keep(gpu, soup, frame, views.half, backdrop, settings, last);
+  Kept kept = to_keep(gpu, soup, frame, views.half, backdrop, settings);
   if (kept.triangles.empty()) return Resampling::nothing_seen;
   // A start that does not cover the scene has nothing to keep shut, and strays where nothing is behind them.
   if (settings.backdrop > 0 && settings.recipe == Recipe::real && kept.triangles.size() < std::min(soup.triangles, settings.triangles))
@@ -223,6 +217,7 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
     return worth_showing < settings.triangles ? Resampling::out_of_pixels : Resampling::done;
   }
   const std::vector<double> kept_areas = areas(change, kept.areas);
+  const bool last = is_last_resampling(settings, step);
   const bool splits = !last || settings.fill_budget;
   // Where splits follow, only they say what is needed.
   apply(gpu, soup, frame, change, splits ? std::vector<double>{} : kept_areas, settings);

@@ -62,7 +62,7 @@ TEST_CASE("vertices come to rest, and travel as far as they are to", "[settings]
   }
 }
 
-TEST_CASE("a change of topology keeps the budget however short the training", "[settings]") {
+TEST_CASE("a start beyond its budget has a change of topology however short the training", "[settings]") {
   train::Settings s = train::published(train::Recipe::synthetic);
   s.init_count = 30'000;
   s.triangles = 300;
