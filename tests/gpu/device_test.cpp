@@ -110,3 +110,14 @@ TEST_CASE("kernels are timed when asked", "[device]") {
   CHECK(timings.at("visibility").milliseconds > 0);
   test::require_silence(*gpu);
 }
+
+TEST_CASE("every device has a number of its own, and opens by it", "[device]") {
+  const std::vector<gpu::DeviceInfo> devices = gpu::list_devices();
+  REQUIRE_FALSE(devices.empty());
+  for (std::size_t i = 0; i < devices.size(); ++i) CHECK(devices[i].index == static_cast<int>(i));
+  gpu::DeviceOptions options;
+  options.device = std::to_string(devices.back().index);
+  CHECK(gpu::open_device(options)->info().backend == devices.back().backend);
+  options.device = "cpu";
+  CHECK(gpu::open_device(options)->info().backend == "cpu");
+}

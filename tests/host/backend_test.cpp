@@ -79,14 +79,3 @@ TEST_CASE("a device is its number in the list, a part of its name, or its backen
   CHECK(chosen("epyc", [](DeviceOptions& o) { o.draws = true; }) == -1);
   CHECK(chosen("cpu", [](DeviceOptions& o) { o.backend = "vulkan"; }) == -1);
 }
-
-TEST_CASE("every device has a number of its own, and opens by it", "[device]") {
-  const std::vector<DeviceInfo> devices = list_devices();
-  REQUIRE_FALSE(devices.empty());
-  for (std::size_t i = 0; i < devices.size(); ++i) CHECK(devices[i].index == static_cast<int>(i));
-  DeviceOptions options;
-  options.device = std::to_string(devices.back().index);
-  CHECK(open_device(options)->info().backend == devices.back().backend);
-  options.device = "cpu";
-  CHECK(open_device(options)->info().backend == "cpu");
-}
