@@ -1,5 +1,6 @@
 #include "gpu/vulkan/pipeline_cache.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -52,7 +53,7 @@ std::vector<std::byte> seal_cache(std::span<const std::byte> data) {
   seal.checksum = checksum_of(data);
   std::vector<std::byte> file(sizeof seal + data.size());
   std::memcpy(file.data(), &seal, sizeof seal);
-  std::memcpy(file.data() + sizeof seal, data.data(), data.size());
+  std::copy(data.begin(), data.end(), file.begin() + sizeof seal);
   return file;
 }
 
