@@ -285,7 +285,7 @@ TEST_CASE("a training with exposures that is resumed gives the same bits", "[exp
   test::require_silence(*gpu);
 }
 
-TEST_CASE("photographs that differ in exposure leave one colour, that of their mean", "[exposure][training]") {
+TEST_CASE("photographs that differ in exposure leave one colour, that of their mean", "[exposure][training][repeats]") {
   auto gpu = test::open_device();
   const scene::Scene scene = ring_scene(true);
   double psnr[2];
