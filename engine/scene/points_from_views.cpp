@@ -152,12 +152,13 @@ float correlation(const Patch& patch, const Transfer& transfer, const Picture& o
   const auto right = transfer(x + 1.5, y + 0.5, inverse_depth), down = transfer(x + 0.5, y + 1.5, inverse_depth);
   if (!right || !down) return -1;
   const glm::vec2 dx(*right - *centre), dy(*down - *centre), at(*centre - 0.5);
-  const glm::vec2 reach = 3.0f * (glm::abs(dx) + glm::abs(dy));
-  if (at.x < reach.x || at.y < reach.y || at.x + reach.x >= float(other.width - 1) || at.y + reach.y >= float(other.height - 1)) return -1;
+  // With room for what the places of the patch are rounded by: all of them have to be inside.
+  const glm::vec2 reach = 3.0f * (glm::abs(dx) + glm::abs(dy)) + 1e-3f;
+  if (!(at.x > reach.x && at.y > reach.y && at.x + reach.x < float(other.width - 1) && at.y + reach.y < float(other.height - 1))) return -1;
   Patch there;
   for (std::size_t k = 0; k < kPatch.size(); ++k) {
     const glm::vec2 p = at + float(kPatch[k].first) * dx + float(kPatch[k].second) * dy;
-    // Cut, not rounded down: they are positive, or negative by a rounding.
+    // Cut, not rounded down: they are positive.
     const int i = static_cast<int>(p.x), j = static_cast<int>(p.y);
     const float fx = p.x - static_cast<float>(i), fy = p.y - static_cast<float>(j);
     const float* pixel = &other.grey[static_cast<std::size_t>(j * other.width + i)];

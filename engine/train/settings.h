@@ -94,7 +94,7 @@ std::uint64_t lift_step(const Settings& settings);
 /// The completed steps after which a run is evaluated when it is `per_decade` times in every ten-fold of steps: the first after
 /// `step`, from step 10 on; 0: never.
 std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step);
-/// The completed steps after which a training that ends before resample_every comes to its budget all the same; 0: there is no need.
+/// The completed steps after which a training that ends before resample_every, and starts beyond its budget, has a change of topology all the same; 0: none.
 std::uint64_t only_resampling(const Settings& settings);
 /// Whether triangles are resampled after this many completed steps; is_last_resampling: no later step is.
 bool is_resampling(const Settings& settings, std::uint64_t step);
