@@ -57,11 +57,13 @@ KERNEL_MAIN(64) {
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
+    ASK_FOR_FEATURES(0u);
     for (uint first = 0u; first < 4u; first += PIXELS) {
       Fragments p;
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
       LANES x[16], h1[16], h2[16], y[3];
       mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, p, x);
+      ASK_FOR_FEATURES(first + PIXELS);
       FORGET_WEIGHTS();
       mlp_forward(x, h1, h2, y);
       UNROLL for (uint k = 0u; k < PIXELS; ++k) {

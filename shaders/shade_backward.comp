@@ -52,6 +52,7 @@ KERNEL_MAIN(64) {
   if (block < a.blocks) do {
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
+    ASK_FOR_FEATURES(0u);
     for (uint first = 0u; first < 4u; first += PIXELS) {
       if (PIXELS == 1 && s_covered[first] == 0u) continue;
       Fragments p;
@@ -59,6 +60,7 @@ KERNEL_MAIN(64) {
       LANES x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = LANES(0.0f), drgb[3];
       UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = LANES(0.0f);
       mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, p, x);
+      ASK_FOR_FEATURES(first + PIXELS);
       mlp_forward(x, h1, h2, y);
       // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
       UNROLL for (uint k = 0u; k < PIXELS; ++k)

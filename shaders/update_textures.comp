@@ -44,7 +44,7 @@ FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOU
 /// The largest feature gradient of the triangle's pixels, to s_most.
 FN void find_most(TAKES_ARGUMENTS uint pixels, uint place, uint thread) {
   float most = 0.0f;
-  for (uint first = 0u; first < pixels; first += 64u)
+  for (uint first = 0u; first < pixels; first += THREADS)
     if (first + thread < pixels)
       UNROLL for (uint c = 0u; c < 7u; ++c) most = max(most, abs(limited(a.sorted.v[c * a.pixels + place + first + thread])));
   if (most != 0.0f) atomicMax(s_most, floatBitsToUint(most));
@@ -52,7 +52,7 @@ FN void find_most(TAKES_ARGUMENTS uint pixels, uint place, uint thread) {
 
 /// Adds the feature gradients of the triangle's pixels to the three samples around each, in units.
 FN void add_pixels(TAKES_ARGUMENTS Texture row, uint fine, uint pixels, uint place, float units, uint thread) {
-  for (uint first = 0u; first < pixels; first += 64u)
+  for (uint first = 0u; first < pixels; first += THREADS)
     if (first + thread < pixels) {
       const uint at = place + first + thread;
       const LatticeCell cell = lattice_cell(a.sorted.v[7u * a.pixels + at], a.sorted.v[8u * a.pixels + at], row.level_max);
@@ -68,7 +68,7 @@ FN void add_pixels(TAKES_ARGUMENTS Texture row, uint fine, uint pixels, uint pla
 
 /// The gradients of the opacities, as floats, which are zero from now on in memory.
 FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uint thread) {
-  for (uint first = 0u; first < samples; first += 64u)
+  for (uint first = 0u; first < samples; first += THREADS)
     if (first + thread < samples) {
       const uint at = row.lattice_offset + first + thread;
       const uint low = a.gradient_low.v[at], high = a.gradient_high.v[at];
@@ -79,7 +79,7 @@ FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uin
     }
 }
 
-KERNEL_MAIN(64) {
+KERNEL_MAIN(THREADS) {
   const uint triangle = group_index();
   const uint thread = gl_LocalInvocationIndex;
   if (triangle >= a.triangles) return;
@@ -133,7 +133,7 @@ KERNEL_MAIN(64) {
     for (uint level = top; level > row.level_min; --level) {
       const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u);
       const uint r = 1u << level;
-      for (uint e = thread; e < lattice_samples(level - 1u) * QUADS; e += 64u) {
+      for (uint e = thread; e < lattice_samples(level - 1u) * QUADS; e += THREADS) {
         const uint q = e % QUADS;
         uint x, y;
         lattice_point(e / QUADS, x, y);
@@ -200,7 +200,7 @@ KERNEL_MAIN(64) {
   for (uint level = row.level_min + 1u; level <= top; ++level) {
     barrier();
     const uint from = samples_before(row.level_min, level - 1u), to = samples_before(row.level_min, level);
-    for (uint e = thread; e < lattice_samples(level) * QUADS; e += 64u) {
+    for (uint e = thread; e < lattice_samples(level) * QUADS; e += THREADS) {
       const uint q = e % QUADS;
       uint x, y;
       lattice_point(e / QUADS, x, y);
@@ -223,5 +223,5 @@ KERNEL_MAIN(64) {
     }
   }
   barrier();
-  for (uint i = thread; i < fine_count; i += 64u) a.opacity.v[row.lattice_offset + i] = VALUE((fine + i) * QUADS + 1u).w;
+  for (uint i = thread; i < fine_count; i += THREADS) a.opacity.v[row.lattice_offset + i] = VALUE((fine + i) * QUADS + 1u).w;
 }

@@ -35,6 +35,26 @@ FN void load_fragments(Views views, uint view, uvec2 corner, uint thread, uint f
   }
 }
 
+#ifdef LANES_OF_A_CPU
+FN void ask_for(const vec4 words) {}  // what is read and not used is only brought near (engine/gpu/lanes)
+/// Asks memory for the samples that mlp_inputs will read for the thread's pixel `first`, while the one before it is shaded: triangles lie anywhere, and a lane
+/// that waits for its texture lets all others wait.
+FN void ask_for_features(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures, Float4s lattice) {
+  if (first >= 4u) return;
+  Fragments p;
+  load_fragments(views, view, corner, thread, first, hits, p);
+  if (p.triangle[0] == 0u) return;
+  const uint offset = textures.v[p.triangle[0] - 1u].lattice_offset;
+  const LatticeCell cell = lattice_cell(hits.v[p.index[0]].b0, hits.v[p.index[0]].b1, textures.v[p.triangle[0] - 1u].level_max);
+  ask_for(lattice.v[(offset + cell.i0) * 2u]);
+  ask_for(lattice.v[(offset + cell.i1) * 2u]);
+  ask_for(lattice.v[(offset + cell.i2) * 2u]);
+}
+#define ASK_FOR_FEATURES(first) ask_for_features(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice)
+#else
+#define ASK_FOR_FEATURES(first)
+#endif
+
 FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures, Float4s lattice,
                 INOUT(Fragments) p, OUT_ARRAY_OF(LANES, x, 16)) {
   UNROLL for (int i = 0; i < 16; ++i) x[i] = LANES(0.0f);

@@ -1,15 +1,17 @@
 // How threads share the vectors of a texture among them where each vector is read, changed and written by itself.
 #ifdef LANES_OF_A_CPU
-// A lane takes a component: lanes side by side take words side by side.
+// A lane takes a component: lanes side by side take words side by side. Few threads, because barriers cost what changing between them does.
+#define THREADS 16u
 const uint kNumbers = 1u;  // in an element
 #define FLOATS float
 #define UINTS uint
 #define NUMBER(element, c) element
 #define ELEMENT(vectors, first, e) vectors[(first) + ((e) >> 2)][(e) & 3u]
-#define ELEMENT_OF(i, count) ((i) * 64u + thread)
+#define ELEMENT_OF(i, count) ((i) * THREADS + thread)
 #else
 // A thread takes a vector. Eight neighbouring threads take eight neighbouring ones and go on with the next: whole cache lines for a GPU, one stream of memory
 // for a driver that runs eight threads as one.
+#define THREADS 64u
 const uint kNumbers = 4u;
 #define FLOATS vec4
 #define UINTS uvec4
@@ -19,4 +21,4 @@ const uint kNumbers = 4u;
 #endif
 const uint kElements = 8u / kNumbers;  // of a sample: features 0..6 and opacity
 /// ELEMENT(vectors, first, e): element e of those from vector `first` on. Element ELEMENT_OF(i, count), if below count, is the thread's, for i below ELEMENT_STEPS(count).
-#define ELEMENT_STEPS(count) (((count) + 63u) / 64u)
+#define ELEMENT_STEPS(count) (((count) + THREADS - 1u) / THREADS)

@@ -157,6 +157,13 @@ inline void store_run_four(char* p, T a, T b, T c, T d) {
   store_four([&](int l) { return p + std::size_t(l) * stride; }, a, b, c, d, kAllLanes);
 }
 
+// ---- lines of memory that will be read soon
+LANES_INLINE void ask_for(const char* p) { __builtin_prefetch(p); }
+template <std::size_t stride>
+LANES_INLINE void ask_for_lanes(const char* p, vu index) {
+  for (int l = 0; l < WIDTH; ++l) __builtin_prefetch(p + std::size_t(index[l]) * stride);
+}
+
 // ---- atomics: lane after lane
 template <std::size_t stride, bool shared, bool used, typename F>
 inline vu atomically(char* p, vu index, vu value, vm mask, F f) {

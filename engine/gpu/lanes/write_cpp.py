@@ -187,6 +187,11 @@ class Writer:
             self.out(f"char* const {at} = {base} + std::ptrdiff_t(std::int32_t({self.index_of_first(terms)})) * {stride};")
         else:
             self.out(f"const vu {at} = {'(' if mask else ''}{self.index_of_lanes(terms)}{f') & as_u({mask})' if mask else ''};")
+        if key not in self.used:
+            # Read for nothing: whoever writes that wants it near when it is read for good.
+            self.out(f"ask_for({at});" if run else f"ask_for_lanes<{stride}>({base}, {at});")
+            self.trees[key] = self.kinds.zeros(type_)
+            return
 
         def load(t, offsets, name):
             if self.kinds.is_scalar(t):
