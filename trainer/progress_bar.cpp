@@ -78,7 +78,7 @@ void ProgressBar::training(const train::Progress& p) {
   ms_ = ms_ == 0 ? p.ms_per_step : 0.8 * ms_ + 0.2 * p.ms_per_step;
   const double left = 1e-3 * ms_ * static_cast<double>(steps_ - p.step);
   const std::vector<LinePart> parts{{fmt::format("{}/{}", p.step, steps_), 5},      {fmt::format("loss {:.4f}", p.loss), 1},
-                                    {fmt::format("PSNR {:.2f}", p.psnr), 4},        {fmt::format("{} triangles", p.triangles), 2},
+                                    {p.psnr ? fmt::format("PSNR {:.2f}", *p.psnr) : "PSNR -", 4},        {fmt::format("{} triangles", p.triangles), 2},
                                     {fmt::format("{:.1f} ms/step", ms_), 0}, {fmt::format("{} left", duration(left)), 3}};
   if (terminal_) {
     draw("", double(p.step) / double(steps_), parts);

@@ -33,6 +33,7 @@
 #include "train/run_folder.h"
 #include "train/start_points.h"
 #include "train/trainer.h"
+#include "viewer/end_process.h"
 #include "viewer/live.h"
 #include "viewer/priority.h"
 #include "viewer/window.h"
@@ -435,7 +436,7 @@ int run_with_window(const CommandLine& options) {
   std::jthread training([&live, &options, &status, window = open.get_future()]() mutable {
     if (window.get()) status = run_guarded(options, &live);
   });
-  bool started = false;
+  bool started = false, whole = true;
   viewer::give_way();
   const char* const next = options.finish_headless ? "goes on" : "ends with a checkpoint";
   const auto start = [&](bool go) {
@@ -451,11 +452,10 @@ int run_with_window(const CommandLine& options) {
     if (!started) return;
     std::fprintf(stderr, "soup-train: the display is gone; training %s\n", next);
     finish();
-    std::fflush(nullptr);
-    std::_Exit(status);
+    viewer::end_process(status);
   };
   try {
-    viewer::run_window(look, &live, [&] { start(true); }, display_lost);
+    whole = viewer::run_window(look, &live, [&] { start(true); }, display_lost);
   } catch (const std::exception& e) {
     if (!started) {
       start(false);
@@ -465,6 +465,7 @@ int run_with_window(const CommandLine& options) {
     std::fprintf(stderr, "soup-train: the window has ended (%s); training %s\n", e.what(), next);
   }
   finish();
+  if (!whole) viewer::end_process(status);
   return status;
 }
 

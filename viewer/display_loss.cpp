@@ -1,9 +1,8 @@
 #include "display_loss.h"
 
-#include <cstdio>
-#include <cstdlib>
-
 #include <dlfcn.h>
+
+#include "end_process.h"
 
 namespace trisoup::viewer {
 namespace {
@@ -12,9 +11,8 @@ std::function<void()> at_loss;
 
 int lost(void*) {
   if (at_loss) at_loss();
-  std::fflush(nullptr);
   // Destructors would talk to the server that is gone.
-  std::_Exit(1);
+  end_process(1);
 }
 
 }  // namespace

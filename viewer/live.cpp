@@ -25,7 +25,7 @@ void Live::report(const Point& point, std::uint32_t triangles, double ms_per_ste
   state_.triangles = triangles;
   state_.ms_per_step = ms_per_step;
   state_.loss.push_back(static_cast<float>(point.loss));
-  state_.psnr.push_back(static_cast<float>(point.psnr));
+  if (point.psnr) state_.psnr.push_back(static_cast<float>(*point.psnr));
   news_ = true;
 }
 

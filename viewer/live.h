@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,14 +24,15 @@ class Live {
  public:
   struct Point {
     std::uint64_t step = 0;
-    double loss = 0, psnr = 0;
+    double loss = 0;
+    std::optional<double> psnr;        // Progress::psnr
   };
   struct State {
     std::string phase = "loading";     // what the training is at
     std::uint64_t step = 0, steps = 0;
     std::uint32_t triangles = 0, budget = 0;
     double ms_per_step = 0;
-    std::vector<float> loss, psnr;     // one for each report
+    std::vector<float> loss, psnr;     // of the reports
     bool paused = false, ended = false, quit = false;
     std::string error;
   };

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "command_line.h"
+#include "end_process.h"
 #include "error.h"
 #include "headless.h"
 #include "subject.h"
@@ -26,7 +27,8 @@ int main(int argc, char** argv) {
     }
     const bool headless = options->screenshot || options->path || options->benchmark;
     if (!headless) {
-      viewer::run_window(*options, nullptr, {}, [] { std::fputs("soup-view: the display is gone; start it again\n", stderr); });
+      const auto display_lost = [] { std::fputs("soup-view: the display is gone; start it again\n", stderr); };
+      if (!viewer::run_window(*options, nullptr, {}, display_lost)) viewer::end_process(0);
       return 0;
     }
     const viewer::Subject subject = viewer::load_subject(options->model, options->dataset, options->up);

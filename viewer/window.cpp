@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cfloat>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
-#include <tuple>
 
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -20,7 +17,7 @@
 #include <imgui_internal.h>
 #include <imgui_impl_glfw.h>
 
-#include "args/interface.h"
+#include "beside.h"
 #include "detail.h"
 #include "display_loss.h"
 #include "error.h"
@@ -30,14 +27,17 @@
 #include "navigation.h"
 #include "pace.h"
 #include "photographs.h"
+#include "picture.h"
 #include "render/renderer.h"
 #include "subject.h"
+#include "training_panel.h"
 
 namespace trisoup::viewer {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr double kDegrees = std::numbers::pi / 180;
+constexpr std::chrono::milliseconds kFarewell{300};  // that a closed window gives a driver to finish what it compiles
 constexpr std::array<const char*, render::kModes> kModeLabels{"Colour", "Triangles", "Normals", "Depth", "Opacity", "Texture level", "Wireframe", "Feature channel"};
 constexpr std::array<const char*, 8> kChannelLabels{"0 red", "1 green", "2 blue", "3 mix", "4 latent", "5 latent", "6 latent", "7 opacity"};
 constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 2 shaded (ssaa)"};
@@ -65,6 +65,8 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
   void run();
+  /// After run(): hides the window. False where a driver still compiles for it; it must not be destroyed then.
+  bool leave();
 
  private:
   void open(const std::string& path);
@@ -82,7 +84,14 @@ class Window {
   /// It does, and there is nothing to show but its next model, now and then.
   bool rests() const { return model_ && shares_cpu() && !photographs_.loading() && !rest_.moving(Clock::now()); }
   bool wants_coarse() const;
+  /// With as many pixels as `detail` asks for.
   void draw_picture(const gpu::Image& to, Detail detail);
+  std::optional<Comparison> comparison() const;
+  void announce_shaders();
+  void compile(const gpu::Image& to, const Rendered* next);
+  bool answer_beside(std::function<void(const Beside::Say&)> work);
+  bool ends() const;
+  void set_title(const std::string& title);
   void scale_fonts();
   bool animated() const;
   void complain(const std::string& text) {
@@ -99,7 +108,6 @@ class Window {
   void show_training();
   void set_home();
   void set_planes(Subject& subject);
-  void training_panel();
 
   CommandLine options_;
   Live* live_ = nullptr;
@@ -109,33 +117,22 @@ class Window {
   std::unique_ptr<gpu::Device> gpu_;
   std::unique_ptr<gpu::Surface> surface_;
   std::unique_ptr<InterfacePainter> painter_;
-  std::unique_ptr<render::Renderer> renderer_;
   std::optional<Subject> subject_;
   std::optional<render::GpuModel> model_;
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
   std::uint64_t model_number_ = 0;     // counts what model_ has been
-  gpu::Image rendering_, enlarged_, photograph_;
-  std::string photograph_name_, dataset_;
+  std::unique_ptr<Picture> picture_;
+  std::string dataset_;
   bool photographs_wanted_ = false;    // dataset_ is still to be loaded
 
   render::DrawOptions draw_;
-  /// What rendering_ holds.
-  struct Rendered {
-    std::uint64_t model = 0;
-    render::View view;
-    render::DrawOptions options;
-    bool operator==(const Rendered&) const = default;
-  };
-  std::optional<Rendered> rendered_;
   std::optional<Rendered> wanted_;     // with all pixels, by the last frame
   Rendered wanted(std::uint32_t width, std::uint32_t height) const;
-  /// Model, mode and smoothing of the renderings so far. The first of its kind makes pipelines, so its time says nothing, and it is done again.
-  std::set<std::tuple<std::uint64_t, render::Mode, render::AntiAliasing>> pipelines_;
-  bool warm_ = true;                   // the last rendering was not the first of its kind
   double sharp_ms_ = 0;                // what a rendering took with all its pixels
   bool coarse_ = false;                // it may have had fewer
-  bool enlarge_ = false;               // the last rendering has fewer
+  bool painted_ = false;               // the panels, once
+  bool pictured_ = false;              // a model, once
   Rest rest_;                          // of the camera
   bool shown_ = true;                  // the surface took the last picture
   bool smooth_ = true;                 // on a CPU: rather more pictures than more pixels, see wants_coarse
@@ -157,6 +154,8 @@ class Window {
   int redraw_ = 3;                     // frames that are still to be drawn; Dear ImGui takes a few to settle
   double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
   double upload_seconds_ = 0;          // of the last model of a training
+  std::string title_ = "soup-view";
+  Beside beside_;                      // the last member: what it does uses the others
 };
 
 Window::Window(const CommandLine& options, Live* live) : options_(options), live_(live), draw_(options.draw) {
@@ -166,10 +165,10 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   draw_.aa = options.aa.value_or(gpu_->info().kind == gpu::Kind::cpu ? render::AntiAliasing::none : render::AntiAliasing::msaa);
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   const glm::ivec2 size = options.size.value_or(glm::ivec2(1280, 800));
-  window_ = glfwCreateWindow(size.x, size.y, "soup-view", nullptr, nullptr);
+  window_ = glfwCreateWindow(size.x, size.y, title_.c_str(), nullptr, nullptr);
   if (!window_) throw Error("no window can be opened; run without one, see --help");
   surface_ = open_surface(*gpu_, window_);
-  renderer_ = std::make_unique<render::Renderer>(*gpu_);
+  picture_ = std::make_unique<Picture>(*gpu_);
   painter_ = std::make_unique<InterfacePainter>(*gpu_);
   glfwSetWindowUserPointer(window_, this);
   const auto self = [](GLFWwindow* w) { return static_cast<Window*>(glfwGetWindowUserPointer(w)); };
@@ -201,7 +200,7 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   // What the command line names must be there: a script is to notice.
   if (!options.model.empty()) open_model(options.model);
   if (!options.dataset.empty() && subject_) open_dataset(options.dataset);
-  if (live_) glfwSetWindowTitle(window_, fmt::format("soup-train - {}", options.dataset).c_str());
+  if (live_) set_title(fmt::format("soup-train - {}", options.dataset));
 }
 
 Window::~Window() {
@@ -241,14 +240,14 @@ void Window::open_model(const std::string& path) {
   ++model_number_;
   subject_ = std::move(subject);
   camera_.reset();
-  photograph_name_.clear();
+  picture_->forget_photograph();
   draw_.background = options_.background.value_or(subject_->model.background);
   up_axis_ = 0;
   set_home();
   // The first test view: right way up, framed as the photographer did.
   if (!subject_->cameras.empty() && !options_.fov) snap_to(camera);
   tell(fmt::format("{}: {} triangles", path, model_->triangles));
-  glfwSetWindowTitle(window_, fmt::format("soup-view - {}", path).c_str());
+  set_title(fmt::format("soup-view - {}", path));
 }
 
 void Window::set_home() {
@@ -290,33 +289,6 @@ void Window::show_training() {
   set_home();
   if (!subject_->cameras.empty()) snap_to(0);
   if (!setting_->dataset.empty()) open_dataset(setting_->dataset);
-}
-
-void Window::training_panel() {
-  const Live::State state = live_->state();
-  ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - 10, 10}, ImGuiCond_Always, {1.0f, 0.0f});
-  ImGui::Begin("Training", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
-  const float width = 260 * font_scale_;
-  ImGui::Text("%s", state.ended ? "ended" : state.paused ? "paused" : state.phase.c_str());
-  if (state.steps > 0) {
-    ImGui::ProgressBar(static_cast<float>(double(state.step) / double(state.steps)), {width, 0},
-                       fmt::format("step {} of {}", state.step, state.steps).c_str());
-    ImGui::Text("%u triangles, budget %u", state.triangles, state.budget);
-    ImGui::Text("%.1f ms a step, %.0f s left", state.ms_per_step, 1e-3 * state.ms_per_step * double(state.steps - state.step));
-  }
-  const auto plot = [&](const char* name, const std::vector<float>& values, const char* format) {
-    if (values.empty()) return;
-    const auto label = fmt::format(fmt::runtime(format), values.back());
-    ImGui::PlotLines(name, values.data(), static_cast<int>(values.size()), 0, label.c_str(), FLT_MAX, FLT_MAX, {width, 70 * font_scale_});
-  };
-  plot("loss", state.loss, "{:.4f}");
-  plot("PSNR", state.psnr, "{:.2f} dB");
-  if (!state.ended && state.steps > 0) {
-    if (ImGui::Button(state.paused ? "Continue (T)" : "Pause (T)")) live_->pause(!state.paused);
-    ImGui::SameLine();
-    if (ImGui::Button("One step (N)")) live_->step_once();
-  }
-  ImGui::End();
 }
 
 void Window::open_dataset(const std::string& path) {
@@ -450,7 +422,7 @@ void Window::panels() {
     if (model_) {
       ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
       ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-      if (enlarge_) ImGui::Text("coarse: %u x %u pixels", rendering_.shape().width, rendering_.shape().height);
+      if (coarse_) ImGui::Text("coarse: %u x %u pixels", picture_->shape().width, picture_->shape().height);
       ImGui::Separator();
       int mode = static_cast<int>(draw_.mode), channel = static_cast<int>(draw_.channel), aa = static_cast<int>(draw_.aa);
       if (ImGui::Combo("Show", &mode, kModeLabels.data(), static_cast<int>(kModeLabels.size()))) draw_.mode = static_cast<render::Mode>(mode);
@@ -565,7 +537,7 @@ bool Window::wants_coarse() const {
 }
 
 /// The model as it is to be seen, with as many pixels.
-Window::Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const {
+Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const {
   const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
   // A view of the dataset is shown as it was evaluated.
   const bool exact = navigation_.snapped();
@@ -574,71 +546,93 @@ Window::Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const
   return r;
 }
 
-void Window::draw_picture(const gpu::Image& to, Detail detail) {
-  gpu::Graphics& graphics = *gpu_->graphics();
-  const std::uint32_t width = to.shape().width, height = to.shape().height;
-  if (!model_) {
-    gpu::Targets targets{.colour = {&to}};
-    targets.background = glm::vec4(0.18f, 0.18f, 0.2f, 1.0f);
-    graphics.draw(targets, std::span<const gpu::Draw>{});
-    return;
-  }
-  Rendered next = wanted(width, height);
-  const auto of_pixels = [&](double pixels) {
-    Rendered coarse = next;
-    const std::uint32_t side = pixel_side(width, height, pixels);
-    coarse.view.width = (width + side - 1) / side;
-    coarse.view.height = (height + side - 1) / side;
-    coarse.options.aa = render::AntiAliasing::none;
-    return coarse;
-  };
-  if (detail != Detail::all && shares_cpu()) {
-    const Rendered rest = of_pixels(kSharedRestPixels);
-    // What there is may show the same, and better.
-    Rendered same = rendered_.value_or(Rendered{});
-    const bool enough = rendered_ && same.view.width >= rest.view.width && same.view.width <= width;
-    same.view.width = rest.view.width;
-    same.view.height = rest.view.height;
-    same.options.aa = rest.options.aa;
-    next = enough && same == rest ? *rendered_ : detail == Detail::rest ? rest : of_pixels(kSharedMotionPixels);
-  } else if (detail != Detail::all) {
-    next = of_pixels(kMotionPixels);
-  }
-  enlarge_ = next.view.width < width || next.view.height < height;
-  // Panels change more often than what they stand on.
-  if (rendered_ != next || !warm_) {
-    rendered_.reset();
-    // A training's MLP is no part of the pipelines.
-    warm_ = !pipelines_.emplace(live_ ? 0 : model_number_, next.options.mode, next.options.aa).second;
-    gpu::fit(graphics, rendering_, {gpu::Format::rgba8, next.view.width, next.view.height}, "rendering");
-    renderer_->draw(*model_, next.view, next.options, rendering_);
-    rendered_ = next;
-  }
-
-  const Image* photograph = navigation_.snapped() && camera_ && compare_ != Compare::rendering ? photographs_.find(subject_->cameras[*camera_].name) : nullptr;
-  if (!photograph) {
-    graphics.copy(rendering_, to);
-    return;
-  }
-  if (photograph_name_ != subject_->cameras[*camera_].name) {
-    photograph_ = graphics.create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(photograph->width),
-                                         static_cast<std::uint32_t>(photograph->height)}, "photograph");
-    graphics.upload(photograph_, 0, std::as_bytes(std::span(photograph->rgba)));
-    photograph_name_ = subject_->cameras[*camera_].name;
-  }
-  if (enlarge_) {
-    gpu::fit(graphics, enlarged_, {gpu::Format::rgba8, width, height}, "rendering");
-    graphics.copy(rendering_, enlarged_);
-  }
-  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), 0.0f, compare_ == Compare::error};
-  args.split = compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f;
-  gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
-  draw.count = 3;
-  draw.textures = {enlarge_ ? &enlarged_ : &rendering_, &photograph_};
-  draw.set_arguments(args);
-  graphics.draw({.colour = {&to}}, draw);
+std::optional<Comparison> Window::comparison() const {
+  if (!navigation_.snapped() || !camera_ || compare_ == Compare::rendering) return {};
+  const std::string& name = subject_->cameras[*camera_].name;
+  const Image* photograph = photographs_.find(name);
+  if (!photograph) return {};
+  return Comparison{photograph, name, compare_ == Compare::photograph ? 1.0f : compare_ == Compare::slider ? split_ : 0.0f, compare_ == Compare::error};
 }
 
+void Window::draw_picture(const gpu::Image& to, Detail detail) {
+  if (model_) picture_->render(*model_, picture_->with(detail, wanted(to.shape().width, to.shape().height), shares_cpu()));
+  picture_->show(to, comparison());
+}
+
+void Window::announce_shaders() {
+  const char* const line = pictured_ ? "Compiling shaders; the title says which." : "Compiling shaders; the title says which. Escape closes.";
+  // Dear ImGui hides a window of its own for a frame, until it knows its size.
+  ImDrawList& list = *ImGui::GetForegroundDrawList();
+  const ImVec2 size = ImGui::CalcTextSize(line), screen = ImGui::GetIO().DisplaySize;
+  const ImVec2 at(std::round(0.5f * (screen.x - size.x)), std::round(0.5f * (screen.y - size.y)));
+  const float pad = 10 * font_scale_;
+  list.AddRectFilled({at.x - pad, at.y - pad}, {at.x + size.x + pad, at.y + size.y + pad}, ImGui::GetColorU32(ImGuiCol_WindowBg), 4 * font_scale_);
+  list.AddText(at, ImGui::GetColorU32(ImGuiCol_Text), line);
+}
+
+/// What is new to the driver, which may compile it for many seconds, now or while it draws: the panels, and `next` where that is not null. First shows what there
+/// is and a line that says so.
+void Window::compile(const gpu::Image& to, const Rendered* next) {
+  const int before = painted_ ? 0 : 1;
+  const auto name = [before](const char* what, int number, int of) { return fmt::format("{} ({} of {})", what, before + number, before + of); };
+  const auto show = [this, &to, name, of = next ? render::Renderer::kPasses : 0](const Beside::Say& say) {
+    if (!painted_) say(name("panels", 0, of));
+    picture_->show(to, {});
+    painter_->paint(*ImGui::GetDrawData(), to);
+    gpu_->wait();
+  };
+  if (!answer_beside(show)) return;
+  painted_ = true;
+  shown_ = surface_->show();
+  if (next) {
+    try {
+      const auto draw = [this, what = *next, name](const Beside::Say& say) {
+        picture_->compile(*model_, what, live_ != nullptr, [&](const char* pass, int number, int of) { say(name(pass, number, of)); });
+      };
+      if (!answer_beside(draw)) return;
+      pictured_ = true;
+    } catch (const Error& e) {
+      // The next frame draws it as if it were not new, and knows what to do.
+      complain(e.what());
+    }
+  }
+  glfwSetWindowTitle(window_, title_.c_str());
+  redraw_ = 3;
+}
+
+/// Work that has the device to itself, in a thread of its own, while this one answers the window. False: the window is to close, and the work may go on.
+bool Window::answer_beside(std::function<void(const Beside::Say&)> work) {
+  beside_.begin(std::move(work));
+  while (!beside_.done()) {
+    glfwWaitEventsTimeout(0.02);
+    if (const auto what = beside_.news()) glfwSetWindowTitle(window_, fmt::format("{} - compiling shaders: {}", title_, *what).c_str());
+    // Other keys are for the picture that comes.
+    for (const auto& [key, modifiers] : keys_)
+      if ((key == GLFW_KEY_Q && (modifiers & GLFW_MOD_CONTROL)) || (!pictured_ && (key == GLFW_KEY_ESCAPE || key == GLFW_KEY_Q)))
+        glfwSetWindowShouldClose(window_, GLFW_TRUE);
+    if (ends()) return false;
+  }
+  beside_.end();
+  return true;
+}
+
+bool Window::ends() const {
+  if (glfwWindowShouldClose(window_)) return true;
+  if (!live_) return false;
+  const Live::State state = live_->state();
+  return state.ended && (state.quit || live_->stopped());
+}
+
+bool Window::leave() {
+  glfwHideWindow(window_);
+  if (live_) live_->close();
+  return !beside_.busy() || beside_.done_within(kFarewell);
+}
+
+void Window::set_title(const std::string& title) {
+  title_ = title;
+  glfwSetWindowTitle(window_, title_.c_str());
+}
 void Window::scale_fonts() {
   float x = 1.0f, y = 1.0f;
   glfwGetWindowContentScale(window_, &x, &y);
@@ -679,7 +673,7 @@ void Window::frame() {
   if (photographs_.finished()) {
     if (!photographs_.error().empty()) complain(photographs_.error());
     else tell(fmt::format("{}: {} photographs", dataset_, photographs_.count()));
-    photograph_name_.clear();
+    picture_->forget_photograph();
     redraw_ = 3;
   }
   handle_input();
@@ -699,14 +693,7 @@ void Window::frame() {
   // Photographs are loaded when somebody asks to see one.
   if (compare_ != Compare::rendering && subject_ && std::exchange(photographs_wanted_, false)) photographs_.load(dataset_, subject_->load);
   panels();
-  if (live_ && panel_) training_panel();
-  ImGui::Render();
-  const gpu::Image* picture = surface_->next(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
-  shown_ = picture != nullptr;
-  if (!shown_) {
-    redraw_ = std::max(1, redraw_);
-    return;
-  }
+  if (live_ && panel_) training_panel(*live_, font_scale_);
   if (model_) {
     Rendered now = wanted(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
     // However it came to move, and whatever else is to be seen.
@@ -715,6 +702,18 @@ void Window::frame() {
   }
   coarse_ = wants_coarse();
   const Detail detail = !coarse_ ? Detail::all : rest_due && !rest_.moving(Clock::now()) ? Detail::rest : Detail::motion;
+  std::optional<Rendered> next;
+  if (model_) next = picture_->with(detail, *wanted_, shares_cpu());
+  const bool compiles = next && picture_->is_new(*next, live_ != nullptr);
+  if (compiles || !painted_) announce_shaders();
+  ImGui::Render();
+  const gpu::Image* picture = surface_->next(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
+  shown_ = picture != nullptr;
+  if (!shown_) {
+    redraw_ = std::max(1, redraw_);
+    return;
+  }
+  if (compiles || !painted_) return compile(*picture, compiles ? &*next : nullptr);
   gpu_->reset_timings();
   gpu_->enable_timings(true);
   const auto start = Clock::now();
@@ -748,7 +747,7 @@ void Window::frame() {
   if (first + shade > 0) {
     first_ms_ = first;
     shade_ms_ = shade;
-    if (!coarse_ && warm_) sharp_ms_ = first + shade;
+    if (!coarse_) sharp_ms_ = first + shade;
   }
   // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
   const bool same_gpu = setting_ && !setting_->on_cpu && gpu_->info().kind != gpu::Kind::cpu;
@@ -785,7 +784,7 @@ void Window::run() {
       // The camera stands still again.
       if (coarse_ && !wants_coarse()) redraw_ = 3;
     }
-    if (live_ && live_->stopped() && live_->state().ended) break;
+    if (ends()) break;
   }
   const auto messages = gpu_->validation_messages();
   if (!messages.empty()) throw Error("Vulkan validation: {}", messages.front());
@@ -793,11 +792,14 @@ void Window::run() {
 
 }  // namespace
 
-void run_window(const CommandLine& options, Live* live, const std::function<void()>& started, const std::function<void()>& display_lost) {
-  Window window(options, live);
+bool run_window(const CommandLine& options, Live* live, const std::function<void()>& started, const std::function<void()>& display_lost) {
+  auto window = std::make_unique<Window>(options, live);
   on_display_lost(display_lost);
   if (started) started();
-  window.run();
+  window->run();
+  if (window->leave()) return true;
+  window.release();  // NOLINT: the driver is at work in it
+  return false;
 }
 
 }  // namespace trisoup::viewer

@@ -32,7 +32,8 @@ Renderer::Renderer(gpu::Device& gpu) : gpu_(gpu), graphics_(gpu::graphics_of(gpu
   frame_ = gpu.allocate(sizeof(kernels::DrawFrame), "frame");
 }
 
-void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target) {
+void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target,
+                    const Watch& watch) {
   AntiAliasing aa = options.aa;
   // Few devices cannot multisample integers; 2 x 2 samples look better still.
   if (aa == AntiAliasing::msaa && !graphics_.can_multisample(gpu::Format::r32_uint, 4)) aa = AntiAliasing::ssaa;
@@ -82,7 +83,12 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   masked.fragment = aa == AntiAliasing::msaa ? "masked_multisampled" : "masked";
   masked.first = opaque.count;
   masked.count = 3 * model.masked;
+  if (watch) watch("visibility", 1, kPasses);
   graphics_.draw({.colour = {&hits_}, .depth = &depth_}, std::array{opaque, masked});
+  if (watch) {
+    gpu_.wait();
+    watch("shading", 2, kPasses);
+  }
 
   gpu::Draw shade{.vertex = "screen", .fragment = "shade"};
   const bool fixed = !model.mlp_constants.empty();

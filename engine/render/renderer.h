@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -50,8 +51,14 @@ class Renderer {
   /// Throws Error when the device cannot draw.
   explicit Renderer(gpu::Device& gpu);
 
-  /// Draws to `target`, rgba8, of the view's size. Nothing waits.
-  void draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target);
+  /// The passes of a picture.
+  static constexpr int kPasses = 2;
+  /// Told of each before it is drawn: its name and number, from 1 on, of kPasses.
+  using Watch = std::function<void(const char* pass, int number, int of)>;
+
+  /// Draws to `target`, rgba8, of the view's size. Nothing waits; but with `watch` the first pass is waited for before the second begins: some drivers compile
+  /// shaders when they are first drawn with.
+  void draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target, const Watch& watch = {});
 
   /// The same, to memory of the host.
   Image picture(const GpuModel& model, const View& view, const DrawOptions& options);

@@ -101,8 +101,8 @@ void RunFolder::go_on(std::uint64_t step, bool finished) {
 }
 
 void RunFolder::log(const Progress& p) {
-  training_.append(p.step, fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{:.4f},{:.3f},{:.6f}", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim, p.psnr,
-                                       p.ms_per_step, p.uncovered));
+  training_.append(p.step, fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{},{:.3f},{:.6f}", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim,
+                                       p.psnr ? fmt::format("{:.4f}", *p.psnr) : "", p.ms_per_step, p.uncovered));
 }
 
 void RunFolder::log_evaluation(const EvaluationRow& r) {

@@ -160,6 +160,7 @@ void Trainer::prepare() {
   soup_.drop_near = settings_.drop_near;
   photos_ = upload_photographs(gpu_, scene_.train);
   for (std::size_t i = 0; i < scene_.train.size(); ++i) {
+    masked_out_.push_back(!has_pixels(scene_.train[i].image));
     const scene::Camera& camera = scene_.train[i].camera;
     for (auto* views : {&views_, &half_views_}) {
       BatchView view = batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera, settings_));
@@ -312,25 +313,30 @@ double Trainer::share_uncovered() {
   return coverage.share();
 }
 
+bool Trainer::measures(std::uint64_t step) {
+  const std::vector<std::uint32_t> batch = batch_of(step);
+  return std::any_of(batch.begin(), batch.end(), [&](std::uint32_t v) { return !masked_out_[v]; });
+}
+
 Progress Trainer::progress_since(std::uint64_t first, double seconds) {
   const auto rows = gpu_.download_vector<kernels::Statistics>(frame_.statistics.address(), Frame::kStatisticsRows);
   Progress p;
   p.step = step_;
   p.triangles = soup_.triangles;
-  double mse = 0;
+  double mse = 0, measured = 0;
   const std::uint64_t count = std::min<std::uint64_t>(step_ - first, Frame::kStatisticsRows);
   for (std::uint64_t s = step_ - count; s < step_; ++s) {
     const kernels::Statistics& r = rows[s % Frame::kStatisticsRows];
     p.l1 += fixed_sum(r.l1_low, r.l1_high);
     p.ssim += fixed_sum(r.ssim_low, r.ssim_high);
     mse += fixed_sum(r.mse_low, r.mse_high);
+    measured += measures(s);
   }
   const double n = std::max<double>(1.0, static_cast<double>(count));
   p.l1 /= n;
   p.ssim /= n;
-  mse /= n;
   p.loss = 0.8 * p.l1 + 0.1 * (1.0 - p.ssim);
-  p.psnr = mse > 0 ? -10.0 * std::log10(mse) : 100.0;
+  if (measured > 0) p.psnr = mse > 0 ? -10.0 * std::log10(mse / measured) : 100.0;
   p.uncovered = uncovered_;
   p.seconds = seconds_;
   p.ms_per_step = 1e3 * seconds / std::max<double>(1.0, static_cast<double>(step_ - first));

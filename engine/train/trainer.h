@@ -34,7 +34,8 @@ namespace trisoup::train {
 struct Progress {
   std::uint64_t step = 0;
   std::uint32_t triangles = 0;
-  double loss = 0, l1 = 0, ssim = 0, psnr = 0;  // of training views, with random thresholds
+  double loss = 0, l1 = 0, ssim = 0;            // of training views, with random thresholds
+  std::optional<double> psnr;                   // the same; none where no view that was shown has a pixel to measure
   double seconds = 0;                           // of training so far, evaluation and checkpoints left out
   double ms_per_step = 0;
   double uncovered = 0;                         // Coverage::share() of the last step's views, with random thresholds
@@ -109,6 +110,8 @@ class Trainer {
   void train_until(std::uint64_t last, const Callbacks& callbacks);
   void change_topology();
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
+  /// Whether the step's views have a pixel to measure.
+  bool measures(std::uint64_t step);
   kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;
   gpu::CommandList& commands_of(const BatchLayout& batch);
   const Exposures* given_exposures() const { return exposures_ ? &*exposures_ : nullptr; }
@@ -132,6 +135,7 @@ class Trainer {
   std::uint64_t texture_start_ = 0, vertex_start_ = 0;
   Resampling last_resampling_ = Resampling::done;
   double uncovered_ = 0;               // of the last step before a report
+  std::vector<bool> masked_out_;       // training views without a pixel to measure
   double seconds_ = 0, cpu_seconds_ = 0;
   std::uint64_t epoch_ = ~0ull;        // of order_
   std::vector<std::uint32_t> order_;

@@ -13,10 +13,10 @@ open_display() {
   export DISPLAY=:$(cat "$scratch/display")
 }
 
-# await_window PROCESS NAME: sets `window`
+# await_window PROCESS NAME [TENTHS]: sets `window`; gives up after so many tenths of a second
 await_window() {
   window=""
-  for _ in $(seq 200); do
+  for _ in $(seq "${3:-200}"); do
     window=$(xdotool search --name "$2" 2>/dev/null | tail -n 1) && [ -n "$window" ] && return 0
     kill -0 "$1" 2>/dev/null || fail "the window '$2' did not open: $(cat err)"
     sleep 0.1

@@ -14,9 +14,9 @@ namespace trisoup::test {
 class Report {
  public:
   Report(std::string name, bool quiet) : name_(std::move(name)), quiet_(quiet) {}
-  /// Largest difference over the largest magnitude of `expected`. `skip`: elements left out (empty: none).
+  /// Largest difference over the largest magnitude of `expected`. skip, allowance: as in compare() (ties.h).
   void array(const std::string& what, std::span<const float> actual, std::span<const float> expected, double tolerance,
-             const std::vector<bool>& skip = {});
+             const std::vector<bool>& skip = {}, std::span<const double> allowance = {});
   /// Share of elements within 1e-3 of the array's largest magnitude must be at least 99.9 %.
   void parameters(const std::string& what, std::span<const float> actual, std::span<const float> expected);
   void check(const std::string& what, bool ok, const std::string& detail);

@@ -62,6 +62,32 @@ std::vector<glm::vec3> start(const train::Settings& s) {
 
 }  // namespace
 
+TEST_CASE("PSNR on the way is of the steps that had a pixel to measure", "[trainer]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = square_scene();
+  for (const std::size_t v : {0, 2, 3})
+    for (std::size_t i = 3; i < scene.train[v].image.rgba.size(); i += 4) scene.train[v].image.rgba[i] = 0;
+  train::Settings settings = short_settings();
+  settings.batch = 1;
+  settings.steps = 5;  // every view once
+  std::vector<double> seen;
+  std::size_t none = 0;
+  const auto run = [&](std::uint64_t every) {
+    train::Trainer trainer(*gpu, scene, settings, start(settings));
+    train::Trainer::Callbacks callbacks;
+    callbacks.progress_every = every;
+    callbacks.on_progress = [&](const train::Progress& p) { p.psnr ? seen.push_back(*p.psnr) : void(++none); };
+    trainer.run(callbacks);
+  };
+  run(1);
+  REQUIRE(seen.size() == 2);
+  CHECK(none == 3);
+  const double mse = 0.5 * (std::pow(10, -0.1 * seen[0]) + std::pow(10, -0.1 * seen[1]));
+  run(5);
+  REQUIRE(seen.size() == 3);
+  CHECK(seen[2] == Approx(-10 * std::log10(mse)).epsilon(1e-6));
+}
+
 TEST_CASE("evaluation on the way changes no bit of what is trained, and its time is not that of training", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();

@@ -133,6 +133,19 @@ TEST_CASE("a training goes on from a checkpoint, begins without one, and does no
   CHECK(train::RunFolder(folder.path(), Earlier::resume).resumes());
 }
 
+TEST_CASE("a row whose steps had no pixel to measure has no PSNR", "[run_folder]") {
+  const test::TemporaryFolder folder;
+  train::RunFolder run(folder / "out", Earlier::refuse);
+  run.create();
+  run.begin();
+  train::Progress p = row(10);
+  run.log(p);
+  p.step = 20, p.psnr = 21.5;
+  run.log(p);
+  CHECK_THAT(test::content_of(folder / "out/train.csv"), Contains("10,0.000,7,0.500000,0.000000,0.000000,,0.000,0.000000\n") &&
+                                                            Contains("20,0.000,7,0.500000,0.000000,0.000000,21.5000,0.000,0.000000\n"));
+}
+
 TEST_CASE("logs grow by whole lines and are cut where a training goes on", "[run_folder]") {
   const test::TemporaryFolder folder;
   const auto out = folder / "out", training = out / "train.csv", evaluations = out / "evaluations.csv";

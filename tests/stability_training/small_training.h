@@ -112,7 +112,7 @@ inline Outcome train_through(gpu::Device& gpu, const scene::Scene& scene, const 
   train::check(settings);
   train::Trainer trainer(gpu, scene, settings, train::initial_triangles(scene, settings));
   train::Trainer::Callbacks callbacks;
-  callbacks.on_progress = [](const train::Progress& p) { REQUIRE(std::isfinite(p.loss + p.psnr)); };
+  callbacks.on_progress = [](const train::Progress& p) { REQUIRE(std::isfinite(p.loss + p.psnr.value())); };
   trainer.run(callbacks);
   return outcome_of(gpu, scene, trainer);
 }
