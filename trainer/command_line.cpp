@@ -137,6 +137,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--test-near", o.test_near, "near plane of test views [synthetic 0.025, real 0.125; from a surface that of training]");
 
   auto* output = app.add_option_group("Output");
+  output->add_option("--texture-bits", o.texture_bits, "bits of each of a texture's values in the model: fewer pack into fewer bytes [6; published 8]");
   output->add_option("--eval-every", o.eval_every, "steps between evaluations of the test views [0: at the end only]");
   auto* eval_log = output->add_option("--eval-log", o.evaluations_per_decade, "evaluations in every ten-fold of steps, from step 10 on [0: none]")
       ->check(CLI::Range(0, 100));
@@ -250,6 +251,7 @@ void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
   set(level_min, s.level_min);
   set(level_max, s.level_max);
   set(samples_per_pixel, s.samples_per_pixel);
+  set(texture_bits, s.texture_bits);
   set(pixel_jitter, s.pixel_jitter);
   if (levels == "all" || levels == "finest") s.coarse_share = 0;
   // Asked for where it is not usual: from a surface, whose shapes need little of it.
@@ -288,6 +290,7 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
     // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
     s.rate_end = s.rate_vertex_end = 0.1;
     s.huber = 0.1;
+    s.texture_bits = 6;
     way = which == Recipe::synthetic ? 1.5 : 4.0;
     // Pictures that were rendered have one exposure.
     s.exposure = which == Recipe::real;

@@ -38,7 +38,7 @@ struct CommandLine {
 
   // Options that were given; what is empty keeps its default.
   std::optional<std::uint64_t> steps, seed, resample_every, eval_every, checkpoint_every;
-  std::optional<std::uint32_t> triangles, batch, init_count, coarse_level, level_min, level_max, split_views, least_views, most_triangles;
+  std::optional<std::uint32_t> triangles, batch, init_count, coarse_level, level_min, level_max, texture_bits, split_views, least_views, most_triangles;
   std::optional<double> init_box, init_radius, init_opacity, backdrop, rate_texture, rate_mlp, rate_vertex, rate_end,
       rate_vertex_end, rest_share, huber, samples_per_pixel, pixel_jitter, coarse_share, resample_until, split_length, near, far,
       test_near;

@@ -13,6 +13,7 @@
 #include "read_file.h"
 #include "soup/bake.h"
 #include "soup/glb.h"
+#include "soup/texture_bits.h"
 #include "soup/texture_table.h"
 
 namespace trisoup::soup {
@@ -210,7 +211,8 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   accessors.push_back({{"bufferView", uv_view}, {"componentType", kFloat}, {"count", vertices}, {"type", "VEC2"}});
 
   // Pictures: the baked colour that every viewer shows, then the features.
-  const std::vector<std::uint8_t> baked = bake_colours(model, options.bake_directions);
+  std::vector<std::uint8_t> baked = bake_colours(model, options.bake_directions);
+  reduce_to_bits(baked, options.colour_bits);
   const auto lattice = [&](std::uint32_t sample, int c) { return model.lattice[std::size_t(sample) * kChannels + c]; };
   Pages colour(atlas), features_low(atlas), features_high(atlas);
   colour.fill(model.textures, [&](std::uint32_t s, int c) { return c < 3 ? baked[std::size_t(s) * 3 + c] : lattice(s, 7); });

@@ -29,6 +29,7 @@ struct ModelFileOptions {
   std::optional<glm::dvec3> up;            // of the dataset, where it is known; glTF viewers get it as +Y
   std::optional<glm::dvec3> shown_up;      // where it is not: what they get as +Y instead, for the root node alone. Without either +Y is taken as it is.
   std::vector<glm::vec3> bake_directions;  // unit, from the surface towards the viewer; see bake_colours
+  std::uint32_t colour_bits = 8;           // of each of the plain colours' values; see texture_bits.h
   nlohmann::json settings;                 // kept as it is, for people and for soup-eval
   std::vector<ModelCamera> cameras;        // for viewers
   int atlas_side = kAtlasSide;             // largest width and height of an atlas page, texels; see make_atlas

@@ -23,6 +23,7 @@ void complete(nlohmann::json& settings) {
   was("rate_vertex_end", settings.value("rate_end", 0.01));
   was("fill_budget", false);
   was("huber", 0.0);
+  was("texture_bits", 8u);
   was("exposure", false);
   was("least_views", settings.value("recipe", "") == "real" ? 0u : Settings().least_views);
 }

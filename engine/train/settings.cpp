@@ -35,6 +35,7 @@ void each_member(S& s, F&& f) {
   f("rate_vertex_end", s.rate_vertex_end);
   f("rest_share", s.rest_share);
   f("huber", s.huber);
+  f("texture_bits", s.texture_bits);
   f("coarse_level", s.coarse_level);
   f("level_min", s.level_min);
   f("level_max", s.level_max);
@@ -93,6 +94,7 @@ Settings without_our_changes(Settings s) {
   s.samples_per_pixel = 0;
   s.pixel_jitter = 0;
   s.huber = 0;
+  s.texture_bits = 8;
   s.opacity_baseline = false;
   s.update_unseen = true;
   s.copy_textures = true;
@@ -195,6 +197,7 @@ void check(const Settings& s) {
   need(s.level_min <= s.level_max, "--level-min is above --level-max; give them in order");
   need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --level-max");
   need(s.coarse_level <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --coarse-level");
+  need(s.texture_bits >= 1 && s.texture_bits <= 8, "--texture-bits must be within 1 and 8: a byte has no more");
   need(s.samples_per_pixel >= 0, "--samples-per-pixel must not be negative");
   need(s.pixel_jitter >= 0 && s.pixel_jitter <= 0.5, "--pixel-jitter must be within 0 and 0.5: a pixel ends there");
   need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");

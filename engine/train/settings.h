@@ -39,6 +39,8 @@ struct Settings {
   double rest_share = 0;             // of the steps, the last ones: in them the rate of vertices falls to nothing besides, linearly
   double huber = 0;                  // colour errors below it pull in proportion to their size; 0: all alike, as published
 
+  std::uint32_t texture_bits = 8;    // of each of a texture's values, and of the plain colours, in the model file; 8: as published
+
   std::uint32_t coarse_level = 0;    // the only level of the first part
   std::uint32_t level_min = 2, level_max = 5;
   double samples_per_pixel = 1;      // of a triangle's finest level, where photographs show it largest; 0: level_max for all, as published

@@ -13,6 +13,7 @@
 #include "error.h"
 #include "soup/random.h"
 #include "soup/safetensors.h"
+#include "soup/texture_bits.h"
 #include "soup/texture_table.h"
 #include "train/checkpoint.h"
 #include "train/coverage.h"
@@ -373,7 +374,11 @@ void Trainer::run(const Callbacks& callbacks) {
   }
 }
 
-soup::Model Trainer::model() { return make_model(gpu_, soup_, scene_.background, scene_.normalisation); }
+soup::Model Trainer::model() {
+  soup::Model model = make_model(gpu_, soup_, scene_.background, scene_.normalisation);
+  soup::reduce_to_bits(model.lattice, settings_.texture_bits);
+  return model;
+}
 
 Evaluation Trainer::evaluate_float(const OnRender& on_render) {
   return evaluate(gpu_, soup_, frame_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render);

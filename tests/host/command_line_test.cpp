@@ -45,7 +45,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.least_views == 4);
       CHECK(s.exposure == !synthetic);
       CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
-      CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.1 && s.huber == 0.1));
+      CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6));
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
       CHECK(s.init_count == 30'000);
     }
@@ -69,7 +69,7 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(s.level_max == 5);
     CHECK(s.init_count == (synthetic ? 100'000 : 30'000));  // of a real one without points
     CHECK(s.rate_vertex == published.rate_vertex);
-    CHECK((s.rate_end == 0.01 && s.rate_vertex_end == 0.01 && s.huber == 0));
+    CHECK((s.rate_end == 0.01 && s.rate_vertex_end == 0.01 && s.huber == 0 && s.texture_bits == 8));
     CHECK(s.samples_per_pixel == 0);
     CHECK(s.pixel_jitter == 0);
     CHECK(s.least_views == 0);
@@ -106,7 +106,8 @@ TEST_CASE("few steps have the published way of vertices, presets their own", "[c
   CHECK(settings_of({"--preset", "fast"}, true).rate_end == 0.1);
   // --rate-end is for all rates, --rate-vertex-end for vertices alone.
   CHECK(settings_of({"--rate-end", "0.2"}, true).rate_vertex_end == 0.2);
-  const train::Settings own = settings_of({"--rate-end", "0.2", "--rate-vertex-end", "0.05", "--huber", "0.3"}, true);
+  const train::Settings own = settings_of({"--rate-end", "0.2", "--rate-vertex-end", "0.05", "--huber", "0.3", "--texture-bits", "5"}, true);
+  CHECK(own.texture_bits == 5);
   CHECK((own.rate_end == 0.2 && own.rate_vertex_end == 0.05 && own.huber == 0.3));
   CHECK(way(own) == Approx(1.5).epsilon(0.01));
 }
