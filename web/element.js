@@ -242,8 +242,10 @@ export class TriSoup extends HTMLElement {
   }
 
   #resized(entry) {
+    // Pixel for pixel where the browser knows them (an emulated screen does not, and tells something else).
     const device = entry.devicePixelContentBoxSize?.[0], css = entry.contentRect;
-    const size = device ? [device.inlineSize, device.blockSize] : [css.width, css.height].map((side) => Math.round(side * devicePixelRatio));
+    const size = [[css.width, device?.inlineSize], [css.height, device?.blockSize]].map(([side, exact]) =>
+      Math.abs(side * devicePixelRatio - exact) <= 1 ? exact : Math.round(side * devicePixelRatio));
     // What the device cannot draw is drawn smaller, and enlarged.
     const shrink = Math.min(1, (this.#stage?.renderer?.largestSide ?? 4096) / Math.max(1, ...size));
     const [width, height] = size.map((side) => Math.max(1, Math.floor(side * shrink)));

@@ -2,7 +2,7 @@
 import { SoupError } from "./error.js";
 
 const MAGIC = 0x46546c67, VERSION = 2, JSON_CHUNK = 0x4e4f534a, BINARY_CHUNK = 0x004e4942;
-const HEADER = 12, CHUNK_HEADER = 8;
+const FILE_HEADER = 12, CHUNK_HEADER = 8;
 
 /**
  * Takes a file apart; nothing is said about what the document means.
@@ -22,7 +22,7 @@ export function decodeGlb(bytes, name) {
   if (u32(4) !== VERSION) throw new SoupError(`${name}: is of glTF version ${u32(4)}, not 2; export it as glTF 2.0`);
   if (u32(8) !== bytes.length) throw damaged("does not have the length it states");
 
-  let at = HEADER;
+  let at = FILE_HEADER;
   const chunk = (type, missing) => {
     const size = u32(at);
     if (u32(at + 4) !== type || size > bytes.length - at - CHUNK_HEADER) throw damaged(missing);
