@@ -5,7 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 const CANDIDATES = [process.env.TRISOUP_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
-const PATIENCE_MS = 120_000;
+const PATIENCE_MS = 60_000;
 
 /** Path of a Chromium; null where there is none. TRISOUP_CHROMIUM names another than Debian's. */
 export const findChromium = () => CANDIDATES.find((path) => path && existsSync(path)) ?? null;
