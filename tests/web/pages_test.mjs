@@ -365,7 +365,11 @@ test("an exported page on a phone: its camera, its policy, touch", () => on("/pa
     if ([0, 1, 2].some((c) => Math.abs(expected[3 * p + c] - before.rgba[4 * p + c]) > 2)) ++far;
   assert.ok(far < (0.02 * expected.length) / 3, `${far} pixels are others than soup-view's`);
   const touch = (type, ...points) => page.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
-  const moves = { "one finger": [[[200, 400]], [[240, 420]]], "two fingers": [[[150, 400], [250, 400]], [[100, 380], [290, 420]]] };
+  // Apart without moving their middle, then together without coming nearer.
+  const moves = {
+    "one finger": [[[200, 400]], [[240, 420]]], "a pinch": [[[150, 400], [250, 400]], [[100, 400], [300, 400]]],
+    "two fingers": [[[150, 400], [250, 400]], [[170, 430], [270, 430]]],
+  };
   let last = Buffer.from(before.rgba);
   for (const [name, [from, to]] of Object.entries(moves)) {
     await touch("touchStart", ...from);

@@ -69,6 +69,7 @@ test("cameras: test views first, and impossible ones are refused", () => {
 
 test("no part of a model is a model", () => {
   for (let length = 0; length < file.length; ++length) assert.ok(complaint(file.slice(0, length)), `${length} bytes`);
+  assert.ok(complaint(new Uint8Array([...file, 0, 0, 0, 0])), "nor is more than one");
 });
 
 test("whatever a byte is, there is a model or one line", () => {
