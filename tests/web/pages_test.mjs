@@ -1,5 +1,5 @@
 // <tri-soup> in a headless Chromium, beside the native renderer: see `run`, which sets
-//   TRISOUP_BIN, TRISOUP_MODEL (a model with cameras), TRISOUP_SCRATCH (a folder that may be written)
+//   TRISOUP_BIN, TRISOUP_MODEL (a model of the bundled scene), TRISOUP_LARGE (another, of 15,000 triangles), TRISOUP_SCRATCH (a folder that may be written)
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
@@ -13,7 +13,7 @@ import { edited } from "./edit_glb.mjs";
 import { readPng } from "./png.mjs";
 import { serve } from "./server.mjs";
 
-const { TRISOUP_BIN: bin, TRISOUP_MODEL: modelPath, TRISOUP_SCRATCH: scratch, TRISOUP_SWIFTSHADER: driver } = process.env;
+const { TRISOUP_BIN: bin, TRISOUP_MODEL: modelPath, TRISOUP_LARGE: largePath, TRISOUP_SCRATCH: scratch, TRISOUP_SWIFTSHADER: driver } = process.env;
 const model = readFileSync(modelPath), corpus = readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url));
 const firstCamera = decodeGlb(model, "x").document.extensions.TRISOUP_neural_textures.cameras[0].name;
 const SIZE = 200;  // of the views of the bundled scene
@@ -123,6 +123,15 @@ test("ten views are those of soup-view", () => on("/one.html", async (page) => {
   for (let camera = 0; camera < 10; ++camera)
     agrees(await picture(page, 0, { samples: 1, settings: { aa: "none", camera } }), "none", 0.001, "--camera", String(camera));
 }));
+
+test("ten views of 15,000 triangles are those of soup-view", () => {
+  pages["/large.glb"] = readFileSync(largePath);
+  pages["/large.html"] = html('<tri-soup src="/large.glb" aa="none"></tri-soup>');
+  return on("/large.html", async (page) => {
+    for (let camera = 0; camera < 10; ++camera)
+      agreesOn(largePath, await picture(page, 0, { samples: 1, settings: { camera } }), "none", 0.001, "--camera", String(camera));
+  });
+});
 
 test("amid the soup: triangles that reach behind the camera are left out or clipped, as the settings say", async () => {
   const paths = [true, false].map((drop) => {
