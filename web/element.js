@@ -25,6 +25,19 @@ p { position: absolute; left: 0; right: 0; bottom: 0; margin: 0; padding: 0.75em
 `;
 let sheet = null;
 
+function dress(root) {
+  try {
+    if (!sheet) {
+      sheet = new CSSStyleSheet();
+      sheet.replaceSync(style);
+    }
+    root.adoptedStyleSheets = [sheet];
+  } catch {
+    // Safari before 16.4, which takes an element for it where no policy forbids that.
+    root.append(Object.assign(document.createElement("style"), { textContent: style }));
+  }
+}
+
 export class TriSoup extends HTMLElement {
   static observedAttributes = ["src", "poster", "camera", "aa", "autorotate"];
 
@@ -49,9 +62,7 @@ export class TriSoup extends HTMLElement {
   constructor() {
     super();
     const root = this.attachShadow({ mode: "open" });
-    sheet ??= new CSSStyleSheet();
-    sheet.replaceSync(style);
-    root.adoptedStyleSheets = [sheet];
+    dress(root);
     this.#poster.alt = "";
     this.#poster.draggable = false;
     this.#message.setAttribute("role", "alert");
@@ -60,13 +71,13 @@ export class TriSoup extends HTMLElement {
       node.hidden = true;
       root.append(node);
     }
+    const self = this;
     this.#input = new Input(this, {
       get navigation() { return self.#navigation; },
       moved: () => { this.#rotating = false; this.#redraw(); },
       stepCamera: (step) => this.#stepCamera(step),
       cycleAntiAliasing: () => { this.aa = Object.keys(SAMPLES)[(Object.keys(SAMPLES).indexOf(this.aa) + 1) % 3]; },
     });
-    const self = this;
     this.#resize = new ResizeObserver((entries) => this.#resized(entries[0]));
     this.#intersection = new IntersectionObserver(([entry]) => {
       this.#visible = entry.isIntersecting;

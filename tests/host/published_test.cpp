@@ -161,6 +161,11 @@ TEST_CASE("a scene of the published viewer whose files do not belong together is
       folder.file("x/mlp_weights.json", wrong);
       CHECK_THROWS_WITH(soup::read_published(x), Contains("mlp_weights.json"));
     }
+    write_published(folder.path(), "x", model_of(std::vector<std::uint32_t>(4, 1)), {0, 0, 1});
+    nlohmann::json mlp = json_in(x / "mlp_weights.json");
+    mlp["W2"].erase(3);
+    folder.file("x/mlp_weights.json", mlp.dump());
+    CHECK_THROWS_WITH(soup::read_published(x), Contains("W2 has 255 numbers instead of 256"));
   }
   SECTION("a file that is not there") {
     for (const char* name : {"mesh.ply", "lut1.png", "mlp_weights.json"}) {
