@@ -56,10 +56,10 @@ std::string ply(const Model& model) {
   return text;
 }
 
-/// Where the samples of all triangles lie, one after the other; what is left over at the end is zero.
-Image texture_shape(std::size_t samples) {
-  const std::size_t width = std::min(kMaxWidth, samples), height = (samples + width - 1) / width;
-  return {static_cast<int>(width), static_cast<int>(height), std::vector<std::uint8_t>(4 * width * height)};
+/// Width and height of a texture in which the samples of all triangles lie, one after the other; what is left over at the end is zero.
+glm::ivec2 texture_size(std::size_t samples) {
+  const std::size_t width = std::min(kMaxWidth, samples);
+  return {static_cast<int>(width), static_cast<int>((samples + width - 1) / width)};
 }
 
 json parsed(const fs::path& path) {
@@ -135,8 +135,10 @@ void write_published(const fs::path& data, const std::string& name, const Model&
   if (error) throw Error("{}: cannot be made ({}); choose another folder", folder.string(), error.message());
 
   for (std::size_t half = 0; half < 2; ++half) {
-    Image image = texture_shape(even.lattice.size() / kChannels);
-    for (std::size_t i = 0; i < even.lattice.size() / kChannels; ++i) std::copy_n(&even.lattice[i * kChannels + 4 * half], 4, &image.rgba[4 * i]);
+    const std::size_t samples = even.lattice.size() / kChannels;
+    const glm::ivec2 size = texture_size(samples);
+    Image image{size.x, size.y, std::vector<std::uint8_t>(4 * std::size_t(size.x) * std::size_t(size.y))};
+    for (std::size_t i = 0; i < samples; ++i) std::copy_n(&even.lattice[i * kChannels + 4 * half], 4, &image.rgba[4 * i]);
     write_png(folder / kTextures[half], image);
   }
   json mlp, meta;
@@ -173,6 +175,9 @@ ModelFile read_published(const fs::path& folder) {
       throw Error("{}: is not the description of a soup ({}); export it again", (folder / kMeta).string(), printable(e.what()));
     }
   }
+  for (int c = 0; c < 3; ++c)
+    if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f))
+      throw Error("{}: its background is no colour; give three numbers from 0 to 1", (folder / kMeta).string());
   if (level < 0 || level > kMaxLevel)
     throw Error("{}: textures of level {}; this program reads levels up to {}, export it at one of them", (folder / kMeta).string(), level, kMaxLevel);
   if (const double length = glm::length(up); length > 1e-12 && length < 1e12) file.up = up / length;
@@ -183,13 +188,15 @@ ModelFile read_published(const fs::path& folder) {
   const TextureTable table = make_texture_table(mesh.triangles(), {entry, entry});
   model.textures = table.entries;
   for (TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
-  model.lattice.resize(table.lattice_samples * kChannels);
   for (std::size_t half = 0; half < 2; ++half) {
     const fs::path path = folder / kTextures[half];
-    const Image expected = texture_shape(table.lattice_samples), image = read_image(path);
-    if (image.width != expected.width || image.height != expected.height)
+    const glm::ivec2 expected = texture_size(table.lattice_samples);
+    const Image image = read_image(path);
+    if (image.width != expected.x || image.height != expected.y)
       throw Error("{}: {} x {} texels, where {} triangles of level {} need {} x {}; export the scene again", path.string(), image.width,
-                  image.height, mesh.triangles(), level, expected.width, expected.height);
+                  image.height, mesh.triangles(), level, expected.x, expected.y);
+    // Not before a file accounts for it.
+    model.lattice.resize(table.lattice_samples * kChannels);
     for (std::size_t i = 0; i < table.lattice_samples; ++i) std::copy_n(&image.rgba[4 * i], 4, &model.lattice[i * kChannels + 4 * half]);
   }
   model.mlp.parameters = mlp_of(folder / kMlp);

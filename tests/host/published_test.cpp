@@ -147,7 +147,7 @@ TEST_CASE("a scene of the published viewer whose files do not belong together is
   SECTION("another level") {
     folder.file("x/meta.json", R"({"level": 2})");
     CHECK_THROWS_WITH(soup::read_published(x), Contains("lut0.png") && Contains("level 2"));
-    for (const char* wrong : {R"({"level": 6})", R"({"level": -1})", R"({"level": "high"})", R"({"up": [1]})", "{", "[]"}) {
+    for (const char* wrong : {R"({"level": 6})", R"({"level": -1})", R"({"level": "high"})", R"({"up": [1]})", R"({"background": [0, 2, 0]})", "{", "[]"}) {
       folder.file("x/meta.json", wrong);
       CHECK_THROWS_WITH(soup::read_published(x), Contains("meta.json"));
     }
