@@ -49,3 +49,9 @@ export function isWholePng(bytes) {
  */
 export const decodePng = (bytes) =>
   createImageBitmap(new Blob([bytes], { type: "image/png" }), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+
+/** One pixel that a browser alters which minds alpha or the file's gamma, and what its bytes are. */
+export const PROBE = {
+  png: Uint8Array.from(atob("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAABGdBTUEAAYagMeiWXwAAAA1JREFUeNpjOJFixAQABLcBYSanGRMAAAAASUVORK5CYII="), (letter) => letter.charCodeAt(0)),
+  rgba: [200, 100, 50, 2],
+};

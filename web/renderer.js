@@ -68,6 +68,20 @@ export class Renderer {
     return drawn;
   }
 
+  /**
+   * RGBA of the upper left pixel of a picture, as upload() has it.
+   * @param {TexImageSource} picture
+   */
+  firstPixel(picture) {
+    const gl = this.#gl, texture = this.#texture(gl.RGBA8, 1, 1, 1), target = this.#layerTarget(texture, 0), rgba = new Uint8Array(4);
+    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, picture);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, rgba);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteFramebuffer(target);
+    gl.deleteTexture(texture);
+    return rgba;
+  }
+
   /** @param {GpuModel} drawn */
   release(drawn) {
     const gl = this.#gl;

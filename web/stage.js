@@ -8,7 +8,7 @@
 import { SoupError } from "./error.js";
 import { decodeModel } from "./model.js";
 import { download, nameOf } from "./download.js";
-import { decodePng } from "./png.js";
+import { PROBE, decodePng } from "./png.js";
 import { Renderer } from "./renderer.js";
 
 /** A model in use: the file's bytes stay, since a context that was lost wants them again. */
@@ -33,6 +33,7 @@ class Resident {
 
   async upload(stage) {
     const { model } = this;
+    await stage.checkDecoder();
     let pages;
     try {
       pages = await Promise.all(model.pages.map((page) => Promise.all(page.features.map(decodePng))));
@@ -81,6 +82,18 @@ class Stage {
     }
     if (!this.renderer) return;  // lost again in between
     for (const element of this.#elements) element.contextRestored(problem);
+  }
+
+  /**
+   * Old browsers do not know the options of decodePng, and features would be others without a word.
+   * @throws {SoupError} where pixels are not those of the file
+   */
+  async checkDecoder() {
+    const picture = await decodePng(PROBE.png);
+    const rgba = this.renderer && !this.gl.isContextLost() ? this.renderer.firstPixel(picture) : null;
+    picture.close();
+    if (rgba?.some((value, i) => value !== PROBE.rgba[i]))
+      throw new SoupError("this browser alters the pixels of pictures (its WebGL2 is too old, or a privacy setting does it); use a newer one");
   }
 
   /** Elements of the page join and leave; those that joined are asked for pictures. */

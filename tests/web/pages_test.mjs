@@ -364,6 +364,20 @@ test("without WebGL2 there is a message", async () => {
   }
 });
 
+test("a browser that alters pixels is told of, not drawn with", () => {
+  pages["/none.html"] = html("");
+  return on("/none.html", async (page) => {
+    const [event, shown] = await verdict(page, "/model.glb");
+    assert.match(event, /alters the pixels/);
+    assert.equal(shown, event);
+  }, {
+    begin: () => {
+      const { createImageBitmap } = window;
+      window.createImageBitmap = (source) => createImageBitmap(source);  // as one that knows no options
+    },
+  });
+});
+
 test("an exported page on a phone: its camera, its policy, touch", () => on("/page/", async (page) => {
   assert.equal(await page.run(() => document.title), 'A "page" & <more>');
   const own = page.requests.filter((url) => url.startsWith(`${server.url}/page/`)).map((url) => url.slice(server.url.length + 6));
