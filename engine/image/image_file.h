@@ -1,4 +1,4 @@
-// PNG, JPEG, WebP and TIFF files in, PNG files out.
+// PNG, JPEG, WebP and TIFF files in, PNG and WebP files out.
 #pragma once
 
 #include <cstddef>
@@ -37,6 +37,9 @@ bool is_jpeg(std::span<const std::byte> bytes);
 
 /// An 8-bit PNG, RGB where every alpha is 255 and RGBA otherwise. `name` begins error messages.
 std::string encode_png(const Image& image, const std::string& name);
+
+/// A lossy WebP without alpha, for pages; quality: 0 to 100. Throws Error, beginning with `name`, on sides of more than 16383 pixels.
+std::string encode_webp(const Image& image, float quality, const std::string& name);
 
 /// Writes an 8-bit PNG, RGB where every alpha is 255 and RGBA otherwise, under a temporary name in the same folder that is
 /// then renamed: whoever reads `path` sees the old file or the whole new one. Throws Error if that fails, and then leaves

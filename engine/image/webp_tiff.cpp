@@ -2,6 +2,7 @@
 
 #include <tiffio.h>
 #include <webp/decode.h>
+#include <webp/encode.h>
 
 #include <algorithm>
 #include <cstdarg>
@@ -113,6 +114,17 @@ Image decode_webp(Content bytes, const std::string& name, const CheckSize& check
   if (WebPDecodeRGBAInto(data_of(bytes), bytes.size(), image.rgba.data(), image.rgba.size(), 4 * size.width) == nullptr)
     throw Error("{}: cannot be decoded as WebP, damaged or cut; copy or export the image again", name);
   return image;
+}
+
+std::string encode_webp(const Image& image, float quality, const std::string& name) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(image.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) rgb.insert(rgb.end(), &image.rgba[i], &image.rgba[i] + 3);
+  std::uint8_t* output = nullptr;
+  const std::size_t size = WebPEncodeRGB(rgb.data(), image.width, image.height, 3 * image.width, quality, &output);
+  const std::unique_ptr<std::uint8_t, decltype(&WebPFree)> bytes(output, &WebPFree);
+  if (size == 0) throw Error("{}: {} x {} pixels cannot become a WebP; choose a smaller picture", name, image.width, image.height);
+  return {reinterpret_cast<const char*>(bytes.get()), size};
 }
 
 ImageSize tiff_size(Content bytes, const std::string& name) { return size_of(Tiff(bytes, name)); }

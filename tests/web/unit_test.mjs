@@ -1,0 +1,188 @@
+// The parts of web/ that need no browser: node --test tests/web/unit_test.mjs
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { Navigation, framingOf, viewOf } from "../../web/camera.js";
+import { SoupError } from "../../web/error.js";
+import { decodeModel, placeOf } from "../../web/model.js";
+import { isWholePng, pngSize } from "../../web/png.js";
+import { layer, literal } from "../../web/shaders.js";
+import { edited } from "./edit_glb.mjs";
+
+const file = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url)));
+
+const rewritten = (change) => edited(file, change);
+
+/** What a reader says of bytes: null for a model; anything but a SoupError is a fault. */
+function complaint(bytes) {
+  try {
+    decodeModel(bytes, "some.glb");
+    return null;
+  } catch (error) {
+    assert.ok(error instanceof SoupError, `${error.stack}`);
+    assert.match(error.message, /^some\.glb: [^\n]+; [^\n]+$/, "one line with file, thing and fix");
+    return error.message;
+  }
+}
+
+const near = (actual, expected, within = 1e-6) =>
+  [...actual].forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= within, `${[...actual]} is not ${expected}`));
+
+test("a model is what its file says", () => {
+  const model = decodeModel(file, "x.glb");
+  assert.equal(model.triangles, 3);
+  assert.equal(model.vertices.length, 27);
+  assert.equal(model.mlp.length, 595);
+  assert.equal(model.pages.length, 1);
+  assert.deepEqual(model.background, [0, 0, 0]);
+  assert.equal(model.dropNear, true, "its settings have steps and no drop_near");
+  assert.deepEqual([model.near, model.far], [0.025, 2.5]);
+  // As atlas.cpp places them: higher levels first.
+  const levels = [0, 1, 2].map((t) => placeOf(model.places, t).level);
+  assert.ok(levels.every((level) => level <= 5));
+});
+
+test("vertices are normalised as scale (vertex + origin - centre)", () => {
+  const before = decodeModel(file, "x.glb").vertices;
+  const moved = decodeModel(rewritten((_, e) => Object.assign(e, { origin: [1, 2, 3], centre: [0.5, 0.25, 0], scale: 4 })), "x.glb").vertices;
+  near(moved, [...before].map((v, i) => 4 * (v + [0.5, 1.75, 3][i % 3])));
+});
+
+test("settings are those of the model, and another program's are passed over", () => {
+  const planes = (settings) => {
+    const { near: n, far, dropNear } = decodeModel(rewritten((_, e) => { e.settings = settings; }), "x.glb");
+    return [n, far, dropNear];
+  };
+  assert.deepEqual(planes({ test_near: 0.5, far: 8, drop_near: false, steps: 5 }), [0.5, 8, false]);
+  assert.deepEqual(planes({ test_near: "close" }), [0.025, 2.5, false]);
+  assert.deepEqual(planes(null), [0.025, 2.5, false]);
+  assert.match(complaint(rewritten((_, e) => { e.settings = { test_near: 3 }; })), /clip planes/);
+});
+
+test("cameras: test views first, and impossible ones are refused", () => {
+  const row = (name, isTest) => ({ name, test: isTest, size: [40, 30], focal: [50, 50], centre: [20, 15], world_to_camera: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2] });
+  const names = (rows) => decodeModel(rewritten((_, e) => { e.cameras = rows; }), "x.glb").cameras.map((camera) => camera.name);
+  assert.deepEqual(names([row("a", false), row("b", true), row("c", false), row("d", true)]), ["b", "d", "a", "c"]);
+  assert.match(complaint(rewritten((_, e) => { e.cameras = [{ ...row("a", true), size: [0, 30] }]; })), /camera/);
+  assert.match(complaint(rewritten((_, e) => { e.cameras = [{ ...row("a", true), world_to_camera: Array(12).fill(1) }]; })), /camera/);
+});
+
+test("no part of a model is a model", () => {
+  for (let length = 0; length < file.length; ++length) assert.ok(complaint(file.slice(0, length)), `${length} bytes`);
+  assert.ok(complaint(new Uint8Array([...file, 0, 0, 0, 0])), "nor is more than one");
+});
+
+test("whatever a byte is, there is a model or one line", () => {
+  const { features } = decodeModel(file, "x").pages[0];
+  const inTexture = (at) => features.some((png) => at >= png.byteOffset + 8 && at < png.byteOffset + png.length);
+  let refused = 0;
+  for (let at = 0; at < file.length; ++at)
+    for (const bits of [0x01, 0x80, 0xff]) {
+      const damaged = file.slice();
+      damaged[at] ^= bits;
+      const line = complaint(damaged);
+      if (line) ++refused;
+      assert.ok(line || !inTexture(at), `byte ${at} of a texture`);
+    }
+  assert.ok(refused > 3000, `${refused} of ${3 * file.length} are refused`);
+});
+
+test("documents that are something else", () => {
+  const wrong = [
+    (d) => { delete d.extensions; }, (d) => { d.bufferViews = 5; }, (d) => { d.meshes = []; }, (d) => { d.images = null; },
+    (d) => { d.bufferViews[0].byteLength = -1; }, (d) => { d.bufferViews[0].byteOffset = 1e300; }, (d) => { d.bufferViews[0].byteOffset = "0"; },
+    (_, e) => { e.version = 2; }, (_, e) => { e.triangles = 0; }, (_, e) => { e.triangles = 2 ** 40; }, (_, e) => { e.triangles = 1.5; },
+    (_, e) => { e.mlp = e.places; }, (_, e) => { e.places = e.mlp; }, (_, e) => { e.pages = {}; }, (_, e) => { e.pages = []; },
+    (_, e) => { e.pages = [{ features: [1] }]; }, (_, e) => { e.pages = Array(300).fill(e.pages[0]); }, (_, e) => { e.scale = 0; },
+    (_, e) => { e.centre = [1, 2]; }, (_, e) => { e.centre = ["1", 2, 3]; }, (_, e) => { e.background = [2, 0, 0]; }, (_, e) => { e.up = [0, 0, 0]; },
+    (_, e) => { e.sphericalHarmonicsDegree = 3; }, (_, e) => { e.cameras = {}; }, (_, e) => { e.cameras = [null]; },
+  ];
+  for (const change of wrong) assert.ok(complaint(rewritten(change)), `${change}`);
+  for (const text of ["", "no model", "\x89PNG\r\n\x1a\n"]) assert.match(complaint(new TextEncoder().encode(text)), /not a binary glTF/);
+});
+
+test("a PNG is whole or it is not", () => {
+  const png = decodeModel(file, "x.glb").pages[0].features[0];
+  assert.ok(pngSize(png).width > 0 && isWholePng(png));
+  for (let at = 8; at < png.length; ++at) {
+    const damaged = png.slice();
+    damaged[at] ^= 4;
+    assert.equal(isWholePng(damaged), false, `byte ${at}`);
+  }
+  for (let length = 8; length < png.length; ++length) assert.equal(isWholePng(png.slice(0, length)), false, `${length} bytes`);
+});
+
+test("weights keep their bits as text, and GLSL takes them for floats", () => {
+  const values = new Float32Array(4), bits = new Uint32Array(values.buffer);
+  for (let i = 0; i < 20000; ++i) {
+    bits[0] = Math.imul(i + 1, 0x9e3779b1);
+    if (!Number.isFinite(values[0])) continue;
+    const text = literal(values[0]);
+    assert.equal(Math.fround(Number(text)), values[0], text);
+    assert.match(text, /^-?\d+(\.\d+)?(e[+-]?\d+)?$/);
+    assert.match(text, /[.e]/);
+  }
+  for (const value of [0, 1, -3, 1e20]) assert.match(literal(value), /[.e]/);
+});
+
+test("a layer of the MLP is weights times inputs and biases", () => {
+  // Evaluated by turning the text, which is a sum of matrices times vectors, into numbers.
+  const evaluate = (text, inputs) => {
+    const terms = text.split("\n    + ").map((term) => term.match(/^(?:vec|mat4x)(\d)\(([^)]*)\)(?: \* x\[(\d)\])?$/).slice(1));
+    const rows = Number(terms[0][0]), sum = terms[0][1].split(",").map(Number);
+    for (const [, numbers, input] of terms.slice(1))
+      numbers.split(",").map(Number).forEach((value, i) => { sum[i % rows] += value * inputs[4 * input + Math.floor(i / rows)]; });
+    return sum;
+  };
+  for (const outputs of [16, 3]) {
+    const weights = Float32Array.from({ length: 16 * outputs }, (_, i) => Math.sin(i * i + 1)), biases = Float32Array.from({ length: outputs }, (_, i) => i / 7);
+    const inputs = Array.from({ length: 16 }, (_, i) => Math.cos(3 * i));
+    const expected = [...biases].map((bias, o) => inputs.reduce((sum, x, i) => sum + weights[16 * o + i] * x, bias));
+    near(layer(weights, biases, "x").flatMap((text) => evaluate(text, inputs)), expected, 1e-5);
+  }
+});
+
+const camera = { width: 40, height: 30, fx: 50, fy: 45, cx: 18, cy: 16, pose: [1, 0, 0, 0.2, 0, 0, -1, 0.1, 0, 1, 0, 1.5] };
+
+test("rays and projection are each other's inverse", () => {
+  const view = viewOf(camera, 0.1, 10), at = (c, r) => view.clipFromWorld[4 * c + r];
+  for (const [x, y] of [[0, 0], [0.7, -0.3], [-1, 1]]) {
+    const towards = [0, 1, 2].map((i) => view.ray[i] + x * view.rayX[i] + y * view.rayY[i]);
+    const point = view.eye.map((e, i) => e - 0.8 * towards[i]);
+    const clip = [0, 1, 2, 3].map((r) => at(0, r) * point[0] + at(1, r) * point[1] + at(2, r) * point[2] + at(3, r));
+    near([clip[0] / clip[3], clip[1] / clip[3]], [x, y], 1e-5);
+    assert.ok(clip[3] > 0 && Math.abs(clip[2] / clip[3]) < 1);
+  }
+  // Pixel (cx, cy) looks along the third axis of the camera, depth `near` is NDC -1 and `far` is 1.
+  for (const [depth, expected] of [[0.1, -1], [10, 1]]) {
+    const point = view.eye.map((e, i) => e + depth * camera.pose[8 + i]);
+    const clip = [2, 3].map((r) => at(0, r) * point[0] + at(1, r) * point[1] + at(2, r) * point[2] + at(3, r));
+    near([clip[0] / clip[1]], [expected], 1e-4);
+  }
+});
+
+test("a camera that is moved goes on from where it stood", () => {
+  const navigation = new Navigation({ target: [0, 0, 0], up: [0, 0, 1], distance: 2, fov: 0.6 });
+  const level = { width: 40, height: 30, fx: 45, fy: 45, cx: 20, cy: 15, pose: [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 2] };
+  navigation.snap(level);
+  assert.ok(navigation.snapped);
+  const before = viewOf(navigation.camera(80, 60), 0.1, 10);
+  navigation.orbit(0, 0);
+  assert.ok(!navigation.snapped);
+  near(viewOf(navigation.camera(80, 60), 0.1, 10).clipFromWorld, before.clipFromWorld, 1e-5);
+  navigation.zoom(2);
+  near(viewOf(navigation.camera(80, 60), 0.1, 10).eye, [0, -1, 0], 1e-9);
+  navigation.orbit(Math.PI / 2, 0);
+  near(viewOf(navigation.camera(80, 60), 0.1, 10).eye, [1, 0, 0], 1e-9);
+  navigation.orbit(0, 100);
+  assert.ok(viewOf(navigation.camera(80, 60), 0.1, 10).eye[2] < 1, "never straight above");
+  navigation.reset();
+  near([Math.hypot(...viewOf(navigation.camera(80, 60), 0.1, 10).eye)], [2], 1e-9);
+});
+
+test("without cameras a soup is framed by most of its vertices", () => {
+  const vertices = new Float32Array(300).map((_, i) => (i < 3 ? 1e6 : [i % 7, i % 5, i % 3][i % 3] / 10));
+  const framing = framingOf({ cameras: [], up: null, vertices });
+  assert.ok(framing.distance < 10 && framing.target.every((x) => x < 1), "one stray moves nothing");
+  assert.deepEqual(framing.up, [0, 1, 0]);
+});

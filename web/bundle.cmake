@@ -1,0 +1,23 @@
+# cmake -DFOLDER=web -DSOURCE=web_module.cpp -P bundle.cmake: the modules as one, without comments, and that as C++.
+# A page then loads the module in one request, and one file can hold it. The modules see each other's names in it: these differ, and
+# an import or export is a statement of its own at the beginning of a line.
+set(modules error glb png model camera shaders renderer download stage input element tri-soup)
+set(bundle "\n")
+foreach(module IN LISTS modules)
+  file(READ ${FOLDER}/${module}.js text)
+  string(APPEND bundle "${text}")
+endforeach()
+string(REGEX REPLACE "/\\*\\*[^*]*\\*+([^/*][^*]*\\*+)*/" "" bundle "${bundle}")
+string(REGEX REPLACE "\n[ ]*//[^\n]*" "" bundle "${bundle}")
+string(REGEX REPLACE "  // [^\n]*" "" bundle "${bundle}")
+string(REGEX REPLACE "\nimport [^;]*;" "" bundle "${bundle}")
+string(REGEX REPLACE "\nexport (async|class|const|function) " "\n\\1 " bundle "${bundle}")
+string(REGEX REPLACE "\n[ \n]+" "\n" bundle "${bundle}")
+set(bundle "// trisoup: soups of triangles in a page. MIT licence.${bundle}")
+foreach(forbidden "</script" ")JS\"")
+  string(FIND "${bundle}" "${forbidden}" at)
+  if(NOT at EQUAL -1)
+    message(FATAL_ERROR "web/: \"${forbidden}\" would end the text that the module is embedded in; write it in two parts")
+  endif()
+endforeach()
+file(WRITE ${SOURCE} "#include \"web_page.h\"\n\nnamespace trisoup::web {\nconst std::string_view module_text = R\"JS(${bundle})JS\";\n}\n")

@@ -1,0 +1,43 @@
+// The container of binary glTF 2.0: a JSON chunk and one binary chunk (engine/soup/glb.cpp).
+import { SoupError } from "./error.js";
+
+const MAGIC = 0x46546c67, VERSION = 2, JSON_CHUNK = 0x4e4f534a, BINARY_CHUNK = 0x004e4942;
+const FILE_HEADER = 12, CHUNK_HEADER = 8;
+
+/**
+ * Takes a file apart; nothing is said about what the document means.
+ * @param {Uint8Array} bytes the whole file; `binary` is a part of it, not a copy
+ * @param {string} name begins error messages
+ * @returns {{document: object, binary: Uint8Array}}
+ * @throws {SoupError} unless the lengths in the headers are those of the file and the first chunk is JSON
+ */
+export function decodeGlb(bytes, name) {
+  const damaged = (what) => new SoupError(`${name}: ${what}; the file is cut or damaged, export or copy it again`);
+  const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const u32 = (at) => {
+    if (at + 4 > bytes.length) throw damaged("ends within a header");
+    return data.getUint32(at, true);
+  };
+  if (bytes.length < 4 || u32(0) !== MAGIC) throw new SoupError(`${name}: is not a binary glTF file; give a model.glb`);
+  if (u32(4) !== VERSION) throw new SoupError(`${name}: is of glTF version ${u32(4)}, not 2; export it as glTF 2.0`);
+  if (u32(8) !== bytes.length) throw damaged("does not have the length it states");
+
+  let at = FILE_HEADER;
+  const chunk = (type, missing) => {
+    const size = u32(at);
+    if (u32(at + 4) !== type || size > bytes.length - at - CHUNK_HEADER) throw damaged(missing);
+    const content = bytes.subarray(at + CHUNK_HEADER, at + CHUNK_HEADER + size);
+    at += CHUNK_HEADER + size;
+    return content;
+  };
+  const text = chunk(JSON_CHUNK, "has no whole JSON chunk");
+  let document;
+  try {
+    document = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(text));
+  } catch {
+    throw damaged("its JSON cannot be read");
+  }
+  // A file without binary data has no second chunk.
+  const binary = at < bytes.length ? chunk(BINARY_CHUNK, "has no whole binary chunk") : new Uint8Array(0);
+  return { document, binary };
+}

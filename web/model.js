@@ -1,0 +1,223 @@
+// model.glb: a soup with its neural textures in a glTF extension (docs/format.md, engine/soup/model_file.cpp).
+import { SoupError } from "./error.js";
+import { decodeGlb } from "./glb.js";
+import { isWholePng, pngSize } from "./png.js";
+
+const EXTENSION = "TRISOUP_neural_textures";
+const MAX_LEVEL = 5, MAX_PAGES = 256;
+const PLACE_BYTES = 8, TRIANGLE_BYTES = 36;
+export const MLP_PARAMETERS = 595;
+
+/**
+ * Where a triangle's lattice lies in the atlas: lattice point (x, y) is texel (x0 + x, y0 + y), or (x0 - x, y0 - y) if it is turned.
+ * @param {DataView} places 8 bytes a triangle
+ * @param {number} triangle
+ */
+export function placeOf(places, triangle) {
+  const at = PLACE_BYTES * triangle;
+  return {
+    x0: places.getUint16(at, true),
+    y0: places.getUint16(at + 2, true),
+    level: places.getUint8(at + 4),
+    page: places.getUint8(at + 5),
+    turned: places.getUint8(at + 6),
+  };
+}
+
+/**
+ * @typedef {object} Model what decodeModel makes of a file. Normalised coordinates: cameras at mean distance 1 from the origin.
+ * @property {string} name
+ * @property {number} triangles
+ * @property {Float32Array} vertices x y z of three vertices a triangle, normalised
+ * @property {DataView} places see placeOf
+ * @property {Float32Array} mlp w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3]
+ * @property {{width: number, height: number, features: Uint8Array[]}[]} pages two PNG files each: features 0..3; 4..6 and opacity
+ * @property {number[]} background RGB 0..1
+ * @property {number[] | null} up where it is known
+ * @property {number} near clip planes of the model's own cameras, normalised
+ * @property {number} far
+ * @property {boolean} dropNear these cameras leave out triangles that reach behind them, as in training
+ * @property {import("./camera.js").Camera[]} cameras test views first
+ */
+
+/**
+ * Reads a whole model.glb but for the pixels of its textures, which stay PNG.
+ * @param {Uint8Array} bytes
+ * @param {string} name begins error messages
+ * @returns {Model}
+ * @throws {SoupError} on anything that is no whole model file
+ */
+export function decodeModel(bytes, name) {
+  const { document, binary } = decodeGlb(bytes, name);
+  if (!document?.extensions?.[EXTENSION]) throw new SoupError(`${name}: has no ${EXTENSION} extension; it is not a trisoup model`);
+  try {
+    return new Reader(document, binary, name).model();
+  } catch (error) {
+    if (error instanceof SoupError) throw error;
+    // A member that is missing, or something else than it has to be.
+    throw new SoupError(`${name}: its JSON is not that of a trisoup model (${error.message}); export it again`);
+  }
+}
+
+/** One file while it is read. */
+class Reader {
+  constructor(document, binary, name) {
+    this.document = document;
+    this.extension = document.extensions[EXTENSION];
+    this.binary = binary;
+    this.name = name;
+  }
+
+  damaged(what) {
+    return new SoupError(`${this.name}: ${what}; the file is cut or damaged, export or copy it again`);
+  }
+
+  whole(value) {
+    if (!Number.isSafeInteger(value) || value < 0) throw this.damaged("has something else where a whole number belongs");
+    return value;
+  }
+
+  number(value) {
+    if (!Number.isFinite(value)) throw this.damaged("has something else where a number belongs");
+    return value;
+  }
+
+  vector(values) {
+    return [0, 1, 2].map((i) => this.number(values[i]));
+  }
+
+  /** Bytes of a bufferView. */
+  view(index) {
+    const view = this.document.bufferViews[this.whole(index)];
+    const offset = this.whole(view.byteOffset ?? 0), length = this.whole(view.byteLength);
+    if (offset > this.binary.length || length > this.binary.length - offset) throw this.damaged("has a bufferView beyond its end");
+    return this.binary.subarray(offset, offset + length);
+  }
+
+  floats(bytes) {
+    // Copied: a part of the file need not begin where an array of floats may.
+    const values = new Float32Array(bytes.slice().buffer);
+    return values.every(Number.isFinite) ? values : null;
+  }
+
+  model() {
+    const { extension } = this;
+    const version = this.whole(extension.version);
+    if (version !== 1) throw new SoupError(`${this.name}: is of version ${version}, this page reads version 1; use a newer one`);
+    if (extension.sphericalHarmonicsDegree !== 2)
+      throw new SoupError(`${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
+    const triangles = this.whole(extension.triangles);
+    const places = this.places(triangles);
+    return {
+      name: this.name,
+      triangles,
+      vertices: this.vertices(triangles),
+      places,
+      mlp: this.mlp(),
+      pages: this.pages(triangles, places),
+      background: this.background(),
+      up: this.up(),
+      cameras: this.cameras(),
+      ...this.planes(),
+    };
+  }
+
+  vertices(triangles) {
+    const accessor = this.document.accessors[this.whole(this.document.meshes[0].primitives[0].attributes.POSITION)];
+    const bytes = this.view(accessor.bufferView);
+    if (triangles === 0 || bytes.length !== triangles * TRIANGLE_BYTES)
+      throw this.damaged("has another number of vertices than its triangles need");
+    const vertices = this.floats(bytes);
+    if (!vertices) throw this.damaged("has a vertex that is no number");
+    const centre = this.vector(this.extension.centre), scale = this.number(this.extension.scale);
+    const origin = this.extension.origin === undefined ? [0, 0, 0] : this.vector(this.extension.origin);
+    // Beyond these, floats have no digits left for the soup.
+    if (!(Math.hypot(...centre) < 1e12 && Math.hypot(...origin) < 1e12 && scale > 1e-9 && scale < 1e9))
+      throw this.damaged("has an impossible centre or scale");
+    for (let i = 0; i < vertices.length; ++i) vertices[i] = scale * (vertices[i] + (origin[i % 3] - centre[i % 3]));
+    return vertices;
+  }
+
+  mlp() {
+    const bytes = this.view(this.extension.mlp);
+    if (bytes.length !== 4 * MLP_PARAMETERS) throw this.damaged("has an MLP of another size");
+    const mlp = this.floats(bytes);
+    if (!mlp) throw this.damaged("has an MLP weight that is no number");
+    return mlp;
+  }
+
+  places(triangles) {
+    const bytes = this.view(this.extension.places);
+    if (bytes.length !== PLACE_BYTES * triangles) throw this.damaged("has a texture table of another length");
+    return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  }
+
+  pages(triangles, places) {
+    const rows = this.extension.pages;
+    if (!Array.isArray(rows) || rows.length > MAX_PAGES) throw this.damaged("has an impossible number of atlas pages");
+    const pages = rows.map((row) => {
+      const features = [0, 1].map((half) => this.view(this.document.images[this.whole(row.features[half])].bufferView));
+      const [low, high] = features.map(pngSize);
+      if (!low || !high) throw this.damaged("has a texture that is no PNG");
+      if (low.width !== high.width || low.height !== high.height) throw this.damaged("has a page in two sizes");
+      if (!features.every(isWholePng)) throw this.damaged("has a damaged texture");
+      return { ...low, features };
+    });
+    // One page of the usual largest size, however little it holds, and room for every place: a header may claim any number.
+    let texels = 8192 * 8192;
+    for (let t = 0; t < triangles; ++t) {
+      const place = placeOf(places, t), page = pages[place.page], side = (1 << place.level) * (place.turned ? -1 : 1);
+      if (place.level > MAX_LEVEL || !page || place.turned > 1) throw this.damaged("has an impossible texture table");
+      const outside = (from, size) => from >= size || from + side < 0 || from + side >= size;
+      if (outside(place.x0, page.width) || outside(place.y0, page.height)) throw this.damaged("has a texture outside its page");
+      texels += 2 * ((1 << place.level) + 3) * ((1 << place.level) + 2);
+    }
+    for (const page of pages) texels -= page.width * page.height;
+    if (texels < 0) throw this.damaged("has textures of more texels than its triangles need");
+    return pages;
+  }
+
+  background() {
+    const background = this.vector(this.extension.background);
+    if (!background.every((c) => c >= 0 && c <= 1)) throw this.damaged("has a background that is no colour");
+    return background;
+  }
+
+  up() {
+    if (this.extension.up === undefined) return null;
+    const up = this.vector(this.extension.up), length = Math.hypot(...up);
+    if (!(length > 1e-12 && length < 1e12)) throw this.damaged("has an up direction without a length");
+    return up.map((x) => x / length);
+  }
+
+  /** Clip planes of the model's cameras, as viewer/subject.cpp has them: settings of another program are passed over. */
+  planes() {
+    const settings = this.extension.settings ?? {};
+    const number = (value, otherwise) => (typeof value === "number" ? value : otherwise);
+    const near = number(settings.test_near, 0.025), far = number(settings.far, 2.5);
+    if (!(near >= 1e-6 && near < far && far < 1e37)) throw new SoupError(`${this.name}: its clip planes are impossible; train it again`);
+    return { near, far, dropNear: typeof settings.drop_near === "boolean" ? settings.drop_near : "steps" in Object(settings) };
+  }
+
+  cameras() {
+    const cameras = (this.extension.cameras ?? []).map((row) => {
+      const [width, height] = [0, 1].map((i) => this.whole(row.size[i]));
+      const [fx, fy, cx, cy] = [row.focal[0], row.focal[1], row.centre[0], row.centre[1]].map((x) => this.number(x));
+      const pose = Array.from({ length: 12 }, (_, i) => this.number(row.world_to_camera[i]));
+      const camera = { name: String(row.name), test: row.test === true, width, height, fx, fy, cx, cy, pose };
+      if (!possible(camera)) throw this.damaged("has an impossible camera");
+      return camera;
+    });
+    // Array.sort is stable: beyond that the order is the file's.
+    return cameras.sort((a, b) => Number(b.test) - Number(a.test));
+  }
+}
+
+function possible({ width, height, fx, fy, cx, cy, pose }) {
+  const largest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
+  const row = (i) => pose.slice(4 * i, 4 * i + 3);
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const rotates = [0, 1, 2].every((i) => [0, 1, 2].every((j) => Math.abs(dot(row(i), row(j)) - (i === j ? 1 : 0)) < 1e-3));
+  return width > 0 && height > 0 && width <= 65535 && height <= 65535 && [fx, fy].every((f) => f > 1e-3 && f < largest) &&
+    [cx, cy, pose[3], pose[7], pose[11]].every((x) => Math.abs(x) < largest) && rotates;
+}

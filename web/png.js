@@ -1,0 +1,57 @@
+// PNG files: browsers decode them, and take damaged ones without a word, so they are checked before.
+
+const SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
+const END = 0x49454e44;  // "IEND"
+
+const crcTable = Uint32Array.from({ length: 256 }, (_, n) => {
+  for (let k = 0; k < 8; ++k) n = n & 1 ? 0xedb88320 ^ (n >>> 1) : n >>> 1;
+  return n;
+});
+
+function crc32(bytes) {
+  let crc = 0xffffffff;
+  for (let i = 0; i < bytes.length; ++i) crc = crcTable[(crc ^ bytes[i]) & 255] ^ (crc >>> 8);
+  return (crc ^ 0xffffffff) >>> 0;
+}
+
+/**
+ * Width and height in pixels that a PNG states, null if it is none.
+ * @param {Uint8Array} bytes
+ */
+export function pngSize(bytes) {
+  if (bytes.length < 24 || SIGNATURE.some((value, i) => bytes[i] !== value)) return null;
+  const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const width = data.getUint32(16), height = data.getUint32(20);
+  return width > 0 && height > 0 ? { width, height } : null;
+}
+
+/**
+ * Whether all chunks of a PNG are there and have the sums they state.
+ * @param {Uint8Array} bytes
+ */
+export function isWholePng(bytes) {
+  const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  for (let at = SIGNATURE.length; at + 12 <= bytes.length; ) {
+    const length = data.getUint32(at);
+    if (length > bytes.length - at - 12) return false;
+    if (crc32(bytes.subarray(at + 4, at + 8 + length)) !== data.getUint32(at + 8 + length)) return false;
+    if (data.getUint32(at + 4) === END) return true;
+    at += 12 + length;
+  }
+  return false;
+}
+
+/**
+ * The pixels exactly as they are stored: lattices are numbers, not colours. Without these options a browser would apply colour
+ * profiles, and multiply features by opacity, which cannot be undone where it is 0.
+ * @param {Uint8Array} bytes
+ * @returns {Promise<ImageBitmap>}
+ */
+export const decodePng = (bytes) =>
+  createImageBitmap(new Blob([bytes], { type: "image/png" }), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+
+/** One pixel that a browser alters which minds alpha or the file's gamma, and what its bytes are. */
+export const PROBE = {
+  png: Uint8Array.from(atob("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAABGdBTUEAAYagMeiWXwAAAA1JREFUeNpjOJFixAQABLcBYSanGRMAAAAASUVORK5CYII="), (letter) => letter.charCodeAt(0)),
+  rgba: [200, 100, 50, 2],
+};

@@ -1,0 +1,276 @@
+// The two passes in GLSL ES 3.00, line by line as shaders/ has them for Vulkan. Where they differ, WebGL2 is why:
+//  - it can neither multisample integers nor read single samples, so a pass is drawn once for every sample, moved by the sample's
+//    distance from the middle of the pixel, into a layer of its own. A pixel then sees the same samples as the native renderer's;
+//  - it has no textureGather, so opacity takes three fetches, and no specialisation constants, so the MLP is written into the text.
+// Pictures are drawn with their rows downwards, as in Vulkan, and turned over on the way to the canvas.
+
+export const TABLE_WIDTH = 1024;  // triangle t is the column (t % 1024, t / 1024) of the table of triangles
+export const UNITS = { table: 0, features: 1, opacities: 2, hits: 3 };  // texture units
+
+/**
+ * Anti-aliasing: where the samples of a pixel lie, in pixels from its middle.
+ * `shadeAll`: opacity is read and colour computed at each sample; else in the middle, and opacity continued by its slope.
+ */
+export const SAMPLES = {
+  none: { at: [[0, 0]], shadeAll: false },
+  // Vulkan's standard sample locations.
+  msaa: { at: [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]], shadeAll: false },
+  ssaa: { at: [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]], shadeAll: true },
+};
+
+const HEADER = `#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2DArray;
+precision highp usampler2DArray;
+`;
+
+const FRAME = `
+layout(std140) uniform Frame {
+  mat4 clip_from_world;
+  vec4 eye;                // world
+  vec4 ray, ray_x, ray_y;  // direction from the surface to the camera at NDC (x, y): ray + x ray_x + y ray_y
+  vec4 background;
+  vec2 pixel;              // NDC per pixel
+  float canvas_height;     // pixels
+};
+`;
+
+const TRIANGLES = `
+uniform usampler2DArray table;
+struct SoupTriangle {
+  vec3 v2, e0, e1;   // world; the other corners are v2 + e0 and v2 + e1
+  uint place;        // x0 | y0 << 16 in the atlas
+  uint layer_level;  // level | page << 8 | turned << 16
+};
+
+SoupTriangle soup_triangle(uint t) {
+  ivec2 column = ivec2(int(t & ${TABLE_WIDTH - 1}u), int(t / ${TABLE_WIDTH}u));
+  uvec4 a = texelFetch(table, ivec3(column, 0), 0), b = texelFetch(table, ivec3(column, 1), 0);
+  uvec4 c = texelFetch(table, ivec3(column, 2), 0);
+  return SoupTriangle(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz), a.w, b.w);
+}
+`;
+
+// Three lattice points and their weights: i0 and i1 weigh w.x and w.y, i2 the rest.
+const LATTICE = `
+struct LatticeCell {
+  ivec3 i0, i1, i2;  // texels of the atlas; z: page
+  vec2 w;
+};
+
+vec3 to_camera(vec2 ndc) { return ray.xyz + ndc.x * ray_x.xyz + ndc.y * ray_y.xyz; }
+
+// From the ray, not interpolated between corners that the rasteriser has snapped to its grid. With several samples the middle of a
+// pixel may lie outside, and is moved to the edge.
+vec2 barycentrics(SoupTriangle t, vec2 ndc) {
+  vec3 direction = to_camera(ndc), s = eye.xyz - t.v2, p = cross(direction, t.e1);
+  float det = dot(p, t.e0), scale = det != 0.0 ? 1.0 / det : 0.0;
+  float b0 = clamp(dot(p, s) * scale, 0.0, 1.0);
+  return vec2(b0, clamp(dot(cross(s, t.e0), direction) * scale, 0.0, 1.0 - b0));
+}
+
+LatticeCell lattice_cell(SoupTriangle t, vec2 b) {
+  int r = 1 << int(t.layer_level & 255u), side = (t.layer_level >> 16) != 0u ? -1 : 1;
+  vec2 u = b * float(r);
+  int x = min(int(u.x), r - 1), y = min(int(u.y), r - 1 - x);
+  vec2 f = u - vec2(x, y);
+  bool lower = f.x + f.y <= 1.0;
+  // In the squares along the hypotenuse rounding can get into the other half; there is no sample beyond it.
+  bool upper = !lower && x + y + 2 <= r;
+  ivec2 at = ivec2(int(t.place & 65535u), int(t.place >> 16)) + side * ivec2(x, y);
+  int page = int((t.layer_level >> 8) & 255u);
+  return LatticeCell(ivec3(at + ivec2(side, 0), page), ivec3(at + ivec2(0, side), page),
+                     ivec3(upper ? at + side : at, page), lower ? f : 1.0 - f.yx);
+}
+`;
+
+/** First pass: a corner of a triangle. With EXT_clip_control depth is 1 near and 0 far as in Vulkan: floats are dense near 0. */
+export const soupVertex = (zeroToOne) => `${HEADER}${FRAME}${TRIANGLES}
+layout(location = 0) in vec3 position;  // world
+layout(location = 1) in uint number;    // of the triangle, from 1
+uniform vec2 move;         // NDC from the sample to the middle of the pixel
+uniform bool drop_behind;  // leave out a triangle that reaches behind the camera, as in training, instead of clipping it
+flat out uint triangle;
+
+float depth_of(vec3 v) { return (clip_from_world * vec4(v, 1.0)).w; }
+
+void main() {
+  triangle = number;
+  vec4 p = clip_from_world * vec4(position, 1.0);
+  gl_Position = vec4(p.xy + move * p.w, ${zeroToOne ? "0.5 * (p.w - p.z)" : "-p.z"}, p.w);
+  if (drop_behind) {
+    SoupTriangle t = soup_triangle(number - 1u);
+    if (min(depth_of(t.v2), min(depth_of(t.v2 + t.e0), depth_of(t.v2 + t.e1))) <= 0.0) gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
+  }
+}
+`;
+
+/** First pass, triangles that are opaque everywhere: nothing is read, and depth can be tested and written early. */
+export const opaqueFragment = `${HEADER}
+flat in uint triangle;
+layout(location = 0) out uint hit;
+void main() { hit = triangle; }
+`;
+
+/** First pass, triangles with holes: opacity is all that is read, one byte a lattice point. */
+export const maskedFragment = (aa) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}
+uniform sampler2DArray opacities;
+uniform vec2 offset;  // of the sample, in pixels
+flat in uint triangle;
+layout(location = 0) out uint hit;
+
+float opacity(vec2 at) {
+  SoupTriangle t = soup_triangle(triangle - 1u);
+  LatticeCell c = lattice_cell(t, barycentrics(t, at * pixel - 1.0));
+  float v2 = texelFetch(opacities, c.i2, 0).x;
+  return v2 + c.w.x * (texelFetch(opacities, c.i0, 0).x - v2) + c.w.y * (texelFetch(opacities, c.i1, 0).x - v2);
+}
+
+void main() {
+${SAMPLES[aa].at.length > 1 && !SAMPLES[aa].shadeAll
+    ? `  float alpha = opacity(gl_FragCoord.xy), x = dFdx(alpha), y = dFdy(alpha);
+  if (alpha + offset.x * x + offset.y * y < 0.5) discard;`
+    : "  if (opacity(gl_FragCoord.xy + offset) < 0.5) discard;"}
+  hit = triangle;
+}
+`;
+
+/** One triangle that covers the picture. */
+export const screenVertex = `${HEADER}
+void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }
+`;
+
+/** Nine digits give a float back to the bit; GLSL knows a float by its point or exponent. */
+export function literal(value) {
+  const text = String(Number(value.toPrecision(9)));
+  return /[.e]/.test(text) ? text : `${text}.0`;
+}
+
+const vector = (type, values) => `${type}(${Array.from(values, literal).join(",")})`;
+
+/**
+ * A layer of the MLP for vectors of four: one expression for each vector of outputs.
+ * @param {Float32Array} weights [outputs][16], row-major
+ * @param {Float32Array} biases [outputs]
+ * @param {string} input name of an array of four vec4
+ */
+export function layer(weights, biases, input) {
+  const outputs = biases.length, rows = Math.min(4, outputs);
+  const expressions = [];
+  for (let first = 0; first < outputs; first += rows) {
+    let sum = vector(`vec${rows}`, biases.subarray(first, first + rows));
+    for (let j = 0; j < 4; ++j) {
+      const columns = [];
+      for (let column = 4 * j; column < 4 * j + 4; ++column)
+        for (let row = first; row < first + rows; ++row) columns.push(weights[16 * row + column]);
+      sum += `\n    + ${vector(`mat4x${rows}`, columns)} * ${input}[${j}]`;
+    }
+    expressions.push(sum);
+  }
+  return expressions;
+}
+
+/** A 16 -> 16 -> 16 -> 3 MLP with ReLU, ReLU and sigmoid, its weights compiled in. */
+export function mlpFunction(mlp) {
+  const hidden = (weights, input) =>
+    layer(mlp.subarray(weights, weights + 256), mlp.subarray(weights + 256, weights + 272), input).map((sum) => `max(${sum}, 0.0)`).join(",\n");
+  return `
+vec3 mlp(vec4 x[4]) {
+  vec4 h[4] = vec4[4](${hidden(0, "x")});
+  vec4 g[4] = vec4[4](${hidden(272, "h")});
+  return 1.0 / (1.0 + exp(-(${layer(mlp.subarray(544, 592), mlp.subarray(592, 595), "g")[0]})));
+}
+`;
+}
+
+/** Second pass: features and MLP once per pixel, or once for every triangle in a pixel that the samples see. */
+export const shadeFragment = (aa, mlp) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}${mlpFunction(mlp)}
+uniform sampler2DArray features;  // 0..3 of a lattice point; 4..7 lie in the layer after
+uniform usampler2DArray hits;
+layout(location = 0) out vec4 colour;
+
+vec4 mixed(LatticeCell c, int half_page) {
+  ivec3 scale = ivec3(1, 1, 2), layer = ivec3(0, 0, half_page);
+  vec4 v2 = texelFetch(features, c.i2 * scale + layer, 0);
+  return v2 + c.w.x * (texelFetch(features, c.i0 * scale + layer, 0) - v2) + c.w.y * (texelFetch(features, c.i1 * scale + layer, 0) - v2);
+}
+
+vec3 surface_colour(uint hit, vec2 ndc) {
+  SoupTriangle t = soup_triangle(hit - 1u);
+  LatticeCell c = lattice_cell(t, barycentrics(t, ndc));
+  vec4 low = mixed(c, 0), high = mixed(c, 1);
+  vec3 v = normalize(to_camera(ndc));
+  // Seven features, then real spherical harmonics up to degree 2.
+  vec4 x[4] = vec4[4](low, vec4(high.xyz, 0.28209479),
+    vec4(-0.48860251 * v.y, 0.48860251 * v.z, -0.48860251 * v.x, 1.09254843 * v.x * v.y),
+    vec4(-1.09254843 * v.y * v.z, 0.31539157 * (2.0 * v.z * v.z - v.x * v.x - v.y * v.y), -1.09254843 * v.x * v.z,
+         0.54627422 * (v.x * v.x - v.y * v.y)));
+  return (1.0 - low.w) * low.xyz + low.w * mlp(x);
+}
+
+void main() {
+  vec2 at = vec2(gl_FragCoord.x, canvas_height - gl_FragCoord.y);
+${SAMPLES[aa].at.length === 1 ? `
+  uint hit = texelFetch(hits, ivec3(ivec2(at), 0), 0).x;
+  colour = background;
+  if (hit != 0u) colour.rgb = surface_colour(hit, at * pixel - 1.0);` : `
+  uint hit[4];
+  int left = 0;  // samples that are to be added, as bits
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < 4; ++i) {
+    hit[i] = texelFetch(hits, ivec3(ivec2(at), i), 0).x;
+    if (hit[i] == 0u) sum += background.rgb;
+    else left |= 1 << i;
+  }
+  // The loop's length, not a branch, is what saves work on a CPU.
+  while (left != 0) {
+    int i = (left & 1) != 0 ? 0 : (left & 2) != 0 ? 1 : (left & 4) != 0 ? 2 : 3;
+    uint h = i == 0 ? hit[0] : i == 1 ? hit[1] : i == 2 ? hit[2] : hit[3];
+${SAMPLES[aa].shadeAll ? `
+    vec2 offset = vec2(i & 1, i >> 1) * 0.5 - 0.25;
+    sum += surface_colour(h, (at + offset) * pixel - 1.0);
+    left &= left - 1;` : `
+    int same = 0;
+    float count = 0.0;
+    for (int j = 0; j < 4; ++j)
+      if (hit[j] == h) {
+        same |= 1 << j;
+        count += 1.0;
+      }
+    sum += count * surface_colour(h, at * pixel - 1.0);
+    left &= ~same;`}
+  }
+  colour = vec4(0.25 * sum, 1.0);`}
+}
+`;
+
+/** The opacity of features 4..6 as a texture of its own, a quarter of the bytes for the first pass. */
+export const opacityFragment = `${HEADER}
+uniform sampler2DArray features;
+uniform int layer;
+layout(location = 0) out float opacity;
+void main() { opacity = texelFetch(features, ivec3(gl_FragCoord.xy, layer), 0).a; }
+`;
+
+/** A pixel for each triangle, in the table's places: the least and the greatest opacity of its lattice. Between points it is a mixture. */
+export const rangeFragment = `${HEADER}${TRIANGLES}
+uniform sampler2DArray features;
+uniform uint triangles;
+layout(location = 0) out vec4 range;
+
+void main() {
+  uint t = uint(gl_FragCoord.x) + uint(gl_FragCoord.y) * ${TABLE_WIDTH}u;
+  range = vec4(0.0);
+  if (t >= triangles) return;
+  SoupTriangle s = soup_triangle(t);
+  int r = 1 << int(s.layer_level & 255u), side = (s.layer_level >> 16) != 0u ? -1 : 1, page = int((s.layer_level >> 8) & 255u);
+  ivec2 at = ivec2(int(s.place & 65535u), int(s.place >> 16));
+  range.x = 1.0;
+  for (int y = 0; y <= r; ++y)
+    for (int x = 0; x + y <= r; ++x) {
+      float value = texelFetch(features, ivec3(at + side * ivec2(x, y), 2 * page + 1), 0).a;
+      range.xy = vec2(min(range.x, value), max(range.y, value));
+    }
+}
+`;

@@ -1,0 +1,6 @@
+// The module: defines <tri-soup>. See docs/web.md.
+import { TriSoup } from "./element.js";
+
+if (!customElements.get("tri-soup")) customElements.define("tri-soup", TriSoup);
+
+export { TriSoup };
