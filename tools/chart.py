@@ -28,8 +28,8 @@ SHADES = ["#000000", "#1f4e96", "#c2571f", "#58b184", "#bea5d6"]
 MARKERS = ["o", "s", "^", "D", "v"]
 LINES = [":", "--", "-", "-."]
 HATCHES = ["", "////", "....", "\\\\\\\\", "xxxx", "----", "oo", "||||", "++"]
-ABLATIONS = ["full", "errors pull alike", "one exposure", "no backdrop", "pixels at their centres", "no coarse to fine", "opaque", "finest level only",
-             "points for a start", "as published"]
+ABLATIONS = ["full", "nothing painted", "vertices never rest", "errors pull alike", "one exposure", "no backdrop", "pixels at their centres",
+             "no coarse to fine", "opaque", "finest level only", "points for a start", "random start", "as published"]
 
 plt.rcParams.update({
     "font.size": 8, "axes.labelsize": 8, "axes.titlesize": 8, "xtick.labelsize": 7, "ytick.labelsize": 7,

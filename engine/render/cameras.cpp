@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/inner_box.h"
+#include "soup/inner_box.h"
 
 namespace trisoup::render {
 namespace {
@@ -64,7 +64,7 @@ glm::dvec3 mean_up(std::span<const scene::Camera> cameras) {
 Framing frame(std::span<const glm::vec3> vertices, std::span<const scene::Camera> cameras, const glm::dvec3& up) {
   Framing f;
   f.up = glm::normalize(up);
-  const Box box = inner_box(vertices, 0.05);
+  const soup::Box box = soup::inner_box(vertices, 0.05);
   const glm::dvec3 low(box.low), high(box.high);
   f.target = 0.5 * (low + high);
   if (!cameras.empty()) {

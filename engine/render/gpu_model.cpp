@@ -39,7 +39,7 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
   m.scale = model.scale;
 
   const std::vector<glm::vec3> vertices = soup::normalised_vertices(model);
-  m.box = inner_box(vertices, 0.01);
+  m.box = soup::inner_box(vertices, 0.01);
 
   std::vector<std::uint32_t> levels;
   for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);

@@ -7,7 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "gpu/graphics.h"
-#include "render/inner_box.h"
+#include "soup/inner_box.h"
 #include "soup/soup.h"
 
 namespace trisoup::render {
@@ -26,7 +26,7 @@ struct GpuModel {
   glm::vec3 background{0.0f};
   glm::dvec3 centre{0.0};            // of the normalisation
   double scale = 1.0;
-  Box box;                           // around 98 % of the vertices along each axis
+  soup::Box box;                           // around 98 % of the vertices along each axis
 };
 
 /// What becomes of the MLP: compiled into the shaders for a model that stays, or read by them for one that changes.

@@ -54,7 +54,7 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   frame.pixel_x = 2.0f / static_cast<float>(view.width);
   frame.pixel_y = 2.0f / static_cast<float>(view.height);
   // Depth along the viewing direction at the corners of the box that most of the model lies in.
-  const Box& box = model.box;
+  const soup::Box& box = model.box;
   float nearest = 1e30f, farthest = 0.0f;
   for (int i = 0; i < 8; ++i) {
     const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y, i & 4 ? box.high.z : box.low.z);

@@ -17,8 +17,8 @@
 #include "image/image_file.h"
 #include "printable.h"
 #include "read_file.h"
-#include "render/inner_box.h"
 #include "soup/atlas.h"
+#include "soup/inner_box.h"
 #include "soup/mesh.h"
 #include "soup/texture_table.h"
 
@@ -201,7 +201,7 @@ ModelFile read_published(const fs::path& folder) {
   }
   model.mlp.parameters = mlp_of(folder / kMlp);
 
-  const render::Box box = render::inner_box(model.vertices, 0.05);
+  const Box box = inner_box(model.vertices, 0.05);
   model.centre = 0.5 * (glm::dvec3(box.low) + glm::dvec3(box.high));
   model.scale = 1.0 / std::max(1e-6, glm::length(glm::dvec3(box.high) - glm::dvec3(box.low)));
   // Nothing is known of its cameras: planes that leave out nothing.

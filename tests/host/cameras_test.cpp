@@ -99,13 +99,13 @@ TEST_CASE("framing takes strays and cameras into account", "[cameras]") {
 TEST_CASE("the inner box does not follow strays", "[cameras]") {
   std::vector<glm::vec3> vertices;
   for (int i = 0; i < 300; ++i) vertices.emplace_back(i / 299.0f, -i / 299.0f, 0.5f);
-  const render::Box before = render::inner_box(vertices, 0.01);
+  const soup::Box before = soup::inner_box(vertices, 0.01);
   CHECK(before.low.x == Approx(0.01).margin(0.005));
   CHECK(before.high.x == Approx(0.99).margin(0.005));
   CHECK(before.low.y == Approx(-0.99).margin(0.005));
   vertices.back() = {1e6f, -1e6f, 1e6f};
-  const render::Box after = render::inner_box(vertices, 0.01);
+  const soup::Box after = soup::inner_box(vertices, 0.01);
   CHECK(glm::all(glm::lessThan(glm::abs(after.low - before.low), glm::vec3(0.005f))));
   CHECK(glm::all(glm::lessThan(glm::abs(after.high - before.high), glm::vec3(0.005f))));
-  CHECK(render::inner_box({}, 0.01).high == glm::vec3(0.0f));
+  CHECK(soup::inner_box({}, 0.01).high == glm::vec3(0.0f));
 }

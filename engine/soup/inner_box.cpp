@@ -1,10 +1,10 @@
-#include "render/inner_box.h"
+#include "soup/inner_box.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
-namespace trisoup::render {
+namespace trisoup::soup {
 
 Box inner_box(std::span<const glm::vec3> vertices, double left_out) {
   Box box;
@@ -23,4 +23,4 @@ Box inner_box(std::span<const glm::vec3> vertices, double left_out) {
   return box;
 }
 
-}  // namespace trisoup::render
+}  // namespace trisoup::soup

@@ -5,7 +5,7 @@
 
 #include <glm/glm.hpp>
 
-namespace trisoup::render {
+namespace trisoup::soup {
 
 struct Box {
   glm::vec3 low{0.0f}, high{0.0f};
@@ -14,4 +14,4 @@ struct Box {
 /// Axis by axis, without the share `left_out` (0 to 0.5) of the coordinates at either end, rounded down. At the origin where there are no vertices.
 Box inner_box(std::span<const glm::vec3> vertices, double left_out);
 
-}  // namespace trisoup::render
+}  // namespace trisoup::soup
