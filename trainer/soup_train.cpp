@@ -119,6 +119,13 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
   return fmt::format("; --memory {} would do", smaller.memory >> 20);
 }
 
+/// Settings::init, as a sentence has it.
+std::string start_in_words(const std::string& init) {
+  if (init == "surface") return "the surface that points tell";
+  if (init == "random") return "random triangles";
+  return init;
+}
+
 /// What was read, and how many of its points are worth starting from.
 std::string understood(const scene::Scene& scene) {
   const std::size_t points = scene.points.positions.size();
@@ -208,7 +215,7 @@ int run(CommandLine o, viewer::Live* live) {
   folder.create();
   const bool resume = begun.has_value();
   say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
-                     scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), settings.init));
+                     scene.test.size(), scene.points.positions.size(), train::to_string(settings.recipe), start_in_words(settings.init)));
 
   const train::MemoryNeed need = train::memory_need(scene, settings);
   say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} frame, {:.0f} triangles), ceiling {:.0f} MB",

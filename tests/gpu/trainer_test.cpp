@@ -10,6 +10,7 @@
 
 #include "gpu/small_scene.h"
 #include "soup/initialise.h"
+#include "soup/texture_bits.h"
 #include "soup/texture_table.h"
 #include "train/surface_start.h"
 #include "train/trainer.h"
@@ -119,6 +120,22 @@ TEST_CASE("evaluation on the way changes no bit of what is trained, and its time
   CHECK(a.lattice == b.lattice);
   CHECK(a.mlp.parameters == b.mlp.parameters);
   test::require_silence(*gpu);
+}
+
+TEST_CASE("a model's textures have the bits that were asked for, and training does not feel it", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  train::Trainer whole(*gpu, scene, settings, start(settings));
+  settings.texture_bits = 3;
+  train::Trainer few(*gpu, scene, settings, start(settings));
+  whole.run({});
+  few.run({});
+  std::vector<std::uint8_t> expected = whole.model().lattice;
+  CHECK(std::set<std::uint8_t>(expected.begin(), expected.end()).size() > 8);
+  for (std::uint8_t& byte : expected) byte = soup::in_bits(byte, 3);
+  CHECK(few.model().lattice == expected);
+  CHECK(few.model().mlp.parameters == whole.model().mlp.parameters);
 }
 
 TEST_CASE("a step has the commands of its own batch's sizes", "[trainer]") {

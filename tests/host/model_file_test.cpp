@@ -17,6 +17,7 @@
 #include "soup/mesh.h"
 #include "soup/model_file.h"
 #include "soup/random.h"
+#include "soup/texture_bits.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
 
@@ -239,6 +240,26 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
       const auto [inside, inside_exact] = both((x + u) / r, (last + v) / r);
       CHECK(inside == Approx(inside_exact).margin(0.05));
     }
+  }
+}
+
+TEST_CASE("plain colours have the bits that were asked for, and features all of theirs", "[model_file]") {
+  const soup::Model model = random_model(40, 23);
+  soup::ModelFileOptions few;
+  few.colour_bits = 3;
+  const auto whole_bytes = soup::encode_model(model, {}), few_bytes = soup::encode_model(model, few);
+  CHECK(few_bytes.size() < whole_bytes.size());
+  const soup::Glb a = soup::decode_glb(whole_bytes, "memory"), b = soup::decode_glb(few_bytes, "memory");
+  const auto image = [](const soup::Glb& glb, int i) { return decode_image(view_of(glb, glb.document["images"][static_cast<std::size_t>(i)]["bufferView"]), "picture"); };
+  for (const int features : {1, 2}) CHECK(image(a, features).rgba == image(b, features).rgba);
+  const Image plain = image(a, 0), rounded = image(b, 0);
+  std::vector<glm::vec2> uv(model.vertices.size());
+  std::memcpy(uv.data(), view_of(a, a.document["accessors"][1]["bufferView"]).data(), uv.size() * sizeof(glm::vec2));
+  for (const glm::vec2& corner : uv) {
+    const glm::ivec2 texel(corner * glm::vec2(plain.width, plain.height));
+    const std::size_t at = (std::size_t(texel.y) * static_cast<std::size_t>(plain.width) + static_cast<std::size_t>(texel.x)) * 4;
+    for (std::size_t c = 0; c < 3; ++c) CHECK(rounded.rgba[at + c] == soup::in_bits(plain.rgba[at + c], 3));
+    CHECK(rounded.rgba[at + 3] == plain.rgba[at + 3]);
   }
 }
 
