@@ -11,6 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "error.h"
+#include "scene/hold_out.h"
+#include "train/simplify.h"
 #include "train/start_points.h"
 
 namespace trisoup {
@@ -37,6 +39,14 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   auto* resume = common->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one, with all its settings; options that say otherwise are\n"
                      "refused, but for more --steps: the schedule is then that of so many, so rates rise again and topology changes up to its share of them");
   common->add_flag("--overwrite", o.overwrite, "train anew where OUT holds a training: what that one left goes when the first step begins")->excludes(resume);
+
+  auto* goal = app.add_option_group("Goal: the smallest model that meets it. After the last step what is worth least goes, round by round; given several, all hold");
+  goal->add_option("--target-psnr", o.target_psnr, "dB, mean over validation views, which are held out of the training views");
+  goal->add_option("--target-ssim", o.target_ssim, "SSIM, the same");
+  goal->add_option("--max-mb", o.max_megabytes, "megabytes of model.glb");
+  goal->add_option("--max-triangles", o.max_triangles, "triangles, from the --triangles that the steps are made with");
+  goal->add_option("--validation-views", o.validation_views, "how many are held out [with a goal a tenth of the training views, 3 to 24]");
+  goal->add_option("--round-steps", o.round_steps, "training steps after each removal [a twentieth of the steps, at least 20]");
 
   auto* data = app.add_option_group("Dataset");
   auto* resolution = data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
@@ -166,7 +176,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
         return error != std::errc() || end != text.data() + text.size() ? "'" + text + "' is not a whole number from 0 on" : std::string();
       },
       "");
-  for (auto* group : {common, data, start, method, output, device})
+  for (auto* group : {common, goal, data, start, method, output, device})
     for (CLI::Option* option : group->get_options())
       if (option->get_type_name() == "UINT") option->check(whole);
 
@@ -272,6 +282,12 @@ void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
   set(split_length, s.split_length);
   set(least_views, s.least_views);
   set(most_triangles, s.most_triangles);
+  set(target_psnr, s.target_psnr);
+  set(target_ssim, s.target_ssim);
+  if (max_megabytes) s.max_bytes = static_cast<std::uint64_t>(std::llround(std::max(0.0, *max_megabytes) * 1048576.0));
+  set(max_triangles, s.max_triangles);
+  set(validation_views, s.validation_views);
+  set(round_steps, s.round_steps);
   set(near, s.near);
   set(far, s.far);
   set(test_near, s.test_near);
@@ -322,6 +338,10 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   if (!rate_vertex && way > 0)
     s.rate_vertex = train::vertex_rate(s, way, which == Recipe::synthetic ? train::kFastestSynthetic : train::kFastestVertices);
   else if (!rate_vertex) s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
+  if (train::has_goal(s)) {
+    if (!validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
+    if (!round_steps) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
+  }
   train::check(s);
   return s;
 }
@@ -343,6 +363,8 @@ train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, co
   apply(now, scene);
   if (!recipe.empty()) now.recipe = recipe == "synthetic" ? train::Recipe::synthetic : train::Recipe::real;
   if (!most_triangles) now.most_triangles = then.most_triangles;
+  if (steps && *steps > then.steps && checkpoint.step > then.steps)
+    throw Error("{}: has been simplified after its {} steps, and cannot go on to more; train anew with --overwrite", path.string(), then.steps);
   train::Settings goes_on = steps ? train::prolonged(then, checkpoint.step, *steps) : then;
   if (now.steps > then.steps && steps) {
     // What the share of the coarse part was told with is the first schedule.

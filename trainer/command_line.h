@@ -37,7 +37,9 @@ struct CommandLine {
   bool wants_points(const scene::Scene& scene) const;
 
   // Options that were given; what is empty keeps its default.
-  std::optional<std::uint64_t> steps, seed, resample_every, eval_every, checkpoint_every;
+  std::optional<std::uint64_t> steps, seed, resample_every, eval_every, checkpoint_every, round_steps;
+  std::optional<std::uint32_t> max_triangles, validation_views;
+  std::optional<double> target_psnr, target_ssim, max_megabytes;
   std::optional<std::uint32_t> triangles, batch, init_count, coarse_level, level_min, level_max, texture_bits, split_views, least_views, most_triangles;
   std::optional<double> init_box, init_radius, init_opacity, backdrop, rate_texture, rate_mlp, rate_vertex, rate_end,
       rate_vertex_end, rest_share, huber, samples_per_pixel, pixel_jitter, coarse_share, resample_until, split_length, near, far,

@@ -28,6 +28,8 @@ class ProgressBar {
   void stage(const std::string& name, int done, int total);
   void loading(int done, int total);
   void training(const train::Progress& progress);
+  /// There are to be more steps than at first.
+  void go_on_to(std::uint64_t steps) { steps_ = steps; }
   /// Takes the bar away, so that other lines can be printed.
   void clear();
 

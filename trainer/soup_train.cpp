@@ -24,6 +24,7 @@
 #include "progress_bar.h"
 #include "render/cameras.h"
 #include "revision.h"
+#include "scene/hold_out.h"
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
 #include "soup/initialise.h"
@@ -31,6 +32,7 @@
 #include "train/checkpoint.h"
 #include "train/initial_triangles.h"
 #include "train/run_folder.h"
+#include "train/simplifier.h"
 #include "train/start_points.h"
 #include "train/trainer.h"
 #include "viewer/end_process.h"
@@ -180,6 +182,48 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
   return found.dataset.string();
 }
 
+/// What a model's file says beside the model.
+soup::ModelFileOptions file_options(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
+                                    const std::vector<soup::ModelCamera>& cameras, const std::optional<glm::dvec3>& up) {
+  soup::ModelFileOptions options;
+  options.settings = to_json(settings);
+  options.settings["resolution"] = o.load.downscale;
+  options.settings["test_every"] = o.load.test_every;
+  options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
+  options.settings["dataset"] = train::fingerprints_of(scene);
+  if (o.load.outside) options.settings["outside"] = true;
+  options.up = up;
+  if (!up) options.shown_up = mean_up(cameras);
+  options.bake_directions = bake_directions(scene);
+  options.colour_bits = settings.texture_bits;
+  options.cameras = cameras;
+  return options;
+}
+
+/// A checkpoint's note with the rounds of simplifying.
+std::string note_with(std::span<const train::Round> rounds, const std::string& note) {
+  nlohmann::json json = nlohmann::json::parse(note);
+  if (!rounds.empty()) json["rounds"] = train::to_json(rounds);
+  return json.dump();
+}
+
+std::vector<train::Round> rounds_so_far(const std::optional<train::CheckpointInfo>& begun, const std::filesystem::path& checkpoint) {
+  if (!begun) return {};
+  const nlohmann::json note = nlohmann::json::parse(begun->note, nullptr, false);
+  if (!note.is_object() || !note.contains("rounds")) return {};
+  try {
+    return train::rounds_from_json(note["rounds"]);
+  } catch (const Error&) {
+    throw Error("{}: its note is damaged; train anew with --overwrite", checkpoint.string());
+  }
+}
+
+std::string in_words(const train::Round& r, std::size_t number) {
+  std::string text = fmt::format("round {}: {} triangles, {:.2f} MB", number, r.triangles, mb(r.bytes));
+  if (r.psnr > 0) text += fmt::format(", validation PSNR {:.2f}, SSIM {:.4f}", r.psnr, r.ssim);
+  return text;
+}
+
 /// What the checkpoint to go on from says, if there is one; `o` takes from it what was not given.
 std::optional<train::CheckpointInfo> what_was_begun(const train::RunFolder& folder, CommandLine& o) {
   if (!folder.resumes()) return std::nullopt;
@@ -212,6 +256,7 @@ int run(CommandLine o, viewer::Live* live) {
   say(o, "dataset: " + understood(scene));
   if (!begun) find_points(o, scene);
   train::Settings settings = begun ? o.resumed(*begun, scene, folder.checkpoint()) : o.settings(scene);
+  if (settings.validation_views > 0) scene::hold_out(scene, settings.validation_views);
   folder.create();
   const bool resume = begun.has_value();
   say(o, fmt::format("scene: {} training and {} test views, {} points, {} recipe, started from {}", scene.train.size(),
@@ -258,6 +303,7 @@ int run(CommandLine o, viewer::Live* live) {
   std::vector<soup::ModelCamera> cameras;
   for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
     for (const scene::View& view : *views) cameras.push_back({utf8(view.name), test, view.camera});
+  for (const scene::View& view : scene.validation) cameras.push_back({utf8(view.name), false, view.camera});
   const std::optional<glm::dvec3> up = scene.synthetic ? std::optional(glm::dvec3(0, 0, 1)) : std::nullopt;
   if (live) live->begin({cameras, up, settings.test_near, settings.far, settings.steps, settings.triangles, dataset, o.load,
                          device->info().kind == gpu::Kind::cpu});
@@ -278,9 +324,12 @@ int run(CommandLine o, viewer::Live* live) {
   };
   std::optional<std::uint64_t> saved;  // step of the last checkpoint
   if (resume) saved = trainer->step();
+  soup::ModelFileOptions options = file_options(o, scene, trainer->settings(), cameras, up);
+  train::Simplifier simplifier(*device, *trainer, scene, folder, [&](const soup::Model& m) { return soup::encode_model(m, options); },
+                               rounds_so_far(begun, folder.checkpoint()));
   const auto save = [&] {
     folder.flush_logs();
-    trainer->write_checkpoint(folder.checkpoint(), o.note());
+    trainer->write_checkpoint(folder.checkpoint(), note_with(simplifier.rounds(), o.note()));
     saved = trainer->step();
   };
   // From here --resume knows how many steps there are to be.
@@ -309,6 +358,16 @@ int run(CommandLine o, viewer::Live* live) {
   const std::uint64_t first_step = trainer->step();
   try {
     trainer->run(callbacks);
+    while (trainer->finished() && train::has_goal(settings) && !g_stop) {
+      if (o.timings) device->enable_timings(false);
+      const bool more = simplifier.next();
+      bar.clear();
+      say(o, in_words(simplifier.rounds().back(), simplifier.rounds().size() - 1));
+      if (!more) break;
+      if (o.timings) device->enable_timings(true);
+      bar.go_on_to(trainer->last_step());
+      trainer->run(callbacks);
+    }
     if (o.timings) device->enable_timings(false);
     bar.clear();
     save();
@@ -320,29 +379,19 @@ int run(CommandLine o, viewer::Live* live) {
     bar.clear();
     throw Error("{} ({})", error.what(), saved_text(""));
   }
-  if (!trainer->finished()) {
+  if (!trainer->finished() || (train::has_goal(settings) && g_stop)) {
     if (o.timings) print_timings(*device);
     throw Interrupted{fmt::format("after step {}; go on with --resume", trainer->step())};
   }
 
-  const soup::Model model = trainer->model();
+  const bool has_goal = train::has_goal(settings);
+  if (has_goal) folder.accept_candidate();
+  const soup::Model model = has_goal ? soup::read_model(folder.model()).model : trainer->model();
   if (live) {
     live->publish(model);
     live->phase("measuring quality");
   }
-  soup::ModelFileOptions options;
-  options.settings = to_json(trainer->settings());
-  options.settings["resolution"] = o.load.downscale;
-  options.settings["test_every"] = o.load.test_every;
-  options.settings["alpha"] = o.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
-  options.settings["dataset"] = train::fingerprints_of(scene);
-  if (o.load.outside) options.settings["outside"] = true;
-  options.up = up;
-  if (!up) options.shown_up = mean_up(cameras);
-  options.bake_directions = bake_directions(scene);
-  options.colour_bits = settings.texture_bits;
-  options.cameras = cameras;
-  const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
+  const std::uint64_t bytes = has_goal ? std::filesystem::file_size(folder.model()) : soup::write_model(folder.model(), model, options);
 
   const auto stop_if_asked = [&] {
     if (g_stop) throw Interrupted{"after training, before its quality was measured; --resume measures it"};
@@ -356,13 +405,14 @@ int run(CommandLine o, viewer::Live* live) {
                       });
   const train::Evaluation unquantised = trainer->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
   log_evaluation(unquantised);
-  const train::TrainingFit fit = trainer->training_fit();
+  const train::TrainingFit fit = has_goal ? trainer->training_fit(model) : trainer->training_fit();
   if (fit.nothing_learnt())
     std::fprintf(stderr,
                  "warning: nothing was learnt: the model shows its own photographs no better than plain colours would (PSNR %.2f dB against %.2f); "
                  "training diverged (lower the learning rates), or had too few steps or triangles\n",
                  fit.psnr, fit.plain_psnr);
-  if (trainer->out_of_pixels() && trainer->triangles() < settings.triangles)
+  if (has_goal) say(o, train::outcome(simplifier.rounds(), settings));
+  if (trainer->out_of_pixels() && !has_goal && trainer->triangles() < settings.triangles)
     std::fprintf(stderr, "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a smaller -r) or a lower --triangles\n",
                  trainer->triangles(), settings.triangles);
   if (trainer->triangles() > settings.triangles)
@@ -374,13 +424,18 @@ int run(CommandLine o, viewer::Live* live) {
   metrics["uncovered_training_views"] = fit.uncovered;
   metrics["nothing_learnt"] = fit.nothing_learnt();
   metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
-  metrics["triangles"] = trainer->triangles();
+  metrics["triangles"] = model.triangles();
+  if (has_goal) {
+    metrics["rounds"] = train::to_json(simplifier.rounds());
+    metrics["round"] = train::best_round(simplifier.rounds(), settings);
+    for (const scene::View& view : scene.validation) metrics["validation_views"].push_back(utf8(view.name));
+  }
   metrics["triangles_by_level"] = triangles_by_level(model);
   metrics["bytes"] = bytes;
   metrics["seconds"] = trainer->seconds();
   metrics["cpu_seconds"] = trainer->cpu_seconds();
   if (o.timings) metrics["timings"] = {{"steps", trainer->step() - first_step}, {"kernels", timings_json(*device)}};
-  metrics["ms_per_step"] = 1e3 * trainer->seconds() / static_cast<double>(settings.steps);
+  metrics["ms_per_step"] = 1e3 * trainer->seconds() / static_cast<double>(trainer->last_step());
   metrics["device"] = device->info().name;
   metrics["driver"] = device->info().driver;
   metrics["peak_device_bytes"] = device->peak_bytes();
@@ -397,7 +452,7 @@ int run(CommandLine o, viewer::Live* live) {
   else
     say(o, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
                        evaluation.mean.mae, evaluation.views.size()));
-  say(o, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder.model().string(), trainer->triangles(), mb(bytes),
+  say(o, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder.model().string(), model.triangles(), mb(bytes),
                      trainer->seconds()));
   if (dataset != o.dataset) say(o, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset));
   if (const auto messages = device->validation_messages(); !messages.empty())

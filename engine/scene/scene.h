@@ -49,6 +49,7 @@ struct Scene {
   Format format = Format::blender;
   std::filesystem::path path;
   std::vector<View> train, test;  // each sorted by name
+  std::vector<View> validation;   // held out of train (scene/hold_out.h); none as loaded
   Points points;
   std::string summary;         // what was understood of the dataset, one line
   glm::vec3 background{0.0f};  // colour behind everything, 0..1

@@ -25,6 +25,14 @@ void complete(nlohmann::json& settings) {
   was("huber", 0.0);
   was("texture_bits", 8u);
   was("exposure", false);
+  const Settings now;
+  was("target_psnr", now.target_psnr);
+  was("target_ssim", now.target_ssim);
+  was("max_bytes", now.max_bytes);
+  was("max_triangles", now.max_triangles);
+  was("validation_views", now.validation_views);
+  was("round_steps", now.round_steps);
+  was("most_rounds", now.most_rounds);
   was("least_views", settings.value("recipe", "") == "real" ? 0u : Settings().least_views);
 }
 
@@ -60,7 +68,8 @@ CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesys
     throw Error("{}: its settings are damaged ({}); train anew with --overwrite", path.string(), error.what());
   }
   info.step = checkpoint_number(file, path, "step");
-  if (info.step > info.settings.steps)
+  if (file.metadata().contains("rounds")) info.rounds = checkpoint_number(file, path, "rounds");
+  if (info.step > info.settings.steps + info.rounds * info.settings.round_steps)
     throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(), info.step, info.settings.steps);
   if (const auto note = file.metadata().find("note"); note != file.metadata().end()) info.note = note->second;
   return info;

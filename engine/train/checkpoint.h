@@ -16,6 +16,7 @@ struct CheckpointInfo {
   std::uint64_t step = 0;
   Settings settings;  // what an older checkpoint does not say is as it was before there was a choice
   std::string note;   // what the program gave to Trainer::write_checkpoint; empty in older ones
+  std::uint64_t rounds = 0;  // begun after Settings::steps
 };
 
 /// Throws Error that names `path` when it is not a checkpoint of this format, or damaged.

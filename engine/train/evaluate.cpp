@@ -85,11 +85,16 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
   return soup;
 }
 
-Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, const std::vector<scene::View>& views, double near, double far,
                     const OnRender& on_render) {
   SoupBuffers soup = load_model(gpu, model, scene.normalisation);
   Frame frame(gpu);
-  return evaluate(gpu, soup, frame, scene.test, model.background, near, far, on_render);
+  return evaluate(gpu, soup, frame, views, model.background, near, far, on_render);
+}
+
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
+                    const OnRender& on_render) {
+  return evaluate(gpu, model, scene, scene.test, near, far, on_render);
 }
 
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "soup/topology.h"
+#include "train/hidden.h"
 #include "train/render_pass.h"
 
 namespace trisoup::train {
@@ -23,14 +24,6 @@ std::vector<std::vector<Lost>> pixels_lost(gpu::Device& gpu, SoupBuffers& soup, 
       if (hits[p].triangle != 0 && goes[hits[p].triangle - 1]) lost[view].push_back({p, hits[p].triangle - 1});
   });
   return lost;
-}
-
-/// Until the levels are summed again.
-void hide(gpu::Device& gpu, SoupBuffers& soup, const std::vector<bool>& which) {
-  auto opacity = gpu.download_vector<float>(soup.opacity.address(), soup.lattice_samples);
-  for (std::uint32_t t = 0; t < soup.triangles; ++t)
-    if (which[t]) std::fill_n(opacity.begin() + soup.table[t].lattice_offset, soup::samples_at(soup.table[t].level_max), 0.0f);
-  gpu.upload(soup.opacity.address(), opacity);
 }
 
 }  // namespace

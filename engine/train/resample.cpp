@@ -25,17 +25,6 @@ std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& so
   return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
 }
 
-/// Which triangles are the backdrop: those that stand where nothing else can be. A budget of few triangles has none to spare.
-std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings) {
-  std::vector<bool> backdrop(vertices.size() / 3);
-  if (settings.backdrop <= 0) return backdrop;
-  const auto behind = [&](const glm::vec3& v) { return glm::length(v) > 0.8 * settings.backdrop; };
-  for (std::size_t t = 0; t < backdrop.size(); ++t)
-    backdrop[t] = behind(vertices[3 * t]) && behind(vertices[3 * t + 1]) && behind(vertices[3 * t + 2]);
-  if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles)) backdrop.assign(backdrop.size(), false);
-  return backdrop;
-}
-
 /// The splits of the real recipe: random views, edges measured on their screens.
 soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views,
                                  const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
@@ -103,14 +92,20 @@ soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings
   return {settings.level_min, std::max(std::clamp(now.level_max, least.level_max, most.level_max), std::clamp(lowest, all.level_min, all.level_max))};
 }
 
-/// Replaces the soup by `change` of it. areas: of the new triangles, for their levels; empty: they have their parents'.
-void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, std::span<const double> areas,
-           const Settings& settings) {
+/// The levels of the triangles of `change`. areas: of those triangles; empty: they have their parents'.
+std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::Resampled& change, std::span<const double> areas,
+                                           const Settings& settings) {
   std::vector<soup::TextureLevels> levels;
   for (const std::uint32_t parent : change.face_map) {
     const soup::TextureLevels now{soup.table[parent].level_min, soup.table[parent].level_max};
     levels.push_back(areas.empty() ? now : fitting(areas[levels.size()], now, settings));
   }
+  return levels;
+}
+
+/// Replaces the soup by `change` of it, with textures of `levels`.
+void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, std::span<const soup::TextureLevels> levels,
+           const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
   const std::uint32_t triangles = static_cast<std::uint32_t>(change.triangles());
 
@@ -194,6 +189,16 @@ Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const 
 
 }  // namespace
 
+std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings) {
+  std::vector<bool> backdrop(vertices.size() / 3);
+  if (settings.backdrop <= 0) return backdrop;
+  const auto behind = [&](const glm::vec3& v) { return glm::length(v) > 0.8 * settings.backdrop; };
+  for (std::size_t t = 0; t < backdrop.size(); ++t)
+    backdrop[t] = behind(vertices[3 * t]) && behind(vertices[3 * t + 1]) && behind(vertices[3 * t + 2]);
+  if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles)) backdrop.assign(backdrop.size(), false);
+  return backdrop;
+}
+
 Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles) {
   // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand at 0.5 now.
@@ -213,14 +218,14 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   if (settings.recipe == Recipe::synthetic) {
     const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
     change = soup::compose(change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
-    apply(gpu, soup, frame, change, areas(change, kept.areas), settings);
+    apply(gpu, soup, frame, change, levels_of(soup, change, areas(change, kept.areas), settings), settings);
     return worth_showing < settings.triangles ? Resampling::out_of_pixels : Resampling::done;
   }
   const std::vector<double> kept_areas = areas(change, kept.areas);
   const bool last = is_last_resampling(settings, step);
   const bool splits = !last || settings.fill_budget;
   // Where splits follow, only they say what is needed.
-  apply(gpu, soup, frame, change, splits ? std::vector<double>{} : kept_areas, settings);
+  apply(gpu, soup, frame, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings), settings);
   if (!splits) return Resampling::done;
   // What edges ask for is not asked for by the last change, after which nothing is dropped any more.
   soup::Resampled split =
@@ -232,8 +237,12 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
       if (backdrop[t]) sizes[t] = 0;
     split = soup::compose(split, soup::bisect_largest(split.vertices, sizes, kPixelsPerTriangle, settings.triangles));
   }
-  apply(gpu, soup, frame, split, areas(split, kept_areas), settings);
+  apply(gpu, soup, frame, split, levels_of(soup, split, areas(split, kept_areas), settings), settings);
   return Resampling::done;
+}
+
+void shrink(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Shrunk& shrunk, const Settings& settings) {
+  apply(gpu, soup, frame, soup::keep(download_vertices(gpu, soup), shrunk.kept), shrunk.levels, settings);
 }
 
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {

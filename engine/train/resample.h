@@ -4,9 +4,13 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
 
 #include "gpu/device.h"
 #include "scene/scene.h"
+#include "soup/texture_table.h"
 #include "train/frame.h"
 #include "train/settings.h"
 #include "train/soup_buffers.h"
@@ -30,6 +34,17 @@ enum class Resampling {
 /// most pixels stays.
 Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
               std::uint64_t step, std::uint32_t most_triangles);
+
+/// A soup with less in it.
+struct Shrunk {
+  std::vector<std::uint32_t> kept;         // triangles, ascending
+  std::vector<soup::TextureLevels> levels;  // of the textures of those
+};
+/// Optimiser state of vertices and textures starts anew, as with resample(). A texture that loses its finest level has its values at the points that stay.
+void shrink(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Shrunk& shrunk, const Settings& settings);
+
+/// Which triangles are the backdrop: those that stand where nothing else can be. A budget of few triangles has none to spare. vertices: 3 for each. [T]
+std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings);
 
 /// From the coarse level to level_min..level_max (DiffSoup, section 3.5), or as much of it as `views`, every training view at
 /// Settings::count_scale, show (Settings::samples_per_pixel). Optimiser state starts anew.

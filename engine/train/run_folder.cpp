@@ -88,8 +88,8 @@ void RunFolder::begin() {
   // The model first: without one nothing is taken for finished.
   remove_results();
   std::error_code error;
-  if (!std::filesystem::remove(checkpoint(), error) && error)
-    throw Error("{}: cannot be removed ({}); check the permissions of the folder", checkpoint().string(), error.message());
+  for (const std::filesystem::path& file : {checkpoint(), candidate()})
+    if (!std::filesystem::remove(file, error) && error) throw Error("{}: cannot be removed ({}); check the permissions of the folder", file.string(), error.message());
   training_.begin();
   evaluations_.begin();
 }
@@ -112,6 +112,13 @@ void RunFolder::log_evaluation(const EvaluationRow& r) {
 void RunFolder::flush_logs() const {
   training_.flush();
   evaluations_.flush();
+}
+
+void RunFolder::accept_candidate() const {
+  std::error_code error;
+  if (!std::filesystem::exists(candidate(), error)) return;
+  std::filesystem::rename(candidate(), model(), error);
+  if (error) throw Error("{}: cannot be made {} ({}); check the permissions of the folder", candidate().string(), model().string(), error.message());
 }
 
 void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(path_ / "metrics.json", metrics.dump(2) + "\n"); }

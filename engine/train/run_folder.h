@@ -36,6 +36,8 @@ class RunFolder {
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path model() const { return path_ / "model.glb"; }
+  /// The best model of a training that is being simplified, until it becomes model().
+  std::filesystem::path candidate() const { return path_ / "candidate.glb"; }
   std::filesystem::path checkpoint() const { return path_ / "checkpoint.safetensors"; }
   /// Whether there is a checkpoint to go on from.
   bool resumes() const { return resumes_; }
@@ -55,6 +57,8 @@ class RunFolder {
   /// What the logs hold survives a power cut, as a checkpoint does.
   void flush_logs() const;
 
+  /// Makes the candidate the model, if there is one.
+  void accept_candidate() const;
   void write_metrics(const nlohmann::json& metrics) const;
   Renders& renders() { return renders_; }
 

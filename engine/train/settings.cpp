@@ -59,6 +59,13 @@ void each_member(S& s, F&& f) {
   f("least_views", s.least_views);
   f("most_triangles", s.most_triangles);
   f("count_scale", s.count_scale);
+  f("target_psnr", s.target_psnr);
+  f("target_ssim", s.target_ssim);
+  f("max_bytes", s.max_bytes);
+  f("max_triangles", s.max_triangles);
+  f("validation_views", s.validation_views);
+  f("round_steps", s.round_steps);
+  f("most_rounds", s.most_rounds);
   f("near", s.near);
   f("far", s.far);
   f("test_near", s.test_near);
@@ -68,6 +75,15 @@ void each_member(S& s, F&& f) {
 
 /// Of the vertices' rate, at a share t of all steps.
 double still_to_go(const Settings& s, double t) { return s.rest_share > 0 ? std::min(1.0, (1 - t) / s.rest_share) : 1.0; }
+
+/// How far the schedule is after `step` steps, 0..1. Each round after the last step goes through its end once more.
+double progress(const Settings& s, double step) {
+  constexpr double kAgain = 0.3;
+  const auto steps = static_cast<double>(s.steps), round = static_cast<double>(s.round_steps);
+  if (step <= steps || s.round_steps == 0) return step / steps;
+  const double done = std::fmod(step - steps, round);
+  return 1 - kAgain * (1 - (done == 0 ? 1 : done / round));
+}
 
 }  // namespace
 
@@ -125,11 +141,11 @@ double vertex_rate(const Settings& s, double way, double fastest) {
 double published_way(Recipe recipe) { return recipe == Recipe::synthetic ? 0.537 : 5.37; }
 
 double rate_factor(const Settings& s, double end, std::uint64_t step) {
-  return std::pow(end, static_cast<double>(step) / static_cast<double>(s.steps));
+  return std::pow(end, progress(s, static_cast<double>(step)));
 }
 
 double vertex_rate_factor(const Settings& s, std::uint64_t step) {
-  return rate_factor(s, s.rate_vertex_end, step) * still_to_go(s, (static_cast<double>(step) - 0.5) / static_cast<double>(s.steps));
+  return rate_factor(s, s.rate_vertex_end, step) * still_to_go(s, progress(s, static_cast<double>(step) - 0.5));
 }
 
 std::uint64_t lift_step(const Settings& s) {
@@ -213,6 +229,10 @@ void check(const Settings& s) {
   need(s.backdrop >= 0 && s.backdrop < s.far, "--backdrop must not be negative, nor beyond --far");
   need(s.split_length > 0, "--split-length must be above 0");
   need(s.most_triangles == 0 || s.most_triangles >= s.triangles, "--most-triangles is below --triangles; use at least the budget");
+  need(s.target_psnr >= 0 && s.target_psnr <= 99, "--target-psnr must be within 0 and 99 dB");
+  need(s.target_ssim >= 0 && s.target_ssim < 1, "--target-ssim must be from 0 to below 1");
+  need(s.round_steps > 0 || (s.target_psnr == 0 && s.target_ssim == 0 && s.max_bytes == 0 && s.max_triangles == 0), "--round-steps 0 leaves no step after a removal; use 1 or more");
+  need(s.validation_views > 0 || (s.target_psnr == 0 && s.target_ssim == 0), "--validation-views 0 leaves nothing to judge a quality by; use 1 or more");
   need(s.count_scale > 0 && s.count_scale <= 1, "--count-scale must be above 0 and at most 1");
 }
 

@@ -65,6 +65,14 @@ struct Settings {
   std::uint32_t most_triangles = 0;    // how far splitting goes beyond the budget (real); 0: as far as memory lets it
   double count_scale = 0.5;            // image size at which visible pixels are counted
 
+  // Goals of simplifying (train/simplify.h); 0: none. Qualities are means over the validation views.
+  double target_psnr = 0, target_ssim = 0;
+  std::uint64_t max_bytes = 0;         // of the model file
+  std::uint32_t max_triangles = 0;
+  std::uint32_t validation_views = 0;  // held out of the training views, spread evenly over them in name order; 0: none
+  std::uint64_t round_steps = 0;       // steps after each removal
+  std::uint32_t most_rounds = 24;
+
   double near = 0.025, far = 2.5;      // of training
   double test_near = 0.025;            // of test views
 
@@ -87,7 +95,8 @@ double vertex_rate(const Settings& settings, double way, double fastest = kFaste
 /// The way that a vertex has in a published training.
 double published_way(Recipe recipe);
 
-/// What rates are multiplied by in step 1..steps when they fall exponentially to `end`.
+/// What rates are multiplied by in step 1..steps when they fall exponentially to `end`; in the rounds after it, of round_steps steps each, they rise a bit
+/// and fall again.
 double rate_factor(const Settings& settings, double end, std::uint64_t step);
 /// The same of the vertices' rate, which comes to rest.
 double vertex_rate_factor(const Settings& settings, std::uint64_t step);

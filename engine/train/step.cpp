@@ -114,16 +114,19 @@ void Step::shade(const StepInputs& inputs) {
                         inputs.background.r, inputs.background.g, inputs.background.b, groups});
 }
 
+void Step::photographs(const StepInputs& inputs) {
+  const BatchLayout& batch = frame_.batch();
+  gpu_.launch({"sample_photographs"}, batch.blocks,
+              SamplePhotographsArgs{frame_.views.address(), frame_.target.address(), batch.blocks, batch.views});
+  end_kernel();
+  if (inputs.exposures) expose(inputs);
+}
+
 void Step::loss(const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t float_target = inputs.target != 0;
   const std::uint32_t groups = groups_over(batch.blocks);
-  if (!float_target) {
-    gpu_.launch({"sample_photographs"}, batch.blocks,
-                SamplePhotographsArgs{frame_.views.address(), frame_.target.address(), batch.blocks, batch.views});
-    end_kernel();
-    if (inputs.exposures) expose(inputs);
-  }
+  if (!float_target) photographs(inputs);
   gpu_.launch({"ssim", {float_target}}, groups,
               SsimArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target, frame_.partial.address(),
                        frame_.same.address(), frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks,

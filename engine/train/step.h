@@ -57,7 +57,8 @@ class Step {
 
   void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits
   void shade(const StepInputs& inputs);                              // .. Frame::colour
-  void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics; exposes Frame::colour
+  void photographs(const StepInputs& inputs);                        // Frame::target; exposes Frame::colour
+  void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics, with photographs() before
   void backward(const StepInputs& inputs);                           // .. gradients of textures, vertices, MLP
   void update(const StepInputs& inputs);                             // .. parameters
 

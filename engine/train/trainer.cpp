@@ -205,7 +205,7 @@ bool Trainer::is_evaluation(const Callbacks& callbacks) const {
 }
 
 std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
-  std::uint64_t next = settings_.steps;
+  std::uint64_t next = last_step();
   const auto every = [&](std::uint64_t n) {
     if (n > 0) next = std::min(next, (step_ / n + 1) * n);
   };
@@ -304,6 +304,25 @@ void Trainer::change_topology() {
   }
 }
 
+Worth Trainer::worth(std::size_t most_views) {
+  std::vector<BatchView> chosen;
+  const std::size_t count = std::min(most_views, views_.size());
+  for (std::size_t i = 0; i < count; ++i) chosen.push_back(views_[i * views_.size() / count]);
+  return measure_worth(gpu_, soup_, frame_, scene_, chosen, given_exposures(), settings_.batch);
+}
+
+void Trainer::begin_round(const Shares& shares) {
+  const Stopwatch watch;
+  if (shares.bytes < 1 || shares.triangles < 1) {
+    const auto vertices = gpu_.download_vector<glm::vec3>(soup_.vertices.address(), 3ull * soup_.triangles);
+    shrink(gpu_, soup_, frame_, least_worth_removed(worth(), soup_.table, find_backdrop(vertices, settings_), shares), settings_);
+    texture_start_ = vertex_start_ = step_;
+  }
+  ++rounds_;
+  gpu_.wait();
+  seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
+}
+
 double Trainer::share_uncovered() {
   // The frame was laid out for the first of several batches of the same sizes.
   std::vector<BatchView> views;
@@ -388,6 +407,11 @@ TrainingFit Trainer::training_fit() {
   return fit_to_training_views(gpu_, soup_, frame_, scene_, views_, given_exposures(), settings_.batch);
 }
 
+TrainingFit Trainer::training_fit(const soup::Model& model) {
+  SoupBuffers soup = load_model(gpu_, model, scene_.normalisation);
+  return fit_to_training_views(gpu_, soup, frame_, scene_, views_, given_exposures(), settings_.batch);
+}
+
 std::vector<glm::vec4> Trainer::exposures() {
   if (!exposures_) return {};
   return gpu_.download_vector<glm::vec4>(exposures_->exposure.address(), 2ull * exposures_->photographs);
@@ -443,6 +467,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
   writer.metadata({{"format", kCheckpointFormat},
                    {"step", std::to_string(step_)},
+                   {"rounds", std::to_string(rounds_)},
                    {"texture_start", std::to_string(texture_start_)},
                    {"vertex_start", std::to_string(vertex_start_)},
                    {"seconds", fmt::format("{}", seconds_)},
@@ -478,6 +503,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (const std::string differing = differences(then, settings_); !differing.empty())
     throw Error("{}: was trained with {}; use the same options, or train anew with --overwrite", path.string(), differing);
   step_ = info.step;
+  rounds_ = info.rounds;
   texture_start_ = number("texture_start");
   vertex_start_ = number("vertex_start");
   if (texture_start_ > step_ || vertex_start_ > step_)

@@ -23,10 +23,12 @@
 #include "train/resample.h"
 #include "train/schedule.h"
 #include "train/settings.h"
+#include "train/simplify.h"
 #include "train/soup_buffers.h"
 #include "train/step.h"
 #include "train/training_fit.h"
 #include "train/view_record.h"
+#include "train/worth.h"
 
 namespace trisoup::train {
 
@@ -83,7 +85,13 @@ class Trainer {
   /// Trains until the last step, or until asked to stop.
   void run(const Callbacks& callbacks);
 
-  bool finished() const { return step_ >= settings_.steps; }
+  bool finished() const { return step_ >= last_step(); }
+  /// Settings::steps, and those of the rounds begun so far.
+  std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
+  /// What a finished training's triangles are worth, in up to `most_views` training views, spread evenly.
+  Worth worth(std::size_t most_views = 64);
+  /// Makes a finished training's soup smaller (train/simplify.h); run() then trains it for Settings::round_steps steps more.
+  void begin_round(const Shares& shares);
   std::uint64_t step() const { return step_; }
   std::uint64_t photographs_fingerprint() const { return photographs_; }
   double seconds() const { return seconds_; }
@@ -99,6 +107,8 @@ class Trainer {
   Evaluation evaluate_float(const OnRender& on_render = {});
   /// Of the model as it is now. Renders every training view.
   TrainingFit training_fit();
+  /// Of a model of it.
+  TrainingFit training_fit(const soup::Model& model);
   /// What steps take for the exposure of each photograph, [training views][2]: gains and their variance, offsets and a 0, from the model's colours to the
   /// photograph's. Empty where Settings::exposure is off. A model does not have them: it is saved in the mean of the photographs' exposures.
   std::vector<glm::vec4> exposures();
@@ -131,6 +141,7 @@ class Trainer {
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.
   std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;
   std::uint64_t step_ = 0;             // completed steps
+  std::uint64_t rounds_ = 0;           // begun after Settings::steps
   // Completed steps when the moments of textures and of vertices were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0;
   Resampling last_resampling_ = Resampling::done;

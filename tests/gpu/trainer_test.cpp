@@ -12,6 +12,7 @@
 #include "soup/initialise.h"
 #include "soup/texture_bits.h"
 #include "soup/texture_table.h"
+#include "temporary_folder.h"
 #include "train/surface_start.h"
 #include "train/trainer.h"
 
@@ -331,4 +332,41 @@ TEST_CASE("what a report says is uncovered is of its own step's views", "[traine
   std::set<double> values;
   for (const auto& [step, share] : each) values.insert(share);
   CHECK(values == std::set<double>{0.0, 13.0 * 13.0 / (24.0 * 24.0)});
+}
+
+TEST_CASE("a round of simplifying goes on from a checkpoint with the same bits, and leaves less", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  settings.max_triangles = 20;
+  settings.round_steps = 10;
+  const test::TemporaryFolder folder;
+  const auto checkpoint = folder.path() / "checkpoint.safetensors";
+  train::Trainer whole(*gpu, scene, settings, start(settings));
+  whole.run({});
+  REQUIRE(whole.finished());
+  const std::uint32_t before = whole.triangles();
+  const std::uint64_t samples = whole.model().lattice.size();
+  whole.begin_round({0.6, 1});
+  CHECK_FALSE(whole.finished());
+  CHECK(whole.last_step() == 50);
+  CHECK(whole.model().lattice.size() < 0.7 * double(samples));
+  train::Trainer::Callbacks callbacks;
+  std::atomic<bool> stop = false;
+  callbacks.stop = &stop;
+  callbacks.progress_every = 1;
+  callbacks.on_progress = [&](const train::Progress& p) { stop = p.step == 44; };
+  whole.run(callbacks);
+  REQUIRE(whole.step() == 44);
+  whole.write_checkpoint(checkpoint);
+  whole.run({});
+  CHECK(whole.step() == 50);
+  train::Trainer resumed(*gpu, scene, settings, checkpoint);
+  CHECK_FALSE(resumed.finished());
+  resumed.run({});
+  CHECK(resumed.step() == 50);
+  CHECK(resumed.model().lattice == whole.model().lattice);
+  CHECK(resumed.model().vertices == whole.model().vertices);
+  whole.begin_round({1, 0.5});
+  CHECK(whole.triangles() <= (before + 1) / 2);
 }

@@ -1,0 +1,40 @@
+// The rounds of simplifying a training in its folder.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "soup/soup.h"
+#include "train/run_folder.h"
+#include "train/simplify.h"
+#include "train/trainer.h"
+
+namespace trisoup::train {
+
+class Simplifier {
+ public:
+  /// The bytes of a model's file.
+  using Encode = std::function<std::vector<std::byte>(const soup::Model&)>;
+  /// rounds: those of the training so far, where it goes on from a checkpoint.
+  Simplifier(gpu::Device& gpu, Trainer& trainer, const scene::Scene& scene, RunFolder& folder, Encode encode, std::vector<Round> rounds = {});
+
+  /// Measures the model of a finished training, unless that has been done, and keeps the best so far in the folder (RunFolder::candidate). Begins another
+  /// round where there is one to come, for Trainer::run; else false. Throws Error where the file cannot be written.
+  bool next();
+  std::span<const Round> rounds() const { return rounds_; }
+
+ private:
+  void measure();
+  gpu::Device& gpu_;
+  Trainer& trainer_;
+  const scene::Scene& scene_;
+  RunFolder& folder_;
+  Encode encode_;
+  std::vector<Round> rounds_;
+};
+
+}  // namespace trisoup::train

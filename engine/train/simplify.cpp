@@ -1,0 +1,176 @@
+#include "train/simplify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "error.h"
+
+namespace trisoup::train {
+namespace {
+
+/// Bytes of a triangle beside its texture, in samples: vertices and a row of the table.
+constexpr double kTriangleInSamples = 6;
+/// What a halving of the bytes costs, in dB, until two rounds have shown it.
+constexpr double kUsualSlope = 1.0;
+/// Closer to a quality than this is there.
+constexpr double kCloseEnough = 0.04;  // dB
+/// An SSIM is steered by its distance from 1, in dB: -10 log10(1 - SSIM).
+double decibels(double ssim) { return -10.0 * std::log10(std::max(1e-6, 1.0 - ssim)); }
+
+struct Removal {
+  double loss = 0, saves = 0;  // squared error; samples
+  std::uint32_t triangle = 0;
+  bool whole = false;
+  double each() const { return loss / saves; }
+};
+
+/// Of a triangle the removal that costs less for what it saves.
+Removal cheaper(const Worth& worth, const soup::TextureEntry& row, std::uint32_t t) {
+  const double samples = soup::samples_at(row.level_max);
+  const Removal whole{std::max(0.0, worth.triangle[t]), samples + kTriangleInSamples, t, true};
+  if (row.level_max == 0) return whole;
+  const Removal finest{std::max(0.0, worth.finest[t]), samples - soup::samples_at(row.level_max - 1), t, false};
+  return finest.each() < whole.each() ? finest : whole;
+}
+
+/// By how much a round is above the goal of quality, dB; below zero: it misses it. What is no goal is not in the way.
+double above(const Round& r, const Settings& s) {
+  double least = 1e9;
+  if (s.target_psnr > 0) least = std::min(least, r.psnr - s.target_psnr);
+  if (s.target_ssim > 0) least = std::min(least, decibels(r.ssim) - decibels(s.target_ssim));
+  return least;
+}
+
+/// How much larger than its goal of size a round is, as a factor; at most 1: within.
+double too_large(const Round& r, const Settings& s) {
+  double most = 0;
+  if (s.max_bytes > 0) most = std::max(most, double(r.bytes) / double(s.max_bytes));
+  if (s.max_triangles > 0) most = std::max(most, double(r.triangles) / double(s.max_triangles));
+  return most;
+}
+
+/// What a halving of the bytes has cost lately, dB.
+double slope(std::span<const Round> rounds, const Settings& s) {
+  for (std::size_t i = rounds.size() - 1; i > 0; --i) {
+    const double halvings = std::log2(double(rounds[i - 1].bytes) / double(rounds[i].bytes));
+    if (halvings > 0.05) return std::clamp((above(rounds[i - 1], s) - above(rounds[i], s)) / halvings, 0.3, 6.0);
+  }
+  return kUsualSlope;
+}
+
+}  // namespace
+
+Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares) {
+  std::vector<Removal> removals;
+  double samples = 0;
+  for (std::uint32_t t = 0; t < table.size(); ++t) {
+    samples += soup::samples_at(table[t].level_max) + kTriangleInSamples;
+    Removal removal = cheaper(worth, table[t], t);
+    if (shares.triangles < 1) removal = {std::max(0.0, worth.triangle[t]), 1, t, true};
+    if (removal.whole && backdrop[t]) {
+      if (table[t].level_max == 0 || shares.triangles < 1) continue;
+      removal = {std::max(0.0, worth.finest[t]), double(soup::samples_at(table[t].level_max) - soup::samples_at(table[t].level_max - 1)), t, false};
+    }
+    removals.push_back(removal);
+  }
+  std::stable_sort(removals.begin(), removals.end(), [](const Removal& a, const Removal& b) { return a.each() < b.each(); });
+  const double to_save = shares.triangles < 1 ? (1 - shares.triangles) * double(table.size()) : (1 - shares.bytes) * samples;
+  std::vector<bool> goes(table.size()), coarser(table.size());
+  std::size_t left = table.size();
+  double saved = 0;
+  for (const Removal& r : removals) {
+    if (saved >= to_save) break;
+    if (r.whole && left == 1) continue;
+    if (r.whole) goes[r.triangle] = true, --left;
+    else coarser[r.triangle] = true;
+    saved += r.saves;
+  }
+  Shrunk shrunk;
+  for (std::uint32_t t = 0; t < table.size(); ++t) {
+    if (goes[t]) continue;
+    const std::uint32_t finest = table[t].level_max - (coarser[t] ? 1 : 0);
+    shrunk.kept.push_back(t);
+    shrunk.levels.push_back({std::min(table[t].level_min, finest), finest});
+  }
+  return shrunk;
+}
+
+bool has_goal(const Settings& s) { return s.target_psnr > 0 || s.target_ssim > 0 || s.max_bytes > 0 || s.max_triangles > 0; }
+
+bool meets(const Round& r, const Settings& s) { return above(r, s) >= 0 && too_large(r, s) <= 1; }
+
+std::optional<Shares> next_shares(std::span<const Round> rounds, const Settings& s) {
+  const Round& last = rounds.back();
+  const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
+  if (rounds.size() > s.most_rounds) return std::nullopt;
+  if (const double factor = too_large(last, s); factor > 1) {
+    // In halves: what is worth least is looked at anew after each.
+    Shares shares;
+    if (s.max_triangles > 0 && double(last.triangles) > s.max_triangles) shares.triangles = std::max(0.5, double(s.max_triangles) / last.triangles);
+    else shares.bytes = std::max(0.5, 0.99 * double(s.max_bytes) / double(last.bytes));
+    return shares;
+  }
+  if (!quality) return std::nullopt;
+  const double margin = above(last, s);
+  if (margin < 0) {
+    // One more round may bring back what the last removal took.
+    const bool tried = rounds.size() > 1 && rounds[rounds.size() - 2].bytes == last.bytes;
+    const bool once = rounds.size() > 1 && margin > -0.3 && !tried;
+    return once ? std::optional(Shares{}) : std::nullopt;
+  }
+  if (margin < kCloseEnough) return std::nullopt;
+  return Shares{std::clamp(std::exp2(-margin / slope(rounds, s)), 0.5, 0.97), 1};
+}
+
+std::size_t best_round(std::span<const Round> rounds, const Settings& s) {
+  std::size_t best = 0;
+  const auto better = [&](const Round& a, const Round& b) {
+    if (meets(a, s) != meets(b, s)) return meets(a, s);
+    if (meets(a, s)) {
+      // With a ceiling alone the picture is what is left to gain.
+      if (s.target_psnr <= 0 && s.target_ssim <= 0) return a.psnr > b.psnr;
+      return a.bytes < b.bytes;
+    }
+    const double size_a = std::max(1.0, too_large(a, s)), size_b = std::max(1.0, too_large(b, s));
+    return size_a != size_b ? size_a < size_b : above(a, s) > above(b, s);
+  };
+  for (std::size_t i = 1; i < rounds.size(); ++i)
+    if (better(rounds[i], rounds[best])) best = i;
+  return best;
+}
+
+std::string outcome(std::span<const Round> rounds, const Settings& s) {
+  const std::size_t best = best_round(rounds, s);
+  const Round& r = rounds[best];
+  std::string text = fmt::format("goal {}: {} triangles, {:.2f} MB", meets(r, s) ? "met" : "missed", r.triangles, double(r.bytes) / 1048576.0);
+  if (s.validation_views > 0) text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f} over {} validation views", r.psnr, r.ssim, s.validation_views);
+  if (meets(r, s)) return text;
+  if (too_large(r, s) > 1) return text + "; there are no more rounds in which it could shrink (more --round-steps do not help; fewer --triangles do)";
+  if (best == 0) return text + "; training itself ends below it: more --steps, more --triangles, or larger photographs (a smaller -r)";
+  return text;
+}
+
+nlohmann::json to_json(std::span<const Round> rounds) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Round& r : rounds)
+    json.push_back({{"step", r.step}, {"bytes", r.bytes}, {"triangles", r.triangles}, {"validation_psnr", r.psnr}, {"validation_ssim", r.ssim}});
+  return json;
+}
+
+std::vector<Round> rounds_from_json(const nlohmann::json& json) {
+  std::vector<Round> rounds;
+  try {
+    for (const nlohmann::json& r : json)
+      rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(), r.at("triangles").get<std::uint32_t>(),
+                        r.at("validation_psnr").get<double>(), r.at("validation_ssim").get<double>()});
+  } catch (const nlohmann::json::exception& e) {
+    throw Error("rounds: {}", e.what());
+  }
+  return rounds;
+}
+
+}  // namespace trisoup::train

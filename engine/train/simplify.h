@@ -1,0 +1,53 @@
+// A trained soup made smaller, round by round, until it just meets a goal (docs/method.md, "Simplifying").
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "soup/soup.h"
+#include "train/resample.h"
+#include "train/settings.h"
+#include "train/worth.h"
+
+namespace trisoup::train {
+
+class Trainer;
+
+/// What there is of a soup to give up: share of its bytes and of its triangles that is to stay, 0..1.
+struct Shares {
+  double bytes = 1, triangles = 1;
+};
+/// The soup without what is worth least for the bytes that it takes: of each triangle at most the whole or its finest level goes, the backdrop's triangles
+/// stay. At least one triangle is kept. backdrop: [T].
+Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares);
+
+/// A model as it would be saved, on the validation views.
+struct Round {
+  std::uint64_t step = 0;
+  std::uint64_t bytes = 0;
+  std::uint32_t triangles = 0;
+  double psnr = 0, ssim = 0;  // means over the validation views
+};
+
+/// Whether a round's model is within the goal of the settings.
+bool meets(const Round& round, const Settings& settings);
+/// Whether `settings` have a goal.
+bool has_goal(const Settings& settings);
+/// What to do after the rounds so far: how much of the last round's soup is to stay in the next one, or nothing where there is no next one. The shares are 1
+/// where the same soup is to be trained on.
+std::optional<Shares> next_shares(std::span<const Round> rounds, const Settings& settings);
+/// The round whose model is the result: of those that meet the goal the one of fewest bytes (of triangles, where these are the goal); where none does the one
+/// that comes closest. Throws nothing; rounds must not be empty.
+std::size_t best_round(std::span<const Round> rounds, const Settings& settings);
+/// In one line how far it got, and what is in the way where the goal is not met.
+std::string outcome(std::span<const Round> rounds, const Settings& settings);
+
+nlohmann::json to_json(std::span<const Round> rounds);
+std::vector<Round> rounds_from_json(const nlohmann::json& json);  // throws Error
+
+}  // namespace trisoup::train

@@ -1,0 +1,30 @@
+// What each triangle, and the finest level of its texture, is worth to the pictures of the training views.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "train/exposure.h"
+#include "train/frame.h"
+#include "train/soup_buffers.h"
+#include "train/view_record.h"
+
+namespace trisoup::train {
+
+/// Squared colour errors, summed over the pixels of the views that were looked at (three channels, 0..1 each), that there would be more of. Triangles are
+/// opaque, so a pixel is its winner's business alone: what is behind it and what its texture shows without the finest level can be looked at for many
+/// triangles at once. Below zero where the picture would be better.
+struct Worth {
+  std::vector<double> triangle;  // [T] without the triangle: its pixels show what is behind it
+  std::vector<double> finest;    // [T] without the finest level of its texture: in between is interpolated; 0 where it has level 0 alone
+};
+
+/// views: those to look at, at their own size; view.index is that of the photograph in scene.train. exposures: of the photographs; null for none.
+/// most: views at a time. The soup is as before afterwards.
+Worth measure_worth(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
+                    const Exposures* exposures, std::size_t most);
+
+}  // namespace trisoup::train

@@ -1,0 +1,171 @@
+// Tests engine/train/simplify.h and engine/scene/hold_out.h: what goes first, when it ends, and which views judge.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "error.h"
+#include "scene/hold_out.h"
+#include "soup/texture_table.h"
+#include "train/simplify.h"
+
+using namespace trisoup;
+using namespace trisoup::train;
+
+namespace {
+
+std::vector<soup::TextureEntry> table_of(const std::vector<soup::TextureLevels>& levels) { return soup::make_texture_table(levels).entries; }
+
+/// Rounds of an imagined soup: a halving of the bytes costs more dB each time; a removal is not what it was meant to be by up to a tenth.
+std::vector<Round> simulate(const Settings& s, double best_psnr) {
+  std::vector<Round> rounds{{s.steps, 8'000'000, 5000, best_psnr, 0.9}};
+  double wobble = 0.05;
+  while (const auto shares = next_shares(rounds, s)) {
+    Round r = rounds.back();
+    r.step += s.round_steps;
+    r.triangles = static_cast<std::uint32_t>(r.triangles * std::min(shares->triangles, 0.5 + 0.5 * shares->bytes));
+    r.bytes = static_cast<std::uint64_t>(double(r.bytes) * std::min(shares->bytes * (1 + (wobble = -wobble)), shares->triangles));
+    const double halvings = std::log2(8e6 / double(r.bytes));
+    r.psnr = best_psnr - 0.15 * halvings * halvings;
+    r.ssim = 1 - 0.1 * std::exp2(0.1 * halvings);
+    rounds.push_back(r);
+    REQUIRE(rounds.size() < 100);
+  }
+  return rounds;
+}
+
+Settings goal_settings() {
+  Settings s;
+  s.round_steps = 50;
+  s.validation_views = 3;
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("what is worth least for its bytes goes first", "[simplify]") {
+  const auto table = table_of({{2, 4}, {2, 4}, {2, 2}, {0, 0}, {2, 4}});
+  Worth worth;
+  worth.triangle = {9.0, 8.0, 0.001, 0.5, 7.0};
+  worth.finest = {0.01, 6.0, 0.9, 0.0, 5.0};
+  const std::vector<bool> none(5);
+  // The third triangle, of 15 samples, costs next to nothing, then the first one's finest level: 108 of the 480 samples that five triangles are worth.
+  Shrunk a = least_worth_removed(worth, table, none, {0.96, 1});
+  CHECK(a.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
+  CHECK(a.levels == std::vector<soup::TextureLevels>{{2, 4}, {2, 4}, {0, 0}, {2, 4}});
+  Shrunk b = least_worth_removed(worth, table, none, {0.75, 1});
+  CHECK(b.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
+  CHECK(b.levels == std::vector<soup::TextureLevels>{{2, 3}, {2, 4}, {0, 0}, {2, 4}});
+  // The backdrop's triangles stay, but their textures need not be fine.
+  Shrunk c = least_worth_removed(worth, table, {false, false, true, true, false}, {0.96, 1});
+  CHECK(c.kept.size() == 5);
+  CHECK(c.levels[0].level_max == 3);
+  // By number: only whole triangles.
+  Shrunk d = least_worth_removed(worth, table, none, {1, 0.6});
+  CHECK(d.kept == std::vector<std::uint32_t>{0, 1, 4});
+  CHECK(d.levels == std::vector<soup::TextureLevels>(3, {2, 4}));
+  // One triangle is left whatever is asked for.
+  CHECK(least_worth_removed(worth, table, none, {0, 1}).kept.size() >= 1);
+  CHECK(least_worth_removed(worth, table, none, {1, 0}).kept == std::vector<std::uint32_t>{0});
+  // What makes pictures worse goes before all else.
+  worth.triangle[4] = -3;
+  CHECK(least_worth_removed(worth, table, none, {0.99, 1}).kept == std::vector<std::uint32_t>{0, 1, 2, 3});
+}
+
+TEST_CASE("rounds end just above a quality, whatever it is", "[simplify]") {
+  for (const double target : {20.0, 24.0, 26.5, 27.9}) {
+    CAPTURE(target);
+    Settings s = goal_settings();
+    s.target_psnr = target;
+    const auto rounds = simulate(s, 28.0);
+    const Round& best = rounds[best_round(rounds, s)];
+    CHECK(meets(best, s));
+    CHECK(best.psnr - target < 0.2);
+    CHECK(outcome(rounds, s).starts_with("goal met"));
+    for (const Round& r : rounds)
+      if (meets(r, s)) CHECK(best.bytes <= r.bytes);
+  }
+  Settings s = goal_settings();
+  s.target_ssim = 0.89;
+  const auto rounds = simulate(s, 28.0);
+  const Round& best = rounds[best_round(rounds, s)];
+  CHECK(best.ssim >= 0.89);
+  CHECK(best.ssim < 0.895);
+}
+
+TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
+  Settings s = goal_settings();
+  s.max_bytes = 1'000'000;
+  auto rounds = simulate(s, 28.0);
+  CHECK(rounds[best_round(rounds, s)].bytes <= s.max_bytes);
+  CHECK(rounds[best_round(rounds, s)].bytes > s.max_bytes / 2);
+  s = goal_settings();
+  s.max_triangles = 700;
+  rounds = simulate(s, 28.0);
+  CHECK(rounds[best_round(rounds, s)].triangles <= 700);
+  // Both: the smaller one counts, and a quality that cannot be had with it is said to be missed.
+  s.target_psnr = 27.9;
+  rounds = simulate(s, 28.0);
+  CHECK(rounds[best_round(rounds, s)].triangles <= 700);
+  CHECK(outcome(rounds, s).starts_with("goal missed"));
+}
+
+TEST_CASE("a quality that training does not reach is told, and the best there is kept", "[simplify]") {
+  Settings s = goal_settings();
+  s.target_psnr = 30;
+  const auto rounds = simulate(s, 28.0);
+  CHECK(rounds.size() == 1);
+  CHECK(best_round(rounds, s) == 0);
+  CHECK(outcome(rounds, s).find("more --steps") != std::string::npos);
+}
+
+TEST_CASE("rounds go through a checkpoint", "[simplify]") {
+  Settings s = goal_settings();
+  s.target_psnr = 26.5;
+  const auto rounds = simulate(s, 28.0);
+  const auto again = rounds_from_json(to_json(rounds));
+  REQUIRE(again.size() == rounds.size());
+  CHECK(to_json(again) == to_json(rounds));
+  CHECK(next_shares(again, s).has_value() == next_shares(rounds, s).has_value());
+  CHECK_THROWS_AS(rounds_from_json(nlohmann::json::parse(R"([{"step": 1}])")), Error);
+}
+
+TEST_CASE("rates rise for a round and fall to where they ended", "[simplify][settings]") {
+  Settings s = goal_settings();
+  s.steps = 1000;
+  s.rest_share = 0.2;
+  const double end = rate_factor(s, 0.1, 1000);
+  CHECK(end == Approx(0.1));
+  for (const std::uint64_t round : {0, 1, 5}) {
+    double last = 1;
+    for (std::uint64_t i = 1; i <= s.round_steps; ++i) {
+      const double factor = rate_factor(s, 0.1, 1000 + round * s.round_steps + i);
+      CHECK(factor < last);
+      last = factor;
+      if (i == 1) CHECK(factor > 1.5 * end);
+    }
+    CHECK(last == Approx(end));
+    // Vertices come to rest again: how close depends on the steps of a round.
+    CHECK(vertex_rate_factor(s, 1000 + (round + 1) * s.round_steps) < 0.02 * vertex_rate_factor(s, 1000 + round * s.round_steps + 1));
+    CHECK(vertex_rate_factor(s, 1000 + (round + 1) * s.round_steps) > 0);
+  }
+}
+
+TEST_CASE("validation views are spread over the training views, and points forget them", "[hold_out]") {
+  scene::Scene scene;
+  scene.path = "somewhere";
+  for (int i = 0; i < 20; ++i) scene.train.push_back({std::to_string(i), {}, {}});
+  scene.points.seen_by = {{0, 2, 3, 19}, {2, 7}, {}};
+  scene::hold_out(scene, 4);
+  std::vector<std::string> held;
+  for (const scene::View& v : scene.validation) held.push_back(v.name);
+  CHECK(held == std::vector<std::string>{"2", "7", "12", "17"});
+  REQUIRE(scene.train.size() == 16);
+  CHECK(scene.train[2].name == "3");
+  CHECK(scene.points.seen_by == std::vector<std::vector<std::uint32_t>>{{0, 2, 15}, {}, {}});
+  CHECK_THROWS_WITH(scene::hold_out(scene, 8), Catch::Contains("somewhere") && Catch::Contains("--validation-views"));
+  CHECK(scene.train.size() == 16);
+  CHECK(scene::usual_validation_views(scene) == 3);
+}
