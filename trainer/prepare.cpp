@@ -1,0 +1,119 @@
+#include "prepare.h"
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "error.h"
+#include "progress_bar.h"
+#include "report.h"
+#include "scene/points_from_views.h"
+#include "scene/reconstruct.h"
+#include "train/trainer.h"
+
+namespace trisoup {
+
+std::atomic<bool> g_stop{false};
+
+namespace {
+
+constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
+
+void on_signal(int) { g_stop = true; }
+
+/// Fewer than these say too little of a scene.
+constexpr std::size_t kFewestPoints = 300;
+
+}  // namespace
+
+void catch_signals() {
+  for (const int signal : kSignals) std::signal(signal, on_signal);
+  std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave before training ends
+  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+}
+
+void say(const CommandLine& o, const std::string& line) {
+  if (!o.quiet) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer::Live* live) {
+  const auto unposed = scene::find_unposed(o.dataset);
+  if (!unposed) return o.dataset;
+  folder.create();
+  if (live) live->phase("finding poses");
+  ProgressBar bar(0, 0, o.quiet);
+  scene::ReconstructOptions options;
+  options.feature_size = o.feature_size;
+  options.resume = o.resume;
+  options.progress = [&](const std::string& stage, int done, int total) { bar.stage(stage, done, total); };
+  options.warn = [&](const std::string& line) {
+    bar.clear();
+    std::fprintf(stderr, "warning: %s\n", line.c_str());
+  };
+  std::map<int, void (*)(int)> before;
+  for (const int signal : kSignals) before[signal] = std::signal(signal, on_signal);
+  const auto start = std::chrono::steady_clock::now();
+  scene::Reconstruction found;
+  try {
+    found = scene::reconstruct(*unposed, std::filesystem::path(o.output) / "colmap", options, g_stop);
+  } catch (const scene::ReconstructionStopped&) {
+    bar.clear();
+    throw Interrupted{"while poses were looked for; the same command goes on after the last stage that was complete"};
+  }
+  for (const auto& [signal, handler] : before) std::signal(signal, handler);
+  if (g_stop) throw Interrupted{"after poses were found; the same command goes on"};
+  bar.clear();
+  if (found.candidates > 0) say(o, fmt::format("video: {} sharp frames of {} that were looked at", found.photographs, found.candidates));
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  say(o, fmt::format("poses: {} of {} photographs, {}", found.registered, found.photographs,
+                     found.reused ? found.dataset.string() + " as it was" : fmt::format("{:.0f} s, {}", seconds, found.dataset.string())));
+  return found.dataset.string();
+}
+
+scene::Scene read_scene(const CommandLine& o, const std::string& dataset) {
+  ProgressBar loading(0, 0, o.quiet);
+  scene::LoadOptions load = o.load;
+  load.progress = [&](int done, int total) { loading.loading(done, total); };
+  load.warn = [&](const std::string& line) {
+    loading.clear();
+    std::fprintf(stderr, "warning: %s\n", line.c_str());
+  };
+  scene::Scene scene = scene::load(dataset, load);
+  loading.clear();
+  say(o, "dataset: " + understood(scene));
+  return scene;
+}
+
+void find_points(const CommandLine& o, scene::Scene& scene) {
+  if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
+  say(o, "points: the dataset has none; looking for them in the photographs");
+  scene::Points points = scene::points_from_views(scene.train);
+  if (points.positions.size() < kFewestPoints) {
+    say(o, fmt::format("points: {} places look alike in several photographs, too few to start from; starting at random", points.positions.size()));
+    return;
+  }
+  scene.points = std::move(points);
+}
+
+void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings, const gpu::Device& device) {
+  const train::MemoryNeed need = train::memory_need(scene, settings);
+  say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} frame, {:.0f} triangles), ceiling {:.0f} MB",
+                     mb(need.total()), mb(need.photographs), mb(need.frame), mb(need.soup), mb(device.ceiling())));
+  if (need.total() > device.ceiling()) {
+    const std::uint32_t fits = train::triangles_that_fit(scene, settings, device.ceiling());
+    train::Settings few = settings;  // the start itself may be what does not fit
+    few.init_count = 1;
+    const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device.ceiling());
+    throw Error("device memory: {} triangles need {:.0f} MB and {:.0f} MB may be used; {}", settings.triangles, mb(need.total()),
+                mb(device.ceiling()),
+                fits > 0 ? fmt::format("--triangles {} would fit, or lower the resolution with -r", fits)
+                : fits_with_few > 0 ? fmt::format("start with fewer than --init-count {}", settings.init_count)
+                                    : "lower the resolution with -r or raise --memory");
+  }
+}
+
+}  // namespace trisoup

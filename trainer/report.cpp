@@ -1,0 +1,81 @@
+#include "report.h"
+
+#include <cstdio>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "train/start_points.h"
+
+namespace trisoup {
+
+/// What was read, and how many of its points are worth starting from.
+std::string understood(const scene::Scene& scene) {
+  const std::size_t points = scene.points.positions.size();
+  if (points == 0) return scene.summary + "; no points";
+  return fmt::format("{}; {} points, {} after cleaning", scene.summary, points, train::usable_points(scene.points, points).size());
+}
+
+/// Settings::init, as a sentence has it.
+std::string start_in_words(const std::string& init) {
+  if (init == "surface") return "the surface that points tell";
+  if (init == "random") return "random triangles";
+  return init;
+}
+
+std::string in_words(const train::Round& r, std::size_t number) {
+  std::string text = fmt::format("round {}: {} triangles, {:.2f} MB", number, r.triangles, mb(r.bytes));
+  if (r.psnr > 0) text += fmt::format(", validation PSNR {:.2f}, SSIM {:.4f}", r.psnr, r.ssim);
+  return text;
+}
+
+/// What to do about memory that has run out.
+std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings) {
+  const train::Smaller smaller = train::smaller_run(scene, settings, error.needed, error.available);
+  if (smaller.triangles == 0) return {};
+  if (smaller.triangles < settings.triangles) return fmt::format("; about --triangles {} would fit", smaller.triangles);
+  // Splitting beyond the budget took it: a lower ceiling keeps that within bounds.
+  return fmt::format("; --memory {} would do", smaller.memory >> 20);
+}
+
+void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit, const train::Settings& settings) {
+  if (fit.nothing_learnt())
+    std::fprintf(stderr,
+                 "warning: nothing was learnt: the model shows its own photographs no better than plain colours would (PSNR %.2f dB against %.2f); "
+                 "training diverged (lower the learning rates), or had too few steps or triangles\n",
+                 fit.psnr, fit.plain_psnr);
+  // What was simplified has as many triangles as it should.
+  if (train::has_goal(settings)) return;
+  if (trainer.out_of_pixels() && trainer.triangles() < settings.triangles)
+    std::fprintf(stderr, "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a smaller -r) or a lower --triangles\n",
+                 trainer.triangles(), settings.triangles);
+  if (trainer.triangles() > settings.triangles)
+    std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(), settings.triangles,
+                 settings.resample_every == 0 ? "--resample-every 0 drops none" : "changes of topology keep what is visible; start with fewer (--init-count)");
+}
+
+/// How many triangles have textures of which finest level.
+nlohmann::json triangles_by_level(const soup::Model& model) {
+  std::map<std::uint32_t, std::size_t> counts;
+  for (const soup::TextureEntry& row : model.textures) ++counts[row.level_max];
+  nlohmann::json json = nlohmann::json::object();
+  for (const auto& [level, count] : counts) json[std::to_string(level)] = count;
+  return json;
+}
+
+/// {kernel: {"ms": of one launch, "launches"}}, of this process: a resumed run's say nothing of the steps before.
+nlohmann::json timings_json(gpu::Device& device) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const auto& [kernel, t] : device.timings())
+    json[kernel] = {{"ms", t.milliseconds / static_cast<double>(t.launches)}, {"launches", t.launches}};
+  return json;
+}
+
+void print_timings(gpu::Device& device) {
+  for (const auto& [kernel, t] : device.timings())
+    std::printf("%-18s %8.3f ms x %llu\n", kernel.c_str(), t.milliseconds / static_cast<double>(t.launches),
+                static_cast<unsigned long long>(t.launches));
+}
+
+}  // namespace trisoup

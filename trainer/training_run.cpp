@@ -1,0 +1,333 @@
+#include "training_run.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <span>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "error.h"
+#include "gpu/out_of_memory.h"
+#include "prepare.h"
+#include "printable.h"
+#include "render/cameras.h"
+#include "report.h"
+#include "revision.h"
+#include "scene/hold_out.h"
+#include "soup/initialise.h"
+#include "train/evaluate.h"
+#include "train/fits_model.h"
+#include "train/initial_triangles.h"
+
+namespace trisoup {
+namespace {
+
+/// Eight directions, spread over those from which the cameras look.
+std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
+  std::vector<glm::vec3> all, chosen;
+  for (const scene::View& view : scene.train) {
+    const glm::dvec3 centre = view.camera.centre();
+    if (glm::length(centre) > 1e-6) all.emplace_back(glm::normalize(centre));
+  }
+  for (const std::uint32_t i : soup::farthest_points(all, 8)) chosen.push_back(all[i]);
+  return chosen;
+}
+
+/// Of cameras whose scene does not say what is up.
+glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras) {
+  std::vector<scene::Camera> poses;
+  for (const soup::ModelCamera& c : cameras) poses.push_back(c.camera);
+  return render::mean_up(poses);
+}
+
+/// A checkpoint's note with the rounds of simplifying.
+std::string note_with(std::span<const train::Round> rounds, const std::string& note) {
+  nlohmann::json json = nlohmann::json::parse(note);
+  if (!rounds.empty()) json["rounds"] = train::to_json(rounds);
+  return json.dump();
+}
+
+std::vector<train::Round> rounds_so_far(const std::optional<train::CheckpointInfo>& begun, const std::filesystem::path& checkpoint) {
+  if (!begun) return {};
+  const nlohmann::json note = nlohmann::json::parse(begun->note, nullptr, false);
+  if (!note.is_object() || !note.contains("rounds")) return {};
+  try {
+    return train::rounds_from_json(note["rounds"]);
+  } catch (const Error&) {
+    throw Error("{}: its note is damaged; train anew with --overwrite", checkpoint.string());
+  }
+}
+
+/// What the checkpoint to go on from says, if there is one; `o` takes from it what was not given.
+std::optional<train::CheckpointInfo> what_was_begun(const train::RunFolder& folder, CommandLine& o) {
+  if (!folder.resumes()) return std::nullopt;
+  train::CheckpointInfo info = train::checkpoint_info(folder.checkpoint());
+  o.take(info.note, folder.checkpoint());
+  return info;
+}
+
+train::Earlier earlier_of(const CommandLine& o) {
+  return o.resume ? train::Earlier::resume : o.overwrite ? train::Earlier::overwrite : train::Earlier::refuse;
+}
+
+void stop_if_asked() {
+  if (g_stop) throw Interrupted{"after training, before its quality was measured; --resume measures it"};
+}
+
+}  // namespace
+
+TrainingRun::TrainingRun(CommandLine options, viewer::Live* live)
+    : o_(std::move(options)), live_(live), folder_(o_.output, earlier_of(o_)), begun_(what_was_begun(folder_, o_)) {}
+
+void TrainingRun::run() {
+  open_device();
+  read();
+  begin();
+  train();
+  finish();
+}
+
+void TrainingRun::open_device() {
+  device_ = gpu::open_device(o_.device);
+  if (o_.memory_mb > 0) device_->set_ceiling(std::min(o_.memory_mb, ~std::uint64_t{0} >> 20) << 20);
+  say(o_, fmt::format("device: {} ({}, {})", device_->info().name, gpu::to_string(device_->info().kind), device_->info().driver));
+}
+
+void TrainingRun::read() {
+  dataset_ = posed_dataset(o_, folder_, live_);
+  if (live_) live_->phase("loading");
+  scene_ = read_scene(o_, dataset_);
+  if (!begun_) find_points(o_, scene_);
+  settings_ = begun_ ? o_.resumed(*begun_, scene_, folder_.checkpoint()) : o_.settings(scene_);
+  if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
+  folder_.create();
+  const std::string held_out = scene_.validation.empty() ? "" : fmt::format(" {} validation", scene_.validation.size());
+  say(o_, fmt::format("scene: {} training{} and {} test views, {} points, {} recipe, started from {}", scene_.train.size(), held_out.empty() ? "" : "," + held_out,
+                      scene_.test.size(), scene_.points.positions.size(), train::to_string(settings_.recipe), start_in_words(settings_.init)));
+  check_memory(o_, scene_, settings_, *device_);
+  if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
+    settings_.most_triangles = train::most_triangles_that_fit(scene_, settings_, device_->ceiling());
+  for (const auto& [views, test] : {std::pair(&scene_.test, true), {&scene_.train, false}, {&scene_.validation, false}})
+    for (const scene::View& view : *views) cameras_.push_back({utf8(view.name), test, view.camera});
+  if (scene_.synthetic) up_ = glm::dvec3(0, 0, 1);
+}
+
+std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
+  const train::Start start = train::initial_triangles(scene_, settings_);
+  try {
+    return std::make_unique<train::Trainer>(*device_, scene_, settings_, start);
+  } catch (const gpu::OutOfMemory& error) {
+    throw Error("{}{}", error.what(), advice(error, scene_, settings_));
+  }
+}
+
+void TrainingRun::begin() {
+  if (begun_) {
+    trainer_ = std::make_unique<train::Trainer>(*device_, scene_, settings_, folder_.checkpoint());
+    folder_.go_on(trainer_->step(), trainer_->finished());
+    saved_ = trainer_->step();
+    say(o_, fmt::format("resuming after step {} of {}", trainer_->step(), std::max(begun_->settings.steps, trainer_->last_step())));
+    if (settings_.steps > begun_->settings.steps)
+      say(o_, fmt::format("going on to step {}: the schedule is from here that of so many steps", settings_.steps));
+  } else {
+    if (o_.resume) say(o_, "no checkpoint to go on from yet: training begins");
+    trainer_ = new_trainer();
+    folder_.begin();
+  }
+  first_step_ = trainer_->step();
+  file_options_ = file_options();
+  simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_,
+                                                    [this](const soup::Model& model) { return soup::encode_model(model, file_options_); },
+                                                    rounds_so_far(begun_, folder_.checkpoint()));
+}
+
+/// What a model's file says beside the model.
+soup::ModelFileOptions TrainingRun::file_options() const {
+  soup::ModelFileOptions options;
+  options.settings = to_json(trainer_->settings());
+  options.settings["resolution"] = o_.load.downscale;
+  options.settings["test_every"] = o_.load.test_every;
+  options.settings["alpha"] = o_.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
+  options.settings["dataset"] = train::fingerprints_of(scene_);
+  if (o_.load.outside) options.settings["outside"] = true;
+  options.up = up_;
+  if (!up_) options.shown_up = mean_up(cameras_);
+  options.bake_directions = bake_directions(scene_);
+  options.colour_bits = settings_.texture_bits;
+  options.cameras = cameras_;
+  return options;
+}
+
+void TrainingRun::save() {
+  folder_.flush_logs();
+  trainer_->write_checkpoint(folder_.checkpoint(), note_with(simplifier_->rounds(), o_.note()));
+  saved_ = trainer_->step();
+}
+
+void TrainingRun::log_evaluation(const train::Evaluation& e) {
+  if (!scene_.test.empty())
+    folder_.log_evaluation({trainer_->step(), trainer_->seconds(), trainer_->cpu_seconds(), trainer_->triangles(), e.mean});
+}
+
+train::Trainer::Callbacks TrainingRun::callbacks() {
+  train::Trainer::Callbacks callbacks;
+  callbacks.stop = &g_stop;
+  callbacks.on_progress = [this](const train::Progress& p) {
+    folder_.log(p);
+    bar_->training(p);
+    if (live_) live_->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step);
+  };
+  if (live_) callbacks.until = [this](std::uint64_t step) { return live_->until(step, [&] { return trainer_->model(); }); };
+  callbacks.on_fault = [this](const train::ParameterFault& fault) {
+    bar_->clear();
+    std::fprintf(stderr, "warning: %s\n", train::to_string(fault).c_str());
+  };
+  callbacks.on_checkpoint = [this](std::uint64_t) { save(); };
+  callbacks.evaluations_per_decade = o_.evaluations_per_decade;
+  callbacks.on_evaluate = [this](std::uint64_t step) {
+    // What evaluation launches is no part of a step.
+    if (o_.timings) device_->enable_timings(false);
+    const train::Evaluation e = trainer_->evaluate_float();
+    if (o_.timings) device_->enable_timings(true);
+    log_evaluation(e);
+    bar_->clear();
+    say(o_, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
+  };
+  return callbacks;
+}
+
+std::string TrainingRun::what_is_saved(const char* where) const {
+  std::error_code ignored;
+  if (!saved_) return "there is no checkpoint yet";
+  if (!std::filesystem::exists(folder_.checkpoint(), ignored)) return fmt::format("{} is gone; train again", folder_.checkpoint().string());
+  return fmt::format("the checkpoint of step {} is whole, --resume goes on from it{}", *saved_, where);
+}
+
+void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
+  trainer_->run(callbacks);
+  while (has_goal() && trainer_->finished() && !g_stop) {
+    if (o_.timings) device_->enable_timings(false);
+    const bool more = simplifier_->next();
+    bar_->clear();
+    say(o_, in_words(simplifier_->rounds().back(), simplifier_->rounds().size() - 1));
+    if (!more) return;
+    if (o_.timings) device_->enable_timings(true);
+    bar_->go_on_to(trainer_->last_step());
+    trainer_->run(callbacks);
+  }
+}
+
+void TrainingRun::train() {
+  catch_signals();
+  if (o_.timings) device_->enable_timings(true);
+  if (live_)
+    live_->begin({cameras_, up_, settings_.test_near, settings_.far, settings_.steps, settings_.triangles, dataset_, o_.load,
+                  device_->info().kind == gpu::Kind::cpu});
+  const std::uint64_t log_every = o_.log_every > 0 ? o_.log_every : std::max<std::uint64_t>(10, settings_.steps / 100 / 10 * 10);
+  bar_ = std::make_unique<ProgressBar>(trainer_->last_step(), log_every, o_.quiet);
+  // From here --resume knows how many steps there are to be.
+  if (begun_ && settings_.steps > begun_->settings.steps) save();
+  try {
+    train_to_the_end(callbacks());
+    if (o_.timings) device_->enable_timings(false);
+    bar_->clear();
+    save();
+  } catch (const gpu::OutOfMemory& error) {
+    bar_->clear();
+    throw Error("{}{} ({})", error.what(), advice(error, scene_, trainer_->settings()), what_is_saved(" where there is more memory"));
+  } catch (const Error& error) {
+    // A lost device or a disk that is full, nothing left to train: what is on the disk is as it was at the last checkpoint.
+    bar_->clear();
+    throw Error("{} ({})", error.what(), what_is_saved(""));
+  }
+  if (trainer_->finished() && !(has_goal() && g_stop)) return;
+  if (o_.timings) print_timings(*device_);
+  throw Interrupted{fmt::format("after step {}; go on with --resume", trainer_->step())};
+}
+
+void TrainingRun::finish() {
+  if (has_goal()) folder_.accept_candidate();
+  const soup::Model model = has_goal() ? soup::read_model(folder_.model()).model : trainer_->model();
+  if (live_) {
+    live_->publish(model);
+    live_->phase("measuring quality");
+  }
+  const std::uint64_t bytes = has_goal() ? std::filesystem::file_size(folder_.model()) : soup::write_model(folder_.model(), model, file_options_);
+  measure(model, bytes);
+  if (dataset_ != o_.dataset) say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
+  if (const auto messages = device_->validation_messages(); !messages.empty())
+    throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
+}
+
+void TrainingRun::measure(const soup::Model& model, std::uint64_t bytes) {
+  folder_.renders().clear();
+  const train::Evaluation evaluation = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far,
+                                                       [&](const scene::View& view, const std::vector<float>& colour) {
+                                                         folder_.renders().write(view, colour);
+                                                         stop_if_asked();
+                                                       });
+  // What was simplified is kept as it is in its file alone.
+  const train::Evaluation unquantised =
+      has_goal() ? evaluation : trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
+  log_evaluation(unquantised);
+  const train::TrainingFit fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
+  warn_of_result(*trainer_, fit, settings_);
+  if (has_goal()) say(o_, train::outcome(simplifier_->rounds(), settings_));
+  nlohmann::json metrics = to_json(evaluation);
+  metrics["psnr_training_views"] = fit.psnr;
+  metrics["psnr_plain_colours"] = fit.plain_psnr;
+  metrics["uncovered_training_views"] = fit.uncovered;
+  metrics["nothing_learnt"] = fit.nothing_learnt();
+  if (!has_goal()) metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
+  metrics["triangles"] = model.triangles();
+  if (has_goal()) {
+    metrics["rounds"] = train::to_json(simplifier_->rounds());
+    metrics["round"] = train::best_round(simplifier_->rounds(), settings_);
+    for (const scene::View& view : scene_.validation) metrics["validation_views"].push_back(utf8(view.name));
+  }
+  metrics["triangles_by_level"] = triangles_by_level(model);
+  metrics["bytes"] = bytes;
+  metrics["seconds"] = trainer_->seconds();
+  metrics["cpu_seconds"] = trainer_->cpu_seconds();
+  if (o_.timings) metrics["timings"] = {{"steps", trainer_->step() - first_step_}, {"kernels", timings_json(*device_)}};
+  metrics["ms_per_step"] = 1e3 * trainer_->seconds() / static_cast<double>(trainer_->last_step());
+  metrics["device"] = device_->info().name;
+  metrics["driver"] = device_->info().driver;
+  metrics["peak_device_bytes"] = device_->peak_bytes();
+  metrics["settings"] = to_json(trainer_->settings());
+  metrics["dataset"] = {{"path", utf8(dataset_)},
+                        {"resolution", o_.load.downscale},
+                        {"test_every", o_.load.test_every},
+                        {"fingerprint", fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint())}};
+  metrics["revision"] = kRevision;
+  folder_.write_metrics(metrics);
+  if (o_.timings) print_timings(*device_);
+  if (scene_.test.empty()) say(o_, "test: there are no test views, so quality was not measured; --test-every K holds some out");
+  else
+    say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
+                        evaluation.mean.mae, evaluation.views.size()));
+  say(o_, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(), mb(bytes),
+                      trainer_->seconds()));
+}
+
+int run_guarded(const char* program, const CommandLine& options, viewer::Live* live) {
+  int status = 0;
+  std::string error;
+  try {
+    TrainingRun(options, live).run();
+  } catch (const Interrupted& interrupted) {
+    say(options, "interrupted " + interrupted.when);
+    status = 130;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s: %s\n", program, e.what());
+    error = e.what();
+    status = 1;
+  }
+  // A signal ends the window too.
+  if (live) live->end(error, g_stop);
+  return status;
+}
+
+}  // namespace trisoup

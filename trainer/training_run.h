@@ -1,0 +1,67 @@
+// One training from its command line to its folder: what soup-train and soup-simplify do.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command_line.h"
+#include "gpu/device.h"
+#include "progress_bar.h"
+#include "scene/scene.h"
+#include "soup/model_file.h"
+#include "train/checkpoint.h"
+#include "train/run_folder.h"
+#include "train/simplifier.h"
+#include "train/trainer.h"
+#include "viewer/live.h"
+
+namespace trisoup {
+
+class TrainingRun {
+ public:
+  /// live: where a window looks on; null for none.
+  TrainingRun(CommandLine options, viewer::Live* live);
+  /// The whole of it. Throws Error, and Interrupted (prepare.h) where a signal has ended it and the checkpoint is there to go on from.
+  void run();
+
+ private:
+  void open_device();
+  void read();
+  void begin();
+  void train();
+  void train_to_the_end(const train::Trainer::Callbacks& callbacks);
+  train::Trainer::Callbacks callbacks();
+  void save();
+  void log_evaluation(const train::Evaluation& evaluation);
+  std::string what_is_saved(const char* where) const;
+  std::unique_ptr<train::Trainer> new_trainer();
+  soup::ModelFileOptions file_options() const;
+  void finish();
+  void measure(const soup::Model& model, std::uint64_t bytes);
+  bool has_goal() const { return train::has_goal(settings_); }
+
+  CommandLine o_;
+  viewer::Live* live_;
+  train::RunFolder folder_;
+  std::optional<train::CheckpointInfo> begun_;  // what there is to go on from
+  std::unique_ptr<gpu::Device> device_;
+  std::string dataset_;
+  scene::Scene scene_;
+  train::Settings settings_;
+  std::unique_ptr<train::Trainer> trainer_;
+  std::unique_ptr<train::Simplifier> simplifier_;
+  std::vector<soup::ModelCamera> cameras_;
+  std::optional<glm::dvec3> up_;
+  soup::ModelFileOptions file_options_;
+  std::unique_ptr<ProgressBar> bar_;
+  std::optional<std::uint64_t> saved_;  // step of the last checkpoint
+  std::uint64_t first_step_ = 0;        // of this process
+};
+
+/// Runs it to an exit status: errors are printed after the program's name, and told in the window.
+int run_guarded(const char* program, const CommandLine& options, viewer::Live* live);
+
+}  // namespace trisoup
