@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <deque>
 
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "error.h"
+#include "goal_options.h"
 #include "scene/hold_out.h"
 #include "train/simplify.h"
 #include "train/start_points.h"
@@ -40,13 +40,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
                      "refused, but for more --steps: the schedule is then that of so many, so rates rise again and topology changes up to its share of them");
   common->add_flag("--overwrite", o.overwrite, "train anew where OUT holds a training: what that one left goes when the first step begins")->excludes(resume);
 
-  auto* goal = app.add_option_group("Goal: the smallest model that meets it. After the last step what is worth least goes, round by round; given several, all hold");
-  goal->add_option("--target-psnr", o.target_psnr, "dB, mean over validation views, which are held out of the training views");
-  goal->add_option("--target-ssim", o.target_ssim, "SSIM, the same");
-  goal->add_option("--max-mb", o.max_megabytes, "megabytes of model.glb");
-  goal->add_option("--max-triangles", o.max_triangles, "triangles, from the --triangles that the steps are made with");
-  goal->add_option("--validation-views", o.validation_views, "how many are held out [with a goal a tenth of the training views, 3 to 24]");
-  goal->add_option("--round-steps", o.round_steps, "training steps after each removal [a twentieth of the steps, at least 20]");
+  auto* goal = add_goal_options(app, o);
 
   auto* data = app.add_option_group("Dataset");
   auto* resolution = data->add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [1]");
@@ -167,18 +161,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   device->add_option("--lose-after-launches", o.device.lose_after_launches)->group("");  // for tests: not in --help
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
 
-  // strtoull turns -1 and what is too large into the largest number there is.
-  const CLI::Validator whole(
-      [](const std::string& text) {
-        std::uint64_t value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error == std::errc::result_out_of_range) return text + " is too large";
-        return error != std::errc() || end != text.data() + text.size() ? "'" + text + "' is not a whole number from 0 on" : std::string();
-      },
-      "");
-  for (auto* group : {common, goal, data, start, method, output, device})
-    for (CLI::Option* option : group->get_options())
-      if (option->get_type_name() == "UINT") option->check(whole);
+  for (auto* group : {common, goal, data, start, method, output, device}) check_whole_numbers(*group);
 
   try {
     app.parse(argc, argv);
@@ -338,10 +321,29 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
   if (!rate_vertex && way > 0)
     s.rate_vertex = train::vertex_rate(s, way, which == Recipe::synthetic ? train::kFastestSynthetic : train::kFastestVertices);
   else if (!rate_vertex) s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
-  if (train::has_goal(s)) {
-    if (!validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
-    if (!round_steps) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
+  complete_goal(s, scene);
+  train::check(s);
+  return s;
+}
+
+void CommandLine::complete_goal(train::Settings& s, const scene::Scene& scene) const {
+  if (!train::has_goal(s)) return;
+  if (s.validation_views == 0 && !validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
+  if (!round_steps) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
+}
+
+train::Settings CommandLine::of_model(const nlohmann::json& trained, const scene::Scene& scene) const {
+  train::Settings s;
+  try {
+    s = train::settings_as_trained(trained);
+  } catch (const std::exception&) {
+    throw Error("{}: its settings are not those of soup-train, so it cannot be trained on", model);
   }
+  // Its own goal, if it had one, has been met or missed.
+  s.target_psnr = s.target_ssim = 0;
+  s.max_bytes = s.max_triangles = 0;
+  apply(s, scene);
+  complete_goal(s, scene);
   train::check(s);
   return s;
 }

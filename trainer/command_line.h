@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "gpu/device.h"
 #include "scene/scene.h"
 #include "train/checkpoint.h"
@@ -15,6 +17,7 @@ namespace trisoup {
 
 struct CommandLine {
   std::string dataset, output;
+  std::string model;  // to be simplified; empty: there is training to be done
   bool list_devices = false, resume = false, overwrite = false, quiet = false, timings = false;
   bool view = false, finish_headless = false;
   std::uint64_t log_every = 0, memory_mb = 0;
@@ -26,6 +29,8 @@ struct CommandLine {
   /// The preset's settings for the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
   /// Error on values that cannot be.
   train::Settings settings(const scene::Scene& scene) const;
+  /// The settings with which a model that has been trained with `trained` (of its file) is simplified. Throws Error on what no training has.
+  train::Settings of_model(const nlohmann::json& trained, const scene::Scene& scene) const;
   /// The settings with which a training goes on from a checkpoint: the checkpoint's own, but for how often something is written, and prolonged
   /// (train/settings.h) where more --steps are asked for. Throws Error, with both values, where an option that was given contradicts them; `path` is for that.
   train::Settings resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene, const std::filesystem::path& path) const;
@@ -54,6 +59,7 @@ struct CommandLine {
 
  private:
   void apply(train::Settings& settings, const scene::Scene& scene) const;
+  void complete_goal(train::Settings& settings, const scene::Scene& scene) const;
   std::string preset_name() const { return preset.empty() ? "best" : preset; }
   std::string noted_preset_;  // of the checkpoint; empty where it does not say
 };

@@ -83,6 +83,7 @@ TrainingRun::TrainingRun(CommandLine options, viewer::Live* live)
 
 void TrainingRun::run() {
   open_device();
+  if (!o_.model.empty() && !begun_) read_model();
   read();
   begin();
   train();
@@ -95,12 +96,28 @@ void TrainingRun::open_device() {
   say(o_, fmt::format("device: {} ({}, {})", device_->info().name, gpu::to_string(device_->info().kind), device_->info().driver));
 }
 
+void TrainingRun::read_model() {
+  file_ = soup::read_model(o_.model);
+  // The dataset as it was trained on.
+  const nlohmann::json settings = file_->settings.is_null() ? nlohmann::json::object() : file_->settings;
+  try {
+    o_.load.downscale = settings.value("resolution", 1.0);
+    o_.load.test_every = settings.value("test_every", 8);
+    if (settings.value("alpha", "composite") == "mask") o_.load.alpha = scene::AlphaUse::mask;
+    o_.load.outside = o_.load.outside || settings.value("outside", false);
+  } catch (const nlohmann::json::exception&) {
+    throw Error("{}: its settings are not those of soup-train, so it cannot be trained on", o_.model);
+  }
+  o_.load.background = file_->model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
+}
+
 void TrainingRun::read() {
   dataset_ = posed_dataset(o_, folder_, live_);
   if (live_) live_->phase("loading");
   scene_ = read_scene(o_, dataset_);
-  if (!begun_) find_points(o_, scene_);
-  settings_ = begun_ ? o_.resumed(*begun_, scene_, folder_.checkpoint()) : o_.settings(scene_);
+  if (!begun_ && !file_) find_points(o_, scene_);
+  settings_ = begun_ ? o_.resumed(*begun_, scene_, folder_.checkpoint()) : file_ ? o_.of_model(file_->settings, scene_) : o_.settings(scene_);
+  if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
   folder_.create();
   const std::string held_out = scene_.validation.empty() ? "" : fmt::format(" {} validation", scene_.validation.size());
@@ -114,9 +131,16 @@ void TrainingRun::read() {
   if (scene_.synthetic) up_ = glm::dvec3(0, 0, 1);
 }
 
+void TrainingRun::check_fit() const {
+  if (const std::string line = train::misfit(*file_, scene_, true, printable(dataset_)); !line.empty()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+  if (settings_.validation_views > file_->settings.value("validation_views", 0u))
+    say(o_, "validation: the model has been trained on these views too, so they flatter it; one of soup-train with a goal, or with --validation-views, has not");
+}
+
 std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
-  const train::Start start = train::initial_triangles(scene_, settings_);
   try {
+    if (file_) return std::make_unique<train::Trainer>(*device_, scene_, settings_, file_->model);
+    const train::Start start = train::initial_triangles(scene_, settings_);
     return std::make_unique<train::Trainer>(*device_, scene_, settings_, start);
   } catch (const gpu::OutOfMemory& error) {
     throw Error("{}{}", error.what(), advice(error, scene_, settings_));
@@ -132,7 +156,7 @@ void TrainingRun::begin() {
     if (settings_.steps > begun_->settings.steps)
       say(o_, fmt::format("going on to step {}: the schedule is from here that of so many steps", settings_.steps));
   } else {
-    if (o_.resume) say(o_, "no checkpoint to go on from yet: training begins");
+    if (o_.resume) say(o_, "no checkpoint to go on from yet: it begins");
     trainer_ = new_trainer();
     folder_.begin();
   }

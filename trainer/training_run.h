@@ -29,6 +29,7 @@ class TrainingRun {
 
  private:
   void open_device();
+  void read_model();
   void read();
   void begin();
   void train();
@@ -37,6 +38,7 @@ class TrainingRun {
   void save();
   void log_evaluation(const train::Evaluation& evaluation);
   std::string what_is_saved(const char* where) const;
+  void check_fit() const;
   std::unique_ptr<train::Trainer> new_trainer();
   soup::ModelFileOptions file_options() const;
   void finish();
@@ -48,6 +50,7 @@ class TrainingRun {
   train::RunFolder folder_;
   std::optional<train::CheckpointInfo> begun_;  // what there is to go on from
   std::unique_ptr<gpu::Device> device_;
+  std::optional<soup::ModelFile> file_;  // to be simplified
   std::string dataset_;
   scene::Scene scene_;
   train::Settings settings_;

@@ -53,15 +53,19 @@ std::uint64_t checkpoint_number(const soup::Safetensors& file, const std::filesy
   }
 }
 
+Settings settings_as_trained(nlohmann::json json) {
+  complete(json);
+  const Settings settings = settings_from_json(json);
+  check(settings);
+  return settings;
+}
+
 CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesystem::path& path) {
   if (const std::string format = checkpoint_text(file, path, "format"); format != kCheckpointFormat)
     throw Error("{}: is of format '{}', this program reads '{}'; train anew with --overwrite", path.string(), format, kCheckpointFormat);
   CheckpointInfo info;
   try {
-    nlohmann::json settings = nlohmann::json::parse(checkpoint_text(file, path, "settings"));
-    complete(settings);
-    info.settings = settings_from_json(settings);
-    check(info.settings);
+    info.settings = settings_as_trained(nlohmann::json::parse(checkpoint_text(file, path, "settings")));
   } catch (const nlohmann::json::exception&) {
     throw Error("{}: its settings are damaged; train anew with --overwrite", path.string());
   } catch (const Error& error) {

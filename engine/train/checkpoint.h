@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "soup/safetensors.h"
 #include "train/settings.h"
 
@@ -18,6 +20,9 @@ struct CheckpointInfo {
   std::string note;   // what the program gave to Trainer::write_checkpoint; empty in older ones
   std::uint64_t rounds = 0;  // begun after Settings::steps
 };
+
+/// Settings from their JSON, of a checkpoint or a model file, as they were before what it does not have was there. Throws Error, also on values that cannot be.
+Settings settings_as_trained(nlohmann::json json);
 
 /// Throws Error that names `path` when it is not a checkpoint of this format, or damaged.
 CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesystem::path& path);

@@ -1,6 +1,7 @@
 #include "train/evaluate.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include <nlohmann/json.hpp>
@@ -59,13 +60,40 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
   return evaluation;
 }
 
+namespace {
+
+std::vector<glm::vec3> normalised_vertices(const soup::Model& model, const scene::Normalisation& normalisation) {
+  std::vector<glm::vec3> vertices;
+  for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v) + model.origin));
+  return vertices;
+}
+
+}  // namespace
+
+void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation) {
+  std::vector<soup::TextureLevels> levels;
+  for (const soup::TextureEntry& row : model.textures) levels.push_back({row.level_max, row.level_max});
+  const std::vector<soup::TextureEntry> table = soup::make_texture_table(levels).entries;
+  Textures textures;
+  textures.source = upload_logits(gpu, table, [&](std::size_t t, float* to) {
+    const std::uint8_t* values = &model.lattice[std::size_t{model.textures[t].lattice_offset} * soup::kChannels];
+    for (std::uint32_t i = 0; i < soup::samples_at(table[t].level_max) * soup::kChannels; ++i) {
+      const bool opaque = i % soup::kChannels == soup::kChannels - 1 && values[i] == 255;
+      // Ends of the scale stand for all that rounds to them.
+      const double v = std::clamp(values[i] / 255.0, 0.25 / 255.0, 254.75 / 255.0);
+      to[i] = opaque ? kOpaqueLogit : static_cast<float>(std::log(v / (1.0 - v)));
+    }
+  });
+  allocate_soup(gpu, soup, normalised_vertices(model, normalisation), table, std::move(textures));
+  allocate_mlp(gpu, soup, model.mlp);
+}
+
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation) {
   SoupBuffers soup;
   soup.triangles = static_cast<std::uint32_t>(model.triangles());
   soup.table = model.textures;
   soup.drop_near = model.drop_near;
-  std::vector<glm::vec3> vertices;
-  for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v) + model.origin));
+  const std::vector<glm::vec3> vertices = normalised_vertices(model, normalisation);
   soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
   gpu.upload(soup.vertices.address(), vertices);
   soup.textures = gpu.allocate(model.textures.size() * sizeof(soup::TextureEntry), "texture table");

@@ -42,6 +42,9 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
 /// A model as the kernels render it: 8-bit textures, normalised coordinates. No gradients and no moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
 
+/// The same to be trained on: logits of the finest level alone, moments of zero. What is opaque stays so.
+void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation);
+
 /// The same from a model as it is in its file: 8-bit textures, dataset coordinates. views: of `scene`.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, const std::vector<scene::View>& views, double near, double far,
                     const OnRender& on_render = {});

@@ -157,6 +157,21 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
 
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model)
+    : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu),
+      step_(settings.steps), texture_start_(settings.steps), vertex_start_(settings.steps), mlp_start_(settings.steps) {
+  start_from_model(gpu_, soup_, model, scene.normalisation);
+  prepare();
+  // A model has its finest levels alone; they are learnt as what several add up to.
+  Shrunk levels;
+  for (std::uint32_t t = 0; t < soup_.triangles; ++t) {
+    const std::uint32_t finest = soup_.table[t].level_max;
+    levels.kept.push_back(t);
+    levels.levels.push_back({std::min(settings_.level_min, finest), finest});
+  }
+  shrink(gpu_, soup_, frame_, levels, settings_);
+}
+
 void Trainer::prepare() {
   soup_.drop_near = settings_.drop_near;
   photos_ = upload_photographs(gpu_, scene_.train);
@@ -227,7 +242,7 @@ kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batc
   const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
   return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % Frame::kStatisticsRows),
                      {settings_.rate_texture * factor, settings_.rate_vertex * vertex_factor, settings_.rate_mlp * factor,
-                      t - texture_start_, t - vertex_start_, t},
+                      t - texture_start_, t - vertex_start_, t - mlp_start_},
                      batch, settings_.huber);
 }
 
@@ -470,6 +485,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
                    {"rounds", std::to_string(rounds_)},
                    {"texture_start", std::to_string(texture_start_)},
                    {"vertex_start", std::to_string(vertex_start_)},
+                   {"mlp_start", std::to_string(mlp_start_)},
                    {"seconds", fmt::format("{}", seconds_)},
                    {"cpu_seconds", fmt::format("{}", cpu_seconds_)},
                    {"scene", std::to_string(scene_.fingerprint)},
@@ -506,7 +522,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   rounds_ = info.rounds;
   texture_start_ = number("texture_start");
   vertex_start_ = number("vertex_start");
-  if (texture_start_ > step_ || vertex_start_ > step_)
+  if (file.metadata().contains("mlp_start")) mlp_start_ = number("mlp_start");
+  if (texture_start_ > step_ || vertex_start_ > step_ || mlp_start_ > step_)
     throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(), step_,
                 settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);

@@ -70,6 +70,9 @@ class Trainer {
   /// something is written may differ). Throws Error when it is another's, damaged or cut short.
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& checkpoint);
 
+  /// Goes on from a model of the same dataset, which `settings` have trained, as if its last step were done: for begin_round().
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model);
+
   struct Callbacks {
     std::function<void(const Progress&)> on_progress;       // about every progress_every steps
     std::function<void(std::uint64_t step)> on_checkpoint;  // every Settings::checkpoint_every steps, not after the last
@@ -142,8 +145,8 @@ class Trainer {
   std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;
   std::uint64_t step_ = 0;             // completed steps
   std::uint64_t rounds_ = 0;           // begun after Settings::steps
-  // Completed steps when the moments of textures and of vertices were last zero.
-  std::uint64_t texture_start_ = 0, vertex_start_ = 0;
+  // Completed steps when the moments of textures, vertices and MLP were last zero.
+  std::uint64_t texture_start_ = 0, vertex_start_ = 0, mlp_start_ = 0;
   Resampling last_resampling_ = Resampling::done;
   double uncovered_ = 0;               // of the last step before a report
   std::vector<bool> masked_out_;       // training views without a pixel to measure

@@ -370,3 +370,31 @@ TEST_CASE("a round of simplifying goes on from a checkpoint with the same bits, 
   whole.begin_round({1, 0.5});
   CHECK(whole.triangles() <= (before + 1) / 2);
 }
+
+TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  settings.max_triangles = 20;
+  settings.round_steps = 10;
+  train::Trainer first(*gpu, scene, settings, start(settings));
+  first.run({});
+  const soup::Model model = first.model();
+  train::Trainer again(*gpu, scene, settings, model);
+  CHECK(again.finished());
+  const soup::Model same = again.model();
+  REQUIRE(same.lattice.size() == model.lattice.size());
+  std::size_t off = 0;
+  for (std::size_t i = 0; i < model.lattice.size(); ++i) {
+    CHECK(std::abs(int(same.lattice[i]) - int(model.lattice[i])) <= 1);
+    off += same.lattice[i] != model.lattice[i];
+  }
+  CHECK(off < model.lattice.size() / 1000);
+  CHECK(same.mlp.parameters == model.mlp.parameters);
+  const double before = first.training_fit(model).psnr;
+  again.begin_round({0.8, 1});
+  again.run({});
+  CHECK(again.step() == 50);
+  // Moments that begin at zero are told apart from those of 40 steps: the first steps are not three times too long.
+  CHECK(again.training_fit(again.model()).psnr > before - 1.5);
+}

@@ -1,0 +1,31 @@
+#include "goal_options.h"
+
+#include <charconv>
+
+namespace trisoup {
+
+CLI::Option_group* add_goal_options(CLI::App& app, CommandLine& o) {
+  auto* goal = app.add_option_group("Goal", "The smallest model that meets it: after the last step what is worth least goes, round by round. Of several all must hold.");
+  goal->add_option("--target-psnr", o.target_psnr, "dB, mean over validation views, which are held out of the training views");
+  goal->add_option("--target-ssim", o.target_ssim, "SSIM, the same");
+  goal->add_option("--max-mb", o.max_megabytes, "megabytes of model.glb");
+  goal->add_option("--max-triangles", o.max_triangles, "triangles, of those that there are after the last step");
+  goal->add_option("--validation-views", o.validation_views, "how many are held out [with a goal a tenth of the training views, 3 to 24]");
+  goal->add_option("--round-steps", o.round_steps, "training steps after each removal [a twentieth of the steps, at least 20]");
+  return goal;
+}
+
+void check_whole_numbers(CLI::App& group) {
+  const CLI::Validator whole(
+      [](const std::string& text) {
+        std::uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error == std::errc::result_out_of_range) return text + " is too large";
+        return error != std::errc() || end != text.data() + text.size() ? "'" + text + "' is not a whole number from 0 on" : std::string();
+      },
+      "");
+  for (CLI::Option* option : group.get_options())
+    if (option->get_type_name() == "UINT") option->check(whole);
+}
+
+}  // namespace trisoup

@@ -1,0 +1,59 @@
+// soup-simplify: a model that has been trained, made smaller.
+#include <cstdio>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "command_line.h"
+#include "error.h"
+#include "goal_options.h"
+#include "soup/model_file.h"
+#include "training_run.h"
+
+namespace {
+
+using namespace trisoup;
+
+/// Exit status to end with, or nothing to go on.
+std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
+  CLI::App app{"Makes a model of soup-train smaller until it just meets a goal: what is worth least to the pictures goes, the rest is trained on for a\n"
+               "few steps, again and again.\n\n"
+               "DATASET is what the model was trained on. OUT receives the same files as from soup-train."};
+  app.option_defaults()->take_last();
+  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-simplify: {}; see --help\n", e.what()); });
+  app.set_version_flag("--version", "soup-simplify " TRISOUP_VERSION);
+  app.add_option("MODEL", o.model, "model.glb, or the folder of a training with it")->required();
+  app.add_option("DATASET", o.dataset, "the dataset it was trained on")->required();
+  app.add_option("-o,--output", o.output, "folder for what the run leaves")->required();
+  auto* goal = add_goal_options(app, o);
+  auto* run = app.add_option_group("Run");
+  auto* resume = run->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one");
+  run->add_flag("--overwrite", o.overwrite, "begin anew where OUT holds a training")->excludes(resume);
+  run->add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET, where its files say so");
+  run->add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [as trained]");
+  run->add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]");
+  run->add_flag("-q,--quiet", o.quiet, "errors only");
+  run->add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
+  run->add_option("--device", o.device.device, "number that soup-train --list-devices prints, or part of a name");
+  run->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
+  run->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
+  for (auto* group : {goal, run}) check_whole_numbers(*group);
+  try {
+    app.parse(argc, argv);
+    if (!o.target_psnr && !o.target_ssim && !o.max_megabytes && !o.max_triangles)
+      throw CLI::RequiredError("a goal (--target-psnr, --target-ssim, --max-mb or --max-triangles)");
+    o.model = soup::model_in(o.model).string();
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 1;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CommandLine options;
+  if (const auto status = parse_simplify(argc, argv, options)) return *status;
+  return run_guarded("soup-simplify", options, nullptr);
+}
