@@ -72,20 +72,19 @@ void export_folder(const CommandLine& options, const viewer::Subject& subject) {
   std::error_code error;
   // A page may stand beside the model that it shows.
   const bool in_place = fs::equivalent(model, subject.path, error);
-  std::vector<fs::path> files{folder / "index.html", folder / web::kModule, folder / web::kStyle};
-  if (!options.no_poster) files.push_back(folder / web::kPoster);
-  if (!in_place) files.push_back(model);
-  check_free(files, options.overwrite);
-  const std::string picture = options.no_poster ? "" : poster(subject, options);
+  std::vector<fs::path> written;
+  for (const auto& [name, text] : web::page_files(options.page, options.no_poster ? "" : "a poster")) written.push_back(folder / name);
+  if (!in_place) written.push_back(model);
+  check_free(written, options.overwrite);
+  const std::map<std::string, std::string> files = web::page_files(options.page, options.no_poster ? "" : poster(subject, options));
   const std::string bytes = read_file(subject.path);
   fs::create_directories(folder, error);
   if (error) throw Error("{}: cannot be made ({}); choose another folder", folder.string(), error.message());
   if (!in_place) write_text(model, bytes);
-  if (!options.no_poster) write_text(folder / web::kPoster, picture);
-  write_text(folder / web::kStyle, web::style_text);
-  write_text(folder / web::kModule, web::module_text);
+  for (const auto& [name, text] : files)
+    if (name != "index.html") write_text(folder / name, text);
   // Last: with it the page is whole.
-  write_text(folder / "index.html", web::page(options.page, !options.no_poster));
+  write_text(folder / "index.html", files.at("index.html"));
   std::printf("%s: model %.1f MB, module %.0f KB; serve the folder (python3 -m http.server -d %s), or export with --single-file to open from a disk\n",
               folder.c_str(), 1e-6 * static_cast<double>(bytes.size()), 1e-3 * static_cast<double>(web::module_text.size()), folder.c_str());
 }
@@ -143,11 +142,13 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("-o,--output", c.output, "folder for the page; with --single-file the .html to write; data folder with --format published, .glb with --format glb")->required();
   app.add_option("--format", c.format, "page; published; or glb, from a folder of the published viewer [page]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{{"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}));
-  app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
+  auto* single_file = app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
   app.add_flag("--overwrite", c.overwrite, "replace what an earlier call left");
   app.add_option("--title", c.page.title, "of the page; name of the scene in --format published [the name of the model's folder]");
   app.add_option("--camera", c.page.camera, "number or name of the view that it begins with, test views first [the first]");
   app.add_flag("--autorotate", c.page.autorotate, "the scene turns until somebody moves it");
+  app.add_flag("--benchmark", c.page.benchmark, "benchmark.html beside the page: measures how fast a browser draws this model, and others")
+      ->excludes(single_file);
   app.add_flag("--no-poster", c.no_poster, "no picture to show while the model is loaded: needs no device that draws");
   app.add_option("--device", c.device.device, "that draws the poster: number that soup-view --list-devices prints, or part of the name");
   try {
@@ -156,8 +157,8 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     exit_code = app.exit(e) == 0 ? 0 : 1;
     return {};
   }
-  if (c.format != Format::page && (c.single_file || c.no_poster || c.page.autorotate || c.page.camera)) {
-    std::fprintf(stderr, "soup-export: --single-file, --no-poster, --autorotate and --camera are of pages; leave out --format; see --help\n");
+  if (c.format != Format::page && (c.single_file || c.no_poster || c.page.autorotate || c.page.benchmark || c.page.camera)) {
+    std::fprintf(stderr, "soup-export: --single-file, --no-poster, --autorotate, --benchmark and --camera are of pages; leave out --format; see --help\n");
     exit_code = 1;
     return {};
   }

@@ -29,16 +29,20 @@ export class Renderer {
     return Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
   }
 
+  /** Bytes of the targets of the first pass: a number for each sample, one depth. */
+  get targetBytes() { return 4 * (MOST_SAMPLES + 1) * this.#width * this.#height; }
+
   /**
-   * Draws to the upper left corner of the canvas, which has to be as large as the view.
+   * Draws a picture to the canvas, which has to have room for it.
    * @param {import("./upload.js").GpuModel} drawn
    * @param {import("./camera.js").View} view
-   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean}} options
+   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean, left?: number, top?: number}} options left, top: where it lies, pixels
    */
-  draw(drawn, view, { aa, dropBehind }) {
+  draw(drawn, view, { aa, dropBehind, left = 0, top = 0 }) {
     const gl = this.#gl, { width, height } = view;
     this.#fit(width, height);
-    this.#setFrame(view, drawn.model.background);
+    const above = gl.drawingBufferHeight - top;
+    this.#setFrame(view, drawn.model.background, [left, above]);
     bindTextures(gl, { table: drawn.table, opacities: drawn.opacities, features: drawn.features });
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.SCISSOR_TEST);
@@ -65,9 +69,8 @@ export class Renderer {
     gl.bindVertexArray(null);
     gl.disable(gl.DEPTH_TEST);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    const below = gl.drawingBufferHeight - height;
-    gl.viewport(0, below, width, height);
-    gl.scissor(0, below, width, height);
+    gl.viewport(left, above - height, width, height);
+    gl.scissor(left, above - height, width, height);
     drawn.programs[aa] ??= makeProgram(gl, screenVertex, shadeFragment(aa, drawn.model.mlp));
     bindTextures(gl, { hits: this.#hits });
     gl.useProgram(drawn.programs[aa].program);
@@ -110,11 +113,11 @@ export class Renderer {
     });
   }
 
-  #setFrame(view, background) {
+  #setFrame(view, background, corner) {
     const gl = this.#gl, values = this.#frameValues;
     values.set(view.clipFromWorld, 0);
     values.set([...view.eye, 1, ...view.ray, 0, ...view.rayX, 0, ...view.rayY, 0, ...background, 1], 16);
-    values.set([2 / view.width, 2 / view.height, gl.drawingBufferHeight], 36);
+    values.set([2 / view.width, 2 / view.height, ...corner], 36);
     gl.bindBufferBase(gl.UNIFORM_BUFFER, FRAME_BINDING, this.#frame);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, values);
   }

@@ -31,7 +31,7 @@ const FRAME_MEMBERS = `
   vec4 ray, ray_x, ray_y;  // direction from the surface to the camera at NDC (x, y): ray + x ray_x + y ray_y
   vec4 background;
   vec2 pixel;              // NDC per pixel
-  float canvas_height;     // pixels
+  vec2 corner;             // upper left one of the picture on the canvas, from the lower left one of that, pixels
 `;
 const FRAME = `
 layout(std140) uniform Frame {${FRAME_MEMBERS}};
@@ -225,7 +225,7 @@ uniform usampler2DArray hits;
 layout(location = 0) out vec4 colour;
 
 void main() {
-  vec2 at = vec2(gl_FragCoord.x, canvas_height - gl_FragCoord.y);
+  vec2 at = vec2(gl_FragCoord.x - corner.x, corner.y - gl_FragCoord.y);
 ${SAMPLES[aa].at.length === 1 ? `
   uint hit = texelFetch(hits, ivec3(ivec2(at), 0), 0).x;
   colour = background;

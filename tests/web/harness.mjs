@@ -32,7 +32,7 @@ export const pages = {};
 
 before(async () => {
   Object.assign(pages, {
-    "/web/": fileURLToPath(new URL("../../web", import.meta.url)), "/style.css": style, "/icon.png": ICON, "/model.glb": model,
+    "/web/": fileURLToPath(new URL("../../web", import.meta.url)), "/style.css": style, "/icon.png": ICON, "/favicon.ico": ICON, "/model.glb": model,
     "/one.html": html('<tri-soup src="/model.glb"></tri-soup>'),
   });
   server = await serve(pages);

@@ -1,12 +1,13 @@
 // <tri-soup> in a headless Chromium, beside the native renderer.
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { before, test } from "node:test";
 import { decodeGlb } from "../../web/glb.js";
 import { Browser } from "./browser.mjs";
 import { edited } from "./edit_glb.mjs";
-import { SIZE, agrees, agreesOn, html, largePath, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
+import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
 import { readPng } from "./png.mjs";
 
 const corpus = readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url));
@@ -362,3 +363,26 @@ test("a page of one file opens from a disk and asks for nothing", () => on(`file
   assert.ok(shown.rgba.some((value) => value < 100));
   assert.deepEqual(page.requests.filter((url) => !url.startsWith("data:")), [`file://${join(scratch, "page.html")}`]);
 }, { screen: { width: SIZE, height: SIZE } }));
+
+test("soup-view --serve shows the page, and its benchmark measures", async () => {
+  const served = spawn(join(bin, "soup-view"), [modelPath, "--serve", "--port", "0", "--camera", "1"], { stdio: ["ignore", "pipe", "inherit"] });
+  const ended = new Promise((resolve) => served.once("exit", (code) => resolve(code)));
+  try {
+    const [, url] = /^(http:\/\/127\.0\.0\.1:\d+)\//.exec(await new Promise((resolve) => served.stdout.once("data", (text) => resolve(String(text)))));
+    let ours;
+    await on("/one.html", async (page) => { ours = await picture(page, 0, { settings: { camera: 1 } }); });
+    await on(`${url}/`, async (page) => {
+      assert.deepEqual((await picture(page, 0)).rgba, ours.rgba);
+    }, { screen: { width: SIZE, height: SIZE } });
+    await on(`${url}/benchmark.html?width=64&height=64&views=2&warmup=0&run`, async (page) => {
+      const rows = await page.run(async () => {
+        while (document.querySelector("table").hidden) await new Promise((resolve) => setTimeout(resolve, 20));
+        return document.querySelectorAll("tr").length;
+      });
+      assert.ok(rows >= 3, `${rows} rows`);
+    }, { wait: false });
+  } finally {
+    served.kill("SIGTERM");
+  }
+  assert.equal(await ended, 0);
+});

@@ -15,7 +15,6 @@ const IMPORTS = { three: "/node_modules/three/build/three.module.js", "three/add
 before(() => {
   pages["/node_modules/"] = join(process.env.TRISOUP_THREE, "node_modules");
   pages["/three_page.js"] = readFileSync(fileURLToPath(new URL("three_page.js", import.meta.url)));
-  pages["/favicon.ico"] = pages["/icon.png"];
   pages["/three.html"] = html(`<tri-soup src="/model.glb" aa="none"></tri-soup>
     <script type="importmap">${JSON.stringify({ imports: IMPORTS })}</script><script type="module" src="/three_page.js"></script>`);
 });
