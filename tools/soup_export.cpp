@@ -1,4 +1,4 @@
-// soup-export: a page, or a single file, that shows a model in any browser; and the files of the published viewer, out and in.
+// soup-export: a page, or a single file, that shows a model in any browser; the files of the published viewer, out and in; a collider.
 #include <CLI/CLI.hpp>
 
 #include <csignal>
@@ -18,6 +18,8 @@
 #include "printable.h"
 #include "read_file.h"
 #include "render/renderer.h"
+#include "soup/collider.h"
+#include "soup/glb.h"
 #include "soup/model_file.h"
 #include "soup/published.h"
 #include "viewer/navigation.h"
@@ -37,6 +39,7 @@ enum class Format { page, published, glb };
 struct CommandLine {
   std::string model, output;
   Format format = Format::page;
+  std::optional<int> collider;  // triangles
   bool single_file = false, overwrite = false, no_poster = false;
   web::PageOptions page;
   gpu::DeviceOptions device{.draws = true};
@@ -72,20 +75,19 @@ void export_folder(const CommandLine& options, const viewer::Subject& subject) {
   std::error_code error;
   // A page may stand beside the model that it shows.
   const bool in_place = fs::equivalent(model, subject.path, error);
-  std::vector<fs::path> files{folder / "index.html", folder / web::kModule, folder / web::kStyle};
-  if (!options.no_poster) files.push_back(folder / web::kPoster);
-  if (!in_place) files.push_back(model);
-  check_free(files, options.overwrite);
-  const std::string picture = options.no_poster ? "" : poster(subject, options);
+  std::vector<fs::path> written;
+  for (const auto& [name, text] : web::page_files(options.page, options.no_poster ? "" : "a poster")) written.push_back(folder / name);
+  if (!in_place) written.push_back(model);
+  check_free(written, options.overwrite);
+  const std::map<std::string, std::string> files = web::page_files(options.page, options.no_poster ? "" : poster(subject, options));
   const std::string bytes = read_file(subject.path);
   fs::create_directories(folder, error);
   if (error) throw Error("{}: cannot be made ({}); choose another folder", folder.string(), error.message());
   if (!in_place) write_text(model, bytes);
-  if (!options.no_poster) write_text(folder / web::kPoster, picture);
-  write_text(folder / web::kStyle, web::style_text);
-  write_text(folder / web::kModule, web::module_text);
+  for (const auto& [name, text] : files)
+    if (name != "index.html") write_text(folder / name, text);
   // Last: with it the page is whole.
-  write_text(folder / "index.html", web::page(options.page, !options.no_poster));
+  write_text(folder / "index.html", files.at("index.html"));
   std::printf("%s: model %.1f MB, module %.0f KB; serve the folder (python3 -m http.server -d %s), or export with --single-file to open from a disk\n",
               folder.c_str(), 1e-6 * static_cast<double>(bytes.size()), 1e-3 * static_cast<double>(web::module_text.size()), folder.c_str());
 }
@@ -125,6 +127,19 @@ void import_published(const CommandLine& options) {
   std::printf("%s: %zu triangles, %.1f MB\n", file.c_str(), scene.model.triangles(), 1e-6 * static_cast<double>(bytes));
 }
 
+/// A plain mesh for the physics of engines, which lies where the model does.
+void export_collider(const CommandLine& options, const viewer::Subject& subject) {
+  const fs::path file(options.output);
+  if (file.extension() != ".glb") throw Error("-o {}: a collider is a .glb; give it a name that ends so", printable(options.output));
+  std::error_code none;
+  if (fs::equivalent(file, subject.path, none)) throw Error("-o {}: is the model itself; choose another name", printable(options.output));
+  check_free({file}, options.overwrite);
+  const soup::Mesh mesh = soup::collision_mesh(subject.model, static_cast<std::size_t>(*options.collider));
+  const std::string bytes = read_file(subject.path);
+  write_file_atomically(file, soup::encode_collider(mesh, soup::decode_glb(std::as_bytes(std::span(bytes)), subject.path).document.at("nodes").at(0)));
+  std::printf("%s: %zu triangles\n", file.c_str(), mesh.triangles());
+}
+
 /// nullopt: the program is to end with `exit_code`.
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   CommandLine c;
@@ -135,19 +150,25 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
                "--format published writes the files of the published viewer instead, and a MODEL that is a folder of these becomes a\n"
                "model.glb, which all programs here open:\n"
                "  soup-export out/garden -o data --format published --title garden\n"
-               "  soup-export data/garden -o garden.glb --format glb"};
+               "  soup-export data/garden -o garden.glb --format glb\n"
+               "--collider writes what things bump into and walk on:\n"
+               "  soup-export out/garden -o collider.glb --collider 2000"};
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-export: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-export " TRISOUP_VERSION);
   app.add_option("MODEL", c.model, "model.glb, or the folder of a training with it")->required();
-  app.add_option("-o,--output", c.output, "folder for the page; with --single-file the .html to write; data folder with --format published, .glb with --format glb")->required();
+  app.add_option("-o,--output", c.output, "folder for the page; with --single-file the .html to write; data folder with --format published, .glb with --format glb and --collider")->required();
   app.add_option("--format", c.format, "page; published; or glb, from a folder of the published viewer [page]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{{"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}));
-  app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
+  auto* single_file = app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
+  app.add_option("--collider", c.collider, "instead of a page a plain mesh of at most this many triangles, for the physics of engines: a .glb")
+      ->check(CLI::Range(4, 10000000))->excludes(single_file);
   app.add_flag("--overwrite", c.overwrite, "replace what an earlier call left");
   app.add_option("--title", c.page.title, "of the page; name of the scene in --format published [the name of the model's folder]");
   app.add_option("--camera", c.page.camera, "number or name of the view that it begins with, test views first [the first]");
   app.add_flag("--autorotate", c.page.autorotate, "the scene turns until somebody moves it");
+  app.add_flag("--benchmark", c.page.benchmark, "benchmark.html beside the page: measures how fast a browser draws this model, and others")
+      ->excludes(single_file);
   app.add_flag("--no-poster", c.no_poster, "no picture to show while the model is loaded: needs no device that draws");
   app.add_option("--device", c.device.device, "that draws the poster: number that soup-view --list-devices prints, or part of the name");
   try {
@@ -156,8 +177,14 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     exit_code = app.exit(e) == 0 ? 0 : 1;
     return {};
   }
-  if (c.format != Format::page && (c.single_file || c.no_poster || c.page.autorotate || c.page.camera)) {
-    std::fprintf(stderr, "soup-export: --single-file, --no-poster, --autorotate and --camera are of pages; leave out --format; see --help\n");
+  const bool page = c.format == Format::page && !c.collider;
+  if (!page && (c.single_file || c.no_poster || c.page.autorotate || c.page.benchmark || c.page.camera)) {
+    std::fprintf(stderr, "soup-export: --single-file, --no-poster, --autorotate, --benchmark and --camera are of pages; leave out --format or --collider; see --help\n");
+    exit_code = 1;
+    return {};
+  }
+  if (c.format != Format::page && c.collider) {
+    std::fprintf(stderr, "soup-export: --collider and --format each say what to write; give one of them; see --help\n");
     exit_code = 1;
     return {};
   }
@@ -173,7 +200,8 @@ void run(CommandLine options) {
   const viewer::Subject subject = viewer::load_subject(options.model, {}, {});
   if (options.page.camera) viewer::find_camera(subject, *options.page.camera);
   if (options.page.title.empty()) options.page.title = fs::absolute(subject.path).parent_path().filename().string();
-  if (options.format == Format::published) export_published(options, subject);
+  if (options.collider) export_collider(options, subject);
+  else if (options.format == Format::published) export_published(options, subject);
   else if (options.single_file) export_file(options, subject);
   else export_folder(options, subject);
 }

@@ -50,11 +50,10 @@ std::string element(const PageOptions& options, std::string_view model, std::str
   return text + fmt::format(" aria-label=\"{}\"></tri-soup>\n<noscript>This scene needs JavaScript.</noscript>\n", escaped(options.title));
 }
 
-}  // namespace
-
+/// index.html
 std::string page(const PageOptions& options, bool with_poster) {
   const std::string_view poster = with_poster ? kPoster : "";
-  std::string text = head(options, "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'");
+  std::string text = head(options, kPolicy);
   // Browsers ask for an icon, and would not find one.
   if (with_poster) text += fmt::format("<link rel=\"icon\" href=\"{}\">\n", poster);
   // The model is on its way before the module has been read.
@@ -62,6 +61,22 @@ std::string page(const PageOptions& options, bool with_poster) {
                       "<script type=\"module\" src=\"{}\"></script>\n",
                       kModel, kStyle, kModule);
   return text + element(options, kModel, poster);
+}
+
+}  // namespace
+
+std::map<std::string, std::string> page_files(const PageOptions& options, std::string_view poster) {
+  std::map<std::string, std::string> files;
+  files["index.html"] = page(options, !poster.empty());
+  files[kModule] = module_text;
+  files[kStyle] = style_text;
+  if (!poster.empty()) files[kPoster] = poster;
+  if (options.benchmark) {
+    files[kBenchmark] = benchmark_text;
+    files[kBenchmarkStyle] = benchmark_style_text;
+    files[kBenchmarkModule] = benchmark_module_text;
+  }
+  return files;
 }
 
 std::string single_page(const PageOptions& options, std::string_view model, std::string_view poster) {

@@ -49,27 +49,31 @@ CLI::Validator between(double low, double high) {
 
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   CommandLine c;
-  CLI::App app{"Draws a soup in real time. Without --screenshot, --path or --benchmark it opens a window.\n"
+  CLI::App app{"Draws a soup in real time. Without --screenshot, --path, --benchmark or --serve it opens a window.\n"
                "  soup-view model.glb\n"
                "  soup-view model.glb --screenshot out.png --camera 12 --size 1920x1080\n"
                "  soup-view model.glb --path orbit --frames 120 -o frames\n"
-               "  soup-view model.glb --benchmark --json times.json"};
+               "  soup-view model.glb --benchmark --json times.json\n"
+               "  soup-view model.glb --serve"};
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-view: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-view " TRISOUP_VERSION);
   std::string size, background, up, mode, aa;
   app.add_option("MODEL", c.model, "model.glb");
   auto* without = "Without a window (no display needed)";
   auto* screenshot = app.add_option("--screenshot", c.screenshot, "write one picture, PNG")->group(without);
-  auto* path = app.add_option("--path", c.path, "orbit or cameras: write a picture per step to -o")
-                   ->check(CLI::IsMember({"orbit", "cameras"}))->group(without);
+  auto* path = app.add_option("--path", c.path, "orbit, cameras, or hemisphere (the views of --benchmark): write a picture per step to -o")
+                   ->check(CLI::IsMember({"orbit", "cameras", "hemisphere"}))->group(without);
   app.add_option("-o,--output", c.output, "folder for the pictures of --path")->group(without);
-  app.add_option("--frames", c.frames, "pictures of --path orbit, views of the hemisphere in --benchmark [120]")
+  app.add_option("--frames", c.frames, "pictures of --path orbit or hemisphere, views of the hemisphere in --benchmark [120]")
       ->check(CLI::Range(1, 100000))->group(without);
   app.add_option("--elevation", c.elevation, "of --path orbit, degrees above the ground [20]; with --screenshot: a picture from there")->check(between(-89, 89))->group(without);
-  app.add_flag("--benchmark", c.benchmark, "time pictures from the model's cameras and from the upper hemisphere")->group(without)
+  auto* benchmark = app.add_flag("--benchmark", c.benchmark, "time pictures from the model's cameras and from the upper hemisphere")->group(without)
       ->excludes(screenshot)->excludes(path);
   app.add_option("--json", c.json, "write the times of --benchmark to a file")->group(without);
   screenshot->excludes(path);
+  app.add_flag("--serve", c.serve, "the page that soup-export writes, for browsers on this machine, until Control C")
+      ->excludes(screenshot)->excludes(path)->excludes(benchmark)->group(without);
+  app.add_option("--port", c.port, "of --serve; 0 takes one that is free [8000]")->check(CLI::Range(0, 65535))->group(without);
   auto* camera = "Camera";
   app.add_option("--camera", c.camera, "number or name of a view, test views first [the first]")->group(camera);
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels [the camera's; 1280x720]")->group(camera);
@@ -116,16 +120,19 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     c.aa = *a;
   }
   if (c.path && !c.output) return fail("--path needs -o FOLDER");
+  if (app.count("--port") > 0 && !c.serve) return fail("--port is that of --serve; give both");
+  if (c.serve && (!c.dataset.empty() || c.output || c.json)) return fail("--serve shows the model alone; leave out --dataset, -o and --json");
   if (c.json && !c.benchmark) return fail("--json takes the times of --benchmark; give both");
   const bool orbit = c.path == "orbit";
-  if (app.count("--frames") > 0 && !orbit && !c.benchmark) return fail("--frames counts the pictures of --path orbit or --benchmark; give one of them");
+  if (app.count("--frames") > 0 && !orbit && c.path != "hemisphere" && !c.benchmark)
+    return fail("--frames counts the pictures of --path orbit or hemisphere, or those of --benchmark; give one of them");
   if (c.elevation && !orbit && !c.screenshot) return fail("--elevation is that of --path orbit or --screenshot; give one of them");
   if (c.elevation && c.camera) return fail("--camera and --elevation both say from where; give one of them");
   if (c.camera && (c.path || c.benchmark)) return fail("--camera chooses the view of --screenshot or of the window; --path and --benchmark have their own");
   if (app.count("--channel") > 0 && c.draw.mode != render::Mode::channel) return fail("--channel is that of --mode channel; give both");
   if (c.output && !c.path) return fail("-o takes the pictures of --path; give both (--screenshot names its own file)");
   if ((c.camera || !c.dataset.empty()) && c.model.empty()) return fail("--camera and --dataset go with a model: soup-view MODEL ...");
-  if ((c.screenshot || c.path || c.benchmark) && c.model.empty()) return fail("a model is required: soup-view MODEL ...");
+  if ((c.screenshot || c.path || c.benchmark || c.serve) && c.model.empty()) return fail("a model is required: soup-view MODEL ...");
   return c;
 }
 

@@ -76,6 +76,8 @@ void path(Setting& s) {
   std::vector<scene::Camera> cameras;
   if (*s.options.path == "orbit") {
     cameras = render::orbit(s.subject.framing, s.options.frames, s.elevation(), 0, s.size().x, s.size().y);
+  } else if (*s.options.path == "hemisphere") {
+    cameras = render::hemisphere(s.subject.framing, s.options.frames, s.size().x, s.size().y);
   } else {
     for (std::size_t i = 0; i < s.subject.cameras.size(); ++i) cameras.push_back(s.camera(i));
     if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);

@@ -1,6 +1,9 @@
 // soup-view: draws a soup in a window, or without one to files.
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <map>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -8,10 +11,34 @@
 #include "end_process.h"
 #include "error.h"
 #include "headless.h"
+#include "page_server.h"
+#include "printable.h"
+#include "read_file.h"
 #include "subject.h"
+#include "web_page.h"
 #include "window.h"
 
 using namespace trisoup;
+
+namespace {
+
+/// The page that soup-export writes, in browsers of this machine.
+void serve(const viewer::CommandLine& options) {
+  const viewer::Subject subject = viewer::load_subject(options.model, {}, {});
+  if (options.camera) viewer::find_camera(subject, *options.camera);
+  web::PageOptions page;
+  page.title = std::filesystem::absolute(subject.path).parent_path().filename().string();
+  page.camera = options.camera;
+  page.benchmark = true;
+  std::map<std::string, std::string> files = web::page_files(page, "");
+  files[web::kModel] = read_file(subject.path);
+  web::serve(files, static_cast<std::uint16_t>(options.port), [&](std::uint16_t port) {
+    std::printf("http://127.0.0.1:%d/ shows %s, and %s there measures; Control C ends\n", port, printable(subject.path).c_str(), web::kBenchmark);
+    std::fflush(stdout);
+  });
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   int exit_code = 0;
@@ -23,6 +50,10 @@ int main(int argc, char** argv) {
       for (const gpu::DeviceInfo& d : gpu::list_devices())
         if (d.backend == "vulkan")  // what can draw
           std::printf("%d: %s (%s, %s)\n", d.index, d.name.c_str(), to_string(d.kind), d.driver.c_str());
+      return 0;
+    }
+    if (options->serve) {
+      serve(*options);
       return 0;
     }
     const bool headless = options->screenshot || options->path || options->benchmark;

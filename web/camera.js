@@ -103,20 +103,45 @@ export function framingOf(model) {
   return { target: times(add(low, high), 0.5), up, distance: Math.max(1e-3, (0.65 * length(add(high, low, -1))) / Math.tan(0.5 * fov)), fov };
 }
 
+/** Two unit vectors that complete a unit `up` to a right-handed basis. */
+function groundAxes(up) {
+  const x = normalize(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
+  return [x, cross(up, x)];
+}
+
+/** Unit vector that stands `elevation` above the ground. axes: groundAxes(up) */
+const direction = ([x, y], up, azimuth, elevation) =>
+  add(times(add(times(x, Math.cos(azimuth)), y, Math.sin(azimuth)), Math.cos(elevation)), up, Math.sin(elevation));
+
+/**
+ * Cameras on a Fibonacci lattice of the upper hemisphere, as soup-view --benchmark takes them.
+ * @param {ReturnType<typeof framingOf>} framing
+ * @param {number} count
+ * @param {number} width pixels
+ * @param {number} height
+ * @returns {Camera[]}
+ */
+export function hemisphere({ target, up, distance, fov }, count, width, height) {
+  const axes = groundAxes(up), goldenAngle = Math.PI * (3 - Math.sqrt(5));
+  return Array.from({ length: count }, (_, i) => {
+    const elevation = Math.asin((i + 0.5) / count), towards = direction(axes, up, goldenAngle * i, elevation);
+    // From straight above, any direction on the ground will do for up.
+    return lookAt(add(target, towards, distance), target, Math.abs(Math.sin(elevation)) > 0.9999 ? axes[1] : up, fov, width, height);
+  });
+}
+
 const STEEPEST = 1.55;  // straight up and down have no level
 const START_AZIMUTH = 0.6, START_ELEVATION = 0.35;
 
 /** A camera on a turntable: it orbits a target, level with the ground. Or, after snap(), exactly a given camera, until it is moved. */
 export class Navigation {
-  #home; #target; #up; #x; #y; #azimuth; #elevation; #distance; #fov; #snapped = null;
+  #home; #target; #up; #axes; #azimuth; #elevation; #distance; #fov; #snapped = null;
 
   /** @param {ReturnType<typeof framingOf>} home */
   constructor(home) {
     this.#home = home;
     this.#up = home.up;
-    const helper = Math.abs(home.up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0];
-    this.#x = normalize(cross(helper, home.up));
-    this.#y = cross(home.up, this.#x);
+    this.#axes = groundAxes(home.up);
     this.reset();
   }
 
@@ -186,10 +211,7 @@ export class Navigation {
     return lookAt(this.#eye(), this.#target, this.#up, this.#fov, width, height);
   }
 
-  #towardsEye() {
-    const level = add(times(this.#x, Math.cos(this.#azimuth)), this.#y, Math.sin(this.#azimuth));
-    return add(times(level, Math.cos(this.#elevation)), this.#up, Math.sin(this.#elevation));
-  }
+  #towardsEye() { return direction(this.#axes, this.#up, this.#azimuth, this.#elevation); }
 
   #eye() { return add(this.#target, this.#towardsEye(), this.#distance); }
 
@@ -201,7 +223,7 @@ export class Navigation {
     this.#distance = Math.max(0.05 * this.#home.distance, dot(add(this.#home.target, eye, -1), ahead));
     const d = times(normalize(ahead), -1);
     this.#elevation = clamp(Math.asin(clamp(dot(d, this.#up), -1, 1)), -STEEPEST, STEEPEST);
-    this.#azimuth = Math.atan2(dot(d, this.#y), dot(d, this.#x));
+    this.#azimuth = Math.atan2(dot(d, this.#axes[1]), dot(d, this.#axes[0]));
     this.#target = add(eye, this.#towardsEye(), -this.#distance);
     this.#snapped = null;
   }

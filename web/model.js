@@ -3,9 +3,10 @@ import { SoupError } from "./error.js";
 import { decodeGlb } from "./glb.js";
 import { isWholePng, pngSize } from "./png.js";
 
-const EXTENSION = "TRISOUP_neural_textures";
-const MAX_LEVEL = 5, MAX_PAGES = 256;
+export const EXTENSION = "TRISOUP_neural_textures";
+const MAX_PAGES = 256;
 const PLACE_BYTES = 8, TRIANGLE_BYTES = 36;
+export const MAX_LEVEL = 5;  // of a lattice
 export const MLP_PARAMETERS = 595;
 
 /**
@@ -28,6 +29,7 @@ export function placeOf(places, triangle) {
  * @typedef {object} Model what decodeModel makes of a file. Normalised coordinates: cameras at mean distance 1 from the origin.
  * @property {string} name
  * @property {number} triangles
+ * @property {{scale: number, middle: number[]}} normalisation normalised = scale (vertex of the file - middle)
  * @property {Float32Array} vertices x y z of three vertices a triangle, normalised
  * @property {DataView} places see placeOf
  * @property {Float32Array} mlp w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3]
@@ -49,6 +51,18 @@ export function placeOf(places, triangle) {
  */
 export function decodeModel(bytes, name) {
   const { document, binary } = decodeGlb(bytes, name);
+  return decodeDocument(document, binary, name);
+}
+
+/**
+ * decodeModel for a file that has been taken apart.
+ * @param {object} document glTF JSON
+ * @param {Uint8Array} binary its buffer
+ * @param {string} name begins error messages
+ * @returns {Model}
+ * @throws {SoupError} on anything that is no whole model
+ */
+export function decodeDocument(document, binary, name) {
   if (!document?.extensions?.[EXTENSION]) throw new SoupError(`${name}: has no ${EXTENSION} extension; it is not a trisoup model`);
   try {
     return new Reader(document, binary, name).model();
@@ -106,12 +120,13 @@ class Reader {
     if (version !== 1) throw new SoupError(`${this.name}: is of version ${version}, this page reads version 1; use a newer one`);
     if (extension.sphericalHarmonicsDegree !== 2)
       throw new SoupError(`${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
-    const triangles = this.whole(extension.triangles);
+    const triangles = this.whole(extension.triangles), normalisation = this.normalisation();
     const places = this.places(triangles);
     return {
       name: this.name,
       triangles,
-      vertices: this.vertices(triangles),
+      normalisation,
+      vertices: this.vertices(triangles, normalisation),
       places,
       mlp: this.mlp(),
       pages: this.pages(triangles, places),
@@ -122,19 +137,23 @@ class Reader {
     };
   }
 
-  vertices(triangles) {
+  normalisation() {
+    const centre = this.vector(this.extension.centre), scale = this.number(this.extension.scale);
+    const origin = this.extension.origin === undefined ? [0, 0, 0] : this.vector(this.extension.origin);
+    // Beyond these, floats have no digits left for the soup.
+    if (!(Math.hypot(...centre) < 1e12 && Math.hypot(...origin) < 1e12 && scale > 1e-9 && scale < 1e9))
+      throw this.damaged("has an impossible centre or scale");
+    return { scale, middle: centre.map((value, axis) => value - origin[axis]) };
+  }
+
+  vertices(triangles, { scale, middle }) {
     const accessor = this.document.accessors[this.whole(this.document.meshes[0].primitives[0].attributes.POSITION)];
     const bytes = this.view(accessor.bufferView);
     if (triangles === 0 || bytes.length !== triangles * TRIANGLE_BYTES)
       throw this.damaged("has another number of vertices than its triangles need");
     const vertices = this.floats(bytes);
     if (!vertices) throw this.damaged("has a vertex that is no number");
-    const centre = this.vector(this.extension.centre), scale = this.number(this.extension.scale);
-    const origin = this.extension.origin === undefined ? [0, 0, 0] : this.vector(this.extension.origin);
-    // Beyond these, floats have no digits left for the soup.
-    if (!(Math.hypot(...centre) < 1e12 && Math.hypot(...origin) < 1e12 && scale > 1e-9 && scale < 1e9))
-      throw this.damaged("has an impossible centre or scale");
-    for (let i = 0; i < vertices.length; ++i) vertices[i] = scale * (vertices[i] + (origin[i % 3] - centre[i % 3]));
+    for (let i = 0; i < vertices.length; ++i) vertices[i] = scale * (vertices[i] - middle[i % 3]);
     return vertices;
   }
 

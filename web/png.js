@@ -1,4 +1,4 @@
-// PNG files: browsers decode them, and take damaged ones without a word, so they are checked before.
+// PNG files: browsers decode them (pictures.js), and take damaged ones without a word, so they are checked before.
 
 const SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
 const END = 0x49454e44;  // "IEND"
@@ -40,18 +40,3 @@ export function isWholePng(bytes) {
   }
   return false;
 }
-
-/**
- * The pixels exactly as they are stored: lattices are numbers, not colours. Without these options a browser would apply colour
- * profiles, and multiply features by opacity, which cannot be undone where it is 0.
- * @param {Uint8Array} bytes
- * @returns {Promise<ImageBitmap>}
- */
-export const decodePng = (bytes) =>
-  createImageBitmap(new Blob([bytes], { type: "image/png" }), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
-
-/** One pixel that a browser alters which minds alpha or the file's gamma, and what its bytes are. */
-export const PROBE = {
-  png: Uint8Array.from(atob("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAABGdBTUEAAYagMeiWXwAAAA1JREFUeNpjOJFixAQABLcBYSanGRMAAAAASUVORK5CYII="), (letter) => letter.charCodeAt(0)),
-  rgba: [200, 100, 50, 2],
-};

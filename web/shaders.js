@@ -25,16 +25,21 @@ precision highp sampler2DArray;
 precision highp usampler2DArray;
 `;
 
-const FRAME = `
-layout(std140) uniform Frame {
+const FRAME_MEMBERS = `
   mat4 clip_from_world;
   vec4 eye;                // world
   vec4 ray, ray_x, ray_y;  // direction from the surface to the camera at NDC (x, y): ray + x ray_x + y ray_y
   vec4 background;
   vec2 pixel;              // NDC per pixel
-  float canvas_height;     // pixels
-};
+  vec2 corner;             // upper left one of the picture on the canvas, from the lower left one of that, pixels
 `;
+const FRAME = `
+layout(std140) uniform Frame {${FRAME_MEMBERS}};
+`;
+
+/** The same shader for an engine that states the version itself and sets one uniform after the other: no block. */
+export const withPlainUniforms = (shader) =>
+  shader.replace("#version 300 es\n", "").replace(FRAME, FRAME_MEMBERS.replace(/^ {2}(?=\w)/gm, "uniform "));
 
 const TRIANGLES = `
 uniform usampler2DArray table;
@@ -85,8 +90,14 @@ LatticeCell lattice_cell(SoupTriangle t, vec2 b) {
 }
 `;
 
-/** First pass: a corner of a triangle. With EXT_clip_control depth is 1 near and 0 far as in Vulkan: floats are dense near 0. */
-export const soupVertex = (zeroToOne) => `${HEADER}${FRAME}${TRIANGLES}
+/**
+ * Depth in clip space. `reversed` and `zeroToOne` are 1 near and 0 far as in Vulkan, where floats are dense near 0; the latter needs
+ * EXT_clip_control. `usual` is what clip_from_world makes it.
+ */
+export const DEPTHS = { usual: "p.z", reversed: "-p.z", zeroToOne: "0.5 * (p.w - p.z)" };
+
+/** First pass: a corner of a triangle. depth: one of DEPTHS. */
+export const soupVertex = (depth) => `${HEADER}${FRAME}${TRIANGLES}
 layout(location = 0) in vec3 position;  // world
 layout(location = 1) in uint number;    // of the triangle, from 1
 uniform vec2 move;         // NDC from the sample to the middle of the pixel
@@ -98,7 +109,7 @@ float depth_of(vec3 v) { return (clip_from_world * vec4(v, 1.0)).w; }
 void main() {
   triangle = number;
   vec4 p = clip_from_world * vec4(position, 1.0);
-  gl_Position = vec4(p.xy + move * p.w, ${zeroToOne ? "0.5 * (p.w - p.z)" : "-p.z"}, p.w);
+  gl_Position = vec4(p.xy + move * p.w, ${depth}, p.w);
   if (drop_behind) {
     SoupTriangle t = soup_triangle(number - 1u);
     if (min(depth_of(t.v2), min(depth_of(t.v2 + t.e0), depth_of(t.v2 + t.e1))) <= 0.0) gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
@@ -184,11 +195,9 @@ vec3 mlp(vec4 x[4]) {
 `;
 }
 
-/** Second pass: features and MLP once per pixel, or once for every triangle in a pixel that the samples see. */
-export const shadeFragment = (aa, mlp) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}${mlpFunction(mlp)}
+/** Colour of a triangle at a point of the screen. */
+const surface = (mlp) => `${mlpFunction(mlp)}
 uniform sampler2DArray features;  // 0..3 of a lattice point; 4..7 lie in the layer after
-uniform usampler2DArray hits;
-layout(location = 0) out vec4 colour;
 
 vec4 mixed(LatticeCell c, int half_page) {
   ivec3 scale = ivec3(1, 1, 2), layer = ivec3(0, 0, half_page);
@@ -208,9 +217,15 @@ vec3 surface_colour(uint hit, vec2 ndc) {
          0.54627422 * (v.x * v.x - v.y * v.y)));
   return (1.0 - low.w) * low.xyz + low.w * mlp(x);
 }
+`;
+
+/** Second pass: features and MLP once per pixel, or once for every triangle in a pixel that the samples see. */
+export const shadeFragment = (aa, mlp) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}${surface(mlp)}
+uniform usampler2DArray hits;
+layout(location = 0) out vec4 colour;
 
 void main() {
-  vec2 at = vec2(gl_FragCoord.x, canvas_height - gl_FragCoord.y);
+  vec2 at = vec2(gl_FragCoord.x - corner.x, corner.y - gl_FragCoord.y);
 ${SAMPLES[aa].at.length === 1 ? `
   uint hit = texelFetch(hits, ivec3(ivec2(at), 0), 0).x;
   colour = background;
@@ -242,6 +257,18 @@ ${SAMPLES[aa].shadeAll ? `
     left &= ~same;`}
   }
   colour = vec4(0.25 * sum, 1.0);`}
+}
+`;
+
+/** Shading of triangles as they are drawn, where another engine's depth test says what is visible. */
+export const meshFragment = (mlp) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}${surface(mlp)}
+uniform bool linear;  // the target holds light, not sRGB
+flat in uint triangle;
+layout(location = 0) out vec4 colour;
+
+void main() {
+  vec3 c = surface_colour(triangle, gl_FragCoord.xy * pixel - 1.0);
+  colour = vec4(linear ? mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c)) : c, 1.0);
 }
 `;
 

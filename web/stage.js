@@ -5,11 +5,12 @@
 // is exact (both are opaque, of one colour space and size) and works in every browser with WebGL2. Two other ways lost:
 // transferToImageBitmap makes a new drawing buffer for every picture, and needs OffscreenCanvas with WebGL (Safari 17); one canvas
 // behind the whole page scrolls late and cannot lie in two layers.
-import { SoupError } from "./error.js";
 import { decodeModel } from "./model.js";
 import { download, nameOf } from "./download.js";
-import { PROBE, decodePng } from "./png.js";
+import { makeContext } from "./gpu.js";
+import { checkDecoder, decodePages } from "./pictures.js";
 import { Renderer } from "./renderer.js";
+import { releaseModel, uploadModel } from "./upload.js";
 
 /** A model in use: the file's bytes stay, since a context that was lost wants them again. */
 class Resident {
@@ -33,17 +34,10 @@ class Resident {
 
   async upload(stage) {
     const { model } = this;
-    await stage.checkDecoder();
-    let pages;
-    try {
-      pages = await Promise.all(model.pages.map((page) => Promise.all(page.features.map(decodePng))));
-    } catch {
-      throw new SoupError(`${model.name}: has a texture that cannot be decoded; the file is cut or damaged, export or copy it again`);
-    }
-    const fits = pages.flat().every((picture, i) => picture.width === model.pages[i >> 1].width && picture.height === model.pages[i >> 1].height);
-    if (!fits) throw new SoupError(`${model.name}: has a damaged texture; export or copy it again`);
+    if (stage.renderer) await checkDecoder(stage.gl);
+    const pages = await decodePages(model);
     // Without a context now, all models are uploaded when it comes back.
-    if (this.users > 0 && stage.renderer && !this.drawn) this.drawn = stage.renderer.upload(model, pages);
+    if (this.users > 0 && stage.renderer && !this.drawn) this.drawn = uploadModel(stage.gl, model, pages);
     for (const picture of pages.flat()) picture.close();
   }
 }
@@ -58,9 +52,7 @@ class Stage {
 
   /** @throws {SoupError} without WebGL2 */
   constructor() {
-    const options = { alpha: false, antialias: false, depth: false, stencil: false, powerPreference: "high-performance" };
-    this.gl = this.#canvas.getContext("webgl2", options);
-    if (!this.gl) throw new SoupError("this browser has no WebGL2, or it is switched off; use a newer one, or allow hardware acceleration");
+    this.gl = makeContext(this.#canvas);
     this.#canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();  // it is to come back
       this.renderer = null;
@@ -82,18 +74,6 @@ class Stage {
     }
     if (!this.renderer) return;  // lost again in between
     for (const element of this.#elements) element.contextRestored(problem);
-  }
-
-  /**
-   * Old browsers do not know the options of decodePng, and features would be others without a word.
-   * @throws {SoupError} where pixels are not those of the file
-   */
-  async checkDecoder() {
-    const picture = await decodePng(PROBE.png);
-    const rgba = this.renderer && !this.gl.isContextLost() ? this.renderer.firstPixel(picture) : null;
-    picture.close();
-    if (rgba?.some((value, i) => value !== PROBE.rgba[i]))
-      throw new SoupError("this browser alters the pixels of pictures (its WebGL2 is too old, or a privacy setting does it); use a newer one");
   }
 
   /** Elements of the page join and leave; those that joined are asked for pictures. */
@@ -126,7 +106,7 @@ class Stage {
     if (--resident.users > 0) return;
     this.#forget(resident);
     resident.abort.abort();
-    if (resident.drawn) this.renderer?.release(resident.drawn);
+    if (resident.drawn && this.renderer) releaseModel(this.gl, resident.drawn);
     resident.drawn = null;
   }
 

@@ -1,123 +1,23 @@
-// <tri-soup> in a headless Chromium, beside the native renderer: see `run`, which sets
-//   TRISOUP_BIN, TRISOUP_MODEL (a model of the bundled scene), TRISOUP_LARGE (another, of 15,000 triangles), TRISOUP_SCRATCH (a folder that may be written)
+// <tri-soup> in a headless Chromium, beside the native renderer.
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
+import { spawn } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
+import { before, test } from "node:test";
 import { decodeGlb } from "../../web/glb.js";
-import { compare } from "./agreement.mjs";
 import { Browser } from "./browser.mjs";
 import { edited } from "./edit_glb.mjs";
+import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
 import { readPng } from "./png.mjs";
-import { serve } from "./server.mjs";
 
-const { TRISOUP_BIN: bin, TRISOUP_MODEL: modelPath, TRISOUP_LARGE: largePath, TRISOUP_SCRATCH: scratch, TRISOUP_SWIFTSHADER: driver } = process.env;
-const model = readFileSync(modelPath), corpus = readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url));
+const corpus = readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url));
 const firstCamera = decodeGlb(model, "x").document.extensions.TRISOUP_neural_textures.cameras[0].name;
-const SIZE = 200;  // of the views of the bundled scene
 
-// The same driver for both: another's rasteriser snaps vertices to another grid, and pixels along edges go to a neighbour.
-const environment = { ...process.env, VK_DRIVER_FILES: driver, VK_ICD_FILENAMES: driver };
-const native = (program, ...options) => execFileSync(join(bin, program), [...options, "--device", "SwiftShader"], { env: environment });
-
-/** A page with some elements and a style for all of them; the module is web/ as it is, or what soup-export wrote. */
-const html = (elements, module = "/web/tri-soup.js") => `<!doctype html><meta charset="utf-8"><link rel="icon" href="/icon.png">
-  <link rel="stylesheet" href="/style.css"><script type="module" src="${module}"></script>${elements}`;
-const style = `body { margin: 0; display: flex; flex-wrap: wrap } tri-soup { width: ${SIZE}px; height: ${SIZE}px; aspect-ratio: auto }`;
-
-let browser, server, pages = {};
-
-before(async () => {
+before(() => {
   native("soup-export", modelPath, "-o", join(scratch, "page"), "--title", `A "page" & <more>`, "--camera", "1", "--overwrite");
   native("soup-export", modelPath, "-o", join(scratch, "page.html"), "--single-file", "--overwrite");
-  pages = {
-    "/web/": fileURLToPath(new URL("../../web", import.meta.url)), "/page/": join(scratch, "page"), "/style.css": style,
-    "/icon.png": readPngBytes(), "/model.glb": model, "/one.html": html('<tri-soup src="/model.glb"></tri-soup>'),
-  };
-  server = await serve(pages);
-  browser = await Browser.launch();
+  pages["/page/"] = join(scratch, "page");
 });
-after(async () => {
-  await browser?.close();
-  server?.close();
-});
-
-/** Any picture: browsers ask for an icon. */
-function readPngBytes() {
-  native("soup-view", modelPath, "--screenshot", join(scratch, "icon.png"), "--size", "16x16");
-  return readFileSync(join(scratch, "icon.png"));
-}
-
-/** Opens a page whose elements all show something, runs a test in it, and finds no complaint in its console. */
-async function on(path, action, { screen = {}, allowed = [], wait = true, begin = null, by = browser } = {}) {
-  const page = await by.page(screen);
-  try {
-    if (begin) await page.send("Page.addScriptToEvaluateOnNewDocument", { source: `(${begin})()` });
-    await page.open(path.includes("://") ? path : server.url + path);
-    if (wait)
-      await page.run(() => Promise.all([...document.querySelectorAll("tri-soup")].map(async (soup) => {
-        if (!soup.loaded)
-          await new Promise((resolve, reject) => {
-            soup.addEventListener("load", resolve);
-            soup.addEventListener("error", (event) => reject(new Error(event.message)));
-          });
-      })));
-    await action(page);
-    const complaints = page.complaints.filter((line) => ![/willReadFrequently/, ...allowed].some((pattern) => pattern.test(line)));
-    assert.deepEqual(complaints, []);
-  } finally {
-    await page.close();
-  }
-}
-
-/** What an element shows, RGBA, and which triangles the samples of its last picture saw (where it was the last that was drawn). */
-async function picture(page, index, { samples = 0, settings = {} } = {}) {
-  const result = await page.run(async (which, count, wanted) => {
-    const soup = document.querySelectorAll("tri-soup")[which];
-    Object.assign(soup, wanted);
-    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
-    const canvas = soup.shadowRoot.querySelector("canvas"), { width, height } = canvas;
-    const text = (array) => {
-      const bytes = new Uint8Array(array.buffer);
-      let letters = "";
-      for (let at = 0; at < bytes.length; at += 8192) letters += String.fromCharCode(...bytes.subarray(at, at + 8192));
-      return btoa(letters);
-    };
-    const hits = [];
-    for (let sample = 0; sample < count; ++sample) hits.push(text((await import("/web/stage.js")).theStage().renderer.hits(width, height, sample)));
-    return { width, height, rgba: text(canvas.getContext("2d").getImageData(0, 0, width, height).data), hits };
-  }, index, samples, settings);
-  const bytes = (text) => new Uint8Array(Buffer.from(text, "base64"));
-  return { ...result, rgba: bytes(result.rgba), hits: result.hits.map((text) => new Uint32Array(bytes(text).buffer)) };
-}
-
-const nativePictures = new Map();
-/** Colour and triangles of a view by soup-view. */
-function nativePicture(path, aa, ...from) {
-  const key = [path, aa, ...from].join(" ");
-  if (!nativePictures.has(key))
-    nativePictures.set(key, ["colour", "triangles"].map((mode) => {
-      const file = join(scratch, "native.png");
-      native("soup-view", path, "--screenshot", file, "--aa", aa, "--mode", mode, ...from);
-      return readPng(file).rgb;
-    }));
-  return nativePictures.get(key);
-}
-
-/** Holds a picture against soup-view's. Only with one sample a pixel are there no ties but the driver's own. */
-function agrees(drawn, aa, mostTies, ...from) { return agreesOn(modelPath, drawn, aa, mostTies, ...from); }
-
-function agreesOn(path, { rgba, hits, width, height }, aa, mostTies, ...from) {
-  const [colour, triangles] = nativePicture(path, aa, "--size", `${width}x${height}`, ...from);
-  const result = compare(rgba, hits, colour, triangles, [1, 1, 1]), what = `${aa} ${from.join(" ")}: ${JSON.stringify(result)}`;
-  console.log(what);
-  assert.ok(result.covered > 0.1 * result.pixels, `nothing to see, ${what}`);
-  assert.ok(result.ties <= mostTies * result.pixels, `ties, ${what}`);
-  assert.ok(result.psnr >= 50, `colours, ${what}`);
-  return result;
-}
 
 test("ten views are those of soup-view", () => on("/one.html", async (page) => {
   for (let camera = 0; camera < 10; ++camera)
@@ -184,6 +84,49 @@ test("four soups in one page, one context", () => {
     assert.equal(await page.run(() => window.contexts), 1);
     assert.equal(page.requests.filter((url) => url.endsWith("/model.glb")).length, 1, "one model, one request");
   }, { begin: count });
+});
+
+test("a device with small textures shows the same", async () => {
+  let usual;
+  await on("/one.html", async (page) => { usual = await picture(page, 0, { settings: { aa: "none", camera: 1 } }); });
+  await on("/one.html", async (page) => {
+    assert.deepEqual((await picture(page, 0, { settings: { aa: "none", camera: 1 } })).rgba, usual.rgba);
+    assert.ok(await page.run(() => window.layers >= 6), "one texture was enough");
+  }, {
+    begin: () => {
+      const { getParameter, texStorage3D } = WebGL2RenderingContext.prototype;
+      WebGL2RenderingContext.prototype.getParameter = function (name) {
+        return name === this.MAX_TEXTURE_SIZE ? 256 : getParameter.call(this, name);
+      };
+      window.layers = 0;
+      WebGL2RenderingContext.prototype.texStorage3D = function (target, levels, format, width, height, depth) {
+        window.layers = Math.max(window.layers, depth);
+        texStorage3D.call(this, target, levels, format, width, height, depth);
+      };
+    },
+  });
+});
+
+test("in a frame of another page", async () => {
+  pages["/framed.html"] = `<!doctype html><link rel="icon" href="/icon.png"><link rel="stylesheet" href="/framed.css">
+    <iframe src="/one.html" width="${SIZE}" height="${SIZE}"></iframe>`;
+  pages["/framed.css"] = "body { margin: 0; height: 5000px } iframe { border: 0; display: block }";
+  let alone;
+  const shown = () => {
+    const soup = (window.frames[0] ?? window).document.querySelector("tri-soup");
+    return new Promise((resolve) => {
+      const look = () => (soup?.loaded ? resolve(soup.shadowRoot.querySelector("canvas").toDataURL()) : setTimeout(look, 20));
+      look();
+    });
+  };
+  await on("/one.html", async (page) => { alone = await page.run(shown); });
+  await on("/framed.html", async (page) => {
+    assert.equal(await page.run(shown), alone);
+    await page.send("Input.dispatchMouseEvent", { type: "mouseWheel", x: 50, y: 50, deltaX: 0, deltaY: -300 });
+    await page.run(() => new Promise((resolve) => setTimeout(resolve, 300)));
+    assert.notEqual(await page.run(shown), alone, "the wheel does nothing");
+    assert.equal(await page.run(() => window.scrollY), 0, "the page around it moves");
+  });
 });
 
 test("keys turn the scene as far as soup-view does", () => on("/one.html", async (page) => {
@@ -395,12 +338,13 @@ test("an exported page on a phone: its camera, its policy, touch", () => on("/pa
     if ([0, 1, 2].some((c) => Math.abs(expected[3 * p + c] - before.rgba[4 * p + c]) > 2)) ++far;
   assert.ok(far < (0.02 * expected.length) / 3, `${far} pixels are others than soup-view's`);
   const touch = (type, ...points) => page.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  await page.run(() => { document.querySelector("tri-soup").aa = "none"; });  // a quarter of the work for what follows
   // Apart without moving their middle, then together without coming nearer.
   const moves = {
     "one finger": [[[200, 400]], [[240, 420]]], "a pinch": [[[150, 400], [250, 400]], [[100, 400], [300, 400]]],
     "two fingers": [[[150, 400], [250, 400]], [[170, 430], [270, 430]]],
   };
-  let last = Buffer.from(before.rgba);
+  let last = Buffer.from((await picture(page, 0)).rgba);
   for (const [name, [from, to]] of Object.entries(moves)) {
     await touch("touchStart", ...from);
     await touch("touchMove", ...to);
@@ -419,3 +363,26 @@ test("a page of one file opens from a disk and asks for nothing", () => on(`file
   assert.ok(shown.rgba.some((value) => value < 100));
   assert.deepEqual(page.requests.filter((url) => !url.startsWith("data:")), [`file://${join(scratch, "page.html")}`]);
 }, { screen: { width: SIZE, height: SIZE } }));
+
+test("soup-view --serve shows the page, and its benchmark measures", async () => {
+  const served = spawn(join(bin, "soup-view"), [modelPath, "--serve", "--port", "0", "--camera", "1"], { stdio: ["ignore", "pipe", "inherit"] });
+  const ended = new Promise((resolve) => served.once("exit", (code) => resolve(code)));
+  try {
+    const [, url] = /^(http:\/\/127\.0\.0\.1:\d+)\//.exec(await new Promise((resolve) => served.stdout.once("data", (text) => resolve(String(text)))));
+    let ours;
+    await on("/one.html", async (page) => { ours = await picture(page, 0, { settings: { camera: 1 } }); });
+    await on(`${url}/`, async (page) => {
+      assert.deepEqual((await picture(page, 0)).rgba, ours.rgba);
+    }, { screen: { width: SIZE, height: SIZE } });
+    await on(`${url}/benchmark.html?width=64&height=64&views=2&warmup=0&run`, async (page) => {
+      const rows = await page.run(async () => {
+        while (document.querySelector("table").hidden) await new Promise((resolve) => setTimeout(resolve, 20));
+        return document.querySelectorAll("tr").length;
+      });
+      assert.ok(rows >= 3, `${rows} rows`);
+    }, { wait: false });
+  } finally {
+    served.kill("SIGTERM");
+  }
+  assert.equal(await ended, 0);
+});

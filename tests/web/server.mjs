@@ -1,9 +1,10 @@
 // Serves folders on the loopback address with a strict Content-Security-Policy.
+import { createHash } from "node:crypto";
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { extname, join, normalize } from "node:path";
 
-export const POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'";
+export const POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'";
 const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".mjs": "text/javascript", ".css": "text/css", ".png": "image/png", ".glb": "model/gltf-binary" };
 
 /**
@@ -21,6 +22,9 @@ export async function serve(places) {
     if (typeof place === "function") return place(response);
     try {
       const bytes = key === path ? Buffer.from(place) : await readFile(join(place, normalize(path.slice(key.length))));
+      // Browsers take import maps from a page's text alone.
+      const map = extname(path) === ".html" && /<script type="importmap">([^<]*)</.exec(bytes.toString());
+      if (map) response.setHeader("Content-Security-Policy", POLICY.replace("script-src", `script-src 'sha256-${createHash("sha256").update(map[1]).digest("base64")}'`));
       response.setHeader("Content-Length", bytes.length);
       response.end(bytes);
     } catch {

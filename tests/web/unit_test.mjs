@@ -7,6 +7,7 @@ import { SoupError } from "../../web/error.js";
 import { decodeModel, placeOf } from "../../web/model.js";
 import { isWholePng, pngSize } from "../../web/png.js";
 import { layer, literal } from "../../web/shaders.js";
+import { cutPages, placeOnTile } from "../../web/tiles.js";
 import { edited } from "./edit_glb.mjs";
 
 const file = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url)));
@@ -185,4 +186,32 @@ test("without cameras a soup is framed by most of its vertices", () => {
   const framing = framingOf({ cameras: [], up: null, vertices });
   assert.ok(framing.distance < 10 && framing.target.every((x) => x < 1), "one stray moves nothing");
   assert.deepEqual(framing.up, [0, 1, 0]);
+});
+
+test("pages larger than a device's textures are cut so that every lattice lies in one tile", () => {
+  assert.deepEqual(cutPages([{ width: 4096, height: 4096 }], 4096), {
+    cuts: [{ page: 0, first: 0, across: 1, down: 1, strideX: 4096, strideY: 4096 }], count: 1, width: 4096, height: 4096,
+  });
+  for (const [sides, most] of [[[[8192, 8192]], 4096], [[[8192, 300], [4097, 8000]], 2048], [[[100, 70], [99, 513]], 64]]) {
+    const pages = sides.map(([width, height]) => ({ width, height })), { cuts, count, width, height } = cutPages(pages, most);
+    assert.ok(width <= most && height <= most);
+    const area = pages.reduce((sum, page) => sum + page.width * page.height, 0);
+    if (most > 1000 && sides.length === 1) assert.ok(width * height * count < 1.05 * area, "no more memory than the page itself");
+    pages.forEach((page, number) => {
+      for (let i = 0; i < 3000; ++i) {
+        const level = i % 6, reach = 1 << level, turned = (i >> 3) & 1;
+        // Corners of the page too.
+        const [x, y] = [page.width, page.height].map((side, axis) => [0, side - 1 - reach, (7919 * i * (axis + 1)) % (side - reach)][i < 24 ? (i >> (4 * axis)) % 2 : 2]);
+        const place = { x0: x + turned * reach, y0: y + turned * reach, level, page: number, turned }, on = placeOnTile(place, cuts);
+        const cut = cuts[number], tile = on.page - cut.first;
+        assert.ok(tile >= 0 && tile < cut.across * cut.down && on.page < count);
+        const left = (tile % cut.across) * cut.strideX, top = Math.floor(tile / cut.across) * cut.strideY;
+        assert.deepEqual([on.x0 + left, on.y0 + top], [place.x0, place.y0], "the same texel");
+        for (const [value, side] of [[on.x0, width], [on.y0, height]]) {
+          const low = value - turned * reach;
+          assert.ok(low >= 0 && low + reach < side, `level ${level} at ${x}, ${y}`);
+        }
+      }
+    });
+  }
 });

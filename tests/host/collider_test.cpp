@@ -1,0 +1,127 @@
+// engine/soup/collider.cpp
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "error.h"
+#include "soup/collider.h"
+#include "soup/glb.h"
+#include "soup/mesh.h"
+
+using namespace trisoup;
+
+namespace {
+
+void add(soup::Model& model, glm::vec3 a, glm::vec3 b, glm::vec3 c, std::uint8_t opacity = 255) {
+  soup::TextureEntry row;
+  row.lattice_offset = static_cast<std::uint32_t>(model.lattice.size() / soup::kChannels);
+  model.vertices.insert(model.vertices.end(), {a, b, c});
+  model.textures.push_back(row);
+  for (std::uint32_t s = 0; s < soup::samples_at(0); ++s)
+    for (int channel = 0; channel < soup::kChannels; ++channel) model.lattice.push_back(channel == 7 ? opacity : 0);
+}
+
+/// A floor z = 0 over -1..1 of loose triangles that leave gaps of 2 cm between them.
+soup::Model floor_of_tiles() {
+  soup::Model model;
+  const float step = 0.1f, gap = 0.02f;
+  for (int i = -10; i < 10; ++i)
+    for (int j = -10; j < 10; ++j) {
+      const float x = i * step, y = j * step, s = step - gap;
+      add(model, {x, y, 0}, {x + s, y, 0}, {x, y + s, 0});
+      add(model, {x + s, y + s, 0}, {x, y + s, 0}, {x + s, y, 0});
+    }
+  return model;
+}
+
+/// Areas of the faces as vectors, summed: 0 where a mesh is closed (triangles without area have been dropped, so edges cannot be counted).
+double open_area(const soup::Mesh& mesh) {
+  glm::dvec3 sum(0.0);
+  for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
+    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]), c(mesh.positions[mesh.indices[k + 2]]);
+    sum += 0.5 * glm::cross(b - a, c - a);
+  }
+  return glm::length(sum);
+}
+
+/// Heights in which a vertical line passes the mesh, and whether upwards or downwards the face looks: +1, -1.
+std::vector<std::pair<float, int>> passes(const soup::Mesh& mesh, glm::dvec2 at) {
+  std::vector<std::pair<float, int>> result;
+  for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
+    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]), c(mesh.positions[mesh.indices[k + 2]]);
+    const auto area = [](const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& r) { return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x); };
+    const double whole = area(a, b, c), u = area(at, b, c) / whole, v = area(a, at, c) / whole;
+    if (whole == 0 || u < 0 || v < 0 || u + v > 1) continue;
+    result.emplace_back(static_cast<float>(u * a.z + v * b.z + (1 - u - v) * c.z), whole > 0 ? 1 : -1);
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("a collider of loose tiles is a closed slab that carries everywhere") {
+  soup::Model model = floor_of_tiles();
+  const std::size_t budget = 300;
+  const soup::Mesh mesh = soup::collision_mesh(model, budget);
+  REQUIRE(mesh.triangles() <= budget);
+  REQUIRE(open_area(mesh) < 1e-5);
+  // The grid has 34 cells along 3 m: no corner is farther from the floor than three quarters of one.
+  const float cell = 3.0f / 34;
+  for (const glm::vec3& p : mesh.positions) {
+    REQUIRE(std::abs(p.z) < 0.75f * cell);
+    REQUIRE(glm::all(glm::lessThan(glm::abs(glm::vec2(p)), glm::vec2(1 + cell))));
+  }
+  for (double x = -0.93; x < 0.9; x += 0.037)
+    for (double y = -0.93; y < 0.9; y += 0.041) {
+      const auto found = passes(mesh, {x, y});
+      REQUIRE(found.size() == 2);
+      for (const auto& [height, up] : found) REQUIRE((height > 0) == (up > 0));
+    }
+}
+
+TEST_CASE("a collider leaves out what is transparent, strays, specks and a backdrop") {
+  soup::Model model = floor_of_tiles();
+  for (int i = -10; i < 10; ++i)  // a wall behind the floor, which makes the box high
+    for (int k = 0; k < 10; ++k) {
+      const float x = 0.1f * i, z = 0.1f * k;
+      add(model, {x, 1, z}, {x + 0.1f, 1, z}, {x, 1, z + 0.1f});
+      add(model, {x + 0.1f, 1, z + 0.1f}, {x + 0.1f, 1, z}, {x, 1, z + 0.1f});
+    }
+  const auto height = [&] {
+    float high = 0;
+    for (const glm::vec3& p : soup::collision_mesh(model, 300).positions)
+      if (p.y < 0.8f) high = std::max(high, std::abs(p.z));
+    return high;
+  };
+  REQUIRE(height() < 0.1f);
+  add(model, {-0.5f, -0.5f, 0.5f}, {0.5f, -0.5f, 0.5f}, {0, 0.5f, 0.5f}, 127);  // transparent, in the middle of the box
+  add(model, {-0.01f, 0, 0.3f}, {0.01f, 0, 0.3f}, {0, 0.01f, 0.3f});            // a speck
+  add(model, {-50, -50, -20}, {50, -50, -20}, {0, 80, -20});                    // far below
+  add(model, {0, 0, 40}, {0.1f, 0, 40}, {0, 0.1f, 41});                         // a stray
+  REQUIRE(height() < 0.1f);
+  // One that reaches beyond the box is cut there.
+  add(model, {-30, -0.2f, 0}, {30, -0.2f, 0}, {0, 0.3f, 0});
+  for (const glm::vec3& p : soup::collision_mesh(model, 300).positions) REQUIRE(std::abs(p.x) < 2);
+  // The same shape, opaque, is an obstacle.
+  add(model, {-0.5f, -0.5f, 0.5f}, {0.5f, -0.5f, 0.5f}, {0, 0.5f, 0.5f});
+  REQUIRE(height() > 0.4f);
+}
+
+TEST_CASE("a collider's file is a mesh where the soup is; nothing opaque is an error") {
+  const soup::Mesh mesh = soup::collision_mesh(floor_of_tiles(), 200);
+  const nlohmann::json node = {{"mesh", 0}, {"name", "soup"}, {"translation", {1, 2, 3}}};
+  const std::vector<std::byte> file = soup::encode_collider(mesh, node);
+  const soup::Mesh back = soup::read_gltf(file, "", "collider.glb");
+  REQUIRE(back.triangles() == mesh.triangles());
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i)
+    REQUIRE(glm::distance(back.positions[back.indices[i]], mesh.positions[mesh.indices[i]] + glm::vec3(1, 2, 3)) < 1e-5f);
+
+  soup::Model clear;
+  add(clear, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 127);
+  REQUIRE_THROWS_AS(soup::collision_mesh(clear, 100), Error);
+  soup::Model point;
+  add(point, {1, 1, 1}, {1, 1, 1}, {1, 1, 1});
+  REQUIRE_THROWS_AS(soup::collision_mesh(point, 100), Error);
+}

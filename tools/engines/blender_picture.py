@@ -1,0 +1,68 @@
+# blender -b -P blender_picture.py -- model.glb CAMERA out.png: a model.glb through one of its cameras, by Cycles. See docs/engines.md.
+import json
+import struct
+import sys
+
+import bpy
+import mathutils
+import numpy
+
+numpy.bool = bool  # Debian 12: numpy is newer than what Blender's importer knows
+
+
+def read_extension(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    document = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
+    return document["extensions"]["TRISOUP_neural_textures"]
+
+
+def cut_off(material):
+    """The file's alphaMode MASK: Cycles does not know it."""
+    tree = material.node_tree
+    picture = next(node for node in tree.nodes if node.type == "TEX_IMAGE")
+    step = tree.nodes.new("ShaderNodeMath")
+    step.operation = "GREATER_THAN"
+    step.inputs[1].default_value = 0.5
+    for link in [link for link in tree.links if link.from_socket == picture.outputs["Alpha"]]:
+        target = link.to_socket
+        tree.links.remove(link)
+        tree.links.new(step.outputs[0], target)
+    tree.links.new(picture.outputs["Alpha"], step.inputs[0])
+
+
+def add_camera(soup, photograph, mesh):
+    rows = [photograph["world_to_camera"][4 * i:4 * i + 4] for i in range(3)]
+    pose = mathutils.Matrix(rows + [[0, 0, 0, 1]]).inverted()
+    origin = soup.get("origin", [0, 0, 0])
+    pose.translation = [pose.translation[i] / soup["scale"] + soup["centre"][i] - origin[i] for i in range(3)]
+    turned = mathutils.Matrix([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # the importer turns Y up to Z up
+    camera = bpy.data.cameras.new("camera")
+    camera.sensor_width, camera.lens = 36, 36 * photograph["focal"][0] / photograph["size"][0]
+    camera.clip_start, camera.clip_end = 0.01 / soup["scale"], 10 / soup["scale"]
+    thing = bpy.data.objects.new("camera", camera)
+    thing.matrix_world = mesh.matrix_world @ turned @ pose @ mathutils.Matrix.Diagonal([1, -1, -1, 1])
+    bpy.context.scene.collection.objects.link(thing)
+    return thing
+
+
+path, which, out = sys.argv[sys.argv.index("--") + 1:]
+soup = read_extension(path)
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.import_scene.gltf(filepath=path)
+for material in bpy.data.materials:
+    cut_off(material)
+scene = bpy.context.scene
+mesh = next(thing for thing in bpy.data.objects if thing.type == "MESH")
+scene.camera = add_camera(soup, soup["cameras"][int(which)], mesh)
+scene.world = bpy.data.worlds.new("world")
+scene.world.use_nodes = True
+scene.world.node_tree.nodes["Background"].inputs[0].default_value = (*soup["background"], 1)
+scene.view_settings.view_transform = "Standard"  # colours as the photographs have them
+scene.render.engine = "CYCLES"
+scene.cycles.samples = 8
+scene.cycles.use_denoising = False  # Debian builds it without
+scene.cycles.transparent_max_bounces = 64
+scene.render.resolution_x = scene.render.resolution_y = 400
+scene.render.filepath = out
+bpy.ops.render.render(write_still=True)
