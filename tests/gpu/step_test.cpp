@@ -726,8 +726,9 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
 TEST_CASE("visible pixels of many views are counted in passes that do not outgrow their room", "[visibility]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views;
-  for (int i = 0; i < 24; ++i) views.push_back(test::view_from(0.26 * i, 24, 20));
-  constexpr std::uint32_t kTriangles = 40'000;  // all views at once would take 61 MB
+  // Small pictures: what fills the room is a triangle in a view, what takes time a triangle over a pixel.
+  for (int i = 0; i < 24; ++i) views.push_back(test::view_from(0.26 * i, 8, 8));
+  constexpr std::uint32_t kTriangles = 24'000;  // all views at once would take 37 MB
   SmallScene s(*gpu, kTriangles, {{0, 0}}, {views[0]});
   const auto together = train::count_visible(*gpu, s.soup, s.frame, views);
   CHECK(s.frame.screen.bytes() <= train::kPassScreenBytes);

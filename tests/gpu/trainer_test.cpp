@@ -90,7 +90,7 @@ TEST_CASE("PSNR on the way is of the steps that had a pixel to measure", "[train
   CHECK(seen[2] == Approx(-10 * std::log10(mse)).epsilon(1e-6));
 }
 
-TEST_CASE("evaluation on the way changes no bit of what is trained, and its time is not that of training", "[trainer]") {
+TEST_CASE("evaluation on the way changes no bit of what is trained, and its time is not that of training", "[trainer][driver]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   const train::Settings settings = short_settings();
@@ -139,7 +139,7 @@ TEST_CASE("a model's textures have the bits that were asked for, and training do
   CHECK(few.model().mlp.parameters == whole.model().mlp.parameters);
 }
 
-TEST_CASE("a step has the commands of its own batch's sizes", "[trainer]") {
+TEST_CASE("a step has the commands of its own batch's sizes", "[trainer][driver]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
   for (std::size_t i = 0; i < scene.train.size(); ++i)

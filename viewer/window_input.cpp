@@ -1,0 +1,129 @@
+// Mouse and keys of the window.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include "window_class.h"
+
+namespace trisoup::viewer {
+
+namespace {
+
+template <typename Choice>
+Choice next(Choice choice, int choices) {
+  return static_cast<Choice>((static_cast<int>(choice) + 1) % choices);
+}
+
+}  // namespace
+
+void Window::listen() {
+  glfwSetWindowUserPointer(window_, this);
+  static constexpr auto of = [](GLFWwindow* w) { return static_cast<Window*>(glfwGetWindowUserPointer(w)); };
+  glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+    of(w)->dropped_.assign(paths, paths + count);
+    of(w)->redraw_ = 3;
+  });
+  // Whatever happens to the window, it is drawn anew; Dear ImGui calls these before its own.
+  glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { of(w)->redraw_ = 3; });
+  glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { of(w)->redraw_ = 3; });
+  glfwSetWindowContentScaleCallback(window_, [](GLFWwindow* w, float, float) { of(w)->redraw_ = 3; });
+  glfwSetWindowFocusCallback(window_, [](GLFWwindow* w, int) { of(w)->redraw_ = 3; });
+  glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double, double) {
+    of(w)->redraw_ = std::max(of(w)->redraw_, 2);
+  });
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { of(w)->redraw_ = 3; });
+  glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { of(w)->redraw_ = 3; });
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+    // Dear ImGui looks at keys once a frame and would miss a short press in a long one.
+    if (action == GLFW_PRESS) of(w)->keys_.emplace_back(key, modifiers);
+    of(w)->redraw_ = 3;
+  });
+  glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { of(w)->redraw_ = 3; });
+}
+
+bool Window::animated() const {
+  for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
+    if (glfwGetKey(window_, key) == GLFW_PRESS) return true;
+  return false;
+}
+
+void Window::handle_key(int key, int modifiers) {
+  if (ImGui::GetIO().WantTextInput) {
+    if (key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER) typed_ = true;
+    return;
+  }
+  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + static_cast<int>(render::kModes))
+    chosen_.draw.mode = static_cast<render::Mode>(key - GLFW_KEY_1);
+  switch (key) {
+    case GLFW_KEY_F: navigation_.frame(); break;
+    case GLFW_KEY_R: navigation_.reset(); break;
+    case GLFW_KEY_H: chosen_.help = !chosen_.help; break;
+    case GLFW_KEY_TAB: chosen_.panel = !chosen_.panel; break;
+    case GLFW_KEY_O: ask_path_ = chosen_.panel = true; break;
+    case GLFW_KEY_P: take_screenshot(); break;
+    case GLFW_KEY_T:
+      if (live_) live_->pause(!live_->state().paused);
+      break;
+    case GLFW_KEY_N:
+      if (live_) live_->step_once();
+      break;
+    case GLFW_KEY_V: chosen_.smooth = !chosen_.smooth; break;
+    case GLFW_KEY_RIGHT_BRACKET:
+    case GLFW_KEY_PAGE_DOWN: snap(1); break;
+    case GLFW_KEY_LEFT_BRACKET:
+    case GLFW_KEY_PAGE_UP: snap(-1); break;
+    case GLFW_KEY_SPACE: chosen_.compare = next(chosen_.compare, 4); break;
+    case GLFW_KEY_X: chosen_.draw.aa = next(chosen_.draw.aa, 3); break;
+    case GLFW_KEY_Q:
+      if (modifiers & GLFW_MOD_CONTROL) glfwSetWindowShouldClose(window_, GLFW_TRUE);
+      break;
+    case GLFW_KEY_ESCAPE:
+      chosen_.help = false;
+      message_.clear();
+      break;
+    default: break;
+  }
+}
+
+void Window::handle_mouse() {
+  const ImGuiIO& io = ImGui::GetIO();
+  const double radians = 0.008, pixels = std::max(1.0f, io.DisplaySize.y);
+  const bool left = ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0.0f);
+  const bool right = ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0.0f);
+  const bool middle = ImGui::IsMouseDragging(ImGuiMouseButton_Middle, 0.0f);
+  const double dx = io.MouseDelta.x, dy = io.MouseDelta.y;
+  const bool on_line = chosen_.compare == Compare::slider && navigation_.snapped() &&
+                       std::abs(io.MousePos.x - chosen_.split * io.DisplaySize.x) < 8 * font_scale_;
+  if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) sliding_ = on_line;
+  if (!io.MouseDown[ImGuiMouseButton_Left]) sliding_ = false;
+  if (on_line || sliding_) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+  if (sliding_) {
+    chosen_.split = std::clamp(io.MousePos.x / std::max(1.0f, io.DisplaySize.x), 0.0f, 1.0f);
+  } else if (dx != 0 || dy != 0) {
+    if (left && io.KeyShift) navigation_.pan(-dx / pixels, dy / pixels);
+    else if (left && io.KeyCtrl) navigation_.look(-radians * dx, radians * dy);
+    else if (left) navigation_.orbit(-radians * dx, radians * dy);
+    else if (right || middle) navigation_.pan(-dx / pixels, dy / pixels);
+  }
+  if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
+  if (io.MouseWheel != 0 || (!sliding_ && (left || right || middle) && (dx != 0 || dy != 0))) rest_.moved(Clock::now());
+}
+
+void Window::handle_input() {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (!io.WantCaptureMouse && model_) handle_mouse();
+  for (const auto& [key, modifiers] : std::exchange(keys_, {})) handle_key(key, modifiers);
+  if (io.WantTextInput) return;
+  const auto down = [&](int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; };
+  const double step = 0.5 * std::min(io.DeltaTime, 0.1f) * (io.KeyShift ? 4.0 : 1.0) * navigation_.home().distance;
+  const glm::dvec3 go(down(GLFW_KEY_D) - down(GLFW_KEY_A), down(GLFW_KEY_E) - down(GLFW_KEY_Q),
+                      down(GLFW_KEY_W) - down(GLFW_KEY_S));
+  if (go == glm::dvec3(0.0) || !model_) return;
+  navigation_.fly(step * go.x, step * go.y, step * go.z);
+  rest_.moved(Clock::now());
+}
+
+}  // namespace trisoup::viewer

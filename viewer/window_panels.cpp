@@ -1,0 +1,184 @@
+// The panels of the window: what is shown and how, help, messages.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include "training_panel.h"
+#include "window_class.h"
+
+namespace trisoup::viewer {
+namespace {
+
+constexpr std::array<const char*, render::kModes> kModeLabels{
+    "Colour", "Triangles", "Normals", "Depth", "Opacity", "Texture level", "Wireframe", "Feature channel"};
+constexpr std::array<const char*, 8> kChannelLabels{
+    "0 red", "1 green", "2 blue", "3 mix", "4 latent", "5 latent", "6 latent", "7 opacity"};
+constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 2 shaded (ssaa)"};
+constexpr std::array<const char*, 4> kCompareLabels{"Rendering", "Photograph", "Slider", "Error x 4"};
+constexpr std::array<const char*, 7> kAxes{"as the model says", "+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+
+/// A list of names to choose from. True when another one was chosen.
+template <typename Choice, std::size_t n>
+bool choose(const char* label, const std::array<const char*, n>& names, Choice& choice) {
+  int index = static_cast<int>(choice);
+  if (!ImGui::Combo(label, &index, names.data(), static_cast<int>(n))) return false;
+  choice = static_cast<Choice>(index);
+  return true;
+}
+
+ImVec2 part_of_window(float x, float y) {
+  return {ImGui::GetIO().DisplaySize.x * x, ImGui::GetIO().DisplaySize.y * y};
+}
+
+}  // namespace
+
+void Window::panels() {
+  if (chosen_.panel) view_panel();
+  if (chosen_.help) help_panel();
+  if (!message_.empty()) message_panel();
+  if (live_ && chosen_.panel) training_panel(*live_, font_scale_);
+}
+
+void Window::view_panel() {
+  ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSize({280 * font_scale_, 0}, ImGuiCond_FirstUseEver);
+  ImGui::Begin("View", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing);
+  if (model_) {
+    model_section();
+    ImGui::Separator();
+    if (!subject_->cameras.empty()) camera_section();
+    ImGui::Separator();
+    lens_section();
+    if (ImGui::Button("Frame (F)")) navigation_.frame();
+    ImGui::SameLine();
+    if (ImGui::Button("Reset (R)")) navigation_.reset();
+    ImGui::SameLine();
+    if (ImGui::Button("Picture (P)")) take_screenshot();
+    ImGui::SameLine();
+    if (ImGui::Button("Help (H)")) chosen_.help = !chosen_.help;
+  } else if (live_) {
+    ImGui::TextUnformatted("The soup appears when training begins.");
+  } else {
+    ImGui::TextUnformatted("Drop a model.glb, or a folder with one, on this window.");
+  }
+  path_section();
+  if (!status_.empty()) ImGui::TextWrapped("%s", status_.c_str());
+  ImGui::End();
+}
+
+void Window::model_section() {
+  ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
+  ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
+  if (coarse_) ImGui::Text("coarse: %u x %u pixels", picture_->shape().width, picture_->shape().height);
+  ImGui::Separator();
+  choose("Show", kModeLabels, chosen_.draw.mode);
+  if (chosen_.draw.mode == render::Mode::channel) choose("Channel", kChannelLabels, chosen_.draw.channel);
+  choose("Smooth edges", kAaLabels, chosen_.draw.aa);
+  if (gpu_->info().kind == gpu::Kind::cpu) ImGui::Checkbox("Coarse in motion (V)", &chosen_.smooth);
+  ImGui::ColorEdit3("Background", &chosen_.draw.background.x, ImGuiColorEditFlags_NoInputs);
+}
+
+void Window::camera_section() {
+  const std::string current = camera_ && navigation_.snapped() ? subject_->cameras[*camera_].name : "none";
+  if (ImGui::BeginCombo("Camera", current.c_str())) {
+    for (std::size_t i = 0; i < subject_->cameras.size(); ++i) {
+      const auto& c = subject_->cameras[i];
+      const std::string label = fmt::format("{} {}##{}", c.test ? "test" : "train", c.name, i);
+      if (ImGui::Selectable(label.c_str(), camera_ == i)) snap_to(i);
+    }
+    ImGui::EndCombo();
+  }
+  choose("Against", kCompareLabels, chosen_.compare);
+  if (chosen_.compare == Compare::slider) ImGui::SliderFloat("Slider", &chosen_.split, 0.0f, 1.0f, "%.2f");
+  if (chosen_.compare == Compare::rendering) return;
+  if (photographs_.loading()) ImGui::TextUnformatted("loading photographs...");
+  else if (photographs_.count() == 0) ImGui::TextUnformatted("drop the dataset's folder here for photographs");
+  else if (!navigation_.snapped()) ImGui::TextUnformatted("choose a camera to see its photograph");
+  else if (camera_ && !photographs_.find(subject_->cameras[*camera_].name))
+    ImGui::TextUnformatted("no photograph has this view's name");
+}
+
+void Window::lens_section() {
+  float fov = static_cast<float>(navigation_.fov() / kDegrees);
+  if (ImGui::SliderFloat("Field of view", &fov, 5.0f, 120.0f, "%.0f deg")) {
+    navigation_.orbit(0, 0);  // leaves the snapped camera: it has a field of view of its own
+    navigation_.set_fov(fov * kDegrees);
+  }
+  ImGui::DragFloatRange2("Near, far", &chosen_.near, &chosen_.far, 0.005f, 0.001f, 100.0f, "%.3f", "%.2f",
+                         ImGuiSliderFlags_AlwaysClamp);
+  if (chosen_.far <= chosen_.near * 1.01f) chosen_.far = chosen_.near * 1.01f;
+  if (choose("Up", kAxes, chosen_.up_axis)) {
+    glm::dvec3 up = subject_->framing.up;
+    if (chosen_.up_axis > 0) {
+      up = glm::dvec3(0.0);
+      up[(chosen_.up_axis - 1) / 2] = chosen_.up_axis % 2 == 1 ? 1.0 : -1.0;
+    }
+    navigation_.set_up(up);
+  }
+}
+
+void Window::path_section() {
+  if (ask_path_) ImGui::SetKeyboardFocusHere();
+  ask_path_ = false;
+  ImGui::InputTextWithHint("Open (O)", "model or dataset", path_.data(), path_.size());
+  if (std::exchange(typed_, false) && path_[0] != '\0') {
+    dropped_ = {path_.data()};
+    path_.fill('\0');
+    ImGui::ClearActiveID();
+    redraw_ = 3;
+  }
+}
+
+void Window::help_panel() {
+  ImGui::SetNextWindowPos(part_of_window(0.5f, 0.5f), ImGuiCond_Appearing, {0.5f, 0.5f});
+  ImGui::Begin("Help", &chosen_.help, ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::TextUnformatted(
+      "Left drag         orbit            Shift or right drag   pan\n"
+      "Control drag      look around      Wheel                 nearer, farther\n"
+      "W A S D, Q E      fly; Shift: faster\n"
+      "F                 frame the soup   R                     back to the start\n"
+      "1 2 3 4           colour, triangles, normals, depth\n"
+      "5 6 7 8           opacity, texture level, wireframe, feature channel\n"
+      "[ ]               last, next camera\n"
+      "Space             rendering, photograph, slider (drag its line), error\n"
+      "X                 smooth edges: none, msaa, ssaa\n"
+      "V                 on a CPU: coarse pictures in motion, fewer beside a training, or not\n"
+      "P                 picture to a file\n"
+      "O                 open a path      Tab                   hide the panel\n"
+      "T, N              while training: pause, one step\n"
+      "H                 this help        Escape                close messages\n"
+      "Control Q         close the window");
+  ImGui::End();
+}
+
+void Window::message_panel() {
+  bool open = true;
+  ImGui::SetNextWindowPos(part_of_window(0.5f, 0.3f), ImGuiCond_Appearing, {0.5f, 0.5f});
+  if (std::exchange(raise_message_, false)) ImGui::SetNextWindowFocus();
+  ImGui::Begin("This did not work", &open, ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushTextWrapPos(std::min(600.0f * font_scale_, ImGui::GetIO().DisplaySize.x * 0.9f));
+  ImGui::TextUnformatted(message_.c_str());
+  ImGui::PopTextWrapPos();
+  if (ImGui::Button("Close") || !open) message_.clear();
+  ImGui::End();
+}
+
+void Window::announce_shaders() {
+  const char* const line = pictured_ ? "Compiling shaders; the title says which."
+                                     : "Compiling shaders; the title says which. Escape closes.";
+  // Dear ImGui hides a window of its own for a frame, until it knows its size.
+  ImDrawList& list = *ImGui::GetForegroundDrawList();
+  const ImVec2 size = ImGui::CalcTextSize(line), screen = ImGui::GetIO().DisplaySize;
+  const ImVec2 at(std::round(0.5f * (screen.x - size.x)), std::round(0.5f * (screen.y - size.y)));
+  const float pad = 10 * font_scale_;
+  list.AddRectFilled({at.x - pad, at.y - pad}, {at.x + size.x + pad, at.y + size.y + pad},
+                     ImGui::GetColorU32(ImGuiCol_WindowBg), 4 * font_scale_);
+  list.AddText(at, ImGui::GetColorU32(ImGuiCol_Text), line);
+}
+
+}  // namespace trisoup::viewer

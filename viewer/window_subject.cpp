@@ -1,0 +1,121 @@
+// What the window looks at: models, datasets, a training, and their cameras.
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "error.h"
+#include "window_class.h"
+
+namespace trisoup::viewer {
+
+void Window::open(const std::string& path) {
+  try {
+    std::error_code problem;
+    if (!std::filesystem::exists(path, problem)) throw Error("{}: no such file or folder; check the path", path);
+    const std::filesystem::path inside = std::filesystem::path(path) / "model.glb";
+    if (!std::filesystem::is_directory(path, problem) || std::filesystem::exists(inside, problem)) {
+      if (live_) throw Error("{}: this window shows a training; open it with soup-view", path);
+      open_model(path);
+    } else if (subject_) {
+      open_dataset(path);
+    } else {
+      complain(fmt::format("{}: has no model.glb; open a model first, then its photographs", path));
+    }
+  } catch (const std::exception& e) {
+    // What was open stays open.
+    complain(e.what());
+  }
+}
+
+void Window::open_model(const std::string& path) {
+  Subject subject = load_subject(path, {}, options_.up);
+  const std::optional<std::string> which = std::exchange(options_.camera, std::nullopt);  // of the first model alone
+  const std::size_t camera = which && !subject.cameras.empty() ? find_camera(subject, *which) : 0;
+  set_planes(subject);
+  render::GpuModel model = render::upload_model(*gpu_, subject.model);
+  model_ = std::move(model);
+  ++model_number_;
+  subject_ = std::move(subject);
+  camera_.reset();
+  picture_->forget_photograph();
+  chosen_.draw.background = options_.background.value_or(subject_->model.background);
+  chosen_.up_axis = 0;
+  set_home();
+  // The first test view: right way up, framed as the photographer did.
+  if (!subject_->cameras.empty() && !options_.fov) snap_to(camera);
+  tell(fmt::format("{}: {} triangles", path, model_->triangles));
+  set_title(fmt::format("soup-view - {}", path));
+}
+
+void Window::set_home() {
+  if (options_.fov) subject_->framing.fov = *options_.fov * kDegrees;
+  navigation_.set_home(subject_->framing);
+}
+
+void Window::set_planes(Subject& subject) {
+  const double near = options_.near.value_or(subject.near), far = options_.far.value_or(subject.far);
+  if (!(near < far))
+    throw Error("--near and --far: {} must be less than {}, which is what the model says or you gave", near, far);
+  subject.near = near;
+  subject.far = far;
+  chosen_.near = static_cast<float>(options_.near.value_or(0.01));
+  chosen_.far = static_cast<float>(options_.far.value_or(std::max(10.0, 2.0 * chosen_.near)));
+}
+
+void Window::show_training() {
+  if (auto setting = live_->take_setting()) setting_ = std::move(setting);
+  const std::shared_ptr<const soup::Model> model = live_->take_model();
+  if (!model || !setting_) return;
+  const auto start = Clock::now();
+  model_ = render::upload_model(*gpu_, *model, render::MlpUse::read);
+  upload_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+  ++model_number_;
+  if (subject_) return;
+  // The first one: from here on only the triangles change.
+  Subject s;
+  s.path = "training";
+  s.model = *model;
+  s.cameras = setting_->cameras;
+  s.near = setting_->near;
+  s.far = setting_->far;
+  s.load = setting_->load;
+  s.up = setting_->up;
+  frame_subject(s);
+  set_planes(s);
+  subject_ = std::move(s);
+  chosen_.draw.background = options_.background.value_or(subject_->model.background);
+  set_home();
+  if (!subject_->cameras.empty()) snap_to(0);
+  if (!setting_->dataset.empty()) open_dataset(setting_->dataset);
+}
+
+void Window::open_dataset(const std::string& path) {
+  std::error_code problem;
+  if (!std::filesystem::exists(path, problem)) throw Error("{}: no such dataset; check the path", path);
+  // Cameras of the dataset where the model has none of its own.
+  if (subject_->cameras.empty()) {
+    take_cameras(*subject_, path);
+    set_home();
+    if (!subject_->cameras.empty() && !options_.fov) snap_to(0);
+  } else if (!live_) {
+    check_dataset(*subject_, path);  // or it would be found wrong only when a photograph is wanted
+  }
+  dataset_ = path;
+  photographs_wanted_ = true;
+}
+
+void Window::snap_to(std::size_t index) {
+  camera_ = index;
+  navigation_.snap(subject_->cameras[index].camera);
+}
+
+void Window::snap(int step) {
+  if (!subject_ || subject_->cameras.empty()) return;
+  const auto n = static_cast<long>(subject_->cameras.size());
+  const long at = camera_ ? static_cast<long>(*camera_) : -step;
+  snap_to(static_cast<std::size_t>((at + step + n) % n));
+}
+
+}  // namespace trisoup::viewer
