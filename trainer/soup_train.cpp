@@ -340,7 +340,8 @@ int run(CommandLine o, viewer::Live* live) {
   options.up = up;
   if (!up) options.shown_up = mean_up(cameras);
   options.bake_directions = bake_directions(scene);
-  options.colour_bits = settings.texture_bits;
+  options.texture_steps = soup::texture_steps(settings.texture_bits);
+  options.colour_palette = settings.texture_bits < 8;
   options.cameras = cameras;
   const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
 

@@ -1,7 +1,7 @@
 # cmake -DFOLDER=web -DSOURCE=web_module.cpp -P bundle.cmake: the modules as one, without comments, and that as C++.
 # A page then loads the module in one request, and one file can hold it. The modules see each other's names in it: these differ, and
 # an import or export is a statement of its own at the beginning of a line.
-set(modules error glb png model camera shaders renderer download stage input element tri-soup)
+set(modules error glb png lattice model camera shaders renderer download stage input element tri-soup)
 set(bundle "\n")
 foreach(module IN LISTS modules)
   file(READ ${FOLDER}/${module}.js text)

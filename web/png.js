@@ -8,7 +8,8 @@ const crcTable = Uint32Array.from({ length: 256 }, (_, n) => {
   return n;
 });
 
-function crc32(bytes) {
+/** @param {Uint8Array} bytes */
+export function crc32(bytes) {
   let crc = 0xffffffff;
   for (let i = 0; i < bytes.length; ++i) crc = crcTable[(crc ^ bytes[i]) & 255] ^ (crc >>> 8);
   return (crc ^ 0xffffffff) >>> 0;
@@ -49,6 +50,15 @@ export function isWholePng(bytes) {
  */
 export const decodePng = (bytes) =>
   createImageBitmap(new Blob([bytes], { type: "image/png" }), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+
+/**
+ * A picture of a page to upload: a PNG file is decoded, bytes are as they are.
+ * @param {{width: number, height: number}} page
+ * @param {Uint8Array | {rgba: Uint8Array}} picture
+ * @returns {Promise<ImageBitmap> | ImageData}
+ */
+export const decodePicture = ({ width, height }, picture) =>
+  picture.rgba ? new ImageData(new Uint8ClampedArray(picture.rgba.buffer), width, height) : decodePng(picture);
 
 /** One pixel that a browser alters which minds alpha or the file's gamma, and what its bytes are. */
 export const PROBE = {

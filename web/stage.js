@@ -8,7 +8,7 @@
 import { SoupError } from "./error.js";
 import { decodeModel } from "./model.js";
 import { download, nameOf } from "./download.js";
-import { PROBE, decodePng } from "./png.js";
+import { PROBE, decodePicture, decodePng } from "./png.js";
 import { Renderer } from "./renderer.js";
 
 /** A model in use: the file's bytes stay, since a context that was lost wants them again. */
@@ -36,7 +36,7 @@ class Resident {
     await stage.checkDecoder();
     let pages;
     try {
-      pages = await Promise.all(model.pages.map((page) => Promise.all(page.features.map(decodePng))));
+      pages = await Promise.all(model.pages.map((page) => Promise.all(page.features.map((picture) => decodePicture(page, picture)))));
     } catch {
       throw new SoupError(`${model.name}: has a texture that cannot be decoded; the file is cut or damaged, export or copy it again`);
     }
@@ -44,7 +44,7 @@ class Resident {
     if (!fits) throw new SoupError(`${model.name}: has a damaged texture; export or copy it again`);
     // Without a context now, all models are uploaded when it comes back.
     if (this.users > 0 && stage.renderer && !this.drawn) this.drawn = stage.renderer.upload(model, pages);
-    for (const picture of pages.flat()) picture.close();
+    for (const picture of pages.flat()) picture.close?.();
   }
 }
 
