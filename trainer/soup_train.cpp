@@ -18,6 +18,7 @@
 #include "command_line.h"
 #include "train/evaluate.h"
 #include "train/fits_model.h"
+#include "atomic_file.h"
 #include "error.h"
 #include "gpu/out_of_memory.h"
 #include "printable.h"
@@ -27,6 +28,7 @@
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
 #include "soup/initialise.h"
+#include "soup/model_bytes.h"
 #include "soup/model_file.h"
 #include "train/checkpoint.h"
 #include "train/initial_triangles.h"
@@ -343,7 +345,9 @@ int run(CommandLine o, viewer::Live* live) {
   options.texture_steps = soup::texture_steps(settings.texture_bits);
   options.colour_palette = settings.texture_bits < 8;
   options.cameras = cameras;
-  const std::uint64_t bytes = soup::write_model(folder.model(), model, options);
+  const std::vector<std::byte> file = soup::encode_model(model, options);
+  write_file_atomically(folder.model(), file);
+  const std::uint64_t bytes = file.size();
 
   const auto stop_if_asked = [&] {
     if (g_stop) throw Interrupted{"after training, before its quality was measured; --resume measures it"};
@@ -378,6 +382,11 @@ int run(CommandLine o, viewer::Live* live) {
   metrics["triangles"] = trainer->triangles();
   metrics["triangles_by_level"] = triangles_by_level(model);
   metrics["bytes"] = bytes;
+  metrics["bytes_by_part"] = soup::bytes_by_part(file, "model");
+  const std::uint64_t most_samples = std::uint64_t(soup::samples_at(settings.level_max)) * model.triangles();
+  metrics["samples"] = {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}};
+  const std::vector<double> shares = train::shown_shares(*device, model, scene, settings.test_near, settings.far);
+  for (std::size_t i = 0; i < shares.size(); ++i) metrics["views"][i]["triangles_shown"] = shares[i];
   metrics["seconds"] = trainer->seconds();
   metrics["cpu_seconds"] = trainer->cpu_seconds();
   if (o.timings) metrics["timings"] = {{"steps", trainer->step() - first_step}, {"kernels", timings_json(*device)}};

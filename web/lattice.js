@@ -6,6 +6,9 @@ const CHANNELS = 8, FINEST_LEVEL = 5, CHANCE_BITS = 15, LEAST_CHANCE = 32, MOST_
 const LEVELS = 0, ZERO = 64, SIGN = ZERO + 4 * CHANNELS * 16 * 8, BITS = SIGN + CHANNELS * 9, REST = BITS + 4 * 16 * 8 * 7;
 const CHANCES = REST + 8 * CHANNELS * 64;
 
+/** How fast a chance learns after so many decisions, in 2^16ths. */
+const RATES = Int32Array.from({ length: MOST_SEEN + 1 }, (_, seen) => Math.floor(131072 / (2 * seen + 3)));
+
 const latticeIndex = (x, y) => ((x + y) * (x + y + 1)) / 2 + y;
 
 /** Samples of a lattice, those that each lies between before it: sample, a, b, depth of each. The first has -1 for a and b. */
@@ -55,8 +58,7 @@ class RangeDecoder {
     } else {
       this.#range = bound;
     }
-    const rate = Math.floor(131072 / (2 * this.#seen[i] + 3));
-    const next = chance + (((decision ? -chance : (1 << CHANCE_BITS) - chance) * rate) >> 16);
+    const next = chance + (((decision ? -chance : (1 << CHANCE_BITS) - chance) * RATES[this.#seen[i]]) >> 16);
     this.#chances[i] = Math.min(Math.max(next, LEAST_CHANCE), (1 << CHANCE_BITS) - LEAST_CHANCE);
     if (this.#seen[i] < MOST_SEEN) ++this.#seen[i];
     while (this.#range < 0x1000000) {

@@ -25,7 +25,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kExtension = "TRISOUP_neural_textures";
 constexpr std::size_t kVersion = 2;
 // glTF's numbers for types of components and of buffers.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;

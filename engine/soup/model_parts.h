@@ -12,6 +12,8 @@
 
 namespace trisoup::soup {
 
+inline constexpr const char* kExtension = "TRISOUP_neural_textures";
+
 struct ModelParts {
   const Glb& glb;
   const std::string& name;  // begins error messages

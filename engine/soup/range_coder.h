@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,13 +17,18 @@ class Chance {
   std::uint32_t of_false() const { return p_; }
   void learn(bool decision) {
     const int target = decision ? 0 : 1 << kBits;
-    const int rate = 131072 / (2 * seen_ + 3);  // 1 / (seen + 1.5) in 2^16ths
-    p_ = static_cast<std::uint16_t>(std::clamp(p_ + (((target - p_) * rate) >> 16), kLeast, (1 << kBits) - kLeast));
+    p_ = static_cast<std::uint16_t>(std::clamp(p_ + (((target - p_) * kRates[seen_]) >> 16), kLeast, (1 << kBits) - kLeast));
     if (seen_ < kMostSeen) ++seen_;
   }
 
  private:
   static constexpr int kLeast = 32, kMostSeen = 120;
+  /// 1 / (seen + 1.5) in 2^16ths.
+  static constexpr std::array<int, kMostSeen + 1> kRates = [] {
+    std::array<int, kMostSeen + 1> rates{};
+    for (int seen = 0; seen <= kMostSeen; ++seen) rates[static_cast<std::size_t>(seen)] = 131072 / (2 * seen + 3);
+    return rates;
+  }();
   std::uint16_t p_ = 1 << (kBits - 1);
   std::uint8_t seen_ = 0;
 };

@@ -17,6 +17,7 @@
 #include "soup/bake.h"
 #include "soup/glb.h"
 #include "soup/mesh.h"
+#include "soup/model_bytes.h"
 #include "soup/model_file.h"
 #include "soup/random.h"
 #include "soup/refinement.h"
@@ -250,6 +251,24 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
       CHECK(inside == Approx(inside_exact).margin(0.05));
     }
   }
+}
+
+TEST_CASE("the bytes of a model are told by part", "[model_file][model_bytes]") {
+  soup::Model model = random_model(40, 35);
+  soup::ModelFileOptions options;
+  options.cameras.push_back({"a", true, {}});
+  const auto bytes = soup::encode_model(model, options);
+  const nlohmann::json parts = soup::bytes_by_part(edited(bytes, [](nlohmann::json& j) { extension_of(j)["cameras"] = nlohmann::json::array(); }), "x");
+  CHECK(parts["vertices"] == 40 * 36);
+  CHECK(parts["texture_coordinates"] == 40 * 24);
+  CHECK(parts["mlp"] == 595 * 4);
+  CHECK(parts["cameras"] == 2);
+  // Values are random: seven features take seven times what opacity takes.
+  CHECK(parts["features"].get<double>() == Approx(7 * parts["opacity"].get<double>()).epsilon(0.05));
+  std::size_t sum = 0;
+  for (const auto& part : parts) sum += part.get<std::size_t>();
+  CHECK(sum == edited(bytes, [](nlohmann::json& j) { extension_of(j)["cameras"] = nlohmann::json::array(); }).size());
+  CHECK_THROWS_WITH(soup::bytes_by_part(first_version(), "x.glb"), Contains("x.glb") && Contains("earlier version"));
 }
 
 TEST_CASE("plain colours of a palette are near the whole ones, and what is cut out stays so", "[model_file][palette]") {
