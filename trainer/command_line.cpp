@@ -141,7 +141,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   method->add_option("--test-near", o.test_near, "near plane of test views [synthetic 0.025, real 0.125; from a surface that of training]");
 
   auto* output = app.add_option_group("Output");
-  output->add_option("--texture-bits", o.texture_bits, "bits of each of a texture's values in the model: fewer pack into fewer bytes [6; published 8]");
+  output->add_option("--texture-bits", o.texture_bits, "how finely the model tells its textures: fewer pack into fewer bytes; 8 is exact [6; published 8]");
   output->add_option("--eval-every", o.eval_every, "steps between evaluations of the test views [0: at the end only]");
   auto* eval_log = output->add_option("--eval-log", o.evaluations_per_decade, "evaluations in every ten-fold of steps, from step 10 on [0: none]")
       ->check(CLI::Range(0, 100));

@@ -8,15 +8,19 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "atomic_file.h"
 #include "error.h"
 #include "gpu/out_of_memory.h"
 #include "prepare.h"
 #include "printable.h"
 #include "render/cameras.h"
+#include "read_file.h"
 #include "report.h"
 #include "revision.h"
 #include "scene/hold_out.h"
 #include "soup/initialise.h"
+#include "soup/model_bytes.h"
+#include "soup/refinement.h"
 #include "train/evaluate.h"
 #include "train/fits_model.h"
 #include "train/initial_triangles.h"
@@ -82,8 +86,8 @@ TrainingRun::TrainingRun(CommandLine options, viewer::Live* live)
     : o_(std::move(options)), live_(live), folder_(o_.output, earlier_of(o_)), begun_(what_was_begun(folder_, o_)) {}
 
 void TrainingRun::run() {
-  open_device();
   if (!o_.model.empty() && !begun_) read_model();
+  open_device();
   read();
   begin();
   train();
@@ -179,7 +183,8 @@ soup::ModelFileOptions TrainingRun::file_options() const {
   options.up = up_;
   if (!up_) options.shown_up = mean_up(cameras_);
   options.bake_directions = bake_directions(scene_);
-  options.colour_bits = settings_.texture_bits;
+  options.texture_steps = soup::texture_steps(settings_.texture_bits);
+  options.colour_palette = settings_.texture_bits < 8;
   options.cameras = cameras_;
   return options;
 }
@@ -274,18 +279,19 @@ void TrainingRun::train() {
 void TrainingRun::finish() {
   if (has_goal()) folder_.accept_candidate();
   const soup::Model model = has_goal() ? soup::read_model(folder_.model()).model : trainer_->model();
+  if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
   if (live_) {
     live_->publish(model);
     live_->phase("measuring quality");
   }
-  const std::uint64_t bytes = has_goal() ? std::filesystem::file_size(folder_.model()) : soup::write_model(folder_.model(), model, file_options_);
-  measure(model, bytes);
+  const std::string file = read_file(folder_.model());
+  measure(model, bytes_of(file));
   if (dataset_ != o_.dataset) say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
   if (const auto messages = device_->validation_messages(); !messages.empty())
     throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
 }
 
-void TrainingRun::measure(const soup::Model& model, std::uint64_t bytes) {
+void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> file) {
   folder_.renders().clear();
   const train::Evaluation evaluation = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far,
                                                        [&](const scene::View& view, const std::vector<float>& colour) {
@@ -312,7 +318,12 @@ void TrainingRun::measure(const soup::Model& model, std::uint64_t bytes) {
     for (const scene::View& view : scene_.validation) metrics["validation_views"].push_back(utf8(view.name));
   }
   metrics["triangles_by_level"] = triangles_by_level(model);
-  metrics["bytes"] = bytes;
+  metrics["bytes"] = file.size();
+  metrics["bytes_by_part"] = soup::bytes_by_part(file, "model");
+  const std::uint64_t most_samples = std::uint64_t(soup::samples_at(settings_.level_max)) * model.triangles();
+  metrics["samples"] = {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}};
+  const std::vector<double> shares = train::shown_shares(*device_, model, scene_, settings_.test_near, settings_.far);
+  for (std::size_t i = 0; i < shares.size(); ++i) metrics["views"][i]["triangles_shown"] = shares[i];
   metrics["seconds"] = trainer_->seconds();
   metrics["cpu_seconds"] = trainer_->cpu_seconds();
   if (o_.timings) metrics["timings"] = {{"steps", trainer_->step() - first_step_}, {"kernels", timings_json(*device_)}};
@@ -332,7 +343,7 @@ void TrainingRun::measure(const soup::Model& model, std::uint64_t bytes) {
   else
     say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
                         evaluation.mean.mae, evaluation.views.size()));
-  say(o_, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(), mb(bytes),
+  say(o_, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(), mb(file.size()),
                       trainer_->seconds()));
 }
 

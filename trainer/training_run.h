@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,7 +43,7 @@ class TrainingRun {
   std::unique_ptr<train::Trainer> new_trainer();
   soup::ModelFileOptions file_options() const;
   void finish();
-  void measure(const soup::Model& model, std::uint64_t bytes);
+  void measure(const soup::Model& model, std::span<const std::byte> file);
   bool has_goal() const { return train::has_goal(settings_); }
 
   CommandLine o_;

@@ -63,7 +63,7 @@ export class Benchmark {
     const pages = await decodePages(model);
     this.#check();
     this.#drawn.push(uploadModel(this.#gl, model, pages));
-    for (const picture of pages.flat()) picture.close();
+    for (const picture of pages.flat()) picture.close?.();
   }
 
   /**

@@ -1,10 +1,11 @@
 // model.glb: a soup with its neural textures in a glTF extension (docs/format.md, engine/soup/model_file.cpp).
 import { SoupError } from "./error.js";
 import { decodeGlb } from "./glb.js";
-import { isWholePng, pngSize } from "./png.js";
+import { decodeLattices, fillAtlas, makeAtlas } from "./lattice.js";
+import { crc32, isWholePng, pngSize } from "./png.js";
 
 export const EXTENSION = "TRISOUP_neural_textures";
-const MAX_PAGES = 256;
+const VERSIONS = 2, MAX_PAGES = 256, PAGE_SIDE = 4096, MAX_STEP = 128;
 const PLACE_BYTES = 8, TRIANGLE_BYTES = 36;
 export const MAX_LEVEL = 5;  // of a lattice
 export const MLP_PARAMETERS = 595;
@@ -33,7 +34,8 @@ export function placeOf(places, triangle) {
  * @property {Float32Array} vertices x y z of three vertices a triangle, normalised
  * @property {DataView} places see placeOf
  * @property {Float32Array} mlp w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3]
- * @property {{width: number, height: number, features: Uint8Array[]}[]} pages two PNG files each: features 0..3; 4..6 and opacity
+ * @property {{width: number, height: number, features: (Uint8Array | {rgba: Uint8Array})[]}[]} pages two pictures each, PNG files or
+ *   their RGBA bytes: features 0..3; 4..6 and opacity
  * @property {number[]} background RGB 0..1
  * @property {number[] | null} up where it is known
  * @property {number} near clip planes of the model's own cameras, normalised
@@ -43,7 +45,7 @@ export function placeOf(places, triangle) {
  */
 
 /**
- * Reads a whole model.glb but for the pixels of its textures, which stay PNG.
+ * Reads a whole model.glb. In files of version 1 the pixels of its textures stay PNG.
  * @param {Uint8Array} bytes
  * @param {string} name begins error messages
  * @returns {Model}
@@ -117,19 +119,21 @@ class Reader {
   model() {
     const { extension } = this;
     const version = this.whole(extension.version);
-    if (version !== 1) throw new SoupError(`${this.name}: is of version ${version}, this page reads version 1; use a newer one`);
+    if (version < 1 || version > VERSIONS)
+      throw new SoupError(`${this.name}: is of version ${version}, this page reads versions 1 to ${VERSIONS}; use a newer one`);
     if (extension.sphericalHarmonicsDegree !== 2)
       throw new SoupError(`${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
     const triangles = this.whole(extension.triangles), normalisation = this.normalisation();
-    const places = this.places(triangles);
+    const vertices = this.vertices(triangles, normalisation);
+    const { places, pages } = version === 1 ? this.atlas(triangles) : this.textures(triangles);
     return {
       name: this.name,
       triangles,
       normalisation,
-      vertices: this.vertices(triangles, normalisation),
+      vertices,
       places,
       mlp: this.mlp(),
-      pages: this.pages(triangles, places),
+      pages,
       background: this.background(),
       up: this.up(),
       cameras: this.cameras(),
@@ -163,6 +167,25 @@ class Reader {
     const mlp = this.floats(bytes);
     if (!mlp) throw this.damaged("has an MLP weight that is no number");
     return mlp;
+  }
+
+  /** Textures of version 2. */
+  textures(triangles) {
+    const { bufferView, crc32: sum, steps } = this.extension.textures, bytes = this.view(bufferView);
+    if (crc32(bytes) !== this.whole(sum)) throw this.damaged("has damaged textures");
+    if (!Array.isArray(steps) || steps.length !== 8 || !steps.every((step) => this.whole(step) >= 1 && step <= MAX_STEP))
+      throw this.damaged("has impossible texture steps");
+    const lattices = decodeLattices(bytes, triangles, steps);
+    if (!lattices) throw this.damaged("has textures that end too early");
+    const atlas = makeAtlas(lattices.levels, PAGE_SIDE);
+    if (atlas.pages.length > MAX_PAGES) throw this.damaged("needs an impossible number of atlas pages");
+    return { places: atlas.places, pages: fillAtlas(lattices, atlas) };
+  }
+
+  /** Textures of version 1. */
+  atlas(triangles) {
+    const places = this.places(triangles);
+    return { places, pages: this.pages(triangles, places) };
   }
 
   places(triangles) {

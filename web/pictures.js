@@ -11,6 +11,10 @@ import { uploadedPixel } from "./upload.js";
 const decodePng = (bytes) =>
   createImageBitmap(new Blob([bytes], { type: "image/png" }), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
 
+/** A picture to upload: a PNG file is decoded, bytes are as they are. */
+const decodePicture = ({ width, height }, picture) =>
+  picture.rgba ? new ImageData(new Uint8ClampedArray(picture.rgba.buffer), width, height) : decodePng(picture);
+
 /** One pixel that a browser alters which minds alpha or the file's gamma, and what its bytes are. */
 const PROBE = {
   png: Uint8Array.from(atob("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAABGdBTUEAAYagMeiWXwAAAA1JREFUeNpjOJFixAQABLcBYSanGRMAAAAASUVORK5CYII="), (letter) => letter.charCodeAt(0)),
@@ -32,13 +36,13 @@ export async function checkDecoder(gl) {
 
 /**
  * @param {import("./model.js").Model} model
- * @returns {Promise<ImageBitmap[][]>} two pictures a page, to be closed
+ * @returns {Promise<(ImageBitmap | ImageData)[][]>} two pictures a page; bitmaps are to be closed
  * @throws {SoupError} when one is damaged
  */
 export async function decodePages(model) {
   let pages;
   try {
-    pages = await Promise.all(model.pages.map((page) => Promise.all(page.features.map(decodePng))));
+    pages = await Promise.all(model.pages.map((page) => Promise.all(page.features.map((picture) => decodePicture(page, picture)))));
   } catch {
     throw new SoupError(`${model.name}: has a texture that cannot be decoded; the file is cut or damaged, export or copy it again`);
   }

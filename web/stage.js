@@ -38,7 +38,7 @@ class Resident {
     const pages = await decodePages(model);
     // Without a context now, all models are uploaded when it comes back.
     if (this.users > 0 && stage.renderer && !this.drawn) this.drawn = uploadModel(stage.gl, model, pages);
-    for (const picture of pages.flat()) picture.close();
+    for (const picture of pages.flat()) picture.close?.();
   }
 }
 

@@ -15,6 +15,7 @@
 #include "error.h"
 #include "image/jpeg_header.h"
 #include "image/jpeg_reduced.h"
+#include "image/palette.h"
 #include "image/webp_tiff.h"
 #include "printable.h"
 #include "read_file.h"
@@ -162,6 +163,37 @@ void append_chunk(std::string& file, const char* type, std::string_view content)
       crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(file.data() + start), static_cast<uInt>(file.size() - start))));
 }
 
+/// `rows` as the content of an IDAT chunk.
+std::string packed(const std::string& rows, int strategy, int level, const std::string& name) {
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, MAX_WBITS, 8, strategy) != Z_OK)
+    throw Error("{}: the image cannot be compressed; free some memory", name);
+  std::string result(deflateBound(&stream, rows.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(rows.data()));
+  stream.avail_in = static_cast<uInt>(rows.size());
+  stream.next_out = reinterpret_cast<Bytef*>(result.data());
+  stream.avail_out = static_cast<uInt>(result.size());
+  const int status = deflate(&stream, Z_FINISH);
+  deflateEnd(&stream);
+  if (status != Z_STREAM_END) throw Error("{}: the image cannot be compressed; free some memory", name);
+  result.resize(stream.total_out);
+  return result;
+}
+
+/// `kind`: PNG's number for what a pixel is; `chunks` stand between header and content.
+std::string png_file(int width, int height, char kind, const std::string& chunks, const std::string& content) {
+  std::string header;
+  for (const std::uint32_t side : {std::uint32_t(width), std::uint32_t(height)})
+    for (int shift = 24; shift >= 0; shift -= 8) header.push_back(static_cast<char>(side >> shift));
+  header += {8, kind, 0, 0, 0};
+  std::string file(reinterpret_cast<const char*>(png_signature.data()), png_signature.size());
+  append_chunk(file, "IHDR", header);
+  file += chunks;
+  append_chunk(file, "IDAT", content);
+  append_chunk(file, "IEND", {});
+  return file;
+}
+
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
@@ -274,22 +306,35 @@ std::string encode_png(const Image& image, const std::string& name) {
     for (std::size_t i = 0; i < row_bytes; ++i) rows.push_back(static_cast<char>(row[i] - above[i]));
     above.swap(row);
   }
-  uLongf packed_size = compressBound(rows.size());
-  std::string packed(packed_size, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &packed_size, reinterpret_cast<const Bytef*>(rows.data()), rows.size(),
-                Z_DEFAULT_COMPRESSION) != Z_OK)
-    throw Error("{}: the image cannot be compressed; free some memory", name);
-  packed.resize(packed_size);
+  return png_file(image.width, image.height, opaque ? 2 : 6, "", packed(rows, Z_DEFAULT_STRATEGY, Z_DEFAULT_COMPRESSION, name));
+}
 
-  std::string header;
-  for (const std::uint32_t side : {std::uint32_t(image.width), std::uint32_t(image.height)})
-    for (int shift = 24; shift >= 0; shift -= 8) header.push_back(static_cast<char>(side >> shift));
-  header += {8, static_cast<char>(opaque ? 2 : 6), 0, 0, 0};
-  std::string file(reinterpret_cast<const char*>(png_signature.data()), png_signature.size());
-  append_chunk(file, "IHDR", header);
-  append_chunk(file, "IDAT", packed);
-  append_chunk(file, "IEND", {});
-  return file;
+std::string encode_png(const PaletteImage& image, const std::string& name) {
+  const std::size_t width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
+  // Plain rows, and differences to what the neighbours suggest (filter 4, Paeth): which packs into less is up to the picture.
+  std::string plain, predicted;
+  const auto pixel = [&](std::size_t x, std::size_t y) { return image.pixels[y * width + x]; };
+  for (std::size_t y = 0; y < height; ++y) {
+    plain.push_back(0);
+    predicted.push_back(4);
+    for (std::size_t x = 0; x < width; ++x) {
+      const int left = x > 0 ? pixel(x - 1, y) : 0, above = y > 0 ? pixel(x, y - 1) : 0, both = x > 0 && y > 0 ? pixel(x - 1, y - 1) : 0;
+      const int from_left = std::abs(above - both), from_above = std::abs(left - both), from_both = std::abs(left + above - 2 * both);
+      const int guess = from_left <= from_above && from_left <= from_both ? left : from_above <= from_both ? above : both;
+      plain.push_back(static_cast<char>(pixel(x, y)));
+      predicted.push_back(static_cast<char>(pixel(x, y) - guess));
+    }
+  }
+  std::string content = packed(plain, Z_DEFAULT_STRATEGY, Z_BEST_COMPRESSION, name);
+  if (std::string other = packed(predicted, Z_FILTERED, Z_BEST_COMPRESSION, name); other.size() < content.size()) content.swap(other);
+  std::string colours, alphas, chunks;
+  for (const glm::u8vec4& c : image.colours) {
+    for (int i = 0; i < 3; ++i) colours.push_back(static_cast<char>(c[i]));
+    if (c.a != 255) alphas.push_back(static_cast<char>(c.a));  // those with alpha 0 come first, and others are 255
+  }
+  append_chunk(chunks, "PLTE", colours);
+  if (!alphas.empty()) append_chunk(chunks, "tRNS", alphas);
+  return png_file(image.width, image.height, 3, chunks, content);
 }
 
 void write_png(const std::filesystem::path& path, const Image& image) {

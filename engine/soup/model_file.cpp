@@ -1,7 +1,8 @@
 #include "soup/model_file.h"
 
+#include <zlib.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -9,11 +10,14 @@
 #include "common/host.h"
 #include "error.h"
 #include "image/image_file.h"
+#include "image/palette.h"
 #include "printable.h"
 #include "read_file.h"
+#include "soup/atlas_textures.h"
 #include "soup/bake.h"
 #include "soup/glb.h"
-#include "soup/texture_bits.h"
+#include "soup/lattice_code.h"
+#include "soup/model_parts.h"
 #include "soup/texture_table.h"
 
 namespace trisoup::soup {
@@ -21,8 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kExtension = "TRISOUP_neural_textures";
-constexpr std::size_t kMaxPages = 256;  // AtlasPlace::page is a byte
+constexpr std::size_t kVersion = 2;
 // glTF's numbers for types of components and of buffers.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
@@ -94,6 +97,21 @@ class Pages {
     }
   }
   const std::vector<Image>& images() const { return images_; }
+  /// Which texels of a page are part of a lattice or its gutter.
+  std::vector<bool> used(std::size_t page) {
+    const Image& image = images_[page];
+    std::vector<bool> is(image.rgba.size() / 4, false);
+    const auto use = [&](const AtlasPlace& place, const glm::ivec2& point) {
+      const glm::ivec2 texel = atlas_texel(place, point.x, point.y);
+      is[static_cast<std::size_t>(texel.y) * image.width + texel.x] = true;
+    };
+    for (const AtlasPlace& place : atlas_.places) {
+      if (place.page != page) continue;
+      each_lattice_point(place.level, [&](int x, int y, std::uint32_t) { use(place, {x, y}); });
+      each_gutter_texel(place.level, [&](const GutterTexel& gutter) { use(place, gutter.at); });
+    }
+    return is;
+  }
 
  private:
   std::uint8_t* at(const AtlasPlace& place, const glm::ivec2& point) {
@@ -157,18 +175,29 @@ bool possible(const scene::Camera& c) {
   return ok && finite(glm::dvec3(c.world_to_camera[3]));
 }
 
-/// The texels that a PNG's header states, 0 if it is no PNG: asked before any memory is taken for them.
-std::uint64_t png_texels(std::span<const std::byte> png) {
-  constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  if (png.size() < 24 || std::memcmp(png.data(), signature.data(), signature.size()) != 0 ||
-      std::memcmp(png.data() + 12, "IHDR", 4) != 0)
-    return 0;
-  const auto side = [&](std::size_t at) {
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<std::uint64_t>(png[at + i]);
-    return value;
-  };
-  return side(16) * side(20);
+std::uint32_t checksum(std::span<const std::byte> bytes) {
+  return static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
+}
+
+/// Textures of a file; their steps.
+TextureSteps read_textures(const ModelParts& parts, const json& textures, Model& model) {
+  const std::span<const std::byte> bytes = parts.view(textures.at("bufferView"));
+  if (checksum(bytes) != parts.whole(textures.at("crc32"))) throw parts.damaged("has damaged textures");
+  TextureSteps steps;
+  const json& rows = textures.at("steps");
+  if (!rows.is_array() || rows.size() != steps.size()) throw parts.damaged("has an impossible number of texture steps");
+  for (std::size_t c = 0; c < steps.size(); ++c) {
+    const std::size_t step = parts.whole(rows[c]);
+    if (step < 1 || step > kMostStep) throw parts.damaged("has an impossible texture step");
+    steps[c] = static_cast<std::uint8_t>(step);
+  }
+  Lattices lattices = decode_lattices(bytes, model.vertices.size() / 3, steps, parts.name);
+  std::vector<TextureLevels> levels;
+  for (const std::uint32_t level : lattices.levels) levels.push_back({level, level});
+  model.textures = make_texture_table(levels).entries;
+  for (TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
+  model.lattice = std::move(lattices.values);
+  return steps;
 }
 
 }  // namespace
@@ -210,25 +239,19 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
                        {"max", {high.x, high.y, high.z}}});
   accessors.push_back({{"bufferView", uv_view}, {"componentType", kFloat}, {"count", vertices}, {"type", "VEC2"}});
 
-  // Pictures: the baked colour that every viewer shows, then the features.
+  // What every viewer shows.
   std::vector<std::uint8_t> baked = bake_colours(model, options.bake_directions);
-  reduce_to_bits(baked, options.colour_bits);
-  const auto lattice = [&](std::uint32_t sample, int c) { return model.lattice[std::size_t(sample) * kChannels + c]; };
-  Pages colour(atlas), features_low(atlas), features_high(atlas);
-  colour.fill(model.textures, [&](std::uint32_t s, int c) { return c < 3 ? baked[std::size_t(s) * 3 + c] : lattice(s, 7); });
-  features_low.fill(model.textures, [&](std::uint32_t s, int c) { return lattice(s, c); });
-  features_high.fill(model.textures, [&](std::uint32_t s, int c) { return lattice(s, 4 + c); });
+  Pages colour(atlas);
+  colour.fill(model.textures, [&](std::uint32_t s, int c) {
+    return c < 3 ? baked[std::size_t(s) * 3 + c] : model.lattice[std::size_t(s) * kChannels + 7];
+  });
 
-  json images = json::array(), textures = json::array(), materials = json::array(), primitives = json::array(),
-       extension_pages = json::array();
-  const auto add_image = [&](const Image& image, const std::string& name) {
-    const std::string png = encode_png(image, "model");
-    images.push_back({{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", name}});
-    return static_cast<int>(images.size()) - 1;
-  };
+  json images = json::array(), textures = json::array(), materials = json::array(), primitives = json::array();
   for (std::size_t page = 0; page < atlas.pages.size(); ++page) {
-    const int image = add_image(colour.images()[page], "colour");
-    textures.push_back({{"sampler", 0}, {"source", image}});
+    const Image& whole = colour.images()[page];
+    const std::string png = options.colour_palette ? encode_png(make_palette(whole, colour.used(page)), "model") : encode_png(whole, "model");
+    images.push_back({{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", "colour"}});
+    textures.push_back({{"sampler", 0}, {"source", page}});
     materials.push_back(
         {{"name", "soup"},
          {"alphaMode", "MASK"},
@@ -249,9 +272,6 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
       primitive["indices"] = accessors.size() - 1;
     }
     primitives.push_back(primitive);
-    const int low_image = add_image(features_low.images()[page], "features 0-3");
-    const int high_image = add_image(features_high.images()[page], "features 4-6, opacity");
-    extension_pages.push_back({{"features", {low_image, high_image}}});
   }
   gltf["meshes"] = json::array({json{{"name", "soup"}, {"primitives", primitives}}});
   gltf["materials"] = materials;
@@ -260,13 +280,14 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   gltf["samplers"] = json::array({json{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}}});
   gltf["images"] = images;
 
-  static_assert(sizeof(AtlasPlace) == 8);
   json extension;
-  extension["version"] = 1;
+  extension["version"] = kVersion;
   extension["triangles"] = model.triangles();
-  extension["places"] = binary.add(atlas.places.data(), atlas.places.size() * sizeof(AtlasPlace));
+  const std::vector<std::byte> lattices = encode_lattices(model.lattice, model.textures, options.texture_steps);
+  extension["textures"] = {{"bufferView", binary.add(lattices.data(), lattices.size())},
+                           {"crc32", checksum(lattices)},
+                           {"steps", options.texture_steps}};
   extension["mlp"] = binary.add(model.mlp.parameters.data(), model.mlp.parameters.size() * 4);
-  extension["pages"] = extension_pages;
   extension["sphericalHarmonicsDegree"] = 2;
   extension["background"] = {model.background.r, model.background.g, model.background.b};
   extension["centre"] = {model.centre.x, model.centre.y, model.centre.z};
@@ -284,10 +305,8 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
 }
 
 ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name) {
-  const auto damaged = [&](const char* what) {
-    return Error("{}: {}; the file is cut or damaged, export or copy it again", name, what);
-  };
   const Glb glb = decode_glb(bytes, name);
+  const ModelParts parts{glb, name};
   const json& gltf = glb.document;
   if (!gltf.contains("extensions") || !gltf["extensions"].contains(kExtension))
     throw Error("{}: has no {} extension; it is not a trisoup model", name, kExtension);
@@ -296,84 +315,32 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
   Model& model = file.model;
   try {
     const json& extension = gltf["extensions"][kExtension];
-    const auto whole = [&](const json& value) {
-      if (!value.is_number_unsigned()) throw damaged("has something else where a whole number belongs");
-      return value.get<std::size_t>();
-    };
-    const auto view = [&](const json& index) {
-      const json& v = gltf.at("bufferViews").at(whole(index));
-      const std::size_t offset = v.contains("byteOffset") ? whole(v["byteOffset"]) : 0, length = whole(v.at("byteLength"));
-      if (offset > glb.binary.size() || length > glb.binary.size() - offset) throw damaged("has a bufferView beyond its end");
-      return glb.binary.subspan(offset, length);
-    };
-    if (const std::size_t version = whole(extension.at("version")); version != 1)
-      throw Error("{}: is of version {}, this program reads version 1; use a newer one", name, version);
+    const std::size_t version = parts.whole(extension.at("version"));
+    if (version < 1 || version > kVersion) throw Error("{}: is of version {}, this program reads versions 1 to {}; use a newer one", name, version, kVersion);
 
     // Vertices. Divisions rather than products: the file may claim any number.
-    const std::size_t triangles = whole(extension.at("triangles"));
+    const std::size_t triangles = parts.whole(extension.at("triangles"));
     const json& positions =
-        gltf.at("accessors").at(whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
-    const std::span<const std::byte> position_bytes = view(positions.at("bufferView"));
+        gltf.at("accessors").at(parts.whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
+    const std::span<const std::byte> position_bytes = parts.view(positions.at("bufferView"));
     constexpr std::size_t triangle_bytes = 3 * sizeof(glm::vec3);
     if (triangles == 0 || position_bytes.size() % triangle_bytes != 0 || position_bytes.size() / triangle_bytes != triangles)
-      throw damaged("has another number of vertices than its triangles need");
+      throw parts.damaged("has another number of vertices than its triangles need");
     model.vertices.resize(3 * triangles);
     std::memcpy(model.vertices.data(), position_bytes.data(), position_bytes.size());
     for (const glm::vec3& v : model.vertices)
-      if (!finite(v)) throw damaged("has a vertex that is no number");
+      if (!finite(v)) throw parts.damaged("has a vertex that is no number");
 
-    const std::span<const std::byte> mlp_bytes = view(extension.at("mlp"));
-    if (mlp_bytes.size() != Mlp::kParameters * sizeof(float)) throw damaged("has an MLP of another size");
+    const std::span<const std::byte> mlp_bytes = parts.view(extension.at("mlp"));
+    if (mlp_bytes.size() != Mlp::kParameters * sizeof(float)) throw parts.damaged("has an MLP of another size");
     std::memcpy(model.mlp.parameters.data(), mlp_bytes.data(), mlp_bytes.size());
     for (const float w : model.mlp.parameters)
-      if (!std::isfinite(w)) throw damaged("has an MLP weight that is no number");
+      if (!std::isfinite(w)) throw parts.damaged("has an MLP weight that is no number");
 
-    // Textures: where they lie, then page after page what is there.
-    const std::span<const std::byte> place_bytes = view(extension.at("places"));
-    if (place_bytes.size() / sizeof(AtlasPlace) != triangles || place_bytes.size() % sizeof(AtlasPlace) != 0)
-      throw damaged("has a texture table of another length");
-    std::vector<AtlasPlace> places(triangles);
-    std::memcpy(places.data(), place_bytes.data(), place_bytes.size());
-    const json& pages = extension.at("pages");
-    if (!pages.is_array() || pages.size() > kMaxPages) throw damaged("has an impossible number of atlas pages");
-    std::vector<TextureLevels> levels;
-    // One page, however little it holds, and room for every place.
-    std::uint64_t texels_left = std::uint64_t(kAtlasSide) * kAtlasSide;
-    for (const AtlasPlace& place : places) {
-      if (place.level > kMaxLevel || place.page >= pages.size() || place.turned > 1)
-        throw damaged("has an impossible texture table");
-      levels.push_back({place.level, place.level});
-      const glm::ivec2 block = atlas_block(place.level);
-      texels_left += 2 * std::uint64_t(block.x) * std::uint64_t(block.y);
-    }
-    const TextureTable table = make_texture_table(levels);
-    model.textures = table.entries;
-    for (TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
-    model.lattice.resize(table.lattice_samples * kChannels);
-    for (std::size_t page = 0; page < pages.size(); ++page) {
-      const json& features = pages[page].at("features");
-      for (int half = 0; half < 2; ++half) {
-        const std::span<const std::byte> png = view(gltf.at("images").at(whole(features.at(half))).at("bufferView"));
-        const std::uint64_t texels = png_texels(png);
-        if (texels == 0) throw damaged("has a texture that is no PNG");
-        if (texels > texels_left) throw damaged("has textures of more texels than its triangles need");
-        if (half == 1) texels_left -= texels;
-        const Image image = decode_image(png, name + " (texture)");
-        for (std::size_t t = 0; t < triangles; ++t) {
-          const AtlasPlace& place = places[t];
-          if (place.page != page) continue;
-          const int r = 1 << place.level;
-          const glm::ivec2 a = atlas_texel(place, 0, 0), b = atlas_texel(place, r, r);
-          if (std::min(a.x, b.x) < 0 || std::min(a.y, b.y) < 0 || std::max(a.x, b.x) >= image.width ||
-              std::max(a.y, b.y) >= image.height)
-            throw damaged("has a texture outside its page");
-          each_lattice_point(place.level, [&](int x, int y, std::uint32_t index) {
-            const glm::ivec2 texel = atlas_texel(place, x, y);
-            std::memcpy(&model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * kChannels + 4 * half],
-                        &image.rgba[(static_cast<std::size_t>(texel.y) * image.width + texel.x) * 4], 4);
-          });
-        }
-      }
+    if (version == 1) {
+      read_atlas_textures(parts, extension, model);
+    } else {
+      file.texture_steps = read_textures(parts, extension.at("textures"), model);
     }
 
     const auto vector = [&](const char* key) {
@@ -385,20 +352,20 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     model.scale = extension.at("scale").get<double>();
     if (extension.contains("origin")) model.origin = vector("origin");
     for (int c = 0; c < 3; ++c)
-      if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f)) throw damaged("has a background that is no colour");
+      if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f)) throw parts.damaged("has a background that is no colour");
     if (extension.at("sphericalHarmonicsDegree") != 2)
       throw Error("{}: was made with spherical harmonics of another degree than 2; use a newer trisoup", name);
     // Beyond these, floats have no digits left for the soup.
     if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) || !(model.scale > 1e-9 && model.scale < 1e9))
-      throw damaged("has an impossible centre or scale");
+      throw parts.damaged("has an impossible centre or scale");
     file.settings = extension.value("settings", json());
     if (extension.contains("up")) {
       file.up = vector("up");
-      if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12)) throw damaged("has an up direction without a length");
+      if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12)) throw parts.damaged("has an up direction without a length");
     }
     for (const json& row : extension.value("cameras", json::array())) {
       file.cameras.push_back(camera_of(row));
-      if (!possible(file.cameras.back().camera)) throw damaged("has an impossible camera");
+      if (!possible(file.cameras.back().camera)) throw parts.damaged("has an impossible camera");
     }
   } catch (const json::exception& e) {
     throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, printable(e.what()));

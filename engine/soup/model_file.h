@@ -14,6 +14,7 @@
 
 #include "scene/camera.h"
 #include "soup/atlas.h"
+#include "soup/refinement.h"
 #include "soup/soup.h"
 
 namespace trisoup::soup {
@@ -29,7 +30,8 @@ struct ModelFileOptions {
   std::optional<glm::dvec3> up;            // of the dataset, where it is known; glTF viewers get it as +Y
   std::optional<glm::dvec3> shown_up;      // where it is not: what they get as +Y instead, for the root node alone. Without either +Y is taken as it is.
   std::vector<glm::vec3> bake_directions;  // unit, from the surface towards the viewer; see bake_colours
-  std::uint32_t colour_bits = 8;           // of each of the plain colours' values; see texture_bits.h
+  TextureSteps texture_steps = kExactTextures;  // that the model's textures were rounded to; see round_textures
+  bool colour_palette = false;             // plain colours of 256 kinds, each sample either opaque or not: a quarter of the bytes
   nlohmann::json settings;                 // kept as it is, for people and for soup-eval
   std::vector<ModelCamera> cameras;        // for viewers
   int atlas_side = kAtlasSide;             // largest width and height of an atlas page, texels; see make_atlas
@@ -37,6 +39,7 @@ struct ModelFileOptions {
 
 struct ModelFile {
   Model model;
+  TextureSteps texture_steps = kExactTextures;  // those of the file: with them the model is written again in as few bytes
   nlohmann::json settings;
   std::optional<glm::dvec3> up;
   std::vector<ModelCamera> cameras;  // as they were written; none in files before there were any
@@ -44,7 +47,7 @@ struct ModelFile {
 
 /// The bytes of a model.glb. decode_model gives back the same vertices, lattices and MLP to the bit; lattices lie in triangle
 /// order. Throws Error on a model that no reader could take: no triangles, another number of vertices, a texture outside the
-/// lattice, a number that is not finite (training diverged), settings that are not UTF-8, more than the format can hold.
+/// lattice, or with a value that `texture_steps` do not reach, a number that is not finite (training diverged), settings that are not UTF-8, more than the format can hold.
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options);
 
 /// Throws Error on anything that is not a whole model file, before it takes memory that the file does not account for. `name`

@@ -125,6 +125,17 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
   return evaluate(gpu, model, scene, scene.test, near, far, on_render);
 }
 
+std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far) {
+  SoupBuffers soup = load_model(gpu, model, scene.normalisation);
+  Frame frame(gpu);
+  std::vector<BatchView> views;
+  for (const scene::View& view : scene.test) views.push_back(batch_view(view.camera, near, far));
+  std::vector<double> shares;
+  for (const std::vector<std::uint8_t>& shown : visible_in_each(gpu, soup, frame, views))
+    shares.push_back(static_cast<double>(std::count_if(shown.begin(), shown.end(), [](std::uint8_t s) { return s != 0; })) / soup.triangles);
+  return shares;
+}
+
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation) {
   soup::Model model;

@@ -52,6 +52,9 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
                     const OnRender& on_render = {});
 
+/// The share of its triangles that each test view shows, 0 to 1.
+std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far);
+
 /// 8-bit model of a soup in training: value = round(255 * sigmoid). `normalisation` takes it back to the dataset's coordinates.
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);

@@ -13,7 +13,7 @@
 #include "error.h"
 #include "soup/random.h"
 #include "soup/safetensors.h"
-#include "soup/texture_bits.h"
+#include "soup/refinement.h"
 #include "soup/texture_table.h"
 #include "train/checkpoint.h"
 #include "train/coverage.h"
@@ -410,7 +410,7 @@ void Trainer::run(const Callbacks& callbacks) {
 
 soup::Model Trainer::model() {
   soup::Model model = make_model(gpu_, soup_, scene_.background, scene_.normalisation);
-  soup::reduce_to_bits(model.lattice, settings_.texture_bits);
+  soup::round_textures(model.lattice, model.textures, soup::texture_steps(settings_.texture_bits));
   return model;
 }
 

@@ -6,18 +6,21 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include "common/host.h"
 #include "error.h"
-#include "npz.h"
 #include "image/image_file.h"
+#include "npz.h"
+#include "read_file.h"
 #include "shared_data.h"
 #include "soup/bake.h"
 #include "soup/glb.h"
 #include "soup/mesh.h"
+#include "soup/model_bytes.h"
 #include "soup/model_file.h"
 #include "soup/random.h"
-#include "soup/texture_bits.h"
+#include "soup/refinement.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
 
@@ -53,6 +56,13 @@ std::vector<std::byte> edited(const std::vector<std::byte>& bytes, F&& edit) {
   soup::Glb glb = soup::decode_glb(bytes, "memory");
   edit(glb.document);
   return soup::encode_glb(glb.document, glb.binary, "memory");
+}
+
+/// Of version 1, which had PNG pages: three triangles of one page.
+std::vector<std::byte> first_version() {
+  const std::string content = read_file(TRISOUP_SOURCE_DIR "/tests/fuzz/corpus/model_file/three_triangles.glb");
+  const auto bytes = std::as_bytes(std::span(content));
+  return {bytes.begin(), bytes.end()};
 }
 
 nlohmann::json& extension_of(nlohmann::json& document) { return document["extensions"]["TRISOUP_neural_textures"]; }
@@ -243,24 +253,52 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
   }
 }
 
-TEST_CASE("plain colours have the bits that were asked for, and features all of theirs", "[model_file]") {
-  const soup::Model model = random_model(40, 23);
+TEST_CASE("the bytes of a model are told by part", "[model_file][model_bytes]") {
+  soup::Model model = random_model(40, 35);
+  soup::ModelFileOptions options;
+  options.cameras.push_back({"a", true, {}});
+  const auto bytes = soup::encode_model(model, options);
+  const nlohmann::json parts = soup::bytes_by_part(edited(bytes, [](nlohmann::json& j) { extension_of(j)["cameras"] = nlohmann::json::array(); }), "x");
+  CHECK(parts["vertices"] == 40 * 36);
+  CHECK(parts["texture_coordinates"] == 40 * 24);
+  CHECK(parts["mlp"] == 595 * 4);
+  CHECK(parts["cameras"] == 2);
+  // Values are random: seven features take seven times what opacity takes.
+  CHECK(parts["features"].get<double>() == Approx(7 * parts["opacity"].get<double>()).epsilon(0.05));
+  std::size_t sum = 0;
+  for (const auto& part : parts) sum += part.get<std::size_t>();
+  CHECK(sum == edited(bytes, [](nlohmann::json& j) { extension_of(j)["cameras"] = nlohmann::json::array(); }).size());
+  CHECK_THROWS_WITH(soup::bytes_by_part(first_version(), "x.glb"), Contains("x.glb") && Contains("earlier version"));
+}
+
+TEST_CASE("plain colours of a palette are near the whole ones, and what is cut out stays so", "[model_file][palette]") {
+  soup::Model model = random_model(60, 23);
   soup::ModelFileOptions few;
-  few.colour_bits = 3;
+  few.colour_palette = true;
   const auto whole_bytes = soup::encode_model(model, {}), few_bytes = soup::encode_model(model, few);
   CHECK(few_bytes.size() < whole_bytes.size());
+  CHECK(same(model, soup::decode_model(few_bytes, "memory").model));
   const soup::Glb a = soup::decode_glb(whole_bytes, "memory"), b = soup::decode_glb(few_bytes, "memory");
-  const auto image = [](const soup::Glb& glb, int i) { return decode_image(view_of(glb, glb.document["images"][static_cast<std::size_t>(i)]["bufferView"]), "picture"); };
-  for (const int features : {1, 2}) CHECK(image(a, features).rgba == image(b, features).rgba);
-  const Image plain = image(a, 0), rounded = image(b, 0);
-  std::vector<glm::vec2> uv(model.vertices.size());
-  std::memcpy(uv.data(), view_of(a, a.document["accessors"][1]["bufferView"]).data(), uv.size() * sizeof(glm::vec2));
-  for (const glm::vec2& corner : uv) {
-    const glm::ivec2 texel(corner * glm::vec2(plain.width, plain.height));
-    const std::size_t at = (std::size_t(texel.y) * static_cast<std::size_t>(plain.width) + static_cast<std::size_t>(texel.x)) * 4;
-    for (std::size_t c = 0; c < 3; ++c) CHECK(rounded.rgba[at + c] == soup::in_bits(plain.rgba[at + c], 3));
-    CHECK(rounded.rgba[at + 3] == plain.rgba[at + 3]);
+  const auto image = [](const soup::Glb& glb) { return decode_image(view_of(glb, glb.document["images"][0]["bufferView"]), "picture"); };
+  const Image plain = image(a), reduced = image(b);
+  REQUIRE((plain.width == reduced.width && plain.height == reduced.height));
+  std::vector<std::uint32_t> levels;
+  for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);
+  const soup::Atlas atlas = soup::make_atlas(levels);
+  double squares = 0, samples = 0;
+  std::size_t moved = 0;
+  const auto compare = [&](const glm::ivec2& texel) {
+    const std::size_t at = (std::size_t(texel.y) * std::size_t(plain.width) + std::size_t(texel.x)) * 4;
+    moved += (plain.rgba[at + 3] >= 128) != (reduced.rgba[at + 3] >= 128);
+    for (std::size_t c = 0; c < 3; ++c, ++samples) squares += std::pow(double(plain.rgba[at + c]) - reduced.rgba[at + c], 2);
+  };
+  for (const soup::AtlasPlace& place : atlas.places) {
+    soup::each_lattice_point(place.level, [&](int x, int y, std::uint32_t) { compare(soup::atlas_texel(place, x, y)); });
+    soup::each_gutter_texel(place.level, [&](const soup::GutterTexel& gutter) { compare(soup::atlas_texel(place, gutter.at.x, gutter.at.y)); });
   }
+  CHECK(moved == 0);
+  // Colours that fill the cube: 224 cubes for half of them and 32 for the rest, whose sides are 42 and 80, are 12 and 23 from their middle.
+  CHECK(std::sqrt(squares / samples) < std::sqrt((12.0 * 12 + 23.0 * 23) / 2));
 }
 
 TEST_CASE("a model file that is cut, damaged or another's is refused", "[model_file]") {
@@ -283,37 +321,77 @@ TEST_CASE("a model file that is cut, damaged or another's is refused", "[model_f
 }
 
 TEST_CASE("a model file with impossible values in its JSON is refused", "[model_file]") {
-  const auto bytes = soup::encode_model(random_model(20, 4), {});
+  const auto version = GENERATE(1, 2);
+  CAPTURE(version);
+  const auto bytes = version == 1 ? first_version() : soup::encode_model(random_model(20, 4), {});
   using nlohmann::json;
   const auto refuses = [&](const char* what, auto&& edit) {
     CHECK_THROWS_WITH(soup::decode_model(edited(bytes, edit), "model.glb"), Contains("model.glb") && Contains(what));
   };
-  refuses("version 2", [](json& j) { extension_of(j)["version"] = 2; });
+  refuses("version 3", [](json& j) { extension_of(j)["version"] = 3; });
+  refuses("version 0", [](json& j) { extension_of(j)["version"] = 0; });
   refuses("whole number", [](json& j) { extension_of(j)["triangles"] = 1e300; });
-  refuses("whole number", [](json& j) { extension_of(j)["places"] = -1; });
   refuses("whole number", [](json& j) { j["bufferViews"][0]["byteOffset"] = "0"; });
   refuses("beyond its end", [](json& j) { j["bufferViews"][0]["byteLength"] = 0xffffffffffffffffu; });
   refuses("number of vertices", [](json& j) { extension_of(j)["triangles"] = 0x5555555555555555u; });
   refuses("number of vertices", [](json& j) { extension_of(j)["triangles"] = 0; });
-  refuses("texture table", [](json& j) { extension_of(j)["places"] = extension_of(j)["mlp"]; });
-  refuses("MLP", [](json& j) { extension_of(j)["mlp"] = extension_of(j)["places"]; });
-  refuses("number of atlas pages", [](json& j) { extension_of(j)["pages"] = 1; });
-  refuses("number of atlas pages", [](json& j) {
-    const json page = extension_of(j)["pages"][0];
-    extension_of(j)["pages"] = json(257, page);
-  });
-  refuses("impossible texture table", [](json& j) { extension_of(j)["pages"] = json::array(); });
-  refuses("no PNG", [](json& j) { j["images"][1]["bufferView"] = 0; });
+  refuses("MLP", [](json& j) { extension_of(j)["mlp"] = 0; });
   refuses("centre or scale", [](json& j) { extension_of(j)["scale"] = 0; });
   refuses("background", [](json& j) { extension_of(j)["background"] = {1e300, 0, 0}; });
   refuses("background", [](json& j) { extension_of(j)["background"] = {0, 9, 0}; });
   refuses("harmonics", [](json& j) { extension_of(j)["sphericalHarmonicsDegree"] = 3; });
   refuses("JSON", [](json& j) { extension_of(j)["background"] = nullptr; });
   refuses("JSON", [](json& j) { j["meshes"] = 7; });
+  if (version == 1) {
+    refuses("whole number", [](json& j) { extension_of(j)["places"] = -1; });
+    refuses("texture table", [](json& j) { extension_of(j)["places"] = extension_of(j)["mlp"]; });
+    refuses("number of atlas pages", [](json& j) { extension_of(j)["pages"] = 1; });
+    refuses("number of atlas pages", [](json& j) {
+      const json page = extension_of(j)["pages"][0];
+      extension_of(j)["pages"] = json(257, page);
+    });
+    refuses("impossible texture table", [](json& j) { extension_of(j)["pages"] = json::array(); });
+    refuses("no PNG", [](json& j) { j["images"][1]["bufferView"] = 0; });
+  } else {
+    refuses("JSON", [](json& j) { extension_of(j).erase("textures"); });
+    refuses("whole number", [](json& j) { extension_of(j)["textures"]["bufferView"] = -1; });
+    refuses("damaged textures", [](json& j) { extension_of(j)["textures"]["crc32"] = 1; });
+    refuses("damaged textures", [](json& j) { extension_of(j)["textures"]["bufferView"] = 0; });
+    refuses("number of texture steps", [](json& j) { extension_of(j)["textures"]["steps"] = {1, 1}; });
+    refuses("number of texture steps", [](json& j) { extension_of(j)["textures"]["steps"] = "1"; });
+    refuses("impossible texture step", [](json& j) { extension_of(j)["textures"]["steps"][7] = 0; });
+    refuses("impossible texture step", [](json& j) { extension_of(j)["textures"]["steps"][0] = 129; });
+    refuses("whole number", [](json& j) { extension_of(j)["textures"]["steps"][0] = 1.5; });
+  }
+}
+
+TEST_CASE("a file of version 1 is read, and written again as it is in less", "[model_file]") {
+  const auto bytes = first_version();
+  const soup::ModelFile file = soup::decode_model(bytes, "memory");
+  CHECK(file.model.triangles() == 3);
+  CHECK(file.texture_steps == soup::kExactTextures);
+  CHECK(std::set<std::uint8_t>(file.model.lattice.begin(), file.model.lattice.end()).size() > 3);
+  soup::ModelFileOptions options;
+  options.settings = file.settings;
+  CHECK(same(file.model, soup::decode_model(soup::encode_model(file.model, options), "memory").model));
+}
+
+TEST_CASE("rounded textures take less, and their steps are told", "[model_file]") {
+  soup::Model model = random_model(60, 31);
+  const auto whole = soup::encode_model(model, {});
+  soup::ModelFileOptions options;
+  options.texture_steps = soup::texture_steps(6);
+  CHECK_THROWS_WITH(soup::encode_model(model, options), Contains("round its textures"));
+  soup::round_textures(model.lattice, model.textures, options.texture_steps);
+  const auto bytes = soup::encode_model(model, options);
+  CHECK(bytes.size() + model.lattice.size() / 4 < whole.size());
+  const soup::ModelFile file = soup::decode_model(bytes, "memory");
+  CHECK(same(model, file.model));
+  CHECK(file.texture_steps == options.texture_steps);
 }
 
 TEST_CASE("a model file is refused for what its binary part says", "[model_file]") {
-  const auto bytes = soup::encode_model(random_model(20, 4), {});
+  const auto bytes = first_version();
   const soup::Glb glb = soup::decode_glb(bytes, "memory");
   const auto refuses = [&](const char* what, auto&& view_index, auto&& edit) {
     std::vector<std::byte> binary(glb.binary.begin(), glb.binary.end());
@@ -360,7 +438,7 @@ TEST_CASE("a model file is refused for what its binary part says", "[model_file]
 
 TEST_CASE("a small file whose pages unpack to gigabytes is refused before they are", "[model_file]") {
   // One empty page of 8,192 x 8,192 texels is some 300 KB of PNG, and JSON may name it many times.
-  const auto bytes = soup::encode_model(random_model(2, 4), {});
+  const auto bytes = first_version();
   soup::Glb glb = soup::decode_glb(bytes, "memory");
   Image empty{8192, 8192, {}};
   empty.rgba.resize(std::size_t(8192) * 8192 * 4, 0);

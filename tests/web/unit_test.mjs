@@ -4,13 +4,19 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Navigation, framingOf, viewOf } from "../../web/camera.js";
 import { SoupError } from "../../web/error.js";
+import { decodeGlb } from "../../web/glb.js";
+import { decodeLattices, makeAtlas } from "../../web/lattice.js";
 import { decodeModel, placeOf } from "../../web/model.js";
 import { isWholePng, pngSize } from "../../web/png.js";
 import { layer, literal } from "../../web/shaders.js";
 import { cutPages, placeOnTile } from "../../web/tiles.js";
 import { edited } from "./edit_glb.mjs";
+import { rgbaOf } from "./png.mjs";
 
 const file = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url)));
+
+/** The same model, written as it is today. */
+const second = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles_2.glb", import.meta.url)));
 
 const rewritten = (change) => edited(file, change);
 
@@ -92,7 +98,7 @@ test("documents that are something else", () => {
   const wrong = [
     (d) => { delete d.extensions; }, (d) => { d.bufferViews = 5; }, (d) => { d.meshes = []; }, (d) => { d.images = null; },
     (d) => { d.bufferViews[0].byteLength = -1; }, (d) => { d.bufferViews[0].byteOffset = 1e300; }, (d) => { d.bufferViews[0].byteOffset = "0"; },
-    (_, e) => { e.version = 2; }, (_, e) => { e.triangles = 0; }, (_, e) => { e.triangles = 2 ** 40; }, (_, e) => { e.triangles = 1.5; },
+    (_, e) => { e.version = 3; }, (_, e) => { e.version = 0; }, (_, e) => { e.triangles = 0; }, (_, e) => { e.triangles = 2 ** 40; }, (_, e) => { e.triangles = 1.5; },
     (_, e) => { e.mlp = e.places; }, (_, e) => { e.places = e.mlp; }, (_, e) => { e.pages = {}; }, (_, e) => { e.pages = []; },
     (_, e) => { e.pages = [{ features: [1] }]; }, (_, e) => { e.pages = Array(300).fill(e.pages[0]); }, (_, e) => { e.scale = 0; },
     (_, e) => { e.centre = [1, 2]; }, (_, e) => { e.centre = ["1", 2, 3]; }, (_, e) => { e.background = [2, 0, 0]; }, (_, e) => { e.up = [0, 0, 0]; },
@@ -100,6 +106,66 @@ test("documents that are something else", () => {
   ];
   for (const change of wrong) assert.ok(complaint(rewritten(change)), `${change}`);
   for (const text of ["", "no model", "\x89PNG\r\n\x1a\n"]) assert.match(complaint(new TextEncoder().encode(text)), /not a binary glTF/);
+});
+
+test("a file of today has the lattices of the same model in version 1", () => {
+  const old = decodeModel(file, "x.glb"), model = decodeModel(second, "x.glb");
+  assert.deepEqual(model.vertices, old.vertices);
+  assert.deepEqual(model.mlp, old.mlp);
+  const before = old.pages[0].features.map((png) => rgbaOf(Buffer.from(png)));
+  let compared = 0;
+  for (let t = 0; t < 3; ++t) {
+    const from = placeOf(old.places, t), to = placeOf(model.places, t), r = 1 << from.level;
+    assert.equal(to.level, from.level);
+    const texel = ({ x0, y0, turned }, width, x, y) => 4 * (turned ? (y0 - y) * width + x0 - x : (y0 + y) * width + x0 + x);
+    for (let y = 0; y <= r; ++y)
+      for (let x = 0; x + y <= r; ++x)
+        for (const half of [0, 1]) {
+          const a = texel(from, before[half].width, x, y), b = texel(to, model.pages[to.page].width, x, y);
+          assert.deepEqual([...model.pages[to.page].features[half].rgba.slice(b, b + 4)], [...before[half].rgba.slice(a, a + 4)]);
+          ++compared;
+        }
+  }
+  assert.ok(compared > 12);
+});
+
+test("a file of today is whole or it is refused", () => {
+  for (let length = 0; length < second.length; ++length) assert.ok(complaint(second.slice(0, length)), `${length} bytes`);
+  for (let at = 0; at < second.length; at += 3) {
+    const damaged = second.slice();
+    damaged[at] ^= 0x41;
+    complaint(damaged);
+  }
+  const wrong = [
+    (_, e) => { delete e.textures; }, (_, e) => { e.textures.crc32 ^= 1; }, (_, e) => { e.textures.bufferView = 0; }, (_, e) => { e.textures.steps = [1]; },
+    (_, e) => { e.textures.steps[3] = 0; }, (_, e) => { e.textures.steps[3] = 129; }, (_, e) => { e.textures.steps = null; }, (_, e) => { e.triangles = 4; },
+  ];
+  for (const change of wrong) assert.ok(complaint(edited(second, change)), `${change}`);
+});
+
+test("lattices that end too early are none", () => {
+  const { document, binary } = decodeGlb(second, "x"), { bufferView, steps } = document.extensions.TRISOUP_neural_textures.textures;
+  const { byteOffset, byteLength } = document.bufferViews[bufferView], bytes = binary.subarray(byteOffset, byteOffset + byteLength);
+  assert.ok(decodeLattices(bytes, 3, steps));
+  assert.equal(decodeLattices(bytes.subarray(0, bytes.length >> 1), 3, steps), null);
+  assert.equal(decodeLattices(bytes, 100000, steps), null);
+});
+
+test("atlases are those of the native programs", () => {
+  // Two of a level share a block; shelves of falling height; a page ends at its side (tests/host/atlas_test.cpp).
+  const levels = Uint8Array.from({ length: 5000 }, (_, i) => i % 6), { places, pages } = makeAtlas(levels, 512);
+  assert.ok(pages.length > 1);
+  const taken = pages.map(({ width, height }) => new Uint8Array(width * height));
+  for (let t = 0; t < levels.length; ++t) {
+    const { x0, y0, level, page, turned } = placeOf(places, t), r = 1 << level;
+    assert.equal(level, levels[t]);
+    for (let y = 0; y <= r; ++y)
+      for (let x = 0; x + y <= r; ++x) {
+        const [u, v] = turned ? [x0 - x, y0 - y] : [x0 + x, y0 + y];
+        assert.ok(u >= 0 && v >= 0 && u < pages[page].width && v < pages[page].height);
+        assert.equal(taken[page][v * pages[page].width + u]++, 0, "no texel is of two triangles");
+      }
+  }
 });
 
 test("a PNG is whole or it is not", () => {

@@ -33,7 +33,7 @@ export async function unpackModel(model) {
     await checkDecoder(gl);
     const pages = await decodePages(model);
     const drawn = uploadModel(gl, model, pages);
-    for (const picture of pages.flat()) picture.close();
+    for (const picture of pages.flat()) picture.close?.();
     const unpacked = readBack(gl, drawn);
     releaseModel(gl, drawn);
     return unpacked;
