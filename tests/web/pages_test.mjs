@@ -10,7 +10,8 @@ import { edited } from "./edit_glb.mjs";
 import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
 import { readPng } from "./png.mjs";
 
-const corpus = readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url));
+/** Of both versions of the format. */
+const corpus = ["three_triangles.glb", "three_triangles_2.glb"].map((name) => readFileSync(new URL(`../fuzz/corpus/model_file/${name}`, import.meta.url)));
 const firstCamera = decodeGlb(model, "x").document.extensions.TRISOUP_neural_textures.cameras[0].name;
 
 before(() => {
@@ -222,12 +223,16 @@ test("damaged files give one line", () => {
     damaged[at] ^= 0xff;
     return damaged;
   };
-  // In the last chunk of the last texture, and in a run of places through both files.
-  const end = model.lastIndexOf("IEND") - 8;
+  // In the middle of the textures, and in a run of places through both files.
+  const { document, binary } = decodeGlb(model, "model.glb"), { bufferView } = document.extensions.TRISOUP_neural_textures.textures;
+  const { byteOffset, byteLength } = document.bufferViews[bufferView];
+  const middle = model.length - binary.length + byteOffset + (byteLength >> 1);
   const files = [[], ["no model at all"], model.subarray(0, 1000), model.subarray(0, model.length - 1), model.subarray(0, model.length >> 1),
-    flipped(model, 0), flipped(model, 9), flipped(model, 30), flipped(model, end)];
-  for (let at = 40; at < corpus.length; at += 307) files.push(flipped(corpus, at));
-  for (let length = 20; length < corpus.length; length += 701) files.push(corpus.subarray(0, length));
+    flipped(model, 0), flipped(model, 9), flipped(model, 30), flipped(model, middle)];
+  for (const file of corpus) {
+    for (let at = 40; at < file.length; at += 613) files.push(flipped(file, at));
+    for (let length = 20; length < file.length; length += 1402) files.push(file.subarray(0, length));
+  }
   return on("/none.html", async (page) => {
     let told = 0;
     for (const [i, bytes] of files.entries()) {
