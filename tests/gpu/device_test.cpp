@@ -10,7 +10,7 @@
 using namespace trisoup;
 using Catch::Matchers::Contains;
 
-TEST_CASE("copies of any size arrive, in order", "[device]") {
+TEST_CASE("copies of any size arrive, in order", "[device][each_driver]") {
   auto gpu = test::open_device();
   // Below and above the inline limit of 64 KiB and the staging buffer of 64 MiB.
   for (const std::size_t count : {1ul, 1000ul, 16384ul, 16385ul, 17ul << 20}) {
@@ -62,7 +62,7 @@ TEST_CASE("a kernel or a device that does not exist is named", "[device]") {
   CHECK_THROWS_WITH(gpu::open_device(options), Contains("99"));
 }
 
-TEST_CASE("what is recorded runs when it is replayed, as often, with what was given before", "[device]") {
+TEST_CASE("what is recorded runs when it is replayed, as often, with what was given before", "[device][each_driver]") {
   auto gpu = test::open_device();
   const gpu::Buffer a = gpu->allocate(16, "a"), b = gpu->allocate(16, "b"), c = gpu->allocate(16, "c");
   gpu->fill(a.address(), 16, 1);

@@ -119,7 +119,7 @@ std::vector<glm::vec3> ring_start(const train::Settings& s) {
 
 }  // namespace
 
-TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[exposure]") {
+TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[exposure][each_driver]") {
   auto gpu = test::open_device();
   // Photograph 3 is in the batch twice, 0 and 2 are not.
   ExposedScene s(*gpu, {view_of(3, 0.2, 40, 30), view_of(1, 2.0, 33, 47), view_of(3, 0.9, 21, 50)}, {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 4);

@@ -51,7 +51,7 @@ train::Settings settings_with(double samples_per_pixel) {
 
 }  // namespace
 
-TEST_CASE("triangles are as large as the pixel says that shows them largest", "[levels]") {
+TEST_CASE("triangles are as large as the pixel says that shows them largest", "[levels][each_driver]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views = kViews;
   views[1].photograph_pixels = 4;
@@ -92,7 +92,7 @@ TEST_CASE("a photograph's pixels count, not those of the smaller view in which t
   CHECK(compared > 4);
 }
 
-TEST_CASE("the change to fine levels gives every triangle what its pixels ask for", "[levels]") {
+TEST_CASE("the change to fine levels gives every triangle what its pixels ask for", "[levels][each_driver]") {
   auto gpu = test::open_device();
   const double samples = GENERATE(0.0, 0.2, 1.0);
   SmallScene s(*gpu, 40, {{0, 0}}, kViews, 5);

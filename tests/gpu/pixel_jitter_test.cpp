@@ -124,7 +124,7 @@ TEST_CASE("a photograph is sampled where the soup is", "[jitter]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("photographs between their pixels are cubic, and the same bits everywhere", "[jitter]") {
+TEST_CASE("photographs between their pixels are cubic, and the same bits everywhere", "[jitter][each_driver]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kSizes[][2] = {{21, 17}, {3, 40}, {1, 1}};
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, 8, 8)});

@@ -31,7 +31,7 @@ double mean_of(const Image& image) {
 
 }  // namespace
 
-TEST_CASE("the renderer shows what the kernels infer", "[renderer]") {
+TEST_CASE("the renderer shows what the kernels infer", "[renderer][each_driver]") {
   auto gpu = test::open_device();
   const soup::Model model = random_model(*gpu, 40);
   const render::MlpUse use = GENERATE(render::MlpUse::compiled, render::MlpUse::read);
@@ -115,7 +115,7 @@ TEST_CASE("every mode draws, silently", "[renderer]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("renderer and kernels clip triangles that reach behind the camera alike, and drop them alike", "[renderer]") {
+TEST_CASE("renderer and kernels clip triangles that reach behind the camera alike, and drop them alike", "[renderer][each_driver]") {
   auto gpu = test::open_device();
   soup::Model model = random_model(*gpu, 30);
   const std::vector<scene::View> views{view_at(0.3, 160, 120), view_at(2.0, 120, 120)};

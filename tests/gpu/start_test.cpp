@@ -64,7 +64,7 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
   test::require_silence(*gpu);
 }
 
-TEST_CASE("what would open a hole stays", "[start]") {
+TEST_CASE("what would open a hole stays", "[start][each_driver]") {
   auto gpu = test::open_device();
   // From the camera at x = 1: a triangle, one behind it, a backdrop.
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, 16, 16), test::view_from(0.2, 9, 13)});

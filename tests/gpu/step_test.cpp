@@ -183,7 +183,7 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   test::require_silence(*gpu);
 }
 
-TEST_CASE("before the optimiser every buffer of a step is that of the kernels on the CPU", "[step]") {
+TEST_CASE("before the optimiser every buffer of a step is that of the kernels on the CPU", "[step][each_driver]") {
   auto gpu = test::open_device();
   gpu::DeviceOptions on_cpu;
   on_cpu.backend = "cpu";

@@ -53,7 +53,7 @@ double sum_of_levels(const soup::TextureEntry& row, const std::vector<float>& lo
 
 }  // namespace
 
-TEST_CASE("lifted textures look the same at the coarsest new level, whatever the levels were", "[textures]") {
+TEST_CASE("lifted textures look the same at the coarsest new level, whatever the levels were", "[textures][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(21);
   const std::vector<soup::TextureLevels> before{{0, 0}, {0, 2}, {1, 1}, {2, 5}, {0, 5}, {3, 3}};
@@ -121,7 +121,7 @@ TEST_CASE("triangles that are their whole parent, and copies, inherit its levels
   test::require_silence(*gpu);
 }
 
-TEST_CASE("halves of a split triangle look like their part of it", "[textures]") {
+TEST_CASE("halves of a split triangle look like their part of it", "[textures][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(23);
   const std::vector<soup::TextureLevels> parent_levels{{2, 5}, {0, 0}, {1, 3}, {0, 5}};
@@ -239,7 +239,7 @@ TEST_CASE("a level that is new starts with the second moment of the next coarser
   test::require_silence(*gpu);
 }
 
-TEST_CASE("textures in 8 bits are rounded to the nearest", "[textures]") {
+TEST_CASE("textures in 8 bits are rounded to the nearest", "[textures][each_driver]") {
   auto gpu = test::open_device();
   std::vector<float> values{0.0f, 1.0f, -0.0f, -1.0f, 1.5f, NAN, 127.5f / 255.0f, std::nextafter(127.5f / 255.0f, 0.0f)};
   // Around the middle between two bytes, and just below it, where adding a half would already round up.

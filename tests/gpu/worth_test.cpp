@@ -52,7 +52,7 @@ std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& sc
 
 }  // namespace
 
-TEST_CASE("worth is what pictures lose when a triangle or its finest level goes", "[worth]") {
+TEST_CASE("worth is what pictures lose when a triangle or its finest level goes", "[worth][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(5);
   const scene::Scene scene = noise(3, random);

@@ -12,7 +12,7 @@ using namespace trisoup;
 
 namespace {
 
-glm::dvec3 random_in(soup::Random& r, double low, double high) {
+glm::dvec3 random_vector_in(soup::Random& r, double low, double high) {
   return {r.uniform(low, high), r.uniform(low, high), r.uniform(low, high)};
 }
 
@@ -39,8 +39,8 @@ std::vector<Pixel> tinted_pixels(double noise) {
   soup::Random r(5);
   std::vector<Pixel> pixels;
   for (int i = 0; i < 4000; ++i) {
-    const glm::dvec3 c = random_in(r, 0.05, 0.75);
-    pixels.push_back({c, f64::exposed(kTinted, c) + random_in(r, -noise, noise)});
+    const glm::dvec3 c = random_vector_in(r, 0.05, 0.75);
+    pixels.push_back({c, f64::exposed(kTinted, c) + random_vector_in(r, -noise, noise)});
   }
   return pixels;
 }
@@ -51,9 +51,9 @@ TEST_CASE("exposure: the gradient by the colour, also where a photograph is at i
   soup::Random r(1);
   int ended = 0;
   for (int i = 0; i < 200; ++i) {
-    const f64::Exposure m{random_in(r, 0.5, 1.8), random_in(r, -0.4, 0.4), 0};
-    glm::dvec3 c = random_in(r, 0, 1), photograph = random_in(r, 0.1, 0.9);
-    const glm::dvec3 d = random_in(r, -1, 1), shown = f64::exposed(m, c);
+    const f64::Exposure m{random_vector_in(r, 0.5, 1.8), random_vector_in(r, -0.4, 0.4), 0};
+    glm::dvec3 c = random_vector_in(r, 0, 1), photograph = random_vector_in(r, 0.1, 0.9);
+    const glm::dvec3 d = random_vector_in(r, -1, 1), shown = f64::exposed(m, c);
     for (int k = 0; k < 3; ++k) {
       if (r.uniform01() < 0.3) photograph[k] = r.uniform01() < 0.5 ? 0.0 : 1.0;
       ended += (photograph[k] == 1 && shown[k] > 1) || (photograph[k] == 0 && shown[k] < 0);
@@ -101,7 +101,7 @@ TEST_CASE("exposure: where there is nothing to tell it from it is the identity, 
   // A rendering that explains little moves little.
   soup::Random r(3);
   std::vector<Pixel> noise;
-  for (int i = 0; i < 4000; ++i) noise.push_back({random_in(r, 0, 1), random_in(r, 0.1, 0.9)});
+  for (int i = 0; i < 4000; ++i) noise.push_back({random_vector_in(r, 0, 1), random_vector_in(r, 0.1, 0.9)});
   const f64::Exposure little = fit(noise, 10);
   for (int k = 0; k < 3; ++k) CHECK(std::abs(little.gain[k] - 1) < 0.35);
 }
@@ -125,7 +125,7 @@ TEST_CASE("exposure: beyond what is common to all, the mean is the identity and 
   std::array<f64::Exposure, kPhotographs> all;
   f64::Exposure mean{glm::dvec3(0), glm::dvec3(0), 0};
   for (f64::Exposure& m : all) {
-    m = {random_in(r, 0.6, 1.9), random_in(r, -0.1, 0.1), 0};
+    m = {random_vector_in(r, 0.6, 1.9), random_vector_in(r, -0.1, 0.1), 0};
     mean.gain += m.gain / double(kPhotographs);
     mean.offset += m.offset / double(kPhotographs);
   }
@@ -135,7 +135,7 @@ TEST_CASE("exposure: beyond what is common to all, the mean is the identity and 
     const f64::Exposure rest = f64::exposure_beyond(m, mean, share);
     rest_mean.gain += rest.gain / double(kPhotographs);
     rest_mean.offset += rest.offset / double(kPhotographs);
-    const glm::dvec3 c = random_in(r, 0, 1), again = f64::exposed(rest, f64::exposed(mean, c)), once = f64::exposed(m, c);
+    const glm::dvec3 c = random_vector_in(r, 0, 1), again = f64::exposed(rest, f64::exposed(mean, c)), once = f64::exposed(m, c);
     for (int k = 0; k < 3; ++k) {
       if (share == 1) CHECK(again[k] == Approx(once[k]).margin(1e-12));
       if (share == 0) CHECK((rest.gain[k] == 1 && rest.offset[k] == 0));
@@ -157,7 +157,7 @@ TEST_CASE("exposure: differences are believed as far as they are larger than the
   soup::Random r(4);
   std::vector<Pixel> pixels;
   for (int i = 0; i < 4000; ++i) {
-    const glm::dvec3 c = random_in(r, 0.3, 0.5);
+    const glm::dvec3 c = random_vector_in(r, 0.3, 0.5);
     pixels.push_back({c, c + (i % 2 ? error : -error)});
   }
   CHECK(fit(pixels, 2).variance == Approx(error * error / 10 / (0.16 + 0.01 / 3)).epsilon(0.02));

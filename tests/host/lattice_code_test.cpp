@@ -15,13 +15,13 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-struct Textures {
+struct CodedTextures {
   std::vector<soup::TextureEntry> table;
   std::vector<std::uint8_t> values;
 };
 
 /// Of all levels, `noise` in 255ths around a slope.
-Textures noisy_textures(std::size_t triangles, std::uint32_t noise, std::uint64_t seed) {
+CodedTextures noisy_textures(std::size_t triangles, std::uint32_t noise, std::uint64_t seed) {
   soup::Random random(seed);
   std::vector<soup::TextureLevels> levels;
   for (std::size_t t = 0; t < triangles; ++t) {
@@ -29,7 +29,7 @@ Textures noisy_textures(std::size_t triangles, std::uint32_t noise, std::uint64_
     levels.push_back({level, level});
   }
   const soup::TextureTable table = soup::make_texture_table(levels);
-  Textures textures{table.entries, {}};
+  CodedTextures textures{table.entries, {}};
   for (std::size_t i = 0; i < table.lattice_samples * 8; ++i)
     textures.values.push_back(static_cast<std::uint8_t>(random.below(noise + 1) + (256 - noise - 1) / 2));
   return textures;
@@ -76,7 +76,7 @@ TEST_CASE("an arithmetic coder carries through bytes that wait", "[range_coder]"
 TEST_CASE("lattices come back from their bytes, whatever their steps", "[lattice_code]") {
   for (std::uint32_t bits = 1; bits <= 8; ++bits) {
     CAPTURE(bits);
-    Textures textures = noisy_textures(50, bits % 2 ? 255 : 20, bits);
+    CodedTextures textures = noisy_textures(50, bits % 2 ? 255 : 20, bits);
     const soup::TextureSteps steps = soup::texture_steps(bits);
     soup::round_textures(textures.values, textures.table, steps);
     const std::vector<std::byte> bytes = soup::encode_lattices(textures.values, textures.table, steps);
@@ -88,7 +88,7 @@ TEST_CASE("lattices come back from their bytes, whatever their steps", "[lattice
 
 TEST_CASE("textures take the bytes that their noise needs", "[lattice_code]") {
   const auto bits_a_value = [](std::uint32_t noise) {
-    const Textures textures = noisy_textures(400, noise, 4);
+    const CodedTextures textures = noisy_textures(400, noise, 4);
     return 8.0 * double(soup::encode_lattices(textures.values, textures.table, soup::kExactTextures).size()) / double(textures.values.size());
   };
   CHECK(bits_a_value(0) < 0.02);
@@ -98,7 +98,7 @@ TEST_CASE("textures take the bytes that their noise needs", "[lattice_code]") {
 }
 
 TEST_CASE("values that steps do not reach are not written, and bytes that end too early not read", "[lattice_code]") {
-  const Textures textures = noisy_textures(30, 255, 7);
+  const CodedTextures textures = noisy_textures(30, 255, 7);
   CHECK_THROWS_WITH(soup::encode_lattices(textures.values, textures.table, soup::texture_steps(6)), Contains("round its textures"));
   const std::vector<std::byte> bytes = soup::encode_lattices(textures.values, textures.table, soup::kExactTextures);
   for (std::size_t n = 0; n < bytes.size() - 8; n += 1 + bytes.size() / 50)

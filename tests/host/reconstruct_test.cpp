@@ -13,22 +13,17 @@
 #include "printable.h"
 #include "scene/reconstruct.h"
 #include "scene/video_frames.h"
+#include "packed.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;
 using namespace trisoup::scene;
 using Catch::Matchers::Contains;
+using test::pack;
 using test::SceneFolder;
 namespace fs = std::filesystem;
 
 namespace {
-
-template <typename... Values>
-std::string pack(Values... values) {
-  std::string bytes;
-  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
-  return bytes;
-}
 
 // What the pretended COLMAP does besides noting its calls. $out is the mapper's folder; `model N NAMES...` leaves a
 // model there.

@@ -8,19 +8,15 @@
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
 #include "read_file.h"
+#include "packed.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;
 using namespace trisoup::scene;
 
-namespace {
+using test::pack;
 
-template <typename... Values>
-std::string pack(Values... values) {
-  std::string bytes;
-  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
-  return bytes;
-}
+namespace {
 
 std::string cameras_binary() {
   return pack(std::uint64_t(2), std::uint32_t(1), std::int32_t(1), std::uint64_t(64), std::uint64_t(48), 50.0, 51.0, 31.0, 25.0) +

@@ -4,25 +4,21 @@
 #include "error.h"
 #include "scene/ply_points.h"
 #include "read_file.h"
+#include "packed.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;
 using namespace trisoup::scene;
 
-namespace {
+using test::pack;
 
-template <typename... Values>
-std::string pack(Values... values) {
-  std::string bytes;
-  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
-  return bytes;
-}
+namespace {
 
 const std::string colour_properties = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 const std::string position_properties = "property float x\nproperty float y\nproperty float z\n";
 
 PointCloud parse(const std::string& content) { return parse_ply_points(bytes_of(content), "p.ply"); }
-std::string message(const std::string& content) {
+std::string ply_message(const std::string& content) {
   return test::message_of([&] { parse(content); });
 }
 
@@ -55,24 +51,24 @@ TEST_CASE("PLY colours of other types, or none", "[scene][ply]") {
 
 TEST_CASE("bad PLY files say what and how to mend it", "[scene][ply]") {
   const std::string start = "ply\nformat ascii 1.0\nelement vertex 2\n";
-  CHECK(message("").find("ends inside the PLY header") != std::string::npos);
-  CHECK(message("plx\n") == "p.ply: does not start with 'ply'; give a PLY file");
-  CHECK(message("ply\nformat binary_big_endian 1.0\n") ==
+  CHECK(ply_message("").find("ends inside the PLY header") != std::string::npos);
+  CHECK(ply_message("plx\n") == "p.ply: does not start with 'ply'; give a PLY file");
+  CHECK(ply_message("ply\nformat binary_big_endian 1.0\n") ==
         "p.ply: format binary_big_endian; export the points as ascii or binary_little_endian");
-  CHECK(message("ply\nelement vertex 2\n" + position_properties + "end_header\n").find("names no format") != std::string::npos);
-  CHECK(message(start + "property float x\nproperty float y\nend_header\n1 2\n").find("no x, y, z") != std::string::npos);
-  CHECK(message("ply\nformat ascii 1.0\nend_header\n").find("no element vertex") != std::string::npos);
-  CHECK(message("ply\nproperty float x\n").find("before any element") != std::string::npos);
-  CHECK(message(start + "property quad x\n") == "p.ply: line 4: unknown property type 'quad'; export the points again");
-  CHECK(message(start + "property list uchar int x\nend_header\n").find("holds lists") != std::string::npos);
-  CHECK(message(start + position_properties + "end_header\n1 2 3\n").find("ends before its last point") != std::string::npos);
-  CHECK(message(start + position_properties + "end_header\n1 2 3\n1 2\n").find("ends before its vertex values") !=
+  CHECK(ply_message("ply\nelement vertex 2\n" + position_properties + "end_header\n").find("names no format") != std::string::npos);
+  CHECK(ply_message(start + "property float x\nproperty float y\nend_header\n1 2\n").find("no x, y, z") != std::string::npos);
+  CHECK(ply_message("ply\nformat ascii 1.0\nend_header\n").find("no element vertex") != std::string::npos);
+  CHECK(ply_message("ply\nproperty float x\n").find("before any element") != std::string::npos);
+  CHECK(ply_message(start + "property quad x\n") == "p.ply: line 4: unknown property type 'quad'; export the points again");
+  CHECK(ply_message(start + "property list uchar int x\nend_header\n").find("holds lists") != std::string::npos);
+  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n").find("ends before its last point") != std::string::npos);
+  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2\n").find("ends before its vertex values") !=
         std::string::npos);
-  CHECK(message(start + position_properties + "end_header\n1 2 3\n1 2 nan\n").find("point 1 is not finite") != std::string::npos);
-  CHECK(message("ply\nformat ascii 1.0\nelement vertex 18446744073709551615\n" + position_properties + "end_header\n1 2 3\n")
+  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2 nan\n").find("point 1 is not finite") != std::string::npos);
+  CHECK(ply_message("ply\nformat ascii 1.0\nelement vertex 18446744073709551615\n" + position_properties + "end_header\n1 2 3\n")
             .find("ends before") != std::string::npos);
   const std::string binary =
       "ply\nformat binary_little_endian 1.0\nelement vertex 1\n" + position_properties + "end_header\n" + pack(1.0f, 2.0f, 3.0f);
-  REQUIRE(message(binary).empty());
-  for (std::size_t size = 0; size < binary.size(); ++size) CHECK(message(binary.substr(0, size)).starts_with("p.ply: "));
+  REQUIRE(ply_message(binary).empty());
+  for (std::size_t size = 0; size < binary.size(); ++size) CHECK(ply_message(binary.substr(0, size)).starts_with("p.ply: "));
 }

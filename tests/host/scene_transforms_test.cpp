@@ -20,7 +20,7 @@ std::string one_frame(const std::string& shared, const std::string& own = "", co
   return "{" + shared + "\"frames\": [{\"file_path\": \"./images/a\"" + own + ", \"transform_matrix\": " + matrix + "}]}";
 }
 
-std::string message(const std::string& text) {
+std::string json_message(const std::string& text) {
   return test::message_of([&] { parse_transforms(text, "t.json"); });
 }
 
@@ -81,7 +81,7 @@ TEST_CASE("camera models and their coefficients", "[scene][transforms]") {
   CHECK(lens(one_frame(coefficients + "\"camera_model\": \"OPENCV_FISHEYE\",")).model == scene::Lens::Model::fisheye);
   CHECK(lens(one_frame(coefficients + "\"is_fisheye\": true,")).model == scene::Lens::Model::fisheye);
   CHECK(lens(one_frame("\"fl_x\": 9,")).is_pinhole());
-  CHECK(message(one_frame(coefficients + "\"camera_model\": \"EQUIRECTANGULAR\",")) ==
+  CHECK(json_message(one_frame(coefficients + "\"camera_model\": \"EQUIRECTANGULAR\",")) ==
         "t.json: camera_model is EQUIRECTANGULAR; known models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, "
         "OPENCV_FISHEYE");
 }
@@ -97,29 +97,29 @@ TEST_CASE("masks, points and splits", "[scene][transforms]") {
 }
 
 TEST_CASE("bad transforms files say what, where and how to mend it", "[scene][transforms]") {
-  CHECK(message("{\n\"frames\": [\n oops ]}") == "t.json: line 3 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
-  CHECK(message("") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
-  CHECK(message("{\"frames\": [NaN]}") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
-  CHECK(message("{\"fl_x\": 1e999, \"frames\": []}") == "t.json: holds a number out of range; correct or export the file again");
-  CHECK(message("[]") == "t.json: is array, not an object with frames; give a transforms file");
-  CHECK(message("{}") == "t.json: frames is missing; give a transforms file");
-  CHECK(message("{\"frames\": 3}") == "t.json: frames is number, not a list; correct it");
-  CHECK(message("{\"frames\": [3]}") == "t.json: frames[0] is number, not an object; correct it");
-  CHECK(message("{\"frames\": [{}]}") == "t.json: frames[0].file_path is missing; every frame needs the path of its image");
-  CHECK(message("{\"frames\": [{\"file_path\": 7}]}") == "t.json: frames[0].file_path is number, not a string; correct it");
-  CHECK(message("{\"frames\": [{\"file_path\": \"\"}]}").starts_with("t.json: frames[0].file_path is empty; "));
-  CHECK(message("{\"frames\": [{\"file_path\": \"a\\u0000b\"}]}").starts_with("t.json: frames[0].file_path holds a zero "));
-  CHECK(message("{\"frames\": [{\"file_path\": \"a\"}]}") ==
+  CHECK(json_message("{\n\"frames\": [\n oops ]}") == "t.json: line 3 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
+  CHECK(json_message("") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
+  CHECK(json_message("{\"frames\": [NaN]}") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
+  CHECK(json_message("{\"fl_x\": 1e999, \"frames\": []}") == "t.json: holds a number out of range; correct or export the file again");
+  CHECK(json_message("[]") == "t.json: is array, not an object with frames; give a transforms file");
+  CHECK(json_message("{}") == "t.json: frames is missing; give a transforms file");
+  CHECK(json_message("{\"frames\": 3}") == "t.json: frames is number, not a list; correct it");
+  CHECK(json_message("{\"frames\": [3]}") == "t.json: frames[0] is number, not an object; correct it");
+  CHECK(json_message("{\"frames\": [{}]}") == "t.json: frames[0].file_path is missing; every frame needs the path of its image");
+  CHECK(json_message("{\"frames\": [{\"file_path\": 7}]}") == "t.json: frames[0].file_path is number, not a string; correct it");
+  CHECK(json_message("{\"frames\": [{\"file_path\": \"\"}]}").starts_with("t.json: frames[0].file_path is empty; "));
+  CHECK(json_message("{\"frames\": [{\"file_path\": \"a\\u0000b\"}]}").starts_with("t.json: frames[0].file_path holds a zero "));
+  CHECK(json_message("{\"frames\": [{\"file_path\": \"a\"}]}") ==
         "t.json: frames[0].transform_matrix is missing; every frame needs its 4 x 4 camera-to-world matrix");
-  CHECK(message(one_frame("")) == "t.json: frames[0] has no focal length; add fl_x or camera_angle_x to it or to the file");
-  CHECK(message(one_frame("\"fl_x\": -4,")) == "t.json: fl_x is -4, but must lie between 0 and 1e+09; correct it");
-  CHECK(message(one_frame("\"fl_x\": 0,", "")).starts_with("t.json: fl_x is 0, "));
-  CHECK(message(one_frame("", ", \"fl_x\": \"7\"")) == "t.json: frames[0].fl_x is string, not a number; correct it");
-  CHECK(message(one_frame("\"camera_angle_x\": 3.2,")).starts_with("t.json: camera_angle_x is 3.2, "));
-  CHECK(message(one_frame("\"fl_x\": 9, \"w\": 1e12,")).starts_with("t.json: w is "));
-  CHECK(message(one_frame("\"fl_x\": 9, \"test_filenames\": 3,")).starts_with("t.json: test_filenames is number"));
-  CHECK(message(one_frame("\"fl_x\": 9, \"is_fisheye\": 1,")).starts_with("t.json: is_fisheye is number"));
-  const auto matrix = [](const std::string& m) { return message(one_frame("\"fl_x\": 9,", "", m)); };
+  CHECK(json_message(one_frame("")) == "t.json: frames[0] has no focal length; add fl_x or camera_angle_x to it or to the file");
+  CHECK(json_message(one_frame("\"fl_x\": -4,")) == "t.json: fl_x is -4, but must lie between 0 and 1e+09; correct it");
+  CHECK(json_message(one_frame("\"fl_x\": 0,", "")).starts_with("t.json: fl_x is 0, "));
+  CHECK(json_message(one_frame("", ", \"fl_x\": \"7\"")) == "t.json: frames[0].fl_x is string, not a number; correct it");
+  CHECK(json_message(one_frame("\"camera_angle_x\": 3.2,")).starts_with("t.json: camera_angle_x is 3.2, "));
+  CHECK(json_message(one_frame("\"fl_x\": 9, \"w\": 1e12,")).starts_with("t.json: w is "));
+  CHECK(json_message(one_frame("\"fl_x\": 9, \"test_filenames\": 3,")).starts_with("t.json: test_filenames is number"));
+  CHECK(json_message(one_frame("\"fl_x\": 9, \"is_fisheye\": 1,")).starts_with("t.json: is_fisheye is number"));
+  const auto matrix = [](const std::string& m) { return json_message(one_frame("\"fl_x\": 9,", "", m)); };
   CHECK(matrix("[[1,0,0],[0,1,0],[0,0,1]]").starts_with("t.json: frames[0].transform_matrix: row 0 has not 4 numbers; "));
   CHECK(matrix("[1,2]").starts_with("t.json: frames[0].transform_matrix is not a list of 4 rows; "));
   CHECK(matrix("[[1,0,0,null],[0,1,0,0],[0,0,1,0],[0,0,0,1]]") ==
