@@ -13,6 +13,7 @@
 #include "report.h"
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
+#include "train/memory_need.h"
 #include "train/trainer.h"
 
 namespace trisoup {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "train/memory_need.h"
 #include "train/start_points.h"
 
 namespace trisoup {

@@ -24,6 +24,7 @@
 #include "train/evaluate.h"
 #include "train/fits_model.h"
 #include "train/initial_triangles.h"
+#include "train/memory_need.h"
 
 namespace trisoup {
 namespace {
