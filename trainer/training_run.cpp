@@ -333,10 +333,9 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["driver"] = device_->info().driver;
   metrics["peak_device_bytes"] = device_->peak_bytes();
   metrics["settings"] = to_json(trainer_->settings());
-  metrics["dataset"] = {{"path", utf8(dataset_)},
-                        {"resolution", o_.load.downscale},
-                        {"test_every", o_.load.test_every},
-                        {"fingerprint", fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint())}};
+  metrics["dataset"] = o_.dataset_note();
+  metrics["dataset"]["path"] = utf8(dataset_);
+  metrics["dataset"]["fingerprint"] = fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint());
   metrics["revision"] = kRevision;
   folder_.write_metrics(metrics);
   if (o_.timings) print_timings(*device_);

@@ -228,7 +228,7 @@ void Trainer::change_topology() {
     if (last_resampling_ == Resampling::nothing_seen) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
-        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, "
+        throw Error("step {}: no training view shows a single triangle; check the poses, lower rate_vertex (--set), "
                     "or start with larger or more triangles (--init-radius, --init-count, --init-box)",
                     step_);
       return;
