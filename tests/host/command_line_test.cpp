@@ -110,7 +110,7 @@ TEST_CASE("few steps have the published way of vertices, presets their own", "[c
   CHECK(way(settings_of({"--preset", "balanced"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast", "--recipe", "synthetic"}, false)) == Approx(1.5).epsilon(0.01));
   CHECK(settings_of({"--preset", "fast"}, true).rate_end == 0.1);
-  // --rate-end is for all rates, --rate-vertex-end for vertices alone.
+  // rate_end is for all rates, rate_vertex_end for vertices alone.
   CHECK(settings_of({"--set", "rate_end=0.2"}, true).rate_vertex_end == 0.2);
   const train::Settings own = settings_of({"--set", "rate_end=0.2", "--set", "rate_vertex_end=0.05", "--set", "huber=0.3", "--texture-bits", "5"}, true);
   CHECK(own.texture_bits == 5);
