@@ -9,41 +9,15 @@
 #include "error.h"
 #include "scene/hold_out.h"
 #include "settings_file.h"
+#include "train/presets.h"
 #include "train/simplify.h"
-#include "train/start_points.h"
 
 namespace trisoup {
 
-namespace {
-
-/// What a start that covers the scene in its colours asks for: docs/method.md, "Start".
-void start_from_surface(train::Settings& s, const scene::Scene& scene, bool as_published) {
-  s.init_count = s.triangles;
-  const train::Reach reach = train::reach_of(scene);
-  s.far = std::max(s.far, 3.3 * reach.farthest);
-  if (as_published) return;
-  s.backdrop = 3.0 * reach.farthest;
-  s.near = s.test_near = reach.nearest;
-  s.init_opacity = 0.9;
-  s.coarse_share = 0;
-  s.paint = true;
-  s.keep_opacity = true;
-  s.rate_texture = 0.1;
-  // Where vertices have found their place, going on opens cracks.
-  s.rate_vertex_end = 0.03;
-  s.rest_share = 0.2;
-  // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and leaves its place open.
-  s.most_triangles = s.triangles;
-  s.fill_budget = true;
-  s.resample_until = 0.5;
-}
-
-}  // namespace
-
 bool CommandLine::wants_points(const scene::Scene& scene) const {
-  const std::string& from = init.empty() && record ? record->init : init;
-  if (!from.empty()) return from == "surface" || from == "points";
-  return preset != "published" && !scene.synthetic;
+  if (!record) return train::wants_points(choice(), scene);
+  const std::string& from = init.empty() ? record->init : init;
+  return from == "surface" || from == "points";
 }
 
 bool CommandLine::sets(const char* name) const {
@@ -84,51 +58,10 @@ void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
   for (const train::Assignment& a : experiments) train::assign(s, a);
 }
 
-train::Settings CommandLine::of_preset(const scene::Scene& scene) const {
-  using train::Recipe;
-  const Recipe which = recipe.empty() ? (scene.synthetic ? Recipe::synthetic : Recipe::real)
-                                      : (recipe == "synthetic" ? Recipe::synthetic : Recipe::real);
-  train::Settings s = train::published(which);
-  double way = 0;  // of a vertex
-  if (preset == "published") s = train::without_our_changes(s);
-  else {
-    // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
-    s.rate_end = s.rate_vertex_end = 0.1;
-    s.huber = 0.1;
-    s.texture_bits = 6;
-    way = which == Recipe::synthetic ? 1.5 : 4.0;
-    // Pictures that were rendered have one exposure.
-    s.exposure = which == Recipe::real;
-    if (which == Recipe::synthetic) s.init_count = 30'000;
-  }
-  if (preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
-  if (preset == "balanced") s.steps = 3000, s.triangles = 5000, s.init_count = 10'000, s.level_max = 4;
-
-  if (steps) s.steps = *steps;
-  s.resample_every = std::max<std::uint64_t>(100, s.steps / 100);
-  if (triangles) s.triangles = *triangles;
-
-  const bool has_points = !scene.points.positions.empty();
-  s.init = !init.empty() ? init : !has_points ? "random" : preset == "published" ? "points" : "surface";
-  if (s.init == "surface") start_from_surface(s, scene, preset == "published");
-  if (s.init == "random" && which == Recipe::real) {
-    // Nothing is known of where a real scene's surfaces are: the whole room between the cameras.
-    s.init_box = 1.0;
-    s.init_radius = 0.01;
-    s.init_count = std::max<std::uint32_t>(s.init_count, 30'000);
-  }
-  // What the cloud shows should not be cut off; beyond the limit are strays.
-  constexpr double kFarthest = 1e4;
-  if (which == Recipe::real)
-    for (const glm::vec3& p : scene.points.positions)
-      if (const double reach = 1.1 * glm::length(p); reach < kFarthest) s.far = std::max(s.far, reach);
-  apply(s, scene);
-  if (sets("rate_end") && !sets("rate_vertex_end")) s.rate_vertex_end = s.rate_end;
-  if (sets("rate_vertex")) return s;
-  if (way > 0)
-    s.rate_vertex = train::vertex_rate(s, way, which == Recipe::synthetic ? train::kFastestSynthetic : train::kFastestVertices);
-  else s.rate_vertex = std::max(s.rate_vertex, train::vertex_rate(s, train::published_way(which)));
-  return s;
+train::PresetChoice CommandLine::choice() const {
+  std::optional<train::Recipe> which;
+  if (!recipe.empty()) which = recipe == "synthetic" ? train::Recipe::synthetic : train::Recipe::real;
+  return {preset, init, which, steps, triangles};
 }
 
 train::Settings CommandLine::settings(const scene::Scene& scene) const {
@@ -137,7 +70,10 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
     s = *record;
     apply(s, scene);
   } else {
-    s = of_preset(scene);
+    s = train::of_preset(choice(), scene);
+    apply(s, scene);
+    if (sets("rate_end") && !sets("rate_vertex_end")) s.rate_vertex_end = s.rate_end;
+    if (!sets("rate_vertex")) s.rate_vertex = train::preset_vertex_rate(choice(), s);
   }
   complete_goal(s, scene);
   train::check(s);

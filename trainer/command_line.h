@@ -13,6 +13,7 @@
 #include "scene/scene.h"
 #include "train/checkpoint.h"
 #include "train/experiments.h"
+#include "train/presets.h"
 #include "train/settings.h"
 
 namespace trisoup {
@@ -68,7 +69,7 @@ struct CommandLine {
   void take_dataset(const nlohmann::json& then);
   void apply(train::Settings& settings, const scene::Scene& scene) const;
   void complete_goal(train::Settings& settings, const scene::Scene& scene) const;
-  train::Settings of_preset(const scene::Scene& scene) const;
+  train::PresetChoice choice() const;
   bool sets(const char* name) const;
   std::string preset_name() const;
   std::string noted_preset_;  // of the checkpoint; empty where it does not say

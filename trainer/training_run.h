@@ -57,8 +57,6 @@ class TrainingRun {
   train::Settings settings_;
   std::unique_ptr<train::Trainer> trainer_;
   std::unique_ptr<train::Simplifier> simplifier_;
-  std::vector<soup::ModelCamera> cameras_;
-  std::optional<glm::dvec3> up_;
   soup::ModelFileOptions file_options_;
   std::unique_ptr<ProgressBar> bar_;
   std::optional<std::uint64_t> saved_;  // step of the last checkpoint
