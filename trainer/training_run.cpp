@@ -143,20 +143,10 @@ void TrainingRun::begin() {
     folder_.begin();
   }
   first_step_ = trainer_->step();
-  file_options_ = file_options();
+  file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
   simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_,
                                                     [this](const soup::Model& model) { return soup::encode_model(model, file_options_); },
                                                     rounds_so_far(begun_, folder_.checkpoint()));
-}
-
-/// What a model's file says beside the model.
-soup::ModelFileOptions TrainingRun::file_options() const {
-  soup::ModelFileOptions options = train::file_options(scene_, trainer_->settings());
-  options.settings["resolution"] = o_.load.downscale;
-  options.settings["test_every"] = o_.load.test_every;
-  options.settings["alpha"] = o_.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
-  if (o_.load.outside) options.settings["outside"] = true;
-  return options;
 }
 
 void TrainingRun::save() {

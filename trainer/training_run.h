@@ -41,7 +41,6 @@ class TrainingRun {
   std::string what_is_saved(const char* where) const;
   void check_fit() const;
   std::unique_ptr<train::Trainer> new_trainer();
-  soup::ModelFileOptions file_options() const;
   void finish();
   void measure(const soup::Model& model, std::span<const std::byte> file);
   bool has_goal() const { return train::has_goal(settings_); }

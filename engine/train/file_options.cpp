@@ -38,10 +38,14 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene) {
   return cameras;
 }
 
-soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& settings) {
+soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& settings, const scene::LoadOptions& load) {
   soup::ModelFileOptions options;
   options.settings = to_json(settings);
   options.settings["dataset"] = fingerprints_of(scene);
+  options.settings["resolution"] = load.downscale;
+  options.settings["test_every"] = load.test_every;
+  options.settings["alpha"] = load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
+  if (load.outside) options.settings["outside"] = true;
   options.cameras = cameras_of(scene);
   if (scene.synthetic) options.up = glm::dvec3(0, 0, 1);
   else options.shown_up = mean_up(options.cameras);
