@@ -79,6 +79,7 @@ FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uin
     }
 }
 
+// One function, longer than a screen: its parts hand over in shared memory, and a barrier stands between any two, which all threads must meet here.
 KERNEL_MAIN(THREADS) {
   const uint triangle = group_index();
   const uint thread = gl_LocalInvocationIndex;

@@ -125,7 +125,7 @@ void check_arguments(const Strings& arguments, const std::string& where, std::sp
 constexpr std::uint32_t kMostFrames = 100'000;
 constexpr std::string_view kTrainingReserved[] = {
     "--steps",      "--triangles", "--seed", "-r",     "--resolution", "-o",             "--output", "--resume",         "--eval-log",
-    "--eval-every", "--timings",   "-h",     "--help", "--version",    "--list-devices", "--view",   "--finish-headless"};
+    "--eval-every", "--timings",   "-h",     "--help", "--help-all",   "--version",      "--list-devices", "--view",       "--finish-headless"};
 constexpr std::string_view kStepReserved[] = {"--size",        "--triangles",      "--views", "--repeats",
                                               "--most-pixels", "--most-triangles", "--json",  "-h",       "--help"};
 

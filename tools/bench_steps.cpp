@@ -53,6 +53,51 @@ std::vector<train::BatchView> cameras(const StepsOptions& c) {
   return views;
 }
 
+/// What bytes and operations are counted by.
+struct Counts {
+  double triangles, pixels, views, covered, listed, source, lattice, tiles, mlp_groups, windows;
+};
+
+std::map<std::string, double> bytes_of(const Counts& n) {
+  // Sums are read and written; textures three samples of 32 bytes a pixel.
+  return {
+      {"project", n.triangles * 36 + n.views * n.triangles * 64},
+      {"bin", 2 * (n.views * n.triangles * 64) + n.listed * 12},
+      {"bin_scan", n.tiles * 12.0},
+      {"visibility", n.listed * (4 + 64 + 16) + n.pixels * 16},
+      {"shade", n.pixels * (16 + 12) + n.covered * 96},
+      {"sample_photographs", n.pixels * (4 + 4)},
+      {"ssim", n.pixels * (12 + 4 + 36)},
+      {"loss_gradient", n.pixels * (36 + 12 + 4 + 16)},
+      {"count_visible", n.pixels * 16 + n.covered * 4 + n.triangles * 4},
+      {"place_pixels", n.triangles * 8},
+      {"shade_backward", n.pixels * (16 + 16) + n.covered * (96 + 4 + 9 * 4)},
+      {"edge_forces", n.pixels * (16 + 12 + 16) + n.covered * 9 * 8},
+      {"opacity_backward", n.listed * (4 + 64 + 16) + n.pixels * (16 + 4) + n.covered * 3 * 8},
+      {"update_textures", n.source * 8 * 24 + n.lattice * (2 * 4 + 8 * 4 + 4) + n.covered * 9 * 4},
+      {"update_vertices", n.triangles * 9 * (12 + 8) + n.triangles * 3 * 8},
+      {"update_mlp", 595.0 * (24 + 4 * n.mlp_groups)}};
+}
+
+std::map<std::string, double> operations_of(const Counts& n) {
+  // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the gradients of the weights and
+  // of all inputs but the view direction's. A feature is a sum of three weighted samples. SSIM takes four means per window, its gradient three per
+  // pixel, of 11 taps in each direction and channel; a photograph is sampled by four in each direction. Lists: three edge functions of each pixel. Adam: 14 a parameter.
+  constexpr double kMlp = 2 * 560 + 35, kMlpGradient = kMlp + 2 * (48 + 256 + 112) + kMlp, kFeatures = 8 * 5, kEdges = 12, kAdam = 14;
+  return {
+      {"project", n.views * n.triangles * 3 * 28},
+      {"visibility", n.listed * 64 * kEdges},
+      {"shade", n.covered * (kMlp + kFeatures)},
+      {"sample_photographs", n.pixels * 4 * (4 + 1) * 4 * 2},
+      {"ssim", n.windows * 4 * 3 * 2 * 11 * 2},
+      {"loss_gradient", n.pixels * 3 * 3 * 2 * 11 * 2},
+      {"shade_backward", n.covered * (kMlpGradient + kFeatures)},
+      {"opacity_backward", n.listed * 64 * kEdges},
+      {"update_textures", n.source * 8 * kAdam},
+      {"update_vertices", n.triangles * 9 * kAdam},
+      {"update_mlp", 595.0 * (kAdam + n.mlp_groups)}};
+}
+
 Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   train::SoupBuffers soup;
   const glm::vec3 half(0.25f);
@@ -95,45 +140,18 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   gpu.enable_timings(false);
 
   const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
-  const double covered = static_cast<double>(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; }));
-  const double listed = gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0].list_total;
-  const double t = c.triangles, p = static_cast<double>(pixels), v = c.views;
-  const double source = static_cast<double>(soup.source_samples), lattice = static_cast<double>(soup.lattice_samples);
-  // Sums are read and written; textures three samples of 32 bytes a pixel.
-  const std::map<std::string, double> bytes = {
-      {"project", t * 36 + v * t * 64},
-      {"bin", 2 * (v * t * 64) + listed * 12},
-      {"bin_scan", frame.batch().tiles * 12.0},
-      {"visibility", listed * (4 + 64 + 16) + p * 16},
-      {"shade", p * (16 + 12) + covered * 96},
-      {"sample_photographs", p * (4 + 4)},
-      {"ssim", p * (12 + 4 + 36)},
-      {"loss_gradient", p * (36 + 12 + 4 + 16)},
-      {"count_visible", p * 16 + covered * 4 + t * 4},
-      {"place_pixels", t * 8},
-      {"shade_backward", p * (16 + 16) + covered * (96 + 4 + 9 * 4)},
-      {"edge_forces", p * (16 + 12 + 16) + covered * 9 * 8},
-      {"opacity_backward", listed * (4 + 64 + 16) + p * (16 + 4) + covered * 3 * 8},
-      {"update_textures", source * 8 * 24 + lattice * (2 * 4 + 8 * 4 + 4) + covered * 9 * 4},
-      {"update_vertices", t * 9 * (12 + 8) + t * 3 * 8},
-      {"update_mlp", 595.0 * (24 + 4 * frame.mlp_groups)}};
-  // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the gradients of the weights and
-  // of all inputs but the view direction's. A feature is a sum of three weighted samples. SSIM takes four means per window, its gradient three per
-  // pixel, of 11 taps in each direction and channel; a photograph is sampled by four in each direction. Lists: three edge functions of each pixel. Adam: 14 a parameter.
-  constexpr double kMlp = 2 * 560 + 35, kMlpGradient = kMlp + 2 * (48 + 256 + 112) + kMlp, kFeatures = 8 * 5, kEdges = 12, kAdam = 14;
-  const double windows = v * std::pow(std::max(0.0, c.side - 10.0), 2);
-  const std::map<std::string, double> operations = {
-      {"project", v * t * 3 * 28},
-      {"visibility", listed * 64 * kEdges},
-      {"shade", covered * (kMlp + kFeatures)},
-      {"sample_photographs", p * 4 * (4 + 1) * 4 * 2},
-      {"ssim", windows * 4 * 3 * 2 * 11 * 2},
-      {"loss_gradient", p * 3 * 3 * 2 * 11 * 2},
-      {"shade_backward", covered * (kMlpGradient + kFeatures)},
-      {"opacity_backward", listed * 64 * kEdges},
-      {"update_textures", source * 8 * kAdam},
-      {"update_vertices", t * 9 * kAdam},
-      {"update_mlp", 595.0 * (kAdam + frame.mlp_groups)}};
+  const double views_now = c.views;
+  const Counts counts{.triangles = double(c.triangles),
+                      .pixels = double(pixels),
+                      .views = views_now,
+                      .covered = double(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; })),
+                      .listed = double(gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0].list_total),
+                      .source = double(soup.source_samples),
+                      .lattice = double(soup.lattice_samples),
+                      .tiles = double(frame.batch().tiles),
+                      .mlp_groups = double(frame.mlp_groups),
+                      .windows = views_now * std::pow(std::max(0.0, c.side - 10.0), 2)};
+  const std::map<std::string, double> bytes = bytes_of(counts), operations = operations_of(counts);
   Costs costs;
   for (auto& [name, values] : samples) {
     std::sort(values.begin(), values.end());

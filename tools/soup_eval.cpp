@@ -38,42 +38,114 @@ void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Sc
   if (!bad.empty()) throw Error("{}: {} does not draw what was trained (over 0.1 % of the pixels, and over 3, tie, or 60 dB are missed)", bad, gpu.info().name);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app{"Renders the test views of DATASET from MODEL alone and compares them with the photographs.\n"
-               "Prints JSON with psnr, ssim, mae and the same per view. The dataset's options and the clip planes come from the\n"
-               "model's own settings unless they are given."};
+struct Options {
   std::string model_path, dataset, json_path, renders;
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
   bool with_renderer = false, agreement = false;
   std::string aa = "none";
+  CLI::Option *resolution = nullptr, *test_every = nullptr, *background = nullptr, *alpha = nullptr;
+};
+
+void add_options(CLI::App& app, Options& o) {
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-eval " TRISOUP_VERSION);
-  app.add_option("MODEL", model_path, "model.glb, or the folder of a training with it")->required();
-  app.add_option("DATASET", dataset, "the dataset it was trained on, or another with the same coordinates")->required();
-  auto* resolution = app.add_option("-r,--resolution", load.downscale, "divide image sides by this factor [as trained]");
-  auto* test_every = app.add_option("--test-every", load.test_every, "every K-th view is a test view [as trained]");
-  auto* background = app.add_option("--background", load.background, "auto, white or black [as trained]")
+  app.add_option("MODEL", o.model_path, "model.glb, or the folder of a training with it")->required();
+  app.add_option("DATASET", o.dataset, "the dataset it was trained on, or another with the same coordinates")->required();
+  o.resolution = app.add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [as trained]");
+  o.test_every = app.add_option("--test-every", o.load.test_every, "every K-th view is a test view [as trained]");
+  o.background = app.add_option("--background", o.load.background, "auto, white or black [as trained]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, scene::BackgroundChoice>{
           {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}));
-  auto* alpha = app.add_option("--alpha", load.alpha, "composite or mask [as trained]")
+  o.alpha = app.add_option("--alpha", o.load.alpha, "composite or mask [as trained]")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}));
-  app.add_flag("--outside", load.outside, "photographs, masks and points may lie outside of DATASET [as trained]");
-  app.add_option("--near", near, "near plane, normalised units [as trained]");
-  app.add_option("--far", far, "far plane, normalised units [as trained]");
-  app.add_option("--json", json_path, "write the JSON to a file instead");
-  app.add_option("--renders", renders, "folder for pictures: photograph and rendering side by side");
-  app.add_flag("--renderer", with_renderer, "draw with the real-time renderer of soup-view instead of the training kernels");
-  app.add_option("--aa", aa, "of --renderer: none, msaa or ssaa [none]")
+  app.add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET [as trained]");
+  app.add_option("--near", o.near, "near plane, normalised units [as trained]");
+  app.add_option("--far", o.far, "far plane, normalised units [as trained]");
+  app.add_option("--json", o.json_path, "write the JSON to a file instead");
+  app.add_option("--renders", o.renders, "folder for pictures: photograph and rendering side by side");
+  app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer of soup-view instead of the training kernels");
+  app.add_option("--aa", o.aa, "of --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))->needs("--renderer");
-  app.add_flag("--agreement", agreement, "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties (and 3 pixels)");
-  app.add_option("--backend", device_options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
-  app.add_option("--device", device_options.device, "number that soup-train --list-devices prints, or part of a name");
+  app.add_flag("--agreement", o.agreement, "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties (and 3 pixels)");
+  app.add_option("--backend", o.device_options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
+  app.add_option("--device", o.device_options.device, "number that soup-train --list-devices prints, or part of a name");
+}
+
+struct Planes {
+  double near = 0.025, far = 2.5;
+};
+
+/// What the model says of how it was trained, into what was not given.
+Planes take_settings(Options& o, soup::ModelFile& file) {
+  Planes planes;
+  try {
+    // A model of another program may have no settings at all.
+    const nlohmann::json settings = file.settings.is_null() ? nlohmann::json::object() : file.settings;
+    if (!*o.resolution) o.load.downscale = settings.value("resolution", 1.0);
+    if (!*o.test_every) o.load.test_every = settings.value("test_every", 8);
+    if (!*o.alpha && settings.value("alpha", "composite") == "mask") o.load.alpha = scene::AlphaUse::mask;
+    o.load.outside = o.load.outside || settings.value("outside", false);
+    planes.near = settings.value("test_near", planes.near);
+    planes.far = settings.value("far", planes.far);
+    // Models from before there was a choice were trained that way.
+    file.model.drop_near = settings.value("drop_near", settings.contains("steps"));
+  } catch (const nlohmann::json::exception&) {
+    throw Error("{}: its settings are not those of soup-train; give --resolution, --test-every, --alpha, --near and --far",
+                o.model_path);
+  }
+  // Not what the test views alone would suggest: the model was trained against one background.
+  if (!*o.background)
+    o.load.background = file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
+  return planes;
+}
+
+void evaluate(Options& o) {
+  o.model_path = soup::model_in(o.model_path).string();
+  soup::ModelFile file = soup::read_model(o.model_path);
+  const Planes planes = take_settings(o, file);
+  o.load.train_images = false;
+  o.load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
+  const scene::Scene scene = scene::load(o.dataset, o.load);
+  if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", o.dataset);
+  const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha;
+  if (const std::string line = train::misfit(file, scene, as_trained, printable(o.dataset)); !line.empty()) o.load.warn(line);
+  o.device_options.draws = o.with_renderer || o.agreement;
+  auto device = gpu::open_device(o.device_options);
+  std::optional<train::Renders> pictures;
+  train::OnRender on_render;
+  if (!o.renders.empty()) {
+    pictures.emplace(std::filesystem::path(o.renders) / "renders").create();
+    on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
+  }
+  const double near_now = o.near.value_or(planes.near), far_now = o.far.value_or(planes.far);
+  if (o.agreement) {
+    print_agreement(*device, file.model, scene, near_now, far_now);
+    return;
+  }
+  const train::Evaluation evaluation =
+      o.with_renderer ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(o.aa), on_render)
+                      : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
+  const std::string text = to_json(evaluation).dump(2) + "\n";
+  if (o.json_path.empty()) {
+    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+      throw Error("standard output cannot be written; free some room, or give --json FILE");
+  } else {
+    write_file_atomically(o.json_path, std::as_bytes(std::span(text)));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Renders the test views of DATASET from MODEL alone and compares them with the photographs.\n"
+               "Prints JSON with psnr, ssim, mae and the same per view. The dataset's options and the clip planes come from the\n"
+               "model's own settings unless they are given."};
+  Options o;
+  add_options(app, o);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -81,56 +153,7 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
   try {
-    model_path = soup::model_in(model_path).string();
-    soup::ModelFile file = soup::read_model(model_path);
-    double test_near = 0.025, test_far = 2.5;
-    try {
-      // A model of another program may have no settings at all.
-      const nlohmann::json settings = file.settings.is_null() ? nlohmann::json::object() : file.settings;
-      if (!*resolution) load.downscale = settings.value("resolution", 1.0);
-      if (!*test_every) load.test_every = settings.value("test_every", 8);
-      if (!*alpha && settings.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
-      load.outside = load.outside || settings.value("outside", false);
-      test_near = settings.value("test_near", test_near);
-      test_far = settings.value("far", test_far);
-      // Models from before there was a choice were trained that way.
-      file.model.drop_near = settings.value("drop_near", settings.contains("steps"));
-    } catch (const nlohmann::json::exception&) {
-      throw Error("{}: its settings are not those of soup-train; give --resolution, --test-every, --alpha, --near and --far",
-                  model_path);
-    }
-    // Not what the test views alone would suggest: the model was trained against one background.
-    if (!*background)
-      load.background = file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
-    load.train_images = false;
-    load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
-    const scene::Scene scene = scene::load(dataset, load);
-    if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", dataset);
-    const bool as_trained = !*resolution && !*test_every && !*background && !*alpha;
-    if (const std::string line = train::misfit(file, scene, as_trained, printable(dataset)); !line.empty()) load.warn(line);
-    device_options.draws = with_renderer || agreement;
-    auto device = gpu::open_device(device_options);
-    std::optional<train::Renders> pictures;
-    train::OnRender on_render;
-    if (!renders.empty()) {
-      pictures.emplace(std::filesystem::path(renders) / "renders").create();
-      on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
-    }
-    const double near_now = near.value_or(test_near), far_now = far.value_or(test_far);
-    if (agreement) {
-      print_agreement(*device, file.model, scene, near_now, far_now);
-      return 0;
-    }
-    const train::Evaluation evaluation =
-        with_renderer ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(aa), on_render)
-                      : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
-    const std::string text = to_json(evaluation).dump(2) + "\n";
-    if (json_path.empty()) {
-      if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-        throw Error("standard output cannot be written; free some room, or give --json FILE");
-    } else {
-      write_file_atomically(json_path, std::as_bytes(std::span(text)));
-    }
+    evaluate(o);
     return 0;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "soup-eval: %s\n", e.what());

@@ -5,15 +5,20 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "gpu/device.h"
 #include "scene/scene.h"
 #include "train/checkpoint.h"
+#include "train/experiments.h"
+#include "train/presets.h"
 #include "train/settings.h"
 
 namespace trisoup {
+
+struct SettingsFile;
 
 struct CommandLine {
   std::string dataset, output;
@@ -26,7 +31,7 @@ struct CommandLine {
   scene::LoadOptions load;
   int feature_size = 1600;
 
-  /// The preset's settings for the scene's recipe, scaled to the steps asked for, with every option that was given. Throws
+  /// Those of the record, or the preset's for the scene's recipe, scaled to the steps asked for; with every option that was given. Throws
   /// Error on values that cannot be.
   train::Settings settings(const scene::Scene& scene) const;
   /// The settings with which a model that has been trained with `trained` (of its file) is simplified. Throws Error on what no training has.
@@ -36,31 +41,37 @@ struct CommandLine {
   train::Settings resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene, const std::filesystem::path& path) const;
   /// What a checkpoint keeps of the options that are no settings: those of the dataset, the preset's name, --eval-log. JSON.
   std::string note() const;
+  /// How the dataset is read: "resolution", "test_every", "background", "alpha".
+  nlohmann::json dataset_note() const;
   /// Takes from a checkpoint's note what was not given. Throws Error, with both values, where what was given contradicts it; `path` is for that.
   void take(const std::string& note, const std::filesystem::path& path);
+  /// Takes the settings of a record, and from what it says of the dataset what was not given.
+  void take(const SettingsFile& file);
   /// Whether a start from points is asked for where the dataset may have none.
   bool wants_points(const scene::Scene& scene) const;
 
   // Options that were given; what is empty keeps its default.
-  std::optional<std::uint64_t> steps, seed, resample_every, eval_every, checkpoint_every, round_steps;
+  std::optional<std::uint64_t> steps, seed, eval_every, checkpoint_every, round_steps;
   std::optional<std::uint32_t> max_triangles, validation_views;
   std::optional<double> target_psnr, target_ssim, max_megabytes;
-  std::optional<std::uint32_t> triangles, batch, init_count, coarse_level, level_min, level_max, texture_bits, split_views, least_views, most_triangles;
-  std::optional<double> init_box, init_radius, init_opacity, backdrop, rate_texture, rate_mlp, rate_vertex, rate_end,
-      rate_vertex_end, rest_share, huber, samples_per_pixel, pixel_jitter, coarse_share, resample_until, split_length, near, far,
-      test_near;
-  std::string preset, init, recipe, levels;
-  std::optional<bool> copy_textures, drop_near, update_unseen, opacity_baseline, exposure, fill_budget, paint;
-  bool opaque = false, keep_opacity = false, keep_moments = false;
+  std::optional<std::uint32_t> triangles, init_count, level_max, texture_bits;
+  std::optional<double> init_box, init_radius, near, far, test_near;
+  std::string preset, init, recipe;
+  std::optional<bool> exposure;
+  std::vector<train::Assignment> experiments;  // of --set, in order
+  std::optional<train::Settings> record;       // of --settings; what was given wins over it
   /// Those of the options of `load`, and of others with a value of their own, that were given.
   struct {
     bool resolution = false, test_every = false, background = false, alpha = false, feature_size = false, evaluations_per_decade = false;
   } given;
 
  private:
+  void take_dataset(const nlohmann::json& then);
   void apply(train::Settings& settings, const scene::Scene& scene) const;
   void complete_goal(train::Settings& settings, const scene::Scene& scene) const;
-  std::string preset_name() const { return preset.empty() ? "best" : preset; }
+  train::PresetChoice choice() const;
+  bool sets(const char* name) const;
+  std::string preset_name() const;
   std::string noted_preset_;  // of the checkpoint; empty where it does not say
 };
 

@@ -4,18 +4,17 @@
 
 namespace trisoup {
 
-CLI::Option_group* add_goal_options(CLI::App& app, CommandLine& o) {
-  auto* goal = app.add_option_group("Goal", "The smallest model that meets it: after the last step what is worth least goes, round by round. Of several all must hold.");
-  goal->add_option("--target-psnr", o.target_psnr, "dB, mean over validation views, which are held out of the training views");
-  goal->add_option("--target-ssim", o.target_ssim, "SSIM, the same");
-  goal->add_option("--max-mb", o.max_megabytes, "megabytes of model.glb");
-  goal->add_option("--max-triangles", o.max_triangles, "triangles, of those that there are after the last step");
-  goal->add_option("--validation-views", o.validation_views, "how many are held out [with a goal a tenth of the training views, 3 to 24]");
-  goal->add_option("--round-steps", o.round_steps, "training steps after each removal [a twentieth of the steps, at least 20]");
-  return goal;
+void add_goal_options(CLI::App& app, CommandLine& o) {
+  const char* const group = "Goal (the smallest model that meets it: after the last step what is worth least goes, round by round)";
+  app.add_option("--target-psnr", o.target_psnr, "dB, mean over validation views, which are held out of the training views")->group(group);
+  app.add_option("--target-ssim", o.target_ssim, "SSIM, the same")->group(group);
+  app.add_option("--max-mb", o.max_megabytes, "megabytes of model.glb")->group(group);
+  app.add_option("--max-triangles", o.max_triangles, "triangles, of those that there are after the last step")->group(group);
+  app.add_option("--validation-views", o.validation_views, "how many are held out [with a goal a tenth of the training views, 3 to 24]")->group(group);
+  app.add_option("--round-steps", o.round_steps, "training steps after each removal [a twentieth of the steps, at least 20]")->group(group);
 }
 
-void check_whole_numbers(CLI::App& group) {
+void check_whole_numbers(CLI::App& app) {
   const CLI::Validator whole(
       [](const std::string& text) {
         std::uint64_t value = 0;
@@ -24,7 +23,7 @@ void check_whole_numbers(CLI::App& group) {
         return error != std::errc() || end != text.data() + text.size() ? "'" + text + "' is not a whole number from 0 on" : std::string();
       },
       "");
-  for (CLI::Option* option : group.get_options())
+  for (CLI::Option* option : app.get_options())
     if (option->get_type_name() == "UINT") option->check(whole);
 }
 

@@ -13,6 +13,7 @@
 #include "report.h"
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
+#include "train/memory_need.h"
 #include "train/trainer.h"
 
 namespace trisoup {
@@ -24,9 +25,6 @@ namespace {
 constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
 
 void on_signal(int) { g_stop = true; }
-
-/// Fewer than these say too little of a scene.
-constexpr std::size_t kFewestPoints = 300;
 
 }  // namespace
 
@@ -92,7 +90,7 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
   if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
   say(o, "points: the dataset has none; looking for them in the photographs");
   scene::Points points = scene::points_from_views(scene.train);
-  if (points.positions.size() < kFewestPoints) {
+  if (points.positions.size() < scene::kFewestPoints) {
     say(o, fmt::format("points: {} places look alike in several photographs, too few to start from; starting at random", points.positions.size()));
     return;
   }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "train/memory_need.h"
 #include "train/start_points.h"
 
 namespace trisoup {
@@ -52,7 +53,7 @@ void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit
                  trainer.triangles(), settings.triangles);
   if (trainer.triangles() > settings.triangles)
     std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(), settings.triangles,
-                 settings.resample_every == 0 ? "--resample-every 0 drops none" : "changes of topology keep what is visible; start with fewer (--init-count)");
+                 settings.resample_every == 0 ? "--set resample_every=0 drops none" : "changes of topology keep what is visible; start with fewer (--init-count)");
 }
 
 /// How many triangles have textures of which finest level.

@@ -26,19 +26,19 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
   app.add_option("MODEL", o.model, "model.glb, or the folder of a training with it")->required();
   app.add_option("DATASET", o.dataset, "the dataset it was trained on")->required();
   app.add_option("-o,--output", o.output, "folder for what the run leaves")->required();
-  auto* goal = add_goal_options(app, o);
-  auto* run = app.add_option_group("Run");
-  auto* resume = run->add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one");
-  run->add_flag("--overwrite", o.overwrite, "begin anew where OUT holds a training")->excludes(resume);
-  run->add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET, where its files say so");
-  run->add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [as trained]");
-  run->add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]");
-  run->add_flag("-q,--quiet", o.quiet, "errors only");
-  run->add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
-  run->add_option("--device", o.device.device, "number that soup-train --list-devices prints, or part of a name");
-  run->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
-  run->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
-  for (auto* group : {goal, run}) check_whole_numbers(*group);
+  add_goal_options(app, o);
+  const char* const group = "Run";
+  auto* resume = app.add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one")->group(group);
+  app.add_flag("--overwrite", o.overwrite, "begin anew where OUT holds a training")->excludes(resume)->group(group);
+  app.add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET, where its files say so")->group(group);
+  app.add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [as trained]")->group(group);
+  app.add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]")->group(group);
+  app.add_flag("-q,--quiet", o.quiet, "errors only")->group(group);
+  app.add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]")->group(group);
+  app.add_option("--device", o.device.device, "number that soup-train --list-devices prints, or part of a name")->group(group);
+  app.add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]")->group(group);
+  app.add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error")->group(group);
+  check_whole_numbers(app);
   try {
     app.parse(argc, argv);
     if (!o.target_psnr && !o.target_ssim && !o.max_megabytes && !o.max_triangles)

@@ -13,38 +13,19 @@
 #include "gpu/out_of_memory.h"
 #include "prepare.h"
 #include "printable.h"
-#include "render/cameras.h"
 #include "read_file.h"
 #include "report.h"
 #include "revision.h"
 #include "scene/hold_out.h"
-#include "soup/initialise.h"
 #include "soup/model_bytes.h"
-#include "soup/refinement.h"
 #include "train/evaluate.h"
+#include "train/file_options.h"
 #include "train/fits_model.h"
 #include "train/initial_triangles.h"
+#include "train/memory_need.h"
 
 namespace trisoup {
 namespace {
-
-/// Eight directions, spread over those from which the cameras look.
-std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
-  std::vector<glm::vec3> all, chosen;
-  for (const scene::View& view : scene.train) {
-    const glm::dvec3 centre = view.camera.centre();
-    if (glm::length(centre) > 1e-6) all.emplace_back(glm::normalize(centre));
-  }
-  for (const std::uint32_t i : soup::farthest_points(all, 8)) chosen.push_back(all[i]);
-  return chosen;
-}
-
-/// Of cameras whose scene does not say what is up.
-glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras) {
-  std::vector<scene::Camera> poses;
-  for (const soup::ModelCamera& c : cameras) poses.push_back(c.camera);
-  return render::mean_up(poses);
-}
 
 /// A checkpoint's note with the rounds of simplifying.
 std::string note_with(std::span<const train::Round> rounds, const std::string& note) {
@@ -130,9 +111,6 @@ void TrainingRun::read() {
   check_memory(o_, scene_, settings_, *device_);
   if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
     settings_.most_triangles = train::most_triangles_that_fit(scene_, settings_, device_->ceiling());
-  for (const auto& [views, test] : {std::pair(&scene_.test, true), {&scene_.train, false}, {&scene_.validation, false}})
-    for (const scene::View& view : *views) cameras_.push_back({utf8(view.name), test, view.camera});
-  if (scene_.synthetic) up_ = glm::dvec3(0, 0, 1);
 }
 
 void TrainingRun::check_fit() const {
@@ -165,28 +143,10 @@ void TrainingRun::begin() {
     folder_.begin();
   }
   first_step_ = trainer_->step();
-  file_options_ = file_options();
+  file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
   simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_,
                                                     [this](const soup::Model& model) { return soup::encode_model(model, file_options_); },
                                                     rounds_so_far(begun_, folder_.checkpoint()));
-}
-
-/// What a model's file says beside the model.
-soup::ModelFileOptions TrainingRun::file_options() const {
-  soup::ModelFileOptions options;
-  options.settings = to_json(trainer_->settings());
-  options.settings["resolution"] = o_.load.downscale;
-  options.settings["test_every"] = o_.load.test_every;
-  options.settings["alpha"] = o_.load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
-  options.settings["dataset"] = train::fingerprints_of(scene_);
-  if (o_.load.outside) options.settings["outside"] = true;
-  options.up = up_;
-  if (!up_) options.shown_up = mean_up(cameras_);
-  options.bake_directions = bake_directions(scene_);
-  options.texture_steps = soup::texture_steps(settings_.texture_bits);
-  options.colour_palette = settings_.texture_bits < 8;
-  options.cameras = cameras_;
-  return options;
 }
 
 void TrainingRun::save() {
@@ -252,7 +212,7 @@ void TrainingRun::train() {
   catch_signals();
   if (o_.timings) device_->enable_timings(true);
   if (live_)
-    live_->begin({cameras_, up_, settings_.test_near, settings_.far, settings_.steps, settings_.triangles, dataset_, o_.load,
+    live_->begin({file_options_.cameras, file_options_.up, settings_.test_near, settings_.far, settings_.steps, settings_.triangles, dataset_, o_.load,
                   device_->info().kind == gpu::Kind::cpu});
   const std::uint64_t log_every = o_.log_every > 0 ? o_.log_every : std::max<std::uint64_t>(10, settings_.steps / 100 / 10 * 10);
   bar_ = std::make_unique<ProgressBar>(trainer_->last_step(), log_every, o_.quiet);
@@ -332,10 +292,9 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["driver"] = device_->info().driver;
   metrics["peak_device_bytes"] = device_->peak_bytes();
   metrics["settings"] = to_json(trainer_->settings());
-  metrics["dataset"] = {{"path", utf8(dataset_)},
-                        {"resolution", o_.load.downscale},
-                        {"test_every", o_.load.test_every},
-                        {"fingerprint", fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint())}};
+  metrics["dataset"] = o_.dataset_note();
+  metrics["dataset"]["path"] = utf8(dataset_);
+  metrics["dataset"]["fingerprint"] = fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint());
   metrics["revision"] = kRevision;
   folder_.write_metrics(metrics);
   if (o_.timings) print_timings(*device_);

@@ -41,7 +41,6 @@ class TrainingRun {
   std::string what_is_saved(const char* where) const;
   void check_fit() const;
   std::unique_ptr<train::Trainer> new_trainer();
-  soup::ModelFileOptions file_options() const;
   void finish();
   void measure(const soup::Model& model, std::span<const std::byte> file);
   bool has_goal() const { return train::has_goal(settings_); }
@@ -57,8 +56,6 @@ class TrainingRun {
   train::Settings settings_;
   std::unique_ptr<train::Trainer> trainer_;
   std::unique_ptr<train::Simplifier> simplifier_;
-  std::vector<soup::ModelCamera> cameras_;
-  std::optional<glm::dvec3> up_;
   soup::ModelFileOptions file_options_;
   std::unique_ptr<ProgressBar> bar_;
   std::optional<std::uint64_t> saved_;  // step of the last checkpoint

@@ -45,6 +45,25 @@ CLI::Validator between(double low, double high) {
       fmt::format("{} to {}", low, high));
 }
 
+/// What of what was asked for does not go together; null where all does.
+const char* contradiction(const CLI::App& app, const CommandLine& c) {
+  if (c.path && !c.output) return "--path needs -o FOLDER";
+  if (app.count("--port") > 0 && !c.serve) return "--port is that of --serve; give both";
+  if (c.serve && (!c.dataset.empty() || c.output || c.json)) return "--serve shows the model alone; leave out --dataset, -o and --json";
+  if (c.json && !c.benchmark) return "--json takes the times of --benchmark; give both";
+  const bool orbit = c.path == "orbit";
+  if (app.count("--frames") > 0 && !orbit && c.path != "hemisphere" && !c.benchmark)
+    return "--frames counts the pictures of --path orbit or hemisphere, or those of --benchmark; give one of them";
+  if (c.elevation && !orbit && !c.screenshot) return "--elevation is that of --path orbit or --screenshot; give one of them";
+  if (c.elevation && c.camera) return "--camera and --elevation both say from where; give one of them";
+  if (c.camera && (c.path || c.benchmark)) return "--camera chooses the view of --screenshot or of the window; --path and --benchmark have their own";
+  if (app.count("--channel") > 0 && c.draw.mode != render::Mode::channel) return "--channel is that of --mode channel; give both";
+  if (c.output && !c.path) return "-o takes the pictures of --path; give both (--screenshot names its own file)";
+  if ((c.camera || !c.dataset.empty()) && c.model.empty()) return "--camera and --dataset go with a model: soup-view MODEL ...";
+  if ((c.screenshot || c.path || c.benchmark || c.serve) && c.model.empty()) return "a model is required: soup-view MODEL ...";
+  return nullptr;
+}
+
 }  // namespace
 
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
@@ -119,20 +138,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     if (!a) return fail(fmt::format("--aa {}: give none, msaa or ssaa", aa));
     c.aa = *a;
   }
-  if (c.path && !c.output) return fail("--path needs -o FOLDER");
-  if (app.count("--port") > 0 && !c.serve) return fail("--port is that of --serve; give both");
-  if (c.serve && (!c.dataset.empty() || c.output || c.json)) return fail("--serve shows the model alone; leave out --dataset, -o and --json");
-  if (c.json && !c.benchmark) return fail("--json takes the times of --benchmark; give both");
-  const bool orbit = c.path == "orbit";
-  if (app.count("--frames") > 0 && !orbit && c.path != "hemisphere" && !c.benchmark)
-    return fail("--frames counts the pictures of --path orbit or hemisphere, or those of --benchmark; give one of them");
-  if (c.elevation && !orbit && !c.screenshot) return fail("--elevation is that of --path orbit or --screenshot; give one of them");
-  if (c.elevation && c.camera) return fail("--camera and --elevation both say from where; give one of them");
-  if (c.camera && (c.path || c.benchmark)) return fail("--camera chooses the view of --screenshot or of the window; --path and --benchmark have their own");
-  if (app.count("--channel") > 0 && c.draw.mode != render::Mode::channel) return fail("--channel is that of --mode channel; give both");
-  if (c.output && !c.path) return fail("-o takes the pictures of --path; give both (--screenshot names its own file)");
-  if ((c.camera || !c.dataset.empty()) && c.model.empty()) return fail("--camera and --dataset go with a model: soup-view MODEL ...");
-  if ((c.screenshot || c.path || c.benchmark || c.serve) && c.model.empty()) return fail("a model is required: soup-view MODEL ...");
+  if (const char* const line = contradiction(app, c)) return fail(line);
   return c;
 }
 

@@ -28,24 +28,8 @@ std::pair<std::uint8_t, std::uint8_t> opacity_range(const soup::Model& model, co
   return {low, high};
 }
 
-}  // namespace
-
-GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use) {
-  gpu::Graphics& graphics = gpu::graphics_of(gpu);
-  GpuModel m;
-  m.triangles = static_cast<std::uint32_t>(model.triangles());
-  m.background = model.background;
-  m.centre = model.centre;
-  m.scale = model.scale;
-
-  const std::vector<glm::vec3> vertices = soup::normalised_vertices(model);
-  m.box = soup::inner_box(vertices, 0.01);
-
-  std::vector<std::uint32_t> levels;
-  for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);
-  const soup::Atlas atlas =
-      soup::make_atlas(levels, std::min<int>(soup::kAtlasSide, static_cast<int>(graphics.max_side())));
-
+/// Corners of the triangles that may show, opaque ones first.
+void upload_corners(gpu::Device& gpu, const soup::Model& model, const std::vector<glm::vec3>& vertices, GpuModel& m) {
   // A byte is at least a half from 128 on: 127.5 / 255 is the threshold.
   std::vector<std::uint32_t> order, masked;
   for (std::uint32_t t = 0; t < m.triangles; ++t) {
@@ -67,14 +51,10 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
     }
   m.corners = gpu.allocate(corners.size() * sizeof(kernels::SoupVertex), "triangles");
   gpu.upload(m.corners.address(), corners);
+}
 
-  std::vector<float> mlp = model.mlp.parameters;
-  if (mlp_use == MlpUse::compiled)
-    for (const float w : mlp) m.mlp_constants.push_back(std::bit_cast<std::uint32_t>(w));
-  mlp.resize((mlp.size() + 3) / 4 * 4);
-  m.mlp = gpu.allocate(mlp.size() * 4, "MLP");
-  gpu.upload(m.mlp.address(), mlp);
-
+/// Edges and places in the atlas, a row of three texels a triangle.
+void upload_table(gpu::Graphics& graphics, const std::vector<glm::vec3>& vertices, const soup::Atlas& atlas, GpuModel& m) {
   const std::uint32_t rows = std::max(1u, (m.triangles + kTableWidth - 1) / kTableWidth);
   m.table = graphics.create_image({gpu::Format::rgba32_uint, kTableWidth, rows, 3}, "table of triangles");
   for (std::uint32_t layer = 0; layer < 3; ++layer) {
@@ -89,7 +69,9 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
     }
     graphics.upload(m.table, layer, std::as_bytes(std::span(texels)));
   }
+}
 
+void upload_textures(gpu::Graphics& graphics, const soup::Model& model, const soup::Atlas& atlas, GpuModel& m) {
   std::uint32_t width = 0, height = 0;
   for (const glm::ivec2& page : atlas.pages) {
     width = std::max(width, static_cast<std::uint32_t>(page.x));
@@ -116,6 +98,37 @@ GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use
     graphics.upload(m.features, 2 * page, std::as_bytes(std::span(low)));
     graphics.upload(m.features, 2 * page + 1, std::as_bytes(std::span(high)));
   }
+}
+
+}  // namespace
+
+GpuModel upload_model(gpu::Device& gpu, const soup::Model& model, MlpUse mlp_use) {
+  gpu::Graphics& graphics = gpu::graphics_of(gpu);
+  GpuModel m;
+  m.triangles = static_cast<std::uint32_t>(model.triangles());
+  m.background = model.background;
+  m.centre = model.centre;
+  m.scale = model.scale;
+
+  const std::vector<glm::vec3> vertices = soup::normalised_vertices(model);
+  m.box = soup::inner_box(vertices, 0.01);
+
+  std::vector<std::uint32_t> levels;
+  for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);
+  const soup::Atlas atlas =
+      soup::make_atlas(levels, std::min<int>(soup::kAtlasSide, static_cast<int>(graphics.max_side())));
+
+  upload_corners(gpu, model, vertices, m);
+
+  std::vector<float> mlp = model.mlp.parameters;
+  if (mlp_use == MlpUse::compiled)
+    for (const float w : mlp) m.mlp_constants.push_back(std::bit_cast<std::uint32_t>(w));
+  mlp.resize((mlp.size() + 3) / 4 * 4);
+  m.mlp = gpu.allocate(mlp.size() * 4, "MLP");
+  gpu.upload(m.mlp.address(), mlp);
+
+  upload_table(graphics, vertices, atlas, m);
+  upload_textures(graphics, model, atlas, m);
   return m;
 }
 

@@ -1,6 +1,7 @@
 // Points of a scene from its photographs and their poses.
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "scene/scene.h"
@@ -17,5 +18,8 @@ namespace trisoup::scene {
 /// the cameras' mean distance from the centre is found. The same bits for any number of threads (0: one per core). Few points, or none,
 /// where there is nothing to be matched; nothing is thrown.
 Points points_from_views(std::span<const View> views, int threads = 0);
+
+/// Fewer points than these say too little of a scene to start from.
+inline constexpr std::size_t kFewestPoints = 300;
 
 }  // namespace trisoup::scene

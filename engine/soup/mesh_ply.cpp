@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <string_view>
 
 #include "error.h"
@@ -149,14 +150,29 @@ std::vector<std::string_view> words_of(std::string_view line) {
   return words;
 }
 
-}  // namespace
-
-Mesh read_ply(std::span<const std::byte> bytes, const std::string& name) {
-  std::string_view rest(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (next_line(rest) != "ply") throw Error("{}: does not begin with 'ply'; give a PLY file", name);
-
+struct Header {
   std::vector<Element> elements;
   Encoding encoding = Encoding::ascii;
+};
+
+/// "property TYPE NAME" or "property list COUNT_TYPE TYPE NAME".
+std::optional<Property> property_from(const std::vector<std::string_view>& words) {
+  Property property;
+  if (words.size() == 5 && words[1] == "list") {
+    property = {std::string(words[4]), true, {}, {}};
+    if (!type_from(words[2], property.count_type) || !type_from(words[3], property.type)) return std::nullopt;
+  } else if (words.size() == 3) {
+    property.name = words[2];
+    if (!type_from(words[1], property.type)) return std::nullopt;
+  } else {
+    return std::nullopt;
+  }
+  return property;
+}
+
+/// All up to the body, which is left in `rest`.
+Header read_header(std::string_view& rest, const std::string& name) {
+  Header header;
   bool has_format = false, ended = false;
   for (int line_number = 2; !ended; ++line_number) {
     if (rest.empty()) throw Error("{}: header has no 'end_header'; export the mesh again", name);
@@ -169,11 +185,11 @@ Mesh read_ply(std::span<const std::byte> bytes, const std::string& name) {
       ended = true;
     } else if (words[0] == "format" && words.size() >= 2) {
       if (words[1] == "ascii")
-        encoding = Encoding::ascii;
+        header.encoding = Encoding::ascii;
       else if (words[1] == "binary_little_endian")
-        encoding = Encoding::little;
+        header.encoding = Encoding::little;
       else if (words[1] == "binary_big_endian")
-        encoding = Encoding::big;
+        header.encoding = Encoding::big;
       else
         throw damaged();
       has_format = true;
@@ -181,67 +197,71 @@ Mesh read_ply(std::span<const std::byte> bytes, const std::string& name) {
       Element element{std::string(words[1]), 0, {}};
       const auto [end, error] = std::from_chars(words[2].begin(), words[2].end(), element.count);
       if (error != std::errc() || end != words[2].end()) throw damaged();
-      elements.push_back(std::move(element));
-    } else if (words[0] == "property" && !elements.empty()) {
-      Property property;
-      if (words.size() == 5 && words[1] == "list") {
-        property = {std::string(words[4]), true, {}, {}};
-        if (!type_from(words[2], property.count_type) || !type_from(words[3], property.type)) throw damaged();
-      } else if (words.size() == 3) {
-        property.name = words[2];
-        if (!type_from(words[1], property.type)) throw damaged();
-      } else {
-        throw damaged();
-      }
-      elements.back().properties.push_back(std::move(property));
+      header.elements.push_back(std::move(element));
+    } else if (words[0] == "property" && !header.elements.empty()) {
+      const auto property = property_from(words);
+      if (!property) throw damaged();
+      header.elements.back().properties.push_back(*property);
     } else {
       throw damaged();
     }
   }
   if (!has_format) throw Error("{}: header has no 'format'; export the mesh again", name);
+  return header;
+}
 
-  Mesh mesh;
-  Body body(rest, encoding, name);
-  for (const Element& element : elements) {
-    if (element.properties.empty()) continue;  // takes no bytes, however many there are
-    std::size_t least = 0;
-    for (const Property& property : element.properties) least += body.least_size(property);
-    body.expect_at_least(element.count, least);
-    const bool vertices = element.name == "vertex", faces = element.name == "face";
-    for (const char* axis : {"x", "y", "z"})
-      if (vertices && std::none_of(element.properties.begin(), element.properties.end(),
-                                   [&](const Property& p) { return !p.list && p.name == axis; }))
-        throw Error("{}: its vertices have no {}; export the mesh with positions", name, axis);
-    if (vertices) mesh.positions.reserve(element.count);
+/// Adds what the element has of positions and faces.
+void read_element(const Element& element, Body& body, const std::string& name, Mesh& mesh) {
+  if (element.properties.empty()) return;  // takes no bytes, however many there are
+  std::size_t least = 0;
+  for (const Property& property : element.properties) least += body.least_size(property);
+  body.expect_at_least(element.count, least);
+  const bool vertices = element.name == "vertex", faces = element.name == "face";
+  for (const char* axis : {"x", "y", "z"})
+    if (vertices && std::none_of(element.properties.begin(), element.properties.end(),
+                                 [&](const Property& p) { return !p.list && p.name == axis; }))
+      throw Error("{}: its vertices have no {}; export the mesh with positions", name, axis);
+  if (vertices) mesh.positions.reserve(element.count);
 
-    for (std::uint64_t k = 0; k < element.count; ++k) {
-      glm::vec3 position(std::nanf(""));
-      for (const Property& property : element.properties) {
-        if (!property.list) {
-          const float value = static_cast<float>(body.number(property.type));
-          if (property.name == "x") position.x = value;
-          if (property.name == "y") position.y = value;
-          if (property.name == "z") position.z = value;
+  for (std::uint64_t k = 0; k < element.count; ++k) {
+    glm::vec3 position(std::nanf(""));
+    for (const Property& property : element.properties) {
+      if (!property.list) {
+        const float value = static_cast<float>(body.number(property.type));
+        if (property.name == "x") position.x = value;
+        if (property.name == "y") position.y = value;
+        if (property.name == "z") position.z = value;
+        continue;
+      }
+      const std::uint32_t length = body.whole_number(property.count_type, "length of a list");
+      body.expect_at_least(length, body.least_size(property.type));
+      const bool corners = faces && (property.name == "vertex_indices" || property.name == "vertex_index");
+      std::uint32_t first = 0, previous = 0;
+      for (std::uint32_t corner = 0; corner < length; ++corner) {
+        if (!corners) {
+          body.number(property.type);
           continue;
         }
-        const std::uint32_t length = body.whole_number(property.count_type, "length of a list");
-        body.expect_at_least(length, body.least_size(property.type));
-        const bool corners = faces && (property.name == "vertex_indices" || property.name == "vertex_index");
-        std::uint32_t first = 0, previous = 0;
-        for (std::uint32_t corner = 0; corner < length; ++corner) {
-          if (!corners) {
-            body.number(property.type);
-            continue;
-          }
-          const std::uint32_t index = body.whole_number(property.type, "vertex index");
-          if (corner == 0) first = index;
-          if (corner >= 2) mesh.indices.insert(mesh.indices.end(), {first, previous, index});
-          previous = index;
-        }
+        const std::uint32_t index = body.whole_number(property.type, "vertex index");
+        if (corner == 0) first = index;
+        if (corner >= 2) mesh.indices.insert(mesh.indices.end(), {first, previous, index});
+        previous = index;
       }
-      if (vertices) mesh.positions.push_back(position);
     }
+    if (vertices) mesh.positions.push_back(position);
   }
+}
+
+}  // namespace
+
+Mesh read_ply(std::span<const std::byte> bytes, const std::string& name) {
+  std::string_view rest(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (next_line(rest) != "ply") throw Error("{}: does not begin with 'ply'; give a PLY file", name);
+
+  const Header header = read_header(rest, name);
+  Mesh mesh;
+  Body body(rest, header.encoding, name);
+  for (const Element& element : header.elements) read_element(element, body, name, mesh);
   check_mesh(mesh, name);
   return mesh;
 }

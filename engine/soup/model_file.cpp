@@ -200,6 +200,46 @@ TextureSteps read_textures(const ModelParts& parts, const json& textures, Model&
   return steps;
 }
 
+bool is_moved(const Model& model) { return model.origin != glm::dvec3(0.0); }
+
+json node_json(const Model& model, const ModelFileOptions& options) {
+  json node = {{"mesh", 0}, {"name", "soup"}};
+  if (const auto& up = options.up ? options.up : options.shown_up) node["matrix"] = node_matrix(*up, model.origin);
+  else if (is_moved(model)) node["translation"] = {model.origin.x, model.origin.y, model.origin.z};
+  return node;
+}
+
+/// Of what every viewer shows: the colours as they are, cut out where they are transparent.
+json material_json(std::size_t texture) {
+  return {{"name", "soup"},
+          {"alphaMode", "MASK"},
+          {"alphaCutoff", 0.5},
+          {"doubleSided", true},
+          {"extensions", {{"KHR_materials_unlit", json::object()}}},
+          {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
+}
+
+/// What only viewers of this extension show (docs/format.md).
+json extension_json(const Model& model, const ModelFileOptions& options, Binary& binary) {
+  json extension;
+  extension["version"] = kVersion;
+  extension["triangles"] = model.triangles();
+  const std::vector<std::byte> lattices = encode_lattices(model.lattice, model.textures, options.texture_steps);
+  extension["textures"] = {{"bufferView", binary.add(lattices.data(), lattices.size())},
+                           {"crc32", checksum(lattices)},
+                           {"steps", options.texture_steps}};
+  extension["mlp"] = binary.add(model.mlp.parameters.data(), model.mlp.parameters.size() * 4);
+  extension["sphericalHarmonicsDegree"] = 2;
+  extension["background"] = {model.background.r, model.background.g, model.background.b};
+  extension["centre"] = {model.centre.x, model.centre.y, model.centre.z};
+  extension["scale"] = model.scale;
+  if (is_moved(model)) extension["origin"] = {model.origin.x, model.origin.y, model.origin.z};
+  extension["settings"] = options.settings;
+  if (options.up) extension["up"] = {options.up->x, options.up->y, options.up->z};
+  if (!options.cameras.empty()) extension["cameras"] = cameras_json(options.cameras);
+  return extension;
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options) {
@@ -213,11 +253,7 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   gltf["asset"] = {{"version", "2.0"}, {"generator", "trisoup"}};
   gltf["extensionsUsed"] = {"KHR_materials_unlit", kExtension};
   gltf["scene"] = 0;
-  json node = {{"mesh", 0}, {"name", "soup"}};
-  const bool moved = model.origin != glm::dvec3(0.0);
-  if (const auto& up = options.up ? options.up : options.shown_up) node["matrix"] = node_matrix(*up, model.origin);
-  else if (moved) node["translation"] = {model.origin.x, model.origin.y, model.origin.z};
-  gltf["nodes"] = json::array({node});  // {node} alone is an array to g++ and a copy to clang
+  gltf["nodes"] = json::array({node_json(model, options)});  // {node} alone is an array to g++ and a copy to clang
   gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
 
   glm::vec3 low(INFINITY), high(-INFINITY);
@@ -252,14 +288,7 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
     const std::string png = options.colour_palette ? encode_png(make_palette(whole, colour.used(page)), "model") : encode_png(whole, "model");
     images.push_back({{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", "colour"}});
     textures.push_back({{"sampler", 0}, {"source", page}});
-    materials.push_back(
-        {{"name", "soup"},
-         {"alphaMode", "MASK"},
-         {"alphaCutoff", 0.5},
-         {"doubleSided", true},
-         {"extensions", {{"KHR_materials_unlit", json::object()}}},
-         {"pbrMetallicRoughness",
-          {{"baseColorTexture", {{"index", textures.size() - 1}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}});
+    materials.push_back(material_json(textures.size() - 1));
     json primitive = {{"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}}, {"material", page}, {"mode", 4}};
     if (atlas.pages.size() > 1) {
       std::vector<std::uint32_t> indices;
@@ -280,23 +309,7 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
   gltf["samplers"] = json::array({json{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}}});
   gltf["images"] = images;
 
-  json extension;
-  extension["version"] = kVersion;
-  extension["triangles"] = model.triangles();
-  const std::vector<std::byte> lattices = encode_lattices(model.lattice, model.textures, options.texture_steps);
-  extension["textures"] = {{"bufferView", binary.add(lattices.data(), lattices.size())},
-                           {"crc32", checksum(lattices)},
-                           {"steps", options.texture_steps}};
-  extension["mlp"] = binary.add(model.mlp.parameters.data(), model.mlp.parameters.size() * 4);
-  extension["sphericalHarmonicsDegree"] = 2;
-  extension["background"] = {model.background.r, model.background.g, model.background.b};
-  extension["centre"] = {model.centre.x, model.centre.y, model.centre.z};
-  extension["scale"] = model.scale;
-  if (moved) extension["origin"] = {model.origin.x, model.origin.y, model.origin.z};
-  extension["settings"] = options.settings;
-  if (options.up) extension["up"] = {options.up->x, options.up->y, options.up->z};
-  if (!options.cameras.empty()) extension["cameras"] = cameras_json(options.cameras);
-  gltf["extensions"] = {{kExtension, extension}};
+  gltf["extensions"] = {{kExtension, extension_json(model, options, binary)}};
 
   gltf["accessors"] = accessors;
   gltf["bufferViews"] = binary.views;

@@ -1,4 +1,4 @@
-// What a checkpoint says of the training that wrote it. Its arrays are the trainer's (trainer.h).
+// What a checkpoint says of the training that wrote it. Its arrays are the trainer's (trainer_checkpoint.cpp).
 #pragma once
 
 #include <cstdint>

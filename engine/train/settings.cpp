@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <type_traits>
 
@@ -10,6 +11,7 @@
 #include "error.h"
 #include "printable.h"
 #include "soup/soup.h"
+#include "train/experiments.h"
 
 namespace trisoup::train {
 namespace {
@@ -200,40 +202,26 @@ void check(const Settings& s) {
   each_member(s, [&](const char* name, const auto& value) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>)
       // Kernels compute in float: what it cannot hold would only show as a training that diverges.
-      if (!(std::abs(value) < 1e37) || (value != 0 && std::abs(value) < 1e-37)) {
-        std::string option = name;
-        std::replace(option.begin(), option.end(), '_', '-');
-        throw Error("settings: --{} {} is not a number of a size that can be computed with", option, value);
-      }
+      if (!(std::abs(value) < 1e37) || (value != 0 && std::abs(value) < 1e-37))
+        throw Error("settings: {} is not a number of a size that can be computed with", as_given(name, fmt::format("{}", value)));
   });
+  for (const Experiment& e : experiments())
+    if (!e.range.has(e.value(s))) throw Error("settings: {} must be {}", as_given(e.name, fmt::format("{}", e.value(s))), allowed(e));
   need(s.steps > 0, "--steps 0 trains nothing; use 1 or more");
   need(s.triangles > 0, "--triangles 0 leaves no model; use a budget of 1 or more");
-  need(s.batch > 0, "--batch 0 shows no view; use 1 or more");
   need(s.init_count > 0, "--init-count 0 starts with nothing; use 1 or more");
-  need(s.level_min <= s.level_max, "--level-min is above --level-max; give them in order");
   need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --level-max");
-  need(s.coarse_level <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --coarse-level");
+  need(s.level_min <= s.level_max, "--set level_min is above --level-max; give them in order");
   need(s.texture_bits >= 1 && s.texture_bits <= 8, "--texture-bits must be within 1 and 8: a byte has no more");
-  need(s.samples_per_pixel >= 0, "--samples-per-pixel must not be negative");
-  need(s.pixel_jitter >= 0 && s.pixel_jitter <= 0.5, "--pixel-jitter must be within 0 and 0.5: a pixel ends there");
-  need(s.coarse_share >= 0 && s.coarse_share <= 1, "--coarse-share must be within 0 and 1");
-  need(s.rate_end > 0, "--rate-end must be above 0");
-  need(s.rate_vertex_end > 0, "--rate-vertex-end must be above 0");
-  need(s.rest_share >= 0 && s.rest_share <= 1, "--rest-share must be within 0 and 1");
-  need(s.huber >= 0, "--huber must not be negative");
-  need(s.rate_texture >= 0 && s.rate_mlp >= 0 && s.rate_vertex >= 0, "learning rates must not be negative");
   need(s.near > 0 && s.far > s.near, "0 < --near < --far must hold");
   need(s.test_near > 0 && s.far > s.test_near, "0 < --test-near < --far must hold");
   need(s.init_box > 0 && s.init_radius > 0, "--init-box and --init-radius must be above 0");
-  need(s.init_opacity > 0 && s.init_opacity < 1, "--init-opacity must be between 0 and 1; --opaque fixes it to 1");
-  need(s.backdrop >= 0 && s.backdrop < s.far, "--backdrop must not be negative, nor beyond --far");
-  need(s.split_length > 0, "--split-length must be above 0");
-  need(s.most_triangles == 0 || s.most_triangles >= s.triangles, "--most-triangles is below --triangles; use at least the budget");
+  need(s.backdrop < s.far, "--set backdrop is not before --far; lower it");
+  need(s.most_triangles == 0 || s.most_triangles >= s.triangles, "--set most_triangles is below --triangles; use at least the budget");
   need(s.target_psnr >= 0 && s.target_psnr <= 99, "--target-psnr must be within 0 and 99 dB");
   need(s.target_ssim >= 0 && s.target_ssim < 1, "--target-ssim must be from 0 to below 1");
   need(s.round_steps > 0 || (s.target_psnr == 0 && s.target_ssim == 0 && s.max_bytes == 0 && s.max_triangles == 0), "--round-steps 0 leaves no step after a removal; use 1 or more");
   need(s.validation_views > 0 || (s.target_psnr == 0 && s.target_ssim == 0), "--validation-views 0 leaves nothing to judge a quality by; use 1 or more");
-  need(s.count_scale > 0 && s.count_scale <= 1, "--count-scale must be above 0 and at most 1");
 }
 
 nlohmann::json to_json(const Settings& settings) {
@@ -250,7 +238,15 @@ Settings settings_from_json(const nlohmann::json& json) {
   Settings s;
   try {
     s.recipe = json.at("recipe").get<std::string>() == "synthetic" ? Recipe::synthetic : Recipe::real;
-    each_member(s, [&](const char* name, auto& value) { json.at(name).get_to(value); });
+    each_member(s, [&](const char* name, auto& value) {
+      const nlohmann::json& given = json.at(name);
+      // nlohmann turns -1 and 2.5 into whole numbers without a word.
+      using T = std::remove_cvref_t<decltype(value)>;
+      if constexpr (std::is_unsigned_v<T> && !std::is_same_v<T, bool>)
+        if (!given.is_number_unsigned() || given.get<std::uint64_t>() > std::numeric_limits<T>::max())
+          throw Error("settings: {} is {}, not a whole number from 0 to {}", name, printable(given.dump()), std::numeric_limits<T>::max());
+      given.get_to(value);
+    });
   } catch (const nlohmann::json::exception& e) {
     throw Error("settings: {}", e.what());
   }

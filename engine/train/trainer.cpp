@@ -7,17 +7,14 @@
 #include <ctime>
 #include <numeric>
 
-#include <nlohmann/json.hpp>
-
 #include "common/host.h"
 #include "error.h"
 #include "soup/random.h"
-#include "soup/safetensors.h"
 #include "soup/refinement.h"
 #include "soup/texture_table.h"
-#include "train/checkpoint.h"
 #include "train/coverage.h"
 #include "train/fixed_sum.h"
+#include "train/memory_need.h"
 #include "train/render_pass.h"
 
 namespace trisoup::train {
@@ -42,26 +39,6 @@ class Stopwatch {
   double cpu_start_ = process_cpu_seconds();
 };
 
-/// Pixels and tiles of the largest batch that can come up.
-struct BatchSize {
-  std::uint32_t views = 0;
-  std::uint64_t pixels = 0, tiles = 0;
-};
-BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& settings) {
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> sizes;
-  for (const scene::View& v : views)
-    sizes.emplace_back(std::uint64_t(v.camera.width) * v.camera.height,
-                       std::uint64_t((v.camera.width + 7) / 8) * ((v.camera.height + 7) / 8));
-  std::sort(sizes.rbegin(), sizes.rend());
-  BatchSize size;
-  size.views = std::min<std::uint32_t>(settings.batch, static_cast<std::uint32_t>(sizes.size()));
-  for (std::uint32_t i = 0; i < size.views; ++i) {
-    size.pixels += sizes[i].first;
-    size.tiles += sizes[i].second;
-  }
-  return size;
-}
-
 /// Size of the image in which a view's visible pixels are counted, as a share of its own. Triangles fall through between the few
 /// pixels of a small image, and would be dropped; so none is counted in fewer than 64 x 64.
 double count_scale(const scene::Camera& camera, const Settings& settings) {
@@ -72,65 +49,7 @@ std::array<std::uint64_t, 5> sizes_of(const BatchLayout& batch) {
   return {batch.views, batch.pixels, batch.tiles, batch.blocks, batch.windows};
 }
 
-/// Triangles that splitting may reach where nobody said.
-std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
-
-/// The largest value in 0..high that `fits`; it must fit all below it too.
-template <typename Fits>
-std::uint32_t largest(std::uint32_t high, Fits&& fits) {
-  std::uint32_t low = 0;
-  while (low < high) {
-    const std::uint32_t middle = low + (high - low) / 2 + (high - low) % 2;
-    if (fits(middle)) low = middle;
-    else high = middle - 1;
-  }
-  return low;
-}
-
 }  // namespace
-
-MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
-  MemoryNeed need;
-  for (const scene::View& v : scene.train) need.photographs += 4ull * v.camera.width * v.camera.height;
-  // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
-  std::uint64_t most = s.triangles;
-  if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
-  const BatchSize batch = largest_batch(scene.train, s);
-  need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
-                           static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
-               kPassScreenBytes + (64ull << 20);
-  // A change of topology holds the logits (and moments, where they are kept) of the old soup and of the new one.
-  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32 * (s.keep_moments ? 3 : 1);
-  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level), soup_bytes(most, s.level_min, s.level_max) + copies);
-  return need;
-}
-
-std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
-  return largest(settings.triangles, [&](std::uint32_t n) {
-    Settings s = settings;
-    s.triangles = n;
-    return memory_need(scene, s).total() <= bytes;
-  });
-}
-
-Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available) {
-  // Where a run needs more than was foreseen, the next one will by as much.
-  const std::uint64_t foreseen = memory_need(scene, settings).total();
-  const double share = needed > foreseen ? double(foreseen) / double(needed) : 1.0;
-  Settings s = settings;
-  s.most_triangles = 0;  // splits then go as far as there is memory
-  const auto memory = static_cast<std::uint64_t>(share * double(available));
-  return {triangles_that_fit(scene, s, memory), memory};
-}
-
-std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
-  const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(usual_most(settings), 0xffffffffu));
-  return largest(high, [&](std::uint32_t n) {
-    Settings s = settings;
-    s.most_triangles = n;
-    return n <= settings.triangles || memory_need(scene, s).total() <= bytes;
-  });
-}
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
@@ -309,7 +228,7 @@ void Trainer::change_topology() {
     if (last_resampling_ == Resampling::nothing_seen) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
-        throw Error("step {}: no training view shows a single triangle; check the poses, lower --rate-vertex, "
+        throw Error("step {}: no training view shows a single triangle; check the poses, lower rate_vertex (--set), "
                     "or start with larger or more triangles (--init-radius, --init-count, --init-box)",
                     step_);
       return;
@@ -430,124 +349,6 @@ TrainingFit Trainer::training_fit(const soup::Model& model) {
 std::vector<glm::vec4> Trainer::exposures() {
   if (!exposures_) return {};
   return gpu_.download_vector<glm::vec4>(exposures_->exposure.address(), 2ull * exposures_->photographs);
-}
-
-// --- checkpoints -----------------------------------------------------------------------------------------------------------
-
-namespace {
-
-/// Calls f(name, buffer, elements) for every array of a soup's state.
-template <typename F>
-void each_array(SoupBuffers& s, F&& f) {
-  const std::uint64_t vertices = 3ull * s.triangles, source = s.source_samples * soup::kChannels;
-  f("vertices", s.vertices, 3 * vertices);
-  f("vertices.moment1", s.vertex_moment1, 3 * vertices);
-  f("vertices.moment2", s.vertex_moment2, vertices);
-  f("textures", s.source, source);
-  f("textures.moment1", s.source_moment1, source);
-  f("textures.moment2", s.source_moment2, source);
-  f("mlp", s.mlp, std::uint64_t{soup::Mlp::kParameters});
-  f("mlp.moment1", s.mlp_moment1, std::uint64_t{soup::Mlp::kParameters});
-  f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
-}
-
-/// The same of exposures.
-template <typename F>
-void each_array(std::optional<Exposures>& e, F&& f) {
-  if (!e) return;
-  f("exposures.fitted", e->fitted, 8ull * e->photographs);
-  f("exposures", e->exposure, 8ull * e->photographs);
-}
-
-/// A fingerprint would tell as well, but not what is to be done.
-std::string background_text(const scene::Scene& scene) {
-  return fmt::format("{} {} {}", scene.background.r, scene.background.g, scene.background.b);
-}
-
-}  // namespace
-
-void Trainer::write_checkpoint(const std::filesystem::path& path, const std::string& note) {
-  soup::SafetensorsWriter writer;
-  std::vector<std::vector<float>> arrays;
-  const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n) {
-    arrays.push_back(gpu_.download_vector<float>(buffer.address(), n));
-  };
-  each_array(soup_, download);
-  each_array(exposures_, download);
-  std::size_t i = 0;
-  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n) { writer.add<float>(name, {n}, arrays[i++]); };
-  each_array(soup_, add);
-  each_array(exposures_, add);
-  const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()), 4 * soup_.table.size());
-  writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
-  writer.metadata({{"format", kCheckpointFormat},
-                   {"step", std::to_string(step_)},
-                   {"rounds", std::to_string(rounds_)},
-                   {"texture_start", std::to_string(texture_start_)},
-                   {"vertex_start", std::to_string(vertex_start_)},
-                   {"mlp_start", std::to_string(mlp_start_)},
-                   {"seconds", fmt::format("{}", seconds_)},
-                   {"cpu_seconds", fmt::format("{}", cpu_seconds_)},
-                   {"scene", std::to_string(scene_.fingerprint)},
-                   {"background", background_text(scene_)},
-                   {"photographs", std::to_string(photographs_)},
-                   {"settings", to_json(settings_).dump()},
-                   {"note", note}});
-  writer.write(path);
-}
-
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path)
-    : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
-  const soup::Safetensors file = soup::Safetensors::open(path);
-  const auto text = [&](const char* key) { return checkpoint_text(file, path, key); };
-  const auto number = [&](const char* key) { return checkpoint_number(file, path, key); };
-  const CheckpointInfo info = checkpoint_info(file, path);
-  if (number("scene") != scene.fingerprint)
-    throw Error("{}: belongs to another scene (or another -r or --test-every); choose another -o or train anew with --overwrite",
-                path.string());
-  if (text("background") != background_text(scene))
-    throw Error("{}: was trained on another background; use the same --background, or train anew with --overwrite", path.string());
-  // Older checkpoints do not say.
-  if (file.metadata().contains("photographs") && number("photographs") != photographs_)
-    throw Error("{}: was trained on other photographs or masks; use the same files and the same --alpha, or train anew with --overwrite", path.string());
-  Settings then = prolonged(info.settings, info.step, settings_.steps);
-  // How often something is written does not change what is computed.
-  then.eval_every = settings_.eval_every;
-  then.checkpoint_every = settings_.checkpoint_every;
-  // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
-  if (settings_.most_triangles == 0) settings_.most_triangles = then.most_triangles;
-  if (const std::string differing = differences(then, settings_); !differing.empty())
-    throw Error("{}: was trained with {}; use the same options, or train anew with --overwrite", path.string(), differing);
-  step_ = info.step;
-  rounds_ = info.rounds;
-  texture_start_ = number("texture_start");
-  vertex_start_ = number("vertex_start");
-  if (file.metadata().contains("mlp_start")) mlp_start_ = number("mlp_start");
-  if (texture_start_ > step_ || vertex_start_ > step_ || mlp_start_ > step_)
-    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(), step_,
-                settings_.steps);
-  seconds_ = std::strtod(text("seconds").c_str(), nullptr);
-  cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
-
-  const auto rows = file.values<std::uint32_t>("texture_table");
-  if (rows.size() % 4 != 0 || rows.empty())
-    throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
-  std::vector<soup::TextureLevels> levels;
-  for (std::size_t t = 0; t < rows.size() / 4; ++t) {
-    levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
-    if (levels.back().level_min > levels.back().level_max || levels.back().level_max > static_cast<std::uint32_t>(soup::kMaxLevel))
-      throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
-  }
-  const soup::TextureTable table = soup::make_texture_table(levels);
-  const auto vertices = file.values<float>("vertices", {9 * table.triangles()});
-  allocate_soup(gpu_, soup_, {reinterpret_cast<const glm::vec3*>(vertices.data()), vertices.size() / 3}, table.entries);
-  allocate_mlp(gpu_, soup_, {});
-  const auto upload = [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n) {
-    gpu_.upload(buffer.address(), std::as_bytes(file.values<float>(name, {n})));
-  };
-  each_array(soup_, upload);
-  prepare();
-  each_array(exposures_, upload);
 }
 
 }  // namespace trisoup::train

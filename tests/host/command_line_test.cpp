@@ -2,12 +2,19 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <fstream>
+#include <iostream>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include "temporary_folder.h"
 #include "train/checkpoint.h"
 #include "train/settings.h"
 #include "trainer/command_line.h"
+#include "trainer/settings_file.h"
 
 using namespace trisoup;
 
@@ -49,13 +56,12 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
       CHECK(s.init_count == 30'000);
     }
-  CHECK(settings_of({"--samples-per-pixel", "0"}, true).samples_per_pixel == 0);
-  CHECK(settings_of({"--pixel-jitter", "0"}, true).pixel_jitter == 0);
-  CHECK_THROWS_WITH(settings_of({"--pixel-jitter", "0.6"}, true), Catch::Contains("--pixel-jitter"));
-  CHECK_FALSE(settings_of({"--no-opacity-baseline"}, true).opacity_baseline);
-  CHECK(settings_of({"--copy-textures"}, true).copy_textures);
-  CHECK(settings_of({"--drop-near"}, true).drop_near);
-  CHECK(settings_of({"--update-unseen"}, true).update_unseen);
+  CHECK(settings_of({"--set", "samples_per_pixel=0"}, true).samples_per_pixel == 0);
+  CHECK(settings_of({"--set", "pixel_jitter=0"}, true).pixel_jitter == 0);
+  CHECK_FALSE(settings_of({"--set", "opacity_baseline=false"}, true).opacity_baseline);
+  CHECK(settings_of({"--set", "copy_textures=true"}, true).copy_textures);
+  CHECK(settings_of({"--set", "drop_near=true"}, true).drop_near);
+  CHECK(settings_of({"--set", "update_unseen=true"}, true).update_unseen);
   CHECK(settings_of({"--exposure"}, true).exposure);
   CHECK_FALSE(settings_of({"--exposure=false"}, false).exposure);
 }
@@ -79,16 +85,16 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     // More steps than published do not slow vertices down.
     CHECK(settings_of({"--preset", "published", "--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);
     // Each can be had back.
-    const train::Settings back = settings_of({"--preset", "published", "--pixel-jitter", "0.5", "--copy-textures=false", "--drop-near=false",
-                                              "--update-unseen=false", "--no-opacity-baseline=false", "--least-views", "3"}, synthetic);
+    const train::Settings back = settings_of({"--preset", "published", "--set", "pixel_jitter=0.5", "--set", "copy_textures=false", "--set", "drop_near=false",
+                                              "--set", "update_unseen=false", "--set", "opacity_baseline=true", "--set", "least_views=3"}, synthetic);
     CHECK(back.pixel_jitter == 0.5);
     CHECK(back.opacity_baseline);
     CHECK_FALSE((back.copy_textures || back.drop_near || back.update_unseen));
     CHECK(back.least_views == 3);
     // Of a flag given twice the last counts.
-    CHECK(settings_of({"--copy-textures=false", "--copy-textures"}, synthetic).copy_textures);
-    CHECK_FALSE(settings_of({"--copy-textures", "--copy-textures", "--copy-textures=false"}, synthetic).copy_textures);
-    CHECK(settings_of({"--no-opacity-baseline", "--no-opacity-baseline", "--no-opacity-baseline=false"}, synthetic).opacity_baseline);
+    CHECK(settings_of({"--set", "copy_textures=false", "--set", "copy_textures=true"}, synthetic).copy_textures);
+    CHECK_FALSE(settings_of({"--set", "copy_textures=true", "--set", "copy_textures=true", "--set", "copy_textures=false"}, synthetic).copy_textures);
+    CHECK(settings_of({"--set", "opacity_baseline=false", "--set", "opacity_baseline=false", "--set", "opacity_baseline=true"}, synthetic).opacity_baseline);
   }
 }
 
@@ -100,13 +106,13 @@ TEST_CASE("few steps have the published way of vertices, presets their own", "[c
   CHECK(way(settings_of({"--preset", "fast"}, true)) == Approx(1.5).epsilon(0.01));
   CHECK(settings_of({"--preset", "fast", "--steps", "300"}, true).rate_vertex == train::kFastestSynthetic);
   CHECK(settings_of({"--preset", "fast", "--steps", "300"}, false).rate_vertex == train::kFastestVertices);
-  CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--rate-end", "0.5"}, true)) == Approx(1.5).epsilon(0.01));
+  CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--set", "rate_end=0.5"}, true)) == Approx(1.5).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "balanced"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast", "--recipe", "synthetic"}, false)) == Approx(1.5).epsilon(0.01));
   CHECK(settings_of({"--preset", "fast"}, true).rate_end == 0.1);
-  // --rate-end is for all rates, --rate-vertex-end for vertices alone.
-  CHECK(settings_of({"--rate-end", "0.2"}, true).rate_vertex_end == 0.2);
-  const train::Settings own = settings_of({"--rate-end", "0.2", "--rate-vertex-end", "0.05", "--huber", "0.3", "--texture-bits", "5"}, true);
+  // rate_end is for all rates, rate_vertex_end for vertices alone.
+  CHECK(settings_of({"--set", "rate_end=0.2"}, true).rate_vertex_end == 0.2);
+  const train::Settings own = settings_of({"--set", "rate_end=0.2", "--set", "rate_vertex_end=0.05", "--set", "huber=0.3", "--texture-bits", "5"}, true);
   CHECK(own.texture_bits == 5);
   CHECK((own.rate_end == 0.2 && own.rate_vertex_end == 0.05 && own.huber == 0.3));
   CHECK(way(own) == Approx(1.5).epsilon(0.01));
@@ -117,19 +123,19 @@ TEST_CASE("from a surface vertices come to rest before textures do", "[command_l
   REQUIRE(s.init == "surface");
   CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.03 && s.huber == 0.1));
   CHECK(way(s) == Approx(4.0).epsilon(0.01));
-  CHECK(settings_of({"--rate-end", "0.5"}, false, true).rate_vertex_end == 0.5);
-  CHECK(settings_of({"--rate-vertex-end", "0.5"}, false, true).rate_vertex_end == 0.5);
+  CHECK(settings_of({"--set", "rate_end=0.5"}, false, true).rate_vertex_end == 0.5);
+  CHECK(settings_of({"--set", "rate_vertex_end=0.5"}, false, true).rate_vertex_end == 0.5);
   CHECK(settings_of({"--preset", "published"}, false, true).rate_vertex_end == 0.01);
-  CHECK((s.rest_share == 0.2 && settings_of({"--rest-share", "0"}, false, true).rest_share == 0));
+  CHECK((s.rest_share == 0.2 && settings_of({"--set", "rest_share=0"}, false, true).rest_share == 0));
   CHECK((settings_of({"--preset", "published"}, false, true).rest_share == 0 && settings_of({}, true).rest_share == 0));
   // Nor has it a coarse part, but the photographs' colours.
-  CHECK((s.paint && s.coarse_share == 0 && !settings_of({"--paint=false"}, false, true).paint));
+  CHECK((s.paint && s.coarse_share == 0 && !settings_of({"--set", "paint=false"}, false, true).paint));
   CHECK((!settings_of({"--preset", "published"}, false, true).paint && settings_of({}, true).coarse_share == 0.5));
   // Its budget is filled.
-  CHECK((s.fill_budget && !settings_of({"--fill-budget=false"}, false, true).fill_budget));
+  CHECK((s.fill_budget && !settings_of({"--set", "fill_budget=false"}, false, true).fill_budget));
   CHECK_FALSE((settings_of({}, false).fill_budget || settings_of({"--preset", "published"}, false, true).fill_budget));
-  CHECK(settings_of({"--preset", "fast", "--rate-vertex", "0.02"}, true).rate_vertex == 0.02);
-  CHECK(settings_of({"--rate-vertex", "0.00025", "--steps", "1000"}, true).rate_vertex == 0.00025);
+  CHECK(settings_of({"--preset", "fast", "--set", "rate_vertex=0.02"}, true).rate_vertex == 0.02);
+  CHECK(settings_of({"--set", "rate_vertex=0.00025", "--steps", "1000"}, true).rate_vertex == 0.00025);
 }
 
 namespace {
@@ -161,8 +167,7 @@ train::Settings resumed(const std::vector<std::string>& begun, const std::vector
 
 TEST_CASE("a training that goes on has the settings of its checkpoint", "[command_line]") {
   const bool synthetic = GENERATE(true, false);
-  const std::vector<std::string> begun = {"--preset", "fast", "--steps", "700", "--triangles", "500", "--seed", "3", "--init-box", "0.7", "--init-radius", "0.2", "--rate-end",
-                                          "0.2", "--rate-vertex-end", "0.3", "--opaque", "--huber", "0.05", "--far", "70", "--keep-moments", "--resample-every", "50"};
+  const std::vector<std::string> begun = {"--preset", "fast", "--steps", "700", "--triangles", "500", "--seed", "3", "--init-box", "0.7", "--init-radius", "0.2", "--set", "rate_end=0.2", "--set", "rate_vertex_end=0.3", "--set", "opaque=true", "--set", "huber=0.05", "--far", "70", "--set", "keep_moments=true", "--set", "resample_every=50"};
   const train::Settings first = line_of(begun).settings([&] {
     scene::Scene scene;
     scene.synthetic = synthetic;
@@ -173,7 +178,7 @@ TEST_CASE("a training that goes on has the settings of its checkpoint", "[comman
   for (const bool noted : {true, false}) {
     CHECK(differences(first, resumed(begun, {}, synthetic, noted)).empty());
     CHECK(differences(first, resumed(begun, begun, synthetic, noted)).empty());
-    for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"}, {"--rate-end", "0.2"}, {"--init-radius", "0.2"}, {"--opaque"}, {"--level-max", "4"}})
+    for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"}, {"--set", "rate_end=0.2"}, {"--init-radius", "0.2"}, {"--set", "opaque=true"}, {"--level-max", "4"}})
       CHECK(differences(first, resumed(begun, agrees, synthetic, noted)).empty());
   }
   CHECK(differences(first, resumed(begun, {"--preset", "fast"}, synthetic)).empty());
@@ -193,9 +198,9 @@ TEST_CASE("what contradicts a checkpoint is told with both values, and nothing e
   CHECK_THROWS_WITH(resumed(begun, {"--test-every", "3", "--alpha", "mask", "--background", "black"}, true),
                     told("test_every 8 (now 3), background \"auto\" (now \"black\"), alpha \"composite\" (now \"mask\")"));
   CHECK_THROWS_WITH(resumed(begun, {"--steps", "999"}, true), told("steps 1000 (now 999)"));
-  CHECK_THROWS_WITH(resumed(begun, {"--opaque"}, true), told("opaque false (now true)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--set", "opaque=true"}, true), told("opaque false (now true)"));
   CHECK_THROWS_WITH(resumed(begun, {"--recipe", "real"}, true), told("recipe \"synthetic\" (now \"real\")"));
-  CHECK_THROWS_WITH(resumed({}, {"--levels", "all"}, true), told("coarse_share 0.5 (now 0.0)"));
+  CHECK_THROWS_WITH(resumed({}, {"--set", "coarse_share=0"}, true), told("coarse_share 0.5 (now 0.0)"));
   // Without a note a preset is known by what it brings.
   CHECK_THROWS_WITH(resumed({"--preset", "fast"}, {"--preset", "balanced"}, true, false), Catch::Contains("triangles 2000 (now 5000)"));
   CHECK(differences(resumed({"--preset", "fast"}, {"--preset", "fast"}, true, false), resumed({"--preset", "fast"}, {}, true)).empty());
@@ -231,4 +236,80 @@ TEST_CASE("more steps than a training began with prolong its schedule", "[comman
   const train::Settings early = train::prolonged(first, 499, 4000);
   CHECK(train::lift_step(early) == 2000);
   CHECK(differences(train::prolonged(first, 10, 1000), first).empty());
+}
+
+TEST_CASE("a record gives all settings, options win, and what it says of the dataset is taken", "[command_line]") {
+  const bool synthetic = GENERATE(true, false);
+  scene::Scene scene;
+  scene.synthetic = synthetic;
+  const test::TemporaryFolder folder;
+  const std::string path = (folder.path() / "metrics.json").string(), bare = (folder.path() / "settings.json").string();
+  const CommandLine first = line_of({"--preset", "fast", "--steps", "700", "--set", "huber=0.3", "-r", "2", "--alpha", "mask", "--max-mb", "1", "--round-steps", "33"});
+  const train::Settings then = first.settings(scene);
+  const auto write = [](const std::string& to, const nlohmann::json& json) { std::ofstream(to) << json; };
+  write(path, {{"psnr", 27}, {"settings", train::to_json(then)}, {"dataset", first.dataset_note()}});
+  write(bare, train::to_json(then));
+
+  CommandLine again = line_of({"--settings", path});
+  CHECK(differences(then, again.settings(scene)).empty());
+  CHECK((again.load.downscale == 2 && again.load.alpha == scene::AlphaUse::mask));
+  CHECK(differences(then, line_of({"--settings", bare}).settings(scene)).empty());
+  CHECK(line_of({"--settings", bare}).load.downscale == 1);
+  again = line_of({"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "rate_end=0.5", "--recipe", "real"});
+  train::Settings other = then;
+  other.steps = 900, other.huber = 0, other.rate_end = 0.5, other.recipe = train::Recipe::real;
+  CHECK(differences(other, again.settings(scene)).empty());
+  CHECK(again.settings(scene).recipe == train::Recipe::real);
+  CHECK(again.load.downscale == 1);
+  // Goes on with it, and says what differs.
+  train::CheckpointInfo info{300, then, first.note(), 0};
+  CommandLine resumed = line_of({"--settings", path});
+  resumed.take(info.note, "c");
+  CHECK(differences(then, resumed.resumed(info, scene, "c")).empty());
+  resumed = line_of({"--settings", path, "--set", "huber=0.1"});
+  CHECK_THROWS_WITH(resumed.resumed(info, scene, "c"), Catch::Contains("huber 0.3 (now 0.1)"));
+
+  const auto refused = [&](const nlohmann::json& json, const std::string& what) {
+    write(path, json);
+    CHECK_THROWS_WITH(read_settings_file(path), Catch::Contains(path) && Catch::Contains(what));
+  };
+  nlohmann::json settings = train::to_json(then);
+  settings["pixel_jiter"] = 0.2;
+  refused({{"settings", settings}}, "there is no setting 'pixel_jiter'; the nearest is pixel_jitter");
+  settings.erase("pixel_jiter");
+  settings["steps"] = -1;
+  refused(settings, "steps is -1, not a whole number");
+  settings["steps"] = 5, settings["pixel_jitter"] = 0.75;
+  refused(settings, "--set pixel_jitter=0.75 must be");
+  settings.erase("steps");
+  refused(settings, "steps");
+  refused(nlohmann::json::array(), "no settings of a training");
+  std::ofstream(path) << std::string(100'000, '[');
+  CHECK_THROWS_WITH(read_settings_file(path), Catch::Contains("nested deeper"));
+  std::ofstream(path) << "{";
+  CHECK_THROWS_WITH(read_settings_file(path), Catch::Contains("not JSON"));
+}
+
+TEST_CASE("an option that has moved says what to write now", "[command_line]") {
+  const auto said = [](std::vector<std::string> options) {
+    options.insert(options.begin(), {"soup-train", "scene", "-o", "out"});
+    std::vector<char*> argv;
+    for (std::string& word : options) argv.push_back(word.data());
+    std::ostringstream text;
+    std::streambuf* const before = std::cerr.rdbuf(text.rdbuf());
+    CommandLine line;
+    const auto status = parse(static_cast<int>(argv.size()), argv.data(), line);
+    std::cerr.rdbuf(before);
+    CHECK(status == 1);
+    return text.str();
+  };
+  using Catch::Equals;
+  CHECK_THAT(said({"--opaque"}), Equals("soup-train: --opaque is now --set opaque=true; see --help\n"));
+  CHECK_THAT(said({"--paint=false"}), Equals("soup-train: --paint is now --set paint=false; see --help\n"));
+  CHECK_THAT(said({"--no-opacity-baseline"}), Equals("soup-train: --no-opacity-baseline is now --set opacity_baseline=false; see --help\n"));
+  CHECK_THAT(said({"--no-opacity-baseline=false"}), Catch::Contains("opacity_baseline=true"));
+  CHECK_THAT(said({"--levels", "finest"}), Catch::Contains("--set coarse_share=0 --set level_min=N"));
+  CHECK_THAT(said({"--rate-vertex", "0.01", "--huber=0"}), Catch::Contains("--set rate_vertex=0.01") && Catch::Contains("--set huber=0"));
+  // --set takes one word, wherever it stands.
+  CHECK(line_of({"--set", "huber=0", "--set", "batch=2"}).experiments.size() == 2);
 }

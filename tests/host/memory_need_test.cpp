@@ -1,6 +1,7 @@
-// Tests memory_need and what fits (train/trainer.h), and that what a run takes stays within it.
+// Tests train/memory_need.h: what a run needs and what fits, and that what a run takes stays within it.
 #include <catch2/catch.hpp>
 
+#include "train/memory_need.h"
 #include "train/trainer.h"
 
 using namespace trisoup;

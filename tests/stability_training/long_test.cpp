@@ -19,7 +19,7 @@ TEST_CASE("long trainings do not learn by heart what lies at the centres of pixe
     settings.rate_vertex = train::vertex_rate(settings, 0.3);
     settings.pixel_jitter = jitter;
     const Outcome outcome = train_through(*gpu, scene, settings);
-    WARN(steps << " steps, seed " << seed << ", --pixel-jitter " << jitter << ": test " << outcome.test_psnr << ", training " << outcome.fit.psnr << " dB");
+    WARN(steps << " steps, seed " << seed << ", pixel_jitter " << jitter << ": test " << outcome.test_psnr << ", training " << outcome.fit.psnr << " dB");
     return outcome;
   };
   const double usual = train::published(train::Recipe::synthetic).pixel_jitter;

@@ -40,6 +40,6 @@ TEST_CASE("learning rates a million times too high", "[rates]") {
     WARN("vertices x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
     CHECK(outcome.fit.nothing_learnt());
   } catch (const Error& e) {
-    CHECK_THAT(e.what(), Catch::Matchers::Contains("shows a single triangle") && Catch::Matchers::Contains("--rate-vertex"));
+    CHECK_THAT(e.what(), Catch::Matchers::Contains("shows a single triangle") && Catch::Matchers::Contains("rate_vertex"));
   }
 }

@@ -10,6 +10,43 @@ namespace {
 
 constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
+/// Over what is there, by alpha, where it blends at all.
+VkPipelineColorBlendAttachmentState blending(bool blends) {
+  VkPipelineColorBlendAttachmentState b{};
+  b.blendEnable = blends;
+  b.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+  b.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+  b.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+  b.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+  b.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
+  return b;
+}
+
+/// A draw with all that must not fail any more while a rendering is being recorded.
+struct Prepared {
+  const Draw* draw;
+  VkPipeline pipeline;
+  std::pair<VkBuffer, std::uint64_t> vertices{}, indices{};
+  VkDescriptorSet set = VK_NULL_HANDLE;
+};
+
+void record(VkCommandBuffer commands, VkPipelineLayout layout, const ImageShape& shape, const Prepared& p) {
+  const Draw& d = *p.draw;
+  VkRect2D scissor{{0, 0}, {shape.width, shape.height}};
+  if (d.scissor) scissor = {{d.scissor->x, d.scissor->y}, {d.scissor->width, d.scissor->height}};
+  vkCmdSetScissor(commands, 0, 1, &scissor);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, p.pipeline);
+  if (p.set) vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout, 0, 1, &p.set, 0, nullptr);
+  if (d.argument_bytes > 0) vkCmdPushConstants(commands, layout, kStages, 0, d.argument_bytes, d.arguments.data());
+  if (d.vertices != 0) vkCmdBindVertexBuffers(commands, 0, 1, &p.vertices.first, &p.vertices.second);
+  if (d.indices != 0) {
+    vkCmdBindIndexBuffer(commands, p.indices.first, p.indices.second, VK_INDEX_TYPE_UINT32);
+    vkCmdDrawIndexed(commands, d.count, 1, d.first, 0, 0);
+  } else {
+    vkCmdDraw(commands, d.count, 1, d.first, 0);
+  }
+}
+
 }  // namespace
 
 VulkanGraphics::VulkanGraphics(VulkanDevice& device) : device_(device) {
@@ -99,15 +136,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   depth.depthTestEnable = draw.depth != Depth::off;
   depth.depthWriteEnable = draw.depth == Depth::nearest;
   depth.depthCompareOp = draw.depth == Depth::nearest ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_LESS;
-  std::vector<VkPipelineColorBlendAttachmentState> blends(targets.colour.size());
-  for (VkPipelineColorBlendAttachmentState& b : blends) {
-    b.blendEnable = draw.blend;
-    b.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
-    b.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
-    b.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
-    b.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
-    b.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
-  }
+  const std::vector<VkPipelineColorBlendAttachmentState> blends(targets.colour.size(), blending(draw.blend));
   auto blend = structure<VkPipelineColorBlendStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO);
   blend.attachmentCount = static_cast<std::uint32_t>(blends.size());
   blend.pAttachments = blends.data();
@@ -134,6 +163,12 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   info.pColorBlendState = &blend;
   info.pDynamicState = &dynamic;
   info.layout = layout_;
+  const VkPipeline pipeline = compile(info, stages, draw);
+  pipelines_.emplace(std::move(name), pipeline);
+  return pipeline;
+}
+
+VkPipeline VulkanGraphics::compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages, const Draw& draw) {
   stages[0].module = device_.make_shader(fmt::format("{}.vert", draw.vertex).c_str());
   stages[1].module = VK_NULL_HANDLE;
   VkPipeline pipeline = VK_NULL_HANDLE;
@@ -147,8 +182,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   }
   for (const auto& stage : stages) vkDestroyShaderModule(device_.device_, stage.module, nullptr);
   if (result != VK_SUCCESS)
-    throw Error("Vulkan: shaders {} do not compile on {} ({})", name.first, device_.info_.name, result_name(result));
-  pipelines_.emplace(std::move(name), pipeline);
+    throw Error("Vulkan: shaders {} {} do not compile on {} ({})", draw.vertex, draw.fragment, device_.info_.name, result_name(result));
   return pipeline;
 }
 
@@ -209,12 +243,6 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
     pipelines_.clear();
   }
   // Everything that may fail or that belongs outside of a rendering comes first.
-  struct Prepared {
-    const Draw* draw;
-    VkPipeline pipeline;
-    std::pair<VkBuffer, std::uint64_t> vertices{}, indices{};
-    VkDescriptorSet set = VK_NULL_HANDLE;
-  };
   std::vector<Prepared> prepared;
   for (const Draw& d : draws) {
     if (d.count == 0) continue;
@@ -268,22 +296,7 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   vkCmdBeginRendering(commands, &rendering);
   const VkViewport viewport{0, 0, static_cast<float>(shape.width), static_cast<float>(shape.height), 0, 1};
   vkCmdSetViewport(commands, 0, 1, &viewport);
-  for (const Prepared& p : prepared) {
-    const Draw& d = *p.draw;
-    VkRect2D scissor{{0, 0}, {shape.width, shape.height}};
-    if (d.scissor) scissor = {{d.scissor->x, d.scissor->y}, {d.scissor->width, d.scissor->height}};
-    vkCmdSetScissor(commands, 0, 1, &scissor);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, p.pipeline);
-    if (p.set) vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &p.set, 0, nullptr);
-    if (d.argument_bytes > 0) vkCmdPushConstants(commands, layout_, kStages, 0, d.argument_bytes, d.arguments.data());
-    if (d.vertices != 0) vkCmdBindVertexBuffers(commands, 0, 1, &p.vertices.first, &p.vertices.second);
-    if (d.indices != 0) {
-      vkCmdBindIndexBuffer(commands, p.indices.first, p.indices.second, VK_INDEX_TYPE_UINT32);
-      vkCmdDrawIndexed(commands, d.count, 1, d.first, 0, 0);
-    } else {
-      vkCmdDraw(commands, d.count, 1, d.first, 0);
-    }
-  }
+  for (const Prepared& p : prepared) record(commands, layout_, shape, p);
   vkCmdEndRendering(commands);
   // What follows may write what was read here.
   vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_GRAPHICS_BIT,

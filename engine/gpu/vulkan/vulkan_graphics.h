@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,8 @@ class VulkanGraphics final : public Graphics {
   /// Makes the image ready for a use; whatever was done to it before has been done.
   void move_to(Stored& image, VkImageLayout layout);
   VkPipeline find_pipeline(const Draw& draw, const Targets& targets);
+  /// stages: of vertices and of fragments, whose modules it makes.
+  VkPipeline compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages, const Draw& draw);
   VkDescriptorSet describe(const Draw& draw);
   void destroy(Stored& image);
 

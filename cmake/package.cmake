@@ -1,0 +1,60 @@
+# cpack -G DEB in the build folder: a Debian package of the programs, with man pages made of what they say of themselves, a desktop entry of the
+# viewer, and dependencies as dpkg-shlibdeps finds them. tools/make_packages does it, and the source archive.
+set(CPACK_PACKAGE_NAME trisoup)
+set(CPACK_PACKAGE_CONTACT "the trisoup authors <authors@trisoup.invalid>" CACHE STRING "Maintainer of packages")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "photographs to a few thousand textured triangles, drawn in real time")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
+    "Turns photographs of a scene into a few thousand opaque, textured\n triangles that any GPU draws in real time. Training runs in Vulkan\n compute on any vendor's GPU, or on the CPU. Programs: soup-train,\n soup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
+set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};trisoup;programs;/")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_GENERATOR DEB)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "mesa-vulkan-drivers")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "colmap, ffmpeg")  # photographs without poses, and videos
+include(CPack)
+
+set(man_pages
+    "soup-train|trains a soup of textured triangles on photographs"
+    "soup-simplify|makes a trained soup smaller until it just meets a goal"
+    "soup-view|shows a soup in real time, or draws it to files"
+    "soup-eval|measures a soup on photographs that were held out"
+    "soup-export|writes a soup as a page, a mesh or a collider for other programs"
+    "soup-bench|measures trainings, steps and pictures")
+find_program(HELP2MAN help2man)
+if(HELP2MAN)
+  set(names "")
+  foreach(entry IN LISTS man_pages)
+    string(REPLACE "|" ";" entry "${entry}")
+    list(GET entry 0 program)
+    list(GET entry 1 name)
+    set(help --help)
+    if(program STREQUAL "soup-train")
+      set(help --help-all)
+    endif()
+    install(CODE "
+      set(page \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1/${program}.1\")
+      file(MAKE_DIRECTORY \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1\")
+      execute_process(COMMAND ${HELP2MAN} --no-info --help-option=${help} \"--name=${name}\" --output=\${page} $<TARGET_FILE:${program}>
+                      COMMAND_ERROR_IS_FATAL ANY)
+      execute_process(COMMAND gzip -9nf \${page} COMMAND_ERROR_IS_FATAL ANY)" COMPONENT programs)
+  endforeach()
+else()
+  message(STATUS "help2man is not here: what is installed has no man pages")
+endif()
+
+install(FILES ${PROJECT_SOURCE_DIR}/viewer/soup-view.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT programs)
+install(FILES ${PROJECT_SOURCE_DIR}/viewer/trisoup.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT programs)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/trisoup RENAME copyright COMPONENT programs)
+# Debian's policy asks for a changelog of the package itself; what users want to know is in NEWS.gz.
+string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
+file(WRITE ${PROJECT_BINARY_DIR}/packages.changelog
+     "trisoup (${PROJECT_VERSION}) bookworm; urgency=medium\n\n  * See NEWS.gz.\n\n -- ${CPACK_PACKAGE_CONTACT}  ${now}\n")
+install(CODE "
+  set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/doc/trisoup\")
+  file(COPY_FILE ${PROJECT_BINARY_DIR}/packages.changelog \"\${folder}/changelog\")
+  file(COPY_FILE ${PROJECT_SOURCE_DIR}/CHANGELOG.md \"\${folder}/NEWS\")
+  execute_process(COMMAND gzip -9nf \"\${folder}/changelog\" \"\${folder}/NEWS\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT programs)

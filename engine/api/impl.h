@@ -1,0 +1,39 @@
+// What the classes of the public headers hold.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "soup/soup.h"
+#include "train/settings.h"
+#include "train/trainer.h"
+#include "trisoup/trisoup.h"
+
+namespace trisoup {
+
+struct Device::Impl {
+  std::unique_ptr<gpu::Device> device;
+};
+
+struct Dataset::Impl {
+  scene::Scene scene;
+  scene::LoadOptions load;
+};
+
+struct Model::Impl {
+  soup::Model model;
+  std::vector<std::byte> file;
+  double near = 0, far = 0;  // of test views, normalised units
+};
+
+struct Training::Impl {
+  Impl(gpu::Device& device, const Dataset& d, const train::Settings& settings, const train::Start& start)
+      : dataset(d), trainer(device, dataset.impl().scene, settings, start) {}
+  Dataset dataset;
+  train::Trainer trainer;
+};
+
+}  // namespace trisoup

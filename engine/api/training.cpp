@@ -1,0 +1,72 @@
+#include "api/impl.h"
+#include "error.h"
+#include "soup/model_file.h"
+#include "train/experiments.h"
+#include "train/file_options.h"
+#include "train/initial_triangles.h"
+#include "train/memory_need.h"
+#include "train/presets.h"
+
+namespace trisoup {
+namespace {
+
+train::Settings settings_of(const TrainingOptions& o, const scene::Scene& scene) {
+  train::PresetChoice choice;
+  choice.preset = o.preset;
+  if (o.steps > 0) choice.steps = o.steps;
+  if (o.triangles > 0) choice.triangles = o.triangles;
+  train::Settings s = train::of_preset(choice, scene);
+  s.seed = o.seed;
+  bool rate_is_given = false;
+  for (const std::string& text : o.set) {
+    const train::Assignment assignment = train::read_assignment(text);
+    train::assign(s, assignment);
+    rate_is_given = rate_is_given || assignment.experiment == train::find_experiment("rate_vertex");
+  }
+  if (!rate_is_given) s.rate_vertex = train::preset_vertex_rate(choice, s);
+  train::check(s);
+  return s;
+}
+
+}  // namespace
+
+Training::Training(Device& device, const Dataset& dataset, const TrainingOptions& options) {
+  gpu::Device& gpu = *device.impl().device;
+  const scene::Scene& scene = dataset.impl().scene;
+  train::Settings settings = settings_of(options, scene);
+  if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())
+    throw Error("device memory: {} triangles need {} MB and {} MB may be used; {} triangles would fit", settings.triangles, need.total() >> 20, gpu.ceiling() >> 20,
+                train::triangles_that_fit(scene, settings, gpu.ceiling()));
+  if (settings.recipe == train::Recipe::real && settings.most_triangles == 0)
+    settings.most_triangles = train::most_triangles_that_fit(scene, settings, gpu.ceiling());
+  impl_ = std::make_unique<Impl>(gpu, dataset, settings, train::initial_triangles(scene, settings));
+}
+
+Training::Training(Training&&) noexcept = default;
+Training& Training::operator=(Training&&) noexcept = default;
+Training::~Training() = default;
+
+void Training::run(const std::function<bool(const TrainingProgress&)>& on_progress, std::uint64_t every) {
+  std::atomic<bool> stop{false};
+  train::Trainer::Callbacks callbacks;
+  callbacks.stop = &stop;
+  if (every > 0) callbacks.progress_every = every;
+  if (on_progress)
+    callbacks.on_progress = [&](const train::Progress& p) { stop = !on_progress({p.step, p.triangles, p.loss, p.seconds}); };
+  impl_->trainer.run(callbacks);
+}
+
+bool Training::finished() const { return impl_->trainer.finished(); }
+
+Model Training::model() {
+  const Dataset::Impl& dataset = impl_->dataset.impl();
+  const train::Settings& settings = impl_->trainer.settings();
+  auto model = std::make_shared<Model::Impl>();
+  model->model = impl_->trainer.model();
+  model->near = settings.test_near;
+  model->far = settings.far;
+  model->file = soup::encode_model(model->model, train::file_options(dataset.scene, settings, dataset.load));
+  return Model(std::move(model));
+}
+
+}  // namespace trisoup

@@ -1,0 +1,75 @@
+// Tests the public headers (engine/api/trisoup): coordinates of cameras, models read again, what is refused.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include <trisoup/trisoup.h>
+
+#include "read_file.h"
+#include "scene/scene.h"
+#include "temporary_folder.h"
+#include "tiny_scene.h"
+
+using namespace trisoup;
+
+TEST_CASE("a library's training, its pictures and its file agree", "[api]") {
+  const test::TemporaryFolder folder;
+  test::TinyScene tiny;
+  tiny.scale = 3;
+  tiny.centre = {5, -2, 1};
+  test::write_tiny_scene(folder.path() / "scene", tiny);
+  Device device("cpu");
+  const Dataset dataset(folder.path() / "scene");
+  // A camera is told in the dataset's coordinates, whatever the library computes in.
+  const scene::Scene scene = scene::load(folder.path() / "scene", {});
+  REQUIRE(scene.normalisation.scale != 1);
+  REQUIRE(dataset.test_views().size() == scene.test.size());
+  const Camera camera = dataset.test_views().front().camera;
+  const glm::dvec3 centre = scene.normalisation.to_world(scene.test.front().camera.centre());
+  for (int row = 0; row < 3; ++row) {
+    double seen = camera.world_to_camera[4 * row + 3];
+    for (int column = 0; column < 3; ++column) seen += camera.world_to_camera[4 * row + column] * centre[column];
+    CHECK(std::abs(seen) < 1e-9);
+  }
+
+  Training training(device, dataset, {.preset = "fast", .steps = 20, .triangles = 60, .set = {"resample_every=10"}});
+  int calls = 0;
+  training.run([&](const TrainingProgress& p) { return ++calls, p.step < 10; }, 5);
+  CHECK((calls == 2 && !training.finished()));
+  training.run();
+  REQUIRE(training.finished());
+  const Model model = training.model();
+  model.write(folder.path() / "model.glb");
+  const Model again = Model::read(folder.path() / "model.glb");
+  CHECK((again.triangles() == model.triangles() && again.bytes() == model.bytes()));
+  const Picture picture = model.render(device, camera);
+  REQUIRE(picture.rgb.size() == 3u * camera.width * camera.height);
+  CHECK(again.render(device, camera).rgb == picture.rgb);
+  CHECK(again.quality(device, dataset).psnr == model.quality(device, dataset).psnr);
+  // The pictures are those of the views: as far from the photographs as the quality says.
+  double mae = 0;
+  const std::vector<View> views = dataset.test_views();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::vector<float> rgb = model.render(device, views[i].camera).rgb;
+    for (std::size_t k = 0; k < rgb.size(); ++k)
+      mae += std::abs(rgb[k] - float(scene.test[i].image.rgba[k / 3 * 4 + k % 3]) / 255.0f) / double(rgb.size() * views.size());
+  }
+  CHECK(mae == Approx(model.quality(device, dataset).mae).epsilon(1e-3));
+}
+
+TEST_CASE("the library refuses what cannot be with one line", "[api]") {
+  using Catch::Contains;
+  const test::TemporaryFolder folder;
+  test::write_tiny_scene(folder.path() / "scene", {});
+  const Dataset dataset(folder.path() / "scene");
+  Device device("cpu");
+  CHECK_THROWS_WITH(Dataset(folder.path() / "nowhere"), Contains("nowhere"));
+  CHECK_THROWS_WITH(Device("toaster"), Contains("toaster"));
+  CHECK_THROWS_WITH(Training(device, dataset, {.preset = "slow"}), Contains("there is no 'slow'"));
+  CHECK_THROWS_WITH(Training(device, dataset, {.set = {"hubber=1"}}), Contains("nearest is huber"));
+  CHECK_THROWS_WITH(Model::read(folder.path() / "scene/transforms_train.json"), Contains("transforms_train.json"));
+  Training training(device, dataset, {.preset = "fast", .steps = 1, .triangles = 20});
+  training.run();
+  CHECK_THROWS_WITH(training.model().render(device, Camera{}), Contains("camera: 0 x 0"));
+  CHECK_THROWS_WITH((Picture{4, 4, {}}.write_png(folder.path() / "x.png")), Contains("x.png: the picture has 0 numbers, not 4 x 4 x 3"));
+}

@@ -1,0 +1,52 @@
+#include "settings_file.h"
+
+#include <algorithm>
+
+#include "error.h"
+#include "printable.h"
+#include "read_file.h"
+#include "train/checkpoint.h"
+#include "train/experiments.h"
+
+namespace trisoup {
+namespace {
+
+using nlohmann::json;
+
+json parse(const std::filesystem::path& path) {
+  const std::string text = read_file(path);
+  // Without end a nested list would end the program in whatever walks through it.
+  constexpr int kDeepest = 16;
+  const auto shallow = [&](int depth, json::parse_event_t, json&) {
+    if (depth > kDeepest) throw Error("{}: is nested deeper than metrics.json can be", path.string());
+    return true;
+  };
+  try {
+    return json::parse(text, shallow);
+  } catch (const json::exception&) {
+    throw Error("{}: is not JSON; give metrics.json of a training, or what it has under \"settings\"", path.string());
+  }
+}
+
+}  // namespace
+
+SettingsFile read_settings_file(const std::filesystem::path& path) {
+  const json whole = parse(path);
+  const bool is_metrics = whole.is_object() && whole.contains("settings");
+  const json& settings = is_metrics ? whole["settings"] : whole;
+  if (!settings.is_object() || !settings.contains("recipe"))
+    throw Error("{}: has no settings of a training; give its metrics.json, or what that has under \"settings\"", path.string());
+  const json known = train::to_json(train::Settings());
+  for (const auto& [name, value] : settings.items())
+    if (!known.contains(name)) throw Error("{}: there is no setting '{}'; the nearest is {}", path.string(), printable(name), train::nearest_setting(name));
+  SettingsFile file{path, {}, nullptr};
+  try {
+    file.settings = train::settings_as_trained(settings);
+  } catch (const std::exception& e) {
+    throw Error("{}: {}", path.string(), e.what());
+  }
+  if (is_metrics && whole.contains("dataset")) file.dataset = whole["dataset"];
+  return file;
+}
+
+}  // namespace trisoup
