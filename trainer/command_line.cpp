@@ -158,6 +158,7 @@ std::optional<int> parse(int argc, char** argv, CommandLine& o) {
   device->add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
   device->add_option("--device", o.device.device, "number that --list-devices prints, or part of a name of any backend [the fastest kind there is]");
   device->add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]");
+  device->add_flag("--by-itself", o.by_itself, "train alone although mpirun or srun has started several processes; else those train one soup together");
   device->add_option("--lose-after-launches", o.device.lose_after_launches)->group("");  // for tests: not in --help
   device->add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error");
 

@@ -20,7 +20,10 @@ int number_in(const char* variable) {
 class Mpi : public Ranks {
  public:
   explicit Mpi(const TrisoupMpi& mpi) : Ranks(mpi.rank, mpi.size, mpi.library), mpi_(mpi) {}
-  ~Mpi() override { mpi_.finish(); }
+  ~Mpi() override {
+    // To end MPI is to wait for the others. Without it the launcher takes this process for one that died, and ends them.
+    if (!broken_) mpi_.finish();
+  }
 
  protected:
   void send_numbers(std::span<const std::uint64_t> to, std::span<std::uint64_t> from) override {
@@ -38,12 +41,15 @@ class Mpi : public Ranks {
     for (const std::span<std::byte>& place : from) in.push_back(place.data()), in_bytes.push_back(place.size());
     const auto self = static_cast<std::size_t>(rank());
     std::copy(to[self].begin(), to[self].end(), from[self].begin());
-    if (const char* const wrong = mpi_.exchange(out.data(), out_bytes.data(), in.data(), in_bytes.data()))
+    const char* const wrong = mpi_.exchange(out.data(), out_bytes.data(), in.data(), in_bytes.data());
+    broken_ = wrong != nullptr;
+    if (broken_)
       throw Error("rank {} of {}: the connection to the other ranks is broken ({})", rank(), size(), wrong);
   }
 
  private:
   const TrisoupMpi& mpi_;
+  bool broken_ = false;
 };
 
 /// Open MPI and MPICH have nothing in common but their interface's source, so each has a plugin, and the launcher says which it is.
