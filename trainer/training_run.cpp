@@ -11,6 +11,7 @@
 #include "atomic_file.h"
 #include "error.h"
 #include "gpu/out_of_memory.h"
+#include "machine.h"
 #include "prepare.h"
 #include "printable.h"
 #include "ranks/launched.h"
@@ -355,6 +356,7 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   if (ranks_.size() > 1) metrics["ranks"] = {{"size", ranks_.size()}, {"transport", ranks_.transport()}, {"bytes_sent", ranks_.bytes_sent()}};
   metrics["device"] = device_->info().name;
   metrics["driver"] = device_->info().driver;
+  metrics["host"] = machine();
   metrics["peak_device_bytes"] = device_->peak_bytes();
   metrics["settings"] = to_json(trainer_->settings());
   metrics["dataset"] = {{"path", utf8(dataset_)},
