@@ -76,6 +76,9 @@ std::filesystem::path folder_of_program() {
 
 std::unique_ptr<Ranks> open_launched(const std::filesystem::path& programs) {
   if (launched_size() <= 1) return alone();
+  const auto says = [](const char* variable) { return std::getenv(variable) != nullptr; };
+  if (says("SLURM_STEP_NUM_TASKS") && !says("PMIX_RANK") && !says("PMI_RANK") && !says("OMPI_COMM_WORLD_SIZE"))
+    throw Error("srun has started {} processes without an MPI; give it --mpi=pmix for Open MPI or --mpi=pmi2 for MPICH, or soup-train --by-itself", launched_size());
   std::string why = "this build has none";
   for (const std::string& name : plugins()) {
     const std::filesystem::path file = programs / name;

@@ -78,13 +78,14 @@ TEST_CASE("a message that is no list of values is refused", "[ranks]") {
 }
 
 TEST_CASE("where a launcher has started several processes, and there is no plugin, that is an error", "[ranks]") {
-  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) ::unsetenv(variable);
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS", "PMIX_RANK", "PMI_RANK"}) ::unsetenv(variable);
   CHECK(ranks::launched_size() == 1);
   CHECK(ranks::open_launched("/nonexistent")->size() == 1);
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) {
     ::setenv(variable, "3", 1);
     CHECK(ranks::launched_size() == 3);
-    CHECK_THROWS_WITH(ranks::open_launched("/nonexistent"), Catch::Contains("3 processes") && Catch::Contains("libopenmpi-dev"));
+    const bool slurm = std::string(variable) == "SLURM_STEP_NUM_TASKS";
+    CHECK_THROWS_WITH(ranks::open_launched("/nonexistent"), Catch::Contains("3 processes") && Catch::Contains(slurm ? "--mpi=pmix" : "libopenmpi-dev"));
     ::setenv(variable, "1", 1);
     CHECK(ranks::open_launched("/nonexistent")->size() == 1);
     ::unsetenv(variable);
