@@ -274,9 +274,23 @@ void RankedStep::gather(gpu::Buffer& buffer) {
   }
 }
 
+void RankedStep::compare() {
+  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
+  const auto add = [&](const gpu::Buffer& buffer, std::uint64_t words) {
+    for (const std::uint32_t word : gpu_.download_vector<std::uint32_t>(buffer.address(), words)) hash = (hash ^ word) * 0x100000001b3u;
+  };
+  add(soup_.vertices, 9ull * soup_.triangles);
+  add(soup_.mlp, kMlp);
+  const std::vector<ranks::Bytes> all = ranks_.gather(ranks::bytes_of(std::vector{hash}));
+  for (std::size_t r = 1; r < all.size(); ++r)
+    if (all[r] != all[0])
+      throw Error("rank {} of {}: its vertices or MLP are no longer those of rank 0; all ranks need devices of one kind, with the same driver", r, all.size());
+}
+
 void RankedStep::gather(bool moments) {
   if (ranges_.empty()) return;  // no step since they were divided
   if (!textures_sent_) {
+    compare();
     gather(soup_.source);
     Step(gpu_, soup_, frame_).sum_textures();
     textures_sent_ = true;

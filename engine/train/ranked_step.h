@@ -37,7 +37,7 @@ class RankedStep {
   Outcome train(const StepInputs& inputs, bool stop);
 
   /// Brings the textures of all ranks to every rank, and with `moments` their optimiser state; before anything but a step looks at
-  /// them. What has not changed since is not sent again.
+  /// them. What has not changed since is not sent again. Throws Error where what all ranks compute has come out differently.
   void gather(bool moments);
   /// The soup has another topology, of which every rank has all: triangles are divided anew.
   void divide() { ranges_.clear(); }
@@ -50,6 +50,7 @@ class RankedStep {
   };
   TriangleRange own() const { return ranges_[static_cast<std::size_t>(ranks_.rank())]; }
   void divide_if_needed();
+  void compare();
   void place_batch();
   Outcome agree_on_winners(bool stop);
   void send_features();

@@ -106,3 +106,19 @@ TEST_CASE("lists that do not fit on one rank let no rank take the step", "[ranks
   CHECK(again == std::vector<int>{1, 1, 1});
   for (const auto& state : states) CHECK(state == expected);
 }
+
+TEST_CASE("ranks whose devices do not compute the same are found out", "[ranks][repeats]") {
+  const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
+    auto gpu = test::open_device();
+    test::SmallScene scene(*gpu, 20, {{2, 3}}, views());
+    if (ranks.rank() == 2) {
+      const float off = 1e-7f;
+      gpu->upload(scene.soup.mlp.address(), std::as_bytes(std::span(&off, 1)));
+    }
+    train::RankedStep step(*gpu, scene.soup, scene.frame, ranks);
+    scene.step.begin(1, 0, 0, test::SmallScene::rates(0));
+    step.train(scene.inputs, false);
+    step.gather(false);
+  });
+  for (const std::string& what : thrown) CHECK(what.find("rank 2 of 3: its vertices or MLP") != std::string::npos);
+}
