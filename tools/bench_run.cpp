@@ -8,7 +8,8 @@
 #include <cstdio>
 #include <cstring>
 #include <ctime>
-#include <fstream>
+#include <functional>
+#include <mutex>
 #include <set>
 #include <thread>
 
@@ -19,6 +20,7 @@
 #include "csv_table.h"
 #include "error.h"
 #include "file_lock.h"
+#include "machine.h"
 #include "read_file.h"
 
 namespace trisoup::bench {
@@ -46,24 +48,6 @@ FileLock lock_work(const std::filesystem::path& path) {
     if (times == 0) std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
     if (g_stop) throw Interrupted{};
   });
-}
-
-/// Value of `key: value` or `key=value` in the first such line of a file; empty where there is none.
-std::string value_in(const char* file, const std::string& key, char between) {
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    const std::size_t at = line.find(between);
-    if (line.compare(0, key.size(), key) != 0 || at == std::string::npos) continue;
-    std::string value = line.substr(at + 1);
-    std::erase(value, '"');
-    return value.substr(std::min(value.find_first_not_of(" \t"), value.size()));
-  }
-  return {};
-}
-
-std::string host() {
-  return fmt::format("{}, {} threads, {}", value_in("/proc/cpuinfo", "model name", ':'), std::thread::hardware_concurrency(),
-                     value_in("/etc/os-release", "PRETTY_NAME", '='));
 }
 
 std::string now() {
@@ -98,13 +82,18 @@ void make_folder(const std::filesystem::path& folder) {
   if (error) throw Error("{}: cannot be made ({}); choose another place", folder.string(), error.message());
 }
 
+/// The rows of a run, and a line about them for people.
+struct Result {
+  std::vector<Row> rows;
+  std::string line;
+};
+
 class Runner {
  public:
   Runner(const RunOptions& options, const Plan& plan, CsvTable& table, const std::filesystem::path& work, int lock)
-      : options_(options), plan_(plan), table_(table), work_(work), lock_(lock), host_(host()) {}
+      : options_(options), plan_(plan), table_(table), work_(work), lock_(lock), host_(machine()) {}
 
-  /// The rows of a training.
-  std::vector<Row> run(const Training& t) {
+  Result run(const Training& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t));
     make_folder(folder);
     // A model without a checkpoint is one whose rows were taken out of the results: it is to be made again.
@@ -141,12 +130,12 @@ class Runner {
     row["nothing_learnt"] = text_of(metrics.at("nothing_learnt"));
     const std::string quality =
         row["psnr"].empty() ? "no test views" : fmt::format("PSNR {}, SSIM {}", row["psnr"].substr(0, 5), row["ssim"].substr(0, 6));
-    std::printf("  %s, %s triangles, %.1f s of training (%.1f s of CPU)%s\n", quality.c_str(), row["triangles"].c_str(), metrics.at("seconds").get<double>(),
-                metrics.at("cpu_seconds").get<double>(), metrics.at("nothing_learnt").get<bool>() ? "; nothing was learnt" : "");
-    return rows;
+    std::string line = fmt::format("{}, {} triangles, {:.1f} s of training ({:.1f} s of CPU){}", quality, row["triangles"], metrics.at("seconds").get<double>(),
+                                   metrics.at("cpu_seconds").get<double>(), metrics.at("nothing_learnt").get<bool>() ? "; nothing was learnt" : "");
+    return {std::move(rows), std::move(line)};
   }
 
-  std::vector<Row> run(const StepTiming& t) {
+  Result run(const StepTiming& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t));
     make_folder(folder);
     std::vector<std::string> arguments{program("soup-bench"), "steps"};
@@ -162,7 +151,7 @@ class Runner {
                       {"revision", text_of(result.at("revision"))},
                       {"device", text_of(result.at("device"))},
                       {"driver", text_of(result.at("driver"))},
-                      {"host", host_},
+                      {"host", result.value("host", host_)},
                       {"date", now()},
                       {"triangles", std::to_string(t.triangles)},
                       {"views", std::to_string(t.views)},
@@ -171,19 +160,26 @@ class Runner {
                       {"kernel_ms", fmt::format("{:.4f}", k.at("fastest_ms").get<double>())}});
       total += k.at("fastest_ms").get<double>();
     }
-    std::printf("  %.1f ms a step\n", total);
-    return rows;
+    return {std::move(rows), fmt::format("{:.1f} ms a step", total)};
   }
 
-  /// False when it failed.
+  /// number: of the run, for people: "[3/12] ". False when it failed. Several threads may call it at once.
   template <typename Run>
-  bool finish(const Run& run_of) {
+  bool finish(const Run& run_of, const std::string& number) {
     const std::string line = command(run_of);
-    std::printf("%s\n", line.c_str());
-    std::fflush(stdout);
+    {
+      const std::scoped_lock speaking(mutex_);
+      std::printf("%s%s\n", number.c_str(), line.c_str());
+      std::fflush(stdout);
+    }
     try {
-      table_.append(run(run_of));
+      const Result result = run(run_of);
+      const std::scoped_lock writing(mutex_);
+      table_.append(result.rows);
+      // Side by side, the line before may be another run's.
+      std::printf("%s  %s\n", options_.at_once > 1 ? number.c_str() : "", result.line.c_str());
     } catch (const std::exception& e) {
+      const std::scoped_lock speaking(mutex_);
       // The plan goes on: one scene that is missing is no reason to lose the night.
       std::fprintf(stderr, "soup-bench: %s: %s (log and checkpoint: %s; without that folder it begins anew)\n", line.c_str(), e.what(),
                    (work_ / folder_of(line)).c_str());
@@ -232,10 +228,16 @@ class Runner {
  private:
   std::string program(const char* name) const { return (options_.programs / name).string(); }
 
-  void child(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
+  void child(std::vector<std::string> arguments, const std::filesystem::path& log) {
+    // A shell takes the launcher's words apart, and becomes it, so that signals reach it.
+    if (!options_.launcher.empty()) {
+      const std::vector<std::string> shell{"/bin/sh", "-c", "exec " + options_.launcher + " \"$@\"", "sh"};
+      arguments.insert(arguments.begin(), shell.begin(), shell.end());
+    }
     const ChildResult result = run_child(arguments, {.log = log, .keep_open = lock_}, g_stop);
     if (g_stop) throw Interrupted{};
     if (result.status == 0) return;
+    if (!options_.launcher.empty() && result.status == 127) throw Error("--launcher: '{}' cannot be started", options_.launcher);
     throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status) : result.error);
   }
 
@@ -251,7 +253,7 @@ class Runner {
             {"revision", text_of(metrics.at("revision"))},
             {"device", text_of(metrics.at("device"))},
             {"driver", text_of(metrics.at("driver"))},
-            {"host", host_},
+            {"host", metrics.value("host", host_)},
             {"date", now()},
             {"dataset", text_of(metrics.value("/dataset/fingerprint"_json_pointer, json()))}};
   }
@@ -262,7 +264,26 @@ class Runner {
   const std::filesystem::path& work_;
   int lock_;
   std::string host_;
+  std::mutex mutex_;  // of the table and what is printed
 };
+
+/// Calls work() in `threads` threads and waits for all. Throws Interrupted where one was.
+void side_by_side(std::size_t threads, const std::function<void()>& work) {
+  if (threads <= 1) return work();
+  std::atomic<bool> interrupted{false};
+  {
+    std::vector<std::jthread> all;
+    for (std::size_t i = 0; i < threads; ++i)
+      all.emplace_back([&] {
+        try {
+          work();
+        } catch (const Interrupted&) {
+          interrupted = true;
+        }
+      });
+  }
+  if (interrupted) throw Interrupted{};
+}
 
 }  // namespace
 
@@ -289,16 +310,24 @@ int run_plan(const RunOptions& options) {
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
     std::size_t number = 0, failed = 0, untimed = 0;
+    std::mutex mutex;  // of what follows
     const auto all = [&](const auto& runs) {
-      for (const auto& run : runs) {
-        ++number;
-        const std::string line = command(run);
-        if (done.contains(line)) continue;
-        if (g_stop) throw Interrupted{};
-        std::printf("[%zu/%zu] ", number, total);
-        if (runner.finish(run)) done.insert(line);
-        else ++failed;
-      }
+      std::size_t next = 0;
+      side_by_side(std::min<std::size_t>(options.at_once, runs.size()), [&] {
+        for (;;) {
+          std::unique_lock taking(mutex);
+          if (next == runs.size()) return;
+          const auto& run = runs[next++];
+          const std::string label = fmt::format("[{}/{}] ", ++number, total);
+          if (done.contains(command(run))) continue;
+          taking.unlock();
+          if (g_stop) throw Interrupted{};
+          const bool finished = runner.finish(run, label);
+          const std::scoped_lock noting(mutex);
+          if (finished) done.insert(command(run));
+          else ++failed;
+        }
+      });
     };
     all(plan.step_timings);
     all(plan.trainings);

@@ -13,6 +13,7 @@
 
 #include "args/arithmetic.h"
 #include "atomic_file.h"
+#include "machine.h"
 #include "revision.h"
 #include "soup/initialise.h"
 #include "soup/texture_table.h"
@@ -238,6 +239,7 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
   const double rate = bandwidth(gpu), operation_rate = arithmetic(gpu);
   json["device"] = gpu.info().name;
   json["driver"] = gpu.info().driver;
+  json["host"] = machine();
   json["revision"] = kRevision;
   json["bytes_per_second"] = rate;
   json["operations_per_second"] = operation_rate;

@@ -46,6 +46,9 @@ int main(int argc, char** argv) {
   run_sub->add_option("-o,--output", plan.results, "results.csv")->required();
   run_sub->add_option("--scenes", plan.scenes, "folder of the plan's scenes [here]");
   run_sub->add_option("--work", plan.work, "folder of trainings in progress [beside the results]");
+  run_sub->add_option("--launcher", plan.launcher, "what a shell puts before the command of each run, for a cluster: 'srun -n1 -c8 --exclusive'; all folders are then\n"
+                      "shared ones");
+  auto* at_once = run_sub->add_option("--at-once", plan.at_once, "runs under way at a time; a launcher may let them wait [1; with --launcher 64]")->check(CLI::Range(1, 10'000));
   run_sub->add_flag("--keep", plan.keep, "leave the models and logs of finished trainings there");
   try {
     app.parse(argc, argv);
@@ -55,6 +58,7 @@ int main(int argc, char** argv) {
   try {
     if (*run_sub) {
       plan.programs = std::filesystem::canonical("/proc/self/exe").parent_path();
+      if (!plan.launcher.empty() && at_once->count() == 0) plan.at_once = 64;
       return bench::run_plan(plan);
     }
     options.draws = frames_sub->parsed();

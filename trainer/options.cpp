@@ -188,6 +188,7 @@ void Options::add_device() {
   app_.add_option("--backend", o_.device.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]")->group(group);
   app_.add_option("--device", o_.device.device, "number that --list-devices prints, or part of a name of any backend [the fastest kind\nthere is]")->group(group);
   app_.add_option("--memory", o_.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]")->group(group);
+  app_.add_flag("--by-itself", o_.by_itself, "train alone although mpirun or srun has started several processes; else those train one soup\ntogether")->group(group);
   app_.add_option("--lose-after-launches", o_.device.lose_after_launches)->group("");  // for tests: not in --help
   app_.add_flag("--validation", o_.device.validation, "with the Vulkan validation layers; any message is an error")->group(group);
 }

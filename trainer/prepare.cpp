@@ -77,6 +77,7 @@ scene::Scene read_scene(const CommandLine& o, const std::string& dataset) {
   scene::LoadOptions load = o.load;
   load.progress = [&](int done, int total) { loading.loading(done, total); };
   load.warn = [&](const std::string& line) {
+    if (o.warnings_elsewhere) return;
     loading.clear();
     std::fprintf(stderr, "warning: %s\n", line.c_str());
   };

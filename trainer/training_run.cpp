@@ -11,8 +11,10 @@
 #include "atomic_file.h"
 #include "error.h"
 #include "gpu/out_of_memory.h"
+#include "machine.h"
 #include "prepare.h"
 #include "printable.h"
+#include "ranks/launched.h"
 #include "read_file.h"
 #include "report.h"
 #include "revision.h"
@@ -45,15 +47,8 @@ std::vector<train::Round> rounds_so_far(const std::optional<train::CheckpointInf
   }
 }
 
-/// What the checkpoint to go on from says, if there is one; `o` takes from it what was not given.
-std::optional<train::CheckpointInfo> what_was_begun(const train::RunFolder& folder, CommandLine& o) {
-  if (!folder.resumes()) return std::nullopt;
-  train::CheckpointInfo info = train::checkpoint_info(folder.checkpoint());
-  o.take(info.note, folder.checkpoint());
-  return info;
-}
-
-train::Earlier earlier_of(const CommandLine& o) {
+train::Earlier earlier_of(const CommandLine& o, const ranks::Ranks& ranks) {
+  if (!ranks.is_first()) return train::Earlier::overwrite;  // in a folder that nobody else knows
   return o.resume ? train::Earlier::resume : o.overwrite ? train::Earlier::overwrite : train::Earlier::refuse;
 }
 
@@ -63,8 +58,17 @@ void stop_if_asked() {
 
 }  // namespace
 
-TrainingRun::TrainingRun(CommandLine options, viewer::Live* live)
-    : o_(std::move(options)), live_(live), folder_(o_.output, earlier_of(o_)), begun_(what_was_begun(folder_, o_)) {}
+TrainingRun::TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& ranks)
+    : ranks_(ranks), o_(of_rank(std::move(options), ranks, live)), live_(live), output_(o_.output, ranks), folder_(output_.path(), earlier_of(o_, ranks)),
+      begun_(what_was_begun()) {}
+
+/// What the checkpoint to go on from says, if there is one; the options take from it what was not given.
+std::optional<train::CheckpointInfo> TrainingRun::what_was_begun() {
+  if (!told(ranks_, folder_.resumes())) return std::nullopt;
+  train::CheckpointInfo info = train::checkpoint_info(checkpoint());
+  o_.take(info.note, checkpoint());
+  return info;
+}
 
 void TrainingRun::run() {
   if (!o_.model.empty() && !begun_) read_model();
@@ -72,7 +76,8 @@ void TrainingRun::run() {
   read();
   begin();
   train();
-  finish();
+  if (ranks_.is_first()) finish();
+  ranks_.gather({});  // nobody ends before all is written
 }
 
 void TrainingRun::open_device() {
@@ -101,7 +106,7 @@ void TrainingRun::read() {
   if (live_) live_->phase("loading");
   scene_ = read_scene(o_, dataset_);
   if (!begun_ && !file_) find_points(o_, scene_);
-  settings_ = begun_ ? o_.resumed(*begun_, scene_, folder_.checkpoint()) : file_ ? o_.of_model(file_->settings, scene_) : o_.settings(scene_);
+  settings_ = begun_ ? o_.resumed(*begun_, scene_, checkpoint()) : file_ ? o_.of_model(file_->settings, scene_) : o_.settings(scene_);
   if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
   folder_.create();
@@ -110,7 +115,7 @@ void TrainingRun::read() {
                       scene_.test.size(), scene_.points.positions.size(), train::to_string(settings_.recipe), start_in_words(settings_.init)));
   check_memory(o_, scene_, settings_, *device_);
   if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
-    settings_.most_triangles = train::most_triangles_that_fit(scene_, settings_, device_->ceiling());
+    settings_.most_triangles = least(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling()));
 }
 
 void TrainingRun::check_fit() const {
@@ -122,7 +127,7 @@ void TrainingRun::check_fit() const {
 std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
   try {
     if (file_) return std::make_unique<train::Trainer>(*device_, scene_, settings_, file_->model);
-    const train::Start start = train::initial_triangles(scene_, settings_);
+    const train::Start start = same_start(ranks_, [&] { return train::initial_triangles(scene_, settings_); });
     return std::make_unique<train::Trainer>(*device_, scene_, settings_, start);
   } catch (const gpu::OutOfMemory& error) {
     throw Error("{}{}", error.what(), advice(error, scene_, settings_));
@@ -131,8 +136,9 @@ std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
 
 void TrainingRun::begin() {
   if (begun_) {
-    trainer_ = std::make_unique<train::Trainer>(*device_, scene_, settings_, folder_.checkpoint());
-    folder_.go_on(trainer_->step(), trainer_->finished());
+    trainer_ = std::make_unique<train::Trainer>(*device_, scene_, settings_, checkpoint());
+    if (ranks_.is_first()) folder_.go_on(trainer_->step(), trainer_->finished());
+    else folder_.begin();
     saved_ = trainer_->step();
     say(o_, fmt::format("resuming after step {} of {}", trainer_->step(), std::max(begun_->settings.steps, trainer_->last_step())));
     if (settings_.steps > begun_->settings.steps)
@@ -143,13 +149,29 @@ void TrainingRun::begin() {
     folder_.begin();
   }
   first_step_ = trainer_->step();
+  join_ranks();
   file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
   simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_,
                                                     [this](const soup::Model& model) { return soup::encode_model(model, file_options_); },
-                                                    rounds_so_far(begun_, folder_.checkpoint()));
+                                                    rounds_so_far(begun_, checkpoint()));
+}
+
+void TrainingRun::join_ranks() {
+  if (ranks_.size() == 1) return;
+  const gpu::DeviceInfo& device = device_->info();
+  check_same(ranks_, "build", kRevision);
+  // Kernels for any width of a CPU's lanes give the same bits; drivers do not.
+  check_same(ranks_, "device", device.backend == "cpu" ? device.backend : fmt::format("{} {} {}", device.backend, device.name, device.driver));
+  check_same(ranks_, "dataset", fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint()));
+  check_same(ranks_, trainer_->settings());
+  check_same(ranks_, "step to go on from", std::to_string(trainer_->step()));
+  check_same(ranks_, "way of logging", fmt::format("{} {}", o_.evaluations_per_decade, o_.log_every));
+  trainer_->train_with(ranks_);
+  say(o_, fmt::format("ranks: {} train together, {}", ranks_.size(), ranks_.transport()));
 }
 
 void TrainingRun::save() {
+  if (!ranks_.is_first()) return;
   folder_.flush_logs();
   trainer_->write_checkpoint(folder_.checkpoint(), note_with(simplifier_->rounds(), o_.note()));
   saved_ = trainer_->step();
@@ -170,12 +192,15 @@ train::Trainer::Callbacks TrainingRun::callbacks() {
   };
   if (live_) callbacks.until = [this](std::uint64_t step) { return live_->until(step, [&] { return trainer_->model(); }); };
   callbacks.on_fault = [this](const train::ParameterFault& fault) {
+    // A texel is its owner's alone; everything else all ranks find.
+    if (!ranks_.is_first() && fault.kind != train::ParameterFault::Kind::texel) return;
     bar_->clear();
     std::fprintf(stderr, "warning: %s\n", train::to_string(fault).c_str());
   };
   callbacks.on_checkpoint = [this](std::uint64_t) { save(); };
   callbacks.evaluations_per_decade = o_.evaluations_per_decade;
   callbacks.on_evaluate = [this](std::uint64_t step) {
+    if (!ranks_.is_first()) return;
     // What evaluation launches is no part of a step.
     if (o_.timings) device_->enable_timings(false);
     const train::Evaluation e = trainer_->evaluate_float();
@@ -288,8 +313,10 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["cpu_seconds"] = trainer_->cpu_seconds();
   if (o_.timings) metrics["timings"] = {{"steps", trainer_->step() - first_step_}, {"kernels", timings_json(*device_)}};
   metrics["ms_per_step"] = 1e3 * trainer_->seconds() / static_cast<double>(trainer_->last_step());
+  if (ranks_.size() > 1) metrics["ranks"] = {{"size", ranks_.size()}, {"transport", ranks_.transport()}, {"bytes_sent", ranks_.bytes_sent()}};
   metrics["device"] = device_->info().name;
   metrics["driver"] = device_->info().driver;
+  metrics["host"] = machine();
   metrics["peak_device_bytes"] = device_->peak_bytes();
   metrics["settings"] = to_json(trainer_->settings());
   metrics["dataset"] = o_.dataset_note();
@@ -306,16 +333,28 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
                       trainer_->seconds()));
 }
 
+namespace {
+
+/// Tells the other ranks why this one ends. Whether it is this one that tells people.
+bool speaks_at_the_end(ranks::Ranks& ranks, const std::string& why) {
+  const bool told = ranks.size() == 1 || ranks.leave(why);
+  return ranks.is_first() || !told;
+}
+
+}  // namespace
+
 int run_guarded(const char* program, const CommandLine& options, viewer::Live* live) {
   int status = 0;
   std::string error;
+  std::unique_ptr<ranks::Ranks> ranks;
   try {
-    TrainingRun(options, live).run();
+    ranks = options.by_itself ? ranks::alone() : ranks::open_launched(ranks::folder_of_program());
+    TrainingRun(options, live, *ranks).run();
   } catch (const Interrupted& interrupted) {
-    say(options, "interrupted " + interrupted.when);
+    if (speaks_at_the_end(*ranks, "interrupted " + interrupted.when)) say(options, "interrupted " + interrupted.when);
     status = 130;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "%s: %s\n", program, e.what());
+    if (!ranks || speaks_at_the_end(*ranks, e.what())) std::fprintf(stderr, "%s: %s\n", program, e.what());
     error = e.what();
     status = 1;
   }

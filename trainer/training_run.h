@@ -11,8 +11,10 @@
 #include "command_line.h"
 #include "gpu/device.h"
 #include "progress_bar.h"
+#include "ranks/ranks.h"
 #include "scene/scene.h"
 #include "soup/model_file.h"
+#include "together.h"
 #include "train/checkpoint.h"
 #include "train/run_folder.h"
 #include "train/simplifier.h"
@@ -23,8 +25,8 @@ namespace trisoup {
 
 class TrainingRun {
  public:
-  /// live: where a window looks on; null for none.
-  TrainingRun(CommandLine options, viewer::Live* live);
+  /// live: where a window looks on; null for none. ranks: with whom; they must outlive it.
+  TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& ranks);
   /// The whole of it. Throws Error, and Interrupted (prepare.h) where a signal has ended it and the checkpoint is there to go on from.
   void run();
 
@@ -32,7 +34,9 @@ class TrainingRun {
   void open_device();
   void read_model();
   void read();
+  std::optional<train::CheckpointInfo> what_was_begun();
   void begin();
+  void join_ranks();
   void train();
   void train_to_the_end(const train::Trainer::Callbacks& callbacks);
   train::Trainer::Callbacks callbacks();
@@ -45,8 +49,13 @@ class TrainingRun {
   void measure(const soup::Model& model, std::span<const std::byte> file);
   bool has_goal() const { return train::has_goal(settings_); }
 
+  /// Of the training, whoever writes it.
+  std::filesystem::path checkpoint() const { return std::filesystem::path(o_.output) / "checkpoint.safetensors"; }
+
+  ranks::Ranks& ranks_;
   CommandLine o_;
   viewer::Live* live_;
+  RankOutput output_;
   train::RunFolder folder_;
   std::optional<train::CheckpointInfo> begun_;  // what there is to go on from
   std::unique_ptr<gpu::Device> device_;

@@ -2,9 +2,9 @@
 # constants that the engine and the tests make, for engine/gpu/BACKEND/kernel_language.h to compile; FUNCTION of its namespace returns them.
 # Name, constants; a plus after the first one: it is the length of an array.
 set(variants
-  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible 0" "count_visible 1" "edge_forces 0" "edge_forces 1" "expose" "fit_exposure" "inherit_textures" "lift_textures"
+  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible 0" "count_visible 1" "edge_forces 0" "edge_forces 1" "expose" "fetch_features" "fit_exposure" "inherit_textures" "keep_range" "lift_textures"
   "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "place_pixels" "project" "quantise" "sample_photographs" "shade 0" "shade 1" "shade_one 0" "shade_one 1"
-  "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "ssim 0" "ssim 1" "update_mlp 0" "update_mlp 1"
+  "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients" "ssim 0" "ssim 1" "update_mlp 0" "update_mlp 1"
   "update_textures 3+ 0 0" "update_textures 3+ 1 0" "update_textures 213+ 1 0"
   "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
   "update_vertices 0" "update_vertices 1" "visibility 0" "visibility 1" "visibility 2")
@@ -53,8 +53,8 @@ endfunction()
 
 # lane_kernels(WIDTH PART FILE TABLE): writes one of two halves of the same for WIDTH lanes of a CPU, translated from the kernels' SPIR-V. Not those that shade
 # four pixels at a time, since lanes are pixels already, nor those that only tests ask for.
-set(lane_variants_0 "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible 0" "count_visible 1" "edge_forces 0" "expose" "fit_exposure" "inherit_textures" "lift_textures"
-  "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "place_pixels" "project" "quantise" "sample_photographs")
+set(lane_variants_0 "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible 0" "count_visible 1" "edge_forces 0" "expose" "fetch_features" "fit_exposure" "inherit_textures" "keep_range" "lift_textures"
+  "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "place_pixels" "project" "quantise" "sample_photographs" "sort_gradients")
 set(lane_variants_1 "shade_one 0" "shade_backward_one 0" "ssim 0" "update_mlp 0" "update_textures 3+ 0 0" "update_textures 3+ 1 0"
   "update_textures 213+ 1 0" "update_textures 783+ 1 0" "update_textures 783+ 0 0" "update_vertices 0" "visibility 0" "visibility 1")
 function(lane_kernels width part output table)

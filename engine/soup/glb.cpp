@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
+constexpr std::uint32_t kMagic = 0x46546c67, kGlbVersion = 2, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
 constexpr std::size_t kHeader = 12, kChunkHeader = 8;
 
 void put_u32(std::vector<std::byte>& out, std::size_t value) {
@@ -38,7 +38,7 @@ std::vector<std::byte> encode_glb(const json& document, std::span<const std::byt
   std::vector<std::byte> out;
   out.reserve(total);
   put_u32(out, kMagic);
-  put_u32(out, kVersion);
+  put_u32(out, kGlbVersion);
   put_u32(out, total);
   put_u32(out, text.size());
   put_u32(out, kJsonChunk);
@@ -62,7 +62,7 @@ Glb decode_glb(std::span<const std::byte> bytes, const std::string& name) {
     return value;
   };
   if (bytes.size() < 4 || u32(0) != kMagic) throw Error("{}: is not a binary glTF file; give a model.glb", name);
-  if (u32(4) != kVersion) throw Error("{}: is of glTF version {}, not 2; export it as glTF 2.0", name, u32(4));
+  if (u32(4) != kGlbVersion) throw Error("{}: is of glTF version {}, not 2; export it as glTF 2.0", name, u32(4));
   if (u32(8) != bytes.size()) throw damaged("does not have the length it states");
 
   std::size_t at = kHeader;

@@ -8,6 +8,7 @@
 #include "args/edge_forces.h"
 #include "args/expose.h"
 #include "args/fit_exposure.h"
+#include "args/keep_range.h"
 #include "args/loss_gradient.h"
 #include "args/measure_exposure.h"
 #include "args/opacity_backward.h"
@@ -67,6 +68,7 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   const auto view_table = frame_.views.address(), screen = frame_.screen.address();
 
   gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
+  if (own().count() < triangles) gpu_.launch({"keep_range"}, projected, KeepRangeArgs{screen, triangles, views, own().first, own().last});
   for_each_band([&](const Band& band) {
     list_triangles(band);
     gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds)}}, band.tiles,
@@ -105,12 +107,16 @@ std::uint32_t Step::groups_over(std::uint32_t blocks) const {
   return gpu_.info().kind == gpu::Kind::cpu ? std::min(blocks, frame_.mlp_groups) : blocks;
 }
 
-void Step::shade(const StepInputs& inputs) {
+ShadedFrom Step::of_soup() const {
+  return {frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull),
+          frame_.ranks.address(), frame_.sorted()};
+}
+
+void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t groups = groups_over(batch.blocks);
   gpu_.launch({frame_.one_pixel ? "shade_one" : "shade", {inputs.mlp_inputs != 0}}, groups,
-              ShadeArgs{frame_.views.address(), frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
-                        soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
+              ShadeArgs{frame_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
                         inputs.background.r, inputs.background.g, inputs.background.b, groups});
 }
 
@@ -164,45 +170,57 @@ void Step::sort_pixels() {
 }
 
 void Step::backward(const StepInputs& inputs) {
-  const BatchLayout& batch = frame_.batch();
-  const auto views = frame_.views.address(), hits = frame_.hits.address(), gradient = frame_.gradient.address();
-  const auto places = frame_.shown.address() + 4 * (soup_.triangles + 1ull);
   sort_pixels();
+  shade_backward(inputs, of_soup());
+  edge_forces();
+  if (!inputs.opaque) opacity_backward(inputs);
+}
+
+void Step::shade_backward(const StepInputs& inputs, const ShadedFrom& to) {
+  const BatchLayout& batch = frame_.batch();
   const bool exposed = inputs.exposures && inputs.target == 0;
   gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
-              ShadeBackwardArgs{views, hits, soup_.textures.address(), soup_.lattice.address(), soup_.mlp.address(), gradient, places,
-                                frame_.ranks.address(), frame_.sorted(), frame_.mlp_partial.address(), inputs.feature_gradient, frame_.target.address(),
+              ShadeBackwardArgs{frame_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(), frame_.gradient.address(), to.places,
+                                to.ranks, to.sorted, frame_.mlp_partial.address(), inputs.feature_gradient, frame_.target.address(),
                                 exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, frame_.mlp_groups, batch.views, exposed,
                                 static_cast<std::uint32_t>(batch.pixels), 0});
   end_kernel();
+}
+
+void Step::edge_forces() {
+  const BatchLayout& batch = frame_.batch();
   gpu_.launch({"edge_forces", {0}}, batch.tiles,
-              EdgeForcesArgs{views, hits, frame_.screen.address(), frame_.colour.address(), gradient,
-                             soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles, batch.views,
-                             soup_.triangles, 0});
-  if (inputs.opaque) return;
+              EdgeForcesArgs{frame_.views.address(), frame_.hits.address(), frame_.screen.address(), frame_.colour.address(),
+                             frame_.gradient.address(), soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles,
+                             batch.views, soup_.triangles, 0});
+}
+
+void Step::opacity_backward(const StepInputs& inputs) {
+  const BatchLayout& batch = frame_.batch();
   end_kernel();
   const bool listed = frame_.bands() == 1;  // by visibility()
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
     gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,
-                OpacityBackwardArgs{views, frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
-                                    soup_.textures.address(), soup_.opacity.address(), hits, gradient, frame_.state.address(),
-                                    soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(), soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
+                OpacityBackwardArgs{frame_.views.address(), frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
+                                    soup_.textures.address(), soup_.opacity.address(), frame_.hits.address(), frame_.gradient.address(),
+                                    frame_.state.address(), soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
+                                    soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
   });
 }
 
 void Step::update_textures(bool adam, const StepInputs& inputs) {
-  const UpdateTexturesArgs args{soup_.textures.address(),
+  const UpdateTexturesArgs args{soup_.textures.address() + sizeof(kernels::Texture) * own_.first,
                                 soup_.source.address(),
                                 soup_.source_moment1.address(),
                                 soup_.source_moment2.address(),
                                 soup_.lattice.address(),
                                 soup_.opacity.address(),
-                                frame_.shown.address(),
+                                frame_.shown.address() + 4ull * own_.first,
                                 frame_.sorted(),
                                 soup_.opacity_gradient.low.address(),
                                 soup_.opacity_gradient.high.address(),
-                                soup_.touched.address(),
+                                soup_.touched.address() + 4ull * own_.first,
                                 frame_.state.address(),
                                 frame_.control.address(),
                                 inputs.source_gradient,
@@ -213,7 +231,7 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
   // All levels of a triangle at once in shared memory.
   std::uint32_t samples = 0;
   for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));
-  gpu_.launch({"update_textures", {samples, adam, inputs.source_gradient != 0}}, soup_.triangles, args);
+  gpu_.launch({"update_textures", {samples, adam, inputs.source_gradient != 0}}, own().count(), args);
 }
 
 void Step::update(const StepInputs& inputs) {

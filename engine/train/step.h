@@ -1,6 +1,7 @@
 // One training step, or its forward half, as a list of kernel launches. Nothing here waits for the device.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 
@@ -44,9 +45,24 @@ struct Rates {
   std::uint64_t texture_updates = 1, vertex_updates = 1, mlp_updates = 1;  // since the moments were zero, this one included
 };
 
+/// Triangles first .. last - 1.
+struct TriangleRange {
+  std::uint32_t first = 0, last = 0;
+  std::uint32_t count() const { return last - first; }
+};
+
+/// Where shade() and shade_backward() find what a pixel shows: in the frame and the soup, or in what stands for them.
+struct ShadedFrom {
+  gpu::Address hits = 0, textures = 0, lattice = 0;
+  gpu::Address places = 0, ranks = 0;  // where the gradients of a pixel go in
+  gpu::Address sorted = 0;
+};
+
 class Step {
  public:
-  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : gpu_(gpu), soup_(soup), frame_(frame) {}
+  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : Step(gpu, soup, frame, {0, ~0u}) {}
+  /// Of all triangles only `own` are listed, and so seen and given opacity gradients, and only their textures are updated.
+  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, TriangleRange own) : gpu_(gpu), soup_(soup), frame_(frame), own_(own) {}
 
   /// What changes from step to step. slot: row of Frame::statistics. huber: Settings::huber.
   static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch,
@@ -56,10 +72,16 @@ class Step {
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
   void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits
-  void shade(const StepInputs& inputs);                              // .. Frame::colour
+  void shade(const StepInputs& inputs) { shade(inputs, of_soup()); }  // .. Frame::colour
+  void shade(const StepInputs& inputs, const ShadedFrom& from);
   void photographs(const StepInputs& inputs);                        // Frame::target; exposes Frame::colour
   void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics, with photographs() before
   void backward(const StepInputs& inputs);                           // .. gradients of textures, vertices, MLP
+  // backward() is these four.
+  void sort_pixels();                                                // places of each pixel's gradients
+  void shade_backward(const StepInputs& inputs, const ShadedFrom& to);
+  void edge_forces();
+  void opacity_backward(const StepInputs& inputs);
   void update(const StepInputs& inputs);                             // .. parameters
 
   /// Sums the levels of every texture and applies the sigmoid.
@@ -77,7 +99,8 @@ class Step {
   };
   /// Each band gets a submission of its own where there are several.
   void for_each_band(const std::function<void(const Band&)>& visit);
-  void sort_pixels();
+  ShadedFrom of_soup() const;
+  TriangleRange own() const { return {own_.first, std::min(own_.last, soup_.triangles)}; }
   void list_triangles(const Band& band);
   /// Ends the submission after a kernel that visits every pixel of a very large batch.
   void end_kernel();
@@ -86,6 +109,7 @@ class Step {
   gpu::Device& gpu_;
   SoupBuffers& soup_;
   Frame& frame_;
+  TriangleRange own_;  // all: up to ~0
 };
 
 }  // namespace trisoup::train

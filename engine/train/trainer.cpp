@@ -165,17 +165,21 @@ kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batc
                      batch, settings_.huber);
 }
 
+StepInputs Trainer::step_inputs() const {
+  StepInputs inputs;
+  inputs.background = scene_.background;
+  inputs.opacity_baseline = settings_.opacity_baseline;
+  inputs.update_unseen = settings_.update_unseen;
+  inputs.opaque = settings_.opaque;
+  inputs.exposures = given_exposures();
+  return inputs;
+}
+
 gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
   frame_.place(batch, soup_.triangles, true);
   gpu::CommandList fresh = gpu_.record([&] {
-    StepInputs inputs;
-    inputs.background = scene_.background;
-    inputs.opacity_baseline = settings_.opacity_baseline;
-    inputs.update_unseen = settings_.update_unseen;
-    inputs.opaque = settings_.opaque;
-    inputs.exposures = given_exposures();
     schedule_.begin_step(frame_);
-    Step(gpu_, soup_, frame_).train(inputs);
+    Step(gpu_, soup_, frame_).train(step_inputs());
   });
   // Images of many sizes make as many lists; what matters is that few sizes do not record again and again.
   constexpr std::size_t kMostLists = 64;
@@ -183,6 +187,17 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
   gpu::CommandList& list = commands_[sizes_of(batch)];
   if (list.segments != fresh.segments) list = std::move(fresh);
   return list;
+}
+
+void Trainer::train_with(ranks::Ranks& ranks) {
+  if (ranks.size() > 1) ranked_.emplace(gpu_, soup_, frame_, ranks);
+}
+
+bool Trainer::train_together(const BatchLayout& batch, const Callbacks& callbacks) {
+  frame_.place(batch, soup_.triangles, true);
+  schedule_.begin_step(frame_);
+  outcome_ = ranked_->train(step_inputs(), callbacks.stop && *callbacks.stop);
+  return outcome_ == RankedStep::Outcome::done;
 }
 
 void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
@@ -200,10 +215,14 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     gpu::CommandList* commands = nullptr;
     std::array<std::uint64_t, 5> sizes{};
     for (const BatchLayout& batch : batches) {
-      if (callbacks.stop && *callbacks.stop) break;
-      // Nothing is allocated in between, so batches of the same sizes have the same commands.
-      if (!commands || sizes != sizes_of(batch)) commands = &commands_of(batch), sizes = sizes_of(batch);
-      gpu_.replay(*commands);
+      if (asked_to_stop(callbacks)) break;
+      if (ranked_) {
+        if (!train_together(batch, callbacks)) break;
+      } else {
+        // Nothing is allocated in between, so batches of the same sizes have the same commands.
+        if (!commands || sizes != sizes_of(batch)) commands = &commands_of(batch), sizes = sizes_of(batch);
+        gpu_.replay(*commands);
+      }
       ++step_;
     }
     gpu_.wait();
@@ -211,12 +230,16 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
       if (callbacks.on_fault) callbacks.on_fault(fault);
     // Steps whose tile lists did not fit have changed nothing: they are done again with room enough.
     const auto overflow = grow_lists_if_needed(gpu_, frame_);
-    if (!overflow) return;
-    step_ = *overflow;
+    if (!overflow && outcome_ != RankedStep::Outcome::overflow) return;
+    if (overflow) step_ = *overflow;
   } while (true);
 }
 
 void Trainer::change_topology() {
+  if (ranked_ && (step_ == lift_step(settings_) || is_resampling(settings_, step_))) {
+    ranked_->gather(settings_.keep_moments);
+    ranked_->divide();
+  }
   if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
     lift(gpu_, soup_, frame_, half_views_, settings_);
     texture_start_ = vertex_start_ = step_;
@@ -300,10 +323,10 @@ Progress Trainer::progress_since(std::uint64_t first, double seconds) {
 void Trainer::run(const Callbacks& callbacks) {
   std::uint64_t reported = step_;
   double seconds_since = 0;
-  while (!finished() && !(callbacks.stop && *callbacks.stop)) {
+  while (!finished() && !asked_to_stop(callbacks)) {
     std::uint64_t last = next_event(callbacks);
     if (callbacks.until) last = std::clamp(callbacks.until(step_), step_ + 1, std::max(last, step_ + 1));
-    if (callbacks.stop && *callbacks.stop) break;
+    if (asked_to_stop(callbacks)) break;
     const Stopwatch watch;
     const std::uint64_t before = step_;
     train_until(last, callbacks);
@@ -321,10 +344,12 @@ void Trainer::run(const Callbacks& callbacks) {
       seconds_since = 0;
     }
     if (finished()) break;
-    if (callbacks.on_evaluate && is_evaluation(callbacks)) callbacks.on_evaluate(step_);
-    if (callbacks.on_checkpoint && settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0)
-      callbacks.on_checkpoint(step_);
+    const bool evaluates = is_evaluation(callbacks), saves = settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0;
+    if (ranked_ && (evaluates || saves)) ranked_->gather(saves);
+    if (callbacks.on_evaluate && evaluates) callbacks.on_evaluate(step_);
+    if (callbacks.on_checkpoint && saves) callbacks.on_checkpoint(step_);
   }
+  if (ranked_) ranked_->gather(true);
 }
 
 soup::Model Trainer::model() {

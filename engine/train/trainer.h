@@ -20,6 +20,7 @@
 #include "train/frame.h"
 #include "train/initial_triangles.h"
 #include "train/photographs.h"
+#include "train/ranked_step.h"
 #include "train/resample.h"
 #include "train/schedule.h"
 #include "train/settings.h"
@@ -54,6 +55,11 @@ class Trainer {
 
   /// Goes on from a model of the same dataset, which `settings` have trained, as if its last step were done: for begin_round().
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model);
+
+  /// From now on every rank of `ranks` takes part in run(), each with a trainer of the same scene, settings and start on a device of
+  /// the same kind. Callbacks and everything else are each rank's own business, but which steps are evaluations or checkpoints has
+  /// to be the same, and one rank's stop ends all. Throws ranks::RankLost where another rank has ended. `ranks` must outlive it.
+  void train_with(ranks::Ranks& ranks);
 
   struct Callbacks {
     std::function<void(const Progress&)> on_progress;       // about every progress_every steps
@@ -103,6 +109,10 @@ class Trainer {
   std::uint64_t next_event(const Callbacks& callbacks) const;
   bool is_evaluation(const Callbacks& callbacks) const;
   void train_until(std::uint64_t last, const Callbacks& callbacks);
+  /// One step with the other ranks. False where it is not done.
+  bool train_together(const BatchLayout& batch, const Callbacks& callbacks);
+  bool asked_to_stop(const Callbacks& callbacks) const { return ranked_ ? outcome_ == RankedStep::Outcome::stopped : callbacks.stop && *callbacks.stop; }
+  StepInputs step_inputs() const;
   void change_topology();
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
   /// Whether the step's views have a pixel to measure.
@@ -129,6 +139,8 @@ class Trainer {
   std::uint64_t rounds_ = 0;           // begun after Settings::steps
   // Completed steps when the moments of textures, vertices and MLP were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0, mlp_start_ = 0;
+  std::optional<RankedStep> ranked_;   // where there are several ranks
+  RankedStep::Outcome outcome_ = RankedStep::Outcome::done;
   Resampling last_resampling_ = Resampling::done;
   double uncovered_ = 0;               // of the last step before a report
   std::vector<bool> masked_out_;       // training views without a pixel to measure
