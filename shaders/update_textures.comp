@@ -169,14 +169,15 @@ KERNEL_MAIN(THREADS) {
       if (ADAM) {
         const FLOATS gradient = ELEMENT_VALUE(0u, e);
         if (DEBUG) ELEMENT(a.debug.v, first, e) = gradient;
-        m = ELEMENT(a.moment1.v, first, e);
-        v = ELEMENT(a.moment2.v, first, e);
-        if (!frozen) {
+        if (gradient != FLOATS(0.0f) || a.unseen != 0u) {
+          m = ELEMENT(a.moment1.v, first, e);
+          v = ELEMENT(a.moment2.v, first, e);
           // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left alone.
-          changed = gradient != FLOATS(0.0f) || m != FLOATS(0.0f) || v != FLOATS(0.0f);
+          changed = !frozen && (gradient != FLOATS(0.0f) || m != FLOATS(0.0f) || v != FLOATS(0.0f));
           if (changed)
             UNROLL for (uint c = 0u; c < kNumbers; ++c)
-              NUMBER(logit, c) -= adam(NUMBER(gradient, c), rate, second, NUMBER(m, c), NUMBER(v, c));
+              if (NUMBER(gradient, c) != 0.0f || a.unseen != 0u)
+                NUMBER(logit, c) -= adam(NUMBER(gradient, c), rate, second, NUMBER(m, c), NUMBER(v, c));
         }
       }
       // What is not a number in one of an element's values is not one in their sum.

@@ -45,11 +45,12 @@ constexpr Experiment kExperiments[] = {
     {"Textures", "coarse_share", &S::coarse_share, kShare, "share of the steps, the first ones, on coarse_level alone; 0: fine levels from the first step on",
      "0.5; from a surface 0"},
     {"Textures", "coarse_level", &S::coarse_level, kLevel, "texture level of the coarse part", "0"},
+    {"Textures", "coarse_scale", &S::coarse_scale, {0, 1, true}, "sides of the pictures in the coarse part, as a share of the photographs'", "0.5; published 1"},
     {"Textures", "level_min", &S::level_min, kLevel, "coarsest texture level after it; that of --level-max: the finest level alone", "2"},
     {"Textures", "samples_per_pixel", &S::samples_per_pixel, kAny,
      "samples of a finest level for each pixel of the photograph that shows it largest; 0: --level-max for all", "1; published 0"},
     {"Textures", "copy_textures", &S::copy_textures, {}, "halves of a split triangle copy its texture, not their part of it", "false; published true"},
-    {"Textures", "update_unseen", &S::update_unseen, {}, "textures that no view of a step has shown go on by their moments", "false; published true"},
+    {"Textures", "update_unseen", &S::update_unseen, {}, "values of textures without a gradient in a step go on by their moments", "false; published true"},
     {"Textures", "keep_moments", &S::keep_moments, {}, "textures keep their optimiser's moments through changes of topology", "false"},
 
     {"Opacity", "opaque", &S::opaque, {}, "opacity fixed to 1: no masking in training, and every triangle opaque in the model", "false"},

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "soup/texture_table.h"
+#include "train/coarse_views.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
 #include "train/soup_buffers.h"
@@ -44,7 +45,11 @@ std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
 
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
   MemoryNeed need;
-  for (const scene::View& v : scene.train) need.photographs += 4ull * v.camera.width * v.camera.height;
+  const bool coarse = s.coarse_scale < 1 && lift_step(s) > 0;
+  for (const scene::View& v : scene.train) {
+    const double scale = coarse ? coarse_scale(v.camera, s) : 0.0;
+    need.photographs += static_cast<std::uint64_t>(4.0 * v.camera.width * v.camera.height * (1 + scale * scale));
+  }
   // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
   std::uint64_t most = s.triangles;
   if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;

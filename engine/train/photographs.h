@@ -13,7 +13,8 @@ struct Photographs {
   std::vector<gpu::Address> addresses;   // per view, of its first pixel
 };
 
-/// Uploads the views' images one after the other. Throws Error when they do not fit.
+/// Uploads the images, or those of the views, one after the other. Throws gpu::OutOfMemory when they do not fit.
+Photographs upload_photographs(gpu::Device& gpu, const std::vector<Image>& images);
 Photographs upload_photographs(gpu::Device& gpu, const std::vector<scene::View>& views);
 
 }  // namespace trisoup::train

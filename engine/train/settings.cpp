@@ -44,6 +44,7 @@ void each_member(S& s, F&& f) {
   f("samples_per_pixel", s.samples_per_pixel);
   f("pixel_jitter", s.pixel_jitter);
   f("coarse_share", s.coarse_share);
+  f("coarse_scale", s.coarse_scale);
   f("paint", s.paint);
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
@@ -111,6 +112,7 @@ Settings published(Recipe recipe) {
 Settings without_our_changes(Settings s) {
   s.samples_per_pixel = 0;
   s.pixel_jitter = 0;
+  s.coarse_scale = 1;
   s.huber = 0;
   s.texture_bits = 8;
   s.opacity_baseline = false;

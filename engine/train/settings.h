@@ -46,11 +46,12 @@ struct Settings {
   double samples_per_pixel = 1;      // of a triangle's finest level, where photographs show it largest; 0: level_max for all, as published
   double pixel_jitter = 0.25;        // how far from pixel centres a step samples, at most, in pixels; 0: at the centres, as published
   double coarse_share = 0.5;         // of the steps
+  double coarse_scale = 0.5;         // sides of the pictures in the first part, as a share of the photographs'; 1: as published
   bool paint = false;                // a start with colours has the photographs' in its fine levels; only where there is no coarse part
   bool keep_opacity = false;         // through the change from coarse to fine
   bool keep_moments = false;         // of textures, through resampling
   bool opacity_baseline = true;      // opacities learn from errors against those of the pixels around; published: from errors
-  bool update_unseen = false;        // textures of triangles without a gradient go on by their moments, as published
+  bool update_unseen = false;        // values of textures without a gradient go on by their moments, as published
   bool drop_near = false;            // triangles that reach the camera plane are dropped whole, as published, not clipped
   bool exposure = false;             // photographs have gains and offsets of their own (docs/method.md, "Exposure")
   bool opaque = false;               // opacity fixed to 1: no masking, and no gradient of it

@@ -104,6 +104,7 @@ void Trainer::prepare() {
       views->push_back(view);
     }
   }
+  if (settings_.coarse_scale < 1 && step_ < lift_step(settings_)) coarse_ = coarse_views(gpu_, scene_.train, settings_);
   const BatchSize batch = largest_batch(scene_.train, settings_);
   frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
   if (settings_.exposure) exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
@@ -207,7 +208,7 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     for (std::uint64_t step = step_; step < last; ++step) {
       std::vector<BatchView> views;
       for (const std::uint32_t v : batch_of(step))
-        views.push_back(sampled_at(views_[v], pixel_jitter(settings_.seed, step, views_[v], settings_.pixel_jitter)));
+        views.push_back(sampled_at(view_of(step, v), pixel_jitter(settings_.seed, step, view_of(step, v), settings_.pixel_jitter)));
       batches.push_back(lay_out(views));
       schedule_.add(state_of(step, batches.back()), batches.back());
     }
@@ -242,6 +243,7 @@ void Trainer::change_topology() {
   }
   if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
     lift(gpu_, soup_, frame_, half_views_, settings_);
+    coarse_.reset();
     texture_start_ = vertex_start_ = step_;
   }
   if (is_resampling(settings_, step_)) {
@@ -280,13 +282,17 @@ void Trainer::begin_round(const Shares& shares) {
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
 
+const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const { return is_coarse(step) ? coarse_->views[v] : views_[v]; }
+
+const Image& Trainer::image_of(std::uint64_t step, std::uint32_t v) const { return is_coarse(step) ? coarse_->images[v] : scene_.train[v].image; }
+
 double Trainer::share_uncovered() {
   // The frame was laid out for the first of several batches of the same sizes.
   std::vector<BatchView> views;
-  for (const std::uint32_t v : batch_of(step_ - 1)) views.push_back(views_[v]);
+  for (const std::uint32_t v : batch_of(step_ - 1)) views.push_back(view_of(step_ - 1, v));
   Coverage coverage;
   for (const kernels::ViewRecord& record : lay_out(views).records)
-    coverage.add(coverage_of(gpu_, frame_, record, scene_.train[record.index].image, scene_.background));
+    coverage.add(coverage_of(gpu_, frame_, record, image_of(step_ - 1, record.index), scene_.background));
   return coverage.share();
 }
 

@@ -14,6 +14,7 @@
 
 #include "gpu/device.h"
 #include "scene/scene.h"
+#include "train/coarse_views.h"
 #include "train/evaluate.h"
 #include "train/exposure.h"
 #include "train/faults.h"
@@ -121,6 +122,10 @@ class Trainer {
   gpu::CommandList& commands_of(const BatchLayout& batch);
   const Exposures* given_exposures() const { return exposures_ ? &*exposures_ : nullptr; }
   double share_uncovered();
+  /// What `step` looks at of training view v, and its picture.
+  const BatchView& view_of(std::uint64_t step, std::uint32_t v) const;
+  const Image& image_of(std::uint64_t step, std::uint32_t v) const;
+  bool is_coarse(std::uint64_t step) const { return coarse_ && step < lift_step(settings_); }
   Progress progress_since(std::uint64_t first, double seconds);
 
   gpu::Device& gpu_;
@@ -132,6 +137,7 @@ class Trainer {
   Photographs photos_;
   std::optional<Exposures> exposures_;  // where settings ask for them
   std::vector<BatchView> views_, half_views_;
+  std::optional<CoarseViews> coarse_;  // until the fine levels come
   Schedule schedule_;
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.
   std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;

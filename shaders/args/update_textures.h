@@ -23,7 +23,7 @@ struct UpdateTexturesArgs {
   POINTER(Controls) control;
   POINTER(Float4s) debug;    // [source samples][8]: gradient where asked for
   uint triangles;
-  uint unseen;               // 1: also triangles without any gradient, by their moments
+  uint unseen;               // 1: also values without a gradient, by their moments
   uint pixels, pad;
 };
 

@@ -411,3 +411,65 @@ TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]")
   again.run({});
   CHECK(again.step() == 50);
 }
+
+TEST_CASE("the coarse part looks at smaller pictures, the rest at the photographs", "[trainer]") {
+  auto gpu = test::open_device();
+  // Black and white pixels by turns before grey: smaller by half they are the grey that a soup out of sight shows.
+  constexpr int kSide = 128;
+  scene::Scene scene = square_scene();
+  scene.background = glm::vec3(128 / 255.0f);
+  for (std::size_t i = 0; i < scene.train.size(); ++i) {
+    scene.train[i] = view(1.2 * double(i), 0, kSide);
+    for (int p = 0; p < kSide * kSide; ++p)
+      for (int c = 0; c < 3; ++c) scene.train[i].image.rgba[4 * static_cast<std::size_t>(p) + static_cast<std::size_t>(c)] = (p + p / kSide) % 2 ? 255 : 0;
+  }
+  train::Settings settings = short_settings();
+  settings.resample_every = 0;
+  settings.pixel_jitter = 0;
+  std::vector<glm::vec3> vertices = start(settings);
+  for (glm::vec3& v : vertices) v.z += 50;
+  const auto errors = [&](double scale) {
+    settings.coarse_scale = scale;
+    train::Trainer trainer(*gpu, scene, settings, vertices);
+    train::Trainer::Callbacks callbacks;
+    callbacks.progress_every = settings.steps / 2;
+    std::vector<double> l1, uncovered;
+    callbacks.on_progress = [&](const train::Progress& p) {
+      l1.push_back(p.l1);
+      uncovered.push_back(p.uncovered);
+    };
+    trainer.run(callbacks);
+    REQUIRE(l1.size() == 2);
+    // Of the pictures that a step looked at: the grey ones show the background where there is nothing else.
+    CHECK(uncovered[0] == (scale < 1 ? 0.0 : 1.0));
+    CHECK(uncovered[1] == 1.0);
+    return l1;
+  };
+  const std::vector<double> smaller = errors(0.5), whole = errors(1);
+  CHECK(smaller[0] < 0.01);
+  CHECK(smaller[1] == Approx(0.5).margin(0.01));
+  CHECK(whole[0] == Approx(0.5).margin(0.01));
+}
+
+TEST_CASE("smaller pictures are means by area within their masks, and not below 64 x 64", "[trainer]") {
+  auto gpu = test::open_device();
+  train::Settings settings = short_settings();
+  scene::View large = view(0.3, 90, 200), small = view(0.3, 90, 96), tiny = view(0.3, 90, 24);
+  for (std::size_t p = 0; p < 200; ++p) large.image.rgba[4 * p + 3] = 0;  // the first row is not in the loss
+  const train::CoarseViews coarse = train::coarse_views(*gpu, {large, small, tiny}, settings);
+  REQUIRE(coarse.views.size() == 3);
+  CHECK((coarse.views[0].width == 100 && coarse.views[0].height == 100));
+  CHECK((coarse.views[1].width == 64 && coarse.views[1].height == 64));
+  CHECK((coarse.views[2].width == 24 && coarse.views[2].height == 24));
+  CHECK(coarse.images[2].rgba == tiny.image.rgba);
+  const auto at = [](const Image& image, int x, int y, int c) { return int(image.rgba[4 * static_cast<std::size_t>(y * image.width + x) + static_cast<std::size_t>(c)]); };
+  for (const int c : {0, 1, 2}) {
+    const int sum = at(large.image, 90, 96, c) + at(large.image, 91, 96, c) + at(large.image, 90, 97, c) + at(large.image, 91, 97, c);
+    CHECK(std::abs(4 * at(coarse.images[0], 45, 48, c) - sum) <= 2);
+    CHECK(at(coarse.images[0], 7, 0, c) == at(large.image, 14, 1, c));
+  }
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    CHECK(coarse.views[i].index == i);
+    CHECK(gpu->download_vector<std::uint8_t>(coarse.views[i].photo, coarse.images[i].rgba.size()) == coarse.images[i].rgba);
+  }
+}

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "error.h"
+#include "read_file.h"
 #include "soup/mesh.h"
 #include "temporary_folder.h"
 
@@ -12,8 +13,6 @@ using namespace trisoup;
 using namespace trisoup::soup;
 
 namespace {
-
-std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
 Mesh obj(const std::string& text) { return read_obj(bytes_of(text), "test.obj"); }
 Mesh ply(const std::string& text) { return read_ply(bytes_of(text), "test.ply"); }

@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 
+#include "read_file.h"
 #include "ranks/launched.h"
 #include "ranks_of_threads.h"
 
@@ -11,7 +12,6 @@ using namespace trisoup;
 namespace {
 
 std::string text_of(const ranks::Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
-ranks::ByteView bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
 }  // namespace
 
