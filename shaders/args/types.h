@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include "common/language.h"
-#include "gpu/device.h"
 // Kernels that are compiled as C++ see pointers here, everybody else addresses: two sets of types, in two namespaces.
 #ifndef KERNEL_TYPES
 #define KERNEL_TYPES trisoup::kernels

@@ -33,7 +33,7 @@
 #ifdef TRISOUP_KERNEL_CODE
 #define POINTER(type) type
 #else
-#define POINTER(type) trisoup::gpu::Address
+#define POINTER(type) std::uint64_t
 #endif
 #endif
 #define IN_ARRAY(name, n) IN_ARRAY_OF(real, name, n)

@@ -268,6 +268,10 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   CHECK(differences(then, resumed.resumed(info, scene, "c")).empty());
   resumed = line_of({"--settings", path, "--set", "huber=0.1"});
   CHECK_THROWS_WITH(resumed.resumed(info, scene, "c"), Catch::Contains("huber 0.3 (now 0.1)"));
+  other = then;
+  other.seed = 9;
+  write(bare, train::to_json(other));
+  CHECK_THROWS_WITH(line_of({"--settings", bare}).resumed(info, scene, "c"), Catch::Contains("seed 0 (now 9)"));
 
   const auto refused = [&](const nlohmann::json& json, const std::string& what) {
     write(path, json);

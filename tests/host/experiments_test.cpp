@@ -36,7 +36,7 @@ TEST_CASE("each row of the table is a setting, changes that one and is within wh
   CHECK_NOTHROW(train::check(train::Settings{.init = "random", .init_count = 1}));
 }
 
-TEST_CASE("--set says what is wrong, and what would be right", "[experiments]") {
+TEST_CASE("what is wrong with --set is told, and what would be right", "[experiments]") {
   const auto told = [](const char* text, const Catch::Matchers::StdString::StringMatcherBase& matcher) {
     CAPTURE(text);
     CHECK_THROWS_WITH(train::read_assignment(text), matcher);
