@@ -47,6 +47,7 @@ class TrainingRun {
   std::unique_ptr<train::Trainer> new_trainer();
   soup::ModelFileOptions file_options() const;
   void finish();
+  void help_to_finish();  // what finish() does on the first of several ranks, all take part in
   void measure(const soup::Model& model, std::span<const std::byte> file);
   bool has_goal() const { return train::has_goal(settings_); }
 

@@ -89,7 +89,7 @@ std::uint32_t largest(std::uint32_t high, Fits&& fits) {
 
 }  // namespace
 
-MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
+MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32_t ranks) {
   MemoryNeed need;
   for (const scene::View& v : scene.train) need.photographs += 4ull * v.camera.width * v.camera.height;
   // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
@@ -99,17 +99,18 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
   need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
                            static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
                kPassScreenBytes + (64ull << 20);
-  // A change of topology holds the logits (and moments, where they are kept) of the old soup and of the new one.
-  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32 * (s.keep_moments ? 3 : 1);
-  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level), soup_bytes(most, s.level_min, s.level_max) + copies);
+  // A change of topology holds the logits (and moments, where they are kept) of the old soup and of the new one; with ranks also those brought from others.
+  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32 * (s.keep_moments ? 3 : 1) * (ranks > 1 ? 2 : 1) / ranks;
+  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks), soup_bytes(most, s.level_min, s.level_max, ranks) + copies);
+  if (ranks > 1) need.frame += batch.pixels * SharedSoup::kPixelBytes;
   return need;
 }
 
-std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
+std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
   return largest(settings.triangles, [&](std::uint32_t n) {
     Settings s = settings;
     s.triangles = n;
-    return memory_need(scene, s).total() <= bytes;
+    return memory_need(scene, s, ranks).total() <= bytes;
   });
 }
 
@@ -123,17 +124,18 @@ Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::ui
   return {triangles_that_fit(scene, s, memory), memory};
 }
 
-std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
+std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
   const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(usual_most(settings), 0xffffffffu));
   return largest(high, [&](std::uint32_t n) {
     Settings s = settings;
     s.most_triangles = n;
-    return n <= settings.triangles || memory_need(scene, s).total() <= bytes;
+    return n <= settings.triangles || memory_need(scene, s, ranks).total() <= bytes;
   });
 }
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start)
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start, ranks::Ranks* ranks)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const bool paints = settings_.paint && lift_step(settings_) == 0 && !start.colours.empty();
   const bool coarse = lift_step(settings_) > 0;
   const soup::TextureLevels levels =
@@ -146,7 +148,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto opacity = static_cast<float>(std::log(settings_.init_opacity / (1.0 - settings_.init_opacity)));
   std::vector<float> opacities(table.size(), settings_.opaque ? kOpaqueLogit : opacity);
   std::fill_n(opacities.rbegin(), std::min(start.opaque, opacities.size()), kOpaqueLogit);
-  textures.source = initial_logits(gpu_, table, start.colours, opacities);
+  const TriangleRange own = shared_ ? divided(table, shared_->size())[static_cast<std::size_t>(shared_->rank())] : all_of(table);
+  textures.source = initial_logits(gpu_, table, start.colours, opacities, own);
   allocate_soup(gpu_, soup_, start.vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
   prepare();
@@ -270,15 +273,13 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
   return list;
 }
 
-void Trainer::train_with(ranks::Ranks& ranks) {
-  if (ranks.size() > 1) ranked_.emplace(gpu_, soup_, frame_, ranks);
-}
-
 bool Trainer::train_together(const BatchLayout& batch, const Callbacks& callbacks) {
   frame_.place(batch, soup_.triangles, true);
   schedule_.begin_step(frame_);
-  outcome_ = ranked_->train(step_inputs(), callbacks.stop && *callbacks.stop);
-  return outcome_ == RankedStep::Outcome::done;
+  shared_->ask_to_stop(callbacks.stop && *callbacks.stop);
+  Step(gpu_, soup_, frame_).train(step_inputs());
+  shared_->ask_to_stop(false);  // what is not a step goes on to its end
+  return shared_->outcome() == SharedSoup::Outcome::done;
 }
 
 void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
@@ -297,7 +298,7 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     std::array<std::uint64_t, 5> sizes{};
     for (const BatchLayout& batch : batches) {
       if (asked_to_stop(callbacks)) break;
-      if (ranked_) {
+      if (shared_) {
         if (!train_together(batch, callbacks)) break;
       } else {
         // Nothing is allocated in between, so batches of the same sizes have the same commands.
@@ -311,16 +312,12 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
       if (callbacks.on_fault) callbacks.on_fault(fault);
     // Steps whose tile lists did not fit have changed nothing: they are done again with room enough.
     const auto overflow = grow_lists_if_needed(gpu_, frame_);
-    if (!overflow && outcome_ != RankedStep::Outcome::overflow) return;
+    if (!overflow && !(shared_ && shared_->outcome() == SharedSoup::Outcome::overflow)) return;
     if (overflow) step_ = *overflow;
   } while (true);
 }
 
 void Trainer::change_topology() {
-  if (ranked_ && (step_ == lift_step(settings_) || is_resampling(settings_, step_))) {
-    ranked_->gather(settings_.keep_moments);
-    ranked_->divide();
-  }
   if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
     lift(gpu_, soup_, frame_, half_views_, settings_);
     texture_start_ = vertex_start_ = step_;
@@ -426,15 +423,14 @@ void Trainer::run(const Callbacks& callbacks) {
     }
     if (finished()) break;
     const bool evaluates = is_evaluation(callbacks), saves = settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0;
-    if (ranked_ && (evaluates || saves)) ranked_->gather(saves);
     if (callbacks.on_evaluate && evaluates) callbacks.on_evaluate(step_);
     if (callbacks.on_checkpoint && saves) callbacks.on_checkpoint(step_);
   }
-  if (ranked_) ranked_->gather(true);
 }
 
 soup::Model Trainer::model() {
   soup::Model model = make_model(gpu_, soup_, scene_.background, scene_.normalisation);
+  if (model.lattice.empty()) return model;
   soup::round_textures(model.lattice, model.textures, soup::texture_steps(settings_.texture_bits));
   return model;
 }
@@ -461,27 +457,30 @@ std::vector<glm::vec4> Trainer::exposures() {
 
 namespace {
 
-/// Calls f(name, buffer, elements) for every array of a soup's state.
+/// Of an array, what is in device memory where a soup is shared.
+enum class Held { by_all, by_owners };
+
+/// Calls f(name, buffer, elements, held) for every array of a soup's state. elements: of all ranks.
 template <typename F>
 void each_array(SoupBuffers& s, F&& f) {
   const std::uint64_t vertices = 3ull * s.triangles, source = s.source_samples * soup::kChannels;
-  f("vertices", s.vertices, 3 * vertices);
-  f("vertices.moment1", s.vertex_moment1, 3 * vertices);
-  f("vertices.moment2", s.vertex_moment2, vertices);
-  f("textures", s.source, source);
-  f("textures.moment1", s.source_moment1, source);
-  f("textures.moment2", s.source_moment2, source);
-  f("mlp", s.mlp, std::uint64_t{soup::Mlp::kParameters});
-  f("mlp.moment1", s.mlp_moment1, std::uint64_t{soup::Mlp::kParameters});
-  f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
+  f("vertices", s.vertices, 3 * vertices, Held::by_all);
+  f("vertices.moment1", s.vertex_moment1, 3 * vertices, Held::by_all);
+  f("vertices.moment2", s.vertex_moment2, vertices, Held::by_all);
+  f("textures", s.source, source, Held::by_owners);
+  f("textures.moment1", s.source_moment1, source, Held::by_owners);
+  f("textures.moment2", s.source_moment2, source, Held::by_owners);
+  f("mlp", s.mlp, std::uint64_t{soup::Mlp::kParameters}, Held::by_all);
+  f("mlp.moment1", s.mlp_moment1, std::uint64_t{soup::Mlp::kParameters}, Held::by_all);
+  f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters}, Held::by_all);
 }
 
 /// The same of exposures.
 template <typename F>
 void each_array(std::optional<Exposures>& e, F&& f) {
   if (!e) return;
-  f("exposures.fitted", e->fitted, 8ull * e->photographs);
-  f("exposures", e->exposure, 8ull * e->photographs);
+  f("exposures.fitted", e->fitted, 8ull * e->photographs, Held::by_all);
+  f("exposures", e->exposure, 8ull * e->photographs, Held::by_all);
 }
 
 /// A fingerprint would tell as well, but not what is to be done.
@@ -494,13 +493,15 @@ std::string background_text(const scene::Scene& scene) {
 void Trainer::write_checkpoint(const std::filesystem::path& path, const std::string& note) {
   soup::SafetensorsWriter writer;
   std::vector<std::vector<float>> arrays;
-  const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n) {
-    arrays.push_back(gpu_.download_vector<float>(buffer.address(), n));
+  if (shared_) shared_->compare();
+  const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
+    arrays.push_back(shared_ && held == Held::by_owners ? shared_->values_on_first(buffer) : gpu_.download_vector<float>(buffer.address(), n));
   };
   each_array(soup_, download);
   each_array(exposures_, download);
+  if (shared_ && !shared_->is_first()) return;
   std::size_t i = 0;
-  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n) { writer.add<float>(name, {n}, arrays[i++]); };
+  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n, Held) { writer.add<float>(name, {n}, arrays[i++]); };
   each_array(soup_, add);
   each_array(exposures_, add);
   const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()), 4 * soup_.table.size());
@@ -521,8 +522,9 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   writer.write(path);
 }
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path)
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path, ranks::Ranks* ranks)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const soup::Safetensors file = soup::Safetensors::open(path);
   const auto text = [&](const char* key) { return checkpoint_text(file, path, key); };
   const auto number = [&](const char* key) { return checkpoint_number(file, path, key); };
@@ -567,8 +569,11 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});
   allocate_soup(gpu_, soup_, {reinterpret_cast<const glm::vec3*>(vertices.data()), vertices.size() / 3}, table.entries);
   allocate_mlp(gpu_, soup_, {});
-  const auto upload = [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n) {
-    gpu_.upload(buffer.address(), std::as_bytes(file.values<float>(name, {n})));
+  const auto upload = [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
+    const auto values = file.values<float>(name, {n});
+    std::uint64_t first = 0, last = n;
+    if (held == Held::by_owners) first = soup_.source_at(soup_.own().first) * soup::kChannels, last = soup_.source_at(soup_.own().last) * soup::kChannels;
+    if (last > first) gpu_.upload(buffer.address(), std::as_bytes(std::span(values).subspan(first, last - first)));
   };
   each_array(soup_, upload);
   prepare();
