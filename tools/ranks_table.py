@@ -2,7 +2,7 @@
 """ranks_table.py: what several ranks send, hold and do alone in a training step, on paper. Prints the tables of docs/several_machines.md.
 
 Two ways of dividing a step of V views and P pixels over R ranks are held against each other: triangles owned by ranks, as
-engine/train/ranked_step.h does it, and views divided among ranks, whose gradients are then summed. Bytes are those that one rank sends.
+engine/train/shared_soup.h does it, and views divided among ranks, whose gradients are then summed. Bytes are those that one rank sends.
 """
 
 FEATURES = 7 * 4        # of a pixel; and their gradients
@@ -32,11 +32,6 @@ def bytes_when_triangles_are_owned(pixels, ranks, groups=GROUPS):
 def bytes_when_views_are_divided(triangles, ranks):
     """Gradients of all textures and vertices in a sum over a ring: each rank sends them twice, but for its own part."""
     return 2 * (ranks - 1) / ranks * triangles * (SAMPLES * 8 * 4 + 9 * 8)
-
-
-def bytes_of_a_gather(triangles, ranks):
-    """Textures to every rank, at a change of topology."""
-    return triangles * SAMPLES * 32 * (ranks - 1) / ranks
 
 
 def memory(triangles, ranks, pixels):
@@ -108,7 +103,6 @@ def main():
         share = sum(step[k] for k in alone) / sum(step.values())
         rows.append([name, f"{100 * share:.0f} %"] + [f"{1 / (share + (1 - share) / r):.1f}" for r in ranks_of])
     table(["step", "with every rank"] + [f"{r} ranks" for r in ranks_of], rows)
-    print(f"Textures to every rank at a change of topology, 15,000 triangles at levels 2..5, 4 ranks: {megabytes(bytes_of_a_gather(15_000, 4))} MB")
 
 
 STEP_15000 = {"bin": 4.41, "bin_scan": 0.05, "count_visible": 0.80, "edge_forces": 30.92, "loss_gradient": 8.28, "opacity_backward": 46.79,

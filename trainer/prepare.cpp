@@ -98,15 +98,15 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
   scene.points = std::move(points);
 }
 
-void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings, const gpu::Device& device) {
-  const train::MemoryNeed need = train::memory_need(scene, settings);
+void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings, const gpu::Device& device, std::uint32_t ranks) {
+  const train::MemoryNeed need = train::memory_need(scene, settings, ranks);
   say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} frame, {:.0f} triangles), ceiling {:.0f} MB",
                      mb(need.total()), mb(need.photographs), mb(need.frame), mb(need.soup), mb(device.ceiling())));
   if (need.total() > device.ceiling()) {
-    const std::uint32_t fits = train::triangles_that_fit(scene, settings, device.ceiling());
+    const std::uint32_t fits = train::triangles_that_fit(scene, settings, device.ceiling(), ranks);
     train::Settings few = settings;  // the start itself may be what does not fit
     few.init_count = 1;
-    const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device.ceiling());
+    const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device.ceiling(), ranks);
     throw Error("device memory: {} triangles need {:.0f} MB and {:.0f} MB may be used; {}", settings.triangles, mb(need.total()),
                 mb(device.ceiling()),
                 fits > 0 ? fmt::format("--triangles {} would fit, or lower the resolution with -r", fits)

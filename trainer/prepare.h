@@ -32,6 +32,6 @@ scene::Scene read_scene(const CommandLine& o, const std::string& dataset);
 /// Points of a scene whose dataset has none, from its photographs. What cannot be matched starts at random, which one line says.
 void find_points(const CommandLine& o, scene::Scene& scene);
 /// Says what memory a training needs. Throws Error, with what would fit, where that is too much.
-void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings, const gpu::Device& device);
+void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings, const gpu::Device& device, std::uint32_t ranks = 1);
 
 }  // namespace trisoup

@@ -77,6 +77,7 @@ void TrainingRun::run() {
   begin();
   train();
   if (ranks_.is_first()) finish();
+  else help_to_finish();
   ranks_.gather({});  // nobody ends before all is written
 }
 
@@ -113,9 +114,9 @@ void TrainingRun::read() {
   const std::string held_out = scene_.validation.empty() ? "" : fmt::format(" {} validation", scene_.validation.size());
   say(o_, fmt::format("scene: {} training{} and {} test views, {} points, {} recipe, started from {}", scene_.train.size(), held_out.empty() ? "" : "," + held_out,
                       scene_.test.size(), scene_.points.positions.size(), train::to_string(settings_.recipe), start_in_words(settings_.init)));
-  check_memory(o_, scene_, settings_, *device_);
+  check_memory(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
   if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
-    settings_.most_triangles = least(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling()));
+    settings_.most_triangles = least(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(), static_cast<std::uint32_t>(ranks_.size())));
 }
 
 void TrainingRun::check_fit() const {
@@ -128,7 +129,7 @@ std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
   try {
     if (file_) return std::make_unique<train::Trainer>(*device_, scene_, settings_, file_->model);
     const train::Start start = same_start(ranks_, [&] { return train::initial_triangles(scene_, settings_); });
-    return std::make_unique<train::Trainer>(*device_, scene_, settings_, start);
+    return std::make_unique<train::Trainer>(*device_, scene_, settings_, start, &ranks_);
   } catch (const gpu::OutOfMemory& error) {
     throw Error("{}{}", error.what(), advice(error, scene_, settings_));
   }
@@ -136,7 +137,7 @@ std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
 
 void TrainingRun::begin() {
   if (begun_) {
-    trainer_ = std::make_unique<train::Trainer>(*device_, scene_, settings_, checkpoint());
+    trainer_ = std::make_unique<train::Trainer>(*device_, scene_, settings_, checkpoint(), &ranks_);
     if (ranks_.is_first()) folder_.go_on(trainer_->step(), trainer_->finished());
     else folder_.begin();
     saved_ = trainer_->step();
@@ -166,12 +167,10 @@ void TrainingRun::join_ranks() {
   check_same(ranks_, trainer_->settings());
   check_same(ranks_, "step to go on from", std::to_string(trainer_->step()));
   check_same(ranks_, "way of logging", fmt::format("{} {}", o_.evaluations_per_decade, o_.log_every));
-  trainer_->train_with(ranks_);
   say(o_, fmt::format("ranks: {} train together, {}", ranks_.size(), ranks_.transport()));
 }
 
 void TrainingRun::save() {
-  if (!ranks_.is_first()) return;
   folder_.flush_logs();
   trainer_->write_checkpoint(folder_.checkpoint(), note_with(simplifier_->rounds(), o_.note()));
   saved_ = trainer_->step();
@@ -200,7 +199,6 @@ train::Trainer::Callbacks TrainingRun::callbacks() {
   callbacks.on_checkpoint = [this](std::uint64_t) { save(); };
   callbacks.evaluations_per_decade = o_.evaluations_per_decade;
   callbacks.on_evaluate = [this](std::uint64_t step) {
-    if (!ranks_.is_first()) return;
     // What evaluation launches is no part of a step.
     if (o_.timings) device_->enable_timings(false);
     const train::Evaluation e = trainer_->evaluate_float();
@@ -274,6 +272,12 @@ void TrainingRun::finish() {
   if (dataset_ != o_.dataset) say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
   if (const auto messages = device_->validation_messages(); !messages.empty())
     throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
+}
+
+void TrainingRun::help_to_finish() {
+  trainer_->model();
+  trainer_->evaluate_float();
+  trainer_->training_fit();
 }
 
 void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> file) {

@@ -46,6 +46,7 @@ class TrainingRun {
   void check_fit() const;
   std::unique_ptr<train::Trainer> new_trainer();
   void finish();
+  void help_to_finish();  // what finish() does on the first of several ranks, all take part in
   void measure(const soup::Model& model, std::span<const std::byte> file);
   bool has_goal() const { return train::has_goal(settings_); }
 

@@ -12,6 +12,7 @@
 #include "soup/texture_table.h"
 #include "train/coverage.h"
 #include "train/render_pass.h"
+#include "train/shared_soup.h"
 
 namespace trisoup::train {
 
@@ -75,7 +76,7 @@ void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& mo
   for (const soup::TextureEntry& row : model.textures) levels.push_back({row.level_max, row.level_max});
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(levels).entries;
   Textures textures;
-  textures.source = upload_logits(gpu, table, [&](std::size_t t, float* to) {
+  textures.source = upload_logits(gpu, table, all_of(table), [&](std::size_t t, float* to) {
     const std::uint8_t* values = &model.lattice[std::size_t{model.textures[t].lattice_offset} * soup::kChannels];
     for (std::uint32_t i = 0; i < soup::samples_at(table[t].level_max) * soup::kChannels; ++i) {
       const bool opaque = i % soup::kChannels == soup::kChannels - 1 && values[i] == 255;
@@ -149,13 +150,16 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
   // A piece at a time: little memory, and a quarter of the bytes that the floats would bring.
   static_assert(soup::kChannels == 8);
   constexpr std::uint64_t kPiece = 1 << 19;
-  const gpu::Buffer packed = gpu.allocate(8 * std::min(kPiece, soup.lattice_samples), "textures in 8 bits");
-  model.lattice.resize(soup.lattice_samples * 8);
-  for (std::uint64_t first = 0; first < soup.lattice_samples; first += kPiece) {
-    const auto count = static_cast<std::uint32_t>(std::min(kPiece, soup.lattice_samples - first));
+  const TriangleRange own = soup.own();
+  const std::uint64_t samples = soup.lattice_at(own.last) - soup.lattice_at(own.first);
+  const gpu::Buffer packed = gpu.allocate(8 * std::min(kPiece, samples), "textures in 8 bits");
+  model.lattice.resize(samples * 8);
+  for (std::uint64_t first = 0; first < samples; first += kPiece) {
+    const auto count = static_cast<std::uint32_t>(std::min(kPiece, samples - first));
     gpu.launch({"quantise"}, (count + 63) / 64, kernels::QuantiseArgs{soup.lattice.address() + 32 * first, packed.address(), count, 0});
     gpu.download(packed.address(), std::as_writable_bytes(std::span(model.lattice).subspan(8 * first, 8ull * count)));
   }
+  if (soup.shared) model.lattice = ranks::values_of<std::uint8_t>(soup.shared->on_first(ranks::bytes_of(model.lattice)));
   model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
   model.background = background;
   model.drop_near = soup.drop_near;

@@ -51,7 +51,7 @@ std::vector<ParameterFault> take_faults(gpu::Device& gpu, SoupBuffers& soup, Fra
       f.place = fault.index % 9 / 3;
       f.count = collapse_lost(gpu, soup);
     } else if (kind == FAULT_TEXEL) {
-      const std::uint32_t sample = fault.index / 8;
+      const auto sample = static_cast<std::uint32_t>(fault.index / 8 + soup.source_at(soup.own().first));
       f.channel = fault.index % 8;
       for (std::uint32_t t = 0; t < soup.triangles; ++t) {
         const soup::TextureEntry& row = soup.table[t];

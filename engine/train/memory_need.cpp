@@ -7,6 +7,7 @@
 #include "train/coarse_views.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
+#include "train/shared_soup.h"
 #include "train/soup_buffers.h"
 
 namespace trisoup::train {
@@ -43,7 +44,7 @@ BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& s
 
 std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
 
-MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
+MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32_t ranks) {
   MemoryNeed need;
   const bool coarse = s.coarse_scale < 1 && lift_step(s) > 0;
   for (const scene::View& v : scene.train) {
@@ -57,17 +58,19 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s) {
   need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
                            static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
                kPassScreenBytes + (64ull << 20);
-  // A change of topology holds the logits (and moments, where they are kept) of the old soup and of the new one.
-  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32 * (s.keep_moments ? 3 : 1);
-  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level), soup_bytes(most, s.level_min, s.level_max) + copies);
+  // A change of topology holds the logits (and moments, where they are kept) of the old soup and of the new one; with ranks also those brought
+  // from others.
+  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32 * (s.keep_moments ? 3 : 1) * (ranks > 1 ? 2 : 1) / ranks;
+  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks), soup_bytes(most, s.level_min, s.level_max, ranks) + copies);
+  if (ranks > 1) need.frame += batch.pixels * SharedSoup::kPixelBytes;
   return need;
 }
 
-std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
+std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
   return largest(settings.triangles, [&](std::uint32_t n) {
     Settings s = settings;
     s.triangles = n;
-    return memory_need(scene, s).total() <= bytes;
+    return memory_need(scene, s, ranks).total() <= bytes;
   });
 }
 
@@ -81,12 +84,12 @@ Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::ui
   return {triangles_that_fit(scene, s, memory), memory};
 }
 
-std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes) {
+std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
   const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(usual_most(settings), 0xffffffffu));
   return largest(high, [&](std::uint32_t n) {
     Settings s = settings;
     s.most_triangles = n;
-    return n <= settings.triangles || memory_need(scene, s).total() <= bytes;
+    return n <= settings.triangles || memory_need(scene, s, ranks).total() <= bytes;
   });
 }
 

@@ -6,6 +6,7 @@
 
 #include "common/host.h"
 #include "train/render_pass.h"
+#include "train/shared_soup.h"
 
 namespace trisoup::train {
 namespace {
@@ -87,8 +88,9 @@ void write_levels(const soup::TextureEntry& row, std::span<const glm::vec4> sums
 gpu::Buffer painted_logits(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
                            std::span<const soup::TextureEntry> table) {
   const std::vector<glm::vec4> sums = sum_of_photographs(gpu, soup, frame, scene, views, table);
-  const auto old = gpu.download_vector<float>(soup.source.address(), soup.source_samples * soup::kChannels);
-  return upload_logits(gpu, table, [&](std::size_t t, float* to) {
+  const auto old = soup.shared ? soup.shared->all_values(soup.source) : gpu.download_vector<float>(soup.source.address(), soup.source_samples * soup::kChannels);
+  const TriangleRange own = soup.shared ? divided(table, soup.shared->size())[static_cast<std::size_t>(soup.shared->rank())] : all_of(table);
+  return upload_logits(gpu, table, own, [&](std::size_t t, float* to) {
     const float* corner = &old[soup.table[t].source_offset * soup::kChannels];
     const float opacity = corner[soup::kChannels - 1];
     std::vector<glm::vec3> corners;

@@ -7,6 +7,7 @@
 
 #include "args/count_visible.h"
 #include "args/measure_visible.h"
+#include "train/shared_soup.h"
 
 namespace trisoup::train {
 namespace {
@@ -50,7 +51,7 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span
     do {
       frame.set_batch(views.subspan(first, count), soup.triangles, false);
       step.visibility(Thresholds::half, inputs);
-    } while (grow_lists_if_needed(gpu, frame));
+    } while (grow_lists_if_needed(gpu, frame) || (soup.shared && soup.shared->outcome() == SharedSoup::Outcome::overflow));
     if (colours) step.shade(inputs);
     visit(first, count);
     first += count;

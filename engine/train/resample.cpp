@@ -12,6 +12,7 @@
 #include "train/paint.h"
 #include "train/plugs.h"
 #include "train/render_pass.h"
+#include "train/shared_soup.h"
 #include "train/step.h"
 
 namespace trisoup::train {
@@ -62,6 +63,7 @@ void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> ver
   fresh.mlp_moment1 = std::move(soup.mlp_moment1);
   fresh.mlp_moment2 = std::move(soup.mlp_moment2);
   fresh.drop_near = soup.drop_near;
+  fresh.shared = soup.shared;
   gpu.wait();
   soup = std::move(fresh);
   allocate_soup(gpu, soup, vertices, table.entries, std::move(textures));
@@ -103,37 +105,77 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
   return levels;
 }
 
+/// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this rank's.
+class Heirs {
+ public:
+  /// pools: of this soup, that take() will ask for. parents: for each triangle of the new one. `soup` and `parents` must outlive it.
+  Heirs(gpu::Device& gpu, const SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents, std::vector<const gpu::Buffer*> pools)
+      : gpu_(gpu), soup_(soup), table_(table), pools_(std::move(pools)), own_(all_of(table.entries)) {
+    std::span<const std::uint32_t> numbers = parents;
+    if (soup.shared) {
+      const std::vector<TriangleRange> ranges = divided(table.entries, soup.shared->size());
+      own_ = ranges[static_cast<std::size_t>(soup.shared->rank())];
+      brought_ = soup.shared->bring(pools_, parents, ranges);
+      numbers = brought_.numbers;
+    }
+    parents_ = gpu.allocate(numbers.size() * 4, "parents of triangles");
+    gpu.upload(parents_.address(), std::as_bytes(numbers));
+    rows_ = gpu.allocate(own_.count() * sizeof(soup::TextureEntry), "texture table");
+    const std::vector<soup::TextureEntry> rows = local_rows(table.entries, own_);
+    gpu.upload(rows_.address(), std::as_bytes(std::span(rows).subspan(own_.first, own_.count())));
+  }
+
+  TriangleRange own() const { return own_; }
+  gpu::Address parents() const { return parents_.address(); }  // [own]: rows of old_rows()
+  gpu::Address old_rows() const { return soup_.shared ? brought_.rows.address() : soup_.textures.address(); }
+  gpu::Address rows() const { return rows_.address(); }  // [own]
+  /// launch(from, to) writes what becomes of the i-th of the pools.
+  template <typename Launch>
+  gpu::Buffer take(std::size_t i, Launch&& launch) const {
+    const auto at = [&](std::uint32_t t) { return t < table_.entries.size() ? table_.entries[t].source_offset : table_.source_samples; };
+    gpu::Buffer to = gpu_.allocate((at(own_.last) - at(own_.first)) * 32, "textures");
+    launch(soup_.shared ? brought_.pools[i].address() : pools_[i]->address(), to.address());
+    return to;
+  }
+
+ private:
+  gpu::Device& gpu_;
+  const SoupBuffers& soup_;
+  const soup::TextureTable& table_;
+  std::vector<const gpu::Buffer*> pools_;
+  TriangleRange own_;
+  SharedSoup::Brought brought_;
+  gpu::Buffer parents_, rows_;
+};
+
 /// Replaces the soup by `change` of it, with textures of `levels`.
 void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, std::span<const soup::TextureLevels> levels,
            const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
-  const std::uint32_t triangles = static_cast<std::uint32_t>(change.triangles());
-
-  const gpu::Buffer parents = gpu.allocate(triangles * 4ull, "parents of triangles");
-  gpu.upload(parents.address(), change.face_map);
-  const gpu::Buffer rows = gpu.allocate(triangles * sizeof(soup::TextureEntry), "texture table");
-  gpu.upload(rows.address(), table.entries);
+  std::vector<const gpu::Buffer*> pools{&soup.source};
+  if (settings.keep_moments) pools.insert(pools.end(), {&soup.source_moment1, &soup.source_moment2});
+  const Heirs heirs(gpu, soup, table, change.face_map, pools);
+  const TriangleRange own = heirs.own();
   gpu::Buffer corners;
   if (!settings.copy_textures) {
     std::vector<glm::vec2> barycentrics;
-    for (const soup::Corners& triangle : change.corners)
-      for (const glm::vec3& corner : triangle) barycentrics.emplace_back(corner);
+    for (std::uint32_t t = own.first; t < own.last; ++t)
+      for (const glm::vec3& corner : change.corners[t]) barycentrics.emplace_back(corner);
     corners = gpu.allocate(barycentrics.size() * sizeof(glm::vec2), "corners of triangles");
     gpu.upload(corners.address(), barycentrics);
   }
-  const auto inherit = [&](const gpu::Buffer& from, std::uint32_t flags) {
-    gpu::Buffer to = gpu.allocate(table.source_samples * 32, "textures");
-    gpu.launch({"inherit_textures"}, triangles,
-               kernels::InheritTexturesArgs{parents.address(), settings.copy_textures ? gpu::Address{0} : corners.address(),
-                                            soup.textures.address(), rows.address(), from.address(), to.address(), triangles,
-                                            (settings.copy_textures ? INHERIT_COPY : 0u) | flags});
-    return to;
+  const auto inherit = [&](std::size_t pool, std::uint32_t flags) {
+    return heirs.take(pool, [&](gpu::Address from, gpu::Address to) {
+      gpu.launch({"inherit_textures"}, own.count(),
+                 kernels::InheritTexturesArgs{heirs.parents(), settings.copy_textures ? gpu::Address{0} : corners.address(), heirs.old_rows(),
+                                              heirs.rows(), from, to, own.count(), (settings.copy_textures ? INHERIT_COPY : 0u) | flags});
+    });
   };
   Textures textures;
-  textures.source = inherit(soup.source, 0);
+  textures.source = inherit(0, 0);
   if (settings.keep_moments) {
-    textures.moment1 = inherit(soup.source_moment1, INHERIT_MOMENTS);
-    textures.moment2 = inherit(soup.source_moment2, INHERIT_MOMENTS | INHERIT_SQUARES);
+    textures.moment1 = inherit(1, INHERIT_MOMENTS);
+    textures.moment2 = inherit(2, INHERIT_MOMENTS | INHERIT_SQUARES);
   }
   replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();
@@ -247,13 +289,14 @@ void shrink(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Shrunk& shr
 
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
   const soup::TextureTable table = shown_table(gpu, soup, frame, views, settings);
-  const gpu::Buffer rows = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
-  gpu.upload(rows.address(), table.entries);
+  std::vector<std::uint32_t> same(soup.triangles);
+  std::iota(same.begin(), same.end(), 0u);
+  const Heirs heirs(gpu, soup, table, same, {&soup.source});
   Textures textures;
-  textures.source = gpu.allocate(table.source_samples * 32, "textures");
-  gpu.launch({"lift_textures"}, soup.triangles,
-             kernels::LiftTexturesArgs{soup.textures.address(), rows.address(), soup.source.address(), textures.source.address(),
-                                       soup.triangles, settings.keep_opacity || settings.opaque});
+  textures.source = heirs.take(0, [&](gpu::Address from, gpu::Address to) {
+    gpu.launch({"lift_textures"}, heirs.own().count(),
+               kernels::LiftTexturesArgs{heirs.old_rows(), heirs.rows(), from, to, heirs.own().count(), settings.keep_opacity || settings.opaque});
+  });
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();

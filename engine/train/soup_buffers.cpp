@@ -6,6 +6,7 @@
 #include "args/types.h"
 #include "common/host.h"
 #include "soup/random.h"
+#include "train/shared_soup.h"
 
 namespace trisoup::train {
 namespace {
@@ -23,10 +24,12 @@ void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32
 
 }  // namespace
 
-std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max) {
+TriangleRange SoupBuffers::own() const { return shared ? ranges[static_cast<std::size_t>(shared->rank())] : TriangleRange{0, triangles}; }
+
+std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max, std::uint32_t ranks) {
   const std::uint64_t source = soup::samples_in(level_min, level_max), lattice = soup::samples_at(level_max);
   // vertices: value, two moments, two gradient words; textures: three arrays of logits, lattice, opacity with two gradient words; touched
-  return triangles * (36 + 36 + 12 + 72 + 4 + sizeof(soup::TextureEntry) + source * 8 * 12 + lattice * (8 * 4 + 12));
+  return triangles * (36 + 36 + 12 + 72 + 4 + sizeof(soup::TextureEntry) + (source * 8 * 12 + lattice * (8 * 4 + 12)) / ranks);
 }
 
 void clear(gpu::Device& gpu, const FixedSums& sums) {
@@ -41,16 +44,28 @@ std::uint64_t source_samples(std::span<const soup::TextureEntry> table) {
   return samples;
 }
 
-gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, const std::function<void(std::size_t, float*)>& write) {
-  gpu::Buffer logits = gpu.allocate(source_samples(table) * soup::kChannels * 4, "textures");
+std::vector<soup::TextureEntry> local_rows(std::span<const soup::TextureEntry> table, TriangleRange own) {
+  std::vector<soup::TextureEntry> rows(table.begin(), table.end());
+  for (std::uint32_t t = 0; t < rows.size(); ++t) {
+    const bool here = t >= own.first && t < own.last;
+    rows[t].source_offset = here ? rows[t].source_offset - table[own.first].source_offset : 0;
+    rows[t].lattice_offset = here ? rows[t].lattice_offset - table[own.first].lattice_offset : 0;
+  }
+  return rows;
+}
+
+gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, TriangleRange own, const std::function<void(std::size_t, float*)>& write) {
+  const auto at = [&](std::uint32_t t) { return t < table.size() ? table[t].source_offset : source_samples(table); };
+  const std::uint64_t begins = at(own.first), bytes = (at(own.last) - begins) * soup::kChannels * 4;
+  gpu::Buffer logits = gpu.allocate(bytes, "textures");
   // Many triangles at a time, in a piece of memory that ends with the last of them.
   std::vector<float> piece;
   std::uint64_t first = 0;
   const auto upload = [&] {
-    gpu.upload(logits.address() + first * soup::kChannels * 4, piece);
+    if (!piece.empty()) gpu.upload(logits.address() + (first - begins) * soup::kChannels * 4, piece);
     piece.clear();
   };
-  for (std::size_t t = 0; t < table.size(); ++t) {
+  for (std::size_t t = own.first; t < own.last; ++t) {
     const soup::TextureEntry& row = table[t];
     if (piece.size() > (1u << 20)) upload();
     if (piece.empty()) first = row.source_offset;
@@ -63,9 +78,10 @@ gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> 
 }
 
 gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours,
-                           std::span<const float> opacities) {
+                           std::span<const float> opacities, TriangleRange own) {
+  own.last = std::min(own.last, all_of(table).last);
   // Finer levels than the coarsest stay zero.
-  return upload_logits(gpu, table, [&](std::size_t t, float* sample) {
+  return upload_logits(gpu, table, own, [&](std::size_t t, float* sample) {
     for (std::uint32_t i = 0; i < soup::samples_at(table[t].level_min); ++i, sample += soup::kChannels) {
       sample[soup::kChannels - 1] = opacities[t];
       if (!colours.empty()) write_colour(sample, colours.subspan(3 * t, 3), i, table[t].level_min);
@@ -85,6 +101,10 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
     soup.level_max = std::max(soup.level_max, entry.level_max);
   }
   soup.table = std::move(table);
+  if (soup.shared) soup.ranges = divided(soup.table, soup.shared->size());
+  const TriangleRange own = soup.own();
+  const std::uint64_t sources = soup.source_at(own.last) - soup.source_at(own.first);
+  const std::uint64_t lattices = soup.lattice_at(own.last) - soup.lattice_at(own.first);
 
   const auto zeroed = [&](std::uint64_t bytes, const char* what) {
     gpu::Buffer buffer = gpu.allocate(bytes, what);
@@ -103,16 +123,16 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
   soup.vertex_moment2 = zeroed(vertex_count * 4, "vertex moments");
   soup.vertex_gradient = sums(vertex_count * 3, "vertex gradients");
   soup.textures = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
-  gpu.upload(soup.textures.address(), soup.table);
+  gpu.upload(soup.textures.address(), local_rows(soup.table, own));
   const auto given = [&](gpu::Buffer& buffer, const char* what) {
-    return buffer ? std::move(buffer) : zeroed(soup.source_samples * 32, what);
+    return buffer ? std::move(buffer) : zeroed(sources * 32, what);
   };
   soup.source = given(textures.source, "textures");
   soup.source_moment1 = given(textures.moment1, "texture moments");
   soup.source_moment2 = given(textures.moment2, "texture moments");
-  soup.lattice = gpu.allocate(soup.lattice_samples * 32, "summed textures");
-  soup.opacity = gpu.allocate(soup.lattice_samples * 4, "opacities");
-  soup.opacity_gradient = sums(soup.lattice_samples, "opacity gradients");
+  soup.lattice = gpu.allocate(lattices * 32, "summed textures");
+  soup.opacity = gpu.allocate(lattices * 4, "opacities");
+  soup.opacity_gradient = sums(lattices, "opacity gradients");
   soup.touched = zeroed(soup.triangles * 4ull, "opacity gradients");
 }
 

@@ -22,6 +22,7 @@
 #include "args/update_textures.h"
 #include "args/update_vertices.h"
 #include "args/visibility.h"
+#include "train/shared_soup.h"
 
 namespace trisoup::train {
 namespace {
@@ -68,7 +69,7 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   const auto view_table = frame_.views.address(), screen = frame_.screen.address();
 
   gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
-  if (own().count() < triangles) gpu_.launch({"keep_range"}, projected, KeepRangeArgs{screen, triangles, views, own().first, own().last});
+  if (soup_.shared) gpu_.launch({"keep_range"}, projected, KeepRangeArgs{screen, triangles, views, soup_.own().first, soup_.own().last});
   for_each_band([&](const Band& band) {
     list_triangles(band);
     gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds)}}, band.tiles,
@@ -76,6 +77,7 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
                                soup_.opacity.address(), inputs.thresholds, frame_.state.address(), frame_.hits.address(), triangles,
                                views, band.first, band.tiles, frame_.list_capacity(), 0});
   });
+  if (soup_.shared) soup_.shared->agree_on_winners();
 }
 
 void Step::for_each_band(const std::function<void(const Band&)>& visit) {
@@ -110,6 +112,12 @@ std::uint32_t Step::groups_over(std::uint32_t blocks) const {
 ShadedFrom Step::of_soup() const {
   return {frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull),
           frame_.ranks.address(), frame_.sorted()};
+}
+
+void Step::shade(const StepInputs& inputs) {
+  if (!soup_.shared) return shade(inputs, of_soup());
+  shade(inputs, soup_.shared->fetch_features());
+  soup_.shared->send_colours();
 }
 
 void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
@@ -171,7 +179,8 @@ void Step::sort_pixels() {
 
 void Step::backward(const StepInputs& inputs) {
   sort_pixels();
-  shade_backward(inputs, of_soup());
+  shade_backward(inputs, soup_.shared ? soup_.shared->stand_in() : of_soup());
+  if (soup_.shared) soup_.shared->send_gradients();
   edge_forces();
   if (!inputs.opaque) opacity_backward(inputs);
 }
@@ -210,17 +219,17 @@ void Step::opacity_backward(const StepInputs& inputs) {
 }
 
 void Step::update_textures(bool adam, const StepInputs& inputs) {
-  const UpdateTexturesArgs args{soup_.textures.address() + sizeof(kernels::Texture) * own_.first,
+  const UpdateTexturesArgs args{soup_.textures.address() + sizeof(kernels::Texture) * soup_.own().first,
                                 soup_.source.address(),
                                 soup_.source_moment1.address(),
                                 soup_.source_moment2.address(),
                                 soup_.lattice.address(),
                                 soup_.opacity.address(),
-                                frame_.shown.address() + 4ull * own_.first,
+                                frame_.shown.address() + 4ull * soup_.own().first,
                                 frame_.sorted(),
                                 soup_.opacity_gradient.low.address(),
                                 soup_.opacity_gradient.high.address(),
-                                soup_.touched.address() + 4ull * own_.first,
+                                soup_.touched.address() + 4ull * soup_.own().first,
                                 frame_.state.address(),
                                 frame_.control.address(),
                                 inputs.source_gradient,
@@ -231,7 +240,7 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
   // All levels of a triangle at once in shared memory.
   std::uint32_t samples = 0;
   for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));
-  gpu_.launch({"update_textures", {samples, adam, inputs.source_gradient != 0}}, own().count(), args);
+  gpu_.launch({"update_textures", {samples, adam, inputs.source_gradient != 0}}, soup_.own().count(), args);
 }
 
 void Step::update(const StepInputs& inputs) {
@@ -250,6 +259,7 @@ void Step::sum_textures() { update_textures(false, {}); }
 
 void Step::train(const StepInputs& inputs) {
   visibility(inputs.opaque ? Thresholds::half : Thresholds::random, inputs);
+  if (soup_.shared && soup_.shared->outcome() != SharedSoup::Outcome::done) return;
   end_kernel();
   shade(inputs);
   end_kernel();

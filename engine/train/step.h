@@ -1,7 +1,6 @@
 // One training step, or its forward half, as a list of kernel launches. Nothing here waits for the device.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <functional>
 
@@ -45,12 +44,6 @@ struct Rates {
   std::uint64_t texture_updates = 1, vertex_updates = 1, mlp_updates = 1;  // since the moments were zero, this one included
 };
 
-/// Triangles first .. last - 1.
-struct TriangleRange {
-  std::uint32_t first = 0, last = 0;
-  std::uint32_t count() const { return last - first; }
-};
-
 /// Where shade() and shade_backward() find what a pixel shows: in the frame and the soup, or in what stands for them.
 struct ShadedFrom {
   gpu::Address hits = 0, textures = 0, lattice = 0;
@@ -60,9 +53,8 @@ struct ShadedFrom {
 
 class Step {
  public:
-  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : Step(gpu, soup, frame, {0, ~0u}) {}
-  /// Of all triangles only `own` are listed, and so seen and given opacity gradients, and only their textures are updated.
-  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, TriangleRange own) : gpu_(gpu), soup_(soup), frame_(frame), own_(own) {}
+  /// Where the soup is shared, all ranks make the same calls (shared_soup.h).
+  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : gpu_(gpu), soup_(soup), frame_(frame) {}
 
   /// What changes from step to step. slot: row of Frame::statistics. huber: Settings::huber.
   static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch,
@@ -71,8 +63,8 @@ class Step {
   /// Uploads the state of a step with the frame's batch and clears its row of Frame::statistics.
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
-  void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits
-  void shade(const StepInputs& inputs) { shade(inputs, of_soup()); }  // .. Frame::colour
+  void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits, unless SharedSoup::outcome() says otherwise
+  void shade(const StepInputs& inputs);                              // .. Frame::colour
   void shade(const StepInputs& inputs, const ShadedFrom& from);
   void photographs(const StepInputs& inputs);                        // Frame::target; exposes Frame::colour
   void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics, with photographs() before
@@ -100,7 +92,6 @@ class Step {
   /// Each band gets a submission of its own where there are several.
   void for_each_band(const std::function<void(const Band&)>& visit);
   ShadedFrom of_soup() const;
-  TriangleRange own() const { return {own_.first, std::min(own_.last, soup_.triangles)}; }
   void list_triangles(const Band& band);
   /// Ends the submission after a kernel that visits every pixel of a very large batch.
   void end_kernel();
@@ -109,7 +100,6 @@ class Step {
   gpu::Device& gpu_;
   SoupBuffers& soup_;
   Frame& frame_;
-  TriangleRange own_;  // all: up to ~0
 };
 
 }  // namespace trisoup::train

@@ -51,8 +51,9 @@ std::array<std::uint64_t, 5> sizes_of(const BatchLayout& batch) {
 
 }  // namespace
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start)
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start, ranks::Ranks* ranks)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const bool paints = settings_.paint && lift_step(settings_) == 0 && !start.colours.empty();
   const bool coarse = lift_step(settings_) > 0;
   const soup::TextureLevels levels =
@@ -65,7 +66,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto opacity = static_cast<float>(std::log(settings_.init_opacity / (1.0 - settings_.init_opacity)));
   std::vector<float> opacities(table.size(), settings_.opaque ? kOpaqueLogit : opacity);
   std::fill_n(opacities.rbegin(), std::min(start.opaque, opacities.size()), kOpaqueLogit);
-  textures.source = initial_logits(gpu_, table, start.colours, opacities);
+  const TriangleRange own = shared_ ? divided(table, shared_->size())[static_cast<std::size_t>(shared_->rank())] : all_of(table);
+  textures.source = initial_logits(gpu_, table, start.colours, opacities, own);
   allocate_soup(gpu_, soup_, start.vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
   prepare();
@@ -190,15 +192,13 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
   return list;
 }
 
-void Trainer::train_with(ranks::Ranks& ranks) {
-  if (ranks.size() > 1) ranked_.emplace(gpu_, soup_, frame_, ranks);
-}
-
 bool Trainer::train_together(const BatchLayout& batch, const Callbacks& callbacks) {
   frame_.place(batch, soup_.triangles, true);
   schedule_.begin_step(frame_);
-  outcome_ = ranked_->train(step_inputs(), callbacks.stop && *callbacks.stop);
-  return outcome_ == RankedStep::Outcome::done;
+  shared_->ask_to_stop(callbacks.stop && *callbacks.stop);
+  Step(gpu_, soup_, frame_).train(step_inputs());
+  shared_->ask_to_stop(false);  // what is not a step goes on to its end
+  return shared_->outcome() == SharedSoup::Outcome::done;
 }
 
 void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
@@ -217,7 +217,7 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     std::array<std::uint64_t, 5> sizes{};
     for (const BatchLayout& batch : batches) {
       if (asked_to_stop(callbacks)) break;
-      if (ranked_) {
+      if (shared_) {
         if (!train_together(batch, callbacks)) break;
       } else {
         // Nothing is allocated in between, so batches of the same sizes have the same commands.
@@ -231,16 +231,12 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
       if (callbacks.on_fault) callbacks.on_fault(fault);
     // Steps whose tile lists did not fit have changed nothing: they are done again with room enough.
     const auto overflow = grow_lists_if_needed(gpu_, frame_);
-    if (!overflow && outcome_ != RankedStep::Outcome::overflow) return;
+    if (!overflow && !(shared_ && shared_->outcome() == SharedSoup::Outcome::overflow)) return;
     if (overflow) step_ = *overflow;
   } while (true);
 }
 
 void Trainer::change_topology() {
-  if (ranked_ && (step_ == lift_step(settings_) || is_resampling(settings_, step_))) {
-    ranked_->gather(settings_.keep_moments);
-    ranked_->divide();
-  }
   if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
     lift(gpu_, soup_, frame_, half_views_, settings_);
     coarse_.reset();
@@ -351,15 +347,14 @@ void Trainer::run(const Callbacks& callbacks) {
     }
     if (finished()) break;
     const bool evaluates = is_evaluation(callbacks), saves = settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0;
-    if (ranked_ && (evaluates || saves)) ranked_->gather(saves);
     if (callbacks.on_evaluate && evaluates) callbacks.on_evaluate(step_);
     if (callbacks.on_checkpoint && saves) callbacks.on_checkpoint(step_);
   }
-  if (ranked_) ranked_->gather(true);
 }
 
 soup::Model Trainer::model() {
   soup::Model model = make_model(gpu_, soup_, scene_.background, scene_.normalisation);
+  if (model.lattice.empty()) return model;
   soup::round_textures(model.lattice, model.textures, soup::texture_steps(settings_.texture_bits));
   return model;
 }

@@ -21,10 +21,10 @@
 #include "train/frame.h"
 #include "train/initial_triangles.h"
 #include "train/photographs.h"
-#include "train/ranked_step.h"
 #include "train/resample.h"
 #include "train/schedule.h"
 #include "train/settings.h"
+#include "train/shared_soup.h"
 #include "train/simplify.h"
 #include "train/soup_buffers.h"
 #include "train/step.h"
@@ -47,20 +47,18 @@ struct Progress {
 
 class Trainer {
  public:
-  /// Starts from the given triangles (3 vertices each, normalised coordinates). `scene` must outlive the trainer.
-  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start);
+  /// Starts from the given triangles (3 vertices each, normalised coordinates). `scene` must outlive the trainer. ranks: those that share the soup
+  /// (shared_soup.h), each with a trainer of the same scene, settings and start on a device of the same kind; null: this process alone. They make the same
+  /// calls, in the same order: steps, evaluations and checkpoints all take part in, and what comes out is the same for all where nothing else is said.
+  /// One rank's Callbacks::stop ends run() on all. All calls throw ranks::RankLost where another rank has ended.
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start, ranks::Ranks* ranks = nullptr);
 
   /// Goes on from a checkpoint of the same scene and settings (checkpoint_info() tells them, prolonged() where there are to be more steps; how often
   /// something is written may differ). Throws Error when it is another's, damaged or cut short.
-  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& checkpoint);
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& checkpoint, ranks::Ranks* ranks = nullptr);
 
   /// Goes on from a model of the same dataset, which `settings` have trained, as if its last step were done: for begin_round().
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model);
-
-  /// From now on every rank of `ranks` takes part in run(), each with a trainer of the same scene, settings and start on a device of
-  /// the same kind. Callbacks and everything else are each rank's own business, but which steps are evaluations or checkpoints has
-  /// to be the same, and one rank's stop ends all. Throws ranks::RankLost where another rank has ended. `ranks` must outlive it.
-  void train_with(ranks::Ranks& ranks);
 
   struct Callbacks {
     std::function<void(const Progress&)> on_progress;       // about every progress_every steps
@@ -93,8 +91,9 @@ class Trainer {
   /// Whether the last resampling of this run found too few pixels in the training views to split up to the budget.
   bool out_of_pixels() const { return last_resampling_ == Resampling::out_of_pixels; }
 
-  /// note: any text, for CheckpointInfo::note.
+  /// note: any text, for CheckpointInfo::note. Of several ranks the first writes.
   void write_checkpoint(const std::filesystem::path& path, const std::string& note = {});
+  /// Of several ranks the first has it; that of the others is empty but for its triangles.
   soup::Model model();
   Evaluation evaluate_float(const OnRender& on_render = {});
   /// Of the model as it is now. Renders every training view.
@@ -112,7 +111,9 @@ class Trainer {
   void train_until(std::uint64_t last, const Callbacks& callbacks);
   /// One step with the other ranks. False where it is not done.
   bool train_together(const BatchLayout& batch, const Callbacks& callbacks);
-  bool asked_to_stop(const Callbacks& callbacks) const { return ranked_ ? outcome_ == RankedStep::Outcome::stopped : callbacks.stop && *callbacks.stop; }
+  bool asked_to_stop(const Callbacks& callbacks) const {
+    return shared_ ? shared_->outcome() == SharedSoup::Outcome::stopped : callbacks.stop && *callbacks.stop;
+  }
   StepInputs step_inputs() const;
   void change_topology();
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
@@ -134,6 +135,7 @@ class Trainer {
   std::uint64_t photographs_;          // fingerprint
   Frame frame_;
   SoupBuffers soup_;
+  std::optional<SharedSoup> shared_;   // where there are several ranks
   Photographs photos_;
   std::optional<Exposures> exposures_;  // where settings ask for them
   std::vector<BatchView> views_, half_views_;
@@ -145,8 +147,6 @@ class Trainer {
   std::uint64_t rounds_ = 0;           // begun after Settings::steps
   // Completed steps when the moments of textures, vertices and MLP were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0, mlp_start_ = 0;
-  std::optional<RankedStep> ranked_;   // where there are several ranks
-  RankedStep::Outcome outcome_ = RankedStep::Outcome::done;
   Resampling last_resampling_ = Resampling::done;
   double uncovered_ = 0;               // of the last step before a report
   std::vector<bool> masked_out_;       // training views without a pixel to measure

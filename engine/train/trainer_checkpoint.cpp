@@ -18,27 +18,30 @@
 namespace trisoup::train {
 namespace {
 
-/// Calls f(name, buffer, elements) for every array of a soup's state.
+/// Of an array, what is in device memory where a soup is shared.
+enum class Held { by_all, by_owners };
+
+/// Calls f(name, buffer, elements, held) for every array of a soup's state. elements: of all ranks.
 template <typename F>
 void each_array(SoupBuffers& s, F&& f) {
   const std::uint64_t vertices = 3ull * s.triangles, source = s.source_samples * soup::kChannels;
-  f("vertices", s.vertices, 3 * vertices);
-  f("vertices.moment1", s.vertex_moment1, 3 * vertices);
-  f("vertices.moment2", s.vertex_moment2, vertices);
-  f("textures", s.source, source);
-  f("textures.moment1", s.source_moment1, source);
-  f("textures.moment2", s.source_moment2, source);
-  f("mlp", s.mlp, std::uint64_t{soup::Mlp::kParameters});
-  f("mlp.moment1", s.mlp_moment1, std::uint64_t{soup::Mlp::kParameters});
-  f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters});
+  f("vertices", s.vertices, 3 * vertices, Held::by_all);
+  f("vertices.moment1", s.vertex_moment1, 3 * vertices, Held::by_all);
+  f("vertices.moment2", s.vertex_moment2, vertices, Held::by_all);
+  f("textures", s.source, source, Held::by_owners);
+  f("textures.moment1", s.source_moment1, source, Held::by_owners);
+  f("textures.moment2", s.source_moment2, source, Held::by_owners);
+  f("mlp", s.mlp, std::uint64_t{soup::Mlp::kParameters}, Held::by_all);
+  f("mlp.moment1", s.mlp_moment1, std::uint64_t{soup::Mlp::kParameters}, Held::by_all);
+  f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters}, Held::by_all);
 }
 
 /// The same of exposures.
 template <typename F>
 void each_array(std::optional<Exposures>& e, F&& f) {
   if (!e) return;
-  f("exposures.fitted", e->fitted, 8ull * e->photographs);
-  f("exposures", e->exposure, 8ull * e->photographs);
+  f("exposures.fitted", e->fitted, 8ull * e->photographs, Held::by_all);
+  f("exposures", e->exposure, 8ull * e->photographs, Held::by_all);
 }
 
 /// A fingerprint would tell as well, but not what is to be done.
@@ -51,13 +54,15 @@ std::string background_text(const scene::Scene& scene) {
 void Trainer::write_checkpoint(const std::filesystem::path& path, const std::string& note) {
   soup::SafetensorsWriter writer;
   std::vector<std::vector<float>> arrays;
-  const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n) {
-    arrays.push_back(gpu_.download_vector<float>(buffer.address(), n));
+  if (shared_) shared_->compare();
+  const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
+    arrays.push_back(shared_ && held == Held::by_owners ? shared_->values_on_first(buffer) : gpu_.download_vector<float>(buffer.address(), n));
   };
   each_array(soup_, download);
   each_array(exposures_, download);
+  if (shared_ && !shared_->is_first()) return;
   std::size_t i = 0;
-  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n) { writer.add<float>(name, {n}, arrays[i++]); };
+  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n, Held) { writer.add<float>(name, {n}, arrays[i++]); };
   each_array(soup_, add);
   each_array(exposures_, add);
   const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()), 4 * soup_.table.size());
@@ -78,8 +83,9 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   writer.write(path);
 }
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path)
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path, ranks::Ranks* ranks)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const soup::Safetensors file = soup::Safetensors::open(path);
   const auto text = [&](const char* key) { return checkpoint_text(file, path, key); };
   const auto number = [&](const char* key) { return checkpoint_number(file, path, key); };
@@ -124,8 +130,11 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});
   allocate_soup(gpu_, soup_, {reinterpret_cast<const glm::vec3*>(vertices.data()), vertices.size() / 3}, table.entries);
   allocate_mlp(gpu_, soup_, {});
-  const auto upload = [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n) {
-    gpu_.upload(buffer.address(), std::as_bytes(file.values<float>(name, {n})));
+  const auto upload = [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
+    const auto values = file.values<float>(name, {n});
+    std::uint64_t first = 0, last = n;
+    if (held == Held::by_owners) first = soup_.source_at(soup_.own().first) * soup::kChannels, last = soup_.source_at(soup_.own().last) * soup::kChannels;
+    if (last > first) gpu_.upload(buffer.address(), std::as_bytes(std::span(values).subspan(first, last - first)));
   };
   each_array(soup_, upload);
   prepare();

@@ -1,5 +1,6 @@
 #include "train/worth.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/host.h"
@@ -22,16 +23,24 @@ struct Pass {
   std::vector<float> error;
 };
 
-/// Squared errors of one view's pixels; masked-out ones have none.
-void add_errors(std::span<const float> colour, const Image& photograph, std::vector<float>& to) {
+/// Squared errors of one view's pixels, each times its weight.
+void add_errors(std::span<const float> colour, const Image& photograph, std::span<const float> weights, std::vector<float>& to) {
   for (std::size_t p = 0; p < photograph.rgba.size() / 4; ++p) {
     float sum = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const float d = colour[3 * p + c] - static_cast<float>(photograph.rgba[4 * p + c]) / 255.0f;
       sum += d * d;
     }
-    to.push_back(photograph.rgba[4 * p + 3] < 128 ? 0.0f : sum);
+    to.push_back(weights[p] * sum);
   }
+}
+
+/// Sums over the windows of 2 kReach + 1 pixels around each, cut at the ends, of `n` values that are `stride` apart.
+void sum_windows(std::size_t n, std::size_t stride, double* values) {
+  constexpr std::size_t kReach = 3;
+  std::vector<double> before(n + 1);
+  for (std::size_t i = 0; i < n; ++i) before[i + 1] = before[i] + values[i * stride];
+  for (std::size_t i = 0; i < n; ++i) values[i * stride] = before[std::min(n, i + kReach + 1)] - before[i < kReach ? 0 : i - kReach];
 }
 
 class Passes {
@@ -42,6 +51,7 @@ class Passes {
     inputs_.background = scene.background;
     inputs_.exposures = exposures;
     inputs_.fit_exposures = false;
+    for (const BatchView& view : views) weights_.push_back(error_weights(scene.train[view.index].image));
   }
 
   Pass run() {
@@ -55,7 +65,7 @@ class Passes {
       for (std::size_t i = 0; i < count; ++i) {
         const kernels::ViewRecord& record = frame_.batch().records[i];
         add_errors(std::span(colour).subspan(3ull * record.pixel_offset, 3ull * record.width * record.height), scene_.train[views_[first + i].index].image,
-                   pass.error);
+                   weights_[first + i], pass.error);
       }
     });
     return pass;
@@ -68,6 +78,7 @@ class Passes {
   const scene::Scene& scene_;
   std::span<const BatchView> views_;
   StepInputs inputs_;
+  std::vector<std::vector<float>> weights_;
   std::size_t most_;
 };
 
@@ -96,6 +107,34 @@ void flatten(gpu::Device& gpu, SoupBuffers& soup) {
 }
 
 }  // namespace
+
+std::vector<float> error_weights(const Image& photograph) {
+  const auto width = static_cast<std::size_t>(photograph.width), height = static_cast<std::size_t>(photograph.height), pixels = width * height;
+  std::vector<double> count(pixels), sum(pixels), squares(pixels);
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const std::uint8_t* rgba = &photograph.rgba[4 * p];
+    if (rgba[3] < 128) continue;
+    const double grey = (0.299 * rgba[0] + 0.587 * rgba[1] + 0.114 * rgba[2]) / 255.0;
+    count[p] = 1, sum[p] = grey, squares[p] = grey * grey;
+  }
+  std::vector<float> weights(count.begin(), count.end());
+  for (auto* values : {&count, &sum, &squares}) {
+    for (std::size_t y = 0; y < height; ++y) sum_windows(width, 1, values->data() + y * width);
+    for (std::size_t x = 0; x < width; ++x) sum_windows(height, width, values->data() + x);
+  }
+  constexpr double kC2 = 0.03 * 0.03;  // SSIM's
+  double total = 0, inside = 0;
+  std::vector<double> lack(pixels);
+  for (std::size_t p = 0; p < pixels; ++p) {
+    if (weights[p] == 0) continue;
+    const double mean = sum[p] / count[p];
+    lack[p] = 1 / (2 * std::max(0.0, squares[p] / count[p] - mean * mean) + kC2);
+    total += lack[p], inside += 1;
+  }
+  for (std::size_t p = 0; p < pixels; ++p)
+    if (weights[p] != 0) weights[p] = static_cast<float>(0.5 + 0.5 * lack[p] * inside / total);
+  return weights;
+}
 
 Worth measure_worth(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
                     const Exposures* exposures, std::size_t most) {

@@ -14,9 +14,14 @@
 
 namespace trisoup::train {
 
-/// Squared colour errors, summed over the pixels of the views that were looked at (three channels, 0..1 each), that there would be more of. Triangles are
-/// opaque, so a pixel is its winner's business alone: what is behind it and what its texture shows without the finest level can be looked at for many
-/// triangles at once. Below zero where the picture would be better.
+/// What each pixel of a photograph (RGBA8, alpha the loss mask) counts: half of it the pixel itself, as PSNR has it, and half the lack of contrast
+/// around it, as SSIM has it (Wang et al. 2004): an error over a wall's grain is seen, the same error among leaves is not. The mean over the pixels
+/// in the loss is 1; the others have 0. [height * width]
+std::vector<float> error_weights(const Image& photograph);
+
+/// Squared colour errors times error_weights(), summed over the pixels of the views that were looked at (three channels, 0..1 each), that there would
+/// be more of. Triangles are opaque, so a pixel is its winner's business alone: what is behind it and what its texture shows without the finest level
+/// can be looked at for many triangles at once. Below zero where the picture would be better.
 struct Worth {
   std::vector<double> triangle;  // [T] without the triangle: its pixels show what is behind it
   std::vector<double> finest;    // [T] without the finest level of its texture: in between is interpolated; 0 where it has level 0 alone

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <catch2/catch.hpp>
@@ -16,6 +17,7 @@
 #include "train/frame.h"
 #include "train/render_pass.h"
 #include "train/schedule.h"
+#include "train/shared_soup.h"
 #include "train/soup_buffers.h"
 #include "train/step.h"
 
@@ -54,8 +56,9 @@ inline train::BatchView view_from(double angle, std::uint32_t width, std::uint32
 /// A random soup in a box of half side 0.3 with random logits.
 struct SmallScene {
   SmallScene(gpu::Device& device, std::uint32_t triangles, std::vector<soup::TextureLevels> levels,
-             std::vector<train::BatchView> batch, std::uint64_t seed = 1)
+             std::vector<train::BatchView> batch, std::uint64_t seed = 1, ranks::Ranks* ranks = nullptr)
       : gpu(device), frame(device, 8), step(device, soup, frame), views(std::move(batch)) {
+    if (ranks) shared.emplace(gpu, soup, frame, *ranks);
     soup::Random random(seed);
     std::vector<glm::vec3> vertices;
     for (std::uint32_t t = 0; t < triangles; ++t) {
@@ -68,7 +71,8 @@ struct SmallScene {
     train::allocate_soup(gpu, soup, vertices, table.entries);
     logits.resize(table.source_samples * 8);
     for (float& v : logits) v = static_cast<float>(random.uniform(-1.5, 1.5));
-    gpu.upload(soup.source.address(), logits);
+    const std::uint64_t first = 8 * soup.source_at(soup.own().first), last = 8 * soup.source_at(soup.own().last);
+    if (last > first) gpu.upload(soup.source.address(), std::as_bytes(std::span(logits).subspan(first, last - first)));
     train::allocate_mlp(gpu, soup, train::initial_mlp(seed));
     frame.set_batch(views, triangles, true);
     std::vector<float> values(3ull * frame.batch().pixels);
@@ -85,22 +89,23 @@ struct SmallScene {
   }
   static train::Rates rates(std::uint32_t i) { return {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1}; }
 
-  /// Every parameter and every moment.
+  /// Every parameter and every moment, of all ranks.
   std::vector<float> state() {
     const std::uint64_t vertices = 3ull * soup.triangles, textures = soup.source_samples * 8, mlp = 595;
     std::vector<float> all;
+    const auto add = [&](const std::vector<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
     for (const auto& [buffer, n] : {std::pair(&soup.vertices, 3 * vertices), {&soup.vertex_moment1, 3 * vertices}, {&soup.vertex_moment2, vertices},
-                                    {&soup.source, textures}, {&soup.source_moment1, textures}, {&soup.source_moment2, textures},
-                                    {&soup.mlp, mlp}, {&soup.mlp_moment1, mlp}, {&soup.mlp_moment2, mlp}}) {
-      const auto values = gpu.download_vector<float>(buffer->address(), n);
-      all.insert(all.end(), values.begin(), values.end());
-    }
+                                    {&soup.mlp, mlp}, {&soup.mlp_moment1, mlp}, {&soup.mlp_moment2, mlp}})
+      add(gpu.download_vector<float>(buffer->address(), n));
+    for (const gpu::Buffer* pool : {&soup.source, &soup.source_moment1, &soup.source_moment2})
+      add(shared ? shared->all_values(*pool) : gpu.download_vector<float>(pool->address(), textures));
     return all;
   }
 
   gpu::Device& gpu;
   train::SoupBuffers soup;
   train::Frame frame;
+  std::optional<train::SharedSoup> shared;
   train::Step step;
   train::StepInputs inputs;
   gpu::Buffer target;

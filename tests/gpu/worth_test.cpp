@@ -30,7 +30,7 @@ scene::Scene noise(std::size_t views, soup::Random& random) {
   return scene;
 }
 
-/// Squared error of all pixels, by the triangle that wins them in `winners`.
+/// Squared error of all pixels, each times its weight, by the triangle that wins them in `winners`.
 std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& scene, std::vector<std::uint32_t>& winners, bool first) {
   std::vector<double> sums(s.soup.triangles);
   train::StepInputs inputs;
@@ -39,11 +39,12 @@ std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& sc
   train::for_each_batch(s.gpu, s.soup, s.frame, s.views, true, inputs, 1, [&](std::size_t view, std::size_t) {
     const auto hits = s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), kSide * kSide);
     const auto colour = s.gpu.download_vector<float>(s.frame.colour.address(), 3 * kSide * kSide);
+    const std::vector<float> weights = train::error_weights(scene.train[view].image);
     for (std::uint32_t p = 0; p < kSide * kSide; ++p) {
       if (first) winners.push_back(hits[p].triangle);
       const auto& rgba = scene.train[view].image.rgba;
       if (winners[base + p] == 0 || rgba[4 * p + 3] < 128) continue;
-      for (int c = 0; c < 3; ++c) sums[winners[base + p] - 1] += std::pow(double(colour[3 * p + c]) - rgba[4 * p + c] / 255.0, 2);
+      for (int c = 0; c < 3; ++c) sums[winners[base + p] - 1] += double(weights[p]) * std::pow(double(colour[3 * p + c]) - rgba[4 * p + c] / 255.0, 2);
     }
     base += kSide * kSide;
   });
@@ -106,4 +107,27 @@ TEST_CASE("worth is what pictures lose when a triangle or its finest level goes"
     CHECK(finest[t] == Approx(coarser[t] - whole[t]).margin(1e-4));
   }
   test::require_silence(*gpu);
+}
+
+TEST_CASE("errors where there is little contrast count for more, and those outside of the loss for nothing", "[worth]") {
+  // Left a wall, right black and white by turns; the last row is not in the loss.
+  constexpr int kWide = 60, kHigh = 30;
+  Image photograph{kWide, kHigh, {}};
+  for (int y = 0; y < kHigh; ++y)
+    for (int x = 0; x < kWide; ++x) {
+      const auto grey = static_cast<std::uint8_t>(x < kWide / 2 ? 90 : (x + y) % 2 ? 255 : 0);
+      photograph.rgba.insert(photograph.rgba.end(), {grey, grey, grey, static_cast<std::uint8_t>(y == kHigh - 1 ? 0 : 255)});
+    }
+  const std::vector<float> weights = train::error_weights(photograph);
+  const auto at = [&](int x, int y) { return weights[static_cast<std::size_t>(y * kWide + x)]; };
+  double sum = 0;
+  for (const float w : weights) sum += w;
+  CHECK(sum == Approx(kWide * (kHigh - 1)));
+  for (int x = 0; x < kWide; ++x) CHECK(at(x, kHigh - 1) == 0);
+  // By hand: 1 / C2 on the wall, 1 / (2 * 0.25 + C2) among the pixels that take turns; each is half of the pixels but for the border.
+  const double wall = 1 / 0.0009, turns = 1 / 0.5009, shares = 26.0 / 30.0;
+  CHECK(at(5, 10) == Approx(at(20, 3)));
+  CHECK((at(5, 10) - 0.5) / (at(50, 10) - 0.5) == Approx(wall / turns).epsilon(0.01));
+  CHECK(at(5, 10) < 0.5 + 1.0 / shares + 0.1);
+  CHECK(at(5, 10) > 0.5 + 0.9);
 }

@@ -1,4 +1,4 @@
-#include "train/ranked_step.h"
+#include "train/shared_soup.h"
 
 #include <algorithm>
 #include <array>
@@ -84,35 +84,32 @@ std::vector<std::uint16_t> shaders_of(const BatchLayout& batch, std::uint32_t gr
 }
 
 template <typename Visit>
-void RankedStep::each_pixel(Visit&& visit) const {
+void SharedSoup::each_pixel(Visit&& visit) const {
   for (std::size_t p = 0; p < hits_.size(); ++p)
-    if (hits_[p].triangle != 0) visit(p, owners_[hits_[p].triangle - 1], shaders_[p]);
+    if (hits_[p].triangle != 0) visit(p, owners_[p], shaders_[p]);
 }
 
-void RankedStep::grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what) {
+void SharedSoup::grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what) {
   if (bytes <= buffer.bytes()) return;
   buffer = {};
   buffer = gpu_.allocate(bytes, what);
   gpu_.fill(buffer.address(), bytes, 0);
 }
 
-void RankedStep::divide_if_needed() {
-  if (!ranges_.empty()) return;
-  ranges_ = divided(soup_.table, ranks_.size());
-  owners_.clear();
-  for (std::size_t r = 0; r < ranges_.size(); ++r) owners_.insert(owners_.end(), ranges_[r].count(), static_cast<std::uint16_t>(r));
-}
-
-void RankedStep::place_batch() {
+void SharedSoup::place_batch() {
   const BatchLayout& batch = frame_.batch();
-  const std::uint64_t pixels = batch.pixels;
   std::vector<std::uint64_t> sizes{frame_.mlp_groups};
   for (const kernels::ViewRecord& view : batch.records) sizes.push_back(std::uint64_t(view.width) << 32 | view.height);
   if (sizes != shaders_for_) {
     shaders_ = shaders_of(batch, frame_.mlp_groups, ranks_.size());
     shaders_for_ = std::move(sizes);
   }
-  hits_.resize(pixels);
+  hits_.resize(batch.pixels);
+  owners_.resize(batch.pixels);
+}
+
+void SharedSoup::place_stand_in() {
+  const std::uint64_t pixels = frame_.batch().pixels;
   if (pixels * sizeof(Hit) <= hits_here_.bytes()) return;
   grow(hits_here_, pixels * sizeof(Hit), "fragments to shade");
   grow(textures_here_, pixels * sizeof(kernels::Texture), "fragments to shade");
@@ -127,15 +124,16 @@ void RankedStep::place_batch() {
   gpu_.upload(places_.address(), places);
 }
 
-ShadedFrom RankedStep::stand_in() const {
+ShadedFrom SharedSoup::stand_in() const {
   // A fragment at barycentrics 0, 0 of a texture of level 0 is that texture's first sample, the other two having no weight.
   return {hits_here_.address(), textures_here_.address(), features_.address(), places_.address(), zeroes_.address(), gradient_.address()};
 }
 
-RankedStep::Outcome RankedStep::agree_on_winners(bool stop) {
-  const int ranks = ranks_.size();
+void SharedSoup::agree_on_winners() {
+  place_batch();
+  const int ranks = size();
   const auto control = gpu_.download_vector<kernels::Control>(frame_.control.address(), 1)[0];
-  const std::uint32_t flags = (control.overflow != 0 ? kOverflow : 0u) | (stop ? kStop : 0u);
+  const std::uint32_t flags = (control.overflow != 0 ? kOverflow : 0u) | (stop_ ? kStop : 0u);
   gpu_.download(frame_.hits.address(), std::as_writable_bytes(std::span(hits_)));
   std::vector<ranks::Bytes> messages(static_cast<std::size_t>(ranks));
   for (int r = 0; r < ranks; ++r) {
@@ -151,8 +149,8 @@ RankedStep::Outcome RankedStep::agree_on_winners(bool stop) {
   const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
   std::uint32_t all_flags = 0;
   for (const ranks::Bytes& message : received) all_flags |= ranks::values_of<std::uint32_t>(ranks::ByteView(message).first(4))[0];
-  if (all_flags & kStop) return Outcome::stopped;
-  if (all_flags & kOverflow) return Outcome::overflow;
+  outcome_ = all_flags & kStop ? Outcome::stopped : all_flags & kOverflow ? Outcome::overflow : Outcome::done;
+  if (outcome_ != Outcome::done) return;
 
   const auto [first, last] = slice_of(hits_.size(), ranks_.rank(), ranks);
   std::vector<Hit> winners(last - first);
@@ -166,15 +164,21 @@ RankedStep::Outcome RankedStep::agree_on_winners(bool stop) {
   auto to = std::as_writable_bytes(std::span(hits_)).begin();
   for (const ranks::Bytes& slice : slices) to = std::copy(slice.begin(), slice.end(), to);
   gpu_.upload(frame_.hits.address(), hits_);
-  return Outcome::done;
+  const auto owner_of = [&](std::uint32_t triangle) {
+    const auto above = std::upper_bound(soup_.ranges.begin(), soup_.ranges.end(), triangle, [](std::uint32_t t, const TriangleRange& range) { return t < range.last; });
+    return static_cast<std::uint16_t>(above - soup_.ranges.begin());
+  };
+  for (std::size_t p = 0; p < hits_.size(); ++p)
+    if (hits_[p].triangle != 0) owners_[p] = owner_of(hits_[p].triangle - 1);
 }
 
-void RankedStep::send_features() {
+ShadedFrom SharedSoup::fetch_features() {
+  place_stand_in();
   const auto pixels = static_cast<std::uint32_t>(hits_.size());
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   gpu_.launch({"fetch_features"}, (pixels + 63) / 64,
               kernels::FetchFeaturesArgs{frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(), features_.address(), pixels,
-                                         own().first, own().last, 0});
+                                         soup_.own().first, soup_.own().last, 0});
   features_here_.resize((pixels + 2) * kFeatureStride);
   gpu_.download(features_.address(), std::as_writable_bytes(std::span(features_here_)));
   std::vector<ranks::Bytes> messages(static_cast<std::size_t>(ranks_.size()));
@@ -191,9 +195,10 @@ void RankedStep::send_features() {
   });
   gpu_.upload(features_.address(), features_here_);
   gpu_.upload(hits_here_.address(), here);
+  return stand_in();
 }
 
-void RankedStep::send_colours() {
+void SharedSoup::send_colours() {
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   // Where nothing is visible it is the background for everybody.
   auto colours = gpu_.download_vector<float>(frame_.colour.address(), 3 * hits_.size());
@@ -207,7 +212,7 @@ void RankedStep::send_colours() {
   gpu_.upload(frame_.colour.address(), colours);
 }
 
-void RankedStep::send_gradients() {
+void SharedSoup::send_gradients() {
   const std::size_t pixels = hits_.size(), ranks = static_cast<std::size_t>(ranks_.size()), groups = frame_.mlp_groups;
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   auto gradient = gpu_.download_vector<float>(gradient_.address(), kFeatures * pixels);
@@ -233,48 +238,79 @@ void RankedStep::send_gradients() {
   });
   gpu_.upload(frame_.mlp_partial.address(), sums);
   gpu_.upload(gradient_.address(), gradient);
-}
-
-RankedStep::Outcome RankedStep::train(const StepInputs& inputs, bool stop) {
-  divide_if_needed();
-  place_batch();
-  Step step(gpu_, soup_, frame_, own());
-  step.visibility(inputs.opaque ? Thresholds::half : Thresholds::random, inputs);
-  if (const Outcome outcome = agree_on_winners(stop); outcome != Outcome::done) return outcome;
-  textures_sent_ = moments_sent_ = false;
-  send_features();
-  step.shade(inputs, stand_in());
-  send_colours();
-  step.loss(inputs);
-  step.sort_pixels();
-  step.shade_backward(inputs, stand_in());
-  send_gradients();
-  const auto pixels = static_cast<std::uint32_t>(hits_.size());
   gpu_.launch({"sort_gradients"}, (pixels + 63) / 64,
               kernels::SortGradientsArgs{frame_.hits.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull), frame_.ranks.address(),
-                                         gradient_.address(), frame_.sorted(), pixels, own().first, own().last, 0});
-  step.edge_forces();
-  if (!inputs.opaque) step.opacity_backward(inputs);
-  step.update(inputs);
-  return Outcome::done;
+                                         gradient_.address(), frame_.sorted(), static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
 }
 
-void RankedStep::gather(gpu::Buffer& buffer) {
-  // A triangle's samples follow those of the one before it.
-  const auto sample_of = [&](std::uint32_t t) { return t < soup_.triangles ? soup_.table[t].source_offset : soup_.source_samples; };
-  constexpr std::uint64_t kBytes = soup::kChannels * 4;  // of a sample
-  const auto bytes_of = [&](TriangleRange range) { return kBytes * (sample_of(range.last) - sample_of(range.first)); };
-  ranks::Bytes mine(bytes_of(own()));
-  if (!mine.empty()) gpu_.download(buffer.address() + kBytes * sample_of(own().first), mine);
-  const std::vector<ranks::Bytes> received = ranks_.gather(mine);
-  for (std::size_t r = 0; r < received.size(); ++r) {
-    if (received[r].size() != bytes_of(ranges_[r])) throw Error("ranks: a message is of other textures; all ranks have to run the same build");
-    if (static_cast<int>(r) != ranks_.rank() && !received[r].empty())
-      gpu_.upload(buffer.address() + kBytes * sample_of(ranges_[r].first), received[r]);
+SharedSoup::Brought SharedSoup::bring(std::span<const gpu::Buffer* const> pools, std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) {
+  constexpr std::size_t kChannels = soup::kChannels;
+  /// Those that rank r needs, in order; each once.
+  const auto needed = [&](std::size_t r) {
+    std::vector<std::uint32_t> all(parents.begin() + ranges[r].first, parents.begin() + ranges[r].last);
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  };
+  const auto self = static_cast<std::size_t>(rank());
+  const TriangleRange own = soup_.own();
+  const auto count_of = [&](std::uint32_t t) { return (soup_.source_at(t + 1) - soup_.source_at(t)) * kChannels; };
+  Brought brought;
+  const std::vector<std::uint32_t> here = needed(self);
+  std::vector<kernels::Texture> rows;
+  std::uint64_t samples = 0;
+  for (const std::uint32_t t : here) {
+    rows.push_back({static_cast<std::uint32_t>(samples), 0, soup_.table[t].level_min, soup_.table[t].level_max});
+    samples += count_of(t) / kChannels;
   }
+  brought.rows = gpu_.allocate(rows.size() * sizeof(kernels::Texture), "texture table");
+  gpu_.upload(brought.rows.address(), rows);
+  for (std::uint32_t t = ranges[self].first; t < ranges[self].last; ++t)
+    brought.numbers.push_back(static_cast<std::uint32_t>(std::lower_bound(here.begin(), here.end(), parents[t]) - here.begin()));
+  for (const gpu::Buffer* pool : pools) {
+    const std::vector<float> mine = own_values(*pool);
+    std::vector<ranks::Bytes> messages(static_cast<std::size_t>(size()));
+    for (std::size_t r = 0; r < messages.size(); ++r)
+      for (const std::uint32_t t : needed(r))
+        if (t >= own.first && t < own.last) append<float>(messages[r], std::span(mine).subspan((soup_.source_at(t) - soup_.source_at(own.first)) * kChannels, count_of(t)));
+    const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
+    // Triangles are owned in order, so what comes from rank 0 is of the first of them.
+    std::vector<float> values;
+    for (const ranks::Bytes& message : received) {
+      const auto part = ranks::values_of<float>(message);
+      values.insert(values.end(), part.begin(), part.end());
+    }
+    if (values.size() != samples * kChannels) throw Error("ranks: a message is of other textures; all ranks have to run the same build");
+    brought.pools.push_back(gpu_.allocate(std::max<std::uint64_t>(values.size(), 1) * 4, "textures"));
+    if (!values.empty()) gpu_.upload(brought.pools.back().address(), values);
+  }
+  return brought;
 }
 
-void RankedStep::compare() {
+ranks::Bytes SharedSoup::on_all(ranks::ByteView mine) {
+  ranks::Bytes all;
+  for (const ranks::Bytes& part : ranks_.gather(mine)) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+ranks::Bytes SharedSoup::on_first(ranks::ByteView mine) {
+  std::vector<ranks::ByteView> to(static_cast<std::size_t>(size()));
+  to[0] = mine;
+  ranks::Bytes all;
+  for (const ranks::Bytes& part : ranks_.exchange(to)) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+std::vector<float> SharedSoup::own_values(const gpu::Buffer& pool) {
+  const TriangleRange own = soup_.own();
+  const std::uint64_t count = (soup_.source_at(own.last) - soup_.source_at(own.first)) * soup::kChannels;
+  return count > 0 ? gpu_.download_vector<float>(pool.address(), count) : std::vector<float>{};
+}
+
+std::vector<float> SharedSoup::all_values(const gpu::Buffer& pool) { return ranks::values_of<float>(on_all(ranks::bytes_of(own_values(pool)))); }
+std::vector<float> SharedSoup::values_on_first(const gpu::Buffer& pool) { return ranks::values_of<float>(on_first(ranks::bytes_of(own_values(pool)))); }
+
+void SharedSoup::compare() {
   std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
   const auto add = [&](const gpu::Buffer& buffer, std::uint64_t words) {
     for (const std::uint32_t word : gpu_.download_vector<std::uint32_t>(buffer.address(), words)) hash = (hash ^ word) * 0x100000001b3u;
@@ -285,21 +321,6 @@ void RankedStep::compare() {
   for (std::size_t r = 1; r < all.size(); ++r)
     if (all[r] != all[0])
       throw Error("rank {} of {}: its vertices or MLP are no longer those of rank 0; all ranks need devices of one kind, with the same driver", r, all.size());
-}
-
-void RankedStep::gather(bool moments) {
-  if (ranges_.empty()) return;  // no step since they were divided
-  if (!textures_sent_) {
-    compare();
-    gather(soup_.source);
-    Step(gpu_, soup_, frame_).sum_textures();
-    textures_sent_ = true;
-  }
-  if (moments && !moments_sent_) {
-    gather(soup_.source_moment1);
-    gather(soup_.source_moment2);
-    moments_sent_ = true;
-  }
 }
 
 }  // namespace trisoup::train

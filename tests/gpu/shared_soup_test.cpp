@@ -1,11 +1,11 @@
-// Tests engine/train/ranked_step.h: that any number of ranks trains the same bits as one, with threads as ranks, each with a device of its own ([repeats]:
+// Tests engine/train/shared_soup.h: that any number of ranks trains the same bits as one, with threads as ranks, each with a device of its own ([repeats]:
 // on a driver that would be compiling most of the time).
 #include <catch2/catch.hpp>
 
 #include "error.h"
 #include "gpu/small_scene.h"
 #include "ranks_of_threads.h"
-#include "train/ranked_step.h"
+#include "train/shared_soup.h"
 
 using namespace trisoup;
 
@@ -19,10 +19,17 @@ void expect(bool holds, const char* what) {
   if (!holds) throw Error("{}", what);
 }
 
+/// Puts the second half of the triangles where the first half is: wherever both pass they are equally near, and with ranks each other's.
+void make_ties(test::SmallScene& scene) {
+  const std::uint64_t half = scene.soup.triangles / 2 * 36ull;
+  scene.gpu.copy(scene.soup.vertices.address() + half, scene.soup.vertices.address(), half);
+}
+
 /// Every parameter and moment after `steps` steps of one rank.
-std::vector<float> alone(std::uint32_t triangles, std::vector<soup::TextureLevels> levels, std::uint32_t steps) {
+std::vector<float> alone(std::uint32_t triangles, std::vector<soup::TextureLevels> levels, std::uint32_t steps, bool ties = false) {
   auto gpu = test::open_device();
   test::SmallScene scene(*gpu, triangles, std::move(levels), views());
+  if (ties) make_ties(scene);
   for (std::uint32_t i = 0; i < steps; ++i) scene.train(i, test::SmallScene::rates(i));
   return scene.state();
 }
@@ -55,26 +62,30 @@ TEST_CASE("one rank and several train the same bits", "[ranks][repeats]") {
   const std::vector<soup::TextureLevels> levels{{0, 0}, {2, 3}, {2, 5}, {2, 2}};
   constexpr std::uint32_t kSteps = 4;
   const std::uint32_t triangles = GENERATE(2u, 60u);
-  const std::vector<float> expected = alone(triangles, levels, kSteps);
+  const bool ties = GENERATE(false, true);
+  const std::vector<float> expected = alone(triangles, levels, kSteps, ties);
   for (const int size : {1, 2, 3, 4}) {
     std::vector<std::vector<float>> states(static_cast<std::size_t>(size));
-    std::vector<std::uint64_t> sent(static_cast<std::size_t>(size));
+    std::vector<std::uint64_t> bytes(static_cast<std::size_t>(size));
     const auto thrown = test::run_as_ranks(size, [&](ranks::Ranks& ranks) {
       auto gpu = test::open_device();
-      test::SmallScene scene(*gpu, triangles, levels, views());
-      train::RankedStep step(*gpu, scene.soup, scene.frame, ranks);
+      test::SmallScene scene(*gpu, triangles, levels, views(), 1, &ranks);
+      if (ties) make_ties(scene);
       for (std::uint32_t i = 0; i < kSteps; ++i) {
-        scene.step.begin(i * 7919u + 1u, i, i, test::SmallScene::rates(i));
-        expect(step.train(scene.inputs, false) == train::RankedStep::Outcome::done, "a step is not done");
+        scene.train(i, test::SmallScene::rates(i));
+        expect(scene.shared->outcome() == train::SharedSoup::Outcome::done, "a step is not done");
       }
-      step.gather(true);
-      sent[static_cast<std::size_t>(ranks.rank())] = ranks.bytes_sent();
-      step.gather(true);
-      expect(ranks.bytes_sent() == sent[static_cast<std::size_t>(ranks.rank())], "what has not changed is sent again");
+      bytes[static_cast<std::size_t>(ranks.rank())] = scene.soup.source.bytes() + scene.soup.source_moment1.bytes() + scene.soup.lattice.bytes();
       states[static_cast<std::size_t>(ranks.rank())] = scene.state();
+      scene.shared->compare();
     });
     CHECK(thrown == std::vector<std::string>(static_cast<std::size_t>(size)));
-    for (const auto& state : states) CHECK(state == expected);
+    for (const auto& state : states) CHECK((state == expected));  // of thousands of floats: not to be printed
+    if (triangles < 60) continue;
+    // What a rank has room for is its share, but for a triangle more or less.
+    std::uint64_t all = 0, largest = 64 * soup::samples_in(2, 5) + 32 * soup::samples_at(5);
+    for (const std::uint64_t b : bytes) all += b;
+    for (const std::uint64_t b : bytes) CHECK(b <= all / static_cast<std::uint64_t>(size) + largest);
   }
 }
 
@@ -86,39 +97,37 @@ TEST_CASE("lists that do not fit on one rank let no rank take the step", "[ranks
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     const auto self = static_cast<std::size_t>(ranks.rank());
     auto gpu = test::open_device();
-    test::SmallScene scene(*gpu, kTriangles, {{2, 4}}, views());
+    test::SmallScene scene(*gpu, kTriangles, {{2, 4}}, views(), 1, &ranks);
     if (self == 1) {
       scene.frame.lists = {};
       scene.frame.reserve_lists(4);
     }
-    train::RankedStep step(*gpu, scene.soup, scene.frame, ranks);
     for (std::uint32_t i = 0; i < 2;) {
-      scene.step.begin(i * 7919u + 1u, i, i, test::SmallScene::rates(i));
-      if (step.train(scene.inputs, false) == train::RankedStep::Outcome::done) ++i;
+      scene.train(i, test::SmallScene::rates(i));
+      if (scene.shared->outcome() == train::SharedSoup::Outcome::done) ++i;
       else ++again[self], train::grow_lists_if_needed(*gpu, scene.frame);
     }
-    step.gather(true);
     states[self] = scene.state();
-    expect(step.train(scene.inputs, self == 2) == train::RankedStep::Outcome::stopped, "one is asked to stop, and not all do");
+    scene.shared->ask_to_stop(self == 2);
+    scene.train(2, test::SmallScene::rates(2));
+    expect(scene.shared->outcome() == train::SharedSoup::Outcome::stopped, "one is asked to stop, and not all do");
     expect(scene.state() == states[self], "a step that is not taken has changed something");
   });
   CHECK(thrown == std::vector<std::string>(3));
   CHECK(again == std::vector<int>{1, 1, 1});
-  for (const auto& state : states) CHECK(state == expected);
+  for (const auto& state : states) CHECK((state == expected));  // of thousands of floats: not to be printed
 }
 
 TEST_CASE("ranks whose devices do not compute the same are found out", "[ranks][repeats]") {
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     auto gpu = test::open_device();
-    test::SmallScene scene(*gpu, 20, {{2, 3}}, views());
+    test::SmallScene scene(*gpu, 20, {{2, 3}}, views(), 1, &ranks);
     if (ranks.rank() == 2) {
       const float off = 1e-7f;
       gpu->upload(scene.soup.mlp.address(), std::as_bytes(std::span(&off, 1)));
     }
-    train::RankedStep step(*gpu, scene.soup, scene.frame, ranks);
-    scene.step.begin(1, 0, 0, test::SmallScene::rates(0));
-    step.train(scene.inputs, false);
-    step.gather(false);
+    scene.train(0, test::SmallScene::rates(0));
+    scene.shared->compare();
   });
   for (const std::string& what : thrown) CHECK(what.find("rank 2 of 3: its vertices or MLP") != std::string::npos);
 }
