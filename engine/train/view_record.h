@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 
 #include "args/types.h"
+#include "gpu/command_list.h"
 #include "scene/camera.h"
 
 namespace trisoup::train {

@@ -426,6 +426,8 @@ TEST_CASE("the coarse part looks at smaller pictures, the rest at the photograph
   train::Settings settings = short_settings();
   settings.resample_every = 0;
   settings.pixel_jitter = 0;
+  settings.steps = 8;
+  settings.batch = 1;
   std::vector<glm::vec3> vertices = start(settings);
   for (glm::vec3& v : vertices) v.z += 50;
   const auto errors = [&](double scale) {
