@@ -44,6 +44,7 @@ void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
   set(level_max, s.level_max);
   set(texture_bits, s.texture_bits);
   set(exposure, s.exposure);
+  set(knee, s.knee);
   set(target_psnr, s.target_psnr);
   set(target_ssim, s.target_ssim);
   if (max_megabytes) s.max_bytes = static_cast<std::uint64_t>(std::llround(std::max(0.0, *max_megabytes) * 1048576.0));
@@ -82,7 +83,11 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
 
 void CommandLine::complete_goal(train::Settings& s, const scene::Scene& scene) const {
   if (!train::has_goal(s)) return;
-  if (s.validation_views == 0 && !validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
+  const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
+  // A quality may lie above the knee, and says itself where to end.
+  if (quality && !knee && !record) s.knee = 0;
+  // Under a ceiling alone there is nothing to judge.
+  if (quality && s.validation_views == 0 && !validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
   if (!round_steps && !(record && s.round_steps > 0)) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
 }
 

@@ -55,7 +55,7 @@ struct CommandLine {
   // Options that were given; what is empty keeps its default.
   std::optional<std::uint64_t> steps, seed, eval_every, checkpoint_every, round_steps;
   std::optional<std::uint32_t> max_triangles, validation_views;
-  std::optional<double> target_psnr, target_ssim, max_megabytes;
+  std::optional<double> knee, target_psnr, target_ssim, max_megabytes;
   std::optional<std::uint32_t> triangles, init_count, level_max, texture_bits;
   std::optional<double> init_box, init_radius, near, far, test_near;
   std::string preset, init, recipe;
@@ -70,6 +70,7 @@ struct CommandLine {
  private:
   void take_dataset(const nlohmann::json& then);
   void apply(train::Settings& settings, const scene::Scene& scene) const;
+  /// What a goal asks for besides, where it was not given.
   void complete_goal(train::Settings& settings, const scene::Scene& scene) const;
   train::PresetChoice choice() const;
   bool sets(const char* name) const;

@@ -10,7 +10,7 @@ void add_goal_options(CLI::App& app, CommandLine& o) {
   app.add_option("--target-ssim", o.target_ssim, "SSIM, the same")->group(group);
   app.add_option("--max-mb", o.max_megabytes, "megabytes of model.glb")->group(group);
   app.add_option("--max-triangles", o.max_triangles, "triangles, of those that there are after the last step")->group(group);
-  app.add_option("--validation-views", o.validation_views, "how many are held out [with a goal a tenth of the training views, 3 to 24]")->group(group);
+  app.add_option("--validation-views", o.validation_views, "how many are held out [with one of these two a tenth of the training views, 3 to 24]")->group(group);
   app.add_option("--round-steps", o.round_steps, "training steps after each removal [a twentieth of the steps, at least 20]")->group(group);
 }
 

@@ -134,15 +134,21 @@ json node_matrix(const glm::dvec3& up, const glm::dvec3& origin) {
   return {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, place.x, place.y, place.z, 1};
 }
 
+/// As many digits as a float has; more of them would be a fifth of a small model.
+double in_short(double value) {
+  constexpr double kParts = 1e8;
+  return std::abs(value) < 1e6 ? std::round(value * kParts) / kParts : value;
+}
+
 json cameras_json(const std::vector<ModelCamera>& cameras) {
   json rows = json::array();
   for (const ModelCamera& c : cameras) {
     const scene::Camera& k = c.camera;
     json pose = json::array();
     for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) pose.push_back(k.world_to_camera[column][row]);
-    rows.push_back({{"name", c.name}, {"test", c.test}, {"size", {k.width, k.height}}, {"focal", {k.fx, k.fy}},
-                    {"centre", {k.cx, k.cy}}, {"world_to_camera", pose}});
+      for (int column = 0; column < 4; ++column) pose.push_back(in_short(k.world_to_camera[column][row]));
+    rows.push_back({{"name", c.name}, {"test", c.test}, {"size", {k.width, k.height}}, {"focal", {in_short(k.fx), in_short(k.fy)}},
+                    {"centre", {in_short(k.cx), in_short(k.cy)}}, {"world_to_camera", pose}});
   }
   return rows;
 }

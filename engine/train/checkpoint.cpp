@@ -28,6 +28,7 @@ void complete(nlohmann::json& settings) {
   const Settings now;
   was("target_psnr", now.target_psnr);
   was("target_ssim", now.target_ssim);
+  was("knee", 0.0);
   was("max_bytes", now.max_bytes);
   was("max_triangles", now.max_triangles);
   was("validation_views", now.validation_views);

@@ -54,6 +54,7 @@ Settings of_preset(const PresetChoice& choice, const scene::Scene& scene) {
     s.rate_end = s.rate_vertex_end = 0.1;
     s.huber = 0.1;
     s.texture_bits = 6;
+    s.knee = 0.2;
     // Pictures that were rendered have one exposure.
     s.exposure = which == Recipe::real;
     if (which == Recipe::synthetic) s.init_count = 30'000;

@@ -62,6 +62,7 @@ void each_member(S& s, F&& f) {
   f("least_views", s.least_views);
   f("most_triangles", s.most_triangles);
   f("count_scale", s.count_scale);
+  f("knee", s.knee);
   f("target_psnr", s.target_psnr);
   f("target_ssim", s.target_ssim);
   f("max_bytes", s.max_bytes);
@@ -115,6 +116,7 @@ Settings without_our_changes(Settings s) {
   s.coarse_scale = 1;
   s.huber = 0;
   s.texture_bits = 8;
+  s.knee = 0;
   s.opacity_baseline = false;
   s.update_unseen = true;
   s.copy_textures = true;
@@ -163,8 +165,18 @@ std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step) {
     if (const auto at = static_cast<std::uint64_t>(std::llround(std::pow(10.0, 1.0 + double(i) / per_decade))); at > step) return at;
 }
 
+/// The steps after which the soup is brought to its knee, as shares of all. What is left has the rest of them to get over it.
+constexpr std::array kPrunings = {0.7, 0.8, 0.9};
+
+/// The last step that may change the topology by the budget.
+double last_by_budget(const Settings& s) {
+  const auto steps = static_cast<double>(s.steps);
+  // Splits would fill up what the knee has left empty.
+  return s.knee > 0 ? std::min(s.resample_until * steps, kPrunings.front() * steps - 1) : s.resample_until * steps + 1e-9;
+}
+
 std::uint64_t only_resampling(const Settings& s) {
-  const double until = s.resample_until * static_cast<double>(s.steps) + 1e-9;
+  const double until = last_by_budget(s);
   const bool too_short = s.resample_every > 0 && (static_cast<double>(s.resample_every) > until || s.resample_every >= s.steps);
   // Half of the time to get over it.
   return too_short && s.init_count > s.triangles ? static_cast<std::uint64_t>(until / 2) : 0;
@@ -173,11 +185,18 @@ std::uint64_t only_resampling(const Settings& s) {
 bool is_resampling(const Settings& s, std::uint64_t step) {
   if (s.resample_every == 0 || step == 0 || step >= s.steps) return false;
   return step == only_resampling(s) ||
-         (step % s.resample_every == 0 && static_cast<double>(step) <= s.resample_until * static_cast<double>(s.steps) + 1e-9);
+         (step % s.resample_every == 0 && static_cast<double>(step) <= last_by_budget(s));
 }
 
 bool is_last_resampling(const Settings& s, std::uint64_t step) {
   return is_resampling(s, step) && !is_resampling(s, step + s.resample_every);
+}
+
+std::uint64_t next_pruning(const Settings& s, std::uint64_t step) {
+  if (s.knee <= 0) return 0;
+  for (const double share : kPrunings)
+    if (const auto at = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(s.steps))); at > step && at < s.steps) return at;
+  return 0;
 }
 
 Settings prolonged(Settings s, std::uint64_t step, std::uint64_t steps) {
@@ -214,6 +233,7 @@ void check(const Settings& s) {
   need(s.init_count > 0, "--init-count 0 starts with nothing; use 1 or more");
   need(s.level_max <= static_cast<std::uint32_t>(soup::kMaxLevel), "texture levels end at 5; lower --level-max");
   need(s.level_min <= s.level_max, "--set level_min is above --level-max; give them in order");
+  need(s.knee >= 0 && s.knee <= 10, "--knee must be within 0 and 10 dB");
   need(s.texture_bits >= 1 && s.texture_bits <= 8, "--texture-bits must be within 1 and 8: a byte has no more");
   need(s.near > 0 && s.far > s.near, "0 < --near < --far must hold");
   need(s.test_near > 0 && s.far > s.test_near, "0 < --test-near < --far must hold");

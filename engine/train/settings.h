@@ -65,6 +65,7 @@ struct Settings {
   std::uint32_t least_views = 4;       // triangles that fewer training views show are dropped; at most a tenth of the views; 0: as published (real)
   std::uint32_t most_triangles = 0;    // how far splitting goes beyond the budget (real); 0: as far as memory lets it
   double count_scale = 0.5;            // image size at which visible pixels are counted
+  double knee = 0;                     // dB: of triangles and finest levels only those stay that bring so much for twice the samples; 0: all (train/simplify.h)
 
   // Goals of simplifying (train/simplify.h); 0: none. Qualities are means over the validation views.
   double target_psnr = 0, target_ssim = 0;
@@ -111,6 +112,8 @@ std::uint64_t only_resampling(const Settings& settings);
 /// Whether triangles are resampled after this many completed steps; is_last_resampling: no later step is.
 bool is_resampling(const Settings& settings, std::uint64_t step);
 bool is_last_resampling(const Settings& settings, std::uint64_t step);
+/// The completed steps after which the soup is next brought to its knee: the first after `step`; 0: none.
+std::uint64_t next_pruning(const Settings& settings, std::uint64_t step);
 
 /// The settings with which a training that has completed `step` steps goes on to `steps`, at least as many as it had: its schedule is from then on that of
 /// `steps`. So rates, which end where they did, rise where it goes on, vertices that rested move again, and topology changes up to its share of `steps`. Levels

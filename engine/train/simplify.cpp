@@ -28,13 +28,17 @@ struct Removal {
   double each() const { return loss / saves; }
 };
 
-/// Of a triangle the removal that costs less for what it saves.
-Removal cheaper(const Worth& worth, const soup::TextureEntry& row, std::uint32_t t) {
-  const double samples = soup::samples_at(row.level_max);
-  const Removal whole{std::max(0.0, worth.triangle[t]), samples + kTriangleInSamples, t, true};
-  if (row.level_max == 0) return whole;
-  const Removal finest{std::max(0.0, worth.finest[t]), samples - soup::samples_at(row.level_max - 1), t, false};
-  return finest.each() < whole.each() ? finest : whole;
+/// Without the triangle's finest level.
+Removal coarser(const Worth& worth, const soup::TextureEntry& row, std::uint32_t t) {
+  return {std::max(0.0, worth.finest[t]), double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
+}
+
+/// Of a triangle the removal that costs less for what it saves; a backdrop's triangle stays, and what cannot be coarser has none then.
+std::optional<Removal> cheaper(const Worth& worth, const soup::TextureEntry& row, std::uint32_t t, bool stays) {
+  const Removal whole{std::max(0.0, worth.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t, true};
+  if (row.level_max == 0) return stays ? std::nullopt : std::optional(whole);
+  const Removal finest = coarser(worth, row, t);
+  return stays || finest.each() < whole.each() ? finest : whole;
 }
 
 /// By how much a round is above the goal of quality, dB; below zero: it misses it. What is no goal is not in the way.
@@ -62,41 +66,77 @@ double slope(std::span<const Round> rounds, const Settings& s) {
   return kUsualSlope;
 }
 
+/// Removals, one of each triangle, those that cost least for what they save first.
+class Removals {
+ public:
+  explicit Removals(std::span<const soup::TextureEntry> table) : table_(table), goes_(table.size()), coarser_(table.size()), left_(table.size()) {}
+
+  void add(const Removal& removal) { all_.push_back(removal); }
+  /// Takes one after the other as long as `pays` says so, but for the last triangle.
+  template <typename Pays>
+  Shrunk take(Pays&& pays) {
+    std::stable_sort(all_.begin(), all_.end(), [](const Removal& a, const Removal& b) { return a.each() < b.each(); });
+    for (const Removal& r : all_) {
+      if (!pays(r)) break;
+      if (r.whole && left_ == 1) continue;
+      if (r.whole) goes_[r.triangle] = true, --left_;
+      else coarser_[r.triangle] = true;
+    }
+    Shrunk shrunk;
+    for (std::uint32_t t = 0; t < table_.size(); ++t) {
+      if (goes_[t]) continue;
+      const std::uint32_t finest = table_[t].level_max - (coarser_[t] ? 1 : 0);
+      shrunk.kept.push_back(t);
+      shrunk.levels.push_back({std::min(table_[t].level_min, finest), finest});
+    }
+    return shrunk;
+  }
+
+ private:
+  std::span<const soup::TextureEntry> table_;
+  std::vector<Removal> all_;
+  std::vector<bool> goes_, coarser_;
+  std::size_t left_;
+};
+
+double samples_of(std::span<const soup::TextureEntry> table) {
+  double samples = 0;
+  for (const soup::TextureEntry& row : table) samples += soup::samples_at(row.level_max) + kTriangleInSamples;
+  return samples;
+}
+
 }  // namespace
 
+Shrunk down_to_knee(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, double knee) {
+  Removals removals(table);
+  for (std::uint32_t t = 0; t < table.size(); ++t)
+    if (worth.pixels[t] > 0)
+      if (const auto removal = cheaper(worth, table[t], t, backdrop[t])) removals.add(*removal);
+  // d(10 log10 error) / d(log2 samples) = -knee, where both are what the removals before have left.
+  const double share = knee * std::log(10.0) / (10.0 * std::log(2.0));
+  double error = worth.error, samples = samples_of(table);
+  return removals.take([&](const Removal& r) {
+    if (r.each() > share * error / samples) return false;
+    error += r.loss, samples -= r.saves;
+    return true;
+  });
+}
+
 Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares) {
-  std::vector<Removal> removals;
-  double samples = 0;
+  const bool triangles = shares.triangles < 1;
+  Removals removals(table);
   for (std::uint32_t t = 0; t < table.size(); ++t) {
-    samples += soup::samples_at(table[t].level_max) + kTriangleInSamples;
-    Removal removal = cheaper(worth, table[t], t);
-    if (shares.triangles < 1) removal = {std::max(0.0, worth.triangle[t]), 1, t, true};
-    if (removal.whole && backdrop[t]) {
-      if (table[t].level_max == 0 || shares.triangles < 1) continue;
-      removal = {std::max(0.0, worth.finest[t]), double(soup::samples_at(table[t].level_max) - soup::samples_at(table[t].level_max - 1)), t, false};
-    }
-    removals.push_back(removal);
+    if (triangles && !backdrop[t]) removals.add({std::max(0.0, worth.triangle[t]), 1, t, true});
+    if (!triangles)
+      if (const auto removal = cheaper(worth, table[t], t, backdrop[t])) removals.add(*removal);
   }
-  std::stable_sort(removals.begin(), removals.end(), [](const Removal& a, const Removal& b) { return a.each() < b.each(); });
-  const double to_save = shares.triangles < 1 ? (1 - shares.triangles) * double(table.size()) : (1 - shares.bytes) * samples;
-  std::vector<bool> goes(table.size()), coarser(table.size());
-  std::size_t left = table.size();
+  const double to_save = triangles ? (1 - shares.triangles) * double(table.size()) : (1 - shares.bytes) * samples_of(table);
   double saved = 0;
-  for (const Removal& r : removals) {
-    if (saved >= to_save) break;
-    if (r.whole && left == 1) continue;
-    if (r.whole) goes[r.triangle] = true, --left;
-    else coarser[r.triangle] = true;
+  return removals.take([&](const Removal& r) {
+    if (saved >= to_save) return false;
     saved += r.saves;
-  }
-  Shrunk shrunk;
-  for (std::uint32_t t = 0; t < table.size(); ++t) {
-    if (goes[t]) continue;
-    const std::uint32_t finest = table[t].level_max - (coarser[t] ? 1 : 0);
-    shrunk.kept.push_back(t);
-    shrunk.levels.push_back({std::min(table[t].level_min, finest), finest});
-  }
-  return shrunk;
+    return true;
+  });
 }
 
 bool has_goal(const Settings& s) { return s.target_psnr > 0 || s.target_ssim > 0 || s.max_bytes > 0 || s.max_triangles > 0; }

@@ -26,6 +26,10 @@ struct Shares {
 /// stay. At least one triangle is kept. backdrop: [T].
 Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares);
 
+/// The soup at its knee: without what brings less than `knee` dB for twice the samples, by the squared errors of `worth` and before anything is trained on.
+/// Otherwise as above; what no view of `worth` shows stays.
+Shrunk down_to_knee(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, double knee);
+
 /// A model as it would be saved, on the validation views.
 struct Round {
   std::uint64_t step = 0;

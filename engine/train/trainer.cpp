@@ -149,6 +149,7 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
   every(callbacks.progress_every);
   every(settings_.resample_every);
   if (const std::uint64_t only = only_resampling(settings_); step_ < only) next = std::min(next, only);
+  if (const std::uint64_t at = next_pruning(settings_, step_); at > 0) next = std::min(next, at);
   every(settings_.eval_every);
   every(settings_.checkpoint_every);
   if (const std::uint64_t at = next_evaluation(callbacks.evaluations_per_decade, step_); at > 0) next = std::min(next, at);
@@ -257,7 +258,13 @@ void Trainer::change_topology() {
     vertex_start_ = step_;
     if (!settings_.keep_moments) texture_start_ = step_;
   }
+  if (next_pruning(settings_, step_ - 1) == step_) {
+    shrink(gpu_, soup_, frame_, down_to_knee(worth(), soup_.table, backdrop(), settings_.knee), settings_);
+    texture_start_ = vertex_start_ = step_;
+  }
 }
+
+std::vector<bool> Trainer::backdrop() { return find_backdrop(gpu_.download_vector<glm::vec3>(soup_.vertices.address(), 3ull * soup_.triangles), settings_); }
 
 Worth Trainer::worth(std::size_t most_views) {
   std::vector<BatchView> chosen;
@@ -269,8 +276,7 @@ Worth Trainer::worth(std::size_t most_views) {
 void Trainer::begin_round(const Shares& shares) {
   const Stopwatch watch;
   if (shares.bytes < 1 || shares.triangles < 1) {
-    const auto vertices = gpu_.download_vector<glm::vec3>(soup_.vertices.address(), 3ull * soup_.triangles);
-    shrink(gpu_, soup_, frame_, least_worth_removed(worth(), soup_.table, find_backdrop(vertices, settings_), shares), settings_);
+    shrink(gpu_, soup_, frame_, least_worth_removed(worth(), soup_.table, backdrop(), shares), settings_);
     texture_start_ = vertex_start_ = step_;
   }
   ++rounds_;

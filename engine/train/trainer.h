@@ -116,6 +116,7 @@ class Trainer {
   }
   StepInputs step_inputs() const;
   void change_topology();
+  std::vector<bool> backdrop();  // [T] whether a triangle is the backdrop's
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
   /// Whether the step's views have a pixel to measure.
   bool measures(std::uint64_t step);

@@ -98,10 +98,15 @@ void flatten_finest(std::uint32_t level, std::uint32_t channels, float* values) 
 
 /// Until the levels are summed again no texture has its finest one.
 void flatten(gpu::Device& gpu, SoupBuffers& soup) {
+  const TriangleRange own = soup.own();
+  const std::uint64_t first = soup.lattice_at(own.first), samples = soup.lattice_at(own.last) - first;
+  if (own.count() == 0) return;
   for (const auto& [buffer, channels] : {std::pair(&soup.lattice, std::uint32_t{soup::kChannels}), {&soup.opacity, 1u}}) {
-    auto values = gpu.download_vector<float>(buffer->address(), soup.lattice_samples * channels);
-    for (const soup::TextureEntry& row : soup.table)
-      if (row.level_max > 0) flatten_finest(row.level_max, channels, values.data() + std::size_t{row.lattice_offset} * channels);
+    auto values = gpu.download_vector<float>(buffer->address(), samples * channels);
+    for (std::uint32_t t = own.first; t < own.last; ++t) {
+      const soup::TextureEntry& row = soup.table[t];
+      if (row.level_max > 0) flatten_finest(row.level_max, channels, values.data() + (row.lattice_offset - first) * channels);
+    }
     gpu.upload(buffer->address(), values);
   }
 }
@@ -139,8 +144,12 @@ std::vector<float> error_weights(const Image& photograph) {
 Worth measure_worth(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
                     const Exposures* exposures, std::size_t most) {
   Passes passes(gpu, soup, frame, scene, views, exposures, most);
-  Worth worth{std::vector<double>(soup.triangles), std::vector<double>(soup.triangles)};
+  Worth worth{0, std::vector<std::uint32_t>(soup.triangles), std::vector<double>(soup.triangles), std::vector<double>(soup.triangles)};
   const Pass whole = passes.run();
+  for (std::size_t p = 0; p < whole.winner.size(); ++p) {
+    worth.error += whole.error[p];
+    if (whole.winner[p] != 0) ++worth.pixels[whole.winner[p] - 1];
+  }
   for (std::uint32_t turn = 0; turn < kTurns; ++turn) {
     std::vector<bool> hidden(soup.triangles);
     for (std::uint32_t t = 0; t < soup.triangles; ++t) hidden[t] = turn_of(t) == turn;

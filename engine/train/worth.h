@@ -23,6 +23,8 @@ std::vector<float> error_weights(const Image& photograph);
 /// be more of. Triangles are opaque, so a pixel is its winner's business alone: what is behind it and what its texture shows without the finest level
 /// can be looked at for many triangles at once. Below zero where the picture would be better.
 struct Worth {
+  double error = 0;              // of all pixels as they are
+  std::vector<std::uint32_t> pixels;  // [T] that show the triangle
   std::vector<double> triangle;  // [T] without the triangle: its pixels show what is behind it
   std::vector<double> finest;    // [T] without the finest level of its texture: in between is interpolated; 0 where it has level 0 alone
 };

@@ -372,6 +372,47 @@ TEST_CASE("a round of simplifying goes on from a checkpoint with the same bits, 
   CHECK(whole.triangles() <= (before + 1) / 2);
 }
 
+TEST_CASE("a training is brought to its knee on the way, and goes on from a checkpoint with the same bits", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  const auto samples_with = [&](double knee) {
+    settings.knee = knee;
+    train::Trainer trainer(*gpu, scene, settings, start(settings));
+    trainer.run({});
+    return trainer.model().lattice.size();
+  };
+  CHECK(samples_with(1) < samples_with(0.1));
+  const std::size_t some = samples_with(0.1);
+  settings.knee = 0;
+  settings.resample_until = 0.6;  // as with a knee
+  train::Trainer all(*gpu, scene, settings, start(settings));
+  all.run({});
+  CHECK(some < all.model().lattice.size());
+  settings = short_settings();
+  settings.knee = 0.1;
+  // Before a step down, at it, and after the last one.
+  for (const std::uint64_t at : {27u, 28u, 37u}) {
+    const test::TemporaryFolder folder;
+    const auto checkpoint = folder.path() / "checkpoint.safetensors";
+    train::Trainer whole(*gpu, scene, settings, start(settings));
+    train::Trainer::Callbacks callbacks;
+    std::atomic<bool> stop = false;
+    callbacks.stop = &stop;
+    callbacks.progress_every = 1;
+    callbacks.on_progress = [&](const train::Progress& p) { stop = p.step == at; };
+    whole.run(callbacks);
+    REQUIRE(whole.step() == at);
+    whole.write_checkpoint(checkpoint);
+    whole.run({});
+    train::Trainer resumed(*gpu, scene, settings, checkpoint);
+    resumed.run({});
+    CHECK(resumed.model().lattice == whole.model().lattice);
+    CHECK(resumed.model().vertices == whole.model().vertices);
+    CHECK(resumed.model().lattice.size() == some);
+  }
+}
+
 TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();

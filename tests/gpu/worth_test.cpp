@@ -1,7 +1,9 @@
 // Tests engine/train/worth.h: against what pictures lose when one triangle, or one level, really goes.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "gpu/small_scene.h"
 #include "train/hidden.h"
@@ -73,6 +75,12 @@ TEST_CASE("worth is what pictures lose when a triangle or its finest level goes"
 
   std::vector<std::uint32_t> winners;
   const std::vector<double> whole = errors_by_winner(s, scene, winners, true);
+  CHECK(std::all_of(whole.begin(), whole.end(), [&, t = 0u](double) mutable {
+    const auto shown = std::count(winners.begin(), winners.end(), t + 1);
+    return worth.pixels[t++] == static_cast<std::uint32_t>(shown);
+  }));
+  // Where no triangle is the background is wrong as well.
+  CHECK(worth.error > std::accumulate(whole.begin(), whole.end(), 0.0));
   // A triangle behind may be hidden in the same turn: few, and the sum over all says whether it is right.
   double sum = 0, expected = 0;
   std::size_t exact = 0, seen = 0;

@@ -52,7 +52,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.least_views == 4);
       CHECK(s.exposure == !synthetic);
       CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
-      CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6));
+      CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6 && s.knee == 0.2));
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
       CHECK(s.init_count == 30'000);
     }
@@ -75,7 +75,7 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(s.level_max == 5);
     CHECK(s.init_count == (synthetic ? 100'000 : 30'000));  // of a real one without points
     CHECK(s.rate_vertex == published.rate_vertex);
-    CHECK((s.rate_end == 0.01 && s.rate_vertex_end == 0.01 && s.huber == 0 && s.texture_bits == 8));
+    CHECK((s.rate_end == 0.01 && s.rate_vertex_end == 0.01 && s.huber == 0 && s.texture_bits == 8 && s.knee == 0));
     CHECK(s.samples_per_pixel == 0);
     CHECK(s.pixel_jitter == 0);
     CHECK(s.least_views == 0);
@@ -231,7 +231,7 @@ TEST_CASE("more steps than a training began with prolong its schedule", "[comman
   CHECK(longer.rate_vertex == first.rate_vertex);
   CHECK_FALSE(train::is_resampling(first, 1000));
   CHECK(train::is_resampling(longer, 1000));
-  CHECK(train::is_last_resampling(longer, 3800));
+  CHECK(train::is_last_resampling(longer, 2700));  // before the first step down to the knee
   // Before the change of levels that is still to come, and comes at its share.
   const train::Settings early = train::prolonged(first, 499, 4000);
   CHECK(train::lift_step(early) == 2000);

@@ -62,6 +62,26 @@ TEST_CASE("vertices come to rest, and travel as far as they are to", "[settings]
   }
 }
 
+TEST_CASE("a soup is brought to its knee after the last change by the budget, and not without one", "[settings]") {
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.steps = 1000;
+  CHECK(train::next_pruning(s, 0) == 0);
+  CHECK(train::is_last_resampling(s, 900));
+  s.knee = 0.2;
+  CHECK(train::next_pruning(s, 0) == 700);
+  CHECK(train::next_pruning(s, 699) == 700);
+  CHECK(train::next_pruning(s, 700) == 800);
+  CHECK(train::next_pruning(s, 899) == 900);
+  CHECK(train::next_pruning(s, 900) == 0);
+  CHECK(train::is_last_resampling(s, 600));
+  CHECK_FALSE(train::is_resampling(s, 700));
+  for (s.steps = 1; s.steps < 30; ++s.steps)
+    for (std::uint64_t step = 0; step < s.steps; ++step) {
+      const std::uint64_t next = train::next_pruning(s, step);
+      CHECK((next == 0 || (next > step && next < s.steps)));
+    }
+}
+
 TEST_CASE("a start beyond its budget has a change of topology however short the training", "[settings]") {
   train::Settings s = train::published(train::Recipe::synthetic);
   s.init_count = 30'000;
