@@ -276,6 +276,7 @@ void TrainingRun::finish() {
 
 void TrainingRun::help_to_finish() {
   const soup::Model model = trainer_->model();
+  trainer_->end_training();
   train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, {}, &ranks_);
   trainer_->evaluate_float();
   trainer_->training_fit();
@@ -293,6 +294,7 @@ nlohmann::json TrainingRun::about_ranks() {
 }
 
 void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> file) {
+  trainer_->end_training();
   folder_.renders().clear();
   const train::Evaluation evaluation = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far,
                                                        [&](const scene::View& view, const std::vector<float>& colour) {

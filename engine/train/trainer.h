@@ -75,6 +75,9 @@ class Trainer {
   /// Trains until the last step, or until asked to stop.
   void run(const Callbacks& callbacks);
 
+  /// Frees what only steps need of textures, for a model that is to be measured beside them. Nothing can be trained or saved after it.
+  void end_training();
+
   bool finished() const { return step_ >= last_step(); }
   /// Settings::steps, and those of the rounds begun so far.
   std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
