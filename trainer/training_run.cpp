@@ -59,7 +59,7 @@ void stop_if_asked() {
 }  // namespace
 
 TrainingRun::TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& ranks)
-    : ranks_(ranks), o_(of_rank(std::move(options), ranks, live)), live_(live), output_(o_.output, ranks), folder_(output_.path(), earlier_of(o_, ranks)),
+    : ranks_(ranks), o_(of_rank(std::move(options), ranks)), live_(live), output_(o_.output, ranks), folder_(output_.path(), earlier_of(o_, ranks)),
       begun_(what_was_begun()) {}
 
 /// What the checkpoint to go on from says, if there is one; the options take from it what was not given.
@@ -108,6 +108,7 @@ void TrainingRun::read() {
   scene_ = read_scene(o_, dataset_);
   if (!begun_ && !file_) find_points(o_, scene_);
   settings_ = begun_ ? o_.resumed(*begun_, scene_, checkpoint()) : file_ ? o_.of_model(file_->settings, scene_) : o_.settings(scene_);
+  if (begun_) check_goal(settings_, ranks_, checkpoint().string());
   if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
   folder_.create();
