@@ -6,6 +6,7 @@
 #include "command_line.h"
 #include "error.h"
 #include "prepare.h"
+#include "ranks/launched.h"
 #include "training_run.h"
 #include "viewer/end_process.h"
 #include "viewer/live.h"
@@ -87,7 +88,8 @@ int main(int argc, char** argv) {
   if (const auto status = parse(argc, argv, options)) return *status;
   try {
     if (options.list_devices) return list_devices();
-    if (options.view) return run_with_window(options);
+    // Several processes are told once that they have no window, by those that know of each other.
+    if (options.view && (options.by_itself || ranks::launched_size() == 1)) return run_with_window(options);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "soup-train: %s\n", e.what());
     return 1;

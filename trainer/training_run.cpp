@@ -59,7 +59,7 @@ void stop_if_asked() {
 }  // namespace
 
 TrainingRun::TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& ranks)
-    : ranks_(ranks), o_(of_rank(std::move(options), ranks, live)), live_(live), output_(o_.output, ranks), folder_(output_.path(), earlier_of(o_, ranks)),
+    : ranks_(ranks), o_(of_rank(std::move(options), ranks)), live_(live), output_(o_.output, ranks), folder_(output_.path(), earlier_of(o_, ranks)),
       begun_(what_was_begun()) {}
 
 /// What the checkpoint to go on from says, if there is one; the options take from it what was not given.
@@ -108,6 +108,7 @@ void TrainingRun::read() {
   scene_ = read_scene(o_, dataset_);
   if (!begun_ && !file_) find_points(o_, scene_);
   settings_ = begun_ ? o_.resumed(*begun_, scene_, checkpoint()) : file_ ? o_.of_model(file_->settings, scene_) : o_.settings(scene_);
+  if (begun_) check_goal(settings_, ranks_, checkpoint().string());
   if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
   folder_.create();
@@ -275,18 +276,32 @@ void TrainingRun::finish() {
 }
 
 void TrainingRun::help_to_finish() {
-  trainer_->model();
+  const soup::Model model = trainer_->model();
+  trainer_->end_training();
+  train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, {}, &ranks_);
   trainer_->evaluate_float();
   trainer_->training_fit();
+  train::shown_shares(*device_, model, scene_, settings_.test_near, settings_.far, &ranks_);
+  about_ranks();
+}
+
+/// What metrics.json says of the ranks. All take part.
+nlohmann::json TrainingRun::about_ranks() {
+  nlohmann::json peaks = nlohmann::json::array();
+  for (const ranks::Bytes& message : ranks_.gather(ranks::bytes_of(std::vector{device_->peak_bytes()})))
+    peaks.push_back(ranks::values_of<std::uint64_t>(message)[0]);
+  return {{"size", ranks_.size()}, {"transport", ranks_.transport()}, {"bytes_sent", ranks_.bytes_sent()}, {"peak_device_bytes", peaks},
+          {"texture_bytes", trainer_->texture_bytes()}};
 }
 
 void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> file) {
+  trainer_->end_training();
   folder_.renders().clear();
   const train::Evaluation evaluation = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far,
                                                        [&](const scene::View& view, const std::vector<float>& colour) {
                                                          folder_.renders().write(view, colour);
                                                          stop_if_asked();
-                                                       });
+                                                       }, &ranks_);
   // What was simplified is kept as it is in its file alone.
   const train::Evaluation unquantised =
       has_goal() ? evaluation : trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
@@ -311,13 +326,13 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["bytes_by_part"] = soup::bytes_by_part(file, "model");
   const std::uint64_t most_samples = std::uint64_t(soup::samples_at(settings_.level_max)) * model.triangles();
   metrics["samples"] = {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}};
-  const std::vector<double> shares = train::shown_shares(*device_, model, scene_, settings_.test_near, settings_.far);
+  const std::vector<double> shares = train::shown_shares(*device_, model, scene_, settings_.test_near, settings_.far, &ranks_);
   for (std::size_t i = 0; i < shares.size(); ++i) metrics["views"][i]["triangles_shown"] = shares[i];
   metrics["seconds"] = trainer_->seconds();
   metrics["cpu_seconds"] = trainer_->cpu_seconds();
   if (o_.timings) metrics["timings"] = {{"steps", trainer_->step() - first_step_}, {"kernels", timings_json(*device_)}};
   metrics["ms_per_step"] = 1e3 * trainer_->seconds() / static_cast<double>(trainer_->last_step());
-  if (ranks_.size() > 1) metrics["ranks"] = {{"size", ranks_.size()}, {"transport", ranks_.transport()}, {"bytes_sent", ranks_.bytes_sent()}};
+  if (ranks_.size() > 1) metrics["ranks"] = about_ranks();
   metrics["device"] = device_->info().name;
   metrics["driver"] = device_->info().driver;
   metrics["host"] = machine();

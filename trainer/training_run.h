@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "command_line.h"
 #include "gpu/device.h"
 #include "progress_bar.h"
@@ -47,6 +49,7 @@ class TrainingRun {
   std::unique_ptr<train::Trainer> new_trainer();
   void finish();
   void help_to_finish();  // what finish() does on the first of several ranks, all take part in
+  nlohmann::json about_ranks();
   void measure(const soup::Model& model, std::span<const std::byte> file);
   bool has_goal() const { return train::has_goal(settings_); }
 

@@ -89,51 +89,71 @@ void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& mo
   allocate_mlp(gpu, soup, model.mlp);
 }
 
-SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation) {
-  SoupBuffers soup;
+namespace {
+
+/// Values between 0 and 1 of the 8 bits of a model, and its opacities by themselves.
+void upload_lattice(gpu::Device& gpu, SoupBuffers& soup, std::span<const std::uint8_t> values) {
+  std::vector<float> lattice, opacity;
+  lattice.reserve(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    lattice.push_back(static_cast<float>(values[i]) / 255.0f);
+    if (i % soup::kChannels == soup::kChannels - 1) opacity.push_back(lattice.back());
+  }
+  soup.lattice = gpu.allocate(lattice.size() * 4, "summed textures");
+  soup.opacity = gpu.allocate(opacity.size() * 4, "opacities");
+  if (opacity.empty()) return;
+  gpu.upload(soup.lattice.address(), lattice);
+  gpu.upload(soup.opacity.address(), opacity);
+}
+
+void load_into(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation) {
   soup.triangles = static_cast<std::uint32_t>(model.triangles());
   soup.table = model.textures;
   soup.drop_near = model.drop_near;
+  for (const soup::TextureEntry& row : soup.table)
+    soup.lattice_samples = std::max<std::uint64_t>(soup.lattice_samples, std::uint64_t(row.lattice_offset) + soup::samples_at(row.level_max));
   const std::vector<glm::vec3> vertices = normalised_vertices(model, normalisation);
   soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
   gpu.upload(soup.vertices.address(), vertices);
-  soup.textures = gpu.allocate(model.textures.size() * sizeof(soup::TextureEntry), "texture table");
-  gpu.upload(soup.textures.address(), model.textures);
-  std::vector<float> lattice, opacity;
-  lattice.reserve(model.lattice.size());
-  for (std::size_t i = 0; i < model.lattice.size(); ++i) {
-    lattice.push_back(static_cast<float>(model.lattice[i]) / 255.0f);
-    if (i % soup::kChannels == soup::kChannels - 1) opacity.push_back(lattice.back());
-  }
-  soup.lattice_samples = opacity.size();
-  soup.lattice = gpu.allocate(lattice.size() * 4, "summed textures");
-  gpu.upload(soup.lattice.address(), lattice);
-  soup.opacity = gpu.allocate(opacity.size() * 4, "opacities");
-  gpu.upload(soup.opacity.address(), opacity);
+  if (soup.shared) soup.ranges = divided(soup.table, soup.shared->size());
+  soup.textures = gpu.allocate(soup.table.size() * sizeof(soup::TextureEntry), "texture table");
+  gpu.upload(soup.textures.address(), soup.shared ? local_rows(soup.table, soup.own()) : soup.table);
+  if (soup.shared) upload_lattice(gpu, soup, ranks::values_of<std::uint8_t>(soup.shared->own_of_first(ranks::bytes_of(model.lattice), soup::kChannels)));
+  else upload_lattice(gpu, soup, model.lattice);
   allocate_mlp(gpu, soup, model.mlp);
+}
+
+}  // namespace
+
+SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation) {
+  SoupBuffers soup;
+  load_into(gpu, soup, model, normalisation);
   return soup;
 }
 
+LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks) : frame(gpu) {
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, frame, *ranks);
+  load_into(gpu, soup, model, normalisation);
+}
+
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, const std::vector<scene::View>& views, double near, double far,
-                    const OnRender& on_render) {
-  SoupBuffers soup = load_model(gpu, model, scene.normalisation);
-  Frame frame(gpu);
-  return evaluate(gpu, soup, frame, views, model.background, near, far, on_render);
+                    const OnRender& on_render, ranks::Ranks* ranks) {
+  LoadedModel loaded(gpu, model, scene.normalisation, ranks);
+  return evaluate(gpu, loaded.soup, loaded.frame, views, model.background, near, far, on_render);
 }
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                    const OnRender& on_render) {
-  return evaluate(gpu, model, scene, scene.test, near, far, on_render);
+                    const OnRender& on_render, ranks::Ranks* ranks) {
+  return evaluate(gpu, model, scene, scene.test, near, far, on_render, ranks);
 }
 
-std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far) {
-  SoupBuffers soup = load_model(gpu, model, scene.normalisation);
-  Frame frame(gpu);
+std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far, ranks::Ranks* ranks) {
+  LoadedModel loaded(gpu, model, scene.normalisation, ranks);
   std::vector<BatchView> views;
   for (const scene::View& view : scene.test) views.push_back(batch_view(view.camera, near, far));
   std::vector<double> shares;
-  for (const std::vector<std::uint8_t>& shown : visible_in_each(gpu, soup, frame, views))
-    shares.push_back(static_cast<double>(std::count_if(shown.begin(), shown.end(), [](std::uint8_t s) { return s != 0; })) / soup.triangles);
+  for (const std::vector<std::uint8_t>& shown : visible_in_each(gpu, loaded.soup, loaded.frame, views))
+    shares.push_back(static_cast<double>(std::count_if(shown.begin(), shown.end(), [](std::uint8_t s) { return s != 0; })) / loaded.soup.triangles);
   return shares;
 }
 

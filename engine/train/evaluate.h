@@ -2,16 +2,19 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "gpu/device.h"
+#include "ranks/ranks.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
 #include "train/frame.h"
 #include "train/image_metrics.h"
+#include "train/shared_soup.h"
 #include "train/soup_buffers.h"
 
 namespace trisoup::train {
@@ -42,18 +45,30 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
 /// A model as the kernels render it: 8-bit textures, normalised coordinates. No gradients and no moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
 
+/// The same with a frame to render it in. With several ranks each has a part of the triangles, as in training, and all make the same calls; the first
+/// has the textures, `model` of the others may be without. ranks: null: this process alone.
+class LoadedModel {
+ public:
+  LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks = nullptr);
+  SoupBuffers soup;
+  Frame frame;
+
+ private:
+  std::optional<SharedSoup> shared_;
+};
+
 /// The same to be trained on: logits of the finest level alone, moments of zero. What is opaque stays so.
 void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation);
 
 /// The same from a model as it is in its file: 8-bit textures, dataset coordinates. views: of `scene`.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, const std::vector<scene::View>& views, double near, double far,
-                    const OnRender& on_render = {});
+                    const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr);
 /// Of the test views.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                    const OnRender& on_render = {});
+                    const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr);
 
 /// The share of its triangles that each test view shows, 0 to 1.
-std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far);
+std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far, ranks::Ranks* ranks = nullptr);
 
 /// 8-bit model of a soup in training: value = round(255 * sigmoid). `normalisation` takes it back to the dataset's coordinates.
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,

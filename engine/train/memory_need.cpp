@@ -58,10 +58,11 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
   need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
                            static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
                kPassScreenBytes + (64ull << 20);
-  // A change of topology holds the logits (and moments, where they are kept) of the old soup and of the new one; with ranks also those brought
-  // from others.
-  const std::uint64_t copies = std::uint64_t(s.triangles) * soup::samples_in(s.level_min, s.level_max) * 32 * (s.keep_moments ? 3 : 1) * (ranks > 1 ? 2 : 1) / ranks;
-  need.soup = std::max(soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks), soup_bytes(most, s.level_min, s.level_max, ranks) + copies);
+  // A change of topology has, of textures, the logits of the old soup (and the moments, where they are kept), and those of the new one: one array
+  // after the other, so that besides one of them all is there once. Rows, parents and corners of triangles come to it.
+  const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
+  const std::uint64_t change = triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * (s.keep_moments ? 4 : 2);
+  need.soup = std::max({soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks), soup_bytes(most, s.level_min, s.level_max, ranks), change});
   if (ranks > 1) need.frame += batch.pixels * SharedSoup::kPixelBytes;
   return need;
 }

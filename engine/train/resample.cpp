@@ -105,18 +105,24 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
   return levels;
 }
 
-/// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this rank's.
+/// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this rank's. What a change does not
+/// read, opacities and lattices, and the moments unless they are kept, goes before it, so that it needs no more memory than the soup before and after.
 class Heirs {
  public:
-  /// pools: of this soup, that take() will ask for. parents: for each triangle of the new one. `soup` and `parents` must outlive it.
-  Heirs(gpu::Device& gpu, const SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents, std::vector<const gpu::Buffer*> pools)
-      : gpu_(gpu), soup_(soup), table_(table), pools_(std::move(pools)), own_(all_of(table.entries)) {
+  /// parents: for each triangle of the new soup. `soup` must outlive it.
+  Heirs(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents, bool keep_moments)
+      : gpu_(gpu), soup_(soup), table_(table), own_(all_of(table.entries)) {
+    gpu.wait();
+    for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high}) *buffer = {};
+    if (!keep_moments) soup.source_moment1 = {}, soup.source_moment2 = {};
     std::span<const std::uint32_t> numbers = parents;
     if (soup.shared) {
       const std::vector<TriangleRange> ranges = divided(table.entries, soup.shared->size());
       own_ = ranges[static_cast<std::size_t>(soup.shared->rank())];
-      brought_ = soup.shared->bring(pools_, parents, ranges);
+      brought_ = soup.shared->parents_of(parents, ranges);
       numbers = brought_.numbers;
+      old_rows_ = gpu.allocate(brought_.rows.size() * sizeof(kernels::Texture), "texture table");
+      gpu.upload(old_rows_.address(), brought_.rows);
     }
     parents_ = gpu.allocate(numbers.size() * 4, "parents of triangles");
     gpu.upload(parents_.address(), std::as_bytes(numbers));
@@ -127,14 +133,16 @@ class Heirs {
 
   TriangleRange own() const { return own_; }
   gpu::Address parents() const { return parents_.address(); }  // [own]: rows of old_rows()
-  gpu::Address old_rows() const { return soup_.shared ? brought_.rows.address() : soup_.textures.address(); }
+  gpu::Address old_rows() const { return soup_.shared ? old_rows_.address() : soup_.textures.address(); }
   gpu::Address rows() const { return rows_.address(); }  // [own]
-  /// launch(from, to) writes what becomes of the i-th of the pools.
+  /// launch(from, to) writes what becomes of a pool of the soup, which goes: source or a moment.
   template <typename Launch>
-  gpu::Buffer take(std::size_t i, Launch&& launch) const {
+  gpu::Buffer take(gpu::Buffer& pool, Launch&& launch) const {
+    const gpu::Buffer from = soup_.shared ? soup_.shared->bring(brought_, std::move(pool)) : gpu::Buffer(std::move(pool));
     const auto at = [&](std::uint32_t t) { return t < table_.entries.size() ? table_.entries[t].source_offset : table_.source_samples; };
     gpu::Buffer to = gpu_.allocate((at(own_.last) - at(own_.first)) * 32, "textures");
-    launch(soup_.shared ? brought_.pools[i].address() : pools_[i]->address(), to.address());
+    launch(from.address(), to.address());
+    gpu_.wait();
     return to;
   }
 
@@ -142,19 +150,16 @@ class Heirs {
   gpu::Device& gpu_;
   const SoupBuffers& soup_;
   const soup::TextureTable& table_;
-  std::vector<const gpu::Buffer*> pools_;
   TriangleRange own_;
-  SharedSoup::Brought brought_;
-  gpu::Buffer parents_, rows_;
+  SharedSoup::Parents brought_;
+  gpu::Buffer old_rows_, parents_, rows_;
 };
 
 /// Replaces the soup by `change` of it, with textures of `levels`.
 void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, std::span<const soup::TextureLevels> levels,
            const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
-  std::vector<const gpu::Buffer*> pools{&soup.source};
-  if (settings.keep_moments) pools.insert(pools.end(), {&soup.source_moment1, &soup.source_moment2});
-  const Heirs heirs(gpu, soup, table, change.face_map, pools);
+  const Heirs heirs(gpu, soup, table, change.face_map, settings.keep_moments);
   const TriangleRange own = heirs.own();
   gpu::Buffer corners;
   if (!settings.copy_textures) {
@@ -164,7 +169,7 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
     corners = gpu.allocate(barycentrics.size() * sizeof(glm::vec2), "corners of triangles");
     gpu.upload(corners.address(), barycentrics);
   }
-  const auto inherit = [&](std::size_t pool, std::uint32_t flags) {
+  const auto inherit = [&](gpu::Buffer& pool, std::uint32_t flags) {
     return heirs.take(pool, [&](gpu::Address from, gpu::Address to) {
       gpu.launch({"inherit_textures"}, own.count(),
                  kernels::InheritTexturesArgs{heirs.parents(), settings.copy_textures ? gpu::Address{0} : corners.address(), heirs.old_rows(),
@@ -172,10 +177,10 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
     });
   };
   Textures textures;
-  textures.source = inherit(0, 0);
+  textures.source = inherit(soup.source, 0);
   if (settings.keep_moments) {
-    textures.moment1 = inherit(1, INHERIT_MOMENTS);
-    textures.moment2 = inherit(2, INHERIT_MOMENTS | INHERIT_SQUARES);
+    textures.moment1 = inherit(soup.source_moment1, INHERIT_MOMENTS);
+    textures.moment2 = inherit(soup.source_moment2, INHERIT_MOMENTS | INHERIT_SQUARES);
   }
   replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();
@@ -291,9 +296,9 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const Bat
   const soup::TextureTable table = shown_table(gpu, soup, frame, views, settings);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
-  const Heirs heirs(gpu, soup, table, same, {&soup.source});
+  const Heirs heirs(gpu, soup, table, same, false);
   Textures textures;
-  textures.source = heirs.take(0, [&](gpu::Address from, gpu::Address to) {
+  textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"lift_textures"}, heirs.own().count(),
                kernels::LiftTexturesArgs{heirs.old_rows(), heirs.rows(), from, to, heirs.own().count(), settings.keep_opacity || settings.opaque});
   });

@@ -243,47 +243,48 @@ void SharedSoup::send_gradients() {
                                          gradient_.address(), frame_.sorted(), static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
 }
 
-SharedSoup::Brought SharedSoup::bring(std::span<const gpu::Buffer* const> pools, std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) {
-  constexpr std::size_t kChannels = soup::kChannels;
-  /// Those that rank r needs, in order; each once.
-  const auto needed = [&](std::size_t r) {
-    std::vector<std::uint32_t> all(parents.begin() + ranges[r].first, parents.begin() + ranges[r].last);
+SharedSoup::Parents SharedSoup::parents_of(std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) const {
+  Parents found;
+  for (const TriangleRange& range : ranges) {
+    std::vector<std::uint32_t>& all = found.needed.emplace_back(parents.begin() + range.first, parents.begin() + range.last);
     std::sort(all.begin(), all.end());
     all.erase(std::unique(all.begin(), all.end()), all.end());
-    return all;
-  };
+  }
   const auto self = static_cast<std::size_t>(rank());
-  const TriangleRange own = soup_.own();
-  const auto count_of = [&](std::uint32_t t) { return (soup_.source_at(t + 1) - soup_.source_at(t)) * kChannels; };
-  Brought brought;
-  const std::vector<std::uint32_t> here = needed(self);
-  std::vector<kernels::Texture> rows;
-  std::uint64_t samples = 0;
+  const std::vector<std::uint32_t>& here = found.needed[self];
   for (const std::uint32_t t : here) {
-    rows.push_back({static_cast<std::uint32_t>(samples), 0, soup_.table[t].level_min, soup_.table[t].level_max});
-    samples += count_of(t) / kChannels;
+    found.rows.push_back({static_cast<std::uint32_t>(found.samples), 0, soup_.table[t].level_min, soup_.table[t].level_max});
+    found.samples += soup_.source_at(t + 1) - soup_.source_at(t);
   }
-  brought.rows = gpu_.allocate(rows.size() * sizeof(kernels::Texture), "texture table");
-  gpu_.upload(brought.rows.address(), rows);
   for (std::uint32_t t = ranges[self].first; t < ranges[self].last; ++t)
-    brought.numbers.push_back(static_cast<std::uint32_t>(std::lower_bound(here.begin(), here.end(), parents[t]) - here.begin()));
-  for (const gpu::Buffer* pool : pools) {
-    const std::vector<float> mine = own_values(*pool);
-    std::vector<ranks::Bytes> messages(static_cast<std::size_t>(size()));
+    found.numbers.push_back(static_cast<std::uint32_t>(std::lower_bound(here.begin(), here.end(), parents[t]) - here.begin()));
+  return found;
+}
+
+gpu::Buffer SharedSoup::bring(const Parents& parents, gpu::Buffer pool) {
+  constexpr std::size_t kChannels = soup::kChannels;
+  const TriangleRange own = soup_.own();
+  std::vector<ranks::Bytes> messages(static_cast<std::size_t>(size()));
+  {
+    const std::vector<float> mine = own_values(pool);
+    const auto values_at = [&](std::uint32_t t) {
+      return std::span(mine).subspan((soup_.source_at(t) - soup_.source_at(own.first)) * kChannels, (soup_.source_at(t + 1) - soup_.source_at(t)) * kChannels);
+    };
     for (std::size_t r = 0; r < messages.size(); ++r)
-      for (const std::uint32_t t : needed(r))
-        if (t >= own.first && t < own.last) append<float>(messages[r], std::span(mine).subspan((soup_.source_at(t) - soup_.source_at(own.first)) * kChannels, count_of(t)));
-    const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
-    // Triangles are owned in order, so what comes from rank 0 is of the first of them.
-    std::vector<float> values;
-    for (const ranks::Bytes& message : received) {
-      const auto part = ranks::values_of<float>(message);
-      values.insert(values.end(), part.begin(), part.end());
-    }
-    if (values.size() != samples * kChannels) throw Error("ranks: a message is of other textures; all ranks have to run the same build");
-    brought.pools.push_back(gpu_.allocate(std::max<std::uint64_t>(values.size(), 1) * 4, "textures"));
-    if (!values.empty()) gpu_.upload(brought.pools.back().address(), values);
+      for (const std::uint32_t t : parents.needed[r])
+        if (t >= own.first && t < own.last) append<float>(messages[r], values_at(t));
   }
+  pool = {};  // all that is needed of it is in the messages
+  const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
+  // Triangles are owned in order, so what comes from rank 0 is of the first of them.
+  gpu::Buffer brought = gpu_.allocate(std::max<std::uint64_t>(parents.samples, 1) * kChannels * 4, "textures");
+  std::uint64_t bytes = 0;
+  for (const ranks::Bytes& message : received) {
+    if (bytes + message.size() > parents.samples * kChannels * 4) break;
+    if (!message.empty()) gpu_.upload(brought.address() + bytes, message);
+    bytes += message.size();
+  }
+  if (bytes != parents.samples * kChannels * 4) throw Error("ranks: a message is of other textures; all ranks have to run the same build");
   return brought;
 }
 
@@ -299,6 +300,15 @@ ranks::Bytes SharedSoup::on_first(ranks::ByteView mine) {
   ranks::Bytes all;
   for (const ranks::Bytes& part : ranks_.exchange(to)) all.insert(all.end(), part.begin(), part.end());
   return all;
+}
+
+ranks::Bytes SharedSoup::own_of_first(ranks::ByteView all, std::uint64_t size) {
+  std::vector<ranks::ByteView> to(static_cast<std::size_t>(this->size()));
+  for (std::size_t r = 0; is_first() && r < to.size(); ++r) {
+    const std::uint64_t first = soup_.lattice_at(soup_.ranges[r].first), last = soup_.lattice_at(soup_.ranges[r].last);
+    to[r] = all.subspan(first * size, (last - first) * size);
+  }
+  return std::move(ranks_.exchange(to)[0]);
 }
 
 std::vector<float> SharedSoup::own_values(const gpu::Buffer& pool) {

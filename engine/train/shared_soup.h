@@ -56,17 +56,22 @@ class SharedSoup {
   ShadedFrom stand_in() const;    // the same as fetch_features() returned
   void send_gradients();          // to Frame::sorted, of own triangles; Frame::mlp_partial, of all ranks
 
-  /// Samples of triangles that were other ranks'.
-  struct Brought {
-    gpu::Buffer rows;                    // texture table of those triangles
-    std::vector<gpu::Buffer> pools;      // laid out as it says, one for each that was asked for
-    std::vector<std::uint32_t> numbers;  // for each triangle of the new range: its parent's row. [range]
+  /// Triangles of this soup that those of a new one are made of.
+  struct Parents {
+    std::vector<std::vector<std::uint32_t>> needed;  // by each rank, ascending, each once. [ranks]
+    std::vector<kernels::Texture> rows;              // texture table of those that this rank needs, in pools by themselves
+    std::vector<std::uint32_t> numbers;              // for each of its new triangles: its parent's row. [range]
+    std::uint64_t samples = 0;                       // in such a pool
   };
-  /// parents: of every triangle of a new soup, which is divided as `ranges` say. pools: source or its moments.
-  Brought bring(std::span<const gpu::Buffer* const> pools, std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges);
+  /// parents: of every triangle of the new soup, which is divided as `ranges` say.
+  Parents parents_of(std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) const;
+  /// Samples that this rank needs, of a pool (source or a moment) of which each has its own triangles' part. That part goes before the samples come.
+  gpu::Buffer bring(const Parents& parents, gpu::Buffer pool);
 
   /// Bytes that each rank has a part of, one after the other: on the first rank, and nothing on the others.
   ranks::Bytes on_first(ranks::ByteView mine);
+  /// Of bytes that the first rank has, `size` for each sample of the lattices of all triangles: those of own triangles.
+  ranks::Bytes own_of_first(ranks::ByteView all, std::uint64_t size);
   /// The same on every rank.
   ranks::Bytes on_all(ranks::ByteView mine);
   /// Values of source samples of all ranks. [source samples][8]

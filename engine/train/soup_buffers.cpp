@@ -27,9 +27,7 @@ void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32
 TriangleRange SoupBuffers::own() const { return shared ? ranges[static_cast<std::size_t>(shared->rank())] : TriangleRange{0, triangles}; }
 
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max, std::uint32_t ranks) {
-  const std::uint64_t source = soup::samples_in(level_min, level_max), lattice = soup::samples_at(level_max);
-  // vertices: value, two moments, two gradient words; textures: three arrays of logits, lattice, opacity with two gradient words; touched
-  return triangles * (36 + 36 + 12 + 72 + 4 + sizeof(soup::TextureEntry) + (source * 8 * 12 + lattice * (8 * 4 + 12)) / ranks);
+  return triangle_bytes(triangles) + triangles * texture_bytes(soup::samples_in(level_min, level_max), soup::samples_at(level_max)) / ranks;
 }
 
 void clear(gpu::Device& gpu, const FixedSums& sums) {

@@ -51,6 +51,12 @@ struct SoupBuffers {
   gpu::Buffer mlp, mlp_moment1, mlp_moment2;             // [595]
 };
 
+/// Bytes of textures of so many samples in all levels and in the finest ones, with their opacities, moments and gradients: what ranks divide.
+constexpr std::uint64_t texture_bytes(std::uint64_t source_samples, std::uint64_t lattice_samples) {
+  return source_samples * 3 * soup::kChannels * 4 + lattice_samples * (soup::kChannels * 4 + 12);
+}
+/// Bytes of vertices, their moments and gradients, the texture table and what else there is of every triangle on every rank.
+constexpr std::uint64_t triangle_bytes(std::uint64_t triangles) { return triangles * (36 + 36 + 12 + 72 + 4 + sizeof(soup::TextureEntry)); }
 /// Bytes of device memory that a soup of `triangles` with levels level_min..level_max takes, gradients and moments included, on one of `ranks` ranks.
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max, std::uint32_t ranks = 1);
 

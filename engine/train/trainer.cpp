@@ -358,6 +358,11 @@ void Trainer::run(const Callbacks& callbacks) {
   }
 }
 
+void Trainer::end_training() {
+  gpu_.wait();
+  for (gpu::Buffer* buffer : {&soup_.source_moment1, &soup_.source_moment2, &soup_.opacity_gradient.low, &soup_.opacity_gradient.high}) *buffer = {};
+}
+
 soup::Model Trainer::model() {
   soup::Model model = make_model(gpu_, soup_, scene_.background, scene_.normalisation);
   if (model.lattice.empty()) return model;

@@ -75,6 +75,9 @@ class Trainer {
   /// Trains until the last step, or until asked to stop.
   void run(const Callbacks& callbacks);
 
+  /// Frees what only steps need of textures, for a model that is to be measured beside them. Nothing can be trained or saved after it.
+  void end_training();
+
   bool finished() const { return step_ >= last_step(); }
   /// Settings::steps, and those of the rounds begun so far.
   std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
@@ -87,6 +90,8 @@ class Trainer {
   double seconds() const { return seconds_; }
   double cpu_seconds() const { return cpu_seconds_; }  // of all threads of the process, over the same time
   std::uint32_t triangles() const { return soup_.triangles; }
+  /// What ranks divide (soup_buffers.h), of all of them.
+  std::uint64_t texture_bytes() const { return train::texture_bytes(soup_.source_samples, soup_.lattice_samples); }
   const Settings& settings() const { return settings_; }
   /// Whether the last resampling of this run found too few pixels in the training views to split up to the budget.
   bool out_of_pixels() const { return last_resampling_ == Resampling::out_of_pixels; }

