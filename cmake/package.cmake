@@ -17,7 +17,7 @@ if(NOT CPACK_PACKAGE_CONTACT)
 endif()
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "photographs to a few thousand textured triangles, drawn in real time")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-    "Turns photographs of a scene into a few thousand opaque, textured\n triangles that any GPU draws in real time. Training runs in Vulkan\n compute on any vendor's GPU, or on the CPU. Programs: soup-train,\n soup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
+    "Turns photographs of a scene into a few thousand opaque, textured\ntriangles that any GPU draws in real time. Training runs in Vulkan\ncompute on any vendor's GPU, or on the CPU. Programs: soup-train,\nsoup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};trisoup;programs;/")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
