@@ -1,10 +1,23 @@
 # cpack -G DEB in the build folder: a Debian package of the programs, with man pages made of what they say of themselves, a desktop entry of the
 # viewer, and dependencies as dpkg-shlibdeps finds them. tools/make_packages does it, and the source archive.
 set(CPACK_PACKAGE_NAME trisoup)
-set(CPACK_PACKAGE_CONTACT "the trisoup authors <authors@trisoup.invalid>" CACHE STRING "Maintainer of packages")
+# Whoever makes packages for others says who they are, as Debian's tools take it: DEBFULLNAME and DEBEMAIL, or -DCPACK_PACKAGE_CONTACT. Else it is
+# the project, with an address that by RFC 2606 belongs to nobody and takes no mail.
+if(NOT CPACK_PACKAGE_CONTACT)
+  set(CPACK_PACKAGE_CONTACT "trisoup <noreply@trisoup.invalid>")
+  if("$ENV{DEBEMAIL}" MATCHES "<.+>")
+    set(CPACK_PACKAGE_CONTACT "$ENV{DEBEMAIL}")
+  elseif(NOT "$ENV{DEBEMAIL}" STREQUAL "")
+    set(name "$ENV{DEBFULLNAME}")
+    if(NOT name)
+      set(name trisoup)
+    endif()
+    set(CPACK_PACKAGE_CONTACT "${name} <$ENV{DEBEMAIL}>")
+  endif()
+endif()
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "photographs to a few thousand textured triangles, drawn in real time")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-    "Turns photographs of a scene into a few thousand opaque, textured\n triangles that any GPU draws in real time. Training runs in Vulkan\n compute on any vendor's GPU, or on the CPU. Programs: soup-train,\n soup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
+    "Turns photographs of a scene into a few thousand opaque, textured\ntriangles that any GPU draws in real time. Training runs in Vulkan\ncompute on any vendor's GPU, or on the CPU. Programs: soup-train,\nsoup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};trisoup;programs;/")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
@@ -32,7 +45,7 @@ if(HELP2MAN)
     list(GET entry 0 program)
     list(GET entry 1 name)
     set(help --help)
-    if(program STREQUAL "soup-train")
+    if(program MATCHES "soup-(train|bench)")
       set(help --help-all)
     endif()
     install(CODE "

@@ -127,7 +127,7 @@ constexpr std::string_view kTrainingReserved[] = {
     "--steps",      "--triangles", "--seed", "-r",     "--resolution", "-o",             "--output", "--resume",         "--eval-log",
     "--eval-every", "--timings",   "-h",     "--help", "--help-all",   "--version",      "--list-devices", "--view",       "--finish-headless"};
 constexpr std::string_view kStepReserved[] = {"--size",        "--triangles",      "--views", "--repeats",
-                                              "--most-pixels", "--most-triangles", "--json",  "-h",       "--help"};
+                                              "--most-pixels", "--most-triangles", "--json",  "-h",       "--help",    "--help-all"};
 
 /// Name to arguments.
 std::vector<std::pair<std::string, Strings>> named(const json& value, const std::string& where) {

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   // One line, like every other error of this program.
   app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
+  app.set_help_all_flag("--help-all", "Print the options of all subcommands and exit");
   gpu::DeviceOptions options;
   bench::StepsOptions base;
   auto* sub = app.add_subcommand("steps", "time, bytes and operations of a training step by kernel, over pixels and over triangles");

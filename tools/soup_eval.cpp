@@ -58,10 +58,12 @@ void add_options(CLI::App& app, Options& o) {
   o.test_every = app.add_option("--test-every", o.load.test_every, "every K-th view is a test view [as trained]");
   o.background = app.add_option("--background", o.load.background, "auto, white or black [as trained]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, scene::BackgroundChoice>{
-          {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}));
+          {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}))
+      ->option_text("TEXT");  // else all of that map
   o.alpha = app.add_option("--alpha", o.load.alpha, "composite or mask [as trained]")
       ->transform(CLI::CheckedTransformer(
-          std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}));
+          std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}))
+      ->option_text("TEXT");
   app.add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET [as trained]");
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");

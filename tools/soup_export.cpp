@@ -159,7 +159,8 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("MODEL", c.model, "model.glb, or the folder of a training with it")->required();
   app.add_option("-o,--output", c.output, "folder for the page; with --single-file the .html to write; data folder with --format published, .glb with --format glb and --collider")->required();
   app.add_option("--format", c.format, "page; published; or glb, from a folder of the published viewer [page]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{{"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{{"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}))
+      ->option_text("TEXT");  // else all of that map
   auto* single_file = app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
   app.add_option("--collider", c.collider, "instead of a page a plain mesh of at most this many triangles, for the physics of engines: a .glb")
       ->check(CLI::Range(4, 10000000))->excludes(single_file);

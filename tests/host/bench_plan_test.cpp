@@ -3,13 +3,17 @@
 
 #include <fstream>
 #include <set>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "bench_plan.h"
 #include "csv_table.h"
 #include "error.h"
 #include "read_file.h"
 #include "temporary_folder.h"
+#include "trainer/command_line.h"
 
 using namespace trisoup;
 using Catch::Matchers::Contains;
@@ -164,4 +168,25 @@ TEST_CASE("a CSV table goes on with files of fewer columns, of none, and with a 
   CHECK(table.rows()[0].at("y") == "1");
   table.append({{{"x", "2"}}});
   CHECK(read_file(path) == "x,y\n,1\n2,\n");
+}
+
+// Else the commands of docs/charts.md would measure again what the recorded results hold.
+TEST_CASE("plans of docs/charts are options of today, and their results hold every run of them", "[bench]") {
+  const std::filesystem::path charts = std::filesystem::path(TRISOUP_SOURCE_DIR) / "docs/charts";
+  for (const auto& [plan_file, results_file] : {std::pair("cpu_plan.json", "cpu.csv"), {"cpu_steps_plan.json", "cpu.csv"}, {"real/plan.json", "real/results.csv"}}) {
+    CAPTURE(plan_file);
+    const bench::Plan plan = bench::read_plan(charts / plan_file);
+    const std::string results = read_file(charts / results_file);
+    for (const bench::StepTiming& t : plan.step_timings) CHECK_THAT(results, Contains("," + bench::command(t) + ","));
+    for (const bench::Training& t : plan.trainings) {
+      CAPTURE(bench::command(t));
+      CHECK(results.find("," + bench::command(t) + ",") != std::string::npos);
+      std::vector<std::string> words{"soup-train", t.scene, "-o", "out"};
+      words.insert(words.end(), t.arguments.begin(), t.arguments.end());
+      std::vector<char*> arguments;
+      for (std::string& word : words) arguments.push_back(word.data());
+      CommandLine read;
+      CHECK_FALSE(parse(static_cast<int>(arguments.size()), arguments.data(), read));
+    }
+  }
 }

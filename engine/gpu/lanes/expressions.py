@@ -1,6 +1,6 @@
 """What an instruction without side effects is in C++, scalar by scalar (parts.py)."""
 from parts import Leaf, as_lanes, each, first, vary
-from spirv import BINARY, COMPARE, fail
+from spirv import BINARY, COMPARE, unknown
 
 EXT = {4: "fabs_", 6: "fsign_", 8: "floor_", 9: "ceil_", 27: "exp_", 31: "sqrt_", 37: "fmin_", 38: "umin_", 39: "smin_", 40: "fmax_",
        41: "umax_", 42: "smax_", 43: "fclamp_", 44: "uclamp_", 45: "sclamp_", 73: "find_lsb_"}
@@ -67,7 +67,7 @@ class Expressions:
             return each(lambda w, a: f"({as_lanes(a, w)} * {as_lanes(args[1], w)})", wanted, args[0])
         if op in ("MatrixTimesVector", "OuterProduct", "Dot", "Any", "All", "VectorExtractDynamic"):
             return self.product(op, args, wanted)
-        return fail(f"{self.m.path}: {op} is not known")
+        return unknown(self.m.path, op)
 
     @staticmethod
     def elements(f, wanted, args):
@@ -79,6 +79,8 @@ class Expressions:
             all_lanes = any(x.varying for x in a)
             length = f"(1.0f / sqrt_({self.dot(a, a, all_lanes)}))"
             return [f"({as_lanes(x, all_lanes)} * {length})" for x in a]
+        if number not in EXT:
+            unknown(self.m.path, f"function {number} of GLSL.std.450")
         return self.elements(lambda *texts: f"{EXT[number]}({', '.join(texts)})", wanted, args)
 
     @staticmethod

@@ -43,6 +43,10 @@ def fail(text):
     sys.exit(f"translate_spirv.py: {text}")
 
 
+def unknown(path, what):
+    fail(f"{path}: {what} is not known; teach engine/gpu/lanes what it is in C++, or leave the kernel out of lane_variants (kernel_variants.cmake)")
+
+
 class Inst:
     __slots__ = ("op", "type", "id", "args")
 
@@ -69,7 +73,7 @@ class Module:
             if number in SKIPPED:
                 continue
             if number not in OPS:
-                fail(f"{path}: instruction {number} is not known")
+                unknown(path, f"instruction {number}")
             name, typed, valued = OPS[number]
             type_ = args.pop(0) if typed else None
             id_ = args.pop(0) if valued else None
@@ -136,6 +140,6 @@ class Module:
                      "LogicalNot": lambda: not a[0], "LogicalAnd": lambda: a[0] and a[1], "LogicalOr": lambda: a[0] or a[1], "INotEqual": lambda: a[0] != a[1],
                      "IEqual": lambda: a[0] == a[1], "ULessThan": lambda: a[0] < a[1], "Select": lambda: a[1] if a[0] else a[2]}
             if op not in table:
-                fail(f"{self.path}: constant operation {op} is not known")
+                unknown(self.path, f"constant operation {op}")
             return table[op]()
         return None

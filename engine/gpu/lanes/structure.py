@@ -1,5 +1,5 @@
 """What the blocks of a SPIR-V function say, as a tree: branches, loops, and calls with the callee's tree in their place."""
-from spirv import fail
+from spirv import fail, unknown
 
 
 class Node:
@@ -106,7 +106,7 @@ class Structurer:
             if last.op == "ReturnValue":
                 return nodes + [Node("return", value=self.name(last.args[0]), result=self.result, call=self.number)]
             if last.op != "BranchConditional":
-                fail(f"{self.m.path}: {last.op} is not known")
+                unknown(self.m.path, last.op)
             condition, yes, no = last.args[:3]
             known = self.m.constant(condition)
             end = merge.args[0] if merge is not None and merge.op == "SelectionMerge" else None
