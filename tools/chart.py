@@ -354,6 +354,45 @@ def quality_over_rate(rows):
     return figure
 
 
+def quality_over_knee(rows):
+    """Quality over bytes, of trainings that differ in nothing but --knee, or with --knee 0 in the samples of a pixel: the uniform way."""
+    found = collections.defaultdict(lambda: collections.defaultdict(dict))
+    for r in rows:
+        s = r["settings"]
+        if r["record"] != "model" or None in (r["psnr"], r["ssim"], r["bytes"]) or not {"knee", "samples_per_pixel"} <= s.keys():
+            continue
+        same = json.dumps({k: v for k, v in s.items() if k not in ("knee", "samples_per_pixel")}, sort_keys=True)
+        of = found[scene_name(r), r["budget"], r["steps"], same]
+        if s["samples_per_pixel"] == 1:
+            of["knee"][s["knee"]] = r
+        if s["knee"] == 0:
+            of["uniform"][s["samples_per_pixel"]] = r
+    found = {k: v for k, v in sorted(found.items()) if len(v["knee"]) > 2}
+    if not found:
+        return None
+    looks = {"knee": ("black", "-", "o", "{:g} dB"), "uniform": ("#777777", "--", "s", "{:g}")}
+    figure, grid = plt.subplots(2, len(found), figsize=(4.2 * len(found), 4.6), squeeze=False)
+    figure.subplots_adjust(left=0.09, right=0.97, wspace=0.24, bottom=0.1, top=0.94, hspace=0.12)
+    for column, ((scene, budget, steps, _), series) in enumerate(found.items()):
+        for axes, quality in zip(grid[:, column], ["psnr", "ssim"]):
+            for name, by_value in series.items():
+                colour, line, marker, text = looks[name]
+                points = sorted((r["bytes"] * 1e-6, r[quality], value) for value, r in by_value.items())
+                what = "--knee" if name == "knee" else "uniform: samples for each pixel"
+                axes.plot([p[0] for p in points], [p[1] for p in points], color=colour, ls=line, marker=marker, mfc="white", mew=0.8, label=what)
+                for x, y, value in points:
+                    axes.annotate(text.format(value), (x, y), xytext=(0, 6 if name == "knee" else -11), textcoords="offset points", ha="center", fontsize=6, color=colour)
+            logarithmic(axes)
+            axes.margins(y=0.12)
+            if column == 0:
+                axes.set_ylabel("PSNR [dB]" if quality == "psnr" else "SSIM")
+        grid[0][column].set_title(title(f"{scene}, {describe(budget, steps)}"), loc="left")
+        grid[0][column].tick_params(labelbottom=False)
+        grid[1][column].set_xlabel("model file [MB]")
+    grid[0][0].legend(loc="lower right", fontsize=7, frameon=False)
+    return figure
+
+
 def step_by_kernel(rows):
     """Stacked over pixels, at the number of triangles that has most sizes, and over triangles, at the size that has most of them."""
     steps = collections.defaultdict(dict)
@@ -436,7 +475,8 @@ def main():
         folder = pathlib.Path(arguments.output)
         folder.mkdir(parents=True, exist_ok=True)
         figures = {"quality_over_time": quality_over_time(rows, "cpu_seconds" if arguments.time == "cpu" else "seconds"),
-                   "ablations": ablations(rows), "quality_over_rate": quality_over_rate(rows), "step_by_kernel": step_by_kernel(rows)}
+                   "ablations": ablations(rows), "quality_over_rate": quality_over_rate(rows), "quality_over_knee": quality_over_knee(rows),
+                   "step_by_kernel": step_by_kernel(rows)}
         revisions = sorted({r["revision"] for r in rows if r["record"] in ("evaluation", "model")})
         if len(revisions) > 1:
             warn(f"{arguments.results}: trainings of {len(revisions)} revisions of the program ({', '.join(revisions)}) in one picture")
