@@ -194,8 +194,9 @@ bool is_last_resampling(const Settings& s, std::uint64_t step) {
 
 std::uint64_t next_pruning(const Settings& s, std::uint64_t step) {
   if (s.knee <= 0) return 0;
+  // What fine levels are worth shows when there are some.
   for (const double share : kPrunings)
-    if (const auto at = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(s.steps))); at > step && at < s.steps) return at;
+    if (const auto at = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(s.steps))); at > step && at > lift_step(s) && at < s.steps) return at;
   return 0;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <ranges>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -72,14 +73,16 @@ class Removals {
   explicit Removals(std::span<const soup::TextureEntry> table) : table_(table), goes_(table.size()), coarser_(table.size()), left_(table.size()) {}
 
   void add(const Removal& removal) { all_.push_back(removal); }
+  /// Of two triangles one of which stands in for the other no more than one goes: what each costs is true as long as the other is there.
+  void keep_stand_ins(const Worth& worth) { behind_ = worth.behind, stands_in_.resize(table_.size()); }
   /// Takes one after the other as long as `pays` says so, but for the last triangle.
   template <typename Pays>
   Shrunk take(Pays&& pays) {
     std::stable_sort(all_.begin(), all_.end(), [](const Removal& a, const Removal& b) { return a.each() < b.each(); });
     for (const Removal& r : all_) {
+      if (r.whole && (left_ == 1 || is_leant_on(r.triangle))) continue;
       if (!pays(r)) break;
-      if (r.whole && left_ == 1) continue;
-      if (r.whole) goes_[r.triangle] = true, --left_;
+      if (r.whole) remove(r.triangle);
       else coarser_[r.triangle] = true;
     }
     Shrunk shrunk;
@@ -93,9 +96,23 @@ class Removals {
   }
 
  private:
+  auto behind(std::uint32_t t) const {
+    const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
+    return std::ranges::subrange(std::lower_bound(behind_.begin(), behind_.end(), std::pair(t, 0u), less), std::upper_bound(behind_.begin(), behind_.end(), std::pair(t, 0u), less));
+  }
+  bool is_leant_on(std::uint32_t t) const {
+    if (behind_.empty()) return false;
+    return stands_in_[t] || std::ranges::any_of(behind(t), [&](const auto& pair) { return goes_[pair.second]; });
+  }
+  void remove(std::uint32_t t) {
+    goes_[t] = true, --left_;
+    for (const auto& pair : behind(t)) stands_in_[pair.second] = true;
+  }
+
   std::span<const soup::TextureEntry> table_;
+  std::span<const std::pair<std::uint32_t, std::uint32_t>> behind_;
   std::vector<Removal> all_;
-  std::vector<bool> goes_, coarser_;
+  std::vector<bool> goes_, coarser_, stands_in_;
   std::size_t left_;
 };
 
@@ -109,6 +126,7 @@ double samples_of(std::span<const soup::TextureEntry> table) {
 
 Shrunk down_to_knee(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, double knee) {
   Removals removals(table);
+  removals.keep_stand_ins(worth);
   for (std::uint32_t t = 0; t < table.size(); ++t)
     if (worth.pixels[t] > 0)
       if (const auto removal = cheaper(worth, table[t], t, backdrop[t])) removals.add(*removal);

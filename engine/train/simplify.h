@@ -27,7 +27,8 @@ struct Shares {
 Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares);
 
 /// The soup at its knee: without what brings less than `knee` dB for twice the samples, by the squared errors of `worth` and before anything is trained on.
-/// Otherwise as above; what no view of `worth` shows stays.
+/// Otherwise as above; what no view of `worth` shows stays, and so does
+/// what stands in for a triangle that goes: of several layers of one colour each looks as if it could go, but not all of them can.
 Shrunk down_to_knee(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, double knee);
 
 /// A model as it would be saved, on the validation views.

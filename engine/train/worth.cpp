@@ -144,7 +144,7 @@ std::vector<float> error_weights(const Image& photograph) {
 Worth measure_worth(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
                     const Exposures* exposures, std::size_t most) {
   Passes passes(gpu, soup, frame, scene, views, exposures, most);
-  Worth worth{0, std::vector<std::uint32_t>(soup.triangles), std::vector<double>(soup.triangles), std::vector<double>(soup.triangles)};
+  Worth worth{0, std::vector<std::uint32_t>(soup.triangles), std::vector<double>(soup.triangles), std::vector<double>(soup.triangles), {}};
   const Pass whole = passes.run();
   for (std::size_t p = 0; p < whole.winner.size(); ++p) {
     worth.error += whole.error[p];
@@ -156,9 +156,17 @@ Worth measure_worth(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const sce
     hide(gpu, soup, hidden);
     const Pass without = passes.run();
     Step(gpu, soup, frame).sum_textures();
-    for (std::size_t p = 0; p < whole.winner.size(); ++p)
-      if (const std::uint32_t t = whole.winner[p]; t != 0 && hidden[t - 1]) worth.triangle[t - 1] += double(without.error[p]) - whole.error[p];
+    std::pair<std::uint32_t, std::uint32_t> last;
+    for (std::size_t p = 0; p < whole.winner.size(); ++p) {
+      const std::uint32_t t = whole.winner[p], b = without.winner[p];
+      if (t == 0 || !hidden[t - 1]) continue;
+      worth.triangle[t - 1] += double(without.error[p]) - whole.error[p];
+      // Neighbouring pixels mostly show the same two.
+      if (b != 0 && std::pair(t - 1, b - 1) != last) worth.behind.push_back(last = {t - 1, b - 1});
+    }
   }
+  std::sort(worth.behind.begin(), worth.behind.end());
+  worth.behind.erase(std::unique(worth.behind.begin(), worth.behind.end()), worth.behind.end());
   flatten(gpu, soup);
   const Pass coarser = passes.run();
   // The opacities of a coarser texture let other triangles through here and there: the winner of before answers for its pixels.

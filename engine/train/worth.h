@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gpu/device.h"
@@ -23,10 +24,12 @@ std::vector<float> error_weights(const Image& photograph);
 /// be more of. Triangles are opaque, so a pixel is its winner's business alone: what is behind it and what its texture shows without the finest level
 /// can be looked at for many triangles at once. Below zero where the picture would be better.
 struct Worth {
-  double error = 0;              // of all pixels as they are
+  double error = 0;                   // of all pixels as they are
   std::vector<std::uint32_t> pixels;  // [T] that show the triangle
-  std::vector<double> triangle;  // [T] without the triangle: its pixels show what is behind it
-  std::vector<double> finest;    // [T] without the finest level of its texture: in between is interpolated; 0 where it has level 0 alone
+  std::vector<double> triangle;       // [T] without the triangle: its pixels show what is behind it
+  std::vector<double> finest;         // [T] without the finest level of its texture: in between is interpolated; 0 where it has level 0 alone
+  /// (a triangle, another one that one of its pixels shows without it), each pair once, in order: what the first one's worth rests on.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> behind;
 };
 
 /// views: those to look at, at their own size; view.index is that of the photograph in scene.train. exposures: of the photographs; null for none.

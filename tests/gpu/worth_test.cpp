@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "gpu/small_scene.h"
 #include "train/hidden.h"
@@ -84,11 +85,16 @@ TEST_CASE("worth is what pictures lose when a triangle or its finest level goes"
   // A triangle behind may be hidden in the same turn: few, and the sum over all says whether it is right.
   double sum = 0, expected = 0;
   std::size_t exact = 0, seen = 0;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> behind;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
     std::vector<bool> alone(s.soup.triangles);
     alone[t] = true;
     train::hide(*gpu, s.soup, alone);
     const double loss = errors_by_winner(s, scene, winners, false)[t] - whole[t];
+    std::vector<std::uint32_t> without;
+    errors_by_winner(s, scene, without, true);
+    for (std::size_t p = 0; p < winners.size(); ++p)
+      if (winners[p] == t + 1 && without[p] != 0) behind.insert({t, without[p] - 1});
     s.step.sum_textures();
     sum += worth.triangle[t], expected += loss;
     seen += whole[t] > 0;
@@ -96,6 +102,11 @@ TEST_CASE("worth is what pictures lose when a triangle or its finest level goes"
     if (whole[t] == 0) CHECK(worth.triangle[t] == 0);
   }
   CHECK(exact >= seen * 2 / 3);
+  const std::set<std::pair<std::uint32_t, std::uint32_t>> told(worth.behind.begin(), worth.behind.end());
+  CHECK(std::is_sorted(worth.behind.begin(), worth.behind.end()));
+  CHECK(told.size() == worth.behind.size());
+  REQUIRE(behind.size() > 10);
+  CHECK(std::count_if(behind.begin(), behind.end(), [&](const auto& pair) { return told.contains(pair); }) >= std::ptrdiff_t(behind.size() * 2 / 3));
   CHECK(sum == Approx(expected).epsilon(0.15));
 
   // All finest levels at once, as a change of topology takes them away.

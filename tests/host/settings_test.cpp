@@ -74,6 +74,9 @@ TEST_CASE("a soup is brought to its knee after the last change by the budget, an
   CHECK(train::next_pruning(s, 899) == 900);
   CHECK(train::next_pruning(s, 900) == 0);
   CHECK(train::is_last_resampling(s, 600));
+  s.coarse_share = 0.8;
+  CHECK(train::next_pruning(s, 0) == 900);  // not before the fine levels, nor with them
+  s.coarse_share = 0.5;
   CHECK_FALSE(train::is_resampling(s, 700));
   for (s.steps = 1; s.steps < 30; ++s.steps)
     for (std::uint64_t step = 0; step < s.steps; ++step) {

@@ -76,7 +76,7 @@ TEST_CASE("what is worth least for its bytes goes first", "[simplify]") {
 
 TEST_CASE("at the knee stays what brings enough for twice the samples", "[simplify]") {
   // Two triangles of one level, 18 samples with what vertices take. What the first one brings for its 9 is, per doubling, 0.01 / 9 * 18 / 0.3322 dB of 1.
-  Worth worth{1, {5, 5}, {0.01, 0.9}, {0, 0}};
+  Worth worth{1, {5, 5}, {0.01, 0.9}, {0, 0}, {}};
   const auto two = table_of({{0, 0}, {0, 0}});
   const std::vector<bool> none(2);
   CHECK(down_to_knee(worth, two, none, 0.059).kept.size() == 2);
@@ -88,14 +88,27 @@ TEST_CASE("at the knee stays what brings enough for twice the samples", "[simpli
   worth.pixels[0] = 5;
   CHECK(down_to_knee(worth, two, {true, false}, 0.061).kept.size() == 2);
   // Each removal is measured by the error and the samples that those before have left: the second pays with them, and would not without.
-  Worth three{1, {5, 5, 5}, {0.001, 0.02, 5}, {0, 0, 0}};
+  Worth three{1, {5, 5, 5}, {0.001, 0.02, 5}, {0, 0, 0}, {}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}});
   CHECK(down_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{2});
   three.triangle[0] = 0.1;
   CHECK(down_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{0, 1, 2});
   // A finest level goes by itself.
-  const Worth levels{1, {5}, {3}, {1e-6}};
+  const Worth levels{1, {5}, {3}, {1e-6}, {}};
   CHECK(down_to_knee(levels, table_of({{2, 4}}), {false}, 0.1).levels == std::vector<soup::TextureLevels>{{2, 3}});
+}
+
+TEST_CASE("of triangles that stand in for each other one stays", "[simplify]") {
+  // Two layers cost nothing without each other, all would cost everything; the third leans on the second, the fourth on none.
+  Worth worth{1, {5, 5, 5, 5}, {0, 0, 1e-9, 0}, {0, 0, 0, 0}, {{0, 1}, {1, 0}, {2, 1}}};
+  const auto table = table_of({{0, 0}, {0, 0}, {0, 0}, {0, 0}});
+  const std::vector<bool> none(4);
+  CHECK(down_to_knee(worth, table, none, 0.2).kept == std::vector<std::uint32_t>{1});
+  // The second goes first where that is cheaper, and the others, which lean on it, stay.
+  worth.triangle = {1e-9, 0, 1e-9, 5};
+  CHECK(down_to_knee(worth, table, none, 0.2).kept == std::vector<std::uint32_t>{0, 2, 3});
+  worth.behind.clear();
+  CHECK(down_to_knee(worth, table, none, 0.2).kept == std::vector<std::uint32_t>{3});
 }
 
 TEST_CASE("rounds end just above a quality, whatever it is", "[simplify]") {
