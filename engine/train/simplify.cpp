@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <ranges>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -96,13 +95,15 @@ class Removals {
   }
 
  private:
-  auto behind(std::uint32_t t) const {
+  std::span<const std::pair<std::uint32_t, std::uint32_t>> behind(std::uint32_t t) const {
     const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
-    return std::ranges::subrange(std::lower_bound(behind_.begin(), behind_.end(), std::pair(t, 0u), less), std::upper_bound(behind_.begin(), behind_.end(), std::pair(t, 0u), less));
+    const auto [begin, end] = std::equal_range(behind_.begin(), behind_.end(), std::pair(t, 0u), less);
+    return {begin, end};
   }
   bool is_leant_on(std::uint32_t t) const {
     if (behind_.empty()) return false;
-    return stands_in_[t] || std::ranges::any_of(behind(t), [&](const auto& pair) { return goes_[pair.second]; });
+    const auto pairs = behind(t);
+    return stands_in_[t] || std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) { return goes_[pair.second]; });
   }
   void remove(std::uint32_t t) {
     goes_[t] = true, --left_;

@@ -255,7 +255,7 @@ TEST_CASE("texture gradients through an exposure agree with differences of the l
 TEST_CASE("a training with exposures that is resumed gives the same bits", "[exposure]") {
   auto gpu = test::open_device();
   const scene::Scene scene = ring_scene(true);
-  const train::Settings settings = ring_settings(40, true);
+  const train::Settings settings = ring_settings(24, true);
   train::Trainer whole(*gpu, scene, settings, ring_start(settings));
   whole.run({});
 
@@ -265,10 +265,10 @@ TEST_CASE("a training with exposures that is resumed gives the same bits", "[exp
   std::atomic<bool> stop = false;
   train::Trainer::Callbacks callbacks;
   callbacks.stop = &stop;
-  callbacks.progress_every = 17;
+  callbacks.progress_every = 11;
   callbacks.on_progress = [&](const train::Progress&) { stop = true; };
   first.run(callbacks);
-  REQUIRE(first.step() == 17);
+  REQUIRE(first.step() == 11);
   first.write_checkpoint(path);
   train::Trainer second(*gpu, scene, settings, path);
   CHECK(second.exposures() == first.exposures());

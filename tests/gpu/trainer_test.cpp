@@ -214,9 +214,9 @@ TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and step
   settings.coarse_share = GENERATE(0.0, 0.5);
   settings.copy_textures = GENERATE(false, true);
   settings.samples_per_pixel = GENERATE(0.0, 4.0);
-  // Through a driver half of them, in which each three choices still meet in every way.
+  // Half of them, in which each three choices still meet in every way.
   const int choices = settings.opaque + (settings.coarse_share > 0) + settings.copy_textures + (settings.samples_per_pixel > 0);
-  if (gpu->info().backend != "cpu" && choices % 2 == 1) return;
+  if (choices % 2 == 1) return;
   train::Trainer trainer(*gpu, scene, settings, start(settings));
   trainer.run({});
   const soup::Model model = trainer.model();
@@ -382,8 +382,8 @@ TEST_CASE("a training is brought to its knee on the way, and goes on from a chec
     trainer.run({});
     return trainer.model().lattice.size();
   };
-  CHECK(samples_with(1) < samples_with(0.1));
   const std::size_t some = samples_with(0.1);
+  CHECK(samples_with(1) < some);
   settings.knee = 0;
   settings.resample_until = 0.6;  // as with a knee
   train::Trainer all(*gpu, scene, settings, start(settings));
@@ -391,8 +391,8 @@ TEST_CASE("a training is brought to its knee on the way, and goes on from a chec
   CHECK(some < all.model().lattice.size());
   settings = short_settings();
   settings.knee = 0.1;
-  // Before a step down, at it, and after the last one.
-  for (const std::uint64_t at : {27u, 28u, 37u}) {
+  // At a step down, and after the last one.
+  for (const std::uint64_t at : {28u, 37u}) {
     const test::TemporaryFolder folder;
     const auto checkpoint = folder.path() / "checkpoint.safetensors";
     train::Trainer whole(*gpu, scene, settings, start(settings));
