@@ -170,13 +170,11 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   }
   REQUIRE(fits);
   CHECK(list.segments.size() > 500);
-  // The whole picture takes an hour on a CPU: three bands of it.
-  for (const std::size_t band : {std::size_t(1), list.segments.size() / 2, list.segments.size() - 1}) {
-    gpu::CommandList one;
-    one.segments.push_back(list.segments[band]);
-    gpu->replay(one);
-    CHECK_FALSE(train::grow_lists_if_needed(*gpu, s.frame));
-  }
+  // The whole picture takes an hour on a CPU: the last band, which was drawn above, and the one in the middle.
+  gpu::CommandList middle;
+  middle.segments.push_back(list.segments[list.segments.size() / 2]);
+  gpu->replay(middle);
+  CHECK_FALSE(train::grow_lists_if_needed(*gpu, s.frame));
   const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
   CHECK(hits[hits.size() - 1].triangle == 61'803 + 1);
   CHECK(hits[hits.size() / 2].triangle == 61'803 + 1);

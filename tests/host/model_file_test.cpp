@@ -437,11 +437,11 @@ TEST_CASE("a model file is refused for what its binary part says", "[model_file]
 }
 
 TEST_CASE("a small file whose pages unpack to gigabytes is refused before they are", "[model_file]") {
-  // One empty page of 8,192 x 8,192 texels is some 300 KB of PNG, and JSON may name it many times.
+  // One empty page of 2,048 x 2,048 texels is some 20 KB of PNG, and JSON may name it many times.
   const auto bytes = first_version();
   soup::Glb glb = soup::decode_glb(bytes, "memory");
-  Image empty{8192, 8192, {}};
-  empty.rgba.resize(std::size_t(8192) * 8192 * 4, 0);
+  Image empty{2048, 2048, {}};
+  empty.rgba.resize(std::size_t(2048) * 2048 * 4, 0);
   const std::string png = encode_png(empty, "memory");
   std::vector<std::byte> binary(glb.binary.begin(), glb.binary.end());
   glb.document["images"].push_back({{"bufferView", glb.document["bufferViews"].size()}, {"mimeType", "image/png"}});
