@@ -226,6 +226,8 @@ void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
     bar_->clear();
     say(o_, in_words(simplifier_->rounds().back(), simplifier_->rounds().size() - 1));
     if (!more) return;
+    save();
+    simplifier_->forget_older();
     if (o_.timings) device_->enable_timings(true);
     bar_->go_on_to(trainer_->last_step());
     trainer_->run(callbacks);

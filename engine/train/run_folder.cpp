@@ -39,6 +39,13 @@ void remove_partial_files(const std::filesystem::path& folder) {
   for (const auto& path : abandoned) std::filesystem::remove(path, ignored);
 }
 
+/// Whether it was there or not.
+void remove_file(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::remove(file, error) && error)
+    throw Error("{}: cannot be removed ({}); check the permissions of the folder", file.string(), error.message());
+}
+
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path, Earlier earlier)
@@ -78,18 +85,15 @@ void RunFolder::create() {
 }
 
 void RunFolder::remove_results() {
-  std::error_code error;
-  for (const std::filesystem::path& file : {model(), path_ / "metrics.json"})
-    if (!std::filesystem::remove(file, error) && error) throw Error("{}: cannot be removed ({}); check the permissions of the folder", file.string(), error.message());
+  for (const std::filesystem::path& file : {model(), path_ / "metrics.json"}) remove_file(file);
   renders_.clear();
 }
 
 void RunFolder::begin() {
   // The model first: without one nothing is taken for finished.
   remove_results();
-  std::error_code error;
-  for (const std::filesystem::path& file : {checkpoint(), candidate()})
-    if (!std::filesystem::remove(file, error) && error) throw Error("{}: cannot be removed ({}); check the permissions of the folder", file.string(), error.message());
+  for (const std::filesystem::path& file : {checkpoint(), candidate()}) remove_file(file);
+  for (const std::filesystem::path& file : states_of_rounds()) remove_file(file);
   training_.begin();
   evaluations_.begin();
 }
@@ -114,7 +118,25 @@ void RunFolder::flush_logs() const {
   evaluations_.flush();
 }
 
+std::filesystem::path RunFolder::state_of_round(std::size_t round) const { return path_ / fmt::format("round-{}.safetensors", round); }
+
+std::vector<std::filesystem::path> RunFolder::states_of_rounds() const {
+  std::vector<std::filesystem::path> states;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(path_, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("round-") && name.ends_with(".safetensors")) states.push_back(entry.path());
+  }
+  return states;
+}
+
+void RunFolder::keep_state_of(std::size_t round) const {
+  for (const std::filesystem::path& state : states_of_rounds())
+    if (state != state_of_round(round)) remove_file(state);
+}
+
 void RunFolder::accept_candidate() const {
+  for (const std::filesystem::path& state : states_of_rounds()) remove_file(state);
   std::error_code error;
   if (!std::filesystem::exists(candidate(), error)) return;
   std::filesystem::rename(candidate(), model(), error);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -38,6 +39,8 @@ class RunFolder {
   std::filesystem::path model() const { return path_ / "model.glb"; }
   /// The best model of a training that is being simplified, until it becomes model().
   std::filesystem::path candidate() const { return path_ / "candidate.glb"; }
+  /// The state of a training that is being simplified after one of its rounds, to go back to, until there is model().
+  std::filesystem::path state_of_round(std::size_t round) const;
   std::filesystem::path checkpoint() const { return path_ / "checkpoint.safetensors"; }
   /// Whether there is a checkpoint to go on from.
   bool resumes() const { return resumes_; }
@@ -57,7 +60,9 @@ class RunFolder {
   /// What the logs hold survives a power cut, as a checkpoint does.
   void flush_logs() const;
 
-  /// Makes the candidate the model, if there is one.
+  /// Removes the states of other rounds.
+  void keep_state_of(std::size_t round) const;
+  /// Makes the candidate the model, if there is one, and removes the states of rounds.
   void accept_candidate() const;
   void write_metrics(const nlohmann::json& metrics) const;
   Renders& renders() { return renders_; }
@@ -65,6 +70,7 @@ class RunFolder {
  private:
   void look() const;
   void remove_results();
+  std::vector<std::filesystem::path> states_of_rounds() const;
 
   std::filesystem::path path_;
   Earlier earlier_;

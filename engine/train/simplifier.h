@@ -22,9 +22,12 @@ class Simplifier {
   /// rounds: those of the training so far, where it goes on from a checkpoint.
   Simplifier(gpu::Device& gpu, Trainer& trainer, const scene::Scene& scene, RunFolder& folder, Encode encode, std::vector<Round> rounds = {});
 
-  /// Measures the model of a finished training, unless that has been done, and keeps the best so far in the folder (RunFolder::candidate). Begins another
-  /// round where there is one to come, for Trainer::run; else false. Throws Error where the file cannot be written.
+  /// Measures the model of a finished training, unless that has been done, and keeps the best so far in the folder (RunFolder::candidate), with its state
+  /// where a round may go back to it. Begins another round where there is one to come, for Trainer::run; else false. Throws Error where a file cannot be
+  /// written or read.
   bool next();
+  /// A checkpoint has the rounds so far: states that no round goes back to from here are removed.
+  void forget_older() const;
   std::span<const Round> rounds() const { return rounds_; }
 
  private:

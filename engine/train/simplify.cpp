@@ -18,6 +18,13 @@ constexpr double kTriangleInSamples = 6;
 constexpr double kUsualSlope = 1.0;
 /// Closer to a quality than this is there.
 constexpr double kCloseEnough = 0.04;  // dB
+/// What misses a quality by less may reach it when it is trained on.
+constexpr double kNear = 0.3;  // dB
+/// Where the quality is nearly met already, a round is for more of the bytes than this.
+constexpr double kWorthARound = 0.04;
+constexpr double kNearlyMet = 0.2;  // dB
+/// So often a training goes back to its best round.
+constexpr std::ptrdiff_t kMostReturns = 5;
 /// An SSIM is steered by its distance from 1, in dB: -10 log10(1 - SSIM).
 double decibels(double ssim) { return -10.0 * std::log10(std::max(1e-6, 1.0 - ssim)); }
 
@@ -57,13 +64,46 @@ double too_large(const Round& r, const Settings& s) {
   return most;
 }
 
+/// What a halving of the bytes costs from one round to another that has fewer, dB.
+double slope(const Round& larger, const Round& smaller, const Settings& s) {
+  return (above(larger, s) - above(smaller, s)) / std::log2(double(larger.bytes) / double(smaller.bytes));
+}
+
 /// What a halving of the bytes has cost lately, dB.
 double slope(std::span<const Round> rounds, const Settings& s) {
   for (std::size_t i = rounds.size() - 1; i > 0; --i) {
-    const double halvings = std::log2(double(rounds[i - 1].bytes) / double(rounds[i].bytes));
-    if (halvings > 0.05) return std::clamp((above(rounds[i - 1], s) - above(rounds[i], s)) / halvings, 0.3, 6.0);
+    const Round& before = rounds[rounds[i].from];
+    if (double(before.bytes) > 1.035 * double(rounds[i].bytes)) return std::clamp(slope(before, rounds[i], s), 0.3, 6.0);
   }
   return kUsualSlope;
+}
+
+/// Of the rounds that miss the quality and have fewer bytes than `least` the largest; null: there is none.
+const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const Settings& s) {
+  const Round* found = nullptr;
+  for (const Round& r : rounds)
+    if (above(r, s) < 0 && r.bytes < least && (!found || r.bytes >= found->bytes)) found = &r;
+  return found;
+}
+
+/// How often a training has gone back to its best round.
+std::ptrdiff_t returns(std::span<const Round> rounds) {
+  return std::count_if(rounds.begin() + 1, rounds.end(), [&](const Round& r) { return &rounds[r.from] + 1 != &r; });
+}
+
+/// On from a round that is above the quality, with as much less as is expected to end at it. Each halving costs more than the one before, so on a line to a
+/// round that is known to miss it one ends above it; half of the way at least, for that round had been trained on for less long. Once there it is forgotten.
+std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::size_t from, const Settings& s) {
+  const Round& r = rounds[from];
+  const double margin = above(r, s);
+  if (margin < kCloseEnough) return std::nullopt;
+  const bool nearly = margin < kNearlyMet;
+  const Round* miss = next_miss(rounds, std::uint64_t(double(r.bytes) * (nearly ? 1 : 1 - kWorthARound)), s);
+  if (!miss) return NextRound{from, {std::clamp(std::exp2(-margin / std::max(slope(rounds, s), returns(rounds) > 0 ? kUsualSlope : 0)), 0.5, 0.97), 1}};
+  const double way = std::max(0.5, margin / (margin - above(*miss, s)));
+  const double stays = std::pow(double(miss->bytes) / double(r.bytes), way);
+  if (nearly && stays > 1 - kWorthARound) return std::nullopt;
+  return NextRound{from, {std::max(0.5, stays), 1}};
 }
 
 /// Removals, one of each triangle, those that cost least for what they save first.
@@ -162,8 +202,9 @@ bool has_goal(const Settings& s) { return s.target_psnr > 0 || s.target_ssim > 0
 
 bool meets(const Round& r, const Settings& s) { return above(r, s) >= 0 && too_large(r, s) <= 1; }
 
-std::optional<Shares> next_shares(std::span<const Round> rounds, const Settings& s) {
+std::optional<NextRound> next_round(std::span<const Round> rounds, const Settings& s) {
   const Round& last = rounds.back();
+  const std::size_t from = rounds.size() - 1;
   const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
   if (rounds.size() > s.most_rounds) return std::nullopt;
   if (const double factor = too_large(last, s); factor > 1) {
@@ -171,18 +212,16 @@ std::optional<Shares> next_shares(std::span<const Round> rounds, const Settings&
     Shares shares;
     if (s.max_triangles > 0 && double(last.triangles) > s.max_triangles) shares.triangles = std::max(0.5, double(s.max_triangles) / last.triangles);
     else shares.bytes = std::max(0.5, 0.99 * double(s.max_bytes) / double(last.bytes));
-    return shares;
+    return NextRound{from, shares};
   }
   if (!quality) return std::nullopt;
   const double margin = above(last, s);
-  if (margin < 0) {
-    // One more round may bring back what the last removal took.
-    const bool tried = rounds.size() > 1 && rounds[rounds.size() - 2].bytes == last.bytes;
-    const bool once = rounds.size() > 1 && margin > -0.3 && !tried;
-    return once ? std::optional(Shares{}) : std::nullopt;
-  }
-  if (margin < kCloseEnough) return std::nullopt;
-  return Shares{std::clamp(std::exp2(-margin / slope(rounds, s)), 0.5, 0.97), 1};
+  if (margin >= 0) return towards_quality(rounds, from, s);
+  // One more round may bring back what the last removal took.
+  if (last.smaller && margin > -kNear) return NextRound{from, {}};
+  const std::size_t best = best_round(rounds, s);
+  if (!meets(rounds[best], s) || returns(rounds) == kMostReturns) return std::nullopt;
+  return towards_quality(rounds, best, s);
 }
 
 std::size_t best_round(std::span<const Round> rounds, const Settings& s) {
@@ -216,7 +255,8 @@ std::string outcome(std::span<const Round> rounds, const Settings& s) {
 nlohmann::json to_json(std::span<const Round> rounds) {
   nlohmann::json json = nlohmann::json::array();
   for (const Round& r : rounds)
-    json.push_back({{"step", r.step}, {"bytes", r.bytes}, {"triangles", r.triangles}, {"validation_psnr", r.psnr}, {"validation_ssim", r.ssim}});
+    json.push_back({{"step", r.step}, {"bytes", r.bytes}, {"triangles", r.triangles}, {"validation_psnr", r.psnr}, {"validation_ssim", r.ssim},
+                    {"from", r.from}, {"smaller", r.smaller}});
   return json;
 }
 
@@ -224,8 +264,12 @@ std::vector<Round> rounds_from_json(const nlohmann::json& json) {
   std::vector<Round> rounds;
   try {
     for (const nlohmann::json& r : json)
+      // Files from before rounds could go back do not say where they began: each with what the one before had left.
       rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(), r.at("triangles").get<std::uint32_t>(),
-                        r.at("validation_psnr").get<double>(), r.at("validation_ssim").get<double>()});
+                        r.at("validation_psnr").get<double>(), r.at("validation_ssim").get<double>(),
+                        r.value("from", std::max<std::size_t>(rounds.size(), 1) - 1), r.value("smaller", true)});
+    for (std::size_t i = 0; i < rounds.size(); ++i)
+      if (rounds[i].from > (i > 0 ? i - 1 : 0)) throw Error("rounds: round {} cannot begin with round {}", i, rounds[i].from);
   } catch (const nlohmann::json::exception& e) {
     throw Error("rounds: {}", e.what());
   }

@@ -21,6 +21,7 @@ class Trainer;
 /// What there is of a soup to give up: share of its bytes and of its triangles that is to stay, 0..1.
 struct Shares {
   double bytes = 1, triangles = 1;
+  bool operator==(const Shares&) const = default;
 };
 /// The soup without what is worth least for the bytes that it takes: of each triangle at most the whole or its finest level goes, the backdrop's triangles
 /// stay. At least one triangle is kept. backdrop: [T].
@@ -37,15 +38,24 @@ struct Round {
   std::uint64_t bytes = 0;
   std::uint32_t triangles = 0;
   double psnr = 0, ssim = 0;  // means over the validation views
+  std::size_t from = 0;       // the round whose soup this one began with; the first one is its own
+  bool smaller = false;       // and whether something was taken from it
+};
+
+/// What the round to come begins with: the soup that was there after round `from`, of which so much is to stay. The shares are 1 where the same soup is to be
+/// trained on.
+struct NextRound {
+  std::size_t from = 0;
+  Shares shares;
+  bool operator==(const NextRound&) const = default;
 };
 
 /// Whether a round's model is within the goal of the settings.
 bool meets(const Round& round, const Settings& settings);
 /// Whether `settings` have a goal.
 bool has_goal(const Settings& settings);
-/// What to do after the rounds so far: how much of the last round's soup is to stay in the next one, or nothing where there is no next one. The shares are 1
-/// where the same soup is to be trained on.
-std::optional<Shares> next_shares(std::span<const Round> rounds, const Settings& settings);
+/// What to do after the rounds so far, or nothing where there is no next one. Either the last round goes on, or, where too much was taken, the best one does.
+std::optional<NextRound> next_round(std::span<const Round> rounds, const Settings& settings);
 /// The round whose model is the result: of those that meet the goal the one of fewest bytes (of triangles, where these are the goal); where none does the one
 /// that comes closest. Throws nothing; rounds must not be empty.
 std::size_t best_round(std::span<const Round> rounds, const Settings& settings);

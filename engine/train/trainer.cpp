@@ -273,6 +273,16 @@ Worth Trainer::worth(std::size_t most_views) {
   return measure_worth(gpu_, soup_, frame_, scene_, chosen, given_exposures(), settings_.batch);
 }
 
+void Trainer::go_back(const std::filesystem::path& path) {
+  const Stopwatch watch;
+  const soup::Safetensors file = soup::Safetensors::open(path);
+  read_soup(file, path);
+  read_exposures(file);
+  Step(gpu_, soup_, frame_).sum_textures();
+  gpu_.wait();
+  seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
+}
+
 void Trainer::begin_round(const Shares& shares) {
   const Stopwatch watch;
   if (shares.bytes < 1 || shares.triangles < 1) {

@@ -14,6 +14,7 @@
 
 #include "gpu/device.h"
 #include "scene/scene.h"
+#include "soup/safetensors.h"
 #include "train/coarse_views.h"
 #include "train/evaluate.h"
 #include "train/exposure.h"
@@ -83,6 +84,9 @@ class Trainer {
   std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
   /// What a finished training's triangles are worth, in up to `most_views` training views, spread evenly.
   Worth worth(std::size_t most_views = 64);
+  /// What is trained is again what it was in a checkpoint of this training; the steps so far stay counted. For begin_round() with something to take away,
+  /// which begins the optimiser anew. One rank only. Throws Error where the file cannot be read.
+  void go_back(const std::filesystem::path& checkpoint);
   /// Makes a finished training's soup smaller (train/simplify.h); run() then trains it for Settings::round_steps steps more.
   void begin_round(const Shares& shares);
   std::uint64_t step() const { return step_; }
@@ -111,6 +115,9 @@ class Trainer {
 
  private:
   void prepare();
+  /// Its triangles, textures and MLP with their moments. Those of exposures, once there is room for them (prepare()).
+  void read_soup(const soup::Safetensors& file, const std::filesystem::path& path);
+  void read_exposures(const soup::Safetensors& file);
   std::uint64_t next_event(const Callbacks& callbacks) const;
   bool is_evaluation(const Callbacks& callbacks) const;
   void train_until(std::uint64_t last, const Callbacks& callbacks);

@@ -117,6 +117,12 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
   cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
 
+  read_soup(file, path);
+  prepare();
+  read_exposures(file);
+}
+
+void Trainer::read_soup(const soup::Safetensors& file, const std::filesystem::path& path) {
   const auto rows = file.values<std::uint32_t>("texture_table");
   if (rows.size() % 4 != 0 || rows.empty())
     throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
@@ -130,15 +136,19 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});
   allocate_soup(gpu_, soup_, {reinterpret_cast<const glm::vec3*>(vertices.data()), vertices.size() / 3}, table.entries);
   allocate_mlp(gpu_, soup_, {});
-  const auto upload = [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
+  each_array(soup_, [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
     const auto values = file.values<float>(name, {n});
     std::uint64_t first = 0, last = n;
     if (held == Held::by_owners) first = soup_.source_at(soup_.own().first) * soup::kChannels, last = soup_.source_at(soup_.own().last) * soup::kChannels;
     if (last > first) gpu_.upload(buffer.address(), std::as_bytes(std::span(values).subspan(first, last - first)));
-  };
-  each_array(soup_, upload);
-  prepare();
-  each_array(exposures_, upload);
+  });
+}
+
+void Trainer::read_exposures(const soup::Safetensors& file) {
+  each_array(exposures_, [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n, Held) {
+    const auto values = file.values<float>(name, {n});
+    gpu_.upload(buffer.address(), std::as_bytes(std::span(values)));
+  });
 }
 
 }  // namespace trisoup::train

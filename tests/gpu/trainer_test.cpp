@@ -372,6 +372,34 @@ TEST_CASE("a round of simplifying goes on from a checkpoint with the same bits, 
   CHECK(whole.triangles() <= (before + 1) / 2);
 }
 
+TEST_CASE("a round that took too much is undone, and the steps stay counted", "[trainer]") {
+  auto gpu = test::open_device();
+  const scene::Scene scene = square_scene();
+  train::Settings settings = short_settings();
+  settings.target_psnr = 20;
+  settings.round_steps = 10;
+  const test::TemporaryFolder folder;
+  const auto state = folder.path() / "round-0.safetensors";
+  train::Trainer trainer(*gpu, scene, settings, start(settings));
+  trainer.run({});
+  const soup::Model before = trainer.model();
+  trainer.write_checkpoint(state);
+  trainer.begin_round({0.5, 1});
+  trainer.run({});
+  REQUIRE(trainer.model().lattice.size() < before.lattice.size());
+  trainer.go_back(state);
+  const soup::Model back = trainer.model();
+  CHECK(back.lattice == before.lattice);
+  CHECK(back.vertices == before.vertices);
+  CHECK(back.mlp.parameters == before.mlp.parameters);
+  CHECK(trainer.step() == 50);
+  trainer.begin_round({0.9, 1});
+  CHECK(trainer.last_step() == 60);
+  trainer.run({});
+  CHECK(trainer.finished());
+  CHECK(trainer.model().lattice.size() > 0.8 * double(before.lattice.size()));
+}
+
 TEST_CASE("a training is brought to its knee on the way, and goes on from a checkpoint with the same bits", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();

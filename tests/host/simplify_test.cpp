@@ -18,17 +18,21 @@ namespace {
 
 std::vector<soup::TextureEntry> table_of(const std::vector<soup::TextureLevels>& levels) { return soup::make_texture_table(levels).entries; }
 
-/// Rounds of an imagined soup: a halving of the bytes costs more dB each time; a removal is not what it was meant to be by up to a tenth.
-std::vector<Round> simulate(const Settings& s, double best_psnr) {
+/// Rounds of an imagined soup: a halving of the bytes costs more dB each time, by its power `curve`; a removal is a tenth more or less
+/// than what it was meant to be.
+std::vector<Round> simulate(const Settings& s, double best_psnr, double curve = 2) {
   std::vector<Round> rounds{{s.steps, 8'000'000, 5000, best_psnr, 0.9}};
-  double wobble = 0.05;
-  while (const auto shares = next_shares(rounds, s)) {
-    Round r = rounds.back();
+  double wobble = 0.1;
+  while (const auto next = next_round(rounds, s)) {
+    const Shares shares = next->shares;
+    Round r = rounds.at(next->from);
+    r.from = next->from;
+    r.smaller = shares != Shares{};
     r.step += s.round_steps;
-    r.triangles = static_cast<std::uint32_t>(r.triangles * std::min(shares->triangles, 0.5 + 0.5 * shares->bytes));
-    r.bytes = static_cast<std::uint64_t>(double(r.bytes) * std::min(shares->bytes * (1 + (wobble = -wobble)), shares->triangles));
+    r.triangles = static_cast<std::uint32_t>(r.triangles * std::min(shares.triangles, 0.5 + 0.5 * shares.bytes));
+    r.bytes = static_cast<std::uint64_t>(double(r.bytes) * std::min(r.smaller ? 1 - (1 - shares.bytes) * (1 + (wobble = -wobble)) : 1.001, shares.triangles));
     const double halvings = std::log2(8e6 / double(r.bytes));
-    r.psnr = best_psnr - 0.15 * halvings * halvings;
+    r.psnr = best_psnr - 0.15 * std::pow(std::max(0.0, halvings), curve);
     r.ssim = 1 - 0.1 * std::exp2(0.1 * halvings);
     rounds.push_back(r);
     REQUIRE(rounds.size() < 100);
@@ -132,6 +136,39 @@ TEST_CASE("rounds end just above a quality, whatever it is", "[simplify]") {
   CHECK(best.ssim < 0.895);
 }
 
+TEST_CASE("a round that took too much is gone back on", "[simplify]") {
+  // Of a soup that falls apart all at once: what the halvings before have cost says nothing of the next one.
+  for (const double target : {22.0, 24.0, 25.5, 27.5}) {
+    CAPTURE(target);
+    Settings s = goal_settings();
+    s.target_psnr = target;
+    const auto rounds = simulate(s, 28.0, 5);
+    const Round& best = rounds[best_round(rounds, s)];
+    CHECK(meets(best, s));
+    CHECK(best.psnr - target < 0.2);
+    CHECK(rounds.size() <= 10);
+    std::size_t returns = 0;
+    for (std::size_t i = 1; i < rounds.size(); ++i) returns += rounds[i].from != i - 1;
+    CHECK(returns > 0);
+  }
+}
+
+TEST_CASE("what nearly reaches a quality is trained on, once", "[simplify]") {
+  Settings s = goal_settings();
+  s.target_psnr = 25;
+  std::vector<Round> rounds{{1000, 1000, 100, 26.0, 0.9, 0, false}, {1050, 600, 60, 24.9, 0.9, 0, true}};
+  CHECK(next_round(rounds, s) == NextRound{1, {}});
+  rounds.push_back({1100, 601, 60, 24.95, 0.9, 1, false});
+  const auto next = next_round(rounds, s);
+  REQUIRE(next);
+  CHECK(next->from == 0);
+  // On a line to what missed it, in halvings of the bytes.
+  CHECK(next->shares.bytes == Approx(std::pow(0.601, 1 / 1.05)));
+  // Where there is little to gain it is over.
+  rounds.push_back({1150, 618, 62, 25.2, 0.9, 0, true});
+  CHECK_FALSE(next_round(rounds, s));
+}
+
 TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
   Settings s = goal_settings();
   s.max_bytes = 1'000'000;
@@ -165,7 +202,11 @@ TEST_CASE("rounds go through a checkpoint", "[simplify]") {
   const auto again = rounds_from_json(to_json(rounds));
   REQUIRE(again.size() == rounds.size());
   CHECK(to_json(again) == to_json(rounds));
-  CHECK(next_shares(again, s).has_value() == next_shares(rounds, s).has_value());
+  CHECK(next_round(again, s) == next_round(rounds, s));
+  for (std::size_t i = 1; i < rounds.size(); ++i) CHECK(next_round(std::span(again).first(i), s) == next_round(std::span(rounds).first(i), s));
+  auto damaged = to_json(rounds);
+  damaged[1]["from"] = 1;
+  CHECK_THROWS_AS(rounds_from_json(damaged), Error);
   CHECK_THROWS_AS(rounds_from_json(nlohmann::json::parse(R"([{"step": 1}])")), Error);
 }
 
