@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "atomic_file.h"
-#include "error.h"
 
 namespace trisoup::train {
 
