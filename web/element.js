@@ -58,6 +58,8 @@ export class TriSoup extends HTMLElement {
   #first = true;          // nothing has been drawn of this source yet
   #time = null;           // of the last tick, while something moves by itself
   #resize; #intersection;
+  #box = { width: 0, height: 0 };  // CSS pixels
+  #ratio = devicePixelRatio;       // of the canvas
 
   constructor() {
     super();
@@ -154,8 +156,12 @@ export class TriSoup extends HTMLElement {
     } else {
       this.#time = null;
     }
+    if (this.#ratio !== devicePixelRatio) this.ratioChanged();
     if (this.#dirty) this.#guard(() => this.#draw(drawn));
   }
+
+  /** The element has as many CSS pixels as before, and each has others of the screen: not every observer of sizes tells that. */
+  ratioChanged() { this.#fit(this.#box); }
 
   contextLost() {
     if (this.#navigation) this.#show(LOST);
@@ -253,8 +259,13 @@ export class TriSoup extends HTMLElement {
   }
 
   #resized(entry) {
-    // Pixel for pixel where the browser knows them (an emulated screen does not, and tells something else).
-    const device = entry.devicePixelContentBoxSize?.[0], css = entry.contentRect;
+    this.#box = entry.contentRect;
+    this.#fit(this.#box, entry.devicePixelContentBoxSize?.[0]);
+  }
+
+  /** device: the box in the screen's pixels, where the browser knows them (an emulated screen does not, and tells something else). */
+  #fit(css, device) {
+    this.#ratio = devicePixelRatio;
     const size = [[css.width, device?.inlineSize], [css.height, device?.blockSize]].map(([side, exact]) =>
       Math.abs(side * devicePixelRatio - exact) <= 1 ? exact : Math.round(side * devicePixelRatio));
     // What the device cannot draw is drawn smaller, and enlarged.

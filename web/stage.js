@@ -61,6 +61,15 @@ class Stage {
     });
     this.#canvas.addEventListener("webglcontextrestored", () => this.#restore());
     this.renderer = new Renderer(this.gl);
+    this.#watchRatio();
+  }
+
+  /** A window that moves to another screen, or a page that is zoomed: a query knows one ratio, so each change wants a new one. */
+  #watchRatio() {
+    matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
+      for (const element of this.#elements) element.ratioChanged();
+      this.#watchRatio();
+    }, { once: true });
   }
 
   async #restore() {

@@ -365,6 +365,16 @@ test("fingers on an exported page turn, move and near the scene, and not the pag
   writeFileSync(join(scratch, "pictures", "phone-moved.png"), await page.screenshot());
 }, { screen: { width: 390, height: 844, ratio: 1, touch: true } }));
 
+// An emulated screen tells nobody of its new ratio, so this is what a page finds when it draws next.
+test("on a screen of another ratio there are as many pixels as it has", () => on("/one.html", async (page) => {
+  for (const [camera, ratio] of [2, 1, 1.5].entries()) {
+    await page.send("Emulation.setDeviceMetricsOverride", { width: 800, height: 600, deviceScaleFactor: ratio, mobile: false });
+    const { width, height, rgba } = await picture(page, 0, { settings: { camera } });
+    assert.deepEqual([width, height], [ratio * SIZE, ratio * SIZE]);
+    assert.ok(rgba.some((value) => value < 100), "it is drawn anew");
+  }
+}));
+
 test("a page of one file opens from a disk and asks for nothing", () => on(`file://${join(scratch, "page.html")}`, async (page) => {
   const shown = await picture(page, 0);
   assert.deepEqual([shown.width, shown.height], [SIZE, SIZE]);
