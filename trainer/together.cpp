@@ -10,7 +10,6 @@
 
 #include "error.h"
 #include "scene/unposed.h"
-#include "train/simplify.h"
 
 namespace trisoup {
 namespace {
@@ -21,11 +20,6 @@ void append(ranks::Bytes& to, const std::vector<T>& values) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
-[[noreturn]] void refuse_goal(const std::string& what, const ranks::Ranks& ranks) {
-  throw Error("{}: {} processes were started, and one alone makes a model smaller; train without a goal, then run soup-simplify OUT as one process", what,
-              ranks.size());
-}
-
 std::string text_of(const ranks::Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
 }  // namespace
@@ -34,10 +28,6 @@ CommandLine of_rank(CommandLine options, const ranks::Ranks& ranks) {
   if (ranks.size() == 1) return options;
   if (options.view) throw Error("--view: {} processes were started, and the window looks on at a single one; leave it out, or start one process", ranks.size());
   if (!options.model.empty()) throw Error("{}: {} processes were started, and one alone makes a model smaller; start one process", options.model, ranks.size());
-  const std::pair<bool, const char*> goals[] = {{options.target_psnr.has_value(), "--target-psnr"}, {options.target_ssim.has_value(), "--target-ssim"},
-                                                {options.max_megabytes.has_value(), "--max-mb"}, {options.max_triangles.has_value(), "--max-triangles"}};
-  for (const auto& [given, name] : goals)
-    if (given) refuse_goal(name, ranks);
   if (scene::find_unposed(options.dataset))
     throw Error("{}: has no poses, and one process alone looks for them; run the same command as one process until it trains, then start several "
                 "with OUT/colmap as DATASET and another -o",
@@ -46,10 +36,6 @@ CommandLine of_rank(CommandLine options, const ranks::Ranks& ranks) {
   options.quiet = options.warnings_elsewhere = true;
   options.timings = false;
   return options;
-}
-
-void check_goal(const train::Settings& settings, const ranks::Ranks& ranks, const std::string& from) {
-  if (ranks.size() > 1 && train::has_goal(settings)) refuse_goal(from + ": was trained towards a goal", ranks);
 }
 
 RankOutput::RankOutput(const std::filesystem::path& output, const ranks::Ranks& ranks) : path_(output) {

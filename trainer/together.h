@@ -16,8 +16,6 @@ namespace trisoup {
 /// The command line as this rank follows it. Ranks but the first are quiet and measure nothing. Throws Error on what several ranks cannot
 /// do.
 CommandLine of_rank(CommandLine options, const ranks::Ranks& ranks);
-/// Throws Error where settings that are taken over `from` a file have a goal, and there are several ranks.
-void check_goal(const train::Settings& settings, const ranks::Ranks& ranks, const std::string& from);
 
 /// Where a rank writes: `output` for the first, for the others a folder of their own that goes with this object.
 class RankOutput {

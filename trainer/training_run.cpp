@@ -108,7 +108,6 @@ void TrainingRun::read() {
   scene_ = read_scene(o_, dataset_);
   if (!begun_ && !file_) find_points(o_, scene_);
   settings_ = begun_ ? o_.resumed(*begun_, scene_, checkpoint()) : file_ ? o_.of_model(file_->settings, scene_) : o_.settings(scene_);
-  if (begun_) check_goal(settings_, ranks_, checkpoint().string());
   if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
   folder_.create();
@@ -153,8 +152,8 @@ void TrainingRun::begin() {
   first_step_ = trainer_->step();
   join_ranks();
   file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
-  simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_,
-                                                    [this](const soup::Model& model) { return soup::encode_model(model, file_options_); },
+  simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_, o_.output,
+                                                    [this](const soup::Model& model) { return soup::encode_model(model, file_options_); }, ranks_,
                                                     rounds_so_far(begun_, checkpoint()));
 }
 
@@ -220,7 +219,8 @@ std::string TrainingRun::what_is_saved(const char* where) const {
 
 void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
   trainer_->run(callbacks);
-  while (has_goal() && trainer_->finished() && !g_stop) {
+  // A signal comes to one rank earlier than to another.
+  while (has_goal() && trainer_->finished() && !(stopped_ = least(ranks_, g_stop ? 0 : 1) == 0)) {
     if (o_.timings) device_->enable_timings(false);
     const bool more = simplifier_->next();
     bar_->clear();
@@ -257,14 +257,24 @@ void TrainingRun::train() {
     bar_->clear();
     throw Error("{} ({})", error.what(), what_is_saved(""));
   }
-  if (trainer_->finished() && !(has_goal() && g_stop)) return;
+  if (trainer_->finished() && !stopped_) return;
   if (o_.timings) print_timings(*device_);
   throw Interrupted{fmt::format("after step {}; go on with --resume", trainer_->step())};
 }
 
+soup::Model TrainingRun::result() {
+  if (!has_goal()) return trainer_->model();
+  ranks::Bytes bytes;
+  if (ranks_.is_first()) {
+    folder_.accept_candidate();
+    const std::string file = read_file(folder_.model());
+    bytes.assign(bytes_of(file).begin(), bytes_of(file).end());
+  }
+  return soup::decode_model(ranks_.from(0, bytes), folder_.model().string()).model;
+}
+
 void TrainingRun::finish() {
-  if (has_goal()) folder_.accept_candidate();
-  const soup::Model model = has_goal() ? soup::read_model(folder_.model()).model : trainer_->model();
+  const soup::Model model = result();
   if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
   if (live_) {
     live_->publish(model);
@@ -278,11 +288,12 @@ void TrainingRun::finish() {
 }
 
 void TrainingRun::help_to_finish() {
-  const soup::Model model = trainer_->model();
+  const soup::Model model = result();
   trainer_->end_training();
   train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, {}, &ranks_);
-  trainer_->evaluate_float();
-  trainer_->training_fit();
+  if (!has_goal()) trainer_->evaluate_float();
+  if (has_goal()) trainer_->training_fit(model);
+  else trainer_->training_fit();
   train::shown_shares(*device_, model, scene_, settings_.test_near, settings_.far, &ranks_);
   about_ranks();
 }

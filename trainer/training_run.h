@@ -47,6 +47,7 @@ class TrainingRun {
   std::string what_is_saved(const char* where) const;
   void check_fit() const;
   std::unique_ptr<train::Trainer> new_trainer();
+  soup::Model result();  // all ranks take part
   void finish();
   void help_to_finish();  // what finish() does on the first of several ranks, all take part in
   nlohmann::json about_ranks();
@@ -73,6 +74,7 @@ class TrainingRun {
   std::unique_ptr<ProgressBar> bar_;
   std::optional<std::uint64_t> saved_;  // step of the last checkpoint
   std::uint64_t first_step_ = 0;        // of this process
+  bool stopped_ = false;                // by a signal, between the rounds of simplifying
 };
 
 /// Runs it to an exit status: errors are printed after the program's name, and told in the window.

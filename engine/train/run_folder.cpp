@@ -118,7 +118,9 @@ void RunFolder::flush_logs() const {
   evaluations_.flush();
 }
 
-std::filesystem::path RunFolder::state_of_round(std::size_t round) const { return path_ / fmt::format("round-{}.safetensors", round); }
+std::filesystem::path RunFolder::state_of_round(const std::filesystem::path& folder, std::size_t round) {
+  return folder / fmt::format("round-{}.safetensors", round);
+}
 
 std::vector<std::filesystem::path> RunFolder::states_of_rounds() const {
   std::vector<std::filesystem::path> states;

@@ -40,7 +40,8 @@ class RunFolder {
   /// The best model of a training that is being simplified, until it becomes model().
   std::filesystem::path candidate() const { return path_ / "candidate.glb"; }
   /// The state of a training that is being simplified after one of its rounds, to go back to, until there is model().
-  std::filesystem::path state_of_round(std::size_t round) const;
+  std::filesystem::path state_of_round(std::size_t round) const { return state_of_round(path_, round); }
+  static std::filesystem::path state_of_round(const std::filesystem::path& folder, std::size_t round);
   std::filesystem::path checkpoint() const { return path_ / "checkpoint.safetensors"; }
   /// Whether there is a checkpoint to go on from.
   bool resumes() const { return resumes_; }

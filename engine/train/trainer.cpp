@@ -53,6 +53,7 @@ std::array<std::uint64_t, 5> sizes_of(const BatchLayout& batch) {
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start, ranks::Ranks* ranks)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+  ranks_ = ranks;
   if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const bool paints = settings_.paint && lift_step(settings_) == 0 && !start.colours.empty();
   const bool coarse = lift_step(settings_) > 0;
@@ -389,8 +390,10 @@ TrainingFit Trainer::training_fit() {
 }
 
 TrainingFit Trainer::training_fit(const soup::Model& model) {
-  SoupBuffers soup = load_model(gpu_, model, scene_.normalisation);
-  return fit_to_training_views(gpu_, soup, frame_, scene_, views_, given_exposures(), settings_.batch);
+  LoadedModel loaded(gpu_, model, scene_.normalisation, ranks_);
+  const BatchSize batch = largest_batch(scene_.train, settings_);
+  loaded.frame.reserve(batch.views, batch.pixels, batch.tiles, loaded.soup.triangles, true);
+  return fit_to_training_views(gpu_, loaded.soup, loaded.frame, scene_, views_, given_exposures(), settings_.batch);
 }
 
 std::vector<glm::vec4> Trainer::exposures() {

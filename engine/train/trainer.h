@@ -148,7 +148,8 @@ class Trainer {
   std::uint64_t photographs_;          // fingerprint
   Frame frame_;
   SoupBuffers soup_;
-  std::optional<SharedSoup> shared_;   // where there are several ranks
+  ranks::Ranks* ranks_ = nullptr;      // null: this process alone
+  std::optional<SharedSoup> shared_;   // where there are several
   Photographs photos_;
   std::optional<Exposures> exposures_;  // where settings ask for them
   std::vector<BatchView> views_, half_views_;

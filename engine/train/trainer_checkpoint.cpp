@@ -85,6 +85,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path, ranks::Ranks* ranks)
     : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+  ranks_ = ranks;
   if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const soup::Safetensors file = soup::Safetensors::open(path);
   const auto text = [&](const char* key) { return checkpoint_text(file, path, key); };

@@ -14,6 +14,8 @@ fail() {
   exit 1
 }
 psnr_of() { grep -o '"psnr": [0-9.]*' "$1" | tail -n 1 | cut -d' ' -f2; }  # psnr_of METRICS: the mean of the test views
+# round_that_went_back RUN: the first round of simplifying that began with an older one's soup, if any.
+round_that_went_back() { grep -o '"from": [0-9]*' "$1/metrics.json" | awk 'NR > 1 && $2 != NR - 2 { print NR - 1; exit }'; }
 
 # The bits of a checkpoint: all but the seconds that it took, and the spaces that fill its header up.
 state_of() {
