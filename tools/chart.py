@@ -393,6 +393,43 @@ def quality_over_knee(rows):
     return figure
 
 
+def quality_over_goals(rows):
+    """Quality over bytes, of trainings towards a PSNR, and of those of the same scene without goal and knee: the uniform way."""
+    found = collections.defaultdict(lambda: {"goal": [], "uniform": []})
+    for r in rows:
+        s = r["settings"]
+        if r["record"] != "model" or None in (r["psnr"], r["ssim"], r["bytes"]) or not {"knee", "target_psnr", "samples_per_pixel"} <= s.keys():
+            continue
+        if s["target_psnr"] > 0:
+            found[scene_name(r)]["goal"].append((r["bytes"] * 1e-6, r["psnr"], r["ssim"], f"{s['target_psnr']:g} dB"))
+        elif s["knee"] == 0:
+            found[scene_name(r)]["uniform"].append((r["bytes"] * 1e-6, r["psnr"], r["ssim"], s["samples_per_pixel"]))
+    found = {k: v for k, v in sorted(found.items()) if len(v["goal"]) > 2}
+    if not found:
+        return None
+    figure, grid = plt.subplots(2, len(found), figsize=(3.3 * len(found) + 0.5, 4.6), squeeze=False)
+    figure.subplots_adjust(left=0.07, right=0.98, wspace=0.26, bottom=0.1, top=0.94, hspace=0.12)
+    for column, (scene, series) in enumerate(found.items()):
+        goals = sorted(series["goal"])
+        for axes, quality in zip(grid[:, column], [1, 2]):
+            axes.plot([p[0] for p in goals], [p[quality] for p in goals], color="black", marker="o", mfc="white", mew=0.8, label="--target-psnr")
+            for samples, marker in zip(sorted({p[3] for p in series["uniform"]}, reverse=True), ["s", "v", "D", "^"]):
+                points = sorted(p for p in series["uniform"] if p[3] == samples)
+                axes.plot([p[0] for p in points], [p[quality] for p in points], color="#777777", ls="--", lw=0.8, marker=marker, ms=3.5, mfc="white", mew=0.8,
+                          label=f"uniform, samples for each pixel: {samples:g}")
+            for p in goals if quality == 1 else []:
+                axes.annotate(p[3], (p[0], p[1]), xytext=(-3, 5), textcoords="offset points", ha="right", fontsize=6)
+            logarithmic(axes)
+            axes.margins(x=0.12, y=0.12)
+            if column == 0:
+                axes.set_ylabel("PSNR [dB]" if quality == 1 else "SSIM")
+        grid[0][column].set_title(title(scene), loc="left")
+        grid[0][column].tick_params(labelbottom=False)
+        grid[1][column].set_xlabel("model file [MB]")
+    grid[0][-1].legend(loc="lower right", fontsize=6, frameon=False)
+    return figure
+
+
 def step_by_kernel(rows):
     """Stacked over pixels, at the number of triangles that has most sizes, and over triangles, at the size that has most of them."""
     steps = collections.defaultdict(dict)
@@ -476,7 +513,7 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
         figures = {"quality_over_time": quality_over_time(rows, "cpu_seconds" if arguments.time == "cpu" else "seconds"),
                    "ablations": ablations(rows), "quality_over_rate": quality_over_rate(rows), "quality_over_knee": quality_over_knee(rows),
-                   "step_by_kernel": step_by_kernel(rows)}
+                   "quality_over_goals": quality_over_goals(rows), "step_by_kernel": step_by_kernel(rows)}
         revisions = sorted({r["revision"] for r in rows if r["record"] in ("evaluation", "model")})
         if len(revisions) > 1:
             warn(f"{arguments.results}: trainings of {len(revisions)} revisions of the program ({', '.join(revisions)}) in one picture")

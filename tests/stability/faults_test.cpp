@@ -81,7 +81,9 @@ struct Twins {
   std::uint32_t done = 0;
 };
 
-float bad_number() {
+/// Through a driver (or on an emulated device), where a step takes long, the two ends: what is no number, and the largest that is one.
+float bad_number(const gpu::Device& device) {
+  if (device.info().backend != "cpu") return GENERATE(std::numeric_limits<float>::quiet_NaN(), 3e38f);
   return GENERATE(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(), 3e38f);
 }
 
@@ -89,7 +91,7 @@ float bad_number() {
 
 TEST_CASE("a vertex that is not a number takes its triangle out of the picture and nothing else", "[faults]") {
   auto gpu = test::open_device();
-  const float bad = bad_number();
+  const float bad = bad_number(*gpu);
   CAPTURE(bad);
   Twins t(*gpu);
   constexpr std::uint32_t kTriangle = 5, kVertex = 1;
@@ -120,7 +122,7 @@ TEST_CASE("a vertex that is not a number takes its triangle out of the picture a
 
 TEST_CASE("a texel that is not a number is reset before it is seen", "[faults]") {
   auto gpu = test::open_device();
-  const float bad = bad_number();
+  const float bad = bad_number(*gpu);
   CAPTURE(bad);
   Twins t(*gpu);
   constexpr std::uint32_t kTriangle = 3, kSample = 11, kChannel = 6;
