@@ -131,7 +131,8 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
   return soup;
 }
 
-LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks) : frame(gpu) {
+LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks, Frame* in)
+    : frame(in ? *in : own_frame_.emplace(gpu)) {
   if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, frame, *ranks);
   load_into(gpu, soup, model, normalisation);
 }

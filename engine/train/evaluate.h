@@ -45,16 +45,19 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
 /// A model as the kernels render it: 8-bit textures, normalised coordinates. No gradients and no moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
 
-/// The same with a frame to render it in. With several ranks each has a part of the triangles, as in training, and all make the same calls; the first
-/// has the textures, `model` of the others may be without. ranks: null: this process alone.
+/// The same with a frame to render it in: `in`, or one of its own. With several ranks each has a part of the triangles, as in training, and all make the same
+/// calls; the first has the textures, `model` of the others may be without. ranks: null: this process alone.
 class LoadedModel {
  public:
-  LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks = nullptr);
-  SoupBuffers soup;
-  Frame frame;
+  LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks = nullptr, Frame* in = nullptr);
 
  private:
+  std::optional<Frame> own_frame_;
   std::optional<SharedSoup> shared_;
+
+ public:
+  SoupBuffers soup;
+  Frame& frame;
 };
 
 /// The same to be trained on: logits of the finest level alone, moments of zero. What is opaque stays so.

@@ -390,10 +390,8 @@ TrainingFit Trainer::training_fit() {
 }
 
 TrainingFit Trainer::training_fit(const soup::Model& model) {
-  LoadedModel loaded(gpu_, model, scene_.normalisation, ranks_);
-  const BatchSize batch = largest_batch(scene_.train, settings_);
-  loaded.frame.reserve(batch.views, batch.pixels, batch.tiles, loaded.soup.triangles, true);
-  return fit_to_training_views(gpu_, loaded.soup, loaded.frame, scene_, views_, given_exposures(), settings_.batch);
+  LoadedModel loaded(gpu_, model, scene_.normalisation, ranks_, &frame_);
+  return fit_to_training_views(gpu_, loaded.soup, frame_, scene_, views_, given_exposures(), settings_.batch);
 }
 
 std::vector<glm::vec4> Trainer::exposures() {
