@@ -4,13 +4,13 @@
 
 KERNEL(64, ArithmeticArgs) {
   const uint i = thread_index();
-  // As many numbers as hide the latency of one and fill a CPU's vectors.
-  float x[32];
-  UNROLL for (uint c = 0u; c < 32u; ++c) x[c] = float(i & 63u) * 0.001f + float(c);
+  // As many numbers as hide the latency of one, and no more than 16 registers hold beside the two that all share.
+  float x[14];
+  UNROLL for (uint c = 0u; c < 14u; ++c) x[c] = float(i & 63u) * 0.001f + float(c);
   for (uint k = 0u; k < a.rounds; ++k) {
-    UNROLL for (uint c = 0u; c < 32u; ++c) x[c] = x[c] * a.factor + a.summand;
+    UNROLL for (uint c = 0u; c < 14u; ++c) x[c] = x[c] * a.factor + a.summand;
   }
   float sum = 0.0f;
-  UNROLL for (uint c = 0u; c < 32u; ++c) sum += x[c];
+  UNROLL for (uint c = 0u; c < 14u; ++c) sum += x[c];
   a.result.v[i] = sum;
 }

@@ -197,14 +197,17 @@ double arithmetic(gpu::Device& gpu) {
   gpu.enable_timings(true);
   double best = 0;
   for (std::uint32_t rounds = 1; rounds <= 1u << 16; rounds *= 4) {
-    gpu.reset_timings();
-    for (int i = 0; i < 3; ++i) {
+    // The fastest of several: one that something else held up is no reason to stop at so few rounds that launching is most of it.
+    double fastest = 1e30;
+    for (int i = 0; i < 15; ++i) {
+      gpu.reset_timings();
       gpu.launch({"arithmetic"}, kGroups, kernels::ArithmeticArgs{result.address(), rounds, 0.999f, 0.001f, 0});
       gpu.cut();
+      fastest = std::min(fastest, gpu.timings()["arithmetic"].milliseconds);
     }
-    const double ms = gpu.timings()["arithmetic"].milliseconds;
-    if (ms > 0) best = std::max(best, 3 * 64.0 * rounds * kGroups * 64 / (1e-3 * ms));
-    if (!(ms > 0) || ms > 3 * kMilliseconds) break;  // without timestamps there is nothing to stop at
+    if (!(fastest > 0)) break;  // without timestamps there is nothing to stop at
+    best = std::max(best, 28.0 * rounds * kGroups * 64 / (1e-3 * fastest));
+    if (fastest > kMilliseconds) break;
   }
   gpu.enable_timings(false);
   return best;
