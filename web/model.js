@@ -5,8 +5,8 @@ import { decodeLattices, fillAtlas, makeAtlas } from "./lattice.js";
 import { crc32, isWholePng, pngSize } from "./png.js";
 
 export const EXTENSION = "TRISOUP_neural_textures";
-const VERSIONS = 2, MAX_PAGES = 256, PAGE_SIDE = 4096, MAX_STEP = 128;
-const PLACE_BYTES = 8, TRIANGLE_BYTES = 36;
+const VERSIONS = 3, MAX_PAGES = 256, PAGE_SIDE = 4096, MAX_STEP = 128;
+const PLACE_BYTES = 8, TRIANGLE_BYTES = 36, POSE_FLOATS = 7;
 export const MAX_LEVEL = 5;  // of a lattice
 export const MLP_PARAMETERS = 595;
 
@@ -169,7 +169,7 @@ class Reader {
     return mlp;
   }
 
-  /** Textures of version 2. */
+  /** Textures of versions 2 and 3. */
   textures(triangles) {
     const { bufferView, crc32: sum, steps } = this.extension.textures, bytes = this.view(bufferView);
     if (crc32(bytes) !== this.whole(sum)) throw this.damaged("has damaged textures");
@@ -242,17 +242,49 @@ class Reader {
   }
 
   cameras() {
-    const cameras = (this.extension.cameras ?? []).map((row) => {
-      const [width, height] = [0, 1].map((i) => this.whole(row.size[i]));
-      const [fx, fy, cx, cy] = [row.focal[0], row.focal[1], row.centre[0], row.centre[1]].map((x) => this.number(x));
-      const pose = Array.from({ length: 12 }, (_, i) => this.number(row.world_to_camera[i]));
-      const camera = { name: String(row.name), test: row.test === true, width, height, fx, fy, cx, cy, pose };
-      if (!possible(camera)) throw this.damaged("has an impossible camera");
-      return camera;
-    });
+    const { cameras = [] } = this.extension;
+    const read = Array.isArray(cameras) ? cameras.map((row) => this.camera(row, row.name, row.test === true, this.pose(row))) : this.table(cameras);
+    if (!read.every(possible)) throw this.damaged("has an impossible camera");
     // Array.sort is stable: beyond that the order is the file's.
-    return cameras.sort((a, b) => Number(b.test) - Number(a.test));
+    return read.sort((a, b) => Number(b.test) - Number(a.test));
   }
+
+  /** lens: an object with size, focal and centre. */
+  camera(lens, name, test, pose) {
+    const [width, height] = [0, 1].map((i) => this.whole(lens.size[i]));
+    const [fx, fy, cx, cy] = [lens.focal[0], lens.focal[1], lens.centre[0], lens.centre[1]].map((x) => this.number(x));
+    return { name: String(name), test, width, height, fx, fy, cx, cy, pose };
+  }
+
+  /** Of versions 1 and 2. */
+  pose(row) {
+    return Array.from({ length: 12 }, (_, i) => this.number(row.world_to_camera[i]));
+  }
+
+  /** Cameras of version 3: what photographs of one lens have in common is told once. */
+  table({ names, test, lenses, lens, poses }) {
+    const bytes = this.view(poses);
+    if (!Array.isArray(names) || bytes.length !== 4 * POSE_FLOATS * names.length) throw this.damaged("has another number of poses than of cameras");
+    const numbers = this.floats(bytes), ofTest = new Set(test.map((index) => this.whole(index)));
+    if (!numbers) throw this.damaged("has an impossible camera");
+    if ([...ofTest].some((index) => index >= names.length)) throw this.damaged("has a test view that it has no camera of");
+    return names.map((name, i) => {
+      const its = lenses[lens ? this.whole(lens[i]) : 0];
+      return this.camera(its, name, ofTest.has(i), poseOf(numbers.subarray(POSE_FLOATS * i, POSE_FLOATS * (i + 1))));
+    });
+  }
+}
+
+/** Rotation and translation, 3 x 4 row by row, from a unit quaternion x, y, z, w and a translation. */
+function poseOf([x0, y0, z0, w0, ...place]) {
+  // Far from unit length it is no rotation, and `possible` says so.
+  const length = Math.hypot(x0, y0, z0, w0), unit = Math.abs(length - 1) < 1e-3 ? length : 1;
+  const [x, y, z, w] = [x0, y0, z0, w0].map((value) => value / unit);
+  return [
+    1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), place[0],
+    2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), place[1],
+    2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), place[2],
+  ];
 }
 
 function possible({ width, height, fx, fy, cx, cy, pose }) {

@@ -31,7 +31,11 @@ nlohmann::json bytes_by_part(std::span<const std::byte> file, const std::string&
   for (const nlohmann::json& image : glb.document.at("images")) colours += parts.view(image.at("bufferView")).size();
   bytes["plain_colours"] = colours;
   bytes["mlp"] = parts.view(extension.at("mlp")).size();
-  bytes["cameras"] = extension.contains("cameras") ? extension["cameras"].dump().size() : 0;
+  bytes["cameras"] = 0;
+  if (extension.contains("cameras")) {
+    const nlohmann::json& cameras = extension["cameras"];
+    bytes["cameras"] = cameras.dump().size() + (cameras.contains("poses") ? parts.view(cameras["poses"]).size() : 0);
+  }
   std::size_t told = 0;
   for (const auto& part : bytes) told += part.get<std::size_t>();
   bytes["rest"] = file.size() - told;

@@ -17,6 +17,7 @@
 #include "soup/bake.h"
 #include "soup/glb.h"
 #include "soup/lattice_code.h"
+#include "soup/model_cameras.h"
 #include "soup/model_parts.h"
 #include "soup/texture_table.h"
 
@@ -25,7 +26,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kVersion = 2;
+constexpr std::size_t kVersion = 3;
 // glTF's numbers for types of components and of buffers.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
@@ -134,53 +135,6 @@ json node_matrix(const glm::dvec3& up, const glm::dvec3& origin) {
   return {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, place.x, place.y, place.z, 1};
 }
 
-/// As many digits as a float has; more of them would be a fifth of a small model.
-double in_short(double value) {
-  constexpr double kParts = 1e8;
-  return std::abs(value) < 1e6 ? std::round(value * kParts) / kParts : value;
-}
-
-json cameras_json(const std::vector<ModelCamera>& cameras) {
-  json rows = json::array();
-  for (const ModelCamera& c : cameras) {
-    const scene::Camera& k = c.camera;
-    json pose = json::array();
-    for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) pose.push_back(in_short(k.world_to_camera[column][row]));
-    rows.push_back({{"name", c.name}, {"test", c.test}, {"size", {k.width, k.height}}, {"focal", {in_short(k.fx), in_short(k.fy)}},
-                    {"centre", {in_short(k.cx), in_short(k.cy)}}, {"world_to_camera", pose}});
-  }
-  return rows;
-}
-
-ModelCamera camera_of(const json& row) {
-  ModelCamera c;
-  c.name = row.at("name").get<std::string>();
-  c.test = row.at("test").get<bool>();
-  // Larger numbers would wrap.
-  const auto side = [&](int i) { return static_cast<int>(std::clamp<std::int64_t>(row.at("size").at(i).get<std::int64_t>(), 0, 65536)); };
-  c.camera.width = side(0);
-  c.camera.height = side(1);
-  c.camera.fx = row.at("focal").at(0).get<double>();
-  c.camera.fy = row.at("focal").at(1).get<double>();
-  c.camera.cx = row.at("centre").at(0).get<double>();
-  c.camera.cy = row.at("centre").at(1).get<double>();
-  for (int i = 0; i < 12; ++i) c.camera.world_to_camera[i % 4][i / 4] = row.at("world_to_camera").at(i).get<double>();
-  return c;
-}
-
-bool possible(const scene::Camera& c) {
-  constexpr double kLargest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
-  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 1e-3 && c.fy > 1e-3 && c.fx < kLargest &&
-            c.fy < kLargest && std::abs(c.cx) < kLargest && std::abs(c.cy) < kLargest;
-  for (int i = 0; i < 3; ++i) ok = ok && std::abs(c.world_to_camera[3][i]) < kLargest;
-  const glm::dmat3 rotation(c.world_to_camera);
-  const glm::dmat3 product = rotation * glm::transpose(rotation);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) ok = ok && std::abs(product[i][j] - (i == j)) < 1e-3;
-  return ok && finite(glm::dvec3(c.world_to_camera[3]));
-}
-
 std::uint32_t checksum(std::span<const std::byte> bytes) {
   return static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
 }
@@ -242,7 +196,11 @@ json extension_json(const Model& model, const ModelFileOptions& options, Binary&
   if (is_moved(model)) extension["origin"] = {model.origin.x, model.origin.y, model.origin.z};
   extension["settings"] = options.settings;
   if (options.up) extension["up"] = {options.up->x, options.up->y, options.up->z};
-  if (!options.cameras.empty()) extension["cameras"] = cameras_json(options.cameras);
+  if (!options.cameras.empty()) {
+    const CodedCameras cameras = code_cameras(options.cameras);
+    extension["cameras"] = cameras.json;
+    extension["cameras"]["poses"] = binary.add(cameras.poses.data(), cameras.poses.size() * sizeof(float));
+  }
   return extension;
 }
 
@@ -382,10 +340,7 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
       file.up = vector("up");
       if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12)) throw parts.damaged("has an up direction without a length");
     }
-    for (const json& row : extension.value("cameras", json::array())) {
-      file.cameras.push_back(camera_of(row));
-      if (!possible(file.cameras.back().camera)) throw parts.damaged("has an impossible camera");
-    }
+    if (extension.contains("cameras")) file.cameras = read_cameras(parts, extension["cameras"]);
   } catch (const json::exception& e) {
     throw Error("{}: its JSON is not that of a trisoup model ({}); export it again", name, printable(e.what()));
   }

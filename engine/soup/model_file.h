@@ -12,19 +12,12 @@
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 
-#include "scene/camera.h"
 #include "soup/atlas.h"
+#include "soup/model_cameras.h"
 #include "soup/refinement.h"
 #include "soup/soup.h"
 
 namespace trisoup::soup {
-
-/// A camera that the model was trained or tested with, in normalised coordinates.
-struct ModelCamera {
-  std::string name;  // of its photograph, UTF-8
-  bool test = false;
-  scene::Camera camera;
-};
 
 struct ModelFileOptions {
   std::optional<glm::dvec3> up;            // of the dataset, where it is known; glTF viewers get it as +Y
@@ -42,7 +35,7 @@ struct ModelFile {
   TextureSteps texture_steps = kExactTextures;  // those of the file: with them the model is written again in as few bytes
   nlohmann::json settings;
   std::optional<glm::dvec3> up;
-  std::vector<ModelCamera> cameras;  // as they were written; none in files before there were any
+  std::vector<ModelCamera> cameras;  // as they were written, but for the rounding of code_cameras; none in files before there were any
 };
 
 /// The bytes of a model.glb. decode_model gives back the same vertices, lattices and MLP to the bit; lattices lie in triangle

@@ -7,6 +7,9 @@
 #include <cstring>
 #include <limits>
 #include <set>
+#include <tuple>
+
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "common/host.h"
 #include "error.h"
@@ -66,6 +69,20 @@ std::vector<std::byte> first_version() {
 }
 
 nlohmann::json& extension_of(nlohmann::json& document) { return document["extensions"]["TRISOUP_neural_textures"]; }
+
+soup::ModelCamera some_camera(const std::string& name, bool test, std::uint64_t seed) {
+  soup::Random random(seed);
+  soup::ModelCamera c{name, test, {}};
+  c.camera.width = 40;
+  c.camera.height = 30;
+  c.camera.fx = c.camera.fy = 50.25;
+  c.camera.cx = 20.5;
+  c.camera.cy = 15.125;
+  const glm::dvec3 axis = glm::normalize(glm::dvec3(random.uniform01(), random.uniform01(), random.uniform01()) - 0.5);
+  c.camera.world_to_camera = glm::rotate(glm::dmat4(1), 6.3 * random.uniform01(), axis);
+  c.camera.world_to_camera[3] = glm::dvec4(random.uniform01(), -random.uniform01(), 1.0 + random.uniform01(), 1);
+  return c;
+}
 
 /// The bytes of a bufferView.
 std::span<const std::byte> view_of(const soup::Glb& glb, std::size_t index) {
@@ -256,19 +273,82 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
 TEST_CASE("the bytes of a model are told by part", "[model_file][model_bytes]") {
   soup::Model model = random_model(40, 35);
   soup::ModelFileOptions options;
-  options.cameras.push_back({"a", true, {}});
+  options.cameras = {some_camera("a", true, 1), some_camera("b", false, 2)};
   const auto bytes = soup::encode_model(model, options);
-  const nlohmann::json parts = soup::bytes_by_part(edited(bytes, [](nlohmann::json& j) { extension_of(j)["cameras"] = nlohmann::json::array(); }), "x");
+  const nlohmann::json parts = soup::bytes_by_part(bytes, "x");
   CHECK(parts["vertices"] == 40 * 36);
   CHECK(parts["texture_coordinates"] == 40 * 24);
   CHECK(parts["mlp"] == 595 * 4);
-  CHECK(parts["cameras"] == 2);
+  nlohmann::json document = soup::decode_glb(bytes, "x").document;
+  CHECK(parts["cameras"] == extension_of(document)["cameras"].dump().size() + 2 * 28);
   // Values are random: seven features take seven times what opacity takes.
   CHECK(parts["features"].get<double>() == Approx(7 * parts["opacity"].get<double>()).epsilon(0.05));
   std::size_t sum = 0;
   for (const auto& part : parts) sum += part.get<std::size_t>();
-  CHECK(sum == edited(bytes, [](nlohmann::json& j) { extension_of(j)["cameras"] = nlohmann::json::array(); }).size());
+  CHECK(sum == bytes.size());
   CHECK_THROWS_WITH(soup::bytes_by_part(first_version(), "x.glb"), Contains("x.glb") && Contains("earlier version"));
+}
+
+TEST_CASE("cameras come back as they went in, to the rounding of floats", "[model_file][model_cameras]") {
+  soup::ModelFileOptions options;
+  for (int i = 0; i < 40; ++i) options.cameras.push_back(some_camera("photographs/" + std::to_string(i), i % 8 == 0, 100 + i));
+  for (const std::size_t lenses : {1u, 3u}) {
+    for (std::size_t i = 0; i < options.cameras.size(); ++i) options.cameras[i].camera.fx = 50.25 + double(i % lenses);
+    const auto bytes = soup::encode_model(random_model(2, 1), options);
+    const auto& cameras = soup::decode_model(bytes, "memory").cameras;
+    REQUIRE(cameras.size() == options.cameras.size());
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const scene::Camera &was = options.cameras[i].camera, &is = cameras[i].camera;
+      CHECK(cameras[i].name == options.cameras[i].name);
+      CHECK(cameras[i].test == options.cameras[i].test);
+      CHECK(std::tuple(is.width, is.height, is.fx, is.fy, is.cx, is.cy) == std::tuple(was.width, was.height, was.fx, was.fy, was.cx, was.cy));
+      for (int c = 0; c < 4; ++c)
+        for (int r = 0; r < 4; ++r) CHECK(is.world_to_camera[c][r] == Approx(was.world_to_camera[c][r]).margin(3e-7));
+    }
+    // 28 bytes of pose and a name each; a lens is told once.
+    CHECK(soup::bytes_by_part(bytes, "x")["cameras"].get<std::size_t>() < 40 * (28 + 24) + lenses * 100 + 250);
+  }
+}
+
+TEST_CASE("cameras of earlier files are read, impossible ones refused", "[model_file][model_cameras]") {
+  soup::ModelFileOptions options;
+  options.cameras = {some_camera("a", true, 1), some_camera("b", false, 2)};
+  const auto bytes = soup::encode_model(random_model(2, 1), options);
+  using nlohmann::json;
+  const json row = {{"name", "c"}, {"test", true}, {"size", {40, 30}}, {"focal", {50, 51}}, {"centre", {20, 15}}, {"world_to_camera", {1, 0, 0, 4, 0, 0, -1, 5, 0, 1, 0, 6}}};
+  const auto with = [&](const json& rows) { return edited(bytes, [&](json& j) { extension_of(j)["cameras"] = rows; }); };
+  const soup::ModelCamera c = soup::decode_model(with(json::array({row})), "memory").cameras.at(0);
+  CHECK(c.name == "c");
+  CHECK(c.test);
+  CHECK(c.camera.fy == 51);
+  CHECK(glm::dvec3(c.camera.world_to_camera * glm::dvec4(1, 2, 3, 1)) == glm::dvec3(5, 2, 8));
+
+  const auto refuses = [&](const char* what, auto&& edit) {
+    CHECK_THROWS_WITH(soup::decode_model(edited(bytes, [&](json& j) { edit(extension_of(j)["cameras"]); }), "model.glb"), Contains("model.glb") && Contains(what));
+  };
+  refuses("number of poses", [](json& cameras) { cameras["names"].push_back("more"); });
+  refuses("number of poses", [](json& cameras) { cameras["names"] = "ab"; });
+  refuses("whole number", [](json& cameras) { cameras["poses"] = -1; });
+  refuses("number of poses", [](json& cameras) { cameras["poses"] = 0; });
+  refuses("test view", [](json& cameras) { cameras["test"] = {2}; });
+  refuses("whole number", [](json& cameras) { cameras["test"] = {-1}; });
+  refuses("JSON", [](json& cameras) { cameras["lens"] = {0, 7}; });
+  refuses("JSON", [](json& cameras) { cameras["lenses"] = json::array(); });
+  refuses("JSON", [](json& cameras) { cameras.erase("test"); });
+  refuses("impossible camera", [](json& cameras) { cameras["lenses"][0]["focal"] = {0, 50}; });
+  refuses("impossible camera", [](json& cameras) { cameras["lenses"][0]["size"] = {-4, 30}; });
+  json turned = row;
+  turned["world_to_camera"][0] = 2;
+  CHECK_THROWS_WITH(soup::decode_model(with(json::array({turned})), "model.glb"), Contains("impossible camera"));
+  // Poses that are no rotation, or no numbers.
+  const soup::Glb glb = soup::decode_glb(bytes, "memory");
+  for (const float value : {3.0f, std::nanf("")}) {
+    std::vector<std::byte> binary(glb.binary.begin(), glb.binary.end());
+    json document = glb.document;
+    const json& view = document["bufferViews"][extension_of(document)["cameras"]["poses"].get<std::size_t>()];
+    std::memcpy(&binary[view["byteOffset"].get<std::size_t>()], &value, sizeof value);
+    CHECK_THROWS_WITH(soup::decode_model(soup::encode_glb(document, binary, "memory"), "model.glb"), Contains("impossible camera"));
+  }
 }
 
 TEST_CASE("plain colours of a palette are near the whole ones, and what is cut out stays so", "[model_file][palette]") {
@@ -321,14 +401,14 @@ TEST_CASE("a model file that is cut, damaged or another's is refused", "[model_f
 }
 
 TEST_CASE("a model file with impossible values in its JSON is refused", "[model_file]") {
-  const auto version = GENERATE(1, 2);
+  const auto version = GENERATE(1, 3);
   CAPTURE(version);
   const auto bytes = version == 1 ? first_version() : soup::encode_model(random_model(20, 4), {});
   using nlohmann::json;
   const auto refuses = [&](const char* what, auto&& edit) {
     CHECK_THROWS_WITH(soup::decode_model(edited(bytes, edit), "model.glb"), Contains("model.glb") && Contains(what));
   };
-  refuses("version 3", [](json& j) { extension_of(j)["version"] = 3; });
+  refuses("version 4", [](json& j) { extension_of(j)["version"] = 4; });
   refuses("version 0", [](json& j) { extension_of(j)["version"] = 0; });
   refuses("whole number", [](json& j) { extension_of(j)["triangles"] = 1e300; });
   refuses("whole number", [](json& j) { j["bufferViews"][0]["byteOffset"] = "0"; });

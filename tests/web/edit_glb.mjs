@@ -2,14 +2,14 @@
 import { decodeGlb } from "../../web/glb.js";
 
 /**
- * A model.glb with another document.
+ * A model.glb with another document, or another binary part of the same length.
  * @param {Uint8Array} file
- * @param {(document: object, extension: object) => void} change
+ * @param {(document: object, extension: object, binary: Uint8Array) => void} change
  * @returns {Uint8Array}
  */
 export function edited(file, change) {
-  const { document, binary } = decodeGlb(file, "x");
-  change(document, document.extensions.TRISOUP_neural_textures);
+  const { document, binary: before } = decodeGlb(file, "x"), binary = before.slice();
+  change(document, document.extensions.TRISOUP_neural_textures, binary);
   const text = Buffer.from(JSON.stringify(document)), padded = Buffer.alloc(Math.ceil(text.length / 4) * 4, " ");
   text.copy(padded);
   const head = Buffer.alloc(20), middle = Buffer.alloc(8);

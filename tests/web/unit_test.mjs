@@ -15,8 +15,8 @@ import { rgbaOf } from "./png.mjs";
 
 const file = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url)));
 
-/** The same model, written as it is today. */
-const second = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles_2.glb", import.meta.url)));
+/** The same model in version 2, and as it is written today. */
+const [second, third] = [2, 3].map((version) => new Uint8Array(readFileSync(new URL(`../fuzz/corpus/model_file/three_triangles_${version}.glb`, import.meta.url))));
 
 const rewritten = (change) => edited(file, change);
 
@@ -74,6 +74,26 @@ test("cameras: test views first, and impossible ones are refused", () => {
   assert.match(complaint(rewritten((_, e) => { e.cameras = [{ ...row("a", true), world_to_camera: Array(12).fill(1) }]; })), /camera/);
 });
 
+test("cameras of version 3: lenses and poses in a table", () => {
+  const { cameras } = decodeModel(third, "x.glb");
+  assert.deepEqual(cameras.map(({ name, test, width, height, fx, fy, cx, cy }) => [name, test, width, height, fx, fy, cx, cy]),
+    [["b", true, 40, 30, 50, 51, 20, 15], ["a", false, 40, 30, 50, 51, 20, 15], ["c", false, 80, 30, 50, 51, 20, 15]]);
+  // A turn by a right angle about x; about y, by arc tan 3/4; none.
+  near(cameras[1].pose, [1, 0, 0, 0.5, 0, 0, -1, -0.25, 0, 1, 0, 2]);
+  near(cameras[0].pose, [0.8, 0, 0.6, 0, 0, 1, 0, 0, -0.6, 0, 0.8, 3]);
+  near(cameras[2].pose, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 4]);
+  const wrong = [
+    ({ cameras: c }) => c.names.push("d"), ({ cameras: c }) => { c.names = "abc"; }, ({ cameras: c }) => { c.poses = 0; }, ({ cameras: c }) => { c.poses = null; },
+    ({ cameras: c }) => { c.test = [3]; }, ({ cameras: c }) => { c.test = 1; }, ({ cameras: c }) => { c.lens = [0, 0, 7]; }, ({ cameras: c }) => { delete c.lenses; },
+    ({ cameras: c }) => { c.lenses[0].focal = [0, 1]; }, ({ cameras: c }) => { c.lenses[1].size = [0, 1]; },
+  ];
+  for (const change of wrong) assert.ok(complaint(edited(third, (_, e) => change(e))), `${change}`);
+  for (const value of [3, NaN]) {
+    const turned = edited(third, (d, e, binary) => new DataView(binary.buffer).setFloat32(d.bufferViews[e.cameras.poses].byteOffset, value, true));
+    assert.match(complaint(turned), /impossible camera/);
+  }
+});
+
 test("no part of a model is a model", () => {
   for (let length = 0; length < file.length; ++length) assert.ok(complaint(file.slice(0, length)), `${length} bytes`);
   assert.ok(complaint(new Uint8Array([...file, 0, 0, 0, 0])), "nor is more than one");
@@ -98,7 +118,7 @@ test("documents that are something else", () => {
   const wrong = [
     (d) => { delete d.extensions; }, (d) => { d.bufferViews = 5; }, (d) => { d.meshes = []; }, (d) => { d.images = null; },
     (d) => { d.bufferViews[0].byteLength = -1; }, (d) => { d.bufferViews[0].byteOffset = 1e300; }, (d) => { d.bufferViews[0].byteOffset = "0"; },
-    (_, e) => { e.version = 3; }, (_, e) => { e.version = 0; }, (_, e) => { e.triangles = 0; }, (_, e) => { e.triangles = 2 ** 40; }, (_, e) => { e.triangles = 1.5; },
+    (_, e) => { e.version = 4; }, (_, e) => { e.version = 0; }, (_, e) => { e.triangles = 0; }, (_, e) => { e.triangles = 2 ** 40; }, (_, e) => { e.triangles = 1.5; },
     (_, e) => { e.mlp = e.places; }, (_, e) => { e.places = e.mlp; }, (_, e) => { e.pages = {}; }, (_, e) => { e.pages = []; },
     (_, e) => { e.pages = [{ features: [1] }]; }, (_, e) => { e.pages = Array(300).fill(e.pages[0]); }, (_, e) => { e.scale = 0; },
     (_, e) => { e.centre = [1, 2]; }, (_, e) => { e.centre = ["1", 2, 3]; }, (_, e) => { e.background = [2, 0, 0]; }, (_, e) => { e.up = [0, 0, 0]; },
@@ -108,8 +128,8 @@ test("documents that are something else", () => {
   for (const text of ["", "no model", "\x89PNG\r\n\x1a\n"]) assert.match(complaint(new TextEncoder().encode(text)), /not a binary glTF/);
 });
 
-test("a file of today has the lattices of the same model in version 1", () => {
-  const old = decodeModel(file, "x.glb"), model = decodeModel(second, "x.glb");
+for (const [version, bytes] of [[2, second], [3, third]]) test(`a file of version ${version} has the lattices of the same model in version 1`, () => {
+  const old = decodeModel(file, "x.glb"), model = decodeModel(bytes, "x.glb");
   assert.deepEqual(model.vertices, old.vertices);
   assert.deepEqual(model.mlp, old.mlp);
   const before = old.pages[0].features.map((png) => rgbaOf(Buffer.from(png)));
@@ -130,9 +150,9 @@ test("a file of today has the lattices of the same model in version 1", () => {
 });
 
 test("a file of today is whole or it is refused", () => {
-  for (let length = 0; length < second.length; ++length) assert.ok(complaint(second.slice(0, length)), `${length} bytes`);
-  for (let at = 0; at < second.length; at += 3) {
-    const damaged = second.slice();
+  for (let length = 0; length < third.length; ++length) assert.ok(complaint(third.slice(0, length)), `${length} bytes`);
+  for (let at = 0; at < third.length; at += 3) {
+    const damaged = third.slice();
     damaged[at] ^= 0x41;
     complaint(damaged);
   }
@@ -140,11 +160,11 @@ test("a file of today is whole or it is refused", () => {
     (_, e) => { delete e.textures; }, (_, e) => { e.textures.crc32 ^= 1; }, (_, e) => { e.textures.bufferView = 0; }, (_, e) => { e.textures.steps = [1]; },
     (_, e) => { e.textures.steps[3] = 0; }, (_, e) => { e.textures.steps[3] = 129; }, (_, e) => { e.textures.steps = null; }, (_, e) => { e.triangles = 4; },
   ];
-  for (const change of wrong) assert.ok(complaint(edited(second, change)), `${change}`);
+  for (const change of wrong) assert.ok(complaint(edited(third, change)), `${change}`);
 });
 
 test("lattices that end too early are none", () => {
-  const { document, binary } = decodeGlb(second, "x"), { bufferView, steps } = document.extensions.TRISOUP_neural_textures.textures;
+  const { document, binary } = decodeGlb(third, "x"), { bufferView, steps } = document.extensions.TRISOUP_neural_textures.textures;
   const { byteOffset, byteLength } = document.bufferViews[bufferView], bytes = binary.subarray(byteOffset, byteOffset + byteLength);
   assert.ok(decodeLattices(bytes, 3, steps));
   assert.equal(decodeLattices(bytes.subarray(0, bytes.length >> 1), 3, steps), null);

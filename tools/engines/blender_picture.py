@@ -11,10 +11,13 @@ numpy.bool = bool  # Debian 12: numpy is newer than what Blender's importer know
 
 
 def read_extension(path):
+    """What docs/format.md says of it, and the bytes of its bufferViews."""
     with open(path, "rb") as file:
         data = file.read()
-    document = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
-    return document["extensions"]["TRISOUP_neural_textures"]
+    length = struct.unpack("<I", data[12:16])[0]
+    document = json.loads(data[20:20 + length])
+    views = [data[28 + length + view["byteOffset"]:][:view["byteLength"]] for view in document["bufferViews"]]
+    return document["extensions"]["TRISOUP_neural_textures"], views
 
 
 def cut_off(material):
@@ -31,14 +34,16 @@ def cut_off(material):
     tree.links.new(picture.outputs["Alpha"], step.inputs[0])
 
 
-def add_camera(soup, photograph, mesh):
-    rows = [photograph["world_to_camera"][4 * i:4 * i + 4] for i in range(3)]
-    pose = mathutils.Matrix(rows + [[0, 0, 0, 1]]).inverted()
+def add_camera(soup, views, which, mesh):
+    cameras = soup["cameras"]
+    lens = cameras["lenses"][cameras["lens"][which] if "lens" in cameras else 0]
+    x, y, z, w, *place = struct.unpack_from("<7f", views[cameras["poses"]], 28 * which)
+    pose = (mathutils.Matrix.Translation(place) @ mathutils.Quaternion((w, x, y, z)).to_matrix().to_4x4()).inverted()
     origin = soup.get("origin", [0, 0, 0])
     pose.translation = [pose.translation[i] / soup["scale"] + soup["centre"][i] - origin[i] for i in range(3)]
     turned = mathutils.Matrix([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # the importer turns Y up to Z up
     camera = bpy.data.cameras.new("camera")
-    camera.sensor_width, camera.lens = 36, 36 * photograph["focal"][0] / photograph["size"][0]
+    camera.sensor_width, camera.lens = 36, 36 * lens["focal"][0] / lens["size"][0]
     camera.clip_start, camera.clip_end = 0.01 / soup["scale"], 10 / soup["scale"]
     thing = bpy.data.objects.new("camera", camera)
     thing.matrix_world = mesh.matrix_world @ turned @ pose @ mathutils.Matrix.Diagonal([1, -1, -1, 1])
@@ -47,14 +52,14 @@ def add_camera(soup, photograph, mesh):
 
 
 path, which, out = sys.argv[sys.argv.index("--") + 1:]
-soup = read_extension(path)
+soup, views = read_extension(path)
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.import_scene.gltf(filepath=path)
 for material in bpy.data.materials:
     cut_off(material)
 scene = bpy.context.scene
 mesh = next(thing for thing in bpy.data.objects if thing.type == "MESH")
-scene.camera = add_camera(soup, soup["cameras"][int(which)], mesh)
+scene.camera = add_camera(soup, views, int(which), mesh)
 scene.world = bpy.data.worlds.new("world")
 scene.world.use_nodes = True
 scene.world.node_tree.nodes["Background"].inputs[0].default_value = (*soup["background"], 1)
