@@ -40,7 +40,7 @@ struct CommandLine {
   std::string model, output;
   Format format = Format::page;
   std::optional<int> collider;  // triangles
-  bool single_file = false, overwrite = false, no_poster = false;
+  bool single_file = false, overwrite = false, no_poster = false, plain_colours = false;
   web::PageOptions page;
   gpu::DeviceOptions device{.draws = true};
 };
@@ -70,6 +70,20 @@ void check_free(const std::vector<fs::path>& files, bool overwrite) {
 
 void write_text(const fs::path& path, std::string_view text) { write_file_atomically(path, std::as_bytes(std::span(text))); }
 
+/// The model's file; without what only viewers need that do not know its extension, unless it is asked for.
+std::string model_bytes(const CommandLine& options, const std::string& path) {
+  if (options.plain_colours) return read_file(path);
+  const soup::ModelFile file = soup::read_model(path);
+  soup::ModelFileOptions about;
+  about.up = file.up;
+  about.texture_steps = file.texture_steps;
+  about.settings = file.settings;
+  about.cameras = file.cameras;
+  about.plain_colours = false;
+  const std::vector<std::byte> bytes = soup::encode_model(file.model, about);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 void export_folder(const CommandLine& options, const viewer::Subject& subject) {
   const fs::path folder(options.output), model = folder / web::kModel;
   std::error_code error;
@@ -80,7 +94,7 @@ void export_folder(const CommandLine& options, const viewer::Subject& subject) {
   if (!in_place) written.push_back(model);
   check_free(written, options.overwrite);
   const std::map<std::string, std::string> files = web::page_files(options.page, options.no_poster ? "" : poster(subject, options));
-  const std::string bytes = read_file(subject.path);
+  const std::string bytes = in_place ? read_file(subject.path) : model_bytes(options, subject.path);
   fs::create_directories(folder, error);
   if (error) throw Error("{}: cannot be made ({}); choose another folder", folder.string(), error.message());
   if (!in_place) write_text(model, bytes);
@@ -98,7 +112,7 @@ void export_file(const CommandLine& options, const viewer::Subject& subject) {
   if (ending != ".html" && ending != ".htm") throw Error("-o {}: a single file is a page; give it a name that ends with .html", printable(options.output));
   check_free({file}, options.overwrite);
   const std::string picture = options.no_poster ? "" : poster(subject, options);
-  const std::string text = web::single_page(options.page, read_file(subject.path), picture);
+  const std::string text = web::single_page(options.page, model_bytes(options, subject.path), picture);
   write_text(file, text);
   std::printf("%s: %.1f MB; opens in any browser\n", file.c_str(), 1e-6 * static_cast<double>(text.size()));
 }
@@ -125,6 +139,18 @@ void import_published(const CommandLine& options) {
   about.settings = scene.settings;
   const std::uint64_t bytes = soup::write_model(file, scene.model, about);
   std::printf("%s: %zu triangles, %.1f MB\n", file.c_str(), scene.model.triangles(), 1e-6 * static_cast<double>(bytes));
+}
+
+/// A model for viewers that know its extension.
+void export_model(const CommandLine& options, const viewer::Subject& subject) {
+  const fs::path file(options.output);
+  if (file.extension() != ".glb") throw Error("-o {}: a model is a .glb; give it a name that ends so", printable(options.output));
+  std::error_code none;
+  if (fs::equivalent(file, subject.path, none)) throw Error("-o {}: is the model itself; choose another name", printable(options.output));
+  check_free({file}, options.overwrite);
+  const std::string bytes = model_bytes(options, subject.path);
+  write_text(file, bytes);
+  std::printf("%s: %zu triangles, %.1f MB\n", file.c_str(), subject.model.triangles(), 1e-6 * static_cast<double>(bytes.size()));
 }
 
 /// A plain mesh for the physics of engines, which lies where the model does.
@@ -158,9 +184,11 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.set_version_flag("--version", "soup-export " TRISOUP_VERSION);
   app.add_option("MODEL", c.model, "model.glb, or the folder of a training with it")->required();
   app.add_option("-o,--output", c.output, "folder for the page; with --single-file the .html to write; data folder with --format published, .glb with --format glb and --collider")->required();
-  app.add_option("--format", c.format, "page; published; or glb, from a folder of the published viewer [page]")
+  app.add_option("--format", c.format, "page; published; or glb: from a folder of the published viewer a model.glb, from a model.glb one without what\n"
+                                       "only other viewers need [page]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{{"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}))
       ->option_text("TEXT");  // else all of that map
+  app.add_flag("--plain-colours", c.plain_colours, "leave in the model what viewers show that do not know its extension: a third of a small one");
   auto* single_file = app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
   app.add_option("--collider", c.collider, "instead of a page a plain mesh of at most this many triangles, for the physics of engines: a .glb")
       ->check(CLI::Range(4, 10000000))->excludes(single_file);
@@ -184,6 +212,11 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     exit_code = 1;
     return {};
   }
+  if (c.plain_colours && (c.collider || c.format == Format::published)) {
+    std::fprintf(stderr, "soup-export: --plain-colours is of a model.glb; leave it out, or --collider or --format published; see --help\n");
+    exit_code = 1;
+    return {};
+  }
   if (c.format != Format::page && c.collider) {
     std::fprintf(stderr, "soup-export: --collider and --format each say what to write; give one of them; see --help\n");
     exit_code = 1;
@@ -194,15 +227,14 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
 
 void run(CommandLine options) {
   const bool published = soup::is_published(options.model);
-  if (options.format == Format::glb && !published)
-    throw Error("{}: is no scene of the published viewer (a folder with mesh.ply and lut0.png); a model.glb needs no --format glb", printable(options.model));
-  if (options.format == Format::glb) return import_published(options);
+  if (options.format == Format::glb && published) return import_published(options);
   if (published) throw Error("{}: is a scene of the published viewer; make a model of it first: -o model.glb --format glb", printable(options.model));
   const viewer::Subject subject = viewer::load_subject(options.model, {}, {});
   if (options.page.camera) viewer::find_camera(subject, *options.page.camera);
   if (options.page.title.empty()) options.page.title = fs::absolute(subject.path).parent_path().filename().string();
   if (options.collider) export_collider(options, subject);
   else if (options.format == Format::published) export_published(options, subject);
+  else if (options.format == Format::glb) export_model(options, subject);
   else if (options.single_file) export_file(options, subject);
   else export_folder(options, subject);
 }

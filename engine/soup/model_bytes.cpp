@@ -17,6 +17,8 @@ nlohmann::json bytes_by_part(std::span<const std::byte> file, const std::string&
   const ModelParts parts{glb, name};
   const nlohmann::json& extension = glb.document.at("extensions").at(kExtension);
   if (!extension.contains("textures")) throw Error("{}: is of an earlier version, whose parts are not told; write it again", name);
+  // Texture coordinates and images are there with plain colours.
+  const nlohmann::json images = glb.document.value("images", nlohmann::json::array());
   const auto accessor = [&](std::size_t index) { return parts.view(glb.document.at("accessors").at(index).at("bufferView")).size(); };
   const std::size_t textures = parts.view(extension["textures"].at("bufferView")).size();
   for (std::size_t i = kChannels - 1; i < model_file.model.lattice.size(); i += kChannels) model_file.model.lattice[i] = 128;
@@ -24,11 +26,11 @@ nlohmann::json bytes_by_part(std::span<const std::byte> file, const std::string&
 
   nlohmann::json bytes;
   bytes["vertices"] = accessor(0);
-  bytes["texture_coordinates"] = accessor(1);
+  bytes["texture_coordinates"] = images.empty() ? 0 : accessor(1);
   bytes["features"] = std::min(features, textures);
   bytes["opacity"] = textures - std::min(features, textures);
   std::size_t colours = 0;
-  for (const nlohmann::json& image : glb.document.at("images")) colours += parts.view(image.at("bufferView")).size();
+  for (const nlohmann::json& image : images) colours += parts.view(image.at("bufferView")).size();
   bytes["plain_colours"] = colours;
   bytes["mlp"] = parts.view(extension.at("mlp")).size();
   bytes["cameras"] = 0;

@@ -204,77 +204,88 @@ json extension_json(const Model& model, const ModelFileOptions& options, Binary&
   return extension;
 }
 
-}  // namespace
-
-std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options) {
-  check(model);
-  std::vector<std::uint32_t> levels;
-  for (const TextureEntry& row : model.textures) levels.push_back(level_of(row));
-  const Atlas atlas = make_atlas(levels, options.atlas_side);
-
-  Binary binary;
-  json gltf;
-  gltf["asset"] = {{"version", "2.0"}, {"generator", "trisoup"}};
-  gltf["extensionsUsed"] = {"KHR_materials_unlit", kExtension};
-  gltf["scene"] = 0;
-  gltf["nodes"] = json::array({node_json(model, options)});  // {node} alone is an array to g++ and a copy to clang
-  gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
-
+/// Corners of the triangles, whose accessor is the first.
+void add_positions(const Model& model, Binary& binary, json& accessors) {
   glm::vec3 low(INFINITY), high(-INFINITY);
   for (const glm::vec3& v : model.vertices) {
     low = glm::min(low, v);
     high = glm::max(high, v);
   }
-  const std::size_t vertices = model.vertices.size();
-  std::vector<glm::vec2> uv(vertices);
-  for (std::size_t t = 0; t < model.triangles(); ++t) atlas_uv(atlas.places[t], atlas.pages[atlas.places[t].page], &uv[3 * t]);
-  const int position_view = binary.add(model.vertices.data(), vertices * 12, kArrayBuffer);
-  const int uv_view = binary.add(uv.data(), vertices * 8, kArrayBuffer);
-  json accessors = json::array();
-  accessors.push_back({{"bufferView", position_view},
+  accessors.push_back({{"bufferView", binary.add(model.vertices.data(), model.vertices.size() * 12, kArrayBuffer)},
                        {"componentType", kFloat},
-                       {"count", vertices},
+                       {"count", model.vertices.size()},
                        {"type", "VEC3"},
                        {"min", {low.x, low.y, low.z}},
                        {"max", {high.x, high.y, high.z}}});
-  accessors.push_back({{"bufferView", uv_view}, {"componentType", kFloat}, {"count", vertices}, {"type", "VEC2"}});
+}
 
-  // What every viewer shows.
-  std::vector<std::uint8_t> baked = bake_colours(model, options.bake_directions);
+/// Places of the corners in the pages of plain colours. Floats: Godot 3 takes normalised shorts for pixels.
+void add_texture_coordinates(const Model& model, const Atlas& atlas, Binary& binary, json& accessors) {
+  std::vector<glm::vec2> uv(model.vertices.size());
+  for (std::size_t t = 0; t < model.triangles(); ++t) atlas_uv(atlas.places[t], atlas.pages[atlas.places[t].page], &uv[3 * t]);
+  accessors.push_back({{"bufferView", binary.add(uv.data(), uv.size() * 8, kArrayBuffer)}, {"componentType", kFloat}, {"count", uv.size()}, {"type", "VEC2"}});
+}
+
+/// The triangles of one page.
+json add_indices(const Atlas& atlas, std::size_t page, Binary& binary, json& accessors) {
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t t = 0; t < atlas.places.size(); ++t)
+    if (atlas.places[t].page == page) indices.insert(indices.end(), {3 * t, 3 * t + 1, 3 * t + 2});
+  accessors.push_back({{"bufferView", binary.add(indices.data(), indices.size() * 4, kElementArrayBuffer)},
+                       {"componentType", kUnsignedInt},
+                       {"count", indices.size()},
+                       {"type", "SCALAR"}});
+  return accessors.size() - 1;
+}
+
+/// What every viewer shows: a page of plain colours, a material and a primitive each. Returns the primitives.
+json add_plain_colours(const Model& model, const ModelFileOptions& options, Binary& binary, json& accessors, json& gltf) {
+  std::vector<std::uint32_t> levels;
+  for (const TextureEntry& row : model.textures) levels.push_back(level_of(row));
+  const Atlas atlas = make_atlas(levels, options.atlas_side);
+  add_texture_coordinates(model, atlas, binary, accessors);
+  const std::vector<std::uint8_t> baked = bake_colours(model, options.bake_directions);
   Pages colour(atlas);
   colour.fill(model.textures, [&](std::uint32_t s, int c) {
     return c < 3 ? baked[std::size_t(s) * 3 + c] : model.lattice[std::size_t(s) * kChannels + 7];
   });
-
-  json images = json::array(), textures = json::array(), materials = json::array(), primitives = json::array();
+  json primitives = json::array();
+  for (const char* list : {"images", "textures", "materials"}) gltf[list] = json::array();
   for (std::size_t page = 0; page < atlas.pages.size(); ++page) {
     const Image& whole = colour.images()[page];
     const std::string png = options.colour_palette ? encode_png(make_palette(whole, colour.used(page)), "model") : encode_png(whole, "model");
-    images.push_back({{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", "colour"}});
-    textures.push_back({{"sampler", 0}, {"source", page}});
-    materials.push_back(material_json(textures.size() - 1));
+    gltf["images"].push_back({{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", "colour"}});
+    gltf["textures"].push_back({{"sampler", 0}, {"source", page}});
+    gltf["materials"].push_back(material_json(page));
     json primitive = {{"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}}, {"material", page}, {"mode", 4}};
-    if (atlas.pages.size() > 1) {
-      std::vector<std::uint32_t> indices;
-      for (std::uint32_t t = 0; t < model.triangles(); ++t)
-        if (atlas.places[t].page == page) indices.insert(indices.end(), {3 * t, 3 * t + 1, 3 * t + 2});
-      accessors.push_back({{"bufferView", binary.add(indices.data(), indices.size() * 4, kElementArrayBuffer)},
-                           {"componentType", kUnsignedInt},
-                           {"count", indices.size()},
-                           {"type", "SCALAR"}});
-      primitive["indices"] = accessors.size() - 1;
-    }
+    if (atlas.pages.size() > 1) primitive["indices"] = add_indices(atlas, page, binary, accessors);
     primitives.push_back(primitive);
   }
-  gltf["meshes"] = json::array({json{{"name", "soup"}, {"primitives", primitives}}});
-  gltf["materials"] = materials;
-  gltf["textures"] = textures;
   // Bilinear between the samples of one triangle; no mipmaps, which would mix triangles.
   gltf["samplers"] = json::array({json{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}}});
-  gltf["images"] = images;
+  return primitives;
+}
 
+}  // namespace
+
+std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options) {
+  check(model);
+  Binary binary;
+  json gltf, accessors = json::array();
+  gltf["asset"] = {{"version", "2.0"}, {"generator", "trisoup"}};
+  gltf["extensionsUsed"] = json::array({kExtension});
+  gltf["scene"] = 0;
+  gltf["nodes"] = json::array({node_json(model, options)});  // {node} alone is an array to g++ and a copy to clang
+  gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
+
+  add_positions(model, binary, accessors);
+  json primitives = json::array({json{{"attributes", {{"POSITION", 0}}}, {"mode", 4}}});
+  if (options.plain_colours) {
+    primitives = add_plain_colours(model, options, binary, accessors, gltf);
+    gltf["extensionsUsed"].push_back("KHR_materials_unlit");
+  }
+  gltf["meshes"] = json::array({json{{"name", "soup"}, {"primitives", primitives}}});
   gltf["extensions"] = {{kExtension, extension_json(model, options, binary)}};
-
   gltf["accessors"] = accessors;
   gltf["bufferViews"] = binary.views;
   gltf["buffers"] = json::array({json{{"byteLength", binary.bytes.size()}}});

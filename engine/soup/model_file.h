@@ -22,6 +22,7 @@ namespace trisoup::soup {
 struct ModelFileOptions {
   std::optional<glm::dvec3> up;            // of the dataset, where it is known; glTF viewers get it as +Y
   std::optional<glm::dvec3> shown_up;      // where it is not: what they get as +Y instead, for the root node alone. Without either +Y is taken as it is.
+  bool plain_colours = true;               // for viewers that do not know the extension, which see a grey mesh without: a third of a small file
   std::vector<glm::vec3> bake_directions;  // unit, from the surface towards the viewer; see bake_colours
   TextureSteps texture_steps = kExactTextures;  // that the model's textures were rounded to; see round_textures
   bool colour_palette = false;             // plain colours of 256 kinds, each sample either opaque or not: a quarter of the bytes

@@ -289,6 +289,24 @@ TEST_CASE("the bytes of a model are told by part", "[model_file][model_bytes]") 
   CHECK_THROWS_WITH(soup::bytes_by_part(first_version(), "x.glb"), Contains("x.glb") && Contains("earlier version"));
 }
 
+TEST_CASE("without plain colours a model is the same in fewer bytes", "[model_file][model_bytes]") {
+  const soup::Model model = random_model(40, 36);
+  soup::ModelFileOptions options;
+  const auto whole = soup::encode_model(model, options);
+  options.plain_colours = false;
+  const auto bytes = soup::encode_model(model, options);
+  CHECK(same(model, soup::decode_model(bytes, "memory").model));
+  const auto parts = soup::bytes_by_part(bytes, "x"), all = soup::bytes_by_part(whole, "x");
+  for (const char* part : {"texture_coordinates", "plain_colours"}) {
+    CHECK(parts[part] == 0);
+    CHECK(all[part] > 100);
+  }
+  for (const char* part : {"vertices", "features", "opacity", "mlp"}) CHECK(parts[part] == all[part]);
+  const nlohmann::json document = soup::decode_glb(bytes, "memory").document;
+  for (const char* list : {"images", "textures", "materials", "samplers"}) CHECK(!document.contains(list));
+  CHECK(document["extensionsUsed"] == nlohmann::json({"TRISOUP_neural_textures"}));
+}
+
 TEST_CASE("cameras come back as they went in, to the rounding of floats", "[model_file][model_cameras]") {
   soup::ModelFileOptions options;
   for (int i = 0; i < 40; ++i) options.cameras.push_back(some_camera("photographs/" + std::to_string(i), i % 8 == 0, 100 + i));
@@ -603,4 +621,7 @@ TEST_CASE("write a model", "[.write_model]") {
   options.up.reset();
   options.shown_up = glm::dvec3(0.2, -0.9, 0.4);
   soup::write_model(std::string(path) + ".pages.glb", random_model(2500, 1), options);
+  options.cameras = {some_camera("a", true, 1), some_camera("b", false, 2)};
+  options.plain_colours = false;
+  soup::write_model(std::string(path) + ".lean.glb", random_model(50, 1), options);
 }

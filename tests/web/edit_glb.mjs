@@ -8,7 +8,7 @@ import { decodeGlb } from "../../web/glb.js";
  * @returns {Uint8Array}
  */
 export function edited(file, change) {
-  const { document, binary: before } = decodeGlb(file, "x"), binary = before.slice();
+  const { document, binary: before } = decodeGlb(file, "x"), binary = new Uint8Array(before);  // a copy: Buffer.slice is none
   change(document, document.extensions.TRISOUP_neural_textures, binary);
   const text = Buffer.from(JSON.stringify(document)), padded = Buffer.alloc(Math.ceil(text.length / 4) * 4, " ");
   text.copy(padded);
