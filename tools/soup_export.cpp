@@ -128,11 +128,19 @@ void export_published(const CommandLine& options, const viewer::Subject& subject
   std::printf("%s: for the published viewer\n", (data / name).c_str());
 }
 
+/// The .glb to write. Throws Error where it would be something else, or take the place of what is there.
+fs::path new_glb(const CommandLine& options, const std::string& model, const char* what) {
+  const fs::path file(options.output);
+  if (file.extension() != ".glb") throw Error("-o {}: {} is a .glb; give it a name that ends so", printable(options.output), what);
+  std::error_code none;
+  if (fs::equivalent(file, model, none)) throw Error("-o {}: is the model itself; choose another name", printable(options.output));
+  check_free({file}, options.overwrite);
+  return file;
+}
+
 /// A scene of the published viewer as a model of ours.
 void import_published(const CommandLine& options) {
-  const fs::path file(options.output);
-  if (file.extension() != ".glb") throw Error("-o {}: a model is a .glb; give it a name that ends so", printable(options.output));
-  check_free({file}, options.overwrite);
+  const fs::path file = new_glb(options, options.model, "a model");
   const soup::ModelFile scene = soup::read_published(options.model);
   soup::ModelFileOptions about;
   about.up = scene.up;
@@ -143,11 +151,7 @@ void import_published(const CommandLine& options) {
 
 /// A model for viewers that know its extension.
 void export_model(const CommandLine& options, const viewer::Subject& subject) {
-  const fs::path file(options.output);
-  if (file.extension() != ".glb") throw Error("-o {}: a model is a .glb; give it a name that ends so", printable(options.output));
-  std::error_code none;
-  if (fs::equivalent(file, subject.path, none)) throw Error("-o {}: is the model itself; choose another name", printable(options.output));
-  check_free({file}, options.overwrite);
+  const fs::path file = new_glb(options, subject.path, "a model");
   const std::string bytes = model_bytes(options, subject.path);
   write_text(file, bytes);
   std::printf("%s: %zu triangles, %.1f MB\n", file.c_str(), subject.model.triangles(), 1e-6 * static_cast<double>(bytes.size()));
@@ -155,11 +159,7 @@ void export_model(const CommandLine& options, const viewer::Subject& subject) {
 
 /// A plain mesh for the physics of engines, which lies where the model does.
 void export_collider(const CommandLine& options, const viewer::Subject& subject) {
-  const fs::path file(options.output);
-  if (file.extension() != ".glb") throw Error("-o {}: a collider is a .glb; give it a name that ends so", printable(options.output));
-  std::error_code none;
-  if (fs::equivalent(file, subject.path, none)) throw Error("-o {}: is the model itself; choose another name", printable(options.output));
-  check_free({file}, options.overwrite);
+  const fs::path file = new_glb(options, subject.path, "a collider");
   const soup::Mesh mesh = soup::collision_mesh(subject.model, static_cast<std::size_t>(*options.collider));
   const std::string bytes = read_file(subject.path);
   write_file_atomically(file, soup::encode_collider(mesh, soup::decode_glb(std::as_bytes(std::span(bytes)), subject.path).document.at("nodes").at(0)));
