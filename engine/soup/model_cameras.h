@@ -25,7 +25,7 @@ struct CodedCameras {
   std::vector<float> poses;
 };
 
-/// A rotation becomes a unit quaternion of floats: 1e-7 off at most. Where it is no rotation, what comes out is none either.
+/// world_to_camera is a rotation and a translation, as scene::Camera has it; it comes back 1e-7 off at most.
 CodedCameras code_cameras(std::span<const ModelCamera> cameras);
 
 /// Cameras of a file of any version. Throws Error on impossible ones, nlohmann::json::exception where the JSON is something else.

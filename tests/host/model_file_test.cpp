@@ -61,12 +61,15 @@ std::vector<std::byte> edited(const std::vector<std::byte>& bytes, F&& edit) {
   return soup::encode_glb(glb.document, glb.binary, "memory");
 }
 
-/// Of version 1, which had PNG pages: three triangles of one page.
-std::vector<std::byte> first_version() {
-  const std::string content = read_file(TRISOUP_SOURCE_DIR "/tests/fuzz/corpus/model_file/three_triangles.glb");
+/// Three triangles, the same in files of all versions; `ending` of its name.
+std::vector<std::byte> three_triangles(const char* ending) {
+  const std::string content = read_file(TRISOUP_SOURCE_DIR "/tests/fuzz/corpus/model_file/three_triangles" + std::string(ending) + ".glb");
   const auto bytes = std::as_bytes(std::span(content));
   return {bytes.begin(), bytes.end()};
 }
+
+/// Of version 1, which had PNG pages: one of them.
+std::vector<std::byte> first_version() { return three_triangles(""); }
 
 nlohmann::json& extension_of(nlohmann::json& document) { return document["extensions"]["TRISOUP_neural_textures"]; }
 
@@ -472,6 +475,7 @@ TEST_CASE("a file of version 1 is read, and written again as it is in less", "[m
   soup::ModelFileOptions options;
   options.settings = file.settings;
   CHECK(same(file.model, soup::decode_model(soup::encode_model(file.model, options), "memory").model));
+  for (const char* later : {"_2", "_3"}) CHECK(same(file.model, soup::decode_model(three_triangles(later), "memory").model));
 }
 
 TEST_CASE("rounded textures take less, and their steps are told", "[model_file]") {

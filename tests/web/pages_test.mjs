@@ -10,7 +10,7 @@ import { edited } from "./edit_glb.mjs";
 import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
 import { readPng } from "./png.mjs";
 
-/** Of both versions of the format. */
+/** Of every version of the format. */
 const corpus = ["three_triangles.glb", "three_triangles_2.glb", "three_triangles_3.glb"].map((name) => readFileSync(new URL(`../fuzz/corpus/model_file/${name}`, import.meta.url)));
 const firstCamera = decodeGlb(model, "x").document.extensions.TRISOUP_neural_textures.cameras.names[0];
 
