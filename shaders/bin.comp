@@ -8,11 +8,13 @@ CONSTANT(0, bool, FILL, false);
 const uint kTile = 8u;
 
 KERNEL(64, BinArgs) {
-  const uint i = thread_index();
-  if (i >= a.triangles * a.view_count) return;
+  // A group is of one view.
+  const uint groups = (a.triangles + 63u) / 64u;
+  const uint view = group_index() / groups, triangle = group_index() % groups * 64u + gl_LocalInvocationIndex;
+  if (view >= a.view_count || triangle >= a.triangles) return;
+  const uint i = view * a.triangles + triangle;
   const uint low = a.screen.v[i].box_min, high = a.screen.v[i].box_max;
   if (low == 0xffffffffu) return;
-  const uint view = i / a.triangles, triangle = i % a.triangles;
   const vec2 size = vec2(a.views.v[view].width, a.views.v[view].height);
   const uint tiles_x = a.views.v[view].tiles_x, first_tile = a.views.v[view].tile_offset;
   const uvec2 t0 = uvec2(low & 0xffffu, low >> 16) / kTile, t1 = uvec2(high & 0xffffu, high >> 16) / kTile;

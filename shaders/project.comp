@@ -20,9 +20,11 @@ FN void extend(vec4 p, float error, INOUT(vec2) low, INOUT(vec2) high) {
 }
 
 KERNEL(64, ProjectArgs) {
-  const uint i = thread_index();
-  if (i >= a.triangles * a.view_count) return;
-  const uint view = i / a.triangles, triangle = i % a.triangles;
+  // A group is of one view.
+  const uint groups = (a.triangles + 63u) / 64u;
+  const uint view = group_index() / groups, triangle = group_index() % groups * 64u + gl_LocalInvocationIndex;
+  if (view >= a.view_count || triangle >= a.triangles) return;
+  const uint i = view * a.triangles + triangle;
   const mat4 m = a.views.v[view].clip_from_world;
 
   vec4 p[3];

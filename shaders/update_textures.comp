@@ -18,11 +18,9 @@ CONSTANT(2, bool, DEBUG, false);   // also write the gradient
 
 SHARED uint s_seen, s_most;
 const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
-SHARED uvec4 s_word[SAMPLES * QUADS];  // floats but for the finest level's sums over pixels
-#define VALUE(i) uintBitsToFloat(s_word[i])
-#define SET_VALUE(i, v) s_word[i] = floatBitsToUint(v)
-#define ELEMENT_VALUE(first, e) uintBitsToFloat(ELEMENT(s_word, first, e))
-#define SET_ELEMENT_VALUE(first, e, v) ELEMENT(s_word, first, e) = floatBitsToUint(v)
+SHARED_VECTORS(uint, uvec4, s_word, SAMPLES * QUADS);  // of elements: floats but for the finest level's sums over pixels
+#define ELEMENT_VALUE(e) uintBitsToFloat(SHARED_ELEMENT(s_word, e))
+#define SET_ELEMENT_VALUE(e, v) SHARED_ELEMENT(s_word, e) = floatBitsToUint(v)
 
 FN uint samples_before(uint level_min, uint level) {
   uint n = 0u;
@@ -59,9 +57,9 @@ FN void add_pixels(TAKES_ARGUMENTS Texture row, uint fine, uint pixels, uint pla
       const uint i0 = (fine + cell.i0) * QUADS, i1 = (fine + cell.i1) * QUADS, i2 = (fine + cell.i2) * QUADS;
       UNROLL for (uint c = 0u; c < 7u; ++c) {
         const float g = limited(a.sorted.v[c * a.pixels + at]) * units;
-        atomicAdd(s_word[i0 + c / 4u][c % 4u], whole_units(cell.w0 * g));
-        atomicAdd(s_word[i1 + c / 4u][c % 4u], whole_units(cell.w1 * g));
-        atomicAdd(s_word[i2 + c / 4u][c % 4u], whole_units(cell.w2 * g));
+        atomicAdd(SHARED_WORD(s_word, i0 + c / 4u, c % 4u), whole_units(cell.w0 * g));
+        atomicAdd(SHARED_WORD(s_word, i1 + c / 4u, c % 4u), whole_units(cell.w1 * g));
+        atomicAdd(SHARED_WORD(s_word, i2 + c / 4u, c % 4u), whole_units(cell.w2 * g));
       }
     }
 }
@@ -73,10 +71,43 @@ FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uin
       const uint at = row.lattice_offset + first + thread;
       const uint low = a.gradient_low.v[at], high = a.gradient_high.v[at];
       if (low == kFixedZero && high == 0u) continue;
-      s_word[(fine + first + thread) * QUADS + 1u].w = floatBitsToUint(from_fixed(low, high));
+      SHARED_WORD(s_word, (fine + first + thread) * QUADS + 1u, 3u) = floatBitsToUint(from_fixed(low, high));
       a.gradient_low.v[at] = kFixedZero;
       a.gradient_high.v[at] = 0u;
     }
+}
+
+#define SAMPLE_VALUE(i) ELEMENT_VALUE((i) * kElements + e % kElements)
+/// Element e of the gradients of a level whose samples begin at `to`: of the next finer level's, which is `level` and begins at `from`.
+FN void to_coarser(uint from, uint to, uint level, uint e) {
+  uint x, y;
+  lattice_point(e / kElements, x, y);
+  // The finer level's sample in the same place and its diagonal; the neighbours' numbers follow from the order, diagonal by diagonal.
+  const uint n = 2u * (x + y), at = from + lattice_index(2u * x, 2u * y);
+  FLOATS around = FLOATS(0.0f);
+  if (n < (1u << level)) {
+    around += SAMPLE_VALUE(at + n + 1u);
+    around += SAMPLE_VALUE(at + n + 2u);
+  }
+  if (x > 0u) {
+    around += SAMPLE_VALUE(at - n);
+    around += SAMPLE_VALUE(at + 1u);
+  }
+  if (y > 0u) {
+    around += SAMPLE_VALUE(at - n - 1u);
+    around += SAMPLE_VALUE(at - 1u);
+  }
+  SET_ELEMENT_VALUE(to * kElements + e, SAMPLE_VALUE(at) + 0.5f * around);
+}
+
+/// Adds to element e of the values of a level, whose samples begin at `to`, the next coarser level's, which begin at `from`.
+FN void to_finer(uint from, uint to, uint e) {
+  uint x, y;
+  lattice_point(e / kElements, x, y);
+  // The two coarse samples that a fine one lies between: the next in x, and in y; the same one twice where they coincide.
+  const uint n = (x >> 1) + (y >> 1), at = from + lattice_index(x >> 1, y >> 1);
+  const FLOATS both = SAMPLE_VALUE(at + (x & 1u) * (n + 1u)) + SAMPLE_VALUE(at + (y & 1u) * (n + 2u));
+  SET_ELEMENT_VALUE(to * kElements + e, ELEMENT_VALUE(to * kElements + e) + 0.5f * both);
 }
 
 // One function, longer than a screen: its parts hand over in shared memory, and a barrier stands between any two, which all threads must meet here.
@@ -98,7 +129,7 @@ KERNEL_MAIN(THREADS) {
       s_most = 0u;
     }
     for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i)
-      if (ELEMENT_OF(i, gradients) < gradients) ELEMENT(s_word, fine * QUADS, ELEMENT_OF(i, gradients)) = UINTS(0u);
+      if (ELEMENT_OF(i, gradients) < gradients) SHARED_ELEMENT(s_word, fine * kElements + ELEMENT_OF(i, gradients)) = UINTS(0u);
     barrier();
     if (pixels != 0u) {
       find_most(GIVES_ARGUMENTS pixels, place, thread);
@@ -111,7 +142,7 @@ KERNEL_MAIN(THREADS) {
     for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i) {
       const uint e = ELEMENT_OF(i, gradients), first = row.lattice_offset * QUADS;
       if (e < gradients) {
-        const UINTS words = ELEMENT(s_word, fine * QUADS, e);
+        const UINTS words = SHARED_ELEMENT(s_word, fine * kElements + e);
         FLOATS gradient;
         UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(gradient, c) = float(int(NUMBER(words, c))) * unit_of(exponent);
         if (e % kElements == kElements - 1u) NUMBER(gradient, 3u) = uintBitsToFloat(NUMBER(words, 3u));
@@ -120,7 +151,7 @@ KERNEL_MAIN(THREADS) {
           gradient *= value * (1.0f - value);
           s_seen = 1u;
         }
-        SET_ELEMENT_VALUE(fine * QUADS, e, gradient);
+        SET_ELEMENT_VALUE(fine * kElements + e, gradient);
       }
     }
     barrier();
@@ -132,29 +163,9 @@ KERNEL_MAIN(THREADS) {
       top = row.level_min;
     }
     for (uint level = top; level > row.level_min; --level) {
-      const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u);
-      const uint r = 1u << level;
-      for (uint e = thread; e < lattice_samples(level - 1u) * QUADS; e += THREADS) {
-        const uint q = e % QUADS;
-        uint x, y;
-        lattice_point(e / QUADS, x, y);
-        x *= 2u;
-        y *= 2u;
-        vec4 around = vec4(0.0f);
-        if (x + y < r) {
-          around += VALUE((from + lattice_index(x + 1u, y)) * QUADS + q);
-          around += VALUE((from + lattice_index(x, y + 1u)) * QUADS + q);
-        }
-        if (x > 0u) {
-          around += VALUE((from + lattice_index(x - 1u, y)) * QUADS + q);
-          around += VALUE((from + lattice_index(x - 1u, y + 1u)) * QUADS + q);
-        }
-        if (y > 0u) {
-          around += VALUE((from + lattice_index(x, y - 1u)) * QUADS + q);
-          around += VALUE((from + lattice_index(x + 1u, y - 1u)) * QUADS + q);
-        }
-        SET_VALUE(to * QUADS + e, VALUE((from + lattice_index(x, y)) * QUADS + q) + 0.5f * around);
-      }
+      const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u), sums = lattice_samples(level - 1u) * kElements;
+      for (uint i = 0u; i < ELEMENT_STEPS(sums); ++i)
+        if (ELEMENT_OF(i, sums) < sums) to_coarser(from, to, level, ELEMENT_OF(i, sums));
       barrier();
     }
   }
@@ -167,7 +178,7 @@ KERNEL_MAIN(THREADS) {
       FLOATS logit = ELEMENT(a.source.v, first, e), m = FLOATS(0.0f), v = FLOATS(0.0f);
       bool changed = false;
       if (ADAM) {
-        const FLOATS gradient = ELEMENT_VALUE(0u, e);
+        const FLOATS gradient = ELEMENT_VALUE(e);
         if (DEBUG) ELEMENT(a.debug.v, first, e) = gradient;
         if (gradient != FLOATS(0.0f) || a.unseen != 0u) {
           m = ELEMENT(a.moment1.v, first, e);
@@ -195,35 +206,28 @@ KERNEL_MAIN(THREADS) {
           ELEMENT(a.moment2.v, first, e) = v;
         }
       }
-      SET_ELEMENT_VALUE(0u, e, logit);
+      SET_ELEMENT_VALUE(e, logit);
     }
   }
 
   for (uint level = row.level_min + 1u; level <= top; ++level) {
     barrier();
-    const uint from = samples_before(row.level_min, level - 1u), to = samples_before(row.level_min, level);
-    for (uint e = thread; e < lattice_samples(level) * QUADS; e += THREADS) {
-      const uint q = e % QUADS;
-      uint x, y;
-      lattice_point(e / QUADS, x, y);
-      // The two coarse samples that a fine one lies between; the same one twice where they coincide.
-      const uint x0 = x >> 1, y0 = y >> 1, ox = x & 1u, oy = y & 1u;
-      const uint i = lattice_index(x0 + ox, y0), j = lattice_index(x0, y0 + oy);
-      SET_VALUE(to * QUADS + e, VALUE(to * QUADS + e) + 0.5f * (VALUE((from + i) * QUADS + q) + VALUE((from + j) * QUADS + q)));
-    }
+    const uint from = samples_before(row.level_min, level - 1u), to = samples_before(row.level_min, level), sums = lattice_samples(level) * kElements;
+    for (uint i = 0u; i < ELEMENT_STEPS(sums); ++i)
+      if (ELEMENT_OF(i, sums) < sums) to_finer(from, to, ELEMENT_OF(i, sums));
   }
   barrier();
   const uint values = fine_count * kElements;
   for (uint i = 0u; i < ELEMENT_STEPS(values); ++i) {
     const uint e = ELEMENT_OF(i, values);
     if (e < values) {
-      const FLOATS logit = ELEMENT_VALUE(fine * QUADS, e);
+      const FLOATS logit = ELEMENT_VALUE(fine * kElements + e);
       FLOATS value;
       UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(value, c) = sigmoid(NUMBER(logit, c));
       ELEMENT(a.lattice.v, row.lattice_offset * QUADS, e) = value;
-      SET_ELEMENT_VALUE(fine * QUADS, e, value);
+      SET_ELEMENT_VALUE(fine * kElements + e, value);
     }
   }
   barrier();
-  for (uint i = thread; i < fine_count; i += THREADS) a.opacity.v[row.lattice_offset + i] = VALUE((fine + i) * QUADS + 1u).w;
+  for (uint i = thread; i < fine_count; i += THREADS) a.opacity.v[row.lattice_offset + i] = uintBitsToFloat(SHARED_WORD(s_word, (fine + i) * QUADS + 1u, 3u));
 }

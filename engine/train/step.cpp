@@ -65,7 +65,7 @@ void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t 
 void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t triangles = soup_.triangles, views = batch.views;
-  const std::uint64_t projected = groups_of(std::uint64_t(views) * triangles);
+  const std::uint64_t projected = views * groups_of(triangles);
   const auto view_table = frame_.views.address(), screen = frame_.screen.address();
 
   gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
@@ -91,7 +91,7 @@ void Step::for_each_band(const std::function<void(const Band&)>& visit) {
 
 void Step::list_triangles(const Band& band) {
   const std::uint32_t triangles = soup_.triangles, views = frame_.batch().views;
-  const std::uint64_t projected = groups_of(std::uint64_t(views) * triangles);
+  const std::uint64_t projected = views * groups_of(triangles);
   const BinArgs bin{frame_.views.address(), frame_.screen.address(), frame_.counts.address(), frame_.offsets.address(),
                     frame_.lists.address(), frame_.control.address(), frame_.state.address(), triangles, views, band.first,
                     band.tiles, frame_.list_capacity(), 0};

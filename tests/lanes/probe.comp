@@ -141,6 +141,17 @@ KERNEL_MAIN(64) {
     barrier();
     second = s_words[thread & 3u];
   }
+  if (CASE == 9u) {
+    // Eight words in a row for every eight threads, from places that follow from the eight's number; eights that take no part may name any place.
+    s_words[thread] = n;
+    barrier();
+    const uint eight = thread / 8u;
+    if ((eight & 1u) == 0u || (n & 1u) != 0u) result = s_words[(eight * 5u + 3u) % 8u * 8u + thread % 8u];
+    if (thread < 40u) {
+      const uint far = (7u - eight) * (1u + eight / 5u * 100000000u);
+      second = s_words[far * 8u + thread % 8u] + uint(sqrt(float(eight)) * 100.0f);
+    }
+  }
   a.result.v[thread * 4u] = result;
   if ((n & 8u) != 0u) a.result.v[thread * 4u + 1u] = second + 1u;
 }

@@ -96,6 +96,16 @@ LANES_INLINE T load_run(const char* p) {
   for (int l = 0; l < WIDTH; ++l) x[l] = load_one<lane_of<T>>(p + std::size_t(l) * stride);
   return x;
 }
+#if WIDTH == 16
+/// Lanes 0 to 7 read words in a row from the place of lane 0 on, lanes 8 to 15 from that of lane 8; eight that take no part, from the first place there is.
+template <Lanes T>
+LANES_INLINE T load_eights(const char* p, vu index, vm mask) {
+  typedef float eight __attribute__((vector_size(32)));
+  const std::uint32_t lanes = lanes_of(mask);
+  const eight low = load_one<eight>(p + std::size_t(lanes & 0xffu ? index[0] : 0) * 4), high = load_one<eight>(p + std::size_t(lanes >> 8 ? index[8] : 0) * 4);
+  return (T)__builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+#endif
 template <std::size_t stride, Lanes T>
 LANES_INLINE void load_run_four(const char* p, T& a, T& b, T& c, T& d) {
   load_four([&](int l) { return p + std::size_t(l) * stride; }, a, b, c, d);

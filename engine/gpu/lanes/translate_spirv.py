@@ -3,7 +3,7 @@
 
 What is the same for all invocations stays a scalar; the rest is a vector with a lane for each of them. A branch that lanes take
 differently runs under a mask (Karrenberg and Hack, Whole-Function Vectorization, 2011; Pharr and Mark, ispc, 2012). What the C++ is
-written in is lanes.h and lane_memory.h. Barriers are calls of barrier().
+written in is lanes.h and lane_memory.h. Barriers are calls of barrier(); a workgroup of WIDTH invocations needs none.
 
 usage: translate_spirv.py WIDTH FUNCTION OUTPUT TABLE KERNEL.spv:NAME:[CONSTANT,...] ...
 OUTPUT has the kernels, for a compiler that may use vectors of WIDTH. TABLE has FUNCTION, of namespace trisoup::gpu::host, which returns them: a file of its own,

@@ -3,8 +3,8 @@ from spirv import BINARY, COMPARE
 from structure import Structurer, exits_in, nest_rests
 
 # A value over the lanes: one; u + lane where u is a multiple of the width; u + lane; anything; u + v / 4 and v % 4 where v is a multiple of the width + lane, which
-# together tell components of vectors that lie side by side.
-UNIFORM, ALIGNED, CONSECUTIVE, VARYING, QUARTER, COMPONENT = 0, 1, 2, 3, 4, 5
+# together tell components of vectors that lie side by side. Of 16 lanes: one value for lanes 0 to 7 and one for 8 to 15; such a value + lane % 8.
+UNIFORM, ALIGNED, CONSECUTIVE, VARYING, QUARTER, COMPONENT, HALVES, EIGHTS = 0, 1, 2, 3, 4, 5, 6, 7
 
 
 def leaves(c):
@@ -359,6 +359,8 @@ class Program:
             return [both[i] for i in inst.args[2:]]
         if all(is_uniform(c) for c in classes):
             return self.filled(inst.type, UNIFORM)
+        if all(x in (UNIFORM, HALVES) for c in classes for x in leaves(c)):
+            return self.filled(inst.type, HALVES)
         if op == "Bitcast" and isinstance(classes[0], int):
             return classes[0]
         t = self.t(inst.type)
@@ -383,6 +385,10 @@ class Program:
             return a
         if op == "IAdd" and sorted((a, b)) == [UNIFORM, QUARTER]:
             return QUARTER
+        if op == "IAdd" and EIGHTS in (a, b) and (a in (UNIFORM, HALVES) or b in (UNIFORM, HALVES)):
+            return EIGHTS
+        if a == ALIGNED and k == 8 and w == 16 and op in ("UDiv", "UMod"):
+            return HALVES if op == "UDiv" else EIGHTS
         if a == ALIGNED and k is not None:
             if op == "UMod" and k % w == 0:
                 return ALIGNED

@@ -85,7 +85,8 @@ class Writer(MemoryWriter, LocalsWriter, ControlWriter):
         elif op == "Undef":
             self.trees[n.key] = self.kinds.zeros(inst.type)
         elif op == "ControlBarrier":
-            self.out("barrier();")
+            if self.p.width < self.m.local_size:
+                self.out("barrier();")
         elif op == "Store":
             if self.p.pointer(n.args[0])[0] == 7:
                 self.store_local(n, mask)
@@ -168,7 +169,7 @@ class Writer(MemoryWriter, LocalsWriter, ControlWriter):
             if self.m.ids[v.type].args[0] == 4:
                 words = self.kinds.words(self.m.ids[v.type].args[1])
                 shared.append(f"[[maybe_unused]] alignas(64) thread_local std::uint32_t shared_{v.id}[{words}];")
-        barriers = any(n.inst.op == "ControlBarrier" for n in self.p.insts)
+        barriers = self.p.width < self.m.local_size and any(n.inst.op == "ControlBarrier" for n in self.p.insts)
         text = f"namespace {self.name} {{\nnamespace {{\n" + "\n".join(shared) + "\n}\n"
         text += "void run([[maybe_unused]] const std::byte* arguments) {\n  [[maybe_unused]] const vu lane = lanes_from(invocation.thread);\n"
         text += "  [[maybe_unused]] const std::uint32_t group = invocation.group;\n"

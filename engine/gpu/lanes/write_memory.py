@@ -1,7 +1,10 @@
 """The C++ of loads, stores and atomics: addresses, and whether lanes read words in a row."""
 from parts import Leaf, first, vary
 from spirv import fail
-from uniformity import ALIGNED, COMPONENT, CONSECUTIVE, QUARTER, VARYING
+from uniformity import ALIGNED, COMPONENT, CONSECUTIVE, EIGHTS, QUARTER, VARYING
+
+# Operations on words that the first lane's scalar can go through. Division by a number other than zero alone.
+IN_ONE_LANE = {"IAdd": "+", "ISub": "-", "IMul": "*", "UDiv": "/", "UMod": "%", "ShiftRightLogical": ">>", "BitwiseAnd": "&"}
 
 
 def each_number(tree, value):
@@ -69,15 +72,15 @@ class MemoryWriter:
 
     def index_of_first(self, terms):
         """The first lane's index as a scalar."""
-        return " + ".join(self.first_lane(key, 4) + (f" * {factor}u" if factor != 1 else "") for key, factor in terms)
+        return " + ".join(self.first_lane(key, 6) + (f" * {factor}u" if factor != 1 else "") for key, factor in terms)
 
     def first_lane(self, key, depth):
         """An integer's value in the first lane, of scalars alone as far as it can be: only that is asked for where lanes read words in a row."""
         if not self.differs(key):
             return f"std::uint32_t({first(self.tree(key))})"
         maker = self.makers.get(key)
-        sign = {"IAdd": "+", "ISub": "-", "IMul": "*"}.get(maker.inst.op) if maker is not None else None
-        if sign is None or depth == 0:
+        sign = IN_ONE_LANE.get(maker.inst.op) if maker is not None else None
+        if sign is None or depth == 0 or (sign in "/%" and not self.number(maker.args[1])):
             return f"as_u({self.tree(key).text})[0]"
         return f"({self.first_lane(maker.args[0], depth - 1)} {sign} {self.first_lane(maker.args[1], depth - 1)})"
 
@@ -114,9 +117,12 @@ class MemoryWriter:
         terms, stride, c = self.index(terms)
         # Lanes that take no part read what lies beside the others: words there is room for, larger steps not.
         run = c in (ALIGNED, CONSECUTIVE) and (mask is None or stride == 4)
+        eights = c == EIGHTS and stride == 4 and self.kinds.is_scalar(type_)
         at = self.fresh("i")
         if run:
             self.out(f"char* const {at} = {base} + std::ptrdiff_t(std::int32_t({self.index_of_first(terms)})) * {stride};")
+        elif eights:
+            self.out(f"const vu {at} = {self.index_of_lanes(terms)};")
         else:
             self.out(f"const vu {at} = {'(' if mask else ''}{self.index_of_lanes(terms)}{f') & as_u({mask})' if mask else ''};")
         if key not in self.used:
@@ -129,6 +135,8 @@ class MemoryWriter:
             if self.kinds.is_scalar(t):
                 cpp = self.kinds.scalar(t, True)
                 call = f"load_run<{cpp}, {stride}>({at} + {offsets})" if run else f"gather<{cpp}, {stride}>({base} + {offsets}, {at})"
+                if eights:
+                    call = f"load_eights<{cpp}>({base} + {offsets}, {at}, {mask or 'kAll'})"
                 self.out(f"[[maybe_unused]] const {cpp} {name} = {call};")
                 return Leaf(name, True)
             names = [f"{name}_{i}" for i in range(len(offsets))]
