@@ -74,7 +74,7 @@ function(lane_kernels width part output table)
     list(APPEND binaries ${binary})
     add_custom_command(OUTPUT ${binary}
       COMMAND ${GLSLANG} --quiet --target-env vulkan1.2 -DLANES_OF_A_CPU=${width} -I${PROJECT_SOURCE_DIR}/shaders -o ${binary} ${KERNEL_BINARY_DIR}/${name}.main.comp
-      DEPENDS ${sources} VERBATIM)
+      DEPENDS ${sources} ${KERNEL_BINARY_DIR}/${name}.main.comp VERBATIM)
   endforeach()
   file(GLOB scripts CONFIGURE_DEPENDS ${translator}/*.py)
   # -B: nothing is left beside the sources.

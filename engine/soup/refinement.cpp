@@ -35,6 +35,16 @@ int rounded_difference(int difference, int step, bool corner) {
   return difference < 0 ? -steps : steps;
 }
 
+/// Where a triangle is opaque all over, how much above a half its opacities are shows nowhere: each gets their mean, which packs into nothing.
+void level_opacity(std::uint8_t* values, std::uint32_t samples) {
+  std::uint32_t sum = 0;
+  for (std::uint32_t s = 0; s < samples; ++s) {
+    if (values[s * kChannels + 7] < 128) return;
+    sum += values[s * kChannels + 7];
+  }
+  for (std::uint32_t s = 0; s < samples; ++s) values[s * kChannels + 7] = static_cast<std::uint8_t>(sum / samples);
+}
+
 }  // namespace
 
 std::span<const Refinement> refinement(std::uint32_t level) {
@@ -56,6 +66,7 @@ void round_textures(std::span<std::uint8_t> lattice, std::span<const TextureEntr
   if (steps == kExactTextures) return;
   for (const TextureEntry& row : textures) {
     std::uint8_t* values = &lattice[std::size_t(row.lattice_offset) * kChannels];
+    level_opacity(values, samples_at(row.level_max));
     for (const Refinement& p : refinement(row.level_max))
       for (int c = 0; c < kChannels; ++c) {
         std::uint8_t& value = values[p.sample * kChannels + c];

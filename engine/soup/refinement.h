@@ -34,7 +34,7 @@ TextureSteps texture_steps(std::uint32_t bits);
 inline int refined(int a, int b, int difference, int step) { return std::clamp((a + b + 1) / 2 + difference * step, 0, 255); }
 
 /// Values of all lattices as steps leave them: differences that are less than 0.6 of a step go, others are rounded. An opacity of
-/// at least 128, which is kept, stays so, and one below stays below. Exact steps leave everything as it is.
+/// at least 128, which is kept, stays so, and one below stays below; triangles that are opaque all over have one opacity. Exact steps leave everything as it is.
 void round_textures(std::span<std::uint8_t> lattice, std::span<const TextureEntry> textures, const TextureSteps& steps);
 
 }  // namespace trisoup::soup

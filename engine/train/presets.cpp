@@ -62,12 +62,13 @@ Settings of_preset(const PresetChoice& choice, const scene::Scene& scene) {
   if (choice.preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
   if (choice.preset == "balanced") s.steps = 3000, s.triangles = 5000, s.init_count = 10'000, s.level_max = 4;
 
+  const bool has_points = !scene.points.positions.empty();
+  s.init = !choice.init.empty() ? choice.init : !has_points ? "random" : as_published ? "points" : "surface";
+  // Random triangles get further by many steps of few views; from a surface that brings nothing (docs/decisions.md).
+  if (choice.preset == "fast" && which == Recipe::synthetic && s.init == "random") s.steps *= 2, s.batch /= 2;
   if (choice.steps) s.steps = *choice.steps;
   s.resample_every = std::max<std::uint64_t>(100, s.steps / 100);
   if (choice.triangles) s.triangles = *choice.triangles;
-
-  const bool has_points = !scene.points.positions.empty();
-  s.init = !choice.init.empty() ? choice.init : !has_points ? "random" : as_published ? "points" : "surface";
   if (s.init == "surface") start_from_surface(s, scene, as_published);
   if (s.init == "random" && which == Recipe::real) {
     // Nothing is known of where a real scene's surfaces are: the whole room between the cameras.

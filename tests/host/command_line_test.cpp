@@ -118,6 +118,17 @@ TEST_CASE("few steps have the published way of vertices, presets their own", "[c
   CHECK(way(own) == Approx(1.5).epsilon(0.01));
 }
 
+TEST_CASE("preset fast takes more steps of fewer views from random triangles", "[command_line]") {
+  const auto work = [](const train::Settings& s) { return std::pair(s.steps, s.batch); };
+  CHECK(work(settings_of({"--preset", "fast"}, true)) == std::pair(std::uint64_t{2000}, 2u));
+  CHECK(work(settings_of({"--preset", "fast", "--steps", "300"}, true)) == std::pair(std::uint64_t{300}, 2u));
+  CHECK(work(settings_of({"--preset", "fast", "--set", "batch=3"}, true)) == std::pair(std::uint64_t{2000}, 3u));
+  CHECK(work(settings_of({"--preset", "fast"}, false, true)) == std::pair(std::uint64_t{1000}, 4u));
+  CHECK(work(settings_of({"--preset", "fast", "--init", "surface"}, true, true)) == std::pair(std::uint64_t{1000}, 4u));
+  CHECK(work(settings_of({"--preset", "balanced"}, true)) == std::pair(std::uint64_t{3000}, 4u));
+  CHECK(work(settings_of({"--preset", "published", "--steps", "1000"}, true)) == std::pair(std::uint64_t{1000}, 4u));
+}
+
 TEST_CASE("from a surface vertices come to rest before textures do", "[command_line]") {
   const train::Settings s = settings_of({"--preset", "balanced"}, false, true);
   REQUIRE(s.init == "surface");
@@ -197,7 +208,7 @@ TEST_CASE("what contradicts a checkpoint is told with both values, and nothing e
   CHECK_THROWS_WITH(resumed(begun, {"-r", "1"}, true), told("resolution 2.0 (now 1.0)"));
   CHECK_THROWS_WITH(resumed(begun, {"--test-every", "3", "--alpha", "mask", "--background", "black"}, true),
                     told("test_every 8 (now 3), background \"auto\" (now \"black\"), alpha \"composite\" (now \"mask\")"));
-  CHECK_THROWS_WITH(resumed(begun, {"--steps", "999"}, true), told("steps 1000 (now 999)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--steps", "999"}, true), told("steps 2000 (now 999)"));
   CHECK_THROWS_WITH(resumed(begun, {"--set", "opaque=true"}, true), told("opaque false (now true)"));
   CHECK_THROWS_WITH(resumed(begun, {"--recipe", "real"}, true), told("recipe \"synthetic\" (now \"real\")"));
   CHECK_THROWS_WITH(resumed({}, {"--set", "coarse_share=0"}, true), told("coarse_share 0.5 (now 0.0)"));
@@ -222,7 +233,7 @@ TEST_CASE("what a checkpoint notes of the dataset's options is taken where they 
 }
 
 TEST_CASE("more steps than a training began with prolong its schedule", "[command_line]") {
-  const train::Settings first = resumed({"--preset", "fast"}, {}, true), longer = resumed({"--preset", "fast"}, {"--preset", "fast", "--steps", "4000"}, true);
+  const train::Settings first = resumed({"--preset", "fast", "--steps", "1000"}, {}, true), longer = resumed({"--preset", "fast", "--steps", "1000"}, {"--preset", "fast", "--steps", "4000"}, true);
   CHECK(longer.steps == 4000);
   CHECK(train::lift_step(first) == 500);
   CHECK(train::lift_step(longer) == 500);  // is over in a training that has completed 500 steps

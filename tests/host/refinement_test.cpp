@@ -49,6 +49,7 @@ TEST_CASE("rounded textures are near what they were, and opacities on their side
   std::vector<soup::TextureEntry> table = soup::make_texture_table(levels).entries;
   std::vector<std::uint8_t> values(std::size_t(table.back().lattice_offset + 561) * 8);
   for (std::uint8_t& value : values) value = static_cast<std::uint8_t>(random.bits());
+  for (const soup::TextureEntry& row : table) values[row.lattice_offset * 8 + 7] &= 127;  // none is opaque all over
   for (std::uint32_t bits = 1; bits <= 8; ++bits) {
     CAPTURE(bits);
     const soup::TextureSteps steps = soup::texture_steps(bits);
@@ -66,12 +67,29 @@ TEST_CASE("rounded textures are near what they were, and opacities on their side
   }
 }
 
+TEST_CASE("what is opaque all over has one opacity, what is not keeps its edge, and rounding again changes neither", "[refinement]") {
+  const std::vector<soup::TextureEntry> table = soup::make_texture_table(2, {3, 3}).entries;
+  const std::size_t count = soup::samples_at(3);
+  std::vector<std::uint8_t> values(2 * count * 8, 100);
+  for (std::size_t s = 0; s < 2 * count; ++s) values[s * 8 + 7] = static_cast<std::uint8_t>(s % 2 ? 130 : 250);
+  values[(count + 5) * 8 + 7] = 127;
+  soup::round_textures(values, table, soup::texture_steps(6));
+  for (std::size_t s = 0; s < count; ++s) {
+    CHECK(values[s * 8 + 7] == values[7]);
+    CHECK((values[(count + s) * 8 + 7] >= 128) == (s != 5));
+  }
+  CHECK(std::abs(values[7] - 190) <= 6);
+  std::vector<std::uint8_t> again = values;
+  soup::round_textures(again, table, soup::texture_steps(6));
+  CHECK(again == values);
+}
+
 TEST_CASE("a linear texture with less than a dead zone of noise loses the noise", "[refinement]") {
   std::vector<soup::TextureEntry> table = soup::make_texture_table(1, {4, 4}).entries;
   std::vector<std::uint8_t> values(soup::samples_at(4) * 8), plain(values.size());
   for (std::uint32_t s = 0; s < soup::samples_at(4); ++s)
     for (std::size_t c = 0; c < 8; ++c) {
-      plain[s * 8 + c] = static_cast<std::uint8_t>(128 + 4 * point(s).x);  // the first corner, and steps of 64 to the next
+      plain[s * 8 + c] = static_cast<std::uint8_t>((c < 7 ? 128 : 64) + 4 * point(s).x);  // steps of 64 from corner to corner; nowhere opaque all over
       values[s * 8 + c] = static_cast<std::uint8_t>(plain[s * 8 + c] + (point(s).x % 16 != 0 && s % 2 ? 2 : 0));
     }
   soup::round_textures(values, table, {4, 4, 4, 4, 4, 4, 4, 4});

@@ -147,6 +147,9 @@ KERNEL_MAIN(64) {
     barrier();
     const uint eight = thread / 8u;
     if ((eight & 1u) == 0u || (n & 1u) != 0u) result = s_words[(eight * 5u + 3u) % 8u * 8u + thread % 8u];
+    // The first lanes of the first eight would read from before the array.
+    const uint before = eight * 8u - 3u;
+    if (thread >= 3u) result += s_words[before + thread % 8u];
     if (thread < 40u) {
       const uint far = (7u - eight) * (1u + eight / 5u * 100000000u);
       second = s_words[far * 8u + thread % 8u] + uint(sqrt(float(eight)) * 100.0f);

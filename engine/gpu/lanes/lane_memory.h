@@ -97,13 +97,15 @@ LANES_INLINE T load_run(const char* p) {
   return x;
 }
 #if WIDTH == 16
-/// Lanes 0 to 7 read words in a row from the place of lane 0 on, lanes 8 to 15 from that of lane 8; eight that take no part, from the first place there is.
+/// Lanes 0 to 7 read words in a row from the place of lane 0 on, lanes 8 to 15 from that of lane 8, which may lie before `p` if it takes no part; eight
+/// that take no part at all read what lies at p.
 template <Lanes T>
 LANES_INLINE T load_eights(const char* p, vu index, vm mask) {
   typedef float eight __attribute__((vector_size(32)));
   const std::uint32_t lanes = lanes_of(mask);
-  const eight low = load_one<eight>(p + std::size_t(lanes & 0xffu ? index[0] : 0) * 4), high = load_one<eight>(p + std::size_t(lanes >> 8 ? index[8] : 0) * 4);
-  return (T)__builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const auto low = std::int32_t(lanes & 0xffu ? index[0] : 0), high = std::int32_t(lanes >> 8 ? index[8] : 0);
+  return (T)__builtin_shufflevector(load_one<eight>(p + std::ptrdiff_t(low) * 4), load_one<eight>(p + std::ptrdiff_t(high) * 4), 0, 1, 2, 3, 4, 5, 6, 7, 8,
+                                    9, 10, 11, 12, 13, 14, 15);
 }
 #endif
 template <std::size_t stride, Lanes T>
