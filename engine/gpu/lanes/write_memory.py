@@ -3,8 +3,8 @@ from parts import Leaf, first, vary
 from spirv import fail
 from uniformity import ALIGNED, COMPONENT, CONSECUTIVE, EIGHTS, QUARTER, VARYING
 
-# Operations on words that the first lane's scalar can go through. Division by a number other than zero alone.
-IN_ONE_LANE = {"IAdd": "+", "ISub": "-", "IMul": "*", "UDiv": "/", "UMod": "%", "ShiftRightLogical": ">>", "BitwiseAnd": "&"}
+# Operations on words that the first lane's scalar can go through; a remainder of a number other than zero alone.
+IN_ONE_LANE = {"IAdd": "+", "ISub": "-", "IMul": "*", "UMod": "%", "ShiftRightLogical": ">>", "BitwiseAnd": "&"}
 
 
 def each_number(tree, value):
@@ -80,7 +80,7 @@ class MemoryWriter:
             return f"std::uint32_t({first(self.tree(key))})"
         maker = self.makers.get(key)
         sign = IN_ONE_LANE.get(maker.inst.op) if maker is not None else None
-        if sign is None or depth == 0 or (sign in "/%" and not self.number(maker.args[1])):
+        if sign is None or depth == 0 or (sign == "%" and not self.number(maker.args[1])):
             return f"as_u({self.tree(key).text})[0]"
         return f"({self.first_lane(maker.args[0], depth - 1)} {sign} {self.first_lane(maker.args[1], depth - 1)})"
 
