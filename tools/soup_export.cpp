@@ -33,6 +33,7 @@ namespace {
 
 constexpr int kPosterWidth = 1280, kPosterHeight = 720;
 constexpr float kPosterQuality = 85;
+constexpr double kVertexShare = 1.0 / 8;
 
 enum class Format { page, published, glb };
 
@@ -40,6 +41,7 @@ struct CommandLine {
   std::string model, output;
   Format format = Format::page;
   std::optional<int> collider;  // triangles
+  std::optional<double> vertex_share;  // of a pixel
   bool single_file = false, overwrite = false, no_poster = false, plain_colours = false;
   web::PageOptions page;
   gpu::DeviceOptions device{.draws = true};
@@ -80,6 +82,7 @@ std::string model_bytes(const CommandLine& options, const std::string& path) {
   about.settings = file.settings;
   about.cameras = file.cameras;
   about.plain_colours = false;
+  about.vertex_share = options.vertex_share.value_or(kVertexShare);
   const std::vector<std::byte> bytes = soup::encode_model(file.model, about);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -188,7 +191,9 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
                                        "only other viewers need [page]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{{"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}))
       ->option_text("TEXT");  // else all of that map
-  app.add_flag("--plain-colours", c.plain_colours, "leave in the model what viewers show that do not know its extension: a third of a small one");
+  auto* plain = app.add_flag("--plain-colours", c.plain_colours, "the model as it is, with what viewers show that do not know its extension: twice the bytes");
+  app.add_option("--vertex-share", c.vertex_share, "vertices lie on a grid of this share of a pixel of the photograph that shows them closest; 0: as they are [0.125]")
+      ->check(CLI::Range(0.0, 100.0))->excludes(plain);
   auto* single_file = app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
   app.add_option("--collider", c.collider, "instead of a page a plain mesh of at most this many triangles, for the physics of engines: a .glb")
       ->check(CLI::Range(4, 10000000))->excludes(single_file);
@@ -212,8 +217,8 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     exit_code = 1;
     return {};
   }
-  if (c.plain_colours && (c.collider || c.format == Format::published)) {
-    std::fprintf(stderr, "soup-export: --plain-colours is of a model.glb; leave it out, or --collider or --format published; see --help\n");
+  if ((c.plain_colours || c.vertex_share) && (c.collider || c.format == Format::published)) {
+    std::fprintf(stderr, "soup-export: --plain-colours and --vertex-share are of a model.glb; leave them out, or --collider or --format published; see --help\n");
     exit_code = 1;
     return {};
   }

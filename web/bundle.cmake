@@ -16,7 +16,7 @@ function(bundle variable)
   set(${variable} "// trisoup: soups of triangles in a page. MIT licence.${bundle}" PARENT_SCOPE)
 endfunction()
 
-set(shared error glb png lattice model camera shaders tiles gpu upload pictures renderer download)
+set(shared error glb png range_decoder lattice vertices model camera shaders tiles gpu upload pictures renderer download)
 bundle(module_text ${shared} stage input element tri-soup)
 bundle(benchmark_module_text ${shared} benchmark benchmark_page)
 file(READ ${FOLDER}/benchmark.html benchmark_text)

@@ -1,13 +1,11 @@
 // The lattices of a model.glb: differences from coarser samples, arithmetically coded (engine/soup/lattice_code.cpp,
-// range_coder.h, refinement.cpp), and the atlas of pages that they are drawn from (engine/soup/atlas.cpp).
+// refinement.cpp), and the atlas of pages that they are drawn from (engine/soup/atlas.cpp).
+import { RangeDecoder } from "./range_decoder.js";
 
-const CHANNELS = 8, FINEST_LEVEL = 5, CHANCE_BITS = 15, LEAST_CHANCE = 32, MOST_SEEN = 120;
+const CHANNELS = 8, FINEST_LEVEL = 5;
 /** Where the chances of each kind of decision begin. */
 const LEVELS = 0, ZERO = 64, SIGN = ZERO + 4 * CHANNELS * 16 * 8, BITS = SIGN + CHANNELS * 9, REST = BITS + 4 * 16 * 8 * 7;
 const CHANCES = REST + 8 * CHANNELS * 64;
-
-/** How fast a chance learns after so many decisions, in 2^16ths. */
-const RATES = Int32Array.from({ length: MOST_SEEN + 1 }, (_, seen) => Math.floor(131072 / (2 * seen + 3)));
 
 const latticeIndex = (x, y) => ((x + y) * (x + y + 1)) / 2 + y;
 
@@ -27,52 +25,6 @@ const refinements = Array.from({ length: FINEST_LEVEL + 1 }, (_, level) => {
 
 /** Samples of a lattice of this level. */
 export const samplesAt = (level) => (((1 << level) + 1) * ((1 << level) + 2)) / 2;
-
-/** Decisions from bytes; beyond their end it reads zeros. */
-class RangeDecoder {
-  #bytes; #at = 0;
-  #interval = new Uint32Array(2);  // code and range: as members, numbers of 32 bits would be allocated again and again
-  #chances = new Uint16Array(CHANCES).fill(1 << (CHANCE_BITS - 1));
-  #seen = new Uint8Array(CHANCES);
-
-  constructor(bytes) {
-    this.#bytes = bytes;
-    for (let i = 0; i < 5; ++i) this.#interval[0] = (this.#interval[0] << 8) | this.#next();
-    this.#interval[1] = 0xffffffff;
-  }
-
-  #next() {
-    const at = this.#at++;
-    return at < this.#bytes.length ? this.#bytes[at] : 0;
-  }
-
-  get ended() {
-    return this.#at > this.#bytes.length;
-  }
-
-  /** 0 or 1, by the chance of this number, which learns. */
-  decide(i) {
-    const interval = this.#interval, chances = this.#chances, seen = this.#seen;
-    let code = interval[0], range = interval[1];
-    const chance = chances[i], bound = Math.imul(range >>> CHANCE_BITS, chance) >>> 0, decision = code >= bound ? 1 : 0;
-    if (decision) {
-      code -= bound;
-      range -= bound;
-    } else {
-      range = bound;
-    }
-    const learnt = chance + (((decision ? -chance : (1 << CHANCE_BITS) - chance) * RATES[seen[i]]) >> 16);
-    chances[i] = Math.min(Math.max(learnt, LEAST_CHANCE), (1 << CHANCE_BITS) - LEAST_CHANCE);
-    if (seen[i] < MOST_SEEN) ++seen[i];
-    while (range < 0x1000000) {
-      range = (range << 8) >>> 0;
-      code = ((code << 8) | this.#next()) >>> 0;
-    }
-    interval[0] = code;
-    interval[1] = range;
-    return decision;
-  }
-}
 
 function halfOctave(n) {
   const octave = 31 - Math.clz32(n);
@@ -119,7 +71,7 @@ function decodeTriangle(decoder, level, steps, differences, values, begin) {
  * @returns {{levels: Uint8Array, offsets: Uint32Array, values: Uint8Array} | null} offsets count samples, of eight values each
  */
 export function decodeLattices(bytes, triangles, steps) {
-  const decoder = new RangeDecoder(bytes), differences = new Int32Array(samplesAt(FINEST_LEVEL) * CHANNELS);
+  const decoder = new RangeDecoder(bytes, CHANCES), differences = new Int32Array(samplesAt(FINEST_LEVEL) * CHANNELS);
   const levels = new Uint8Array(triangles), offsets = new Uint32Array(triangles);
   let values = new Uint8Array(1 << 16), samples = 0, level = 0;
   for (let t = 0; t < triangles; ++t) {

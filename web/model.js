@@ -3,9 +3,10 @@ import { SoupError } from "./error.js";
 import { decodeGlb } from "./glb.js";
 import { decodeLattices, fillAtlas, makeAtlas } from "./lattice.js";
 import { crc32, isWholePng, pngSize } from "./png.js";
+import { decodeVertices } from "./vertices.js";
 
 export const EXTENSION = "TRISOUP_neural_textures";
-const VERSIONS = 3, MAX_PAGES = 256, PAGE_SIDE = 4096, MAX_STEP = 128;
+const VERSIONS = 4, MAX_PAGES = 256, PAGE_SIDE = 4096, MAX_STEP = 128;
 const PLACE_BYTES = 8, TRIANGLE_BYTES = 36, POSE_FLOATS = 7;
 export const MAX_LEVEL = 5;  // of a lattice
 export const MLP_PARAMETERS = 595;
@@ -124,7 +125,7 @@ class Reader {
     if (extension.sphericalHarmonicsDegree !== 2)
       throw new SoupError(`${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
     const triangles = this.whole(extension.triangles), normalisation = this.normalisation();
-    const vertices = this.vertices(triangles, normalisation);
+    const vertices = version >= 4 && extension.vertices ? this.codedVertices(triangles) : this.vertices(triangles, normalisation);
     const { places, pages } = version === 1 ? this.atlas(triangles) : this.textures(triangles);
     return {
       name: this.name,
@@ -161,6 +162,20 @@ class Reader {
     return vertices;
   }
 
+  /** Bytes of a part that is coded. */
+  coded({ bufferView, crc32: sum }, what) {
+    const bytes = this.view(bufferView);
+    if (crc32(bytes) !== this.whole(sum)) throw this.damaged(`has damaged ${what}`);
+    return bytes;
+  }
+
+  /** Vertices of files that have no mesh. */
+  codedVertices(triangles) {
+    const vertices = decodeVertices(this.coded(this.extension.vertices, "vertices"), triangles);
+    if (triangles === 0 || !vertices) throw this.damaged("has vertices that end too early");
+    return vertices;
+  }
+
   mlp() {
     const bytes = this.view(this.extension.mlp);
     if (bytes.length !== 4 * MLP_PARAMETERS) throw this.damaged("has an MLP of another size");
@@ -169,10 +184,9 @@ class Reader {
     return mlp;
   }
 
-  /** Textures of versions 2 and 3. */
+  /** Textures of all versions after the first. */
   textures(triangles) {
-    const { bufferView, crc32: sum, steps } = this.extension.textures, bytes = this.view(bufferView);
-    if (crc32(bytes) !== this.whole(sum)) throw this.damaged("has damaged textures");
+    const { steps } = this.extension.textures, bytes = this.coded(this.extension.textures, "textures");
     if (!Array.isArray(steps) || steps.length !== 8 || !steps.every((step) => this.whole(step) >= 1 && step <= MAX_STEP))
       throw this.damaged("has impossible texture steps");
     const lattices = decodeLattices(bytes, triangles, steps);

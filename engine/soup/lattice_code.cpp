@@ -19,7 +19,7 @@ int half_octave(std::uint32_t n) {
 }
 
 /// The chances of all decisions: what a difference will be is told by those it lies between, those just before it in its
-/// triangle, and those of the other features at its place. `Coder` has bool decide(Chance&, bool): what was coded or decoded.
+/// triangle, and those of the other features at its place. `Coder` is RangeEncoder or RangeDecoder.
 template <typename Coder>
 class LatticeCode {
  public:
@@ -78,19 +78,6 @@ class LatticeCode {
   Chance rest_[8][kChannels][64];
 };
 
-struct RangeEncoding {
-  RangeEncoder range;
-  bool decide(Chance& chance, bool decision) {
-    range.code(chance, decision);
-    return decision;
-  }
-};
-
-struct Decoding {
-  RangeDecoder range;
-  bool decide(Chance& chance, bool) { return range.decision(chance); }
-};
-
 /// The least difference that makes `value`. Throws Error where none does.
 int difference_to(int value, int a, int b, int step) {
   const int away = value - (a + b + 1) / 2, steps = (std::abs(away) + step - 1) / step;
@@ -103,8 +90,8 @@ int difference_to(int value, int a, int b, int step) {
 }  // namespace
 
 std::vector<std::byte> encode_lattices(std::span<const std::uint8_t> lattice, std::span<const TextureEntry> textures, const TextureSteps& steps) {
-  RangeEncoding encoding;
-  const auto code = std::make_unique<LatticeCode<RangeEncoding>>(encoding);
+  RangeEncoder encoder;
+  const auto code = std::make_unique<LatticeCode<RangeEncoder>>(encoder);
   std::array<int, std::size_t(samples_at(kMaxLevel)) * kChannels> differences;
   for (const TextureEntry& row : textures) {
     const std::uint8_t* values = &lattice[std::size_t(row.lattice_offset) * kChannels];
@@ -116,17 +103,17 @@ std::vector<std::byte> encode_lattices(std::span<const std::uint8_t> lattice, st
     code->level(row.level_max);
     code->triangle(row.level_max, differences);
   }
-  return encoding.range.finish();
+  return encoder.finish();
 }
 
 Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles, const TextureSteps& steps, const std::string& name) {
-  Decoding decoding{RangeDecoder(bytes)};
-  const auto code = std::make_unique<LatticeCode<Decoding>>(decoding);
+  RangeDecoder decoder(bytes);
+  const auto code = std::make_unique<LatticeCode<RangeDecoder>>(decoder);
   std::array<int, std::size_t(samples_at(kMaxLevel)) * kChannels> differences;
   Lattices lattices;
   for (std::size_t t = 0; t < triangles; ++t) {
     const std::uint32_t level = code->level(0);
-    if (level > static_cast<std::uint32_t>(kMaxLevel) || decoding.range.missing() > 0)
+    if (level > static_cast<std::uint32_t>(kMaxLevel) || decoder.missing() > 0)
       throw Error("{}: has textures that end too early or are damaged; export or copy the file again", name);
     code->triangle(level, differences);
     const std::size_t begin = lattices.values.size();
@@ -139,7 +126,7 @@ Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles
         values[p.sample * kChannels + c] = static_cast<std::uint8_t>(refined(a, b, differences[p.sample * kChannels + c], steps[c]));
       }
   }
-  if (decoding.range.missing() > 0) throw Error("{}: has textures that end too early; export or copy the file again", name);
+  if (decoder.missing() > 0) throw Error("{}: has textures that end too early; export or copy the file again", name);
   return lattices;
 }
 

@@ -25,7 +25,7 @@ nlohmann::json bytes_by_part(std::span<const std::byte> file, const std::string&
   const std::size_t features = encode_lattices(model_file.model.lattice, model_file.model.textures, model_file.texture_steps).size();
 
   nlohmann::json bytes;
-  bytes["vertices"] = accessor(0);
+  bytes["vertices"] = extension.contains("vertices") ? parts.view(extension["vertices"].at("bufferView")).size() : accessor(0);
   bytes["texture_coordinates"] = images.empty() ? 0 : accessor(1);
   bytes["features"] = std::min(features, textures);
   bytes["opacity"] = textures - std::min(features, textures);

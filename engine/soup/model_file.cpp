@@ -20,13 +20,14 @@
 #include "soup/model_cameras.h"
 #include "soup/model_parts.h"
 #include "soup/texture_table.h"
+#include "soup/vertex_grid.h"
 
 namespace trisoup::soup {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kVersion = 3;
+constexpr std::size_t kVersion = 4, kVersionOfMeshes = 3;  // of files with coded vertices, and of those with a mesh that all viewers read
 // glTF's numbers for types of components and of buffers.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
@@ -139,10 +140,32 @@ std::uint32_t checksum(std::span<const std::byte> bytes) {
   return static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
 }
 
+/// A part that is coded, with the checksum that readers compare.
+json coded_json(const std::vector<std::byte>& bytes, Binary& binary) { return {{"bufferView", binary.add(bytes.data(), bytes.size())}, {"crc32", checksum(bytes)}}; }
+
+std::span<const std::byte> read_coded(const ModelParts& parts, const json& coded, const char* damage) {
+  const std::span<const std::byte> bytes = parts.view(coded.at("bufferView"));
+  if (checksum(bytes) != parts.whole(coded.at("crc32"))) throw parts.damaged(damage);
+  return bytes;
+}
+
+/// Vertices of a mesh that every viewer reads.
+std::vector<glm::vec3> read_positions(const ModelParts& parts, std::size_t triangles) {
+  const json& gltf = parts.glb.document;
+  const json& positions = gltf.at("accessors").at(parts.whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
+  const std::span<const std::byte> bytes = parts.view(positions.at("bufferView"));
+  // Divisions rather than products: the file may claim any number.
+  constexpr std::size_t triangle_bytes = 3 * sizeof(glm::vec3);
+  if (triangles == 0 || bytes.size() % triangle_bytes != 0 || bytes.size() / triangle_bytes != triangles)
+    throw parts.damaged("has another number of vertices than its triangles need");
+  std::vector<glm::vec3> vertices(3 * triangles);
+  std::memcpy(vertices.data(), bytes.data(), bytes.size());
+  return vertices;
+}
+
 /// Textures of a file; their steps.
-TextureSteps read_textures(const ModelParts& parts, const json& textures, Model& model) {
-  const std::span<const std::byte> bytes = parts.view(textures.at("bufferView"));
-  if (checksum(bytes) != parts.whole(textures.at("crc32"))) throw parts.damaged("has damaged textures");
+TextureSteps read_textures(const ModelParts& parts, const json& textures, std::size_t triangles, Model& model) {
+  const std::span<const std::byte> bytes = read_coded(parts, textures, "has damaged textures");
   TextureSteps steps;
   const json& rows = textures.at("steps");
   if (!rows.is_array() || rows.size() != steps.size()) throw parts.damaged("has an impossible number of texture steps");
@@ -151,7 +174,7 @@ TextureSteps read_textures(const ModelParts& parts, const json& textures, Model&
     if (step < 1 || step > kMostStep) throw parts.damaged("has an impossible texture step");
     steps[c] = static_cast<std::uint8_t>(step);
   }
-  Lattices lattices = decode_lattices(bytes, model.vertices.size() / 3, steps, parts.name);
+  Lattices lattices = decode_lattices(bytes, triangles, steps, parts.name);
   std::vector<TextureLevels> levels;
   for (const std::uint32_t level : lattices.levels) levels.push_back({level, level});
   model.textures = make_texture_table(levels).entries;
@@ -160,10 +183,55 @@ TextureSteps read_textures(const ModelParts& parts, const json& textures, Model&
   return steps;
 }
 
+glm::dvec3 read_vector(const json& values) { return {values.at(0).get<double>(), values.at(1).get<double>(), values.at(2).get<double>()}; }
+
+/// Where the model lies: what vertices on a grid are told in.
+void read_space(const ModelParts& parts, const json& extension, Model& model) {
+  model.centre = read_vector(extension.at("centre"));
+  model.scale = extension.at("scale").get<double>();
+  if (extension.contains("origin")) model.origin = read_vector(extension["origin"]);
+  // Beyond these, floats have no digits left for the soup.
+  if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) || !(model.scale > 1e-9 && model.scale < 1e9))
+    throw parts.damaged("has an impossible centre or scale");
+}
+
+/// The vertices of a file whose space is read.
+std::vector<glm::vec3> read_vertices(const ModelParts& parts, const json& extension, std::size_t version, std::size_t triangles, const Model& model) {
+  std::vector<glm::vec3> vertices;
+  if (version >= kVersion && extension.contains("vertices"))
+    vertices = from_grid(decode_vertices(read_coded(parts, extension["vertices"], "has damaged vertices"), triangles, parts.name), model);
+  else vertices = read_positions(parts, triangles);
+  if (vertices.empty()) throw parts.damaged("has no triangles");
+  for (const glm::vec3& v : vertices)
+    if (!finite(v)) throw parts.damaged("has a vertex that is no number");
+  return vertices;
+}
+
+Mlp read_mlp(const ModelParts& parts, const json& index) {
+  const std::span<const std::byte> bytes = parts.view(index);
+  if (bytes.size() != Mlp::kParameters * sizeof(float)) throw parts.damaged("has an MLP of another size");
+  Mlp mlp;
+  std::memcpy(mlp.parameters.data(), bytes.data(), bytes.size());
+  for (const float w : mlp.parameters)
+    if (!std::isfinite(w)) throw parts.damaged("has an MLP weight that is no number");
+  return mlp;
+}
+
+glm::vec3 read_background(const ModelParts& parts, const json& values) {
+  const glm::vec3 background(read_vector(values));
+  for (int c = 0; c < 3; ++c)
+    if (!(background[c] >= 0.0f && background[c] <= 1.0f)) throw parts.damaged("has a background that is no colour");
+  return background;
+}
+
 bool is_moved(const Model& model) { return model.origin != glm::dvec3(0.0); }
 
+bool codes_vertices(const ModelFileOptions& options) { return options.vertex_share > 0 && !options.plain_colours && !options.cameras.empty(); }
+
 json node_json(const Model& model, const ModelFileOptions& options) {
-  json node = {{"mesh", 0}, {"name", "soup"}};
+  json node = {{"name", "soup"}};
+  if (codes_vertices(options)) node["extensions"] = {{kExtension, json::object()}};
+  else node["mesh"] = 0;
   if (const auto& up = options.up ? options.up : options.shown_up) node["matrix"] = node_matrix(*up, model.origin);
   else if (is_moved(model)) node["translation"] = {model.origin.x, model.origin.y, model.origin.z};
   return node;
@@ -182,12 +250,11 @@ json material_json(std::size_t texture) {
 /// What only viewers of this extension show (docs/format.md).
 json extension_json(const Model& model, const ModelFileOptions& options, Binary& binary) {
   json extension;
-  extension["version"] = kVersion;
+  extension["version"] = codes_vertices(options) ? kVersion : kVersionOfMeshes;
   extension["triangles"] = model.triangles();
-  const std::vector<std::byte> lattices = encode_lattices(model.lattice, model.textures, options.texture_steps);
-  extension["textures"] = {{"bufferView", binary.add(lattices.data(), lattices.size())},
-                           {"crc32", checksum(lattices)},
-                           {"steps", options.texture_steps}};
+  if (codes_vertices(options)) extension["vertices"] = coded_json(encode_vertices(on_grid(model, options.cameras, options.vertex_share)), binary);
+  extension["textures"] = coded_json(encode_lattices(model.lattice, model.textures, options.texture_steps), binary);
+  extension["textures"]["steps"] = options.texture_steps;
   extension["mlp"] = binary.add(model.mlp.parameters.data(), model.mlp.parameters.size() * 4);
   extension["sphericalHarmonicsDegree"] = 2;
   extension["background"] = {model.background.r, model.background.g, model.background.b};
@@ -266,18 +333,9 @@ json add_plain_colours(const Model& model, const ModelFileOptions& options, Bina
   return primitives;
 }
 
-}  // namespace
-
-std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options) {
-  check(model);
-  Binary binary;
-  json gltf, accessors = json::array();
-  gltf["asset"] = {{"version", "2.0"}, {"generator", "trisoup"}};
-  gltf["extensionsUsed"] = json::array({kExtension});
-  gltf["scene"] = 0;
-  gltf["nodes"] = json::array({node_json(model, options)});  // {node} alone is an array to g++ and a copy to clang
-  gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
-
+/// The one mesh of a model.
+void add_mesh(const Model& model, const ModelFileOptions& options, Binary& binary, json& gltf) {
+  json accessors = json::array();
   add_positions(model, binary, accessors);
   json primitives = json::array({json{{"attributes", {{"POSITION", 0}}}, {"mode", 4}}});
   if (options.plain_colours) {
@@ -285,8 +343,26 @@ std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& 
     gltf["extensionsUsed"].push_back("KHR_materials_unlit");
   }
   gltf["meshes"] = json::array({json{{"name", "soup"}, {"primitives", primitives}}});
-  gltf["extensions"] = {{kExtension, extension_json(model, options, binary)}};
   gltf["accessors"] = accessors;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_model(const Model& unsorted, const ModelFileOptions& options) {
+  check(unsorted);
+  const Model sorted = codes_vertices(options) ? along_curve(unsorted) : Model{};
+  const Model& model = codes_vertices(options) ? sorted : unsorted;
+  Binary binary;
+  json gltf;
+  gltf["asset"] = {{"version", "2.0"}, {"generator", "trisoup"}};
+  gltf["extensionsUsed"] = json::array({kExtension});
+  gltf["scene"] = 0;
+  gltf["nodes"] = json::array({node_json(model, options)});  // {node} alone is an array to g++ and a copy to clang
+  gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
+
+  if (codes_vertices(options)) gltf["extensionsRequired"] = gltf["extensionsUsed"];
+  else add_mesh(model, options, binary, gltf);
+  gltf["extensions"] = {{kExtension, extension_json(model, options, binary)}};
   gltf["bufferViews"] = binary.views;
   gltf["buffers"] = json::array({json{{"byteLength", binary.bytes.size()}}});
   return encode_glb(gltf, binary.bytes, "model");
@@ -306,49 +382,18 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     const std::size_t version = parts.whole(extension.at("version"));
     if (version < 1 || version > kVersion) throw Error("{}: is of version {}, this program reads versions 1 to {}; use a newer one", name, version, kVersion);
 
-    // Vertices. Divisions rather than products: the file may claim any number.
-    const std::size_t triangles = parts.whole(extension.at("triangles"));
-    const json& positions =
-        gltf.at("accessors").at(parts.whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
-    const std::span<const std::byte> position_bytes = parts.view(positions.at("bufferView"));
-    constexpr std::size_t triangle_bytes = 3 * sizeof(glm::vec3);
-    if (triangles == 0 || position_bytes.size() % triangle_bytes != 0 || position_bytes.size() / triangle_bytes != triangles)
-      throw parts.damaged("has another number of vertices than its triangles need");
-    model.vertices.resize(3 * triangles);
-    std::memcpy(model.vertices.data(), position_bytes.data(), position_bytes.size());
-    for (const glm::vec3& v : model.vertices)
-      if (!finite(v)) throw parts.damaged("has a vertex that is no number");
-
-    const std::span<const std::byte> mlp_bytes = parts.view(extension.at("mlp"));
-    if (mlp_bytes.size() != Mlp::kParameters * sizeof(float)) throw parts.damaged("has an MLP of another size");
-    std::memcpy(model.mlp.parameters.data(), mlp_bytes.data(), mlp_bytes.size());
-    for (const float w : model.mlp.parameters)
-      if (!std::isfinite(w)) throw parts.damaged("has an MLP weight that is no number");
-
-    if (version == 1) {
-      read_atlas_textures(parts, extension, model);
-    } else {
-      file.texture_steps = read_textures(parts, extension.at("textures"), model);
-    }
-
-    const auto vector = [&](const char* key) {
-      const json& v = extension.at(key);
-      return glm::dvec3(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
-    };
-    model.background = glm::vec3(vector("background"));
-    model.centre = vector("centre");
-    model.scale = extension.at("scale").get<double>();
-    if (extension.contains("origin")) model.origin = vector("origin");
-    for (int c = 0; c < 3; ++c)
-      if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f)) throw parts.damaged("has a background that is no colour");
     if (extension.at("sphericalHarmonicsDegree") != 2)
       throw Error("{}: was made with spherical harmonics of another degree than 2; use a newer trisoup", name);
-    // Beyond these, floats have no digits left for the soup.
-    if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) || !(model.scale > 1e-9 && model.scale < 1e9))
-      throw parts.damaged("has an impossible centre or scale");
+    const std::size_t triangles = parts.whole(extension.at("triangles"));
+    read_space(parts, extension, model);
+    model.vertices = read_vertices(parts, extension, version, triangles, model);
+    model.mlp = read_mlp(parts, extension.at("mlp"));
+    if (version == 1) read_atlas_textures(parts, extension, model);
+    else file.texture_steps = read_textures(parts, extension.at("textures"), triangles, model);
+    model.background = read_background(parts, extension.at("background"));
     file.settings = extension.value("settings", json());
     if (extension.contains("up")) {
-      file.up = vector("up");
+      file.up = read_vector(extension["up"]);
       if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12)) throw parts.damaged("has an up direction without a length");
     }
     if (extension.contains("cameras")) file.cameras = read_cameras(parts, extension["cameras"]);

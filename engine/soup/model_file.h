@@ -22,7 +22,8 @@ namespace trisoup::soup {
 struct ModelFileOptions {
   std::optional<glm::dvec3> up;            // of the dataset, where it is known; glTF viewers get it as +Y
   std::optional<glm::dvec3> shown_up;      // where it is not: what they get as +Y instead, for the root node alone. Without either +Y is taken as it is.
-  bool plain_colours = true;               // for viewers that do not know the extension, which see a grey mesh without: a third of a small file
+  bool plain_colours = true;               // for viewers that do not know the extension: a third of a small file
+  double vertex_share = 0;                 // without plain colours: how far corners may be off, see on_grid; 0 or no cameras: not at all
   std::vector<glm::vec3> bake_directions;  // unit, from the surface towards the viewer; see bake_colours
   TextureSteps texture_steps = kExactTextures;  // that the model's textures were rounded to; see round_textures
   bool colour_palette = false;             // plain colours of 256 kinds, each sample either opaque or not: a quarter of the bytes
@@ -40,7 +41,7 @@ struct ModelFile {
 };
 
 /// The bytes of a model.glb. decode_model gives back the same vertices, lattices and MLP to the bit; lattices lie in triangle
-/// order. Throws Error on a model that no reader could take: no triangles, another number of vertices, a texture outside the
+/// order. With a `vertex_share` vertices are rounded and triangles in another order, and other viewers find no mesh. Throws Error on a model that no reader could take: no triangles, another number of vertices, a texture outside the
 /// lattice, or with a value that `texture_steps` do not reach, a number that is not finite (training diverged), settings that are not UTF-8, more than the format can hold.
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options);
 

@@ -49,6 +49,11 @@ class RangeEncoder {
       shift();
     }
   }
+  /// For code that is the same for both ways: see RangeDecoder::decide.
+  bool decide(Chance& chance, bool decision) {
+    code(chance, decision);
+    return decision;
+  }
   /// The bytes of all decisions. Nothing can be coded after.
   std::vector<std::byte> finish() {
     for (int i = 0; i < 5; ++i) shift();
@@ -98,6 +103,7 @@ class RangeDecoder {
     }
     return decision;
   }
+  bool decide(Chance& chance, bool) { return decision(chance); }
   /// Bytes that were asked for and are not there.
   std::size_t missing() const { return at_ > bytes_.size() ? at_ - bytes_.size() : 0; }
 

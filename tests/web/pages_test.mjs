@@ -11,7 +11,7 @@ import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native,
 import { readPng } from "./png.mjs";
 
 /** Of every version of the format. */
-const corpus = ["three_triangles.glb", "three_triangles_2.glb", "three_triangles_3.glb"].map((name) => readFileSync(new URL(`../fuzz/corpus/model_file/${name}`, import.meta.url)));
+const corpus = ["three_triangles.glb", "three_triangles_2.glb", "three_triangles_3.glb", "three_triangles_4.glb"].map((name) => readFileSync(new URL(`../fuzz/corpus/model_file/${name}`, import.meta.url)));
 const firstCamera = decodeGlb(model, "x").document.extensions.TRISOUP_neural_textures.cameras.names[0];
 
 before(() => {
@@ -31,6 +31,15 @@ test("ten views of 15,000 triangles are those of soup-view", () => {
   return on("/large.html", async (page) => {
     for (let camera = 0; camera < 10; ++camera)
       agreesOn(largePath, await picture(page, 0, { samples: 1, settings: { camera } }), "none", 0.001, "--camera", String(camera));
+  });
+});
+
+test("a page's model, whose vertices are coded, is what soup-view makes of it", () => {
+  const path = join(scratch, "page", "model.glb");
+  assert.equal(decodeGlb(readFileSync(path), "x").document.meshes, undefined);
+  pages["/coded.html"] = html('<tri-soup src="/page/model.glb" aa="none"></tri-soup>');
+  return on("/coded.html", async (page) => {
+    for (const camera of [0, 4, 8]) agreesOn(path, await picture(page, 0, { samples: 1, settings: { camera } }), "none", 0.001, "--camera", String(camera));
   });
 });
 

@@ -71,11 +71,11 @@ function planeOf({ normal, distance }) {
 
 /**
  * A picture through one of the model's cameras, as base64 of RGBA.
- * @param {{camera: number, size: number[], options?: object, plane?: object, moved?: boolean, cloned?: boolean, part?: number[], target?: boolean, lost?: boolean}} wanted
+ * @param {{address?: string, camera: number, size: number[], options?: object, plane?: object, moved?: boolean, cloned?: boolean, part?: number[], target?: boolean, lost?: boolean}} wanted
  *   options of the renderer; moved: soup and camera together; part: x y width height of the canvas that is drawn to
  */
-window.draw = async ({ camera: which, size, options = {}, plane, moved, cloned, part, target, lost }) => {
-  const original = await model, root = cloned ? original.clone() : original, soup = find(root), renderer = rendererOf(size, options);
+window.draw = async ({ address, camera: which, size, options = {}, plane, moved, cloned, part, target, lost }) => {
+  const original = await (address ? load(address) : model), root = cloned ? original.clone() : original, soup = find(root), renderer = rendererOf(size, options);
   const scene = new Scene().add(root), camera = new PerspectiveCamera(40, size[0] / size[1]);
   scene.background = soup.background;
   root.position.set(...(moved ? [3, -2, 5] : [0, 0, 0]));

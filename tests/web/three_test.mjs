@@ -5,9 +5,10 @@ import { join } from "node:path";
 import { before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { viewOf } from "../../web/camera.js";
+import { decodeGlb } from "../../web/glb.js";
 import { decodeModel } from "../../web/model.js";
 import { edited } from "./edit_glb.mjs";
-import { SIZE, html, model, on, pages, picture, scratch } from "./harness.mjs";
+import { SIZE, html, model, modelPath, native, on, pages, picture, scratch } from "./harness.mjs";
 
 const soup = decodeModel(new Uint8Array(model), "model.glb"), size = [SIZE, SIZE];
 const IMPORTS = { three: "/node_modules/three/build/three.module.js", "three/addons/": "/node_modules/three/examples/jsm/" };
@@ -99,6 +100,23 @@ test("moved, cloned, in a part of the canvas, through a target of light, after a
   same(cut, small, 0.003, "in a part");
   same(await drawn(page, { camera, lost: true, options: { stencil: true } }), plain, 0.003, "after a lost context");
 }, { allowed: [/CONTEXT_LOST_WEBGL: loseContext/, /Context (Lost|Restored)/] }));
+
+test("a model whose vertices are coded, and one that its node moves", () => {
+  const coded = join(scratch, "coded.glb");
+  native("soup-export", modelPath, "-o", coded, "--format", "glb", "--vertex-share", "0.001", "--overwrite");
+  pages["/coded.glb"] = readFileSync(coded);
+  assert.equal(decodeGlb(pages["/coded.glb"], "x").document.meshes, undefined);
+  const [x, y, z] = [5, -7, 2];
+  pages["/shifted.glb"] = Buffer.from(edited(model, (document, extension) => {
+    document.nodes[0] = { mesh: 0, translation: [x, y, z] };
+    Object.assign(extension, { origin: [x, y, z], centre: extension.centre.map((value, i) => value + [x, y, z][i]) });
+  }));
+  return on("/three.html", async (page) => {
+    const plain = await drawn(page, { camera: 1 });
+    for (const address of ["/coded.glb", "/shifted.glb"]) same(await drawn(page, { camera: 1, address }), plain, 0.003, address);
+    same(await drawn(page, { camera: 1, address: "/coded.glb", moved: true }), plain, 0.003, "moved");
+  });
+});
 
 test("other files, other cameras, rays", () => {
   pages["/plain.glb"] = Buffer.from(edited(model, (document) => { delete document.extensions; }));

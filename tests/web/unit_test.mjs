@@ -10,13 +10,14 @@ import { decodeModel, placeOf } from "../../web/model.js";
 import { isWholePng, pngSize } from "../../web/png.js";
 import { layer, literal } from "../../web/shaders.js";
 import { cutPages, placeOnTile } from "../../web/tiles.js";
+import { decodeVertices } from "../../web/vertices.js";
 import { edited } from "./edit_glb.mjs";
 import { rgbaOf } from "./png.mjs";
 
 const file = new Uint8Array(readFileSync(new URL("../fuzz/corpus/model_file/three_triangles.glb", import.meta.url)));
 
-/** The same model in version 2, and as it is written today. */
-const [second, third] = [2, 3].map((version) => new Uint8Array(readFileSync(new URL(`../fuzz/corpus/model_file/three_triangles_${version}.glb`, import.meta.url))));
+/** The same model in later versions; the last is of pages, without a mesh. */
+const [second, third, fourth] = [2, 3, 4].map((version) => new Uint8Array(readFileSync(new URL(`../fuzz/corpus/model_file/three_triangles_${version}.glb`, import.meta.url))));
 
 const rewritten = (change) => edited(file, change);
 
@@ -118,7 +119,7 @@ test("documents that are something else", () => {
   const wrong = [
     (d) => { delete d.extensions; }, (d) => { d.bufferViews = 5; }, (d) => { d.meshes = []; }, (d) => { d.images = null; },
     (d) => { d.bufferViews[0].byteLength = -1; }, (d) => { d.bufferViews[0].byteOffset = 1e300; }, (d) => { d.bufferViews[0].byteOffset = "0"; },
-    (_, e) => { e.version = 4; }, (_, e) => { e.version = 0; }, (_, e) => { e.triangles = 0; }, (_, e) => { e.triangles = 2 ** 40; }, (_, e) => { e.triangles = 1.5; },
+    (_, e) => { e.version = 5; }, (_, e) => { e.version = 0; }, (_, e) => { e.triangles = 0; }, (_, e) => { e.triangles = 2 ** 40; }, (_, e) => { e.triangles = 1.5; },
     (_, e) => { e.mlp = e.places; }, (_, e) => { e.places = e.mlp; }, (_, e) => { e.pages = {}; }, (_, e) => { e.pages = []; },
     (_, e) => { e.pages = [{ features: [1] }]; }, (_, e) => { e.pages = Array(300).fill(e.pages[0]); }, (_, e) => { e.scale = 0; },
     (_, e) => { e.centre = [1, 2]; }, (_, e) => { e.centre = ["1", 2, 3]; }, (_, e) => { e.background = [2, 0, 0]; }, (_, e) => { e.up = [0, 0, 0]; },
@@ -149,13 +150,34 @@ for (const [version, bytes] of [[2, second], [3, third]]) test(`a file of versio
   assert.ok(compared > 12);
 });
 
-test("a file of today is whole or it is refused", () => {
-  for (let length = 0; length < third.length; ++length) assert.ok(complaint(third.slice(0, length)), `${length} bytes`);
-  for (let at = 0; at < third.length; at += 3) {
-    const damaged = third.slice();
+test("a page's model has the vertices of the same model on a grid, in another order", () => {
+  const sorted = (model) => Array.from({ length: 3 }, (_, t) => [...model.vertices.subarray(9 * t, 9 * t + 9)]).sort((a, b) => a[0] - b[0] || a[1] - b[1] || a[2] - b[2]);
+  const was = sorted(decodeModel(third, "x.glb")), is = sorted(decodeModel(fourth, "x.glb"));
+  // Photographs of 51 pixels a unit from more than half a unit away, to an eighth of a pixel: steps of 1 / 512 or more.
+  for (let t = 0; t < 3; ++t) near(is[t], was[t], 1 / 128);
+  assert.ok(is.flat().every((value) => Number.isInteger(value * 2 ** 12)));
+});
+
+test("vertices are what the native programs write, and those that end too early are none", () => {
+  const { document, binary } = decodeGlb(fourth, "x"), { byteOffset, byteLength } = document.bufferViews[document.extensions.TRISOUP_neural_textures.vertices.bufferView];
+  const bytes = binary.subarray(byteOffset, byteOffset + byteLength);
+  assert.equal(decodeVertices(bytes, 3).length, 27);
+  assert.equal(decodeVertices(bytes.subarray(0, bytes.length >> 1), 3), null);
+  assert.equal(decodeVertices(bytes, 2 ** 40), null);
+});
+
+for (const [name, today] of [["with a mesh", third], ["of a page", fourth]]) test(`a file ${name} is whole or it is refused`, () => {
+  for (let length = 0; length < today.length; ++length) assert.ok(complaint(today.slice(0, length)), `${length} bytes`);
+  for (let at = 0; at < today.length; at += 3) {
+    const damaged = today.slice();
     damaged[at] ^= 0x41;
     complaint(damaged);
   }
+});
+
+test("a file of today with something impossible is refused", () => {
+  for (const change of [(_, e) => { e.vertices.crc32 ^= 1; }, (_, e) => { e.vertices = {}; }, (_, e) => { e.version = 3; }, (_, e) => { e.triangles = 4; }, (_, e) => { e.triangles = 0; }])
+    assert.ok(complaint(edited(fourth, change)), `${change}`);
   const wrong = [
     (_, e) => { delete e.textures; }, (_, e) => { e.textures.crc32 ^= 1; }, (_, e) => { e.textures.bufferView = 0; }, (_, e) => { e.textures.steps = [1]; },
     (_, e) => { e.textures.steps[3] = 0; }, (_, e) => { e.textures.steps[3] = 129; }, (_, e) => { e.textures.steps = null; }, (_, e) => { e.triangles = 4; },

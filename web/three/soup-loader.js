@@ -26,9 +26,16 @@ export class SoupLoader {
     return json.extensions?.[EXTENSION] && index === 0 ? this.#soup(json) : null;
   }
 
+  createNodeMesh(index) {
+    const { json } = this.parser;
+    // A model of version 4 has no mesh; a node says where it is.
+    return json.nodes[index].mesh === undefined && json.nodes[index].extensions?.[EXTENSION] ? this.#soup(json) : null;
+  }
+
   async #soup(json) {
     const binary = new Uint8Array(await this.parser.getDependency("buffer", 0));
-    return new Soup(await unpackModel(decodeDocument(json, binary, "model.glb")));
+    // In a group of its own, which takes the place that the file's node has.
+    return new Group().add(new Soup(await unpackModel(decodeDocument(json, binary, "model.glb"))));
   }
 }
 

@@ -1,0 +1,172 @@
+// Tests engine/soup/vertex_code.cpp and vertex_grid.cpp.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "error.h"
+#include "soup/random.h"
+#include "soup/texture_table.h"
+#include "soup/vertex_code.h"
+#include "soup/vertex_grid.h"
+
+using namespace trisoup;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Beside each other on a sheet, sides of `side` steps.
+std::vector<soup::GridTriangle> sheet(std::size_t triangles, std::uint32_t side, std::uint64_t seed) {
+  soup::Random random(seed);
+  std::vector<soup::GridTriangle> all;
+  for (std::size_t t = 0; t < triangles; ++t) {
+    const glm::ivec3 corner(int(side * t), int(random.below(side)), int(random.below(side / 4)));
+    const auto away = [&] { return glm::ivec3(int(random.below(2 * side)) - int(side), int(random.below(2 * side)) - int(side), int(random.below(side / 4))); };
+    all.push_back({12, {corner, corner + away(), corner + away()}});
+  }
+  return all;
+}
+
+bool same(std::span<const soup::GridTriangle> a, std::span<const soup::GridTriangle> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return x.exponent == y.exponent && x.corners == y.corners; });
+}
+
+bool come_back(std::span<const soup::GridTriangle> triangles) {
+  return same(triangles, soup::decode_vertices(soup::encode_vertices(triangles), triangles.size(), "x"));
+}
+
+soup::ModelCamera camera_at(const glm::dvec3& place, double focal) {
+  soup::ModelCamera c{"a", false, {}};
+  c.camera.width = c.camera.height = 100;
+  c.camera.fx = c.camera.fy = focal;
+  c.camera.cx = c.camera.cy = 50;
+  c.camera.world_to_camera = glm::translate(glm::dmat4(1), -place);
+  return c;
+}
+
+/// Triangles anywhere in a ball around (0, 0, 3), of level 0.
+soup::Model ball_of(std::size_t triangles) {
+  soup::Random random(5);
+  soup::Model model;
+  for (std::size_t i = 0; i < 3 * triangles; ++i) model.vertices.emplace_back(random.uniform01() - 0.5, random.uniform01() - 0.5, 2.5 + random.uniform01());
+  model.textures = soup::make_texture_table(std::vector<soup::TextureLevels>(triangles, {0, 0})).entries;
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("vertices on a grid come back from their bytes", "[vertex_code]") {
+  CHECK(come_back(sheet(500, 80, 1)));
+  CHECK(come_back({}));
+  // Anywhere within the limits, on grids that have nothing in common.
+  soup::Random random(2);
+  std::vector<soup::GridTriangle> wild;
+  for (int t = 0; t < 300; ++t) {
+    soup::GridTriangle& triangle = wild.emplace_back();
+    triangle.exponent = int(random.below(2 * soup::kMostExponent + 1)) - soup::kMostExponent;
+    for (auto& corner : triangle.corners)
+      for (int axis = 0; axis < 3; ++axis)
+        corner[axis] = t % 3 == 0 ? (random.below(2) ? soup::kMostSteps : -soup::kMostSteps) : int(random.bits() >> (8 + random.below(24))) * (random.below(2) ? 1 : -1);
+  }
+  CHECK(come_back(wild));
+}
+
+TEST_CASE("vertices take the bytes that their sides need", "[vertex_code]") {
+  // Five numbers of 2 side, one of side, three of side / 4 or less, some of which twice as wide around the middle of the one before.
+  const auto triangles = sheet(2000, 128, 3);
+  const double bits = 8.0 * double(soup::encode_vertices(triangles).size()) / 2000;
+  CHECK(bits > 4 * 8 + 7 + 2 * 5);
+  CHECK(bits < 6 * 8 + 3 * 7 + 3);
+}
+
+TEST_CASE("vertices beyond their grid are not written, and damaged ones not read", "[vertex_code]") {
+  auto triangles = sheet(50, 80, 4);
+  const std::vector<std::byte> bytes = soup::encode_vertices(triangles);
+  for (std::size_t n = 0; n + 8 < bytes.size(); n += 7)
+    CHECK_THROWS_WITH(soup::decode_vertices(std::span(bytes).first(n), 50, "x.glb"), Contains("x.glb"));
+  CHECK_THROWS_WITH(soup::decode_vertices(bytes, std::size_t(1) << 40, "x.glb"), Contains("x.glb"));
+  std::size_t refused = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    soup::Random random(seed);
+    std::vector<std::byte> noise(400);
+    for (std::byte& b : noise) b = std::byte(random.below(256));
+    try {
+      for (const auto& t : soup::decode_vertices(noise, 20, "x"))
+        for (const glm::ivec3& corner : t.corners) CHECK(glm::all(glm::lessThanEqual(glm::abs(corner), glm::ivec3(soup::kMostSteps))));
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  CHECK(refused > 0);
+  triangles[7].corners[2].y = soup::kMostSteps + 1;
+  CHECK_THROWS_WITH(soup::encode_vertices(triangles), Contains("beyond its grid"));
+  triangles[7] = {soup::kMostExponent + 1, {}};
+  CHECK_THROWS_WITH(soup::encode_vertices(triangles), Contains("beyond its grid"));
+}
+
+TEST_CASE("a grid is as fine as the photograph that shows a triangle closest", "[vertex_grid]") {
+  soup::Model model = ball_of(1);
+  model.vertices = {{0, 0, 2}, {0.5f, 0, 2.5f}, {0, 0.5f, 2}};
+  const auto exponent = [&](std::vector<soup::ModelCamera> cameras, double share) { return soup::on_grid(model, cameras, share)[0].exponent; };
+  // A pixel is 2 / 100 wide, an eighth of it 1 / 400: steps of 1 / 512.
+  CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.125) == 9);
+  CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.25) == 8);
+  CHECK(exponent({camera_at({0, 0, 0}, 200)}, 0.125) == 10);
+  // From half as far, and from a camera beside which it lies out of the picture.
+  CHECK(exponent({camera_at({0, 0, 0}, 100), camera_at({0, 0, 1}, 100)}, 0.125) == 10);
+  CHECK(exponent({camera_at({0, 0, 0}, 100), camera_at({2, 0, 1.9}, 100)}, 0.125) == 9);
+  // Behind all cameras: its nearest corner is one away from them.
+  CHECK(exponent({camera_at({0, 0, 3}, 100)}, 0.125) == 11);  // 800 / 0.71 steps a unit
+  // As fine as floats are where it is far away.
+  model.vertices[1].x = 1e6f;
+  CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.125) == 4);
+}
+
+TEST_CASE("rounded to a grid, no corner moves by more than the share of a pixel", "[vertex_grid]") {
+  soup::Model model = ball_of(400);
+  model.centre = {3, -2, 1};
+  model.origin = {10, 20, 30};
+  model.scale = 0.25;
+  for (glm::vec3& v : model.vertices) v = glm::vec3(glm::dvec3(v) / model.scale + model.centre - model.origin);
+  const std::vector<soup::ModelCamera> cameras{camera_at({0, 0, 0}, 90), camera_at({0.3, 0.1, 1.2}, 120)};
+  for (const double share : {0.5, 0.0625}) {
+    soup::Model rounded = model;
+    rounded.vertices = soup::from_grid(soup::on_grid(model, cameras, share), model);
+    const auto was = soup::normalised_vertices(model), is = soup::normalised_vertices(rounded);
+    double most = 0;
+    for (std::size_t i = 0; i < was.size(); ++i)
+      for (const soup::ModelCamera& c : cameras) {
+        const auto pixel = [&](const glm::vec3& v) {
+          const glm::dvec3 p = c.camera.world_to_camera * glm::dvec4(v, 1);
+          return glm::dvec2(c.camera.fx * p.x / p.z, c.camera.fy * p.y / p.z);
+        };
+        most = std::max(most, glm::distance(pixel(was[i]), pixel(is[i])));
+      }
+    // Half a step along each axis, of which one is depth: half of it sideways at 30 degrees at most.
+    CHECK(most < 0.5 * share * (std::sqrt(2.0) + 0.6));
+    CHECK(most > 0.15 * share);
+  }
+}
+
+TEST_CASE("along the curve neighbours follow each other, textures with them", "[vertex_grid]") {
+  soup::Model model = ball_of(3000);
+  model.vertices[100].x = 1e30f;  // others keep their places
+  const soup::Model sorted = soup::along_curve(model);
+  const auto middle = [](const soup::Model& m, std::size_t t) { return (m.vertices[3 * t] + m.vertices[3 * t + 1] + m.vertices[3 * t + 2]) / 3.0f; };
+  std::vector<bool> seen(3000, false);
+  double before = 0, after = 0;
+  for (std::size_t i = 0; i < 3000; ++i) {
+    const std::size_t t = sorted.textures[i].lattice_offset / soup::samples_at(0);
+    CHECK(!seen[t]);
+    seen[t] = true;
+    for (std::size_t k = 0; k < 3; ++k) CHECK(sorted.vertices[3 * i + k] == model.vertices[3 * t + k]);
+    if (i == 0) continue;
+    before += std::min(1.0f, glm::distance(middle(model, i), middle(model, i - 1)));
+    after += std::min(1.0f, glm::distance(middle(sorted, i), middle(sorted, i - 1)));
+  }
+  CHECK(after < 0.3 * before);
+}
