@@ -108,6 +108,13 @@ window.draw = async ({ address, camera: which, size, options = {}, plane, moved,
 /** What becomes of another file. */
 window.other = (address) => load(address).then((root) => (find(root) ? "a soup" : "no soup"), (error) => error.message);
 
+/** Where the middle of a soup is in its scene. */
+window.place = async (address) => {
+  const root = await load(address);
+  root.updateMatrixWorld(true);
+  return find(root).getWorldPosition(new Vector3()).toArray();
+};
+
 /** What drawing without perspective says. */
 window.flat = async () => {
   const scene = new Scene().add(await model), renderer = rendererOf([20, 20], {});

@@ -106,15 +106,20 @@ test("a model whose vertices are coded, and one that its node moves", () => {
   native("soup-export", modelPath, "-o", coded, "--format", "glb", "--vertex-share", "0.001", "--overwrite");
   pages["/coded.glb"] = readFileSync(coded);
   assert.equal(decodeGlb(pages["/coded.glb"], "x").document.meshes, undefined);
-  const [x, y, z] = [5, -7, 2];
-  pages["/shifted.glb"] = Buffer.from(edited(model, (document, extension) => {
-    document.nodes[0] = { mesh: 0, translation: [x, y, z] };
-    Object.assign(extension, { origin: [x, y, z], centre: extension.centre.map((value, i) => value + [x, y, z][i]) });
+  // The soup beside the origin of its node, and the node elsewhere.
+  const beside = [0.5, -0.25, 1], moved = [5, -7, 2];
+  pages["/shifted.glb"] = Buffer.from(edited(model, (document, extension, binary) => {
+    document.nodes[0] = { mesh: 0, translation: moved };
+    const { byteOffset } = document.bufferViews[document.accessors[0].bufferView], floats = new DataView(binary.buffer, binary.byteOffset + byteOffset);
+    for (let i = 0; i < 9 * extension.triangles; ++i) floats.setFloat32(4 * i, floats.getFloat32(4 * i, true) + beside[i % 3], true);
+    Object.assign(extension, { origin: moved, centre: extension.centre.map((value, i) => value + beside[i] + moved[i]) });
   }));
   return on("/three.html", async (page) => {
     const plain = await drawn(page, { camera: 1 });
     for (const address of ["/coded.glb", "/shifted.glb"]) same(await drawn(page, { camera: 1, address }), plain, 0.003, address);
     same(await drawn(page, { camera: 1, address: "/coded.glb", moved: true }), plain, 0.003, "moved");
+    const place = await page.run(() => window.place("/shifted.glb")), { middle } = soup.normalisation;
+    for (const i of [0, 1, 2]) assert.ok(Math.abs(place[i] - (middle[i] + beside[i] + moved[i])) < 1e-6, `the soup is at ${place}`);
   });
 });
 
