@@ -92,11 +92,6 @@ glm::dvec3 contracted(const glm::dvec3& p) {
   return r <= 1 ? p : (2.0 - 1.0 / r) / r * p;
 }
 
-glm::dvec3 expanded(const glm::dvec3& c) {
-  const double r = glm::length(c);
-  return r <= 1 ? c : c / (r * (2.0 - r));
-}
-
 std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t most) {
   const std::size_t cloud = points.positions.size();
   std::vector<std::uint32_t> chosen;

@@ -16,9 +16,8 @@ namespace trisoup::train {
 std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t most);
 
 /// Room as the cameras see it: what is within a unit stays as it is, what is without comes to 2 - 1 / distance (Barron et al. 2022,
-/// Mip-NeRF 360). Equal lengths there are roughly equal angles here. expanded() is its inverse; lengths of 2 and more have none.
+/// Mip-NeRF 360). Equal lengths there are roughly equal angles here.
 glm::dvec3 contracted(const glm::dvec3& p);
-glm::dvec3 expanded(const glm::dvec3& c);
 
 /// How far a start reaches and how near its cameras come to what they saw, normalised units.
 struct Reach {

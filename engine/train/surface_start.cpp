@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <optional>
 #include <span>
 
 #include "error.h"
-#include "soup/decimate.h"
+#include "soup/decimate_views.h"
 #include "soup/surface.h"
 #include "train/start_points.h"
 
@@ -65,6 +65,30 @@ class Colours {
   std::vector<std::uint32_t> all_;
 };
 
+/// What an error of the surface is worth, per triangle: moved by h along its normal it shifts what a camera at distance d shows of it by
+/// up to focal h / d pixels, over area (focal / d)^2 pixels, so a squared error grows with area (focal / d)^4, summed over the views that saw
+/// its corners. A corner that nobody saw (of the sphere) may be seen by any view, and counts a hundredth.
+std::vector<double> picture_weights(const scene::Scene& scene, const soup::Mesh& mesh, std::span<const std::vector<std::uint32_t>> seen_by) {
+  constexpr double kUnseen = 0.01, kNearest = 0.05;
+  const auto from_view = [&](std::size_t view, const glm::dvec3& p) {
+    const scene::Camera& camera = scene.train[view].camera;
+    const double pixels = std::max(camera.fx, camera.fy) / std::max(kNearest, glm::distance(camera.centre(), p));
+    return pixels * pixels * pixels * pixels;
+  };
+  std::vector<double> corners(mesh.positions.size(), 0.0), weights;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const glm::dvec3 p(mesh.positions[i]);
+    for (const std::uint32_t v : seen_by[i]) corners[i] += from_view(v, p);
+    for (std::size_t v = 0; seen_by[i].empty() && v < scene.train.size(); ++v) corners[i] += kUnseen * from_view(v, p);
+  }
+  for (std::size_t k = 0; k + 2 < mesh.indices.size(); k += 3) {
+    const std::uint32_t a = mesh.indices[k], b = mesh.indices[k + 1], c = mesh.indices[k + 2];
+    const glm::dvec3 p(mesh.positions[a]), q(mesh.positions[b]), r(mesh.positions[c]);
+    weights.push_back(glm::length(glm::cross(q - p, r - p)) * (corners[a] + corners[b] + corners[c]));
+  }
+  return weights;
+}
+
 }  // namespace
 
 std::vector<glm::vec3> backdrop_triangles(double radius) {
@@ -101,28 +125,17 @@ Start surface_start(const scene::Scene& scene, const Settings& settings) {
   for (int i = 0; i < kShellPoints; ++i) points.push_back(radius * on_sphere(i, kShellPoints));
   seen_by.resize(points.size());
 
-  soup::Mesh mesh = soup::surface_from_sightings({points, seen_by, cameras}, {});
-  const Colours colours(scene);
-  // Decimation knows positions alone, so colours are found again by them. What it measures is what the cameras see.
-  for (glm::vec3& p : mesh.positions) p = glm::vec3(contracted(glm::dvec3(p)));
+  const soup::Mesh mesh = soup::surface_from_sightings({points, seen_by, cameras}, {});
   const std::vector<glm::vec3> backdrop = settings.backdrop > 0 ? backdrop_triangles(settings.backdrop) : std::vector<glm::vec3>{};
-  const std::size_t behind = backdrop.size() / 3;
-  const soup::Mesh small = soup::decimate(mesh, settings.triangles > 4 * behind ? settings.triangles - behind : settings.triangles);
-
-  std::map<std::array<float, 3>, std::uint32_t> point_at;
-  for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {
-    const glm::vec3 p = mesh.positions[i] + 0.0f;  // as decimate() has zeros
-    point_at.emplace(std::array{p.x, p.y, p.z}, i);
-  }
-  std::vector<glm::vec3> position, colour;
-  for (const glm::vec3& c : small.positions) {
-    const auto found = point_at.find({c.x, c.y, c.z});
-    const glm::dvec3 p = found != point_at.end() ? points[found->second] : expanded(glm::dvec3(c));
-    position.emplace_back(p);
-    colour.push_back(found != point_at.end() ? colours.at(p, seen_by[found->second]) : colours.at(p));
-  }
+  const std::size_t behind = backdrop.size() / 3, budget = settings.triangles > 4 * behind ? settings.triangles - behind : settings.triangles;
+  const Colours colours(scene);
+  std::vector<std::optional<glm::vec3>> colour_of(points.size());
   Start start;
-  for (const std::uint32_t i : small.indices) start.vertices.push_back(position[i]), start.colours.push_back(colour[i]);
+  for (const std::uint32_t i : soup::decimate_views(mesh, picture_weights(scene, mesh, seen_by), budget)) {
+    if (!colour_of[i]) colour_of[i] = colours.at(points[i], seen_by[i]);
+    start.vertices.emplace_back(points[i]);
+    start.colours.push_back(*colour_of[i]);
+  }
   if (settings.triangles <= 4 * behind) return start;
   start.opaque = behind;
   for (const glm::vec3& p : backdrop) start.vertices.push_back(p), start.colours.push_back(colours.at(glm::dvec3(p)));
