@@ -141,6 +141,33 @@ TEST_CASE("a surface start has no more triangles than asked for, their colours, 
   CHECK_THROWS_AS(surface_start(ring(4), settings), Error);
 }
 
+TEST_CASE("a surface start has its triangles where photographs show most of it", "[start]") {
+  scene::Scene scene = ring(8);
+  // The same ball twice, each of its points seen by the cameras before it.
+  soup::Random random(4);
+  for (int i = 0; i < 1500; ++i) {
+    const glm::vec3 normal = glm::normalize(random.in_sphere());
+    for (const float z : {0.0f, 4.0f}) {
+      const glm::dvec3 p(0.3f * normal + glm::vec3(0, 0, z));
+      add(scene.points, p, 0, 0.5f);
+      for (std::uint32_t v = 0; v < 8; ++v)
+        if (glm::dot(scene.train[v].camera.centre() - p, glm::dvec3(normal)) > 0) scene.points.seen_by.back().push_back(v);
+    }
+  }
+  Settings settings = published(Recipe::real);
+  settings.triangles = 600;
+  settings.backdrop = 15;
+  const Start start = surface_start(scene, settings);
+  const auto around = [&](const glm::vec3& middle) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < start.vertices.size(); i += 3) count += glm::distance(start.vertices[i], middle) < 0.5f;
+    return count;
+  };
+  // From a distance of 4.1 a squared error is a 280th of what it is from 1.
+  CHECK(around({0, 0, 4}) > 10);
+  CHECK(around({0, 0, 0}) > 4 * around({0, 0, 4}));
+}
+
 TEST_CASE("the backdrop is closed and lies around the origin", "[start]") {
   const std::vector<glm::vec3> triangles = backdrop_triangles(5);
   REQUIRE(triangles.size() == 240);
