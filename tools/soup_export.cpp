@@ -193,7 +193,8 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
       ->option_text("TEXT");  // else all of that map
   auto* plain = app.add_flag("--plain-colours", c.plain_colours, "the model as it is, with what viewers show that do not know its extension: twice the bytes");
   app.add_option("--vertex-share", c.vertex_share, "vertices lie on a grid of this share of a pixel of the photograph that shows them closest; 0: as they are [0.125]")
-      ->check(CLI::Range(0.0, 100.0))->excludes(plain);
+      ->check(CLI::Range(0.0, 100.0) & CLI::Validator([](const std::string& text) { return text.find("nan") == std::string::npos ? "" : "is no number"; }, ""))
+      ->excludes(plain)->option_text("FLOAT");
   auto* single_file = app.add_flag("--single-file", c.single_file, "everything in one .html, which opens from a disk and can be sent to a friend");
   app.add_option("--collider", c.collider, "instead of a page a plain mesh of at most this many triangles, for the physics of engines: a .glb")
       ->check(CLI::Range(4, 10000000))->excludes(single_file);

@@ -125,7 +125,7 @@ class Reader {
     if (extension.sphericalHarmonicsDegree !== 2)
       throw new SoupError(`${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
     const triangles = this.whole(extension.triangles), normalisation = this.normalisation();
-    const vertices = version >= 4 && extension.vertices ? this.codedVertices(triangles) : this.vertices(triangles, normalisation);
+    const vertices = version >= 4 && extension.vertices !== undefined ? this.codedVertices(triangles) : this.vertices(triangles, normalisation);
     const { places, pages } = version === 1 ? this.atlas(triangles) : this.textures(triangles);
     return {
       name: this.name,

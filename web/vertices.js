@@ -25,9 +25,11 @@ const bitsOf = (number) => 32 - Math.clz32(Math.abs(number));
  * @returns {Float32Array | null} x y z of three corners a triangle
  */
 export function decodeVertices(bytes, triangles) {
-  // A header may claim any number: memory comes as it is needed.
+  // A header may claim any number; files have four bytes for each beyond the first.
+  if (triangles > 4096 + bytes.length / 4) return null;
   const decoder = new RangeDecoder(bytes, NUMBERS * NUMBER), corners = new Int32Array(9);
-  let vertices = new Float32Array(9 * Math.min(triangles, 1 << 12)), exponent = 0, side = 0;
+  const vertices = new Float32Array(9 * triangles);
+  let exponent = 0, side = 0;
   for (let t = 0; t < triangles; ++t) {
     const before = exponent;
     exponent += wholeNumber(decoder, 0);
@@ -47,11 +49,6 @@ export function decodeVertices(bytes, triangles) {
       }
       if (corner === 0) from = Array.from(corners.subarray(0, 3));
       if (corner === 1) side = bits;
-    }
-    if (9 * (t + 1) > vertices.length) {
-      const larger = new Float32Array(Math.min(9 * triangles, 2 * vertices.length));
-      larger.set(vertices);
-      vertices = larger;
     }
     for (let i = 0; i < 9; ++i) vertices[9 * t + i] = corners[i] * 2 ** -exponent;
   }

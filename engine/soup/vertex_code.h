@@ -15,14 +15,18 @@ inline constexpr int kMostExponent = 30, kMostSteps = 1 << 24;  // so many steps
 
 /// A triangle with corners at steps / 2^exponent.
 struct GridTriangle {
-  int exponent = 0;                   // -kMostExponent..kMostExponent
-  std::array<glm::ivec3, 3> corners;  // steps, each -kMostSteps..kMostSteps
+  int exponent = 0;                                                                // -kMostExponent..kMostExponent
+  std::array<glm::ivec3, 3> corners{glm::ivec3(0), glm::ivec3(0), glm::ivec3(0)};  // steps, each -kMostSteps..kMostSteps
 };
+
+/// Bytes that so many triangles have at least, filled up with zeros: what a reader takes memory for has to be there. Others than copies
+/// of one triangle take more by themselves.
+constexpr std::size_t least_vertex_bytes(std::size_t triangles) { return triangles > 4096 ? 4 * (triangles - 4096) : 0; }
 
 /// Neighbours in the list had best be neighbours in space: each triangle is told from the one before it.
 std::vector<std::byte> encode_vertices(std::span<const GridTriangle> triangles);
 
-/// Takes memory as it goes on. Throws Error, beginning with `name`, where the bytes end too early or give a number beyond its limits. What is
+/// Throws Error, beginning with `name`, where the bytes are fewer than so many triangles have, end too early or give a number beyond its limits. What is
 /// damaged otherwise gives other values: the caller has to know that the bytes are whole.
 std::vector<GridTriangle> decode_vertices(std::span<const std::byte> bytes, std::size_t triangles, const std::string& name);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "error.h"
+
 namespace trisoup::soup {
 namespace {
 
@@ -69,7 +71,12 @@ std::vector<GridTriangle> on_grid(const Model& model, std::span<const ModelCamer
     CornersInSpace corners;
     for (std::size_t k = 0; k < 3; ++k) corners.at[k] = model.scale * (glm::dvec3(model.vertices[3 * t + k]) - middle);
     triangles[t].exponent = exponent_for(cameras, corners, share);
-    for (std::size_t k = 0; k < 3; ++k) triangles[t].corners[k] = glm::ivec3(glm::round(corners.at[k] * std::ldexp(1.0, triangles[t].exponent)));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec3 steps = glm::round(corners.at[k] * std::ldexp(1.0, triangles[t].exponent));
+      if (!glm::all(glm::lessThanEqual(glm::abs(steps), glm::dvec3(kMostSteps))))
+        throw Error("model: triangle {} lies too far away for a grid; write vertices as they are (--vertex-share 0)", t);
+      triangles[t].corners[k] = glm::ivec3(steps);
+    }
   }
   return triangles;
 }

@@ -13,7 +13,7 @@ namespace trisoup::soup {
 
 /// Each triangle's corners rounded to steps of the largest power of two, in normalised coordinates, that is no more than `share` of the
 /// pixel in which a camera shows the triangle closest: a corner is off by half as much along an axis at most. What no camera shows is
-/// measured by the nearest one. share > 0; at least one camera, in normalised coordinates.
+/// measured by the nearest one. share > 0; at least one camera, in normalised coordinates. Throws Error on a triangle beyond any grid.
 std::vector<GridTriangle> on_grid(const Model& model, std::span<const ModelCamera> cameras, double share);
 
 /// Vertices as `model` has them, in its coordinates (centre, scale, origin).

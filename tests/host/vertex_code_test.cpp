@@ -89,6 +89,12 @@ TEST_CASE("vertices beyond their grid are not written, and damaged ones not read
   for (std::size_t n = 0; n + 8 < bytes.size(); n += 7)
     CHECK_THROWS_WITH(soup::decode_vertices(std::span(bytes).first(n), 50, "x.glb"), Contains("x.glb"));
   CHECK_THROWS_WITH(soup::decode_vertices(bytes, std::size_t(1) << 40, "x.glb"), Contains("x.glb"));
+  // Copies of one triangle take next to nothing to code, and a reader's memory all the same.
+  const std::vector<soup::GridTriangle> copies(10000, soup::GridTriangle{});
+  const std::vector<std::byte> few = soup::encode_vertices(copies);
+  CHECK(few.size() == soup::least_vertex_bytes(10000));
+  CHECK(soup::decode_vertices(few, 10000, "x").size() == 10000);
+  CHECK_THROWS_WITH(soup::decode_vertices(std::span(few).first(few.size() - 4), 10000, "x.glb"), Contains("too early"));
   std::size_t refused = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     soup::Random random(seed);
@@ -121,7 +127,9 @@ TEST_CASE("a grid is as fine as the photograph that shows a triangle closest", "
   CHECK(exponent({camera_at({0, 0, 0}, 100), camera_at({2, 0, 1.9}, 100)}, 0.125) == 9);
   // Behind all cameras: its nearest corner is one away from them.
   CHECK(exponent({camera_at({0, 0, 3}, 100)}, 0.125) == 11);  // 800 / 0.71 steps a unit
-  // As fine as floats are where it is far away.
+  // Beyond any grid, and as fine as floats are where it is far away.
+  model.vertices[1].x = 1e20f;
+  CHECK_THROWS_WITH(exponent({camera_at({0, 0, 0}, 100)}, 0.125), Contains("--vertex-share 0"));
   model.vertices[1].x = 1e6f;
   CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.125) == 4);
 }

@@ -22,13 +22,14 @@ export class SoupLoader {
 
   loadMesh(index) {
     const { json } = this.parser;
-    // A model has one mesh; others that somebody has added are as usual.
-    return json.extensions?.[EXTENSION] && index === 0 ? this.#soup(json) : null;
+    // A model has one mesh, or none where its vertices are coded; others that somebody has added are as usual.
+    const model = json.extensions?.[EXTENSION];
+    return model && !model.vertices && index === 0 ? this.#soup(json) : null;
   }
 
   createNodeMesh(index) {
     const { json } = this.parser;
-    // A model of version 4 has no mesh; a node says where it is.
+    // Where a model has no mesh a node says where it is.
     return json.nodes[index].mesh === undefined && json.nodes[index].extensions?.[EXTENSION] ? this.#soup(json) : null;
   }
 
