@@ -108,12 +108,6 @@ class Decimation {
     return all;
   }
 
-  /// Whether `to` has a triangle of these corners already, as where a tetrahedron would be laid flat.
-  bool covered(const Face& moved, std::uint32_t to) const {
-    return std::any_of(faces_of_[to].begin(), faces_of_[to].end(),
-                       [&](std::uint32_t f) { return has(faces_[f], moved[0]) && has(faces_[f], moved[1]) && has(faces_[f], moved[2]); });
-  }
-
   void push(std::uint32_t from, std::uint32_t to) {
     Quadric both = quadrics_[from];
     both.add(quadrics_[to]);
@@ -129,12 +123,11 @@ class Decimation {
       }
       Face moved = faces_[f];
       std::replace(moved.begin(), moved.end(), from, to);
-      if (allowed != Allowed::anything && covered(moved, to)) return false;
       if (allowed == Allowed::as_it_is && glm::dot(normal(faces_[f]), normal(moved)) < 0) return false;
     }
     if (allowed == Allowed::anything) return shared > 0;
     // The link condition: whoever neighbours both ends is the third corner of a triangle at their edge. Else a collapse would close a hole or
-    // a handle.
+    // a handle. A tetrahedron may be laid flat, two triangles on each other: of what floats nothing smaller is left.
     const std::vector<std::uint32_t> a = neighbours(from), b = neighbours(to);
     std::vector<std::uint32_t> both;
     std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));

@@ -144,15 +144,6 @@ TEST_CASE("whatever the triangles are, the budget is kept", "[decimate]") {
     for (std::size_t k = 0; k < indices.size(); k += 3) CHECK(std::set<std::uint32_t>(indices.begin() + std::ptrdiff_t(k), indices.begin() + std::ptrdiff_t(k) + 3).size() == 3);
     CHECK(indices == soup::decimate_views(mesh, weights, budget));
   }
-  // A tetrahedron is not laid flat as long as there is something else.
-  const soup::Mesh round = ball(6, 8);
-  mesh = round;
-  const std::uint32_t apex = std::uint32_t(mesh.positions.size());
-  for (const glm::vec3& p : {glm::vec3(3, 0, 0), glm::vec3(3.01f, 0, 0), glm::vec3(3, 0.01f, 0), glm::vec3(3, 0, 0.01f)}) mesh.positions.push_back(p);
-  for (const std::uint32_t corner : {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}) mesh.indices.push_back(apex + corner);
-  const auto kept = soup::decimate_views(mesh, area_weights(mesh), 30);
-  CHECK(closed(kept));
-  CHECK(std::count_if(kept.begin(), kept.end(), [&](std::uint32_t v) { return v >= apex; }) == 12);
   // Loose triangles.
   mesh = {};
   for (std::uint32_t i = 0; i < 300; ++i) mesh.positions.emplace_back(random.uniform01(), random.uniform01(), random.uniform01()), mesh.indices.push_back(i);
