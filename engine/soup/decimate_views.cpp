@@ -52,6 +52,7 @@ class Decimation {
   }
 
   void down_to(std::size_t budget, Allowed allowed) {
+    if (alive_ <= budget) return;
     queue_ = {};
     for (std::uint32_t v = 0; v < at_.size(); ++v)
       for (const std::uint32_t u : neighbours(v)) push(v, u);

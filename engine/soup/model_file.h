@@ -41,8 +41,10 @@ struct ModelFile {
 };
 
 /// The bytes of a model.glb. decode_model gives back the same vertices, lattices and MLP to the bit; lattices lie in triangle
-/// order. With a `vertex_share` vertices are rounded and triangles in another order, and other viewers find no mesh. Throws Error on a model that no reader could take: no triangles, another number of vertices, a texture outside the
-/// lattice, or with a value that `texture_steps` do not reach, a number that is not finite (training diverged), settings that are not UTF-8, more than the format can hold.
+/// order. With a `vertex_share` vertices are rounded and triangles in another order, and other viewers find no mesh. Throws Error on
+/// a model that no reader could take: no triangles, another number of vertices, a texture outside the lattice, or with a value that
+/// `texture_steps` do not reach, a number that is not finite (training diverged), settings that are not UTF-8, more than the format
+/// can hold.
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options);
 
 /// Throws Error on anything that is not a whole model file, before it takes memory that the file does not account for. `name`

@@ -85,12 +85,12 @@ std::vector<std::byte> encode_vertices(std::span<const GridTriangle> triangles) 
   for (GridTriangle triangle : triangles)
     if (!code->triangle(triangle)) throw Error("model: has a vertex beyond its grid; write it with vertices as they are");
   std::vector<std::byte> bytes = encoder.finish();
-  bytes.resize(std::max(bytes.size(), least_vertex_bytes(triangles.size())));
+  while (most_triangles(bytes.size()) < triangles.size()) bytes.push_back(std::byte{0});
   return bytes;
 }
 
 std::vector<GridTriangle> decode_vertices(std::span<const std::byte> bytes, std::size_t triangles, const std::string& name) {
-  if (triangles > 4096 + bytes.size() / 4) throw Error("{}: has vertices that end too early; export or copy the file again", name);
+  if (triangles > most_triangles(bytes.size())) throw Error("{}: has vertices that end too early; export or copy the file again", name);
   RangeDecoder decoder(bytes);
   const auto code = std::make_unique<VertexCode<RangeDecoder>>(decoder);
   std::vector<GridTriangle> decoded;

@@ -19,15 +19,15 @@ struct GridTriangle {
   std::array<glm::ivec3, 3> corners{glm::ivec3(0), glm::ivec3(0), glm::ivec3(0)};  // steps, each -kMostSteps..kMostSteps
 };
 
-/// Bytes that so many triangles have at least, filled up with zeros: what a reader takes memory for has to be there. Others than copies
-/// of one triangle take more by themselves.
-constexpr std::size_t least_vertex_bytes(std::size_t triangles) { return triangles > 4096 ? 4 * (triangles - 4096) : 0; }
+/// Triangles that so many bytes may tell. The bytes are filled up with zeros where there are more, so that a reader takes memory for
+/// nothing that is not there; others than copies of one triangle take more by themselves.
+constexpr std::size_t most_triangles(std::size_t bytes) { return 4096 + bytes / 4; }
 
 /// Neighbours in the list had best be neighbours in space: each triangle is told from the one before it.
 std::vector<std::byte> encode_vertices(std::span<const GridTriangle> triangles);
 
-/// Throws Error, beginning with `name`, where the bytes are fewer than so many triangles have, end too early or give a number beyond its limits. What is
-/// damaged otherwise gives other values: the caller has to know that the bytes are whole.
+/// Throws Error, beginning with `name`, where the bytes are too few for so many triangles, end too early or give a number beyond its
+/// limits. What is damaged otherwise gives other values: the caller has to know that the bytes are whole.
 std::vector<GridTriangle> decode_vertices(std::span<const std::byte> bytes, std::size_t triangles, const std::string& name);
 
 }  // namespace trisoup::soup

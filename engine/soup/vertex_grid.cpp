@@ -65,11 +65,11 @@ std::vector<std::uint32_t> ranks(const std::vector<double>& values) {
 }  // namespace
 
 std::vector<GridTriangle> on_grid(const Model& model, std::span<const ModelCamera> cameras, double share) {
-  const glm::dvec3 middle = model.centre - model.origin;
+  const std::vector<glm::vec3> vertices = normalised_vertices(model);
   std::vector<GridTriangle> triangles(model.triangles());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     CornersInSpace corners;
-    for (std::size_t k = 0; k < 3; ++k) corners.at[k] = model.scale * (glm::dvec3(model.vertices[3 * t + k]) - middle);
+    for (std::size_t k = 0; k < 3; ++k) corners.at[k] = glm::dvec3(vertices[3 * t + k]);
     triangles[t].exponent = exponent_for(cameras, corners, share);
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::dvec3 steps = glm::round(corners.at[k] * std::ldexp(1.0, triangles[t].exponent));
