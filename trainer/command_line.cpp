@@ -127,8 +127,9 @@ train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, co
     throw Error("{}: has been simplified after its {} steps, and cannot go on to more; train anew with --overwrite", path.string(), then.steps);
   train::Settings goes_on = steps ? train::prolonged(then, checkpoint.step, *steps) : then;
   if (now.steps > then.steps && steps) {
-    // What the share of the coarse part was told with is the first schedule.
+    // What the shares of the first parts were told with is the first schedule.
     if (now.coarse_share == then.coarse_share) now.coarse_share = goes_on.coarse_share;
+    if (now.small_share == then.small_share) now.small_share = goes_on.small_share;
   }
   goes_on.eval_every = eval_every.value_or(then.eval_every);
   goes_on.checkpoint_every = checkpoint_every.value_or(then.checkpoint_every);

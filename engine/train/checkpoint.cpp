@@ -1,6 +1,7 @@
 #include "train/checkpoint.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -14,6 +15,8 @@ void complete(nlohmann::json& settings) {
   const auto was = [&](const char* key, const nlohmann::json& value) {
     if (!settings.contains(key)) settings[key] = value;
   };
+  was("small_share", 0.0);
+  was("small_scale", 1.0);
   was("samples_per_pixel", 0.0);
   was("pixel_jitter", 0.0);
   was("init_opacity", 0.5);
@@ -39,6 +42,14 @@ void complete(nlohmann::json& settings) {
 
 }  // namespace
 
+nlohmann::json with_todays_names(nlohmann::json settings) {
+  if (const auto it = settings.find("coarse_scale"); it != settings.end()) {
+    settings["small_scale"] = *it;
+    settings.erase(it);
+  }
+  return settings;
+}
+
 std::string checkpoint_text(const soup::Safetensors& file, const std::filesystem::path& path, const char* key) {
   const auto it = file.metadata().find(key);
   if (it == file.metadata().end())
@@ -55,6 +66,7 @@ std::uint64_t checkpoint_number(const soup::Safetensors& file, const std::filesy
 }
 
 Settings settings_as_trained(nlohmann::json json) {
+  json = with_todays_names(std::move(json));
   complete(json);
   const Settings settings = settings_from_json(json);
   check(settings);

@@ -21,6 +21,8 @@ struct CheckpointInfo {
   std::uint64_t rounds = 0;  // begun after Settings::steps
 };
 
+/// Settings as JSON, an object, with those that had another name before under today's.
+nlohmann::json with_todays_names(nlohmann::json settings);
 /// Settings from their JSON, of a checkpoint or a model file, as they were before what it does not have was there. Throws Error, also on values that cannot be.
 Settings settings_as_trained(nlohmann::json json);
 

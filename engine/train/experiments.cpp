@@ -30,6 +30,9 @@ constexpr Experiment kExperiments[] = {
     {"Steps", "batch", &S::batch, {1}, "views per step", "4"},
     {"Steps", "pixel_jitter", &S::pixel_jitter, {0, 0.5},
      "steps look at pictures so many pixels beside the centres of pixels, at most, along each axis", "0.25; published 0"},
+    {"Steps", "small_share", &S::small_share, kShare, "share of the steps, the first ones, that look at smaller pictures; the coarse part does so anyway",
+     "0; from a surface 0.75 where photographs are large"},
+    {"Steps", "small_scale", &S::small_scale, {0, 1, true}, "sides of these pictures, as a share of the photographs'", "0.5; published 1"},
     {"Steps", "huber", &S::huber, kAny, "errors of colours below it pull in proportion to their size; 0: all alike", "0.1; published 0"},
     {"Steps", "drop_near", &S::drop_near, {}, "triangles that reach the camera plane are dropped whole, not clipped", "false; published true"},
 
@@ -45,7 +48,6 @@ constexpr Experiment kExperiments[] = {
     {"Textures", "coarse_share", &S::coarse_share, kShare, "share of the steps, the first ones, on coarse_level alone; 0: fine levels from the first step on",
      "0.5; from a surface 0"},
     {"Textures", "coarse_level", &S::coarse_level, kLevel, "texture level of the coarse part", "0"},
-    {"Textures", "coarse_scale", &S::coarse_scale, {0, 1, true}, "sides of the pictures in the coarse part, as a share of the photographs'", "0.5; published 1"},
     {"Textures", "level_min", &S::level_min, kLevel, "coarsest texture level after it; that of --level-max: the finest level alone", "2"},
     {"Textures", "samples_per_pixel", &S::samples_per_pixel, kAny,
      "samples of a finest level for each pixel of the photograph that shows it largest; 0: --level-max for all", "1; published 0"},

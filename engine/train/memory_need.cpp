@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "soup/texture_table.h"
-#include "train/coarse_views.h"
 #include "train/frame.h"
 #include "train/render_pass.h"
 #include "train/shared_soup.h"
+#include "train/small_views.h"
 #include "train/soup_buffers.h"
 
 namespace trisoup::train {
@@ -46,9 +46,9 @@ std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
 
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32_t ranks) {
   MemoryNeed need;
-  const bool coarse = s.coarse_scale < 1 && lift_step(s) > 0;
+  const bool small = s.small_scale < 1 && small_end(s) > 0;
   for (const scene::View& v : scene.train) {
-    const double scale = coarse ? coarse_scale(v.camera, s) : 0.0;
+    const double scale = small ? small_scale(v.camera, s) : 0.0;
     need.photographs += static_cast<std::uint64_t>(4.0 * v.camera.width * v.camera.height * (1 + scale * scale));
   }
   // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <vector>
 
 #include "error.h"
 #include "printable.h"
@@ -11,6 +12,17 @@
 namespace trisoup::train {
 
 namespace {
+
+/// The median training photograph has at least 200,000 pixels: then half its sides are enough for most steps. With a fourth of
+/// that they are not (docs/decisions.md).
+bool has_large_photographs(const scene::Scene& scene) {
+  constexpr std::uint64_t kLarge = 200'000;
+  std::vector<std::uint64_t> pixels;
+  for (const scene::View& view : scene.train) pixels.push_back(std::uint64_t(view.camera.width) * view.camera.height);
+  if (pixels.empty()) return false;
+  std::nth_element(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(pixels.size() / 2), pixels.end());
+  return pixels[pixels.size() / 2] >= kLarge;
+}
 
 /// What a start that covers the scene in its colours asks for: docs/method.md, "Start".
 void start_from_surface(Settings& s, const scene::Scene& scene, bool as_published) {
@@ -22,6 +34,7 @@ void start_from_surface(Settings& s, const scene::Scene& scene, bool as_publishe
   s.near = s.test_near = reach.nearest;
   s.init_opacity = 0.9;
   s.coarse_share = 0;
+  if (has_large_photographs(scene)) s.small_share = 0.75;
   s.paint = true;
   s.keep_opacity = true;
   s.rate_texture = 0.1;

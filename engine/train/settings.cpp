@@ -44,7 +44,8 @@ void each_member(S& s, F&& f) {
   f("samples_per_pixel", s.samples_per_pixel);
   f("pixel_jitter", s.pixel_jitter);
   f("coarse_share", s.coarse_share);
-  f("coarse_scale", s.coarse_scale);
+  f("small_share", s.small_share);
+  f("small_scale", s.small_scale);
   f("paint", s.paint);
   f("keep_opacity", s.keep_opacity);
   f("keep_moments", s.keep_moments);
@@ -113,7 +114,8 @@ Settings published(Recipe recipe) {
 Settings without_our_changes(Settings s) {
   s.samples_per_pixel = 0;
   s.pixel_jitter = 0;
-  s.coarse_scale = 1;
+  s.small_scale = 1;
+  s.small_share = 0;
   s.huber = 0;
   s.texture_bits = 8;
   s.knee = 0;
@@ -156,6 +158,10 @@ double vertex_rate_factor(const Settings& s, std::uint64_t step) {
 
 std::uint64_t lift_step(const Settings& s) {
   return static_cast<std::uint64_t>(std::llround(s.coarse_share * static_cast<double>(s.steps)));
+}
+
+std::uint64_t small_end(const Settings& s) {
+  return std::max(lift_step(s), static_cast<std::uint64_t>(std::llround(s.small_share * static_cast<double>(s.steps))));
 }
 
 std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step) {
@@ -202,8 +208,11 @@ std::uint64_t next_pruning(const Settings& s, std::uint64_t step) {
 
 Settings prolonged(Settings s, std::uint64_t step, std::uint64_t steps) {
   if (steps <= s.steps) return s;
-  // Twice would take the fine textures for coarse ones.
-  if (const std::uint64_t lift = lift_step(s); step >= lift) s.coarse_share = static_cast<double>(lift) / static_cast<double>(steps);
+  const auto share_of = [&](std::uint64_t then) { return static_cast<double>(then) / static_cast<double>(steps); };
+  // What is over does not come again: twice would take the fine textures for coarse ones.
+  const std::uint64_t lift = lift_step(s), small = small_end(s);
+  if (step >= lift) s.coarse_share = share_of(lift);
+  if (step >= small && s.small_share > 0) s.small_share = share_of(small);
   s.steps = steps;
   return s;
 }

@@ -46,7 +46,8 @@ struct Settings {
   double samples_per_pixel = 1;      // of a triangle's finest level, where photographs show it largest; 0: level_max for all, as published
   double pixel_jitter = 0.25;        // how far from pixel centres a step samples, at most, in pixels; 0: at the centres, as published
   double coarse_share = 0.5;         // of the steps
-  double coarse_scale = 0.5;         // sides of the pictures in the first part, as a share of the photographs'; 1: as published
+  double small_share = 0;            // of the steps, the first ones, which look at smaller pictures; the coarse part does so anyway
+  double small_scale = 0.5;          // their sides, as a share of the photographs'; 1: as published
   bool paint = false;                // a start with colours has the photographs' in its fine levels; only where there is no coarse part
   bool keep_opacity = false;         // through the change from coarse to fine
   bool keep_moments = false;         // of textures, through resampling
@@ -104,6 +105,8 @@ double rate_factor(const Settings& settings, double end, std::uint64_t step);
 double vertex_rate_factor(const Settings& settings, std::uint64_t step);
 /// Completed steps after which the levels change; 0: never.
 std::uint64_t lift_step(const Settings& settings);
+/// Completed steps after which steps look at the photographs at their own size (train/small_views.h); 0: all do.
+std::uint64_t small_end(const Settings& settings);
 /// The completed steps after which a run is evaluated when it is `per_decade` times in every ten-fold of steps: the first after
 /// `step`, from step 10 on; 0: never.
 std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step);

@@ -107,7 +107,7 @@ void Trainer::prepare() {
       views->push_back(view);
     }
   }
-  if (settings_.coarse_scale < 1 && step_ < lift_step(settings_)) coarse_ = coarse_views(gpu_, scene_.train, settings_);
+  if (settings_.small_scale < 1 && step_ < small_end(settings_)) small_ = small_views(gpu_, scene_.train, settings_);
   const BatchSize batch = largest_batch(scene_.train, settings_);
   frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
   if (settings_.exposure) exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
@@ -154,7 +154,8 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
   every(settings_.eval_every);
   every(settings_.checkpoint_every);
   if (const std::uint64_t at = next_evaluation(callbacks.evaluations_per_decade, step_); at > 0) next = std::min(next, at);
-  if (const std::uint64_t lift = lift_step(settings_); step_ < lift) next = std::min(next, lift);
+  for (const std::uint64_t change : {lift_step(settings_), small_end(settings_)})
+    if (step_ < change) next = std::min(next, change);
   // Sums are kept for so many steps only.
   return std::min<std::uint64_t>(next, step_ + Frame::kStatisticsRows / 2);
 }
@@ -239,9 +240,9 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
 }
 
 void Trainer::change_topology() {
+  if (step_ >= small_end(settings_)) small_.reset();
   if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
     lift(gpu_, soup_, frame_, half_views_, settings_);
-    coarse_.reset();
     texture_start_ = vertex_start_ = step_;
   }
   if (is_resampling(settings_, step_)) {
@@ -295,9 +296,9 @@ void Trainer::begin_round(const Shares& shares) {
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
 
-const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const { return is_coarse(step) ? coarse_->views[v] : views_[v]; }
+const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const { return is_small(step) ? small_->views[v] : views_[v]; }
 
-const Image& Trainer::image_of(std::uint64_t step, std::uint32_t v) const { return is_coarse(step) ? coarse_->images[v] : scene_.train[v].image; }
+const Image& Trainer::image_of(std::uint64_t step, std::uint32_t v) const { return is_small(step) ? small_->images[v] : scene_.train[v].image; }
 
 double Trainer::share_uncovered() {
   // The frame was laid out for the first of several batches of the same sizes.

@@ -15,7 +15,6 @@
 #include "gpu/device.h"
 #include "scene/scene.h"
 #include "soup/safetensors.h"
-#include "train/coarse_views.h"
 #include "train/evaluate.h"
 #include "train/exposure.h"
 #include "train/faults.h"
@@ -27,6 +26,7 @@
 #include "train/settings.h"
 #include "train/shared_soup.h"
 #include "train/simplify.h"
+#include "train/small_views.h"
 #include "train/soup_buffers.h"
 #include "train/step.h"
 #include "train/training_fit.h"
@@ -139,7 +139,7 @@ class Trainer {
   /// What `step` looks at of training view v, and its picture.
   const BatchView& view_of(std::uint64_t step, std::uint32_t v) const;
   const Image& image_of(std::uint64_t step, std::uint32_t v) const;
-  bool is_coarse(std::uint64_t step) const { return coarse_ && step < lift_step(settings_); }
+  bool is_small(std::uint64_t step) const { return small_ && step < small_end(settings_); }
   Progress progress_since(std::uint64_t first, double seconds);
 
   gpu::Device& gpu_;
@@ -153,7 +153,7 @@ class Trainer {
   Photographs photos_;
   std::optional<Exposures> exposures_;  // where settings ask for them
   std::vector<BatchView> views_, half_views_;
-  std::optional<CoarseViews> coarse_;  // until the fine levels come
+  std::optional<SmallViews> small_;  // of the first steps
   Schedule schedule_;
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.
   std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;

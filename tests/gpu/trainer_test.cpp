@@ -481,8 +481,9 @@ TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]")
   CHECK(again.step() == 50);
 }
 
-TEST_CASE("the coarse part looks at smaller pictures, the rest at the photographs", "[trainer]") {
+TEST_CASE("the first steps look at smaller pictures, the rest at the photographs", "[trainer]") {
   auto gpu = test::open_device();
+  const bool coarse = GENERATE(true, false);  // textures in these steps
   // Black and white pixels by turns before grey: smaller by half they are the grey that a soup out of sight shows.
   constexpr int kSide = 128;
   scene::Scene scene = square_scene();
@@ -497,10 +498,12 @@ TEST_CASE("the coarse part looks at smaller pictures, the rest at the photograph
   settings.pixel_jitter = 0;
   settings.steps = 8;
   settings.batch = 1;
+  settings.coarse_share = coarse ? 0.5 : 0;
+  settings.small_share = coarse ? 0 : 0.5;
   std::vector<glm::vec3> vertices = start(settings);
   for (glm::vec3& v : vertices) v.z += 50;
   const auto errors = [&](double scale) {
-    settings.coarse_scale = scale;
+    settings.small_scale = scale;
     train::Trainer trainer(*gpu, scene, settings, vertices);
     train::Trainer::Callbacks callbacks;
     callbacks.progress_every = settings.steps / 2;
@@ -522,25 +525,53 @@ TEST_CASE("the coarse part looks at smaller pictures, the rest at the photograph
   CHECK(whole[0] == Approx(0.5).margin(0.01));
 }
 
+TEST_CASE("a training goes on among smaller pictures, and right after them, with the same bits", "[trainer]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = square_scene();
+  for (std::size_t i = 0; i < scene.train.size(); ++i) scene.train[i] = view(1.2 * double(i), static_cast<std::uint8_t>(30 * i), 128);
+  train::Settings settings = short_settings();
+  settings.steps = 20;
+  settings.coarse_share = 0;
+  settings.small_share = 0.75;
+  for (const std::uint64_t at : {8u, 15u}) {
+    const test::TemporaryFolder folder;
+    const auto checkpoint = folder.path() / "checkpoint.safetensors";
+    train::Trainer whole(*gpu, scene, settings, start(settings));
+    train::Trainer::Callbacks callbacks;
+    std::atomic<bool> stop = false;
+    callbacks.stop = &stop;
+    callbacks.progress_every = 1;
+    callbacks.on_progress = [&](const train::Progress& p) { stop = p.step == at; };
+    whole.run(callbacks);
+    REQUIRE(whole.step() == at);
+    whole.write_checkpoint(checkpoint);
+    whole.run({});
+    train::Trainer resumed(*gpu, scene, settings, checkpoint);
+    resumed.run({});
+    CHECK(resumed.model().lattice == whole.model().lattice);
+    CHECK(resumed.model().vertices == whole.model().vertices);
+  }
+}
+
 TEST_CASE("smaller pictures are means by area within their masks, and not below 64 x 64", "[trainer]") {
   auto gpu = test::open_device();
   train::Settings settings = short_settings();
   scene::View large = view(0.3, 90, 200), small = view(0.3, 90, 96), tiny = view(0.3, 90, 24);
   for (std::size_t p = 0; p < 200; ++p) large.image.rgba[4 * p + 3] = 0;  // the first row is not in the loss
-  const train::CoarseViews coarse = train::coarse_views(*gpu, {large, small, tiny}, settings);
-  REQUIRE(coarse.views.size() == 3);
-  CHECK((coarse.views[0].width == 100 && coarse.views[0].height == 100));
-  CHECK((coarse.views[1].width == 64 && coarse.views[1].height == 64));
-  CHECK((coarse.views[2].width == 24 && coarse.views[2].height == 24));
-  CHECK(coarse.images[2].rgba == tiny.image.rgba);
+  const train::SmallViews smaller = train::small_views(*gpu, {large, small, tiny}, settings);
+  REQUIRE(smaller.views.size() == 3);
+  CHECK((smaller.views[0].width == 100 && smaller.views[0].height == 100));
+  CHECK((smaller.views[1].width == 64 && smaller.views[1].height == 64));
+  CHECK((smaller.views[2].width == 24 && smaller.views[2].height == 24));
+  CHECK(smaller.images[2].rgba == tiny.image.rgba);
   const auto at = [](const Image& image, int x, int y, int c) { return int(image.rgba[4 * static_cast<std::size_t>(y * image.width + x) + static_cast<std::size_t>(c)]); };
   for (const int c : {0, 1, 2}) {
     const int sum = at(large.image, 90, 96, c) + at(large.image, 91, 96, c) + at(large.image, 90, 97, c) + at(large.image, 91, 97, c);
-    CHECK(std::abs(4 * at(coarse.images[0], 45, 48, c) - sum) <= 2);
-    CHECK(at(coarse.images[0], 7, 0, c) == at(large.image, 14, 1, c));
+    CHECK(std::abs(4 * at(smaller.images[0], 45, 48, c) - sum) <= 2);
+    CHECK(at(smaller.images[0], 7, 0, c) == at(large.image, 14, 1, c));
   }
   for (std::uint32_t i = 0; i < 3; ++i) {
-    CHECK(coarse.views[i].index == i);
-    CHECK(gpu->download_vector<std::uint8_t>(coarse.views[i].photo, coarse.images[i].rgba.size()) == coarse.images[i].rgba);
+    CHECK(smaller.views[i].index == i);
+    CHECK(gpu->download_vector<std::uint8_t>(smaller.views[i].photo, smaller.images[i].rgba.size()) == smaller.images[i].rgba);
   }
 }

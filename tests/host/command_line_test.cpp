@@ -20,7 +20,7 @@ using namespace trisoup;
 
 namespace {
 
-train::Settings settings_of(std::vector<std::string> options, bool synthetic, bool points = false) {
+train::Settings settings_of(std::vector<std::string> options, bool synthetic, bool points = false, std::vector<int> widths = {}) {
   options.insert(options.begin(), {"soup-train", "scene", "-o", "out"});
   std::vector<char*> argv;
   for (std::string& word : options) argv.push_back(word.data());
@@ -29,6 +29,7 @@ train::Settings settings_of(std::vector<std::string> options, bool synthetic, bo
   scene::Scene scene;
   scene.synthetic = synthetic;
   for (int i = 0; points && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
+  for (const int width : widths) scene.train.emplace_back().camera.width = width, scene.train.back().camera.height = 500;
   return line.settings(scene);
 }
 
@@ -39,6 +40,18 @@ double way(const train::Settings& s) {
 }
 
 }  // namespace
+
+TEST_CASE("from a surface most steps look at smaller pictures where most photographs are large", "[command_line]") {
+  const auto share = [](std::vector<std::string> options, std::vector<int> widths, bool synthetic = false) {
+    return settings_of(std::move(options), synthetic, !synthetic, std::move(widths)).small_share;
+  };
+  CHECK(share({}, {400, 100, 400}) == 0.75);
+  CHECK(share({}, {399, 399, 4000}) == 0);
+  CHECK(share({}, {}) == 0);
+  CHECK(share({"--set", "small_share=0"}, {400, 400}) == 0);
+  CHECK(share({"--preset", "published"}, {400, 400}) == 0);
+  CHECK(share({}, {400, 400}, true) == 0);
+}
 
 TEST_CASE("without options the settings are the best preset's", "[command_line]") {
   for (const bool synthetic : {true, false})
@@ -247,6 +260,13 @@ TEST_CASE("more steps than a training began with prolong its schedule", "[comman
   const train::Settings early = train::prolonged(first, 499, 4000);
   CHECK(train::lift_step(early) == 2000);
   CHECK(differences(train::prolonged(first, 10, 1000), first).empty());
+  // Smaller pictures, too, do not come again.
+  train::Settings small = first;
+  small.coarse_share = 0, small.small_share = 0.75;
+  CHECK(train::small_end(train::prolonged(small, 750, 4000)) == 750);
+  CHECK(train::small_end(train::prolonged(small, 749, 4000)) == 3000);
+  small.coarse_share = 0.8;
+  CHECK(train::small_end(small) == 800);
 }
 
 TEST_CASE("a record gives all settings, options win, and what it says of the dataset is taken", "[command_line]") {
@@ -266,6 +286,13 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   CHECK((again.load.downscale == 2 && again.load.alpha == scene::AlphaUse::mask));
   CHECK(differences(then, line_of({"--settings", bare}).settings(scene)).empty());
   CHECK(line_of({"--settings", bare}).load.downscale == 1);
+  // One from before pictures of the first steps had settings of their own.
+  nlohmann::json older = train::to_json(then);
+  older.erase("small_share"), older.erase("small_scale"), older["coarse_scale"] = 0.25;
+  write(bare, older);
+  train::Settings before = then;
+  before.small_share = 0, before.small_scale = 0.25;
+  CHECK(differences(before, line_of({"--settings", bare}).settings(scene)).empty());
   again = line_of({"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "rate_end=0.5", "--recipe", "real"});
   train::Settings other = then;
   other.steps = 900, other.huber = 0, other.rate_end = 0.5, other.recipe = train::Recipe::real;
