@@ -75,8 +75,10 @@ void ProgressBar::stage(const std::string& name, int done, int total) {
 
 void ProgressBar::training(const train::Progress& p) {
   if (quiet_) return;
+  if (p.pace < pace_) ms_ = 0;  // pictures have grown
+  pace_ = p.pace;
   ms_ = ms_ == 0 ? p.ms_per_step : 0.8 * ms_ + 0.2 * p.ms_per_step;
-  const double left = 1e-3 * ms_ * static_cast<double>(steps_ - p.step);
+  const double left = 1e-3 * ms_ * p.pace * static_cast<double>(steps_ - p.step);
   const std::vector<LinePart> parts{{fmt::format("{}/{}", p.step, steps_), 5},      {fmt::format("loss {:.4f}", p.loss), 1},
                                     {p.psnr ? fmt::format("PSNR {:.2f}", *p.psnr) : "PSNR -", 4},        {fmt::format("{} triangles", p.triangles), 2},
                                     {fmt::format("{:.1f} ms/step", ms_), 0}, {fmt::format("{} left", duration(left)), 3}};

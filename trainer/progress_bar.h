@@ -38,6 +38,7 @@ class ProgressBar {
   std::uint64_t steps_, log_every_;
   bool quiet_, terminal_, drawn_ = false;
   double ms_ = 0;  // smoothed
+  double pace_ = 1;
   std::string stage_;
   std::chrono::steady_clock::time_point stage_begin_;
 };

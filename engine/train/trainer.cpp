@@ -336,8 +336,18 @@ Progress Trainer::progress_since(std::uint64_t first, double seconds) {
   if (measured > 0) p.psnr = mse > 0 ? -10.0 * std::log10(mse / measured) : 100.0;
   p.uncovered = uncovered_;
   p.seconds = seconds_;
+  p.pace = pace();
   p.ms_per_step = 1e3 * seconds / std::max<double>(1.0, static_cast<double>(step_ - first));
   return p;
+}
+
+double Trainer::pace() const {
+  const std::uint64_t end = small_end(settings_), last = last_step();
+  if (!is_small(step_)) return 1;
+  double all = 0, small = 0;
+  for (const BatchView& v : views_) all += double(v.width) * v.height;
+  for (const BatchView& v : small_->views) small += double(v.width) * v.height;
+  return (double(end - step_) + double(last - end) * all / small) / double(last - step_);
 }
 
 void Trainer::run(const Callbacks& callbacks) {

@@ -43,6 +43,7 @@ struct Progress {
   std::optional<double> psnr;                   // the same; none where no view that was shown has a pixel to measure
   double seconds = 0;                           // of training so far, evaluation and checkpoints left out
   double ms_per_step = 0;
+  double pace = 1;                              // what a step to come has to do on average, as a multiple of the last one: pixels
   double uncovered = 0;                         // Coverage::share() of the last step's views, with random thresholds
 };
 
@@ -139,6 +140,7 @@ class Trainer {
   /// What `step` looks at of training view v, and its picture.
   const BatchView& view_of(std::uint64_t step, std::uint32_t v) const;
   const Image& image_of(std::uint64_t step, std::uint32_t v) const;
+  double pace() const;
   bool is_small(std::uint64_t step) const { return small_ && step < small_end(settings_); }
   Progress progress_since(std::uint64_t first, double seconds);
 

@@ -541,7 +541,11 @@ TEST_CASE("a training goes on among smaller pictures, and right after them, with
     std::atomic<bool> stop = false;
     callbacks.stop = &stop;
     callbacks.progress_every = 1;
-    callbacks.on_progress = [&](const train::Progress& p) { stop = p.step == at; };
+    callbacks.on_progress = [&](const train::Progress& p) {
+      stop = p.step == at;
+      // Of the 20 steps 15 look at a fourth of the pixels.
+      CHECK(p.pace == Approx(p.step < 15 ? (15.0 - double(p.step) + 5 * 4) / (20.0 - double(p.step)) : 1.0));
+    };
     whole.run(callbacks);
     REQUIRE(whole.step() == at);
     whole.write_checkpoint(checkpoint);

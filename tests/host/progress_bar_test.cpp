@@ -82,6 +82,21 @@ TEST_CASE("the line of a training follows the terminal when its width changes", 
   }
 }
 
+TEST_CASE("the time that is left follows from how long the steps to come take", "[progress_bar]") {
+  Terminal terminal(120);
+  ProgressBar bar(10'000, 10, false);
+  train::Progress p = progress();
+  p.step = 6'000, p.ms_per_step = 100;
+  bar.training(p);
+  CHECK_THAT(terminal.line(), Contains("6:40 left"));
+  p.pace = 3;
+  bar.training(p);
+  CHECK_THAT(terminal.line(), Contains("20:00 left"));
+  p.pace = 1, p.ms_per_step = 300;  // what was slower to come is there
+  bar.training(p);
+  CHECK_THAT(terminal.line(), Contains("20:00 left"));
+}
+
 TEST_CASE("lines of the work before training fit too", "[progress_bar]") {
   Terminal terminal(40);
   ProgressBar bar(10, 10, false);
