@@ -78,11 +78,15 @@ double slope(std::span<const Round> rounds, const Settings& s) {
   return kUsualSlope;
 }
 
-/// Of the rounds that miss the quality and have fewer bytes than `least` the largest; null: there is none.
+/// Of the rounds that miss the quality and have fewer bytes than `least` the largest; null: there is none. A round whose soup met it when it
+/// was trained on has missed nothing.
 const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const Settings& s) {
+  const auto got_there = [&](const Round& r) {
+    return std::any_of(rounds.begin(), rounds.end(), [&](const Round& q) { return !q.smaller && &q != &r && &rounds[q.from] == &r && above(q, s) >= 0; });
+  };
   const Round* found = nullptr;
   for (const Round& r : rounds)
-    if (above(r, s) < 0 && r.bytes < least && (!found || r.bytes >= found->bytes)) found = &r;
+    if (above(r, s) < 0 && r.bytes < least && !got_there(r) && (!found || r.bytes >= found->bytes)) found = &r;
   return found;
 }
 

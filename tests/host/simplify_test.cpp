@@ -164,6 +164,13 @@ TEST_CASE("what nearly reaches a quality is trained on, once", "[simplify]") {
   CHECK(next->from == 0);
   // On a line to what missed it, in halvings of the bytes.
   CHECK(next->shares.bytes == Approx(std::pow(0.601, 1 / 1.05)));
+  // One that then met it is no miss: it goes on from there, though it has a few bytes more.
+  std::vector<Round> met = rounds;
+  met.back().psnr = 25.06;
+  const auto on = next_round(met, s);
+  REQUIRE(on);
+  CHECK(on->from == 2);
+  CHECK(on->shares.bytes < 0.98);
   // Where there is little to gain it is over.
   rounds.push_back({1150, 618, 62, 25.2, 0.9, 0, true});
   CHECK_FALSE(next_round(rounds, s));
