@@ -84,8 +84,9 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
 void CommandLine::complete_goal(train::Settings& s, const scene::Scene& scene) const {
   if (!train::has_goal(s)) return;
   const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
-  // A quality may lie above the knee, and says itself where to end.
-  if (quality && !knee && !record) s.knee = 0;
+  // A quality may lie above the usual knee, and says itself where to end. What training gives up it gets over, removals after it hardly.
+  constexpr double kKneeBeforeGoal = 0.05;  // dB
+  if (quality && !knee && !record) s.knee = std::min(s.knee, kKneeBeforeGoal);
   // Under a ceiling alone there is nothing to judge.
   if (quality && s.validation_views == 0 && !validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
   if (!round_steps && !(record && s.round_steps > 0)) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);

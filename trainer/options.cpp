@@ -151,7 +151,7 @@ void Options::add_method() {
       ->group(group);
   app_.add_option("--level-max", o_.level_max, "finest texture level [5]")->group(group);
   app_.add_option("--texture-bits", o_.texture_bits, "how finely the model tells its textures: fewer pack into fewer bytes; 8 is exact\n[6; published 8]")->group(group);
-  app_.add_option("--knee", o_.knee, "dB: triangles and finest texture levels that bring less for twice the samples are given up before the end;\n0: all stay [0.2; 0 with --target-psnr or --target-ssim, published 0]")->group(group);
+  app_.add_option("--knee", o_.knee, "dB: triangles and finest texture levels that bring less for twice the samples are given up before the end;\n0: all stay [0.2; 0.05 with --target-psnr or --target-ssim, published 0]")->group(group);
   const CLI::Validator yes_or_no(
       [](const std::string& text) {
         for (const char* each : {"true", "false", "1", "0", "on", "off", "yes", "no"})

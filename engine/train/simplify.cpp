@@ -20,9 +20,13 @@ constexpr double kUsualSlope = 1.0;
 constexpr double kCloseEnough = 0.04;  // dB
 /// What misses a quality by less may reach it when it is trained on.
 constexpr double kNear = 0.3;  // dB
+/// What one more round brings of what the one before it did.
+constexpr double kNextGain = 0.8;
 /// Where the quality is nearly met already, a round is for more of the bytes than this.
 constexpr double kWorthARound = 0.04;
 constexpr double kNearlyMet = 0.2;  // dB
+/// Where the quality is met, so much less is tried before it is the smallest; and not where something larger than this share has missed it.
+constexpr double kProbe = 0.15, kSurelyMissed = 0.7;
 /// So often a training goes back to its best round.
 constexpr std::ptrdiff_t kMostReturns = 5;
 /// An SSIM is steered by its distance from 1, in dB: -10 log10(1 - SSIM).
@@ -78,15 +82,19 @@ double slope(std::span<const Round> rounds, const Settings& s) {
   return kUsualSlope;
 }
 
-/// Of the rounds that miss the quality and have fewer bytes than `least` the largest; null: there is none. A round whose soup met it when it
-/// was trained on has missed nothing.
+/// Whether the soup of this round met the quality when it was trained on.
+bool got_there(std::span<const Round> rounds, const Round& round, const Settings& s) {
+  for (const Round& met : rounds)
+    for (const Round* r = &met; above(met, s) >= 0 && !r->smaller && &rounds[r->from] != r; r = &rounds[r->from])
+      if (&rounds[r->from] == &round) return true;
+  return false;
+}
+
+/// Of the rounds that miss the quality for good and have fewer bytes than `least` the largest; null: there is none.
 const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const Settings& s) {
-  const auto got_there = [&](const Round& r) {
-    return std::any_of(rounds.begin(), rounds.end(), [&](const Round& q) { return !q.smaller && &q != &r && &rounds[q.from] == &r && above(q, s) >= 0; });
-  };
   const Round* found = nullptr;
   for (const Round& r : rounds)
-    if (above(r, s) < 0 && r.bytes < least && !got_there(r) && (!found || r.bytes >= found->bytes)) found = &r;
+    if (above(r, s) < 0 && r.bytes < least && !got_there(rounds, r, s) && (!found || r.bytes >= found->bytes)) found = &r;
   return found;
 }
 
@@ -100,7 +108,11 @@ std::ptrdiff_t returns(std::span<const Round> rounds) {
 std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::size_t from, const Settings& s) {
   const Round& r = rounds[from];
   const double margin = above(r, s);
-  if (margin < kCloseEnough) return std::nullopt;
+  if (margin < kCloseEnough) {
+    const Round* known = next_miss(rounds, r.bytes, s);
+    if (known && double(known->bytes) > kSurelyMissed * double(r.bytes)) return std::nullopt;
+    return NextRound{from, {1 - kProbe, 1}};
+  }
   const bool nearly = margin < kNearlyMet;
   const Round* miss = next_miss(rounds, std::uint64_t(double(r.bytes) * (nearly ? 1 : 1 - kWorthARound)), s);
   if (!miss) return NextRound{from, {std::clamp(std::exp2(-margin / std::max(slope(rounds, s), returns(rounds) > 0 ? kUsualSlope : 0)), 0.5, 0.97), 1}};
@@ -221,8 +233,9 @@ std::optional<NextRound> next_round(std::span<const Round> rounds, const Setting
   if (!quality) return std::nullopt;
   const double margin = above(last, s);
   if (margin >= 0) return towards_quality(rounds, from, s);
-  // One more round may bring back what the last removal took.
-  if (last.smaller && margin > -kNear) return NextRound{from, {}};
+  // One more round may bring back what the last removal took, and further ones while they bring enough.
+  const double gain = margin - above(rounds[last.from], s);
+  if (margin > -kNear && (last.smaller || margin + kNextGain * gain > 0)) return NextRound{from, {}};
   const std::size_t best = best_round(rounds, s);
   if (!meets(rounds[best], s) || returns(rounds) == kMostReturns) return std::nullopt;
   return towards_quality(rounds, best, s);

@@ -69,6 +69,10 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
       CHECK(s.init_count == 30'000);
     }
+  // A quality says itself where to end.
+  CHECK((settings_of({"--target-psnr", "28"}, true).knee == 0.05 && settings_of({"--target-ssim", "0.9"}, true).knee == 0.05));
+  CHECK((settings_of({"--target-psnr", "28", "--knee", "0.3"}, true).knee == 0.3 && settings_of({"--max-mb", "1"}, true).knee == 0.2));
+  CHECK(settings_of({"--target-psnr", "28", "--preset", "published"}, true).knee == 0);
   CHECK(settings_of({"--set", "samples_per_pixel=0"}, true).samples_per_pixel == 0);
   CHECK(settings_of({"--set", "pixel_jitter=0"}, true).pixel_jitter == 0);
   CHECK_FALSE(settings_of({"--set", "opacity_baseline=false"}, true).opacity_baseline);

@@ -176,6 +176,24 @@ TEST_CASE("what nearly reaches a quality is trained on, once", "[simplify]") {
   CHECK_FALSE(next_round(rounds, s));
 }
 
+TEST_CASE("less is tried where a quality is just met, and it is trained on while that brings enough", "[simplify]") {
+  Settings s = goal_settings();
+  s.target_psnr = 25;
+  std::vector<Round> rounds{{1000, 1000, 100, 25.02, 0.9, 0, false}};
+  CHECK(next_round(rounds, s) == NextRound{0, {0.85, 1}});
+  rounds.push_back({1050, 850, 90, 24.8, 0.9, 0, true});
+  CHECK(next_round(rounds, s) == NextRound{1, {}});
+  rounds.push_back({1100, 849, 90, 24.9, 0.9, 1, false});
+  auto enough = rounds;
+  enough.back().psnr = 24.92;
+  CHECK(next_round(enough, s) == NextRound{2, {}});
+  enough.push_back({1150, 851, 90, 25.01, 0.9, 2, false});
+  CHECK(next_round(enough, s) == NextRound{3, {0.85, 1}});  // what it was on the way is no miss
+  // What brings too little is given up, and with it the search: nothing between it and the best is worth a round.
+  CHECK_FALSE(next_round(rounds, s));
+  CHECK(best_round(rounds, s) == 0);
+}
+
 TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
   Settings s = goal_settings();
   s.max_bytes = 1'000'000;
