@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <thread>
@@ -56,6 +57,20 @@ train::Settings short_settings() {
   s.checkpoint_every = 0;
   s.level_max = 4;
   return s;
+}
+
+/// Trains up to `step`, as if it were interrupted there; `seen` is told of every step.
+void run_to(train::Trainer& trainer, std::uint64_t step, const std::function<void(const train::Progress&)>& seen = {}) {
+  train::Trainer::Callbacks callbacks;
+  std::atomic<bool> stop = false;
+  callbacks.stop = &stop;
+  callbacks.progress_every = 1;
+  callbacks.on_progress = [&](const train::Progress& p) {
+    stop = p.step == step;
+    if (seen) seen(p);
+  };
+  trainer.run(callbacks);
+  REQUIRE(trainer.step() == step);
 }
 
 std::vector<glm::vec3> start(const train::Settings& s) {
@@ -352,13 +367,7 @@ TEST_CASE("a round of simplifying goes on from a checkpoint with the same bits, 
   CHECK_FALSE(whole.finished());
   CHECK(whole.last_step() == 50);
   CHECK(whole.model().lattice.size() < 0.7 * double(samples));
-  train::Trainer::Callbacks callbacks;
-  std::atomic<bool> stop = false;
-  callbacks.stop = &stop;
-  callbacks.progress_every = 1;
-  callbacks.on_progress = [&](const train::Progress& p) { stop = p.step == 44; };
-  whole.run(callbacks);
-  REQUIRE(whole.step() == 44);
+  run_to(whole, 44);
   whole.write_checkpoint(checkpoint);
   whole.run({});
   CHECK(whole.step() == 50);
@@ -424,13 +433,7 @@ TEST_CASE("a training is brought to its knee on the way, and goes on from a chec
     const test::TemporaryFolder folder;
     const auto checkpoint = folder.path() / "checkpoint.safetensors";
     train::Trainer whole(*gpu, scene, settings, start(settings));
-    train::Trainer::Callbacks callbacks;
-    std::atomic<bool> stop = false;
-    callbacks.stop = &stop;
-    callbacks.progress_every = 1;
-    callbacks.on_progress = [&](const train::Progress& p) { stop = p.step == at; };
-    whole.run(callbacks);
-    REQUIRE(whole.step() == at);
+    run_to(whole, at);
     whole.write_checkpoint(checkpoint);
     whole.run({});
     train::Trainer resumed(*gpu, scene, settings, checkpoint);
@@ -463,13 +466,7 @@ TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]")
   CHECK(same.mlp.parameters == model.mlp.parameters);
   again.begin_round({0.8, 1});
   // Moments that begin at zero are told apart from those of 40 steps: without, Adam's first step would be three times its rate.
-  std::atomic<bool> stop = false;
-  train::Trainer::Callbacks callbacks;
-  callbacks.stop = &stop;
-  callbacks.progress_every = 1;
-  callbacks.on_progress = [&](const train::Progress&) { stop = true; };
-  again.run(callbacks);
-  REQUIRE(again.step() == 41);
+  run_to(again, 41);
   const double rate = settings.rate_mlp * train::rate_factor(settings, settings.rate_end, 41);
   const soup::Model moved = again.model();
   double longest = 0;
@@ -537,17 +534,10 @@ TEST_CASE("a training goes on among smaller pictures, and right after them, with
     const test::TemporaryFolder folder;
     const auto checkpoint = folder.path() / "checkpoint.safetensors";
     train::Trainer whole(*gpu, scene, settings, start(settings));
-    train::Trainer::Callbacks callbacks;
-    std::atomic<bool> stop = false;
-    callbacks.stop = &stop;
-    callbacks.progress_every = 1;
-    callbacks.on_progress = [&](const train::Progress& p) {
-      stop = p.step == at;
+    run_to(whole, at, [](const train::Progress& p) {
       // Of the 20 steps 15 look at a fourth of the pixels.
       CHECK(p.pace == Approx(p.step < 15 ? (15.0 - double(p.step) + 5 * 4) / (20.0 - double(p.step)) : 1.0));
-    };
-    whole.run(callbacks);
-    REQUIRE(whole.step() == at);
+    });
     whole.write_checkpoint(checkpoint);
     whole.run({});
     train::Trainer resumed(*gpu, scene, settings, checkpoint);
