@@ -47,7 +47,7 @@ void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
   set(knee, s.knee);
   set(target_psnr, s.target_psnr);
   set(target_ssim, s.target_ssim);
-  if (max_megabytes) s.max_bytes = static_cast<std::uint64_t>(std::llround(std::max(0.0, *max_megabytes) * 1048576.0));
+  if (max_megabytes) s.max_bytes = static_cast<std::uint64_t>(std::llround(*max_megabytes * 1048576.0));
   set(max_triangles, s.max_triangles);
   set(validation_views, s.validation_views);
   set(round_steps, s.round_steps);
@@ -86,7 +86,7 @@ void CommandLine::complete_goal(train::Settings& s, const scene::Scene& scene) c
   const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
   // A quality may lie above the usual knee, and says itself where to end. What training gives up it gets over, removals after it hardly.
   constexpr double kKneeBeforeGoal = 0.05;  // dB
-  if (quality && !knee && !record) s.knee = std::min(s.knee, kKneeBeforeGoal);
+  if (quality && !knee && !record && model.empty()) s.knee = std::min(s.knee, kKneeBeforeGoal);
   // Under a ceiling alone there is nothing to judge.
   if (quality && s.validation_views == 0 && !validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
   if (!round_steps && !(record && s.round_steps > 0)) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
@@ -123,14 +123,16 @@ train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, co
   // Older checkpoints do not say which preset it was: then it is one where nothing that it brings is another.
   train::Settings now = record ? *record : !preset.empty() && noted_preset_.empty() ? settings(scene) : then;
   apply(now, scene);
+  if (record) complete_goal(now, scene);
   if (!sets("most_triangles")) now.most_triangles = then.most_triangles;
-  if (steps && *steps > then.steps && checkpoint.step > then.steps)
+  if (steps && *steps > then.steps && checkpoint.rounds > 0)
     throw Error("{}: has been simplified after its {} steps, and cannot go on to more; train anew with --overwrite", path.string(), then.steps);
   train::Settings goes_on = steps ? train::prolonged(then, checkpoint.step, *steps) : then;
   if (now.steps > then.steps && steps) {
     // What the shares of the first parts were told with is the first schedule.
     if (now.coarse_share == then.coarse_share) now.coarse_share = goes_on.coarse_share;
     if (now.small_share == then.small_share) now.small_share = goes_on.small_share;
+    if (!round_steps) now.round_steps = goes_on.round_steps;
   }
   goes_on.eval_every = eval_every.value_or(then.eval_every);
   goes_on.checkpoint_every = checkpoint_every.value_or(then.checkpoint_every);
@@ -171,6 +173,7 @@ std::string CommandLine::note() const {
   json["preset"] = preset_name();
   json["feature_size"] = feature_size;
   json["eval_log"] = evaluations_per_decade;
+  json["outside"] = load.outside;
   return json.dump();
 }
 
@@ -210,6 +213,7 @@ void CommandLine::take(const std::string& note, const std::filesystem::path& pat
     preset = noted_preset_ = then.value("preset", "");
     take_dataset(then);
     feature_size = then.value("feature_size", feature_size);
+    load.outside = load.outside || then.value("outside", false);
     if (!given.evaluations_per_decade) evaluations_per_decade = then.value("eval_log", evaluations_per_decade);
   } catch (const nlohmann::json::exception&) {
     throw Error("{}: its note is damaged; train anew with --overwrite", path.string());

@@ -1,5 +1,6 @@
 // soup-simplify: a model that has been trained, made smaller.
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +15,11 @@
 namespace {
 
 using namespace trisoup;
+
+bool lies_in(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  std::error_code ignored;
+  return std::filesystem::equivalent(file.has_parent_path() ? file.parent_path() : ".", folder, ignored);
+}
 
 /// Exit status to end with, or nothing to go on.
 std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
@@ -41,9 +47,11 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
   check_whole_numbers(app);
   try {
     app.parse(argc, argv);
-    if (!o.target_psnr && !o.target_ssim && !o.max_megabytes && !o.max_triangles)
+    if (!(o.target_psnr.value_or(0) != 0 || o.target_ssim.value_or(0) != 0 || o.max_megabytes.value_or(0) > 0 || o.max_triangles.value_or(0) > 0))
       throw CLI::RequiredError("a goal (--target-psnr, --target-ssim, --max-mb or --max-triangles)");
     o.model = soup::model_in(o.model).string();
+    if (o.overwrite && lies_in(o.model, o.output))
+      throw CLI::ValidationError(fmt::format("{}: lies in {}, which --overwrite empties before there is another; choose another -o", o.model, o.output));
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   }

@@ -36,8 +36,9 @@ std::string note_with(std::span<const train::Round> rounds, const std::string& n
   return json.dump();
 }
 
-std::vector<train::Round> rounds_so_far(const std::optional<train::CheckpointInfo>& begun, const std::filesystem::path& checkpoint) {
-  if (!begun) return {};
+/// Of a training that goes on to `steps`. What was measured after fewer is no round of it.
+std::vector<train::Round> rounds_so_far(const std::optional<train::CheckpointInfo>& begun, std::uint64_t steps, const std::filesystem::path& checkpoint) {
+  if (!begun || steps > begun->settings.steps) return {};
   const nlohmann::json note = nlohmann::json::parse(begun->note, nullptr, false);
   if (!note.is_object() || !note.contains("rounds")) return {};
   try {
@@ -138,8 +139,13 @@ std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
 void TrainingRun::begin() {
   if (begun_) {
     trainer_ = std::make_unique<train::Trainer>(*device_, scene_, settings_, checkpoint(), &ranks_);
-    if (ranks_.is_first()) folder_.go_on(trainer_->step(), trainer_->finished());
-    else folder_.begin();
+    if (ranks_.is_first()) {
+      // A version that had finished may have been followed by one that goes on for some rounds.
+      if (begun_->rounds > 0 && !trainer_->finished()) folder_.take_model_back();
+      folder_.go_on(trainer_->step(), trainer_->finished());
+    } else {
+      folder_.begin();
+    }
     saved_ = trainer_->step();
     say(o_, fmt::format("resuming after step {} of {}", trainer_->step(), std::max(begun_->settings.steps, trainer_->last_step())));
     if (settings_.steps > begun_->settings.steps)
@@ -154,7 +160,7 @@ void TrainingRun::begin() {
   file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
   simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_, o_.output,
                                                     [this](const soup::Model& model) { return soup::encode_model(model, file_options_); }, ranks_,
-                                                    rounds_so_far(begun_, checkpoint()));
+                                                    rounds_so_far(begun_, settings_.steps, checkpoint()));
 }
 
 void TrainingRun::join_ranks() {
@@ -331,7 +337,9 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["triangles"] = model.triangles();
   if (has_goal()) {
     metrics["rounds"] = train::to_json(simplifier_->rounds());
-    metrics["round"] = train::best_round(simplifier_->rounds(), settings_);
+    const std::size_t best = train::best_round(simplifier_->rounds(), settings_);
+    metrics["round"] = best;
+    metrics["goal_met"] = train::meets(simplifier_->rounds()[best], settings_);
     for (const scene::View& view : scene_.validation) metrics["validation_views"].push_back(utf8(view.name));
   }
   metrics["triangles_by_level"] = triangles_by_level(model);
@@ -361,7 +369,7 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   else
     say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
                         evaluation.mean.mae, evaluation.views.size()));
-  say(o_, fmt::format("{}: {} triangles, {:.1f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(), mb(file.size()),
+  say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(), mb(file.size()),
                       trainer_->seconds()));
 }
 

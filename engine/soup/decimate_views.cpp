@@ -59,7 +59,9 @@ class Decimation {
     while (alive_ > budget && !queue_.empty()) {
       const Candidate c = queue_.top();
       queue_.pop();
-      if (changes_[c.from] == c.from_changes && changes_[c.to] == c.to_changes && possible(c.from, c.to, allowed)) collapse(c.from, c.to);
+      if (changes_[c.from] != c.from_changes || changes_[c.to] != c.to_changes || !possible(c.from, c.to, allowed)) continue;
+      if (at_edge(c.from, c.to) == alive_) return leave_only(budget);
+      collapse(c.from, c.to);
     }
   }
 
@@ -97,6 +99,18 @@ class Decimation {
       if (length > 0) quadrics_[v].add_plane(cross / length, -glm::dot(cross / length, at_[v]), weight);
       quadrics_[v].add_point(at_[v], kHold * weight);
     }
+  }
+
+  std::size_t at_edge(std::uint32_t a, std::uint32_t b) const {
+    return static_cast<std::size_t>(std::count_if(faces_of_[a].begin(), faces_of_[a].end(), [&](std::uint32_t f) { return has(faces_[f], b); }));
+  }
+
+  /// What a collapse would take all of is thinned out instead: a budget of any triangle is not an empty soup.
+  void leave_only(std::size_t budget) {
+    std::size_t left = 0;
+    for (Face& face : faces_)
+      if (face[0] != kGone && ++left > budget) face[0] = kGone;
+    alive_ = std::min(alive_, budget);
   }
 
   std::vector<std::uint32_t> neighbours(std::uint32_t v) const {

@@ -46,6 +46,12 @@ void remove_file(const std::filesystem::path& file) {
     throw Error("{}: cannot be removed ({}); check the permissions of the folder", file.string(), error.message());
 }
 
+void rename_file(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::error_code error;
+  std::filesystem::rename(from, to, error);
+  if (error) throw Error("{}: cannot be made {} ({}); check the permissions of the folder", from.string(), to.string(), error.message());
+}
+
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path, Earlier earlier)
@@ -132,6 +138,12 @@ std::vector<std::filesystem::path> RunFolder::states_of_rounds() const {
   return states;
 }
 
+void RunFolder::take_model_back() const {
+  std::error_code error;
+  if (std::filesystem::exists(candidate(), error) || !std::filesystem::exists(model(), error)) return;
+  rename_file(model(), candidate());
+}
+
 void RunFolder::keep_state_of(std::size_t round) const {
   for (const std::filesystem::path& state : states_of_rounds())
     if (state != state_of_round(round)) remove_file(state);
@@ -141,8 +153,7 @@ void RunFolder::accept_candidate() const {
   for (const std::filesystem::path& state : states_of_rounds()) remove_file(state);
   std::error_code error;
   if (!std::filesystem::exists(candidate(), error)) return;
-  std::filesystem::rename(candidate(), model(), error);
-  if (error) throw Error("{}: cannot be made {} ({}); check the permissions of the folder", candidate().string(), model().string(), error.message());
+  rename_file(candidate(), model());
 }
 
 void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(path_ / "metrics.json", metrics.dump(2) + "\n"); }

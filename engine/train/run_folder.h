@@ -61,6 +61,8 @@ class RunFolder {
   /// What the logs hold survives a power cut, as a checkpoint does.
   void flush_logs() const;
 
+  /// Rounds are still to come: what was the model is the best one so far again, unless there is a better one.
+  void take_model_back() const;
   /// Removes the states of other rounds.
   void keep_state_of(std::size_t round) const;
   /// Makes the candidate the model, if there is one, and removes the states of rounds.

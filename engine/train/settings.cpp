@@ -253,6 +253,7 @@ void check(const Settings& s) {
   need(s.target_psnr >= 0 && s.target_psnr <= 99, "--target-psnr must be within 0 and 99 dB");
   need(s.target_ssim >= 0 && s.target_ssim < 1, "--target-ssim must be from 0 to below 1");
   need(s.round_steps > 0 || (s.target_psnr == 0 && s.target_ssim == 0 && s.max_bytes == 0 && s.max_triangles == 0), "--round-steps 0 leaves no step after a removal; use 1 or more");
+  need(s.round_steps <= 1'000'000'000, "--round-steps is more than a billion; use fewer");
   need(s.validation_views > 0 || (s.target_psnr == 0 && s.target_ssim == 0), "--validation-views 0 leaves nothing to judge a quality by; use 1 or more");
 }
 

@@ -48,8 +48,7 @@ bool Simplifier::next() {
     if (ranks_.from(0, ranks::bytes_of(there))[0] == std::byte{0}) return false;
     trainer_.go_back(state);
   }
-  trainer_.begin_round(next->shares);
-  return true;
+  return trainer_.begin_round(next->shares);
 }
 
 void Simplifier::forget_older() const { folder_.keep_state_of(best_round(rounds_, trainer_.settings())); }

@@ -214,6 +214,11 @@ Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntr
   });
 }
 
+bool takes_away(const Shrunk& shrunk, std::span<const soup::TextureEntry> table) {
+  return shrunk.kept.size() < table.size() ||
+         !std::equal(table.begin(), table.end(), shrunk.levels.begin(), [](const auto& row, const auto& level) { return row.level_max == level.level_max; });
+}
+
 bool has_goal(const Settings& s) { return s.target_psnr > 0 || s.target_ssim > 0 || s.max_bytes > 0 || s.max_triangles > 0; }
 
 bool meets(const Round& r, const Settings& s) { return above(r, s) >= 0 && too_large(r, s) <= 1; }
@@ -264,8 +269,11 @@ std::string outcome(std::span<const Round> rounds, const Settings& s) {
   std::string text = fmt::format("goal {}: {} triangles, {:.2f} MB", meets(r, s) ? "met" : "missed", r.triangles, double(r.bytes) / 1048576.0);
   if (s.validation_views > 0) text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f} over {} validation views", r.psnr, r.ssim, s.validation_views);
   if (meets(r, s)) return text;
-  if (too_large(r, s) > 1) return text + "; there are no more rounds in which it could shrink (more --round-steps do not help; fewer --triangles do)";
-  if (best == 0) return text + "; training itself ends below it: more --steps, more --triangles, or larger photographs (a smaller -r)";
+  if (too_large(r, s) > 1)
+    return text + (rounds.size() > s.most_rounds ? "; there are no more rounds in which it could shrink; fewer --triangles do, of soup-train"
+                                                 : "; nothing more can go: one triangle stays, and the backdrop");
+  if (too_large(rounds.front(), s) > 1) return text + "; the ceiling of size leaves no more: a larger --max-mb or --max-triangles";
+  if (best == 0) return text + "; training itself ends below it: soup-train with more --steps, more --triangles, or larger photographs (a smaller -r)";
   return text;
 }
 

@@ -27,6 +27,9 @@ struct Shares {
 /// stay. At least one triangle is kept. backdrop: [T].
 Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares);
 
+/// Whether a triangle, or a level of one, goes.
+bool takes_away(const Shrunk& shrunk, std::span<const soup::TextureEntry> table);
+
 /// The soup at its knee: without what brings less than `knee` dB for twice the samples, by the squared errors of `worth` and before anything is trained on.
 /// Otherwise as above; what no view of `worth` shows stays, and so does
 /// what stands in for a triangle that goes: of several layers of one colour each looks as if it could go, but not all of them can.

@@ -15,9 +15,14 @@ SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, 
   SmallViews small;
   for (const scene::View& v : views) {
     BatchView view = batch_view(v.camera, settings.near, settings.far, small_scale(v.camera, settings));
-    view.index = static_cast<std::uint32_t>(small.views.size());
     const scene::Photograph smaller = scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
     small.images.push_back(scene::composite(smaller, 0));
+    // A pixel is in the mask where all of its area is, so a mask of specks would leave none.
+    if (!has_pixels(small.images.back()) && has_pixels(v.image)) {
+      view = batch_view(v.camera, settings.near, settings.far);
+      small.images.back() = v.image;
+    }
+    view.index = static_cast<std::uint32_t>(small.views.size());
     small.views.push_back(view);
   }
   small.photographs = upload_photographs(gpu, small.images);

@@ -20,7 +20,7 @@ struct SmallViews {
 /// would fall through.
 double small_scale(const scene::Camera& camera, const Settings& settings);
 
-/// Every view by area (scene/area_resample.h). Throws gpu::OutOfMemory.
+/// Every view by area (scene/area_resample.h); one whose mask would leave nothing keeps its size. Throws gpu::OutOfMemory.
 SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, const Settings& settings);
 
 }  // namespace trisoup::train

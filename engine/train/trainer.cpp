@@ -285,15 +285,18 @@ void Trainer::go_back(const std::filesystem::path& path) {
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
 
-void Trainer::begin_round(const Shares& shares) {
+bool Trainer::begin_round(const Shares& shares) {
   const Stopwatch watch;
   if (shares.bytes < 1 || shares.triangles < 1) {
-    shrink(gpu_, soup_, frame_, least_worth_removed(worth(), soup_.table, backdrop(), shares), settings_);
+    const Shrunk less = least_worth_removed(worth(), soup_.table, backdrop(), shares);
+    if (!takes_away(less, soup_.table)) return false;
+    shrink(gpu_, soup_, frame_, less, settings_);
     texture_start_ = vertex_start_ = step_;
   }
   ++rounds_;
   gpu_.wait();
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
+  return true;
 }
 
 const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const { return is_small(step) ? small_->views[v] : views_[v]; }

@@ -88,8 +88,9 @@ class Trainer {
   /// What is trained is again what it was in a checkpoint of this training; the steps so far stay counted. For begin_round() with something to take away,
   /// which begins the optimiser anew. One rank only. Throws Error where the file cannot be read.
   void go_back(const std::filesystem::path& checkpoint);
-  /// Makes a finished training's soup smaller (train/simplify.h); run() then trains it for Settings::round_steps steps more.
-  void begin_round(const Shares& shares);
+  /// Makes a finished training's soup smaller (train/simplify.h); run() then trains it for Settings::round_steps steps more. Returns false, and begins nothing,
+  /// where it is to be smaller and there is nothing that may go.
+  bool begin_round(const Shares& shares);
   std::uint64_t step() const { return step_; }
   std::uint64_t photographs_fingerprint() const { return photographs_; }
   double seconds() const { return seconds_; }

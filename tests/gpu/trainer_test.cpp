@@ -14,6 +14,7 @@
 #include "soup/refinement.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
+#include "train/small_views.h"
 #include "train/surface_start.h"
 #include "train/trainer.h"
 
@@ -520,6 +521,18 @@ TEST_CASE("the first steps look at smaller pictures, the rest at the photographs
   CHECK(smaller[0] < 0.01);
   CHECK(smaller[1] == Approx(0.5).margin(0.01));
   CHECK(whole[0] == Approx(0.5).margin(0.01));
+}
+
+TEST_CASE("a view whose mask would leave nothing of its smaller picture keeps its size", "[trainer]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = square_scene();
+  auto& pixels = scene.train[0].image.rgba;
+  for (std::size_t p = 0; p < pixels.size() / 4; ++p) pixels[4 * p + 3] = p % 2 ? 255 : 0;
+  train::Settings settings = short_settings();
+  settings.small_scale = 0.5;
+  const train::SmallViews small = train::small_views(*gpu, scene.train, settings);
+  CHECK((small.views[0].width == static_cast<std::uint32_t>(scene.train[0].image.width) && small.images[0].rgba == pixels));
+  CHECK((small.views[1].width == static_cast<std::uint32_t>(scene.train[1].image.width + 1) / 2 && small.views[1].index == 1));
 }
 
 TEST_CASE("a training goes on among smaller pictures, and right after them, with the same bits", "[trainer]") {

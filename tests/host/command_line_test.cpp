@@ -73,6 +73,10 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
   CHECK((settings_of({"--target-psnr", "28"}, true).knee == 0.05 && settings_of({"--target-ssim", "0.9"}, true).knee == 0.05));
   CHECK((settings_of({"--target-psnr", "28", "--knee", "0.3"}, true).knee == 0.3 && settings_of({"--max-mb", "1"}, true).knee == 0.2));
   CHECK(settings_of({"--target-psnr", "28", "--preset", "published"}, true).knee == 0);
+  // A model that is there is recorded as it was trained.
+  CommandLine simplify;
+  simplify.model = "model.glb", simplify.target_psnr = 28;
+  CHECK(simplify.of_model(train::to_json(settings_of({"--knee", "0.3"}, true)), scene::Scene{}).knee == 0.3);
   CHECK(settings_of({"--set", "samples_per_pixel=0"}, true).samples_per_pixel == 0);
   CHECK(settings_of({"--set", "pixel_jitter=0"}, true).pixel_jitter == 0);
   CHECK_FALSE(settings_of({"--set", "opacity_baseline=false"}, true).opacity_baseline);
@@ -244,6 +248,10 @@ TEST_CASE("what a checkpoint notes of the dataset's options is taken where they 
   CHECK(second.load.alpha == scene::AlphaUse::mask);
   CHECK(second.feature_size == 800);
   CHECK(second.evaluations_per_decade == 2);
+  CHECK_FALSE(second.load.outside);
+  CommandLine outside = line_of({"--outside"}), later = line_of({});
+  later.take(outside.note(), "c");
+  CHECK(later.load.outside);
   CHECK(second.preset == "published");  // for the next checkpoint's note
   CHECK_THROWS_WITH(second.take(R"({"resolution": "fine"})", "c"), Catch::Contains("c: its note is damaged"));
   CHECK_NOTHROW(second.take("anything", "c"));
@@ -260,6 +268,9 @@ TEST_CASE("more steps than a training began with prolong its schedule", "[comman
   CHECK_FALSE(train::is_resampling(first, 1000));
   CHECK(train::is_resampling(longer, 1000));
   CHECK(train::is_last_resampling(longer, 2700));  // before the first step down to the knee
+  // What a goal brings is that of the steps before.
+  const std::vector<std::string> goal = {"--preset", "fast", "--steps", "1000", "--target-psnr", "28"}, on = {"--preset", "fast", "--steps", "4000", "--target-psnr", "28"};
+  CHECK((resumed(goal, on, true).round_steps == 50 && resumed(goal, {"--steps", "4000"}, true).round_steps == 50));
   // Before the change of levels that is still to come, and comes at its share.
   const train::Settings early = train::prolonged(first, 499, 4000);
   CHECK(train::lift_step(early) == 2000);
@@ -283,6 +294,13 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   const train::Settings then = first.settings(scene);
   const auto write = [](const std::string& to, const nlohmann::json& json) { std::ofstream(to) << json; };
   write(path, {{"psnr", 27}, {"settings", train::to_json(then)}, {"dataset", first.dataset_note()}});
+  write(bare, train::to_json(then));
+
+  // A goal beside a record goes on with the same words.
+  const std::vector<std::string> plain = {"--preset", "fast", "--steps", "700"};
+  write(bare, train::to_json(line_of(plain).settings(scene)));
+  const std::vector<std::string> goal = {"--settings", bare, "--target-psnr", "28"};
+  CHECK_NOTHROW(resumed(goal, goal, synthetic));
   write(bare, train::to_json(then));
 
   CommandLine again = line_of({"--settings", path});

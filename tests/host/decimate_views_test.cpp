@@ -103,6 +103,7 @@ TEST_CASE("a ball stays closed and round", "[decimate]") {
     CAPTURE(budget);
     const auto indices = soup::decimate_views(mesh, area_weights(mesh), budget);
     CHECK(indices.size() <= 3 * budget);
+    CHECK(indices.empty() == (budget == 0));
     CHECK(indices.size() > 3 * (budget - 3));
     CHECK(closed(indices));
     double volume = 0;
@@ -143,6 +144,12 @@ TEST_CASE("whatever the triangles are, the budget is kept", "[decimate]") {
     CHECK(indices.size() <= 3 * budget);
     for (std::size_t k = 0; k < indices.size(); k += 3) CHECK(std::set<std::uint32_t>(indices.begin() + std::ptrdiff_t(k), indices.begin() + std::ptrdiff_t(k) + 3).size() == 3);
     CHECK(indices == soup::decimate_views(mesh, weights, budget));
+  }
+  // The last ones to go are two at a time.
+  mesh.indices = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
+  for (const std::size_t budget : {3u, 2u, 1u}) {
+    const std::size_t left = soup::decimate_views(mesh, area_weights(mesh), budget).size() / 3;
+    CHECK((left >= 1 && left <= budget));
   }
   // Loose triangles.
   mesh = {};

@@ -133,6 +133,24 @@ TEST_CASE("a training goes on from a checkpoint, begins without one, and does no
   CHECK(train::RunFolder(folder.path(), Earlier::resume).resumes());
 }
 
+TEST_CASE("a model whose rounds go on is the best one so far again", "[run_folder]") {
+  const test::TemporaryFolder folder;
+  folder.file("model.glb", "finished");
+  folder.file("checkpoint.safetensors", "");
+  train::RunFolder run(folder.path(), Earlier::resume);
+  run.create();
+  run.take_model_back();
+  run.go_on(30, false);
+  CHECK_FALSE(std::filesystem::exists(run.model()));
+  run.accept_candidate();
+  CHECK(test::content_of(run.model()) == "finished");
+  // There is a better one.
+  folder.file("candidate.glb", "better");
+  run.take_model_back();
+  run.accept_candidate();
+  CHECK(test::content_of(run.model()) == "better");
+}
+
 TEST_CASE("a row whose steps had no pixel to measure has no PSNR", "[run_folder]") {
   const test::TemporaryFolder folder;
   train::RunFolder run(folder / "out", Earlier::refuse);

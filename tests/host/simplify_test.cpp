@@ -208,7 +208,19 @@ TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
   s.target_psnr = 27.9;
   rounds = simulate(s, 28.0);
   CHECK(rounds[best_round(rounds, s)].triangles <= 700);
-  CHECK(outcome(rounds, s).starts_with("goal missed"));
+  CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("a larger --max-mb or --max-triangles"));
+  // Nothing more can go, or there is no round left.
+  s.max_triangles = 1;
+  CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("nothing more can go"));
+  s.most_rounds = 2;
+  CHECK_THAT(outcome(rounds, s), Catch::Contains("there are no more rounds"));
+}
+
+TEST_CASE("whether a removal takes anything away", "[simplify]") {
+  const std::vector<soup::TextureEntry> table = soup::make_texture_table(3, {1, 3}).entries;
+  CHECK_FALSE(takes_away({{0, 1, 2}, {{1, 3}, {1, 3}, {1, 3}}}, table));
+  CHECK(takes_away({{0, 1, 2}, {{1, 3}, {1, 2}, {1, 3}}}, table));
+  CHECK(takes_away({{0, 2}, {{1, 3}, {1, 3}}}, table));
 }
 
 TEST_CASE("a quality that training does not reach is told, and the best there is kept", "[simplify]") {
