@@ -17,7 +17,7 @@ SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, 
     BatchView view = batch_view(v.camera, settings.near, settings.far, small_scale(v.camera, settings));
     const scene::Photograph smaller = scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
     small.images.push_back(scene::composite(smaller, 0));
-    // A pixel is in the mask where all of its area is, so a mask of specks would leave none.
+    // A pixel is in the mask where half of its area is, so a mask of specks would leave none.
     if (!has_pixels(small.images.back()) && has_pixels(v.image)) {
       view = batch_view(v.camera, settings.near, settings.far);
       small.images.back() = v.image;
