@@ -9,7 +9,9 @@ KERNEL(64, FetchFeaturesArgs) {
   if (i >= a.pixels) return;
   const uint hit = a.hits.v[i].triangle;
   if (hit == 0u || hit - 1u < a.first || hit - 1u >= a.last) return;
-  const LatticeCell cell = lattice_cell(a.hits.v[i].b0, a.hits.v[i].b1, a.textures.v[hit - 1u].level_max);
+  LatticeCell cell;
+  if (a.coarser != 0u) cell = coarser_cell(a.hits.v[i].b0, a.hits.v[i].b1, a.textures.v[hit - 1u].level_max);
+  else cell = lattice_cell(a.hits.v[i].b0, a.hits.v[i].b1, a.textures.v[hit - 1u].level_max);
   float f[7];
   fragment_features(a.lattice, a.textures.v[hit - 1u].lattice_offset, cell, f);
   a.features.v[2u * i] = vec4(f[0], f[1], f[2], f[3]);

@@ -11,7 +11,8 @@
 
 ARGUMENTS(ShadeArgs)
 
-CONSTANT(0, bool, DEBUG, false);  // also write the MLP's inputs
+CONSTANT(0, bool, DEBUG, false);    // also write the MLP's inputs
+CONSTANT(1, bool, COARSER, false);  // textures without their finest level
 
 SHARED uint s_covered;
 
@@ -62,7 +63,7 @@ KERNEL_MAIN(64) {
       Fragments p;
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
       LANES x[16], h1[16], h2[16], y[3];
-      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, p, x);
+      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, COARSER, p, x);
       ASK_FOR_FEATURES(first + PIXELS);
       FORGET_WEIGHTS();
       mlp_forward(x, h1, h2, y);

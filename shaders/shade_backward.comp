@@ -59,7 +59,7 @@ KERNEL_MAIN(64) {
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
       LANES x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = LANES(0.0f), drgb[3];
       UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = LANES(0.0f);
-      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, p, x);
+      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, false, p, x);
       ASK_FOR_FEATURES(first + PIXELS);
       mlp_forward(x, h1, h2, y);
       // Pixels without a fragment keep a gradient of zero and add nothing to any sum.

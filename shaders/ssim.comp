@@ -5,12 +5,12 @@
 #include "common/ssim.h"
 #include "common/block_grid.h"
 #include "common/ssim_block.h"
+#include "common/ssim_windows.h"
 
 ARGUMENTS(SsimArgs)
 
 CONSTANT(0, bool, FLOAT_TARGET, false);
 
-SHARED float s_x[26 * 26], s_y[26 * 26];
 SHARED float s_sum[64];
 
 /// Adds to the mean SSIM of the batch.
@@ -28,37 +28,9 @@ FN void ssim_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   float total = 0.0f;
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
-    for (uint first = 0u; first < kPatch; first += 2u) {
-      const uint column = thread & 31u, row = first + (thread >> 5), x = corner.x + column, y = corner.y + row;
-      if (column >= kPatch) continue;
-      float colour = 0.0f, target = 0.0f;
-      if (x < width && y < height)
-        masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, pixel_offset + y * width + x, channel, colour, target);
-      s_x[row * kPatch + column] = colour;
-      s_y[row * kPatch + column] = target;
-    }
+    load_patch(a.colour, a.target, a.float_target, FLOAT_TARGET, corner, width, height, pixel_offset, channel, thread);
     barrier();
-    // Horizontal half.
-    for (uint first = 0u; first < kPatch; first += 64u / kRuns) {
-      const uint row = first + thread / kRuns, x0 = (thread % kRuns) * kRun;
-      if (row >= kPatch) continue;
-      float x[10u + kRun], y[10u + kRun];
-      UNROLL for (uint i = 0u; i < 10u + kRun; ++i) {
-        x[i] = s_x[row * kPatch + x0 + i];
-        y[i] = s_y[row * kPatch + x0 + i];
-      }
-      UNROLL for (uint o = 0u; o < kRun; ++o) {
-        float m[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-        UNROLL for (int i = 0; i < 11; ++i) {
-          const float tap = ssim_tap(i), p = x[o + i], q = y[o + i];
-          m[0] += tap * p;
-          m[1] += tap * q;
-          m[2] += tap * (p * p + q * q);
-          m[3] += tap * (p * q);
-        }
-        UNROLL for (uint k = 0u; k < 4u; ++k) s_rows[(k * kPatch + row) * kBlock + x0 + o] = m[k];
-      }
-    }
+    blur_rows(thread);
     barrier();
     const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
     const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0), squares = blur_column(2u, column, y0),

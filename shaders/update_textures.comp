@@ -1,6 +1,5 @@
 // One triangle's texture: gradients of its pixels summed on the finest lattice, through the sigmoid and down to every level, Adam on all
-// levels, their sum up to the finest lattice again, sigmoid. The hat functions of the levels are nested, so both directions go one level at a
-// time: a coarse sample takes its own fine sample's gradient and half of the six around it.
+// levels, their sum up to the finest lattice again, sigmoid.
 #include "common/kernel.h"
 #include "args/update_textures.h"
 #include "common/faults.h"
@@ -22,11 +21,8 @@ SHARED_VECTORS(uint, uvec4, s_word, SAMPLES * QUADS);  // of elements: floats bu
 #define ELEMENT_VALUE(e) uintBitsToFloat(SHARED_ELEMENT(s_word, e))
 #define SET_ELEMENT_VALUE(e, v) SHARED_ELEMENT(s_word, e) = floatBitsToUint(v)
 
-FN uint samples_before(uint level_min, uint level) {
-  uint n = 0u;
-  for (uint l = level_min; l < level; ++l) n += lattice_samples(l);
-  return n;
-}
+#define SAMPLE_VALUE(i, e) ELEMENT_VALUE((i) * kElements + e)
+#include "common/lattice_levels.h"
 
 /// Resets those of an element's logits that are not numbers, or whose moments are not.
 FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOUT(FLOATS) m, INOUT(FLOATS) v) {
@@ -77,36 +73,17 @@ FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uin
     }
 }
 
-#define SAMPLE_VALUE(i) ELEMENT_VALUE((i) * kElements + e % kElements)
 /// Element e of the gradients of a level whose samples begin at `to`: of the next finer level's, which is `level` and begins at `from`.
 FN void to_coarser(uint from, uint to, uint level, uint e) {
-  uint x, y;
-  lattice_point(e / kElements, x, y);
-  // The finer level's sample in the same place and its diagonal; the neighbours' numbers follow from the order, diagonal by diagonal.
-  const uint n = 2u * (x + y), at = from + lattice_index(2u * x, 2u * y);
-  FLOATS around = FLOATS(0.0f);
-  if (n < (1u << level)) {
-    around += SAMPLE_VALUE(at + n + 1u);
-    around += SAMPLE_VALUE(at + n + 2u);
-  }
-  if (x > 0u) {
-    around += SAMPLE_VALUE(at - n);
-    around += SAMPLE_VALUE(at + 1u);
-  }
-  if (y > 0u) {
-    around += SAMPLE_VALUE(at - n - 1u);
-    around += SAMPLE_VALUE(at - 1u);
-  }
-  SET_ELEMENT_VALUE(to * kElements + e, SAMPLE_VALUE(at) + 0.5f * around);
+  SET_ELEMENT_VALUE(to * kElements + e, gathered(from, level, e / kElements, e % kElements));
 }
 
 /// Adds to element e of the values of a level, whose samples begin at `to`, the next coarser level's, which begin at `from`.
 FN void to_finer(uint from, uint to, uint e) {
-  uint x, y;
+  uint x, y, p, q;
   lattice_point(e / kElements, x, y);
-  // The two coarse samples that a fine one lies between: the next in x, and in y; the same one twice where they coincide.
-  const uint n = (x >> 1) + (y >> 1), at = from + lattice_index(x >> 1, y >> 1);
-  const FLOATS both = SAMPLE_VALUE(at + (x & 1u) * (n + 1u)) + SAMPLE_VALUE(at + (y & 1u) * (n + 2u));
+  coarse_neighbours(x, y, p, q);
+  const FLOATS both = SAMPLE_VALUE(from + p, e % kElements) + SAMPLE_VALUE(from + q, e % kElements);
   SET_ELEMENT_VALUE(to * kElements + e, ELEMENT_VALUE(to * kElements + e) + 0.5f * both);
 }
 

@@ -10,6 +10,8 @@
 
 // 0: 0.5 everywhere (inference), 1: a random number per fragment (training), 2: from a buffer
 CONSTANT(0, uint, THRESHOLDS, 0u);
+// 0: the nearest fragment, 1: the nearest that is not of the triangle in a.first: what is behind it, 2: the nearest with opacities without their finest level
+CONSTANT(1, uint, LAYER, 0u);
 
 KERNEL(64, VisibilityArgs) {
   if (group_index() >= a.tiles) return;
@@ -29,6 +31,8 @@ KERNEL(64, VisibilityArgs) {
   hit.triangle = 0u;
   hit.b0 = hit.b1 = hit.depth = 0.0f;
   float best = 1.0f;  // the far plane
+  uint skipped = 0u;
+  if (LAYER == 1u && pixel.inside) skipped = a.first.v[pixel.index].triangle;
   for (uint base = first; base < last; base += 64u) {
     barrier();
     if (base + thread < last)
@@ -44,8 +48,11 @@ KERNEL(64, VisibilityArgs) {
         // Lists come in any order: equal depths go to the lower index.
         const bool nearer = depth < best || (depth == best && (hit.triangle == 0u || row.z + 1u < hit.triangle));
         if (!nearer) continue;
+        if (LAYER == 1u && row.z + 1u == skipped) continue;
         const float b0 = e0 / sum, b1 = e1 / sum;
-        const LatticeCell cell = lattice_cell(b0, b1, row.y);
+        LatticeCell cell;
+        if (LAYER == 2u) cell = coarser_cell(b0, b1, row.y);
+        else cell = lattice_cell(b0, b1, row.y);
         const float alpha = opacity_at(a.opacity, row, cell);
         float threshold = 0.5f;
         if (THRESHOLDS == 1u) threshold = threshold_of(pixel_hash, row.z);

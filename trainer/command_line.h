@@ -25,6 +25,7 @@ struct CommandLine {
   std::string model;  // to be simplified; empty: there is training to be done
   bool list_devices = false, resume = false, overwrite = false, quiet = false, timings = false;
   bool view = false, finish_headless = false;
+  bool measure_float = false;       // also the quality of textures before they are rounded
   bool by_itself = false;           // whatever a launcher has started
   bool warnings_elsewhere = false;  // another rank prints those of the dataset
   std::uint64_t log_every = 0, memory_mb = 0;

@@ -83,12 +83,22 @@ void ProgressBar::training(const train::Progress& p) {
                                     {p.psnr ? fmt::format("PSNR {:.2f}", *p.psnr) : "PSNR -", 4},        {fmt::format("{} triangles", p.triangles), 2},
                                     {fmt::format("{:.1f} ms/step", ms_), 0}, {fmt::format("{} left", duration(left)), 3}};
   if (terminal_) {
-    draw("", double(p.step) / double(steps_), parts);
+    share_ = double(p.step) / double(steps_);
+    parts_ = parts;
+    part_.clear();
+    draw("", share_, parts);
   } else if (log_every_ > 0 && (p.step % log_every_ == 0 || p.step == steps_)) {
     std::string line;
     for (const LinePart& part : parts) line += (line.empty() ? "" : "  ") + part.text;
     std::fprintf(stderr, "%s\n", line.c_str());
   }
+}
+
+void ProgressBar::part(train::Part part) {
+  const std::string name = part == train::Part::steps ? "" : train::to_string(part);
+  if (quiet_ || !terminal_ || parts_.empty() || name == part_) return;
+  part_ = name;
+  draw(name, share_, parts_);
 }
 
 void ProgressBar::draw(const std::string& name, double share, std::vector<LinePart> parts) {

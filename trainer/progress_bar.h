@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "train/part_times.h"
 #include "train/trainer.h"
 
 namespace trisoup {
@@ -28,6 +29,8 @@ class ProgressBar {
   void stage(const std::string& name, int done, int total);
   void loading(int done, int total);
   void training(const train::Progress& progress);
+  /// Names what the training is at, on a terminal: nothing else moves until its next report.
+  void part(train::Part part);
   /// There are to be more steps than at first.
   void go_on_to(std::uint64_t steps) { steps_ = steps; }
   /// Takes the bar away, so that other lines can be printed.
@@ -39,6 +42,9 @@ class ProgressBar {
   bool quiet_, terminal_, drawn_ = false;
   double ms_ = 0;  // smoothed
   double pace_ = 1;
+  std::string part_;               // that is named now
+  double share_ = 0;              // of the last report of training
+  std::vector<LinePart> parts_;  // and what it said
   std::string stage_;
   std::chrono::steady_clock::time_point stage_begin_;
 };

@@ -66,17 +66,23 @@ nlohmann::json triangles_by_level(const soup::Model& model) {
 }
 
 /// {kernel: {"ms": of one launch, "launches"}}, of this process: a resumed run's say nothing of the steps before.
-nlohmann::json timings_json(gpu::Device& device) {
+nlohmann::json timings_json(const train::PartTimes& times) {
   nlohmann::json json = nlohmann::json::object();
-  for (const auto& [kernel, t] : device.timings())
+  for (const auto& [kernel, t] : times[train::Part::steps].kernels)
     json[kernel] = {{"ms", t.milliseconds / static_cast<double>(t.launches)}, {"launches", t.launches}};
   return json;
 }
 
-void print_timings(gpu::Device& device) {
-  for (const auto& [kernel, t] : device.timings())
+void print_timings(const train::PartTimes& times) {
+  for (const auto& [kernel, t] : times[train::Part::steps].kernels)
     std::printf("%-18s %8.3f ms x %llu\n", kernel.c_str(), t.milliseconds / static_cast<double>(t.launches),
                 static_cast<unsigned long long>(t.launches));
+  std::printf("\n%-12s %9s %9s %9s %12s\n", "part", "s", "CPU s", "device s", "MB to host");
+  for (std::size_t i = 0; i < train::kParts; ++i) {
+    const auto part = static_cast<train::Part>(i);
+    const train::PartTimes::Row& row = times[part];
+    std::printf("%-12s %9.2f %9.2f %9.2f %12.2f\n", train::to_string(part), row.seconds, row.cpu_seconds, row.device_seconds(), mb(row.bytes_to_host));
+  }
 }
 
 }  // namespace trisoup

@@ -10,6 +10,7 @@
 #include "gpu/out_of_memory.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
+#include "train/part_times.h"
 #include "train/settings.h"
 #include "train/simplify.h"
 #include "train/trainer.h"
@@ -32,8 +33,9 @@ void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit
 
 /// How many triangles have textures of which finest level: {level: count}.
 nlohmann::json triangles_by_level(const soup::Model& model);
-/// {kernel: {"ms": of one launch, "launches"}}, of this process: a resumed run's say nothing of the steps before.
-nlohmann::json timings_json(gpu::Device& device);
-void print_timings(gpu::Device& device);
+/// {kernel: {"ms": of one launch, "launches"}} of the steps of this process: a resumed run's say nothing of the steps before.
+nlohmann::json timings_json(const train::PartTimes& times);
+/// The same as a table, and seconds by part.
+void print_timings(const train::PartTimes& times);
 
 }  // namespace trisoup

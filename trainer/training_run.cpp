@@ -84,6 +84,9 @@ void TrainingRun::run() {
 
 void TrainingRun::open_device() {
   device_ = gpu::open_device(o_.device);
+  if (o_.timings) device_->enable_timings(true);
+  times_.emplace(*device_);
+  times_->on_part = [this](train::Part part) { show_part(part); };
   if (o_.memory_mb > 0) device_->set_ceiling(std::min(o_.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o_, fmt::format("device: {} ({}, {})", device_->info().name, gpu::to_string(device_->info().kind), device_->info().driver));
 }
@@ -104,6 +107,7 @@ void TrainingRun::read_model() {
 }
 
 void TrainingRun::read() {
+  const auto scope = times_->measure(train::Part::reading);
   dataset_ = posed_dataset(o_, folder_, live_);
   if (live_) live_->phase("loading");
   scene_ = read_scene(o_, dataset_);
@@ -137,6 +141,7 @@ std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
 }
 
 void TrainingRun::begin() {
+  const auto scope = times_->measure(train::Part::start);
   if (begun_) {
     trainer_ = std::make_unique<train::Trainer>(*device_, scene_, settings_, checkpoint(), &ranks_);
     if (ranks_.is_first()) {
@@ -156,6 +161,7 @@ void TrainingRun::begin() {
     folder_.begin();
   }
   first_step_ = trainer_->step();
+  trainer_->measure_into(*times_);
   join_ranks();
   file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
   simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_, o_.output,
@@ -172,11 +178,17 @@ void TrainingRun::join_ranks() {
   check_same(ranks_, "dataset", fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint()));
   check_same(ranks_, trainer_->settings());
   check_same(ranks_, "step to go on from", std::to_string(trainer_->step()));
-  check_same(ranks_, "way of logging", fmt::format("{} {}", o_.evaluations_per_decade, o_.log_every));
+  check_same(ranks_, "way of logging", fmt::format("{} {} {}", o_.evaluations_per_decade, o_.log_every, o_.measure_float));
   say(o_, fmt::format("ranks: {} train together, {}", ranks_.size(), ranks_.transport()));
 }
 
+void TrainingRun::show_part(train::Part part) {
+  if (bar_) bar_->part(part);
+  if (live_) live_->phase(part == train::Part::steps ? "training" : train::to_string(part));
+}
+
 void TrainingRun::save() {
+  const auto scope = times_->measure(train::Part::checkpoints);
   folder_.flush_logs();
   trainer_->write_checkpoint(folder_.checkpoint(), note_with(simplifier_->rounds(), o_.note()));
   saved_ = trainer_->step();
@@ -205,10 +217,8 @@ train::Trainer::Callbacks TrainingRun::callbacks() {
   callbacks.on_checkpoint = [this](std::uint64_t) { save(); };
   callbacks.evaluations_per_decade = o_.evaluations_per_decade;
   callbacks.on_evaluate = [this](std::uint64_t step) {
-    // What evaluation launches is no part of a step.
-    if (o_.timings) device_->enable_timings(false);
+    const auto scope = times_->measure(train::Part::evaluation);
     const train::Evaluation e = trainer_->evaluate_float();
-    if (o_.timings) device_->enable_timings(true);
     log_evaluation(e);
     bar_->clear();
     say(o_, fmt::format("step {}: test PSNR {:.2f}, SSIM {:.4f}", step, e.mean.psnr, e.mean.ssim));
@@ -227,14 +237,15 @@ void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
   trainer_->run(callbacks);
   // A signal comes to one rank earlier than to another.
   while (has_goal() && trainer_->finished() && !(stopped_ = least(ranks_, g_stop ? 0 : 1) == 0)) {
-    if (o_.timings) device_->enable_timings(false);
-    const bool more = simplifier_->next();
+    const bool more = [&] {
+      const auto scope = times_->measure(train::Part::evaluation);
+      return simplifier_->next();
+    }();
     bar_->clear();
     say(o_, in_words(simplifier_->rounds().back(), simplifier_->rounds().size() - 1));
     if (!more) return;
     save();
     simplifier_->forget_older();
-    if (o_.timings) device_->enable_timings(true);
     bar_->go_on_to(trainer_->last_step());
     trainer_->run(callbacks);
   }
@@ -242,7 +253,6 @@ void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
 
 void TrainingRun::train() {
   catch_signals();
-  if (o_.timings) device_->enable_timings(true);
   if (live_)
     live_->begin({file_options_.cameras, file_options_.up, settings_.test_near, settings_.far, settings_.steps, settings_.triangles, dataset_, o_.load,
                   device_->info().kind == gpu::Kind::cpu});
@@ -252,7 +262,6 @@ void TrainingRun::train() {
   if (begun_ && settings_.steps > begun_->settings.steps) save();
   try {
     train_to_the_end(callbacks());
-    if (o_.timings) device_->enable_timings(false);
     bar_->clear();
     save();
   } catch (const gpu::OutOfMemory& error) {
@@ -264,7 +273,7 @@ void TrainingRun::train() {
     throw Error("{} ({})", error.what(), what_is_saved(""));
   }
   if (trainer_->finished() && !stopped_) return;
-  if (o_.timings) print_timings(*device_);
+  if (o_.timings) print_timings(*times_);
   throw Interrupted{fmt::format("after step {}; go on with --resume", trainer_->step())};
 }
 
@@ -280,8 +289,12 @@ soup::Model TrainingRun::result() {
 }
 
 void TrainingRun::finish() {
-  const soup::Model model = result();
-  if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
+  soup::Model model;
+  {
+    const auto scope = times_->measure(train::Part::writing);
+    model = result();
+    if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
+  }
   if (live_) {
     live_->publish(model);
     live_->phase("measuring quality");
@@ -297,10 +310,9 @@ void TrainingRun::help_to_finish() {
   const soup::Model model = result();
   trainer_->end_training();
   train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, {}, &ranks_);
-  if (!has_goal()) trainer_->evaluate_float();
+  if (o_.measure_float && !has_goal()) trainer_->evaluate_float();
   if (has_goal()) trainer_->training_fit(model);
   else trainer_->training_fit();
-  train::shown_shares(*device_, model, scene_, settings_.test_near, settings_.far, &ranks_);
   about_ranks();
 }
 
@@ -316,16 +328,21 @@ nlohmann::json TrainingRun::about_ranks() {
 void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> file) {
   trainer_->end_training();
   folder_.renders().clear();
-  const train::Evaluation evaluation = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far,
-                                                       [&](const scene::View& view, const std::vector<float>& colour) {
-                                                         folder_.renders().write(view, colour);
-                                                         stop_if_asked();
-                                                       }, &ranks_);
-  // What was simplified is kept as it is in its file alone.
-  const train::Evaluation unquantised =
-      has_goal() ? evaluation : trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
-  log_evaluation(unquantised);
-  const train::TrainingFit fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
+  std::optional<train::Evaluation> unrounded;
+  train::Evaluation evaluation;
+  train::TrainingFit fit;
+  {
+    const auto scope = times_->measure(train::Part::evaluation);
+    evaluation = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far,
+                                 [&](const scene::View& view, const std::vector<float>& colour) {
+                                   const auto writing = times_->measure(train::Part::writing);
+                                   folder_.renders().write(view, colour);
+                                   stop_if_asked();
+                                 }, &ranks_);
+    if (o_.measure_float && !has_goal()) unrounded = trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
+    fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
+  }
+  log_evaluation(evaluation);
   warn_of_result(*trainer_, fit, settings_);
   if (has_goal()) say(o_, train::outcome(simplifier_->rounds(), settings_));
   nlohmann::json metrics = to_json(evaluation);
@@ -333,7 +350,7 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["psnr_plain_colours"] = fit.plain_psnr;
   metrics["uncovered_training_views"] = fit.uncovered;
   metrics["nothing_learnt"] = fit.nothing_learnt();
-  if (!has_goal()) metrics["psnr_float_textures"] = to_json(unquantised)["psnr"];
+  if (unrounded) metrics["psnr_float_textures"] = to_json(*unrounded)["psnr"];
   metrics["triangles"] = model.triangles();
   if (has_goal()) {
     metrics["rounds"] = train::to_json(simplifier_->rounds());
@@ -347,11 +364,10 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["bytes_by_part"] = soup::bytes_by_part(file, "model");
   const std::uint64_t most_samples = std::uint64_t(soup::samples_at(settings_.level_max)) * model.triangles();
   metrics["samples"] = {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}};
-  const std::vector<double> shares = train::shown_shares(*device_, model, scene_, settings_.test_near, settings_.far, &ranks_);
-  for (std::size_t i = 0; i < shares.size(); ++i) metrics["views"][i]["triangles_shown"] = shares[i];
   metrics["seconds"] = trainer_->seconds();
   metrics["cpu_seconds"] = trainer_->cpu_seconds();
-  if (o_.timings) metrics["timings"] = {{"steps", trainer_->step() - first_step_}, {"kernels", timings_json(*device_)}};
+  metrics["parts"] = train::to_json(*times_);
+  if (o_.timings) metrics["timings"] = {{"steps", trainer_->step() - first_step_}, {"kernels", timings_json(*times_)}};
   metrics["ms_per_step"] = 1e3 * trainer_->seconds() / static_cast<double>(trainer_->last_step());
   if (ranks_.size() > 1) metrics["ranks"] = about_ranks();
   metrics["device"] = device_->info().name;
@@ -364,7 +380,7 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["dataset"]["fingerprint"] = fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint());
   metrics["revision"] = kRevision;
   folder_.write_metrics(metrics);
-  if (o_.timings) print_timings(*device_);
+  if (o_.timings) print_timings(*times_);
   if (scene_.test.empty()) say(o_, "test: there are no test views, so quality was not measured; --test-every K holds some out");
   else
     say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,

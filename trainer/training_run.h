@@ -18,6 +18,7 @@
 #include "soup/model_file.h"
 #include "together.h"
 #include "train/checkpoint.h"
+#include "train/part_times.h"
 #include "train/run_folder.h"
 #include "train/simplifier.h"
 #include "train/trainer.h"
@@ -43,6 +44,7 @@ class TrainingRun {
   void train_to_the_end(const train::Trainer::Callbacks& callbacks);
   train::Trainer::Callbacks callbacks();
   void save();
+  void show_part(train::Part part);
   void log_evaluation(const train::Evaluation& evaluation);
   std::string what_is_saved(const char* where) const;
   void check_fit() const;
@@ -68,6 +70,7 @@ class TrainingRun {
   std::string dataset_;
   scene::Scene scene_;
   train::Settings settings_;
+  std::optional<train::PartTimes> times_;
   std::unique_ptr<train::Trainer> trainer_;
   std::unique_ptr<train::Simplifier> simplifier_;
   soup::ModelFileOptions file_options_;

@@ -84,7 +84,11 @@ class Device {
   std::uint64_t ceiling() const { return ceiling_; }
 
   virtual void upload(Address to, std::span<const std::byte> bytes) = 0;  // the bytes are copied before it returns
-  virtual void download(Address from, std::span<std::byte> bytes) = 0;    // waits
+  void download(Address from, std::span<std::byte> bytes) {  // waits
+    downloaded_ += bytes.size();
+    read(from, bytes);
+  }
+  std::uint64_t downloaded_bytes() const { return downloaded_; }  // by download(), since the device was opened
   void fill(Address to, std::uint64_t bytes, std::uint32_t value);  // bytes: a multiple of 4
   void copy(Address to, Address from, std::uint64_t bytes);
 
@@ -132,6 +136,7 @@ class Device {
 
  protected:
   friend class Buffer;
+  virtual void read(Address from, std::span<std::byte> bytes) = 0;
   virtual void run(const CommandList::Launch& launch) = 0;
   virtual void run(const CommandList::Fill& fill) = 0;  // of at least one word
   virtual void run(const CommandList::Copy& copy) = 0;  // of at least one byte
@@ -159,7 +164,7 @@ class Device {
   void launch(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args);
   void give(CommandList::Command command);
   void release(Address address, std::uint64_t bytes);
-  std::uint64_t allocated_ = 0, peak_ = 0, generation_ = 0;
+  std::uint64_t allocated_ = 0, peak_ = 0, generation_ = 0, downloaded_ = 0;
   std::map<Address, std::uint64_t> buffers_;  // and their bytes
   CommandList* recorded_ = nullptr;           // takes commands in place of the device
 };

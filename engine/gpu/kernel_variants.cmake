@@ -2,12 +2,15 @@
 # constants that the engine and the tests make, for engine/gpu/BACKEND/kernel_language.h to compile; FUNCTION of its namespace returns them.
 # Name, constants; a plus after the first one: it is the length of an array.
 set(variants
-  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible 0" "count_visible 1" "edge_forces 0" "edge_forces 1" "expose" "fetch_features" "fit_exposure" "inherit_textures" "keep_range" "lift_textures"
-  "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "place_pixels" "project" "quantise" "sample_photographs" "shade 0" "shade 1" "shade_one 0" "shade_one 1"
-  "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients" "ssim 0" "ssim 1" "update_mlp 0" "update_mlp 1"
+  "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes" "count_visible 0" "count_visible 1"
+  "edge_forces 0" "edge_forces 1" "expose" "fetch_features" "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "importance 0"
+  "importance 1" "inherit_textures" "keep_range" "lift_textures"
+  "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures" "place_pixels" "project" "quantise" "sample_photographs"
+  "shade 0 0" "shade 0 1" "shade 1 0" "shade_one 0 0" "shade_one 0 1" "shade_one 1 0"
+  "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients" "ssim 0" "ssim 1" "sum_photographs" "update_mlp 0" "update_mlp 1"
   "update_textures 3+ 0 0" "update_textures 3+ 1 0" "update_textures 213+ 1 0"
   "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
-  "update_vertices 0" "update_vertices 1" "visibility 0" "visibility 1" "visibility 2")
+  "update_vertices 0" "update_vertices 1" "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0" "visibility 2 0")
 
 function(kernel_variants backend returned_by output)
   if(ARGN)
@@ -42,7 +45,7 @@ function(kernel_variants backend returned_by output)
       string(APPEND text "#undef KERNEL_CONSTANT_${id}\n#define KERNEL_CONSTANT_${id} ${word}\n")
       math(EXPR id "${id} + 1")
     endforeach()
-    string(APPEND text "#undef MLP\n#undef PIXELS\n#undef LANES\n#undef LANE\n#undef PUT\n#undef PUT_PIXEL\n#undef FORGET_WEIGHTS\n#include \"${name}.comp\"\nRUN_KERNEL\n}\n")
+    string(APPEND text "#undef MLP\n#undef PIXELS\n#undef LANES\n#undef LANE\n#undef PUT\n#undef PUT_PIXEL\n#undef FORGET_WEIGHTS\n#undef SAMPLE_VALUE\n#include \"${name}.comp\"\nRUN_KERNEL\n}\n")
     list(JOIN words ", " constants)
     string(APPEND rows "    {\"${name}\", {${constants}}, ${length}, ${waits}, ${space}::kThreads, sizeof(${space}::KernelArgs), ${space}::run},\n")
   endforeach()
@@ -53,10 +56,13 @@ endfunction()
 
 # lane_kernels(WIDTH PART FILE TABLE): writes one of two halves of the same for WIDTH lanes of a CPU, translated from the kernels' SPIR-V. Not those that shade
 # four pixels at a time, since lanes are pixels already, nor those that only tests ask for.
-set(lane_variants_0 "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "count_visible 0" "count_visible 1" "edge_forces 0" "expose" "fetch_features" "fit_exposure" "inherit_textures" "keep_range" "lift_textures"
-  "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "place_pixels" "project" "quantise" "sample_photographs" "sort_gradients")
-set(lane_variants_1 "shade_one 0" "shade_backward_one 0" "ssim 0" "update_mlp 0" "update_textures 3+ 0 0" "update_textures 3+ 1 0"
-  "update_textures 213+ 1 0" "update_textures 783+ 1 0" "update_textures 783+ 0 0" "update_vertices 0" "visibility 0" "visibility 1")
+set(lane_variants_0 "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes" "count_visible 0"
+  "count_visible 1" "edge_forces 0" "expose" "fetch_features" "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "importance 0"
+  "importance 1" "inherit_textures" "keep_range" "lift_textures"
+  "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures" "place_pixels" "project" "quantise" "sample_photographs"
+  "sort_gradients" "sum_photographs")
+set(lane_variants_1 "shade_one 0 0" "shade_one 0 1" "shade_backward_one 0" "ssim 0" "update_mlp 0" "update_textures 3+ 0 0" "update_textures 3+ 1 0"
+  "update_textures 213+ 1 0" "update_textures 783+ 1 0" "update_textures 783+ 0 0" "update_vertices 0" "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0")
 function(lane_kernels width part output table)
   set(translator ${PROJECT_SOURCE_DIR}/engine/gpu/lanes)
   set(kernels "")

@@ -10,7 +10,7 @@
 #include "error.h"
 #include "printable.h"
 #include "soup/texture_table.h"
-#include "train/coverage.h"
+#include "train/image_sums.h"
 #include "train/render_pass.h"
 #include "train/shared_soup.h"
 
@@ -40,21 +40,31 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render) {
   check_clip_planes(near, far);
+  constexpr std::size_t kMost = 4;  // views in a batch; their photographs are on the device for as long
+  std::uint64_t largest = 0;
+  for (const scene::View& view : views) largest = std::max<std::uint64_t>(largest, view.image.rgba.size());
+  const gpu::Buffer photographs = gpu.allocate(kMost * largest, "photographs of test views");
+  const gpu::Buffer counts = gpu.allocate(4ull * soup.triangles, "visible pixels");
   std::vector<BatchView> batch;
-  for (const scene::View& view : views) batch.push_back(batch_view(view.camera, near, far));
+  for (const scene::View& view : views) {
+    batch.push_back(batch_view(view.camera, near, far));
+    batch.back().photo = photographs.address() + (batch.size() - 1) % kMost * largest;
+  }
   StepInputs inputs;
   inputs.background = background;
+  Step step(gpu, soup, frame);
   Evaluation evaluation;
-  for_each_batch(gpu, soup, frame, batch, true, inputs, 4, [&](std::size_t first, std::size_t count) {
+  for_each_batch(gpu, soup, frame, batch, true, inputs, kMost, [&](std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i) gpu.upload(batch[i].photo, views[i].image.rgba);
+    step.photographs(inputs);
+    const std::vector<ImageSums> sums = sum_images(gpu, frame, background, Ssim::whole_windows);
     for (std::size_t i = 0; i < count; ++i) {
       const scene::View& view = views[first + i];
       const kernels::ViewRecord& record = frame.batch().records[i];
-      const auto colour = gpu.download_vector<float>(frame.colour.address() + 12ull * record.pixel_offset,
-                                                     3ull * record.width * record.height);
-      ImageMetrics m = compare(colour, view.image);
-      m.uncovered = coverage_of(gpu, frame, record, view.image, background).share();
-      evaluation.views.push_back({view.name, m});
-      if (on_render) on_render(view, colour);
+      evaluation.views.push_back({view.name, metrics_of(sums[i]), share_shown(gpu, soup, frame, record, counts)});
+      if (!on_render) continue;
+      const std::size_t pixels = std::size_t(record.width) * record.height;
+      on_render(view, gpu.download_vector<float>(frame.colour.address() + 12ull * record.pixel_offset, 3 * pixels));
     }
   });
   evaluation.mean = mean(evaluation.views);
@@ -148,16 +158,6 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
   return evaluate(gpu, model, scene, scene.test, near, far, on_render, ranks);
 }
 
-std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far, ranks::Ranks* ranks) {
-  LoadedModel loaded(gpu, model, scene.normalisation, ranks);
-  std::vector<BatchView> views;
-  for (const scene::View& view : scene.test) views.push_back(batch_view(view.camera, near, far));
-  std::vector<double> shares;
-  for (const std::vector<std::uint8_t>& shown : visible_in_each(gpu, loaded.soup, loaded.frame, views))
-    shares.push_back(static_cast<double>(std::count_if(shown.begin(), shown.end(), [](std::uint8_t s) { return s != 0; })) / loaded.soup.triangles);
-  return shares;
-}
-
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation) {
   soup::Model model;
@@ -205,6 +205,7 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     nlohmann::json row;
     row["name"] = utf8(view.name);
     put(row, view.metrics);
+    if (view.triangles_shown) row["triangles_shown"] = *view.triangles_shown;
     json["views"].push_back(row);
   }
   return json;

@@ -22,6 +22,7 @@ namespace trisoup::train {
 struct ViewMetrics {
   std::string name;
   ImageMetrics metrics;
+  std::optional<double> triangles_shown = {};  // share of the triangles that win a pixel, 0..1; none where that was not measured
 };
 
 struct Evaluation {
@@ -38,7 +39,7 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views);
 /// Called with every rendered view: colour is [height][width][3], row 0 on top.
 using OnRender = std::function<void(const scene::View& view, const std::vector<float>& colour)>;
 
-/// Renders the test views of a soup in normalised coordinates and compares them with the photographs.
+/// Renders the test views of a soup in normalised coordinates and compares them with the photographs. Pictures come to the host for `on_render` alone.
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {});
 
@@ -70,14 +71,11 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
                     const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr);
 
-/// The share of its triangles that each test view shows, 0 to 1.
-std::vector<double> shown_shares(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far, ranks::Ranks* ranks = nullptr);
-
 /// 8-bit model of a soup in training: value = round(255 * sigmoid). `normalisation` takes it back to the dataset's coordinates.
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);
 
-/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name" and the same}]}; null where there was no pixel to measure.
+/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same and "triangles_shown"}]}; null where there was no pixel to measure.
 nlohmann::json to_json(const Evaluation& evaluation);
 
 }  // namespace trisoup::train

@@ -30,6 +30,7 @@ void Frame::grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what) {
 void Frame::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
                     bool training) {
   grow(views, view_count * sizeof(kernels::ViewRecord), "views");
+  grow(image_sums, view_count * sizeof(kernels::ImageSums), "image metrics");
   grow(screen, std::uint64_t(view_count) * triangles * sizeof(kernels::ScreenTriangle), "projected triangles");
   grow(counts, tiles * 4, "tile counts");
   grow(offsets, (tiles + 1) * 4, "tile offsets");
@@ -37,8 +38,8 @@ void Frame::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_
   if (!lists) reserve_lists(std::min(most_entries, std::max<std::uint64_t>(1u << 16, 16 * tiles)));
   grow(hits, pixels * sizeof(kernels::Hit), "visible fragments");
   grow(colour, pixels * 12, "rendered colours");
-  if (!training) return;
   grow(target, pixels * 4, "sampled photographs");
+  if (!training) return;
   grow(gradient, pixels * 16, "colour gradients");
   grow(partial, pixels * 36, "SSIM derivatives");
   grow(same, tiles * 4, "blocks without error");  // there are fewer blocks than tiles
@@ -79,8 +80,8 @@ void Frame::reserve_lists(std::uint64_t entries) { grow(lists, entries * 4, "til
 
 std::uint64_t frame_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
                           bool training) {
-  return views * sizeof(kernels::ViewRecord) + std::uint64_t(views) * triangles * sizeof(kernels::ScreenTriangle) +
-         tiles * (12 + 16 * 4) + pixels * (16 + 12 + (training ? 4 + 16 + 36 + 4 : 0)) +
+  return views * (sizeof(kernels::ViewRecord) + sizeof(kernels::ImageSums)) + std::uint64_t(views) * triangles * sizeof(kernels::ScreenTriangle) +
+         tiles * (12 + 16 * 4) + pixels * (16 + 12 + 4 + (training ? 16 + 36 + 4 : 0)) +
          (training ? kGpuGroups * 595 * 4 + (2ull * triangles + 1) * 4 : 0);
 }
 

@@ -30,6 +30,8 @@ std::vector<double> blur(const std::vector<double>& image, int w, int h) {
 
 }  // namespace
 
+double psnr_of(double mse) { return mse > 1e-10 ? -10.0 * std::log10(mse) : 100.0; }
+
 ImageMetrics compare(std::span<const float> colour, const Image& photo) {
   const int w = photo.width, h = photo.height;
   const std::size_t pixels = static_cast<std::size_t>(w) * h;
@@ -58,7 +60,7 @@ ImageMetrics compare(std::span<const float> colour, const Image& photo) {
   if (counted == 0) return metrics;
   metrics.pixels = counted / 3;
   const double mse = squares / static_cast<double>(counted);
-  metrics.psnr = mse > 1e-10 ? -10.0 * std::log10(mse) : 100.0;
+  metrics.psnr = psnr_of(mse);
   metrics.mae = absolute / static_cast<double>(counted);
   metrics.ssim = w > 10 && h > 10 ? ssim / 3 : 1.0;
   return metrics;

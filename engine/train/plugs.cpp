@@ -2,51 +2,43 @@
 
 #include <algorithm>
 
+#include "args/count_holes.h"
 #include "soup/topology.h"
-#include "train/hidden.h"
 #include "train/render_pass.h"
 
 namespace trisoup::train {
 namespace {
 
-/// A pixel that shows a triangle which is to go.
-struct Lost {
-  std::uint32_t pixel, triangle;
-};
-
-/// By view. [views]
-std::vector<std::vector<Lost>> pixels_lost(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
-                                           const std::vector<bool>& goes) {
-  std::vector<std::vector<Lost>> lost(views.size());
-  for_each_batch(gpu, soup, frame, views, false, {}, 1, [&](std::size_t view, std::size_t) {
-    const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), frame.batch().pixels);
-    for (std::uint32_t p = 0; p < hits.size(); ++p)
-      if (hits[p].triangle != 0 && goes[hits[p].triangle - 1]) lost[view].push_back({p, hits[p].triangle - 1});
+/// Pixels of `views` that each hidden triangle alone keeps shut. flags: as count_holes.comp has them. [T]
+std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+                                       const std::vector<std::uint32_t>& flags) {
+  const gpu::Buffer flag_words = gpu.allocate(4 * flags.size(), "hidden triangles"), counts = gpu.allocate(4 * flags.size(), "visible pixels");
+  gpu.upload(flag_words.address(), flags);
+  gpu.fill(counts.address(), counts.bytes(), 0);
+  gpu::Buffer first;  // what all triangles show
+  StepInputs without;
+  without.hidden = flag_words.address();
+  Step step(gpu, soup, frame);
+  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
+    const std::uint32_t pixels = frame.batch().pixels;
+    const std::uint64_t bytes = sizeof(kernels::Hit) * std::uint64_t(pixels);
+    if (first.bytes() < bytes) first = {}, first = gpu.allocate(bytes, "visible fragments");
+    gpu.copy(first.address(), frame.hits.address(), bytes);
+    step.visibility(Thresholds::half, without);
+    gpu.launch({"count_holes"}, (pixels + 63) / 64,
+               kernels::CountHolesArgs{first.address(), frame.hits.address(), flag_words.address(), counts.address(), pixels, 0});
   });
-  return lost;
+  return gpu.download_vector<std::uint32_t>(counts.address(), flags.size());
 }
 
 }  // namespace
 
 void add_plugs(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const std::vector<bool>& backdrop,
                std::size_t most, std::vector<std::uint32_t>& kept) {
-  std::vector<bool> goes(soup.triangles, true);
-  for (const std::uint32_t t : kept) goes[t] = false;
-  const std::vector<std::vector<Lost>> lost = pixels_lost(gpu, soup, frame, views, goes);
-  std::vector<BatchView> concerned;
-  std::vector<std::size_t> which;
-  for (std::size_t v = 0; v < views.size(); ++v)
-    if (!lost[v].empty()) concerned.push_back(views[v]), which.push_back(v);
-  if (concerned.empty()) return;
-
-  hide(gpu, soup, goes);
-  std::vector<std::uint32_t> open(soup.triangles);  // pixels that each alone keeps shut
-  for_each_batch(gpu, soup, frame, concerned, false, {}, 1, [&](std::size_t i, std::size_t) {
-    const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), frame.batch().pixels);
-    for (const Lost& l : lost[which[i]])
-      if (hits[l.pixel].triangle == 0 || backdrop[hits[l.pixel].triangle - 1]) ++open[l.triangle];
-  });
-  Step(gpu, soup, frame).sum_textures();
+  std::vector<std::uint32_t> flags(soup.triangles, 1);
+  for (const std::uint32_t t : kept) flags[t] = 0;
+  for (std::uint32_t t = 0; t < soup.triangles; ++t) flags[t] |= backdrop[t] ? 2 : 0;
+  const std::vector<std::uint32_t> open = count_holes(gpu, soup, frame, views, flags);
 
   std::vector<std::uint32_t> plugs = soup::visible_at_least(open), pixels;
   for (const std::uint32_t t : plugs) pixels.push_back(open[t]);

@@ -19,11 +19,14 @@ gpu::Buffer zeroes(gpu::Device& gpu, const SoupBuffers& soup) {
   return buffer;
 }
 
-/// Adds what the batch in `frame` shows.
-void count(gpu::Device& gpu, const Frame& frame, const gpu::Buffer& counts) {
-  const std::uint32_t pixels = frame.batch().pixels;
-  gpu.launch({"count_visible", {0}}, (pixels + 63) / 64, kernels::CountVisibleArgs{frame.hits.address(), counts.address(), 0, pixels, 0});
+/// Adds what `pixels` pixels of the batch in `frame` show, from `first` on.
+void count(gpu::Device& gpu, const Frame& frame, std::uint32_t first, std::uint32_t pixels, const gpu::Buffer& counts) {
+  gpu.launch({"count_visible", {0}}, (pixels + 63) / 64,
+             kernels::CountVisibleArgs{frame.hits.address() + sizeof(kernels::Hit) * first, counts.address(), 0, pixels, 0});
 }
+
+/// Adds what the batch in `frame` shows.
+void count(gpu::Device& gpu, const Frame& frame, const gpu::Buffer& counts) { count(gpu, frame, 0, frame.batch().pixels, counts); }
 
 }  // namespace
 
@@ -62,6 +65,13 @@ std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Fr
   const gpu::Buffer counts = zeroes(gpu, soup);
   for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) { count(gpu, frame, counts); });
   return gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
+}
+
+double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const Frame& frame, const kernels::ViewRecord& record, const gpu::Buffer& counts) {
+  gpu.fill(counts.address(), counts.bytes(), 0);
+  count(gpu, frame, record.pixel_offset, record.width * record.height, counts);
+  const auto pixels = gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
+  return double(soup.triangles - std::count(pixels.begin(), pixels.end(), 0u)) / soup.triangles;
 }
 
 Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views) {

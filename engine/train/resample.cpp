@@ -6,6 +6,7 @@
 
 #include "args/inherit_textures.h"
 #include "args/lift_textures.h"
+#include "args/paint_textures.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
 #include "soup/topology.h"
@@ -307,12 +308,20 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const Bat
   Step(gpu, soup, frame).sum_textures();
 }
 
-void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, const ResampleViews& views, const Settings& settings) {
+void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings) {
   // Opacities that a start may have are below what is looked at.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   const soup::TextureTable table = shown_table(gpu, soup, frame, views.half, settings);
+  const TriangleRange own = soup.shared ? divided(table.entries, soup.shared->size())[static_cast<std::size_t>(soup.shared->rank())] : all_of(table.entries);
+  const FixedSums colours = sum_photographs(gpu, soup, frame, views.full, table.entries, own);
+  std::vector<std::uint32_t> same(soup.triangles);
+  std::iota(same.begin(), same.end(), 0u);
+  const Heirs heirs(gpu, soup, table, same, false);
   Textures textures;
-  textures.source = painted_logits(gpu, soup, frame, scene, views.full, table.entries);
+  textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
+    gpu.launch({"paint_textures"}, own.count(),
+               kernels::PaintTexturesArgs{heirs.parents(), heirs.old_rows(), heirs.rows(), from, to, colours.low.address(), colours.high.address(), own.count(), 0});
+  });
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();

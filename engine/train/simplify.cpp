@@ -40,15 +40,15 @@ struct Removal {
 };
 
 /// Without the triangle's finest level.
-Removal coarser(const Worth& worth, const soup::TextureEntry& row, std::uint32_t t) {
-  return {std::max(0.0, worth.finest[t]), double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
+Removal coarser(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t) {
+  return {std::max(0.0, importance.finest[t]), double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
 }
 
 /// Of a triangle the removal that costs less for what it saves; a backdrop's triangle stays, and what cannot be coarser has none then.
-std::optional<Removal> cheaper(const Worth& worth, const soup::TextureEntry& row, std::uint32_t t, bool stays) {
-  const Removal whole{std::max(0.0, worth.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t, true};
+std::optional<Removal> cheaper(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t, bool stays) {
+  const Removal whole{std::max(0.0, importance.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t, true};
   if (row.level_max == 0) return stays ? std::nullopt : std::optional(whole);
-  const Removal finest = coarser(worth, row, t);
+  const Removal finest = coarser(importance, row, t);
   return stays || finest.each() < whole.each() ? finest : whole;
 }
 
@@ -129,7 +129,7 @@ class Removals {
 
   void add(const Removal& removal) { all_.push_back(removal); }
   /// Of two triangles one of which stands in for the other no more than one goes: what each costs is true as long as the other is there.
-  void keep_stand_ins(const Worth& worth) { behind_ = worth.behind, stands_in_.resize(table_.size()); }
+  void keep_stand_ins(const Importance& importance) { behind_ = importance.behind, stands_in_.resize(table_.size()); }
   /// Takes one after the other as long as `pays` says so, but for the last triangle.
   template <typename Pays>
   Shrunk take(Pays&& pays) {
@@ -181,15 +181,15 @@ double samples_of(std::span<const soup::TextureEntry> table) {
 
 }  // namespace
 
-Shrunk down_to_knee(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, double knee) {
+Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, double knee) {
   Removals removals(table);
-  removals.keep_stand_ins(worth);
+  removals.keep_stand_ins(importance);
   for (std::uint32_t t = 0; t < table.size(); ++t)
-    if (worth.pixels[t] > 0)
-      if (const auto removal = cheaper(worth, table[t], t, backdrop[t])) removals.add(*removal);
+    if (importance.pixels[t] > 0)
+      if (const auto removal = cheaper(importance, table[t], t, backdrop[t])) removals.add(*removal);
   // d(10 log10 error) / d(log2 samples) = -knee, where both are what the removals before have left.
   const double share = knee * std::log(10.0) / (10.0 * std::log(2.0));
-  double error = worth.error, samples = samples_of(table);
+  double error = importance.error, samples = samples_of(table);
   return removals.take([&](const Removal& r) {
     if (r.each() > share * error / samples) return false;
     error += r.loss, samples -= r.saves;
@@ -197,13 +197,13 @@ Shrunk down_to_knee(const Worth& worth, std::span<const soup::TextureEntry> tabl
   });
 }
 
-Shrunk least_worth_removed(const Worth& worth, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares) {
+Shrunk least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares) {
   const bool triangles = shares.triangles < 1;
   Removals removals(table);
   for (std::uint32_t t = 0; t < table.size(); ++t) {
-    if (triangles && !backdrop[t]) removals.add({std::max(0.0, worth.triangle[t]), 1, t, true});
+    if (triangles && !backdrop[t]) removals.add({std::max(0.0, importance.triangle[t]), 1, t, true});
     if (!triangles)
-      if (const auto removal = cheaper(worth, table[t], t, backdrop[t])) removals.add(*removal);
+      if (const auto removal = cheaper(importance, table[t], t, backdrop[t])) removals.add(*removal);
   }
   const double to_save = triangles ? (1 - shares.triangles) * double(table.size()) : (1 - shares.bytes) * samples_of(table);
   double saved = 0;

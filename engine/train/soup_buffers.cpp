@@ -5,6 +5,7 @@
 
 #include "args/types.h"
 #include "common/host.h"
+#include "train/fixed_sum.h"
 #include "soup/random.h"
 #include "train/shared_soup.h"
 
@@ -31,7 +32,7 @@ std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::
 }
 
 void clear(gpu::Device& gpu, const FixedSums& sums) {
-  gpu.fill(sums.low.address(), sums.low.bytes(), 0x80000000u);  // kFixedZero
+  gpu.fill(sums.low.address(), sums.low.bytes(), kFixedZero);
   gpu.fill(sums.high.address(), sums.high.bytes(), 0);
 }
 

@@ -8,6 +8,7 @@
 #include "args/edge_forces.h"
 #include "args/expose.h"
 #include "args/fit_exposure.h"
+#include "args/hide_triangles.h"
 #include "args/keep_range.h"
 #include "args/loss_gradient.h"
 #include "args/measure_exposure.h"
@@ -22,6 +23,7 @@
 #include "args/update_textures.h"
 #include "args/update_vertices.h"
 #include "args/visibility.h"
+#include "train/fixed_sum.h"
 #include "train/shared_soup.h"
 
 namespace trisoup::train {
@@ -58,7 +60,7 @@ void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t 
   const StepState row = state(threshold_key, step, slot, rates, frame_.batch(), huber);
   gpu_.upload(frame_.state.address(), std::as_bytes(std::span(&row, 1)));
   Statistics zero{};
-  zero.l1_low = zero.ssim_low = zero.mse_low = 0x80000000u;  // kFixedZero
+  zero.l1_low = zero.ssim_low = zero.mse_low = kFixedZero;
   gpu_.upload(frame_.statistics.address() + slot * sizeof(Statistics), std::as_bytes(std::span(&zero, 1)));
 }
 
@@ -70,11 +72,12 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
 
   gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
   if (soup_.shared) gpu_.launch({"keep_range"}, projected, KeepRangeArgs{screen, triangles, views, soup_.own().first, soup_.own().last});
+  if (inputs.hidden) gpu_.launch({"hide_triangles"}, projected, HideTrianglesArgs{screen, inputs.hidden, triangles, views});
   for_each_band([&](const Band& band) {
     list_triangles(band);
-    gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds)}}, band.tiles,
+    gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}}, band.tiles,
                 VisibilityArgs{view_table, screen, frame_.offsets.address(), frame_.lists.address(), soup_.textures.address(),
-                               soup_.opacity.address(), inputs.thresholds, frame_.state.address(), frame_.hits.address(), triangles,
+                               soup_.opacity.address(), inputs.thresholds, inputs.first, frame_.state.address(), frame_.hits.address(), triangles,
                                views, band.first, band.tiles, frame_.list_capacity(), 0});
   });
   if (soup_.shared) soup_.shared->agree_on_winners();
@@ -116,14 +119,14 @@ ShadedFrom Step::of_soup() const {
 
 void Step::shade(const StepInputs& inputs) {
   if (!soup_.shared) return shade(inputs, of_soup());
-  shade(inputs, soup_.shared->fetch_features());
+  shade(inputs, soup_.shared->fetch_features(inputs.layer == Layer::coarser));
   soup_.shared->send_colours();
 }
 
 void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t groups = groups_over(batch.blocks);
-  gpu_.launch({frame_.one_pixel ? "shade_one" : "shade", {inputs.mlp_inputs != 0}}, groups,
+  gpu_.launch({frame_.one_pixel ? "shade_one" : "shade", {inputs.mlp_inputs != 0, inputs.layer == Layer::coarser && !soup_.shared}}, groups,
               ShadeArgs{frame_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
                         inputs.background.r, inputs.background.g, inputs.background.b, groups});
 }
@@ -133,7 +136,7 @@ void Step::photographs(const StepInputs& inputs) {
   gpu_.launch({"sample_photographs"}, batch.blocks,
               SamplePhotographsArgs{frame_.views.address(), frame_.target.address(), batch.blocks, batch.views});
   end_kernel();
-  if (inputs.exposures) expose(inputs);
+  expose(inputs);
 }
 
 void Step::loss(const StepInputs& inputs) {
@@ -153,6 +156,7 @@ void Step::loss(const StepInputs& inputs) {
 }
 
 void Step::expose(const StepInputs& inputs) {
+  if (!inputs.exposures) return;
   const BatchLayout& batch = frame_.batch();
   const Exposures& e = *inputs.exposures;
   const auto views = frame_.views.address(), hits = frame_.hits.address(), colour = frame_.colour.address(), target = frame_.target.address(),

@@ -20,6 +20,13 @@ enum class Thresholds : std::uint32_t {
   given = 2,   // from Inputs::thresholds: tests
 };
 
+/// Which fragments of its pixels a rendering shows.
+enum class Layer : std::uint32_t {
+  nearest = 0,
+  behind = 1,   // the nearest that is not of the triangle that StepInputs::first shows there
+  coarser = 2,  // the nearest, of textures without their finest level
+};
+
 /// Where a step reads what it does not own. Addresses that are not used stay 0.
 struct StepInputs {
   glm::vec3 background{0.0f};
@@ -30,6 +37,9 @@ struct StepInputs {
   bool opaque = false;            // Settings::opaque: opacities are 1 and stay so
   const Exposures* exposures = nullptr;  // of the photographs; null: they are taken as they are, and so are float targets
   bool fit_exposures = true;             // to what is rendered, before they are used
+  Layer layer = Layer::nearest;
+  gpu::Address first = 0;   // [pixels] Hit: another rendering of the batch, for Layer::behind
+  gpu::Address hidden = 0;  // [T]: triangles whose bit 0 is set are left out; 0: none are
   // Tests look at intermediate values here; null in training.
   gpu::Address mlp_inputs = 0;        // [pixels][16]
   gpu::Address feature_gradient = 0;  // [pixels][7]
@@ -67,6 +77,7 @@ class Step {
   void shade(const StepInputs& inputs);                              // .. Frame::colour
   void shade(const StepInputs& inputs, const ShadedFrom& from);
   void photographs(const StepInputs& inputs);                        // Frame::target; exposes Frame::colour
+  void expose(const StepInputs& inputs);                             // Frame::colour alone, with photographs() before; nothing without exposures
   void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics, with photographs() before
   void backward(const StepInputs& inputs);                           // .. gradients of textures, vertices, MLP
   // backward() is these four.
@@ -83,7 +94,6 @@ class Step {
   void train(const StepInputs& inputs);
 
  private:
-  void expose(const StepInputs& inputs);
   void update_textures(bool adam, const StepInputs& inputs);
   /// Tiles that are listed and visited together (Frame::bands).
   struct Band {

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <ctime>
 #include <numeric>
 
 #include "common/host.h"
@@ -12,8 +11,8 @@
 #include "soup/random.h"
 #include "soup/refinement.h"
 #include "soup/texture_table.h"
-#include "train/coverage.h"
 #include "train/fixed_sum.h"
+#include "train/image_sums.h"
 #include "train/memory_need.h"
 #include "train/render_pass.h"
 
@@ -21,12 +20,6 @@ namespace trisoup::train {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double process_cpu_seconds() {
-  std::timespec t{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 /// Seconds since it was made, by the clock and of all threads.
 class Stopwatch {
@@ -74,7 +67,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   prepare();
   if (!paints) return;
   const Stopwatch watch;
-  paint(gpu_, soup_, frame_, scene_, {half_views_, views_}, settings_);
+  paint(gpu_, soup_, frame_, {half_views_, views_}, settings_);
   gpu_.wait();
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
@@ -239,9 +232,14 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
   } while (true);
 }
 
+bool Trainer::lifts() const { return step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0; }
+bool Trainer::prunes() const { return next_pruning(settings_, step_ - 1) == step_; }
+
 void Trainer::change_topology() {
   if (step_ >= small_end(settings_)) small_.reset();
-  if (step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0) {
+  if (!lifts() && !is_resampling(settings_, step_) && !prunes()) return;
+  const PartTimes::Scope scope(*times_, Part::topology);
+  if (lifts()) {
     lift(gpu_, soup_, frame_, half_views_, settings_);
     texture_start_ = vertex_start_ = step_;
   }
@@ -260,22 +258,29 @@ void Trainer::change_topology() {
     vertex_start_ = step_;
     if (!settings_.keep_moments) texture_start_ = step_;
   }
-  if (next_pruning(settings_, step_ - 1) == step_) {
-    shrink(gpu_, soup_, frame_, down_to_knee(worth(), soup_.table, backdrop(), settings_.knee), settings_);
+  if (prunes()) {
+    shrink(gpu_, soup_, frame_, down_to_knee(importance(), soup_.table, backdrop(), settings_.knee), settings_);
     texture_start_ = vertex_start_ = step_;
   }
 }
 
 std::vector<bool> Trainer::backdrop() { return find_backdrop(gpu_.download_vector<glm::vec3>(soup_.vertices.address(), 3ull * soup_.triangles), settings_); }
 
-Worth Trainer::worth(std::size_t most_views) {
+std::vector<BatchView> Trainer::some_views() const {
+  constexpr std::size_t kMost = 64;
   std::vector<BatchView> chosen;
-  const std::size_t count = std::min(most_views, views_.size());
+  const std::size_t count = std::min(kMost, views_.size());
   for (std::size_t i = 0; i < count; ++i) chosen.push_back(views_[i * views_.size() / count]);
-  return measure_worth(gpu_, soup_, frame_, scene_, chosen, given_exposures(), settings_.batch);
+  return chosen;
+}
+
+Importance Trainer::importance() {
+  const PartTimes::Scope scope(*times_, Part::importance);
+  return measure_importance(gpu_, soup_, frame_, scene_.background, some_views(), given_exposures(), settings_.batch);
 }
 
 void Trainer::go_back(const std::filesystem::path& path) {
+  const PartTimes::Scope scope(*times_, Part::checkpoints);
   const Stopwatch watch;
   const soup::Safetensors file = soup::Safetensors::open(path);
   read_soup(file, path);
@@ -286,9 +291,10 @@ void Trainer::go_back(const std::filesystem::path& path) {
 }
 
 bool Trainer::begin_round(const Shares& shares) {
+  const PartTimes::Scope scope(*times_, Part::topology);
   const Stopwatch watch;
   if (shares.bytes < 1 || shares.triangles < 1) {
-    const Shrunk less = least_worth_removed(worth(), soup_.table, backdrop(), shares);
+    const Shrunk less = least_important_removed(importance(), soup_.table, backdrop(), shares);
     if (!takes_away(less, soup_.table)) return false;
     shrink(gpu_, soup_, frame_, less, settings_);
     texture_start_ = vertex_start_ = step_;
@@ -301,16 +307,10 @@ bool Trainer::begin_round(const Shares& shares) {
 
 const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const { return is_small(step) ? small_->views[v] : views_[v]; }
 
-const Image& Trainer::image_of(std::uint64_t step, std::uint32_t v) const { return is_small(step) ? small_->images[v] : scene_.train[v].image; }
-
 double Trainer::share_uncovered() {
-  // The frame was laid out for the first of several batches of the same sizes.
-  std::vector<BatchView> views;
-  for (const std::uint32_t v : batch_of(step_ - 1)) views.push_back(view_of(step_ - 1, v));
-  Coverage coverage;
-  for (const kernels::ViewRecord& record : lay_out(views).records)
-    coverage.add(coverage_of(gpu_, frame_, record, image_of(step_ - 1, record.index), scene_.background));
-  return coverage.share();
+  ImageSums all;
+  for (const ImageSums& view : sum_images(gpu_, frame_, scene_.background, Ssim::none)) all.pixels += view.pixels, all.uncovered += view.uncovered;
+  return all.share_uncovered();
 }
 
 bool Trainer::measures(std::uint64_t step) {
@@ -362,7 +362,10 @@ void Trainer::run(const Callbacks& callbacks) {
     if (asked_to_stop(callbacks)) break;
     const Stopwatch watch;
     const std::uint64_t before = step_;
-    train_until(last, callbacks);
+    {
+      const PartTimes::Scope scope(*times_, Part::steps);
+      train_until(last, callbacks);
+    }
     // A change of topology draws other views into the frame.
     if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) uncovered_ = share_uncovered();
     if (step_ > before) change_topology();
@@ -400,12 +403,12 @@ Evaluation Trainer::evaluate_float(const OnRender& on_render) {
 }
 
 TrainingFit Trainer::training_fit() {
-  return fit_to_training_views(gpu_, soup_, frame_, scene_, views_, given_exposures(), settings_.batch);
+  return fit_to_training_views(gpu_, soup_, frame_, scene_, some_views(), given_exposures(), settings_.batch);
 }
 
 TrainingFit Trainer::training_fit(const soup::Model& model) {
   LoadedModel loaded(gpu_, model, scene_.normalisation, ranks_, &frame_);
-  return fit_to_training_views(gpu_, loaded.soup, frame_, scene_, views_, given_exposures(), settings_.batch);
+  return fit_to_training_views(gpu_, loaded.soup, frame_, scene_, some_views(), given_exposures(), settings_.batch);
 }
 
 std::vector<glm::vec4> Trainer::exposures() {

@@ -20,6 +20,7 @@
 #include "train/faults.h"
 #include "train/frame.h"
 #include "train/initial_triangles.h"
+#include "train/part_times.h"
 #include "train/photographs.h"
 #include "train/resample.h"
 #include "train/schedule.h"
@@ -31,7 +32,7 @@
 #include "train/step.h"
 #include "train/training_fit.h"
 #include "train/view_record.h"
-#include "train/worth.h"
+#include "train/importance.h"
 
 namespace trisoup::train {
 
@@ -44,7 +45,7 @@ struct Progress {
   double seconds = 0;                           // of training so far, evaluation and checkpoints left out
   double ms_per_step = 0;
   double pace = 1;                              // what a step to come has to do on average, as a multiple of the last one: pixels
-  double uncovered = 0;                         // Coverage::share() of the last step's views, with random thresholds
+  double uncovered = 0;                         // ImageSums::share_uncovered() of the last step's views together, with random thresholds
 };
 
 class Trainer {
@@ -83,8 +84,8 @@ class Trainer {
   bool finished() const { return step_ >= last_step(); }
   /// Settings::steps, and those of the rounds begun so far.
   std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
-  /// What a finished training's triangles are worth, in up to `most_views` training views, spread evenly.
-  Worth worth(std::size_t most_views = 64);
+  /// Of the triangles as they are now, in some_views().
+  Importance importance();
   /// What is trained is again what it was in a checkpoint of this training; the steps so far stay counted. For begin_round() with something to take away,
   /// which begins the optimiser anew. One rank only. Throws Error where the file cannot be read.
   void go_back(const std::filesystem::path& checkpoint);
@@ -99,6 +100,8 @@ class Trainer {
   /// What ranks divide (soup_buffers.h), of all of them.
   std::uint64_t texture_bytes() const { return train::texture_bytes(soup_.source_samples, soup_.lattice_samples); }
   const Settings& settings() const { return settings_; }
+  /// Steps, topology and importance count in `times` from now on. It must outlive the trainer.
+  void measure_into(PartTimes& times) { times_ = &times; }
   /// Whether the last resampling of this run found too few pixels in the training views to split up to the budget.
   bool out_of_pixels() const { return last_resampling_ == Resampling::out_of_pixels; }
 
@@ -107,7 +110,7 @@ class Trainer {
   /// Of several ranks the first has it; that of the others is empty but for its triangles.
   soup::Model model();
   Evaluation evaluate_float(const OnRender& on_render = {});
-  /// Of the model as it is now. Renders every training view.
+  /// Of the model as it is now, in some_views().
   TrainingFit training_fit();
   /// Of a model of it.
   TrainingFit training_fit(const soup::Model& model);
@@ -130,6 +133,8 @@ class Trainer {
   }
   StepInputs step_inputs() const;
   void change_topology();
+  bool lifts() const;
+  bool prunes() const;
   std::vector<bool> backdrop();  // [T] whether a triangle is the backdrop's
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
   /// Whether the step's views have a pixel to measure.
@@ -138,9 +143,10 @@ class Trainer {
   gpu::CommandList& commands_of(const BatchLayout& batch);
   const Exposures* given_exposures() const { return exposures_ ? &*exposures_ : nullptr; }
   double share_uncovered();
-  /// What `step` looks at of training view v, and its picture.
+  /// Up to 64 training views, spread evenly: enough to measure a soup by.
+  std::vector<BatchView> some_views() const;
+  /// What `step` looks at of training view v.
   const BatchView& view_of(std::uint64_t step, std::uint32_t v) const;
-  const Image& image_of(std::uint64_t step, std::uint32_t v) const;
   double pace() const;
   bool is_small(std::uint64_t step) const { return small_ && step < small_end(settings_); }
   Progress progress_since(std::uint64_t first, double seconds);
@@ -149,6 +155,8 @@ class Trainer {
   const scene::Scene& scene_;
   Settings settings_;
   std::uint64_t photographs_;          // fingerprint
+  PartTimes own_times_{gpu_};
+  PartTimes* times_ = &own_times_;
   Frame frame_;
   SoupBuffers soup_;
   ranks::Ranks* ranks_ = nullptr;      // null: this process alone

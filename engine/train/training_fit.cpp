@@ -1,18 +1,17 @@
 #include "train/training_fit.h"
 
-#include <cmath>
 #include <cstdint>
+#include <numeric>
+#include <vector>
 
 #include "image/image.h"
-#include "train/coverage.h"
-#include "train/fixed_sum.h"
+#include "scene/parallel_for.h"
+#include "train/image_sums.h"
 #include "train/render_pass.h"
 #include "train/step.h"
 
 namespace trisoup::train {
 namespace {
-
-double psnr_of(double mse) { return mse > 1e-10 ? -10.0 * std::log10(mse) : 100.0; }
 
 /// Sum over pixels and channels of the squared distance from the photograph's mean colour.
 double squares_around_mean(const Image& photo) {
@@ -34,27 +33,26 @@ double squares_around_mean(const Image& photo) {
 
 }  // namespace
 
-TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene,
-                                  std::span<const BatchView> batch, const Exposures* exposures, std::size_t most) {
+TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
+                                  const Exposures* exposures, std::size_t most) {
   StepInputs inputs;
   inputs.background = scene.background;
   inputs.exposures = exposures;
   inputs.fit_exposures = false;
   Step step(gpu, soup, frame);
-  Coverage coverage;
-  double model = 0, plain = 0, values = 0;
-  for_each_batch(gpu, soup, frame, batch, true, inputs, most, [&](std::size_t first, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) coverage.add(coverage_of(gpu, frame, frame.batch().records[i], scene.train[first + i].image, scene.background));
-    step.begin(0, 0, 0, {});
-    step.loss(inputs);
-    const auto sums = gpu.download_vector<kernels::Statistics>(frame.statistics.address(), 1)[0];
-    model += fixed_sum(sums.mse_low, sums.mse_high) * 3.0 * frame.batch().pixels;
+  ImageSums all;
+  for_each_batch(gpu, soup, frame, views, true, inputs, most, [&](std::size_t, std::size_t) {
+    step.photographs(inputs);
+    for (const ImageSums& view : sum_images(gpu, frame, scene.background, Ssim::none))
+      all.squares += view.squares, all.pixels += view.pixels, all.uncovered += view.uncovered;
   });
-  for (const scene::View& view : scene.train) {
-    plain += squares_around_mean(view.image);
-    values += 3.0 * view.camera.width * view.camera.height;
-  }
-  return {psnr_of(model / values), psnr_of(plain / values), coverage.share()};
+  std::vector<double> plain(views.size());
+  scene::parallel_for(static_cast<int>(views.size()), 0, [&](int i) {
+    plain[static_cast<std::size_t>(i)] = squares_around_mean(scene.train[views[static_cast<std::size_t>(i)].index].image);
+  });
+  const double values = 3.0 * static_cast<double>(all.pixels);
+  if (all.pixels == 0) return {100, 100, 0};
+  return {psnr_of(all.squares / values), psnr_of(std::accumulate(plain.begin(), plain.end(), 0.0) / values), all.share_uncovered()};
 }
 
 }  // namespace trisoup::train

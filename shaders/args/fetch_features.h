@@ -12,7 +12,8 @@ struct FetchFeaturesArgs {
   POINTER(Textures) textures;
   POINTER(Float4s) lattice;
   POINTER(Float4s) features;  // [pixels][2]: seven and a 0; those of other pixels stay
-  uint pixels, first, last, pad;
+  uint pixels, first, last;
+  uint coarser;  // 1: of textures without their finest level
 };
 
 #ifndef GL_core_profile

@@ -96,6 +96,17 @@ STRUCT Statistics {
   uint pad0, pad1;
 };
 
+/// Sums over one view: in fixed point, in units of IMAGE_SUM_UNIT, and counts.
+STRUCT ImageSums {
+  uint l1_low, l1_high;      // |C - target|, three channels
+  uint mse_low, mse_high;    // (C - target)^2, three channels
+  uint ssim_low, ssim_high;  // SSIM of the windows, three channels
+  uint pixels;               // inside the loss mask
+  uint uncovered;            // of those: without a triangle, where the photograph is not the background
+};
+// A power of two: sums of up to 2^29 pixels stay in range, and a block's sum below the limit of one term.
+#define IMAGE_SUM_UNIT 1024.0f
+
 /// Parameters that were not numbers and had to be reset (common/faults.h).
 STRUCT Fault {
   uint count;  // since the host looked
@@ -132,7 +143,7 @@ POINTER_TYPE(Controls, Control, 16)
 #ifndef GL_core_profile
 static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
-static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(Control) == 64);
+static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 32 && sizeof(Control) == 64);
 }
 #endif
 #undef STRUCT

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// The nearest fragment of every pixel whose opacity reaches its threshold. One workgroup per tile of a band.
+/// The nearest fragment of every pixel whose opacity reaches its threshold, or one that would be without it. One workgroup per tile of a band.
 struct VisibilityArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
@@ -15,6 +15,7 @@ struct VisibilityArgs {
   POINTER(Textures) textures;
   POINTER(Floats) opacity;     // [lattice samples], after the sigmoid
   POINTER(Floats) thresholds;  // [pixels][T] where thresholds are given
+  POINTER(Hits) first;         // [pixels] where what is behind them is asked for
   POINTER(Steps) state;
   POINTER(Hits) hits;
   uint triangles, view_count, tile_first, tiles, capacity, pad;

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/host.h"
 #include "gpu/small_scene.h"
+#include "train/photographs.h"
 #include "train/plugs.h"
+#include "train/resample.h"
 #include "train/trainer.h"
 
 using namespace trisoup;
@@ -61,6 +64,80 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
   };
   CHECK(psnr(false) < 18);
   CHECK(psnr(true) > 29);
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("painted textures are means over the pixels of each level's samples", "[start][each_driver]") {
+  auto gpu = test::open_device();
+  soup::Random random(3);
+  std::vector<train::BatchView> views{test::view_from(0.4, 61, 47), test::view_from(2.5, 40, 40)};
+  std::vector<Image> images;
+  for (const train::BatchView& view : views) {
+    images.push_back({static_cast<int>(view.width), static_cast<int>(view.height), {}});
+    for (std::uint32_t i = 0; i < 4 * view.width * view.height; ++i)
+      images.back().rgba.push_back(static_cast<std::uint8_t>(i % 4 == 3 ? (i % 44 == 3 ? 0 : 255) : 30 + 200 * random.uniform01()));
+  }
+  const train::Photographs photographs = train::upload_photographs(*gpu, images);
+  for (std::uint32_t v = 0; v < 2; ++v) views[v].photo = photographs.addresses[v], views[v].index = v;
+  SmallScene s(*gpu, 14, {{0, 0}}, views);
+  train::Settings settings;
+  settings.samples_per_pixel = 0;
+  settings.level_min = GENERATE(0u, 2u);
+  settings.level_max = 4;
+
+  // The same from sums of every level by itself, in double.
+  const std::vector<soup::TextureEntry> table = soup::make_texture_table(14, {settings.level_min, settings.level_max}).entries;
+  std::vector<glm::dvec4> sums(train::source_samples(table), glm::dvec4(0.0));
+  gpu->fill(s.soup.opacity.address(), s.soup.opacity.bytes(), 0x3f800000u);
+  train::for_each_batch(*gpu, s.soup, s.frame, views, false, {}, 1, [&](std::size_t view, std::size_t) {
+    const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+    for (std::size_t p = 0; p < hits.size(); ++p) {
+      const std::uint8_t* rgba = &images[view].rgba[4 * p];
+      if (hits[p].triangle == 0 || rgba[3] < 128) continue;
+      const soup::TextureEntry& row = table[hits[p].triangle - 1];
+      std::size_t base = row.source_offset;
+      for (std::uint32_t level = row.level_min; level <= row.level_max; base += soup::samples_at(level++)) {
+        const f64::LatticeCell cell = f64::lattice_cell(hits[p].b0, hits[p].b1, level);
+        const glm::dvec4 colour(rgba[0] / 255.0, rgba[1] / 255.0, rgba[2] / 255.0, 1);
+        sums[base + cell.i0] += cell.w0 * colour, sums[base + cell.i1] += cell.w1 * colour, sums[base + cell.i2] += cell.w2 * colour;
+      }
+    }
+  });
+  std::vector<double> expected(8 * sums.size());
+  const auto logit_of = [](double c) { return std::log(std::clamp(c, 0.02, 0.98) / (1 - std::clamp(c, 0.02, 0.98))); };
+  const auto sigmoid = [](double x) { return 1 / (1 + std::exp(-x)); };
+  double most_seen = 0;
+  for (std::uint32_t t = 0; t < 14; ++t)
+    for (int c = 0; c < 3; ++c) {
+      const auto corner = [&](std::uint32_t i, int channel) { return double(s.logits[8 * (s.soup.table[t].source_offset + i) + channel]); };
+      std::vector<double> colours{sigmoid(corner(0, c)), sigmoid(corner(1, c)), sigmoid(corner(2, c))}, shown;
+      std::uint32_t coarser = 0;
+      std::size_t base = table[t].source_offset;
+      for (std::uint32_t level = settings.level_min; level <= settings.level_max; ++level) {
+        std::vector<double> finer, logits;
+        for (std::uint32_t i = 0; i < soup::samples_at(level); ++i) {
+          std::uint32_t x = 0, y = 0;
+          f64::lattice_point(i, x, y);
+          const f64::LatticeCell cell = f64::lattice_cell(x / double(1u << level), y / double(1u << level), coarser);
+          const auto mix = [&](const std::vector<double>& v) { return cell.w0 * v[cell.i0] + cell.w1 * v[cell.i1] + cell.w2 * v[cell.i2]; };
+          const glm::dvec4& sum = sums[base + i];
+          finer.push_back((sum[c] + 0.5 * mix(colours)) / (sum.w + 0.5));
+          logits.push_back(logit_of(finer.back()));
+          double* to = &expected[8 * (base + i)];
+          to[c] = logits.back() - (shown.empty() ? 0 : mix(shown));
+          if (shown.empty()) to[3] = -3, to[7] = corner(0, 7);
+          most_seen = std::max(most_seen, sum.w);
+        }
+        base += soup::samples_at(level);
+        colours = std::move(finer), shown = std::move(logits), coarser = level;
+      }
+    }
+  REQUIRE(most_seen > 10);
+  train::paint(*gpu, s.soup, s.frame, {views, views}, settings);
+  const auto painted = gpu->download_vector<float>(s.soup.source.address(), expected.size());
+  double worst = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) worst = std::max(worst, std::abs(painted[i] - expected[i]));
+  CHECK(worst < 2e-5);
   test::require_silence(*gpu);
 }
 

@@ -442,6 +442,31 @@ TEST_CASE("lattice: golden lookups", "[maths]") {
   }
 }
 
+TEST_CASE("logit is the inverse of sigmoid", "[maths]") {
+  double worst = 0, worst_float = 0;
+  for (int i = 0; i <= 960; ++i) {
+    const double p = 0.02 + i * 0.001, exact = std::log(p / (1 - p));
+    worst = std::max(worst, std::abs(f64::logit(p) - exact));
+    worst_float = std::max(worst_float, std::abs(double(f32::logit(float(p))) - exact));
+  }
+  CHECK(worst < 1e-7);
+  CHECK(worst_float < 1e-5);
+  CHECK(f32::logit(0.5f) == 0);
+}
+
+TEST_CASE("a texture without its finest level is its even samples", "[maths]") {
+  soup::Random random(8);
+  for (std::uint32_t level = 0; level <= 5; ++level)
+    for (int n = 0; n < 200; ++n) {
+      const float b0 = random.uniform01(), b1 = (1 - b0) * random.uniform01();
+      const f64::LatticeCell cell = f64::coarser_cell(b0, b1, level), coarse = f64::lattice_cell(b0, b1, level > 0 ? level - 1 : 0);
+      CHECK((cell.w0 == coarse.w0 && cell.w1 == coarse.w1 && cell.w2 == coarse.w2));
+      std::uint32_t x, y, cx, cy;
+      f64::lattice_point(cell.i2, x, y), f64::lattice_point(coarse.i2, cx, cy);
+      CHECK((level == 0 ? x == cx && y == cy : x == 2 * cx && y == 2 * cy));
+    }
+}
+
 // --- Coverage ---
 
 TEST_CASE("coverage: edge functions about any origin agree with the plane's point, in both windings", "[maths]") {

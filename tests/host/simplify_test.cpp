@@ -51,68 +51,68 @@ Settings goal_settings() {
 
 TEST_CASE("what is worth least for its bytes goes first", "[simplify]") {
   const auto table = table_of({{2, 4}, {2, 4}, {2, 2}, {0, 0}, {2, 4}});
-  Worth worth;
-  worth.triangle = {9.0, 8.0, 0.001, 0.5, 7.0};
-  worth.finest = {0.01, 6.0, 0.9, 0.0, 5.0};
+  Importance importance;
+  importance.triangle = {9.0, 8.0, 0.001, 0.5, 7.0};
+  importance.finest = {0.01, 6.0, 0.9, 0.0, 5.0};
   const std::vector<bool> none(5);
   // The third triangle, of 15 samples, costs next to nothing, then the first one's finest level: 108 of the 480 samples that five triangles are worth.
-  Shrunk a = least_worth_removed(worth, table, none, {0.96, 1});
+  Shrunk a = least_important_removed(importance, table, none, {0.96, 1});
   CHECK(a.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
   CHECK(a.levels == std::vector<soup::TextureLevels>{{2, 4}, {2, 4}, {0, 0}, {2, 4}});
-  Shrunk b = least_worth_removed(worth, table, none, {0.75, 1});
+  Shrunk b = least_important_removed(importance, table, none, {0.75, 1});
   CHECK(b.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
   CHECK(b.levels == std::vector<soup::TextureLevels>{{2, 3}, {2, 4}, {0, 0}, {2, 4}});
   // The backdrop's triangles stay, but their textures need not be fine.
-  Shrunk c = least_worth_removed(worth, table, {false, false, true, true, false}, {0.96, 1});
+  Shrunk c = least_important_removed(importance, table, {false, false, true, true, false}, {0.96, 1});
   CHECK(c.kept.size() == 5);
   CHECK(c.levels[0].level_max == 3);
   // By number: only whole triangles.
-  Shrunk d = least_worth_removed(worth, table, none, {1, 0.6});
+  Shrunk d = least_important_removed(importance, table, none, {1, 0.6});
   CHECK(d.kept == std::vector<std::uint32_t>{0, 1, 4});
   CHECK(d.levels == std::vector<soup::TextureLevels>(3, {2, 4}));
   // One triangle is left whatever is asked for.
-  CHECK(least_worth_removed(worth, table, none, {0, 1}).kept.size() >= 1);
-  CHECK(least_worth_removed(worth, table, none, {1, 0}).kept == std::vector<std::uint32_t>{0});
+  CHECK(least_important_removed(importance, table, none, {0, 1}).kept.size() >= 1);
+  CHECK(least_important_removed(importance, table, none, {1, 0}).kept == std::vector<std::uint32_t>{0});
   // What makes pictures worse goes before all else.
-  worth.triangle[4] = -3;
-  CHECK(least_worth_removed(worth, table, none, {0.99, 1}).kept == std::vector<std::uint32_t>{0, 1, 2, 3});
+  importance.triangle[4] = -3;
+  CHECK(least_important_removed(importance, table, none, {0.99, 1}).kept == std::vector<std::uint32_t>{0, 1, 2, 3});
 }
 
 TEST_CASE("at the knee stays what brings enough for twice the samples", "[simplify]") {
   // Two triangles of one level, 18 samples with what vertices take. What the first one brings for its 9 is, per doubling, 0.01 / 9 * 18 / 0.3322 dB of 1.
-  Worth worth{1, {5, 5}, {0.01, 0.9}, {0, 0}, {}};
+  Importance importance{1, {5, 5}, {0.01, 0.9}, {0, 0}, {}};
   const auto two = table_of({{0, 0}, {0, 0}});
   const std::vector<bool> none(2);
-  CHECK(down_to_knee(worth, two, none, 0.059).kept.size() == 2);
-  CHECK(down_to_knee(worth, two, none, 0.061).kept == std::vector<std::uint32_t>{1});
-  CHECK(down_to_knee(worth, two, none, 10).kept.size() == 1);
+  CHECK(down_to_knee(importance, two, none, 0.059).kept.size() == 2);
+  CHECK(down_to_knee(importance, two, none, 0.061).kept == std::vector<std::uint32_t>{1});
+  CHECK(down_to_knee(importance, two, none, 10).kept.size() == 1);
   // What no view shows is not judged, nor is the backdrop.
-  worth.pixels[0] = 0;
-  CHECK(down_to_knee(worth, two, none, 0.061).kept.size() == 2);
-  worth.pixels[0] = 5;
-  CHECK(down_to_knee(worth, two, {true, false}, 0.061).kept.size() == 2);
+  importance.pixels[0] = 0;
+  CHECK(down_to_knee(importance, two, none, 0.061).kept.size() == 2);
+  importance.pixels[0] = 5;
+  CHECK(down_to_knee(importance, two, {true, false}, 0.061).kept.size() == 2);
   // Each removal is measured by the error and the samples that those before have left: the second pays with them, and would not without.
-  Worth three{1, {5, 5, 5}, {0.001, 0.02, 5}, {0, 0, 0}, {}};
+  Importance three{1, {5, 5, 5}, {0.001, 0.02, 5}, {0, 0, 0}, {}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}});
   CHECK(down_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{2});
   three.triangle[0] = 0.1;
   CHECK(down_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{0, 1, 2});
   // A finest level goes by itself.
-  const Worth levels{1, {5}, {3}, {1e-6}, {}};
+  const Importance levels{1, {5}, {3}, {1e-6}, {}};
   CHECK(down_to_knee(levels, table_of({{2, 4}}), {false}, 0.1).levels == std::vector<soup::TextureLevels>{{2, 3}});
 }
 
 TEST_CASE("of triangles that stand in for each other one stays", "[simplify]") {
   // Two layers cost nothing without each other, all would cost everything; the third leans on the second, the fourth on none.
-  Worth worth{1, {5, 5, 5, 5}, {0, 0, 1e-9, 0}, {0, 0, 0, 0}, {{0, 1}, {1, 0}, {2, 1}}};
+  Importance importance{1, {5, 5, 5, 5}, {0, 0, 1e-9, 0}, {0, 0, 0, 0}, {{0, 1}, {1, 0}, {2, 1}}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}, {0, 0}});
   const std::vector<bool> none(4);
-  CHECK(down_to_knee(worth, table, none, 0.2).kept == std::vector<std::uint32_t>{1});
+  CHECK(down_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{1});
   // The second goes first where that is cheaper, and the others, which lean on it, stay.
-  worth.triangle = {1e-9, 0, 1e-9, 5};
-  CHECK(down_to_knee(worth, table, none, 0.2).kept == std::vector<std::uint32_t>{0, 2, 3});
-  worth.behind.clear();
-  CHECK(down_to_knee(worth, table, none, 0.2).kept == std::vector<std::uint32_t>{3});
+  importance.triangle = {1e-9, 0, 1e-9, 5};
+  CHECK(down_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{0, 2, 3});
+  importance.behind.clear();
+  CHECK(down_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{3});
 }
 
 TEST_CASE("rounds end just above a quality, whatever it is", "[simplify]") {

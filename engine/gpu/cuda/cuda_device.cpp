@@ -84,11 +84,6 @@ class CudaDevice final : public Device {
     // From pageable memory: the bytes have been taken when the call returns.
     check(cudaMemcpyAsync(target, bytes.data(), bytes.size(), cudaMemcpyHostToDevice, stream_), "cudaMemcpyAsync to the device");
   }
-  void download(Address from, std::span<std::byte> bytes) override {
-    if (!bytes.empty())
-      check(cudaMemcpyAsync(bytes.data(), memory(from, bytes.size()), bytes.size(), cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync to the host");
-    wait();
-  }
   void submit() override {}  // a stream begins by itself
   void wait() override {
     if (!lost_.empty())
@@ -169,6 +164,11 @@ class CudaDevice final : public Device {
     return ready;
   }
 
+  void read(Address from, std::span<std::byte> bytes) override {
+    if (!bytes.empty())
+      check(cudaMemcpyAsync(bytes.data(), memory(from, bytes.size()), bytes.size(), cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync to the host");
+    wait();
+  }
   void run(const CommandList::Fill& fill) override {
     void* target = memory(fill.to, fill.bytes);
     if (fill.value == 0) {

@@ -31,6 +31,7 @@ __device__ inline uint thread_index() { return blockIdx.x * 64u + threadIdx.x; }
 __device__ inline int findLSB(uint x) { return __ffs(static_cast<int>(x)) - 1; }
 __device__ inline uint atomicAdd(uint& x, uint value) { return ::atomicAdd(&x, value); }
 __device__ inline uint atomicOr(uint& x, uint value) { return ::atomicOr(&x, value); }
+__device__ inline uint atomicCompSwap(uint& x, uint expected, uint value) { return ::atomicCAS(&x, expected, value); }
 __device__ inline uint atomicMax(uint& x, uint value) { return ::atomicMax(&x, value); }
 
 }  // namespace trisoup::gpu::cuda

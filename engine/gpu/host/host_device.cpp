@@ -121,10 +121,6 @@ class HostDevice final : public Device {
   void upload(Address to, std::span<const std::byte> bytes) override {
     if (!bytes.empty()) std::memcpy(memory(to, bytes.size()), bytes.data(), bytes.size());
   }
-  void download(Address from, std::span<std::byte> bytes) override {
-    wait();
-    if (!bytes.empty()) std::memcpy(bytes.data(), memory(from, bytes.size()), bytes.size());
-  }
   void submit() override {}
   void wait() override {
     if (!lost_.empty())
@@ -136,6 +132,10 @@ class HostDevice final : public Device {
   std::vector<std::string> validation_messages() const override { return {}; }
 
  private:
+  void read(Address from, std::span<std::byte> bytes) override {
+    wait();
+    if (!bytes.empty()) std::memcpy(bytes.data(), memory(from, bytes.size()), bytes.size());
+  }
   void run(const CommandList::Fill& fill) override {
     std::fill_n(reinterpret_cast<std::uint32_t*>(memory(fill.to, fill.bytes)), fill.bytes / 4, fill.value);
   }

@@ -23,6 +23,10 @@ inline uint thread_index() { return invocation.group * 64u + invocation.thread; 
 inline int findLSB(uint x) { return x == 0 ? -1 : std::countr_zero(x); }
 inline uint atomicAdd(uint& x, uint value) { return std::atomic_ref<uint>(x).fetch_add(value, std::memory_order_relaxed); }
 inline uint atomicOr(uint& x, uint value) { return std::atomic_ref<uint>(x).fetch_or(value, std::memory_order_relaxed); }
+inline uint atomicCompSwap(uint& x, uint expected, uint value) {
+  std::atomic_ref<uint>(x).compare_exchange_strong(expected, value, std::memory_order_relaxed);
+  return expected;
+}
 inline uint atomicMax(uint& x, uint value) {
   const std::atomic_ref<uint> word(x);
   uint before = word.load(std::memory_order_relaxed);

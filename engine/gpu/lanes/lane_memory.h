@@ -191,6 +191,19 @@ inline vu atomically(char* p, vu index, vu value, vm mask, F f) {
   }
   return before;
 }
+/// Where a word is `expected`, it becomes `value`; what it was before.
+template <std::size_t stride, bool shared, bool used>
+inline vu atomic_exchange_if(char* p, vu index, vu value, vu expected, vm mask) {
+  vu before{};
+  for (std::uint32_t lanes = lanes_of(mask); lanes != 0; lanes &= lanes - 1) {
+    const int l = std::countr_zero(lanes);
+    std::uint32_t was = expected[l];
+    std::atomic_ref<std::uint32_t>(*reinterpret_cast<std::uint32_t*>(p + std::size_t(index[l]) * stride))
+        .compare_exchange_strong(was, value[l], std::memory_order_relaxed);
+    before[l] = was;
+  }
+  return before;
+}
 template <std::size_t stride, bool shared, bool used>
 inline vu atomic_add(char* p, vu index, vu value, vm mask) {
   return atomically<stride, shared, used>(p, index, value, mask, [](std::uint32_t& word, std::uint32_t x) {

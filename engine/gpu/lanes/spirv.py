@@ -26,6 +26,7 @@ OPS = {  # number: (name, has a result type, has a result)
     184: ("FOrdLessThan", 1, 1), 186: ("FOrdGreaterThan", 1, 1), 188: ("FOrdLessThanEqual", 1, 1), 190: ("FOrdGreaterThanEqual", 1, 1),
     194: ("ShiftRightLogical", 1, 1), 195: ("ShiftRightArithmetic", 1, 1), 196: ("ShiftLeftLogical", 1, 1), 197: ("BitwiseOr", 1, 1),
     198: ("BitwiseXor", 1, 1), 199: ("BitwiseAnd", 1, 1), 200: ("Not", 1, 1), 224: ("ControlBarrier", 0, 0), 225: ("MemoryBarrier", 0, 0),
+    230: ("AtomicCompareExchange", 1, 1),
     234: ("AtomicIAdd", 1, 1), 239: ("AtomicUMax", 1, 1), 241: ("AtomicOr", 1, 1), 245: ("Phi", 1, 1), 246: ("LoopMerge", 0, 0),
     247: ("SelectionMerge", 0, 0), 248: ("Label", 0, 1), 249: ("Branch", 0, 0), 250: ("BranchConditional", 0, 0), 253: ("Return", 0, 0),
     254: ("ReturnValue", 0, 0), 255: ("Unreachable", 0, 0), 400: ("CopyLogical", 1, 1)}

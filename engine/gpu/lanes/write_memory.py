@@ -194,12 +194,16 @@ class MemoryWriter:
             self.store_one(base, o, part, mask)
 
     def atomic(self, n, mask):
-        function = {"AtomicIAdd": "atomic_add", "AtomicUMax": "atomic_max", "AtomicOr": "atomic_or"}[n.inst.op]
+        function = {"AtomicIAdd": "atomic_add", "AtomicUMax": "atomic_max", "AtomicOr": "atomic_or",
+                    "AtomicCompareExchange": "atomic_exchange_if"}[n.inst.op]
+        # Scope and semantics come before them: one of each, but two semantics for a comparison.
+        operands = n.args[4:] if n.inst.op == "AtomicCompareExchange" else n.args[3:]
+        values = ", ".join(vary(self.tree(operand)) for operand in operands)
         text, terms, _, shared = self.address(n.args[0])
         index, stride = "vu{}", 4
         if terms:
             terms, stride, _ = self.index(terms)
             index = self.index_of_lanes(terms)
         used = "true" if n.key in self.used else "false"
-        call = f"{function}<{stride}, {'true' if shared else 'false'}, {used}>({text}, {index}, {vary(self.tree(n.args[3]))}, {mask or 'kAll'})"
+        call = f"{function}<{stride}, {'true' if shared else 'false'}, {used}>({text}, {index}, {values}, {mask or 'kAll'})"
         self.define(n.key, n.inst.type, call, True)

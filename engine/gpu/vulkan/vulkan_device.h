@@ -26,7 +26,6 @@ class VulkanDevice final : public Device {
 
   const DeviceInfo& info() const override { return info_; }
   void upload(Address to, std::span<const std::byte> bytes) override;
-  void download(Address from, std::span<std::byte> bytes) override;
   void submit() override;
   void wait() override;
   Graphics* graphics() override;
@@ -36,6 +35,7 @@ class VulkanDevice final : public Device {
   std::vector<std::string> validation_messages() const override;
 
  protected:
+  void read(Address from, std::span<std::byte> bytes) override;
   void run(const CommandList::Launch& launch) override;
   void run(const CommandList::Fill& fill) override;
   void run(const CommandList::Copy& copy) override;

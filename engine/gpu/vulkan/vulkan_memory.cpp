@@ -59,7 +59,7 @@ void VulkanDevice::upload(Address to, std::span<const std::byte> bytes) {
   if (bytes.size() > kInlineUpload) wait();
 }
 
-void VulkanDevice::download(Address from, std::span<std::byte> bytes) {
+void VulkanDevice::read(Address from, std::span<std::byte> bytes) {
   if (bytes.empty()) return;
   const auto [buffer, offset] = buffer_of(from, bytes.size());
   for (std::size_t done = 0; done < bytes.size();) {

@@ -1,0 +1,33 @@
+// The set of (triangle, triangle behind it) over all pixels of a batch: a hash table with open addressing, whose slots name a pixel that shows the pair.
+// Pixels are of launches before, so one compare-and-swap of a word is all that threads have to agree on.
+#include "common/kernel.h"
+#include "args/collect_pairs.h"
+#include "common/random.h"
+
+const uint kMostProbes = 64u;
+
+KERNEL(64, CollectPairsArgs) {
+  const uint i = thread_index();
+  if (i >= a.pixels) return;
+  const uint first = a.first.v[i].triangle, behind = a.behind.v[i].triangle;
+  if (first == 0u || behind == 0u) return;
+  // Neighbouring pixels mostly show the same two.
+  if (i > 0u && a.first.v[i - 1u].triangle == first && a.behind.v[i - 1u].triangle == behind) return;
+  uint slot = hash32(first ^ hash32(behind)) & (a.slots - 1u);
+  uint probe = 0u;
+  for (; probe < kMostProbes; ++probe) {
+    const uint taken = atomicCompSwap(a.table.v[slot], 0u, i + 1u);
+    if (taken == 0u) {
+      const uint at = atomicAdd(a.found.v[0], 1u);
+      if (at < a.capacity) {
+        a.found.v[1u + 2u * at] = first - 1u;
+        a.found.v[2u + 2u * at] = behind - 1u;
+      }
+      break;
+    }
+    if (a.first.v[taken - 1u].triangle == first && a.behind.v[taken - 1u].triangle == behind) break;
+    slot = (slot + 1u) & (a.slots - 1u);
+  }
+  // No room: the table is to be larger.
+  if (probe == kMostProbes) atomicOr(a.found.v[0], 0x80000000u);
+}
