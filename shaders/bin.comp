@@ -43,9 +43,9 @@ KERNEL(64, BinArgs) {
       if (at_offset(setup.e0, d) + reach.x < 0.0f || at_offset(setup.e1, d) + reach.y < 0.0f ||
           at_offset(setup.e2, d) + reach.z < 0.0f)
         continue;
-      const uint slot = atomicAdd(a.counts.v[tile], 1u);
+      const uint count = atomicAdd(a.counts.v[tile], FILL ? 0xffffffffu : 1u);
       if (FILL) {
-        const uint at = a.offsets.v[tile] + slot;
+        const uint at = a.offsets.v[tile] + count - 1u;
         if (at < a.capacity) a.lists.v[at] = triangle;
       }
     }

@@ -1,31 +1,34 @@
-// Offsets of the tiles' lists: exclusive sums of their counts, which go back to zero for the fill. One workgroup.
+// Offsets of the tiles' lists: exclusive sums of their counts. A workgroup finds those of BIN_SCAN_TILES tiles and adds up all counts before them itself,
+// which is less than a second launch would take.
 #include "common/kernel.h"
 #include "args/bin.h"
 
-SHARED uint s_sum[256];
+const uint kTilesPerThread = BIN_SCAN_TILES / 256u;
+
+SHARED uvec2 s_sum[256];  // of a thread's tiles; of its share of the tiles before the workgroup's
 
 KERNEL(256, BinArgs) {
-  const uint thread = gl_LocalInvocationIndex;
-  const uint share = (a.tiles + 255u) / 256u;
-  const uint first = a.tile_first + min(thread * share, a.tiles), last = min(first + share, a.tile_first + a.tiles);
-  uint sum = 0u;
-  for (uint i = first; i < last; ++i) sum += a.counts.v[i];
+  const uint thread = gl_LocalInvocationIndex, chunk = group_index() * BIN_SCAN_TILES;
+  if (chunk >= a.tiles) return;
+  const uint first = min(chunk + thread * kTilesPerThread, a.tiles), last = min(first + kTilesPerThread, a.tiles);
+  uvec2 sum = uvec2(0u);
+  for (uint i = first; i < last; ++i) sum.x += a.counts.v[a.tile_first + i];
+  for (uint i = thread; i < chunk; i += 256u) sum.y += a.counts.v[a.tile_first + i];
   s_sum[thread] = sum;
   barrier();
   for (uint step = 1u; step < 256u; step *= 2u) {
-    const uint before = thread >= step ? s_sum[thread - step] : 0u;
+    const uvec2 before = thread >= step ? s_sum[thread - step] : uvec2(0u);
     barrier();
     s_sum[thread] += before;
     barrier();
   }
-  uint offset = thread > 0u ? s_sum[thread - 1u] : 0u;
+  uint offset = s_sum[255].y + s_sum[thread].x - sum.x;
   for (uint i = first; i < last; ++i) {
-    a.offsets.v[i] = offset;
-    offset += a.counts.v[i];
-    a.counts.v[i] = 0u;
+    a.offsets.v[a.tile_first + i] = offset;
+    offset += a.counts.v[a.tile_first + i];
   }
-  if (thread == 255u) {
-    const uint total = s_sum[255];
+  if (thread == 255u && chunk + BIN_SCAN_TILES >= a.tiles) {
+    const uint total = s_sum[255].x + s_sum[255].y;
     a.offsets.v[a.tile_first + a.tiles] = total;
     a.control.v[0].list_total = total;
     a.control.v[0].list_peak = max(a.control.v[0].list_peak, total);

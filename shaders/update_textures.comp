@@ -89,10 +89,11 @@ FN void to_finer(uint from, uint to, uint e) {
 
 // One function, longer than a screen: its parts hand over in shared memory, and a barrier stands between any two, which all threads must meet here.
 KERNEL_MAIN(THREADS) {
-  const uint triangle = group_index();
   const uint thread = gl_LocalInvocationIndex;
-  if (triangle >= a.triangles) return;
-  const Texture row = a.textures.v[triangle];
+  if (group_index() >= a.tasks_count) return;
+  const TextureTask task = a.tasks.v[group_index()];
+  const Texture row = Texture(task.source_offset, task.lattice_offset, task.levels & 255u, task.levels >> 8);
+  const uint triangle = task.triangle;
   const uint fine = samples_before(row.level_min, row.level_max);
   uint top = row.level_max, fine_count = lattice_samples(top), source_count = fine + fine_count;
   const bool frozen = a.control.v[0].overflow != 0u;

@@ -131,6 +131,7 @@ void evaluate(Options& o) {
   const train::Evaluation evaluation =
       o.with_renderer ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(o.aa), on_render)
                       : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
+  if (pictures) pictures->finish();
   const std::string text = to_json(evaluation).dump(2) + "\n";
   if (o.json_path.empty()) {
     if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)

@@ -341,6 +341,8 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
                                  }, &ranks_);
     if (o_.measure_float && !has_goal()) unrounded = trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
     fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
+    const auto writing = times_->measure(train::Part::writing);
+    folder_.renders().finish();
   }
   log_evaluation(evaluation);
   warn_of_result(*trainer_, fit, settings_);

@@ -8,9 +8,9 @@ set(variants
   "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures" "place_pixels" "project" "quantise" "sample_photographs"
   "shade 0 0" "shade 0 1" "shade 1 0" "shade_one 0 0" "shade_one 0 1" "shade_one 1 0"
   "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients" "ssim 0" "ssim 1" "sum_photographs" "update_mlp 0" "update_mlp 1"
-  "update_textures 3+ 0 0" "update_textures 3+ 1 0" "update_textures 213+ 1 0"
+  "update_textures 3+ 0 0" "update_textures 3+ 1 0" "update_textures 15+ 1 0" "update_textures 60+ 1 0" "update_textures 213+ 1 0"
   "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
-  "update_vertices 0" "update_vertices 1" "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0" "visibility 2 0")
+  "update_textures_wide 213+ 1 0" "update_textures_wide 783+ 1 0" "update_vertices 0" "update_vertices 1" "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0" "visibility 2 0")
 
 function(kernel_variants backend returned_by output)
   if(ARGN)
@@ -45,7 +45,7 @@ function(kernel_variants backend returned_by output)
       string(APPEND text "#undef KERNEL_CONSTANT_${id}\n#define KERNEL_CONSTANT_${id} ${word}\n")
       math(EXPR id "${id} + 1")
     endforeach()
-    string(APPEND text "#undef MLP\n#undef PIXELS\n#undef LANES\n#undef LANE\n#undef PUT\n#undef PUT_PIXEL\n#undef FORGET_WEIGHTS\n#undef SAMPLE_VALUE\n#include \"${name}.comp\"\nRUN_KERNEL\n}\n")
+    string(APPEND text "#undef MLP\n#undef PIXELS\n#undef LANES\n#undef LANE\n#undef PUT\n#undef PUT_PIXEL\n#undef FORGET_WEIGHTS\n#undef SAMPLE_VALUE\n#undef THREADS\n#include \"${name}.comp\"\nRUN_KERNEL\n}\n")
     list(JOIN words ", " constants)
     string(APPEND rows "    {\"${name}\", {${constants}}, ${length}, ${waits}, ${space}::kThreads, sizeof(${space}::KernelArgs), ${space}::run},\n")
   endforeach()

@@ -13,7 +13,9 @@ std::uint32_t usual_groups(const gpu::Device& gpu) { return gpu.info().kind == g
 
 }  // namespace
 
-Frame::Frame(gpu::Device& gpu, std::uint32_t groups) : mlp_groups(groups > 0 ? groups : usual_groups(gpu)), one_pixel(gpu.info().kind != gpu::Kind::cpu || (gpu.info().backend == "cpu" && gpu.info().subgroup_size > 1)), gpu_(gpu) {
+Frame::Frame(gpu::Device& gpu, std::uint32_t groups)
+    : mlp_groups(groups > 0 ? groups : usual_groups(gpu)), wide_textures(gpu.info().kind != gpu::Kind::cpu),
+      one_pixel(gpu.info().kind != gpu::Kind::cpu || (gpu.info().backend == "cpu" && gpu.info().subgroup_size > 1)), gpu_(gpu) {
   statistics = gpu.allocate(kStatisticsRows * sizeof(kernels::Statistics), "loss sums");
   state = gpu.allocate(sizeof(kernels::StepState), "step state");
   control = gpu.allocate(sizeof(kernels::Control), "control flags");

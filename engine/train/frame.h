@@ -45,6 +45,7 @@ class Frame {
   /// [9][pixels]: gradients of the features and barycentrics of the pixels, sorted by triangle. The SSIM derivatives are no longer needed then.
   gpu::Address sorted() const { return partial.address(); }
   std::uint32_t mlp_groups;
+  bool wide_textures;  // large textures have workgroups of 256 threads; what suits the device
   bool one_pixel;  // a thread shades one pixel after the other (shaders/common/pixel_lanes.h); what suits the device
 
  private:

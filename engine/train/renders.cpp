@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
+#include <utility>
 
 #include "error.h"
 #include "image/image_file.h"
@@ -23,8 +25,11 @@ void Renders::clear() {
   written_.clear();
 }
 
-void Renders::write(const scene::View& view, const std::vector<float>& colour) {
-  const int w = view.image.width, h = view.image.height, gap = 4;
+namespace {
+
+/// Photograph on the left, rendering on the right.
+Image side_by_side(const Image& photograph, const std::vector<float>& colour) {
+  const int w = photograph.width, h = photograph.height, gap = 4;
   Image both;
   both.width = 2 * w + gap;
   both.height = h;
@@ -35,17 +40,37 @@ void Renders::write(const scene::View& view, const std::vector<float>& colour) {
       std::uint8_t* left = &both.rgba[(static_cast<std::size_t>(y) * both.width + x) * 4];
       std::uint8_t* right = left + 4 * (w + gap);
       for (int c = 0; c < 3; ++c) {
-        left[c] = view.image.rgba[4 * from + c];
+        left[c] = photograph.rgba[4 * from + c];
         right[c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(colour[3 * from + c], 0.0f, 1.0f)));
       }
     }
+  return both;
+}
+
+}  // namespace
+
+void Renders::write(const scene::View& view, std::vector<float> colour) {
   std::string name = std::filesystem::path(view.name).replace_extension().string();
   std::replace(name.begin(), name.end(), '/', '_');
   // File systems end at 255 bytes, and the writer adds some while it writes.
   if (name.size() > 200) name.erase(0, name.size() - 200);
   std::string numbered = name;
   for (int n = 2; !written_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
-  write_png(folder_ / (numbered + ".png"), both);
+  // As many at a time as there are cores: each holds its picture.
+  if (pending_.size() >= std::max(1u, std::thread::hardware_concurrency())) wait_for_oldest();
+  pending_.push_back(std::async(std::launch::async, [path = folder_ / (numbered + ".png"), photograph = view.image, colour = std::move(colour)] {
+    write_png(path, side_by_side(photograph, colour));
+  }));
+}
+
+void Renders::wait_for_oldest() {
+  std::future<void> oldest = std::move(pending_.front());
+  pending_.pop_front();
+  oldest.get();
+}
+
+void Renders::finish() {
+  while (!pending_.empty()) wait_for_oldest();
 }
 
 }  // namespace trisoup::train

@@ -1,7 +1,9 @@
 // Pictures of held-out views beside what a model shows of them.
 #pragma once
 
+#include <deque>
 #include <filesystem>
+#include <future>
 #include <set>
 #include <string>
 #include <vector>
@@ -18,13 +20,17 @@ class Renders {
   void create() const;
   /// Removes the pictures of a run before this one, which may have had other views.
   void clear();
-  /// <name>.png: photograph on the left, rendering (row-major RGB, height x width x 3, 0 to 1) on the right. Views whose names would give the same file
-  /// are numbered. Throws Error when it cannot be written.
-  void write(const scene::View& view, const std::vector<float>& colour);
+  /// Begins to write <name>.png, on another thread: photograph on the left, rendering (row-major RGB, height x width x 3, 0 to 1) on the right. Views whose names would give the same file
+  /// are numbered. Throws Error when one begun before cannot be written.
+  void write(const scene::View& view, std::vector<float> colour);
+  /// Waits for all that was begun. Throws Error when one cannot be written.
+  void finish();
 
  private:
+  void wait_for_oldest();
   std::filesystem::path folder_;
   std::set<std::string> written_;
+  std::deque<std::future<void>> pending_;
 };
 
 }  // namespace trisoup::train

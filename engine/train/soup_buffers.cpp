@@ -1,6 +1,7 @@
 #include "train/soup_buffers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "args/types.h"
@@ -88,6 +89,32 @@ gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry>
   });
 }
 
+namespace {
+
+/// Fills SoupBuffers::tasks and classes.
+void sort_by_size(gpu::Device& gpu, SoupBuffers& soup) {
+  // Samples of levels 2..2, 2..3, 2..4 and of all that there are.
+  constexpr std::array<std::uint32_t, 4> kMost{15, 60, 213, 783};
+  const TriangleRange own = soup.own();
+  const std::vector<soup::TextureEntry> rows = local_rows(soup.table, own);
+  std::array<std::vector<kernels::TextureTask>, kMost.size()> tasks;
+  for (std::uint32_t t = own.first; t < own.last; ++t) {
+    const soup::TextureEntry& row = rows[t];
+    const auto fits = std::lower_bound(kMost.begin(), kMost.end(), soup::samples_in(row.level_min, row.level_max));
+    tasks[static_cast<std::size_t>(fits - kMost.begin())].push_back({row.source_offset, row.lattice_offset, row.level_min | row.level_max << 8, t - own.first});
+  }
+  std::vector<kernels::TextureTask> sorted;
+  soup.classes.clear();
+  for (std::size_t c = 0; c < kMost.size(); ++c) {
+    if (!tasks[c].empty()) soup.classes.push_back({static_cast<std::uint32_t>(sorted.size()), static_cast<std::uint32_t>(tasks[c].size()), kMost[c]});
+    sorted.insert(sorted.end(), tasks[c].begin(), tasks[c].end());
+  }
+  soup.tasks = gpu.allocate(sorted.size() * sizeof(kernels::TextureTask), "texture table");
+  gpu.upload(soup.tasks.address(), sorted);
+}
+
+}  // namespace
+
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,
                    std::vector<soup::TextureEntry> table, Textures textures) {
   soup.triangles = static_cast<std::uint32_t>(table.size());
@@ -123,6 +150,7 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
   soup.vertex_gradient = sums(vertex_count * 3, "vertex gradients");
   soup.textures = gpu.allocate(soup.triangles * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(soup.textures.address(), local_rows(soup.table, own));
+  sort_by_size(gpu, soup);
   const auto given = [&](gpu::Buffer& buffer, const char* what) {
     return buffer ? std::move(buffer) : zeroed(sources * 32, what);
   };

@@ -26,6 +26,12 @@ struct FixedSums {
 
 class SharedSoup;
 
+/// Triangles whose textures take about as much shared memory, in SoupBuffers::tasks.
+struct TextureClass {
+  std::uint32_t first = 0, count = 0;
+  std::uint32_t samples = 0;  // of all levels; none of these textures has more
+};
+
 struct SoupBuffers {
   std::uint32_t triangles = 0;
   std::vector<soup::TextureEntry> table;  // as on the device, where all of it is here
@@ -44,6 +50,8 @@ struct SoupBuffers {
   gpu::Buffer vertices, vertex_moment1, vertex_moment2;  // [T][3][3], [3T][3], [3T]
   FixedSums vertex_gradient;                             // [T][3][3]
   gpu::Buffer textures;                                  // [T] Texture: local_rows()
+  gpu::Buffer tasks;                                     // [own] TextureTask, by class
+  std::vector<TextureClass> classes;                     // small textures first
   gpu::Buffer source, source_moment1, source_moment2;    // [source samples][8], logits; of own triangles, as the next three
   gpu::Buffer lattice, opacity;                          // [lattice samples][8], [lattice samples], after the sigmoid
   FixedSums opacity_gradient;                            // [lattice samples]; those of the features: Frame::sorted
@@ -56,7 +64,7 @@ constexpr std::uint64_t texture_bytes(std::uint64_t source_samples, std::uint64_
   return source_samples * 3 * soup::kChannels * 4 + lattice_samples * (soup::kChannels * 4 + 12);
 }
 /// Bytes of vertices, their moments and gradients, the texture table and what else there is of every triangle on every rank.
-constexpr std::uint64_t triangle_bytes(std::uint64_t triangles) { return triangles * (36 + 36 + 12 + 72 + 4 + sizeof(soup::TextureEntry)); }
+constexpr std::uint64_t triangle_bytes(std::uint64_t triangles) { return triangles * (36 + 36 + 12 + 72 + 4 + 2 * sizeof(soup::TextureEntry)); }
 /// Bytes of device memory that a soup of `triangles` with levels level_min..level_max takes, gradients and moments included, on one of `ranks` ranks.
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max, std::uint32_t ranks = 1);
 

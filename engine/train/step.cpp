@@ -100,7 +100,7 @@ void Step::list_triangles(const Band& band) {
                     band.tiles, frame_.list_capacity(), 0};
   gpu_.fill(frame_.counts.address() + 4ull * band.first, 4ull * band.tiles, 0);
   gpu_.launch({"bin", {0}}, projected, bin);
-  gpu_.launch({"bin_scan"}, 1, bin);
+  gpu_.launch({"bin_scan"}, (band.tiles + BIN_SCAN_TILES - 1) / BIN_SCAN_TILES, bin);
   gpu_.launch({"bin", {1}}, projected, bin);
 }
 
@@ -223,28 +223,29 @@ void Step::opacity_backward(const StepInputs& inputs) {
 }
 
 void Step::update_textures(bool adam, const StepInputs& inputs) {
-  const UpdateTexturesArgs args{soup_.textures.address() + sizeof(kernels::Texture) * soup_.own().first,
-                                soup_.source.address(),
-                                soup_.source_moment1.address(),
-                                soup_.source_moment2.address(),
-                                soup_.lattice.address(),
-                                soup_.opacity.address(),
-                                frame_.shown.address() + 4ull * soup_.own().first,
-                                frame_.sorted(),
-                                soup_.opacity_gradient.low.address(),
-                                soup_.opacity_gradient.high.address(),
-                                soup_.touched.address() + 4ull * soup_.own().first,
-                                frame_.state.address(),
-                                frame_.control.address(),
-                                inputs.source_gradient,
-                                soup_.triangles,
-                                inputs.update_unseen || inputs.source_gradient != 0,
-                                static_cast<std::uint32_t>(frame_.batch().pixels),
-                                0};
-  // All levels of a triangle at once in shared memory.
-  std::uint32_t samples = 0;
-  for (const soup::TextureEntry& row : soup_.table) samples = std::max(samples, soup::samples_in(row.level_min, row.level_max));
-  gpu_.launch({"update_textures", {samples, adam, inputs.source_gradient != 0}}, soup_.own().count(), args);
+  const bool debug = inputs.source_gradient != 0;
+  for (const TextureClass& c : soup_.classes) {
+    const bool wide = frame_.wide_textures && adam && !debug && c.samples > 100;
+    gpu_.launch({wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
+                UpdateTexturesArgs{soup_.tasks.address() + sizeof(TextureTask) * c.first,
+                                   soup_.source.address(),
+                                   soup_.source_moment1.address(),
+                                   soup_.source_moment2.address(),
+                                   soup_.lattice.address(),
+                                   soup_.opacity.address(),
+                                   frame_.shown.address() + 4ull * soup_.own().first,
+                                   frame_.sorted(),
+                                   soup_.opacity_gradient.low.address(),
+                                   soup_.opacity_gradient.high.address(),
+                                   soup_.touched.address() + 4ull * soup_.own().first,
+                                   frame_.state.address(),
+                                   frame_.control.address(),
+                                   inputs.source_gradient,
+                                   soup_.triangles,
+                                   inputs.update_unseen || debug,
+                                   static_cast<std::uint32_t>(frame_.batch().pixels),
+                                   c.count});
+  }
 }
 
 void Step::update(const StepInputs& inputs) {

@@ -2,6 +2,7 @@
 #ifndef TRISOUP_ARGS_BIN_H
 #define TRISOUP_ARGS_BIN_H
 #include "args/types.h"
+#define BIN_SCAN_TILES 2048u  // of a workgroup of bin_scan
 #ifndef GL_core_profile
 namespace KERNEL_TYPES {
 #endif
@@ -10,7 +11,7 @@ namespace KERNEL_TYPES {
 struct BinArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
-  POINTER(Uints) counts;   // [all tiles]: triangles of a tile, then the cursor of the fill
+  POINTER(Uints) counts;   // [all tiles]: triangles of a tile, counted down to 0 by the fill
   POINTER(Uints) offsets;  // [all tiles + 1], into the lists of the band
   POINTER(Uints) lists;    // [capacity]
   POINTER(Controls) control;

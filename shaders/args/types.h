@@ -75,6 +75,13 @@ STRUCT Texture {
   uint source_offset, lattice_offset, level_min, level_max;
 };
 
+/// The texture of one triangle, in a list that is sorted by size.
+STRUCT TextureTask {
+  uint source_offset, lattice_offset;
+  uint levels;    // level_min | level_max << 8
+  uint triangle;  // of the rank's own, counted from its first
+};
+
 /// What changes from step to step; everything else in a step's arguments stays the same until the topology changes.
 STRUCT StepState {
   uint threshold_key;  // hash of seed and step
@@ -136,12 +143,13 @@ POINTER_TYPE(Views, ViewRecord, 16)
 POINTER_TYPE(ScreenTriangles, ScreenTriangle, 16)
 POINTER_TYPE(Hits, Hit, 16)
 POINTER_TYPE(Textures, Texture, 16)
+POINTER_TYPE(TextureTasks, TextureTask, 16)
 POINTER_TYPE(Steps, StepState, 16)
 POINTER_TYPE(StatisticsRows, Statistics, 16)
 POINTER_TYPE(Controls, Control, 16)
 #endif
 #ifndef GL_core_profile
-static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16);
+static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 && sizeof(TextureTask) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
 static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 32 && sizeof(Control) == 64);
 }

@@ -6,9 +6,9 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per triangle; one whose gradient is zero everywhere is left alone.
+/// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per task; a triangle whose gradient is zero everywhere is left alone.
 struct UpdateTexturesArgs {
-  POINTER(Textures) textures;
+  POINTER(TextureTasks) tasks;  // of this launch
   POINTER(Float4s) source;   // [source samples][8], logits
   POINTER(Float4s) moment1;
   POINTER(Float4s) moment2;
@@ -24,7 +24,7 @@ struct UpdateTexturesArgs {
   POINTER(Float4s) debug;    // [source samples][8]: gradient where asked for
   uint triangles;
   uint unseen;               // 1: also values without a gradient, by their moments
-  uint pixels, pad;
+  uint pixels, tasks_count;
 };
 
 #ifndef GL_core_profile

@@ -14,7 +14,9 @@ const uint kNumbers = 1u;  // in an element
 #else
 // A thread takes a vector. Eight neighbouring threads take eight neighbouring ones and go on with the next: whole cache lines for a GPU, one stream of memory
 // for a driver that runs eight threads as one.
+#ifndef THREADS
 #define THREADS 64u
+#endif
 const uint kNumbers = 4u;
 #define FLOATS vec4
 #define UINTS uvec4

@@ -76,8 +76,8 @@ TEST_CASE("bands of tiles and one pixel a thread give the bits of a step in one 
   const std::vector<train::BatchView> views{test::view_from(0, 100, 64), test::view_from(2, 64, 75)};
   std::vector<std::vector<float>> states;
   for (int variant = 0; variant < 3; ++variant) {
-    SmallScene s(*gpu, 60, kFine, views);
-    if (variant == 2) s.frame.one_pixel = true;  // what GPUs do anyway
+    SmallScene s(*gpu, 60, {{2, 4}, {0, 0}, {2, 3}, {1, 2}, {2, 2}, {2, 5}}, views);
+    if (variant == 2) s.frame.one_pixel = s.frame.wide_textures = true;  // what GPUs do anyway
     if (variant == 1) {
       s.frame.most_entries = 300;
       s.frame.lists = gpu->allocate(300 * 4, "few entries");
