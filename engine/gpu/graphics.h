@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -106,6 +107,14 @@ struct Draw {
   }
 };
 
+/// One call of a kernel that reads images and writes one, a thread a pixel.
+struct Compute {
+  const char* kernel;                      // shaders/<kernel>.comp, in groups of 8 x 8 threads
+  std::vector<std::uint32_t> constants = {};  // specialisation constants 0, 1, ...
+  std::vector<const Image*> textures = {};    // as in Draw
+  std::vector<std::pair<Address, std::uint64_t>> uniforms = {};
+};
+
 /// Where draws go: images of one size and number of samples. Colour k is the fragment shader's output at location k.
 struct Targets {
   std::vector<const Image*> colour;
@@ -142,12 +151,19 @@ class Graphics {
   virtual void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) = 0;
   virtual void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) = 0;  // waits
   virtual void draw(const Targets& targets, std::span<const Draw> draws) = 0;
+  /// Writes all of a plain rgba8 image, which is binding 6 of the kernel.
+  virtual void compute(const Compute& call, const Image& target) = 0;
   /// Copies a plain rgba8 image to another, or to a window's, with a bilinear filter where their sizes differ.
   virtual void copy(const Image& from, const Image& to) = 0;
   void draw(const Targets& targets, const Draw& one) { draw(targets, std::span(&one, 1)); }
   /// create: makes the surface of a window from the instance (VkInstance to VkSurfaceKHR here), as window libraries do.
   /// The device must have been opened with the library's extensions (DeviceOptions::window_extensions).
   virtual std::unique_ptr<Surface> open_surface(const std::function<std::uint64_t(void* instance)>& create) = 0;
+  /// The word that remember() was last given under this name for this device and driver version, in this or an earlier
+  /// process; empty if there is none.
+  virtual std::string recall(const std::string& name) const = 0;
+  /// Keeps a word in a file beside the pipeline cache, or until the device closes if the file cannot be written.
+  virtual void remember(const std::string& name, const std::string& word) noexcept = 0;
 
  protected:
   friend class Image;

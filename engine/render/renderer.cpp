@@ -28,8 +28,29 @@ std::optional<AntiAliasing> anti_aliasing_from(std::string_view name) {
   return {};
 }
 
-Renderer::Renderer(gpu::Device& gpu) : gpu_(gpu), graphics_(gpu::graphics_of(gpu)) {
+Renderer::Renderer(gpu::Device& gpu, Shading shading) : gpu_(gpu), graphics_(gpu::graphics_of(gpu)), asked_(shading) {
   frame_ = gpu.allocate(sizeof(kernels::DrawFrame), "frame");
+}
+
+Shading Renderer::choose(const GpuModel& model, const gpu::Draw& shade, const gpu::Image& target, bool watched) {
+  if (target.shape().format != gpu::Format::rgba8) return Shading::fragment;
+  if (asked_ != Shading::automatic) return asked_;
+  std::optional<Shading>& known = known_[model.mlp_constants.empty() ? 0 : 1];
+  // The driver compiles for these pictures, so their user waits already. Later a measurement would be a hitch.
+  if (known && !watched) return *known;
+  const auto remembered = shading_from(graphics_.recall(shade.fragment));
+  known = Shading::fragment;
+  const std::uint32_t pixels = target.shape().width * target.shape().height;
+  const bool large = pixels >= kLeastPixels && model.triangles >= kLeastTriangles;
+  if (remembered && *remembered != Shading::automatic) {
+    known = remembered;
+  } else if (large && shade.constants.at(0) == static_cast<std::uint32_t>(Mode::colour)) {
+    if (const auto measured = measured_shading(gpu_, shade, model.triangles)) {
+      known = measured;
+      graphics_.remember(shade.fragment, to_string(*measured));
+    }
+  }
+  return *known;
 }
 
 void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target,
@@ -102,6 +123,11 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   shade.uniforms = opaque.uniforms;
   // With one sample the depth of the first pass says where there is something to shade.
   if (aa == AntiAliasing::none) shade.depth = gpu::Depth::drawn;
+  shading_ = aa == AntiAliasing::none ? choose(model, shade, target, static_cast<bool>(watch)) : Shading::fragment;
+  if (shading_ == Shading::compute) {
+    graphics_.compute(as_kernel(shade), target);
+    return;
+  }
   gpu::Targets targets{.colour = {&target}};
   targets.background = frame.background;
   if (aa == AntiAliasing::none) {

@@ -1,6 +1,7 @@
 // The real-time renderer: the graphics pipeline finds what is visible, then the MLP runs once per pixel.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "gpu/graphics.h"
 #include "image/image.h"
 #include "render/gpu_model.h"
+#include "render/shading.h"
 
 namespace trisoup::render {
 
@@ -48,8 +50,10 @@ Image download(gpu::Graphics& graphics, const gpu::Image& picture);
 /// Draws models to images. Keeps the images of its passes between pictures of one size.
 class Renderer {
  public:
-  /// Throws Error when the device cannot draw.
-  explicit Renderer(gpu::Device& gpu);
+  /// shading: how pictures without anti-aliasing are shaded; fragments shade all others. automatic takes the answer
+  /// that was measured on this device before. Without one it measures, but only with a large picture that is the first
+  /// of the renderer or has a `watch`, and else takes fragments. Throws Error when the device cannot draw.
+  explicit Renderer(gpu::Device& gpu, Shading shading = asked_shading());
 
   /// The passes of a picture.
   static constexpr int kPasses = 2;
@@ -63,13 +67,21 @@ class Renderer {
   /// The same, to memory of the host.
   Image picture(const GpuModel& model, const View& view, const DrawOptions& options);
 
+  /// How the last picture was shaded: fragment or compute.
+  Shading shading() const { return shading_; }
+
   /// What the first pass of the last picture without anti-aliasing found: per pixel index + 1 of the visible triangle,
   /// 0 where there is none.
   std::vector<std::uint32_t> hits();
 
  private:
+  /// fragment or compute. shade: the second pass without anti-aliasing. watched: there is a `watch`.
+  Shading choose(const GpuModel& model, const gpu::Draw& shade, const gpu::Image& target, bool watched);
+
   gpu::Device& gpu_;
   gpu::Graphics& graphics_;
+  Shading asked_, shading_ = Shading::fragment;
+  std::array<std::optional<Shading>, 2> known_;  // for an MLP in a buffer, and one compiled in
   gpu::Image hits_, depth_, target_;
   gpu::Buffer frame_;
 };

@@ -1,36 +1,21 @@
 // Tests engine/gpu/vulkan/pipeline_cache.h.
 #include <catch2/catch.hpp>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "environment_variable.h"
 #include "gpu/small_scene.h"
 #include "gpu/vulkan/pipeline_cache.h"
 #include "read_file.h"
 #include "temporary_folder.h"
 
 using namespace trisoup;
+using test::Variable;
 
 namespace {
-
-/// An environment variable that has its value again in the end.
-class Variable {
- public:
-  Variable(const char* name, const char* value) : name_(name) {
-    if (const char* before = std::getenv(name)) before_ = before;
-    set(value);
-  }
-  ~Variable() { set(before_ ? before_->c_str() : nullptr); }
-  void set(const char* value) { value ? ::setenv(name_, value, 1) : ::unsetenv(name_); }
-
- private:
-  const char* name_;
-  std::optional<std::string> before_;
-};
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;

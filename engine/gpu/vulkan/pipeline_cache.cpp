@@ -67,6 +67,30 @@ std::optional<std::vector<std::byte>> unseal_cache(std::span<const std::byte> fi
   return std::vector<std::byte>(data.begin(), data.end());
 }
 
+std::string read_word(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kMost = 64;
+  try {
+    if (file.empty() || !is_file(file) || std::filesystem::file_size(file) > kMost) return {};
+    std::string word = read_file(file);
+    if (!word.ends_with('\n') || word.find('\n') + 1 != word.size()) return {};
+    word.pop_back();
+    return word;
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+void write_word(const std::filesystem::path& file, const std::string& word) noexcept {
+  if (file.empty()) return;
+  try {
+    std::filesystem::create_directories(file.parent_path());
+    const std::string line = word + "\n";
+    write_file_atomically(file, bytes_of(line));
+  } catch (const std::exception&) {
+    // A home that cannot be written is no reason to stop.
+  }
+}
+
 void PipelineCache::open(VkPhysicalDevice physical, VkDevice device) {
   device_ = device;
   auto info = structure<VkPipelineCacheCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO);
@@ -99,6 +123,11 @@ void PipelineCache::save() noexcept {
   } catch (const std::exception&) {
     // A home that cannot be written, or a full disk, is no reason to stop.
   }
+}
+
+std::filesystem::path PipelineCache::beside(const std::string& extension) const {
+  if (file_.empty()) return {};
+  return std::filesystem::path(file_).replace_extension(extension);
 }
 
 void PipelineCache::close() noexcept {

@@ -20,6 +20,11 @@ std::vector<std::byte> seal_cache(std::span<const std::byte> data);
 /// The data of a sealed file; nothing where it is cut, damaged or something else.
 std::optional<std::vector<std::byte>> unseal_cache(std::span<const std::byte> file);
 
+/// The word in a file that write_word() wrote; empty if there is no file or its content is not one short line.
+std::string read_word(const std::filesystem::path& file);
+/// Writes the file atomically, and ignores all errors: the word can be found again.
+void write_word(const std::filesystem::path& file, const std::string& word) noexcept;
+
 /// A VkPipelineCache that begins with what is in its file and leaves there what has been compiled. Devices and versions of drivers have files of their own. A
 /// file that is missing, damaged or cannot be written is none: everything is compiled then, which takes longer and changes nothing.
 class PipelineCache {
@@ -33,6 +38,8 @@ class PipelineCache {
   void save() noexcept;
   /// Before the device goes.
   void close() noexcept;
+  /// The path of a file for the same device and driver version, in the same folder; empty if there is no folder.
+  std::filesystem::path beside(const std::string& extension) const;
   /// VK_NULL_HANDLE where the device gives none.
   VkPipelineCache handle() const { return cache_; }
 

@@ -290,6 +290,12 @@ VkShaderModule VulkanDevice::make_shader(const char* name) {
 VkPipeline VulkanDevice::find_pipeline(const Kernel& kernel) {
   auto key = std::pair(std::string(kernel.name), kernel.constants);
   if (const auto it = pipelines_.find(key); it != pipelines_.end()) return it->second;
+  const VkPipeline pipeline = compile(kernel, layout_);
+  pipelines_.emplace(std::move(key), pipeline);
+  return pipeline;
+}
+
+VkPipeline VulkanDevice::compile(const Kernel& kernel, VkPipelineLayout layout) {
   VkShaderModule shader = make_shader(kernel.name);
 
   std::vector<VkSpecializationMapEntry> entries;
@@ -302,13 +308,12 @@ VkPipeline VulkanDevice::find_pipeline(const Kernel& kernel) {
   info.stage.module = shader;
   info.stage.pName = "main";
   info.stage.pSpecializationInfo = entries.empty() ? nullptr : &constants;
-  info.layout = layout_;
+  info.layout = layout;
   VkPipeline pipeline = VK_NULL_HANDLE;
   const VkResult result = vkCreateComputePipelines(device_, pipeline_cache_.handle(), 1, &info, nullptr, &pipeline);
   vkDestroyShaderModule(device_, shader, nullptr);
   if (result != VK_SUCCESS)
     throw Error("Vulkan: kernel {} does not compile on {} ({})", kernel.name, info_.name, result_name(result));
-  pipelines_.emplace(std::move(key), pipeline);
   return pipeline;
 }
 

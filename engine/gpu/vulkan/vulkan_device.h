@@ -80,6 +80,7 @@ class VulkanDevice final : public Device {
   std::pair<VkBuffer, std::uint64_t> buffer_of(Address address, std::uint64_t bytes) const;
   VkShaderModule make_shader(const char* name);
   VkPipeline find_pipeline(const Kernel& kernel);
+  VkPipeline compile(const Kernel& kernel, VkPipelineLayout layout);
 
   class CommandBuffers;  // what becomes of a CommandList
   VkCommandBuffer make_commands();

@@ -56,23 +56,10 @@ VulkanGraphics::VulkanGraphics(VulkanDevice& device) : device_(device) {
                         properties.limits.maxFramebufferHeight});
   subpixel_bits_ = properties.limits.subPixelPrecisionBits;
 
-  std::vector<VkDescriptorSetLayoutBinding> bindings;
-  for (std::uint32_t i = 0; i < kTextures; ++i)
-    bindings.push_back({i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, kStages, nullptr});
-  for (std::uint32_t i = 0; i < kUniforms; ++i)
-    bindings.push_back({kTextures + i, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, kStages, nullptr});
-  auto sets = structure<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
-  sets.bindingCount = static_cast<std::uint32_t>(bindings.size());
-  sets.pBindings = bindings.data();
-  check(vkCreateDescriptorSetLayout(device_.device_, &sets, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
-
-  const VkPushConstantRange range{kStages, 0, kMaxArgumentBytes};
-  auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
-  layout.setLayoutCount = 1;
-  layout.pSetLayouts = &set_layout_;
-  layout.pushConstantRangeCount = 1;
-  layout.pPushConstantRanges = &range;
-  check(vkCreatePipelineLayout(device_.device_, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+  set_layout_ = make_set_layout(kStages, false);
+  layout_ = make_pipeline_layout(kStages, set_layout_);
+  compute_set_layout_ = make_set_layout(VK_SHADER_STAGE_COMPUTE_BIT, true);
+  compute_layout_ = make_pipeline_layout(VK_SHADER_STAGE_COMPUTE_BIT, compute_set_layout_);
 
   auto sampler = structure<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
   sampler.addressModeU = sampler.addressModeV = sampler.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
@@ -85,8 +72,37 @@ VulkanGraphics::~VulkanGraphics() {
   for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_.device_, pipeline, nullptr);
   device_.destroy(nothing_);
   vkDestroySampler(device_.device_, sampler_, nullptr);
-  vkDestroyPipelineLayout(device_.device_, layout_, nullptr);
-  vkDestroyDescriptorSetLayout(device_.device_, set_layout_, nullptr);
+  for (VkPipelineLayout layout : {layout_, compute_layout_}) vkDestroyPipelineLayout(device_.device_, layout, nullptr);
+  for (VkDescriptorSetLayout layout : {set_layout_, compute_set_layout_})
+    vkDestroyDescriptorSetLayout(device_.device_, layout, nullptr);
+}
+
+VkDescriptorSetLayout VulkanGraphics::make_set_layout(VkShaderStageFlags stages, bool writes_image) {
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  const auto add = [&](VkDescriptorType type) {
+    bindings.push_back({static_cast<std::uint32_t>(bindings.size()), type, 1, stages, nullptr});
+  };
+  for (std::uint32_t i = 0; i < kTextures; ++i) add(VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
+  for (std::uint32_t i = 0; i < kUniforms; ++i) add(VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
+  if (writes_image) add(VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
+  auto info = structure<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
+  info.bindingCount = static_cast<std::uint32_t>(bindings.size());
+  info.pBindings = bindings.data();
+  VkDescriptorSetLayout layout;
+  check(vkCreateDescriptorSetLayout(device_.device_, &info, nullptr, &layout), "vkCreateDescriptorSetLayout");
+  return layout;
+}
+
+VkPipelineLayout VulkanGraphics::make_pipeline_layout(VkShaderStageFlags stages, VkDescriptorSetLayout sets) {
+  const VkPushConstantRange range{stages, 0, kMaxArgumentBytes};
+  auto info = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
+  info.setLayoutCount = 1;
+  info.pSetLayouts = &sets;
+  info.pushConstantRangeCount = 1;
+  info.pPushConstantRanges = &range;
+  VkPipelineLayout layout;
+  check(vkCreatePipelineLayout(device_.device_, &info, nullptr, &layout), "vkCreatePipelineLayout");
+  return layout;
 }
 
 VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& targets) {
@@ -186,14 +202,17 @@ VkPipeline VulkanGraphics::compile(const VkGraphicsPipelineCreateInfo& info, std
   return pipeline;
 }
 
-VkDescriptorSet VulkanGraphics::describe(const Draw& draw) {
+VkDescriptorSet VulkanGraphics::describe(std::span<const Image* const> textures,
+                                         std::span<const std::pair<Address, std::uint64_t>> uniforms,
+                                         VkDescriptorSetLayout layout, const Image* written) {
   VulkanDevice::Recording& recording = *device_.recording_;
   if (!recording.descriptors) {
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kTextures * kSetsPerRecording},
-                                          {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kUniforms * kSetsPerRecording}};
+                                          {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kUniforms * kSetsPerRecording},
+                                          {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, kSetsPerRecording}};
     auto pool = structure<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
     pool.maxSets = kSetsPerRecording;
-    pool.poolSizeCount = 2;
+    pool.poolSizeCount = 3;
     pool.pPoolSizes = sizes;
     check(vkCreateDescriptorPool(device_.device_, &pool, nullptr, &recording.descriptors), "vkCreateDescriptorPool");
   }
@@ -201,11 +220,11 @@ VkDescriptorSet VulkanGraphics::describe(const Draw& draw) {
   auto allocate = structure<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
   allocate.descriptorPool = recording.descriptors;
   allocate.descriptorSetCount = 1;
-  allocate.pSetLayouts = &set_layout_;
+  allocate.pSetLayouts = &layout;
   VkDescriptorSet set;
   check(vkAllocateDescriptorSets(device_.device_, &allocate, &set), "vkAllocateDescriptorSets");
 
-  std::array<VkDescriptorImageInfo, kTextures> images;
+  std::array<VkDescriptorImageInfo, kTextures + 1> images;
   std::array<VkDescriptorBufferInfo, kUniforms> buffers;
   std::vector<VkWriteDescriptorSet> writes;
   const auto write = [&](std::uint32_t binding, VkDescriptorType type) -> VkWriteDescriptorSet& {
@@ -217,31 +236,43 @@ VkDescriptorSet VulkanGraphics::describe(const Draw& draw) {
     return writes.emplace_back(w);
   };
   // Bindings that the shaders do not use are filled too: lavapipe reads every descriptor of a set.
-  for (std::uint32_t i = 0; i < kTextures && !draw.textures.empty(); ++i) {
-    const Image& image = *draw.textures[i < draw.textures.size() ? i : 0];
+  for (std::uint32_t i = 0; i < kTextures && !textures.empty(); ++i) {
+    const Image& image = *textures[i < textures.size() ? i : 0];
     images[i] = {sampler_, stored(image).view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
     write(i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER).pImageInfo = &images[i];
   }
   for (std::uint32_t i = 0; i < kUniforms; ++i) {
     buffers[i] = {nothing_.buffer, 0, nothing_.bytes};
-    if (i < draw.uniforms.size()) {
-      const auto [buffer, offset] = device_.buffer_of(draw.uniforms[i].first, draw.uniforms[i].second);
-      buffers[i] = {buffer, offset, draw.uniforms[i].second};
+    if (i < uniforms.size()) {
+      const auto [buffer, offset] = device_.buffer_of(uniforms[i].first, uniforms[i].second);
+      buffers[i] = {buffer, offset, uniforms[i].second};
     }
     write(kTextures + i, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER).pBufferInfo = &buffers[i];
+  }
+  if (written) {
+    images[kTextures] = {VK_NULL_HANDLE, stored(*written).view, VK_IMAGE_LAYOUT_GENERAL};
+    write(kTextures + kUniforms, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE).pImageInfo = &images[kTextures];
   }
   vkUpdateDescriptorSets(device_.device_, static_cast<std::uint32_t>(writes.size()), writes.data(), 0, nullptr);
   return set;
 }
 
+void VulkanGraphics::limit_pipelines() {
+  if (pipelines_.size() <= kMostPipelines) return;
+  device_.wait();
+  for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_.device_, pipeline, nullptr);
+  pipelines_.clear();
+}
+
+void VulkanGraphics::move_to_readable(std::span<const Image* const> textures) {
+  for (const Image* texture : textures)
+    if (stored(*texture).layout != VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)
+      move_to(stored(*texture), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+}
+
 void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   if (draws.empty() && !targets.clear) return;
-  // A model may have its own pipelines; those of models long gone must not pile up.
-  if (pipelines_.size() > kMostPipelines) {
-    device_.wait();
-    for (auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_.device_, pipeline, nullptr);
-    pipelines_.clear();
-  }
+  limit_pipelines();
   // Everything that may fail or that belongs outside of a rendering comes first.
   std::vector<Prepared> prepared;
   for (const Draw& d : draws) {
@@ -256,11 +287,9 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   const char* name = draws.empty() ? "clear" : draws.back().fragment;
   if (!device_.begin_work(name)) return;
   for (Prepared& p : prepared)
-    if (!p.draw->textures.empty() || !p.draw->uniforms.empty()) p.set = describe(*p.draw);
-  for (const Draw& d : draws)
-    for (const Image* texture : d.textures)
-      if (stored(*texture).layout != VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)
-        move_to(stored(*texture), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+    if (!p.draw->textures.empty() || !p.draw->uniforms.empty())
+      p.set = describe(p.draw->textures, p.draw->uniforms, set_layout_, nullptr);
+  for (const Draw& d : draws) move_to_readable(d.textures);
 
   const auto attachment = [&](const Image& image, VkImageLayout layout, bool clear) {
     Stored& s = stored(image);

@@ -1,4 +1,4 @@
-// gpu::Graphics on Vulkan: dynamic rendering, one descriptor set layout for every draw.
+// gpu::Graphics on Vulkan: dynamic rendering, a descriptor set layout for every draw, one for kernels that write an image.
 #pragma once
 
 #include <map>
@@ -26,8 +26,11 @@ class VulkanGraphics final : public Graphics {
   void upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) override;
   void download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) override;
   void draw(const Targets& targets, std::span<const Draw> draws) override;
+  void compute(const Compute& call, const Image& target) override;
   void copy(const Image& from, const Image& to) override;
   std::unique_ptr<Surface> open_surface(const std::function<std::uint64_t(void* instance)>& create) override;
+  std::string recall(const std::string& name) const override;
+  void remember(const std::string& name, const std::string& word) noexcept override;
 
  protected:
   void free_image(std::uint32_t id) override;
@@ -63,17 +66,28 @@ class VulkanGraphics final : public Graphics {
   VkPipeline find_pipeline(const Draw& draw, const Targets& targets);
   /// stages: of vertices and of fragments, whose modules it makes.
   VkPipeline compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages, const Draw& draw);
-  VkDescriptorSet describe(const Draw& draw);
+  VkPipeline find_pipeline(const Compute& call);
+  /// Destroys all pipelines if there are too many: a model may have its own, and those of old models must not pile up.
+  void limit_pipelines();
+  VkDescriptorSetLayout make_set_layout(VkShaderStageFlags stages, bool writes_image);
+  VkPipelineLayout make_pipeline_layout(VkShaderStageFlags stages, VkDescriptorSetLayout sets);
+  /// written: the image that a kernel writes, in the general layout; null for a draw.
+  VkDescriptorSet describe(std::span<const Image* const> textures,
+                           std::span<const std::pair<Address, std::uint64_t>> uniforms, VkDescriptorSetLayout layout,
+                           const Image* written);
+  /// Makes images ready to be read by shaders.
+  void move_to_readable(std::span<const Image* const> textures);
   void destroy(Stored& image);
 
   VulkanDevice& device_;
-  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE, compute_set_layout_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE, compute_layout_ = VK_NULL_HANDLE;
   VkSampler sampler_ = VK_NULL_HANDLE;
   VulkanDevice::Memory nothing_;  // stands where a draw has no uniform buffer
   std::map<std::uint32_t, Stored> images_;
   std::uint32_t next_image_ = 1, max_side_ = 0, subpixel_bits_ = 0;
   std::map<std::pair<std::string, PipelineKey>, VkPipeline> pipelines_;
+  std::map<std::string, std::string> remembered_;
 };
 
 }  // namespace trisoup::gpu

@@ -68,6 +68,9 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
     info.usage |= VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
   else if (shape.layers == 0 && shape.format != Format::r8)
     info.usage |= VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+  // A kernel may shade a picture. Vulkan requires this format to be a storage image.
+  if (shape.format == Format::rgba8 && shape.layers == 0 && shape.samples == 1)
+    info.usage |= VK_IMAGE_USAGE_STORAGE_BIT;
   VkDevice device = device_.device_;
   VkImageFormatProperties can;
   const VkResult possible = vkGetPhysicalDeviceImageFormatProperties(device_.physical_, info.format, info.imageType, info.tiling, info.usage, 0, &can);
