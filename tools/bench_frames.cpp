@@ -168,6 +168,14 @@ class Published {
   gpu::Buffer corners_, frame_;
 };
 
+/// How a renderer of this choice shades; it measures if nobody has yet.
+render::Shading shading_of(gpu::Device& gpu, render::Shading asked, const render::GpuModel& model,
+                           const render::Framing& framing) {
+  render::Renderer renderer(gpu, asked);
+  renderer.picture(model, render::view_of(render::hemisphere(framing, 1, 1280, 720)[0], 0.025, 2.5), {});
+  return renderer.shading();
+}
+
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
   return values[values.size() / 2];
@@ -179,10 +187,13 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
   const soup::ModelFile file = soup::read_model(options.model);
   std::printf("%s\n%s: a picture in ms, medians of %d views of the upper hemisphere, in turn\n", gpu.info().name.c_str(),
               options.model.c_str(), options.repeats);
-  std::printf("%10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours", "msaa", "ssaa", "published", "ratio");
+  std::printf("%10s %10s %10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours by", "fragment", "compute", "msaa",
+              "ssaa", "published", "ratio");
   nlohmann::json rows = nlohmann::json::array();
-  // One renderer for each, since they keep images of their own sizes.
-  std::array<render::Renderer, 3> renderers{render::Renderer(gpu), render::Renderer(gpu), render::Renderer(gpu)};
+  // One renderer for each, since they keep images of their own sizes: both ways to shade, msaa, ssaa.
+  std::array<render::Renderer, 4> renderers{render::Renderer(gpu, render::Shading::fragment),
+                                            render::Renderer(gpu, render::Shading::compute), render::Renderer(gpu),
+                                            render::Renderer(gpu)};
   for (const std::size_t triangles : {1000u, 5000u, 15000u, 60000u}) {
     const soup::Model model = with_triangles(file.model, triangles);
     const render::GpuModel drawn = render::upload_model(gpu, model);
@@ -190,13 +201,14 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
     std::vector<scene::Camera> cameras;
     for (const soup::ModelCamera& c : file.cameras) cameras.push_back(c.camera);
     const render::Framing framing = render::frame(soup::normalised_vertices(file.model), cameras, file.up.value_or(render::mean_up(cameras)));
+    const render::Shading shading = shading_of(gpu, options.shading, drawn, framing);
     for (const glm::ivec2 size : {glm::ivec2(1920, 1080), {1280, 720}, {960, 540}}) {
       const gpu::Image target = gpu.graphics()->create_image(
           {gpu::Format::rgba8, static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)}, "picture");
       render::DrawOptions draw;
       draw.background = model.background;
       const std::vector<scene::Camera> views = render::hemisphere(framing, options.repeats, size.x, size.y);
-      std::array<std::vector<double>, 4> times;
+      std::array<std::vector<double>, 5> times;
       const auto timed = [&](std::size_t which, bool count, const std::function<void()>& record) {
         const auto start = std::chrono::steady_clock::now();
         record();
@@ -206,19 +218,24 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
       // Side by side: each view with all of them, so that a busy minute meets all alike. The first view makes the pipelines.
       for (std::size_t i = 0; i <= views.size(); ++i) {
         const render::View view = render::view_of(views[i % views.size()], 0.025, 2.5);
-        for (std::size_t which = 0; which < 3; ++which)
+        for (std::size_t which = 0; which < 4; ++which)
           timed(which, i > 0, [&] {
-            draw.aa = static_cast<render::AntiAliasing>(which);
+            using render::AntiAliasing;
+            draw.aa = std::array{AntiAliasing::none, AntiAliasing::none, AntiAliasing::msaa, AntiAliasing::ssaa}[which];
             renderers[which].draw(drawn, view, draw, target);
           });
-        timed(3, i > 0, [&] { published.draw(view, draw.background, target); });
+        timed(4, i > 0, [&] { published.draw(view, draw.background, target); });
       }
-      const double ours = median(times[0]), theirs = median(times[3]);
-      std::printf("%10zu %10s %10.2f %10.2f %10.2f %10.2f %8.2f\n", model.triangles(), fmt::format("{}x{}", size.x, size.y).c_str(),
-                  ours, median(times[1]), median(times[2]), theirs, theirs / ours);
+      std::array<double, 5> ms;
+      std::transform(times.begin(), times.end(), ms.begin(), median);
+      const double ours = shading == render::Shading::compute ? ms[1] : ms[0];
+      std::printf("%10zu %10s %10s %10.2f %10.2f %10.2f %10.2f %10.2f %8.2f\n", model.triangles(),
+                  fmt::format("{}x{}", size.x, size.y).c_str(), render::to_string(shading), ms[0], ms[1], ms[2], ms[3],
+                  ms[4], ms[4] / ours);
       std::fflush(stdout);
-      rows.push_back({{"triangles", model.triangles()}, {"width", size.x}, {"height", size.y}, {"ms", ours}, {"msaa_ms", median(times[1])},
-                      {"ssaa_ms", median(times[2])}, {"published_ms", theirs}});
+      rows.push_back({{"triangles", model.triangles()}, {"width", size.x}, {"height", size.y},
+                      {"shading", render::to_string(shading)}, {"ms", ours}, {"fragment_ms", ms[0]}, {"compute_ms", ms[1]},
+                      {"msaa_ms", ms[2]}, {"ssaa_ms", ms[3]}, {"published_ms", ms[4]}});
     }
   }
   if (!options.json.empty()) {

@@ -40,6 +40,10 @@ int main(int argc, char** argv) {
   frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is split and thinned for the table")->required();
   frames_sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
   frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")->check(CLI::Range(1, 100000));
+  std::string shading;
+  frames_sub->add_option("--shading", shading, "second pass of ours in the ratio: auto, fragment or compute; both are timed\n"
+                         "[TRISOUP_SHADING, or auto: the faster one on the device]")
+      ->check(CLI::IsMember({"auto", "fragment", "compute"}));
   frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
   bench::RunOptions plan;
   auto* run_sub = app.add_subcommand("run", "the measurements of a plan into one CSV file; what is in it already is not measured again");
@@ -65,6 +69,7 @@ int main(int argc, char** argv) {
     options.draws = frames_sub->parsed();
     auto device = gpu::open_device(options);
     if (*frames_sub) {
+      frames.shading = render::shading_from(shading).value_or(render::asked_shading());
       bench_frames(*device, frames);
       return 0;
     }

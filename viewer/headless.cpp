@@ -134,11 +134,12 @@ void benchmark(Setting& s) {
       ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     }
     result[name] = statistics(ms);
-    // A pass goes by its last fragment shader.
+    // A pass goes by its kernel, or by its last fragment shader.
     for (const auto& [pass, t] : s.gpu.timings())
       result[name]["passes_ms"][pass] = t.milliseconds / static_cast<double>(std::max<std::uint64_t>(1, t.launches));
     s.gpu.enable_timings(false);
   }
+  result["shading"] = to_string(s.renderer.shading());
   const std::string text = result.dump(2) + "\n";
   if (s.options.json)
     write_file_atomically(*s.options.json, std::as_bytes(std::span(text)));
