@@ -23,13 +23,18 @@
 
 namespace trisoup::test {
 
-/// Device under test: TRISOUP_BACKEND and TRISOUP_DEVICE, or what Vulkan has best.
-inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
+/// Those of the device under test: TRISOUP_BACKEND and TRISOUP_DEVICE, or what Vulkan has best.
+inline gpu::DeviceOptions device_options() {
   gpu::DeviceOptions options;
   const char* const backend = std::getenv("TRISOUP_BACKEND");
   options.backend = backend ? backend : "vulkan";
   if (const char* name = std::getenv("TRISOUP_DEVICE")) options.device = name;
   options.validation = !std::getenv("TRISOUP_NO_VALIDATION");  // where the layers are not installed
+  return options;
+}
+
+inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
+  gpu::DeviceOptions options = device_options();
   options.lose_after_launches = lose_after;
   return gpu::open_device(options);
 }

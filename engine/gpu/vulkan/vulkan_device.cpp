@@ -11,7 +11,7 @@
 
 namespace trisoup::gpu {
 
-VulkanDevice::VulkanDevice(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, const DeviceInfo& info,
+VulkanDevice::VulkanDevice(BorrowedInstance instance, VkPhysicalDevice physical, const DeviceInfo& info,
              const DeviceOptions& options)
     : instance_(std::move(instance)), physical_(physical), info_(info), lose_after_(options.lose_after_launches) {
   try {
@@ -390,8 +390,8 @@ void VulkanDevice::guard(VkResult result, const char* call) {
 std::vector<DeviceInfo> list_vulkan_devices() {
   std::vector<DeviceInfo> infos;
   try {
-    const Instance instance(false, {});
-    for (const auto& [device, info] : usable_devices(instance)) infos.push_back(info);
+    const BorrowedInstance instance = borrow_instance(false, {});
+    for (const auto& [device, info] : usable_devices(*instance)) infos.push_back(info);
   } catch (const Error&) {
     // No loader or no driver: nothing to list.
   }
@@ -399,7 +399,7 @@ std::vector<DeviceInfo> list_vulkan_devices() {
 }
 
 std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options) {
-  auto instance = std::make_unique<Instance>(options.validation, options.window_extensions);
+  BorrowedInstance instance = borrow_instance(options.validation, options.window_extensions);
   const auto devices = usable_devices(*instance);
   if (devices.empty())
     throw Error("Vulkan: no device with Vulkan 1.3, buffer device addresses and 32 KB of shared memory; install a driver "

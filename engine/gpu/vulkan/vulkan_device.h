@@ -20,7 +20,7 @@ class VulkanGraphics;
 
 class VulkanDevice final : public Device {
  public:
-  VulkanDevice(std::unique_ptr<Instance> instance, VkPhysicalDevice physical, const DeviceInfo& info,
+  VulkanDevice(BorrowedInstance instance, VkPhysicalDevice physical, const DeviceInfo& info,
                const DeviceOptions& options);
   ~VulkanDevice() override;
 
@@ -99,7 +99,7 @@ class VulkanDevice final : public Device {
   void retire();
   void guard(VkResult result, const char* call);
 
-  std::unique_ptr<Instance> instance_;
+  BorrowedInstance instance_;
   VkPhysicalDevice physical_;
   DeviceInfo info_;
   VkDevice device_ = VK_NULL_HANDLE;

@@ -3,13 +3,28 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 
 #include <fmt/format.h>
 
 #include "error.h"
+#include "gpu/vulkan/vulkan_backend.h"
 
 namespace trisoup::gpu {
+namespace {
+
+std::atomic<std::size_t> instances_made = 0;
+std::atomic<bool> device_seen = false;
+
+Error no_driver(const char* call, VkResult result) {
+  return Error("Vulkan: no driver found ({}: {}, {}); install one for your GPU, or mesa-vulkan-drivers to run on the CPU", call,
+               result == VK_SUCCESS ? "no device" : result_name(result), static_cast<int>(result));
+}
+
+}  // namespace
+
+std::size_t vulkan_instances_made() { return instances_made; }
 
 VKAPI_ATTR VkBool32 VKAPI_CALL Instance::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
@@ -21,7 +36,8 @@ VKAPI_ATTR VkBool32 VKAPI_CALL Instance::on_message(VkDebugUtilsMessageSeverityF
 
 Instance::Instance(bool validation, const std::vector<std::string>& extensions) : draws_to_windows_(!extensions.empty()) {
   std::uint32_t version = 0;
-  if (vkEnumerateInstanceVersion(&version) != VK_SUCCESS || version < VK_API_VERSION_1_3)
+  check(vkEnumerateInstanceVersion(&version), "vkEnumerateInstanceVersion");
+  if (version < VK_API_VERSION_1_3)
     throw Error("Vulkan: the loader is older than 1.3; install a current driver (Debian: mesa-vulkan-drivers)");
   VkApplicationInfo app{VK_STRUCTURE_TYPE_APPLICATION_INFO, nullptr, "trisoup", 1, "trisoup", 1, VK_API_VERSION_1_3};
   auto info = structure<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
@@ -52,14 +68,19 @@ Instance::Instance(bool validation, const std::vector<std::string>& extensions) 
   const VkResult result = vkCreateInstance(&info, nullptr, &instance_);
   if (result == VK_ERROR_LAYER_NOT_PRESENT)
     throw Error("Vulkan: the validation layer is not installed (Debian: vulkan-validationlayers)");
-  if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
-    throw Error("Vulkan: no driver found; install one for your GPU, or mesa-vulkan-drivers to run on the CPU");
+  // The loader returns this too if there are drivers and each of them refuses. After one instance was made, there is a
+  // driver.
+  if (result == VK_ERROR_INCOMPATIBLE_DRIVER && instances_made == 0)
+    throw no_driver("vkCreateInstance", result);
   check(result, "vkCreateInstance");
   if (validation) {
     auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
         vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
-    check(create(instance_, &messenger, nullptr, &messenger_), "vkCreateDebugUtilsMessengerEXT");
+    const VkResult created = create(instance_, &messenger, nullptr, &messenger_);
+    if (created < 0) vkDestroyInstance(instance_, nullptr);
+    check(created, "vkCreateDebugUtilsMessengerEXT");
   }
+  ++instances_made;
 }
 
 Instance::~Instance() {
@@ -73,7 +94,13 @@ Instance::~Instance() {
 
 std::vector<VkPhysicalDevice> Instance::physical_devices() const {
   std::uint32_t count = 0;
-  if (vkEnumeratePhysicalDevices(instance_, &count, nullptr) != VK_SUCCESS) return {};
+  const VkResult result = vkEnumeratePhysicalDevices(instance_, &count, nullptr);
+  // Loaders differ in what they return if no driver has a device. After one was seen, this failure means something
+  // else.
+  if ((result == VK_ERROR_INITIALIZATION_FAILED && !device_seen) || (result == VK_SUCCESS && count == 0))
+    throw no_driver("vkEnumeratePhysicalDevices", result);
+  check(result, "vkEnumeratePhysicalDevices");
+  device_seen = true;
   std::vector<VkPhysicalDevice> devices(count);
   check(vkEnumeratePhysicalDevices(instance_, &count, devices.data()), "vkEnumeratePhysicalDevices");
   devices.resize(count);
@@ -83,6 +110,56 @@ std::vector<VkPhysicalDevice> Instance::physical_devices() const {
 std::vector<std::string> Instance::messages() {
   std::lock_guard lock(log_.mutex);
   return log_.messages;
+}
+
+void Instance::forget_messages() {
+  std::lock_guard lock(log_.mutex);
+  log_.messages.clear();
+}
+
+namespace {
+
+/// Every instance that this process has made.
+struct Instances {
+  struct Entry {
+    bool validation;
+    std::vector<std::string> extensions;  // sorted
+    std::unique_ptr<Instance> instance;
+    bool lent;
+  };
+  std::mutex mutex;
+  std::vector<Entry> entries;
+};
+
+Instances& instances() {
+  // Never destroyed: a device may be a static object, and threads of drivers may still run while static objects go.
+  static Instances& all = *new Instances;
+  return all;
+}
+
+}  // namespace
+
+BorrowedInstance borrow_instance(bool validation, const std::vector<std::string>& extensions) {
+  std::vector<std::string> sorted = extensions;
+  std::sort(sorted.begin(), sorted.end());
+  Instances& all = instances();
+  std::lock_guard lock(all.mutex);
+  auto entry = std::find_if(all.entries.begin(), all.entries.end(), [&](const Instances::Entry& e) {
+    return e.validation == validation && e.extensions == sorted && !(validation && e.lent);
+  });
+  if (entry == all.entries.end())
+    entry = all.entries.insert(entry, {validation, sorted, std::make_unique<Instance>(validation, sorted), false});
+  entry->lent = true;
+  entry->instance->forget_messages();
+  return BorrowedInstance(entry->instance.get());
+}
+
+void GiveBack::operator()(Instance* instance) const {
+  Instances& all = instances();
+  std::lock_guard lock(all.mutex);
+  // Matters with validation alone; other instances are lent any number of times.
+  for (Instances::Entry& e : all.entries)
+    if (e.instance.get() == instance) e.lent = false;
 }
 
 bool has_extension(VkPhysicalDevice device, const char* name) {
