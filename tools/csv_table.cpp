@@ -12,15 +12,16 @@
 #include "read_file.h"
 
 namespace trisoup::bench {
-namespace {
 
-std::string field(const std::string& value) {
+std::string csv_field(const std::string& value) {
   if (value.find_first_of(",\"\r\n") == std::string::npos) return value;
   std::string text(1, '"');
   for (const char c : value) text.append(c == '"' ? 2 : 1, c);
   text += '"';
   return text;
 }
+
+namespace {
 
 /// Records of a CSV text; `name` is for errors.
 std::vector<std::vector<std::string>> records(const std::string& text, const std::string& name) {
@@ -98,12 +99,12 @@ void CsvTable::append(const std::vector<Row>& rows) {
   std::vector<Row> all = rows_;
   all.insert(all.end(), rows.begin(), rows.end());
   std::string text;
-  for (const std::string& column : columns_) text.append(field(column)).append(",");
+  for (const std::string& column : columns_) text.append(csv_field(column)).append(",");
   text.back() = '\n';
   for (const Row& row : all) {
     for (const std::string& column : columns_) {
       const auto at = row.find(column);
-      if (at != row.end()) text += field(at->second);
+      if (at != row.end()) text += csv_field(at->second);
       text += ',';
     }
     text.back() = '\n';

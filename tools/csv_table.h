@@ -8,6 +8,9 @@
 
 namespace trisoup::bench {
 
+/// A value as a field of a line: in quotes where it has to be.
+std::string csv_field(const std::string& value);
+
 class CsvTable {
  public:
   using Row = std::map<std::string, std::string>;  // column to value; what is not there is empty

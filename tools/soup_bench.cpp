@@ -1,4 +1,5 @@
-// soup-bench: what a training step costs, kernel by kernel, what a picture costs, and whole plans of trainings.
+// soup-bench: what a training step costs, kernel by kernel, what kernels take of a device, what a picture costs, and
+// whole plans of trainings.
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "bench_frames.h"
+#include "bench_kernels.h"
 #include "bench_run.h"
 #include "bench_steps.h"
 #include "gpu/device.h"
@@ -35,6 +37,11 @@ int main(int argc, char** argv) {
   sub->add_option("--most-pixels", base.most_pixels, "largest side in the growth table, from 100; less: no table [800]");
   sub->add_option("--most-triangles", base.most_triangles, "most triangles in the growth table, from 1000; less: no table [60000]");
   sub->add_option("--json", base.json, "also write the figures as JSON");
+  bench::KernelsOptions kernels;
+  auto* kernels_sub = app.add_subcommand("kernels", "registers, local and shared memory of each kernel, and how many workgroups fit on a multiprocessor at once");
+  kernels_sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one; cpu: shared memory as the shaders declare it]");
+  kernels_sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
+  kernels_sub->add_option("--csv", kernels.csv, "also write the table as CSV, with all statistics of a Vulkan driver");
   FramesOptions frames;
   auto* frames_sub = app.add_subcommand("frames", "time of a picture over sizes and triangles, beside the passes of the published viewer");
   frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is split and thinned for the table")->required();
@@ -67,7 +74,12 @@ int main(int argc, char** argv) {
       return bench::run_plan(plan);
     }
     options.draws = frames_sub->parsed();
+    options.kernel_statistics = kernels_sub->parsed();
     auto device = gpu::open_device(options);
+    if (*kernels_sub) {
+      bench::kernels(*device, kernels);
+      return 0;
+    }
     if (*frames_sub) {
       frames.shading = render::shading_from(shading).value_or(render::asked_shading());
       bench_frames(*device, frames);

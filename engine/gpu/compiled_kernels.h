@@ -22,6 +22,7 @@ struct Compiled {
   std::size_t argument_bytes;
   Run* run;
   std::uint32_t lanes = 1;  // threads of a workgroup that a call runs
+  const void* function = nullptr;  // CUDA: the kernel itself, as its runtime knows it
 };
 
 /// The first of `kernels` that fits; those with shorter arrays come first. Constants that are not given are 0. Throws Error where

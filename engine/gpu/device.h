@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "gpu/command_list.h"
+#include "gpu/kernel_resources.h"
 
 namespace trisoup::gpu {
 
@@ -120,6 +121,10 @@ class Device {
   virtual std::map<std::string, KernelTiming> timings() = 0;  // waits
   virtual void reset_timings() = 0;
 
+  /// What a workgroup of this kernel takes, as far as it is known; compiles the kernel if the backend has a compiler.
+  /// Null if the backend does not have this kernel.
+  virtual std::optional<KernelResources> kernel_resources(const Kernel& kernel) { return declared_resources(kernel); }
+
   /// Messages of the validation layers so far; empty when they are off or content.
   virtual std::vector<std::string> validation_messages() const = 0;
 
@@ -175,6 +180,7 @@ struct DeviceOptions {
   bool draws = false;            // the device has to have a rasteriser (Device::graphics())
   std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
   bool validation = false;       // Khronos validation layer, core and synchronisation
+  bool kernel_statistics = false;  // Vulkan: kernel_resources() asks the driver, which may compile kernels anew for it
   std::uint64_t lose_after_launches = 0;  // fault injection for tests: report a lost device at this launch; 0: never
 };
 

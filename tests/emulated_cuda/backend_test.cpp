@@ -145,6 +145,30 @@ TEST_CASE("a kernel that leaves its buffers ends the device, and whoever waits i
   s.reset();
 }
 
+TEST_CASE("what a kernel takes is what its PTX declares", "[cuda]") {
+  const Recovery recovery;
+  auto gpu = cuda_device();
+  for (const gpu::cuda::CompiledKernel& kernel : gpu::cuda::compiled_kernels()) {
+    CAPTURE(kernel.name);
+    const gpu::Kernel asked{kernel.name.data(), kernel.constants};
+    const auto resources = gpu->kernel_resources(asked);
+    REQUIRE(resources);
+    CHECK(resources->threads == kernel.threads);
+    // nvcc leaves out what is never used, and aligns the rest.
+    CHECK(resources->shared_bytes <= gpu::declared_resources(asked).shared_bytes + 16 * 4);
+    CHECK(resources->groups.value() >= 1);
+  }
+  const auto of = [&](const gpu::Kernel& kernel) { return gpu->kernel_resources(kernel).value(); };
+  CHECK(of({"visibility"}).shared_bytes == 64 * 5 * 16);
+  CHECK(of({"visibility"}).groups == 12u);
+  CHECK(of({"update_textures", {783, 1, 0}}).shared_bytes - of({"update_textures", {3, 1, 0}}).shared_bytes == (783 - 3) * 2 * 16);
+  CHECK_FALSE(gpu->kernel_resources({"shade"}).has_value());
+  for (const char* call : {"cudaFuncGetAttributes", "cudaOccupancyMaxActiveBlocksPerMultiprocessor"}) {
+    emulated_cuda::fail(call, cudaErrorInvalidValue);
+    CHECK_THAT(message_of([&] { gpu->kernel_resources({"visibility"}); }), Contains(std::string(call) + " failed"));
+  }
+}
+
 TEST_CASE("there is PTX of every kernel that the host may launch", "[cuda]") {
   for (const gpu::cuda::CompiledKernel& kernel : gpu::cuda::compiled_kernels()) {
     CAPTURE(kernel.name);

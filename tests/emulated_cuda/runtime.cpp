@@ -3,6 +3,7 @@
 // any of them.
 #include "emulated_cuda/runtime.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -175,6 +176,30 @@ cudaError_t __cudaLaunchKernel(cudaKernel_t handle, dim3 grid, dim3 block, void*
   for (std::size_t i = 0; i < kernel->parameters.size(); ++i)
     std::memcpy(bytes.data() + kernel->parameters[i].first, arguments[i], kernel->parameters[i].second);
   give(stream, [kernel, groups = grid.x, threads = block.x, bytes = std::move(bytes)] { machine.run(*kernel, groups, threads, bytes.data()); });
+  return cudaSuccess;
+}
+
+// What kernels take. PTX has as many registers as it likes, so their number is said to be 0.
+cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* host) {
+  RETURN_IF_REFUSED("cudaFuncGetAttributes");
+  cudaKernel_t handle = nullptr;
+  if (const cudaError_t error = __cudaGetKernel(&handle, host); error != cudaSuccess) return error;
+  const Kernel* const kernel = find_kernel(handle->name);
+  if (!kernel) return refuse(("there is no PTX of kernel " + handle->name).c_str(), cudaErrorInvalidDeviceFunction);
+  *attributes = {};
+  attributes->sharedSizeBytes = kernel->shared_bytes;
+  attributes->localSizeBytes = kernel->local_bytes;
+  attributes->maxThreadsPerBlock = static_cast<int>(kernel->most_threads);
+  return cudaSuccess;
+}
+/// By shared memory and threads, on a multiprocessor with 64 KB, 1024 threads and 16 workgroups as Turing has them.
+cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int* groups, const void* host, int threads, std::size_t dynamic) {
+  RETURN_IF_REFUSED("cudaOccupancyMaxActiveBlocksPerMultiprocessor");
+  cudaFuncAttributes attributes;
+  if (const cudaError_t error = cudaFuncGetAttributes(&attributes, host); error != cudaSuccess) return error;
+  if (threads <= 0 || threads > attributes.maxThreadsPerBlock) return refuse("groups of a size that there is not", cudaErrorInvalidValue);
+  const std::size_t shared = attributes.sharedSizeBytes + dynamic;
+  *groups = static_cast<int>(std::min({std::size_t{16}, 1024 / static_cast<std::size_t>(threads), shared == 0 ? 16 : (64 << 10) / shared}));
   return cudaSuccess;
 }
 

@@ -101,7 +101,7 @@ std::vector<std::uint32_t> pixels_won(const std::vector<glm::vec3>& v, const std
   return counts;
 }
 
-std::vector<std::uint32_t> identity(std::size_t n) {
+std::vector<std::uint32_t> consecutive(std::size_t n) {
   std::vector<std::uint32_t> v(n);
   for (std::size_t k = 0; k < n; ++k) v[k] = static_cast<std::uint32_t>(k);
   return v;
@@ -186,8 +186,8 @@ TEST_CASE("of equally visible triangles the later ones stay", "[topology]") {
   CHECK(most_visible(counts, 4) == std::vector<std::uint32_t>{0, 2, 4, 5});
   CHECK(most_visible(counts, 3) == std::vector<std::uint32_t>{0, 4, 5});
   CHECK(most_visible(counts, 5) == std::vector<std::uint32_t>{0, 2, 3, 4, 5});
-  CHECK(most_visible(counts, 6) == identity(6));
-  CHECK(most_visible(counts, 100) == identity(6));
+  CHECK(most_visible(counts, 6) == consecutive(6));
+  CHECK(most_visible(counts, 100) == consecutive(6));
   CHECK(most_visible(counts, 0).empty());
   CHECK(visible_at_least(counts) == std::vector<std::uint32_t>{0, 2, 4, 5});
 }

@@ -109,6 +109,23 @@ class CudaDevice final : public Device {
     timings();
     timings_.clear();
   }
+  std::optional<KernelResources> kernel_resources(const Kernel& kernel) override {
+    const std::vector<cuda::CompiledKernel>& all = cuda::compiled_kernels();
+    if (std::ranges::none_of(all, [&](const cuda::CompiledKernel& k) { return k.name == kernel.name; })) return std::nullopt;
+    const cuda::CompiledKernel& found = find_compiled(std::span(all), kernel, 0);
+    cudaFuncAttributes attributes{};
+    check(cudaFuncGetAttributes(&attributes, found.function), "cudaFuncGetAttributes");
+    int groups = 0;
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&groups, found.function, static_cast<int>(found.threads), 0),
+          "cudaOccupancyMaxActiveBlocksPerMultiprocessor");
+    KernelResources resources;
+    resources.threads = found.threads;
+    resources.shared_bytes = static_cast<std::uint32_t>(attributes.sharedSizeBytes);
+    resources.registers = static_cast<std::uint32_t>(attributes.numRegs);
+    resources.local_bytes = static_cast<std::uint32_t>(attributes.localSizeBytes);
+    resources.groups = static_cast<std::uint32_t>(groups);
+    return resources;
+  }
   std::vector<std::string> validation_messages() const override { return {}; }
 
  private:

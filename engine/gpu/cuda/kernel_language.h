@@ -45,6 +45,7 @@ __device__ inline uint atomicMax(uint& x, uint value) { return ::atomicMax(&x, v
     KernelArgs a;                                                                           \
     std::memcpy(&a, arguments, sizeof a);                                                   \
     kernel<<<groups, kThreads, 0, static_cast<cudaStream_t>(stream)>>>(a);                  \
-  }
+  }                                                                                         \
+  const void* function() { return reinterpret_cast<const void*>(&kernel); }
 #define SHARED __shared__ __align__(16)  // so that neighbouring words are read together
 #define MARK(word) word = 1u

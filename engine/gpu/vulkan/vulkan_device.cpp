@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cstring>
 
+#include <fmt/format.h>
+
 #include "error.h"
 #include "gpu/vulkan/vulkan_backend.h"
 #include "gpu/vulkan/vulkan_graphics.h"
@@ -15,7 +17,7 @@ VulkanDevice::VulkanDevice(BorrowedInstance instance, VkPhysicalDevice physical,
              const DeviceOptions& options)
     : instance_(std::move(instance)), physical_(physical), info_(info), lose_after_(options.lose_after_launches) {
   try {
-    create_device();
+    create_device(options.kernel_statistics);
   } catch (...) {
     close();
     throw;
@@ -207,7 +209,7 @@ void VulkanDevice::close() {
   vkDestroyDevice(device_, nullptr);
 }
 
-void VulkanDevice::create_device() {
+void VulkanDevice::create_device(bool kernel_statistics) {
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
@@ -238,16 +240,28 @@ void VulkanDevice::create_device() {
   auto v12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &v13);
   v12.bufferDeviceAddress = VK_TRUE;
   v12.separateDepthStencilLayouts = VK_TRUE;  // every Vulkan 1.2 has it; depth images need it
-  const char* const extensions[] = {VK_KHR_SWAPCHAIN_EXTENSION_NAME};
+  std::vector<const char*> extensions;
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &v12);
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
   if (instance_->draws_to_windows()) {
-    if (!has_extension(physical_, extensions[0]))
+    if (!has_extension(physical_, VK_KHR_SWAPCHAIN_EXTENSION_NAME))
       throw Error("Vulkan: {} cannot draw to windows; choose another with --device", info_.name);
-    info.enabledExtensionCount = 1;
-    info.ppEnabledExtensionNames = extensions;
+    extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   }
+  auto executables = structure<VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR>(
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR);
+  if (kernel_statistics && has_extension(physical_, VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME)) {
+    VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &executables, {}};
+    vkGetPhysicalDeviceFeatures2(physical_, &features);
+    statistics_ = executables.pipelineExecutableInfo;
+  }
+  if (statistics_) {
+    extensions.push_back(VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
+    v13.pNext = &executables;
+  }
+  info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+  info.ppEnabledExtensionNames = extensions.data();
   check(vkCreateDevice(physical_, &info, nullptr, &device_), "vkCreateDevice");
   vkGetDeviceQueue(device_, family_, 0, &queue_);
   pipeline_cache_.open(physical_, device_);
@@ -309,12 +323,52 @@ VkPipeline VulkanDevice::compile(const Kernel& kernel, VkPipelineLayout layout) 
   info.stage.pName = "main";
   info.stage.pSpecializationInfo = entries.empty() ? nullptr : &constants;
   info.layout = layout;
+  if (statistics_) info.flags = VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
   VkPipeline pipeline = VK_NULL_HANDLE;
   const VkResult result = vkCreateComputePipelines(device_, pipeline_cache_.handle(), 1, &info, nullptr, &pipeline);
   vkDestroyShaderModule(device_, shader, nullptr);
   if (result != VK_SUCCESS)
     throw Error("Vulkan: kernel {} does not compile on {} ({})", kernel.name, info_.name, result_name(result));
   return pipeline;
+}
+
+std::optional<KernelResources> VulkanDevice::kernel_resources(const Kernel& kernel) {
+  KernelResources resources = declared_resources(kernel);
+  if (!statistics_) return resources;
+  const auto executables = reinterpret_cast<PFN_vkGetPipelineExecutablePropertiesKHR>(
+      vkGetDeviceProcAddr(device_, "vkGetPipelineExecutablePropertiesKHR"));
+  const auto statistics = reinterpret_cast<PFN_vkGetPipelineExecutableStatisticsKHR>(
+      vkGetDeviceProcAddr(device_, "vkGetPipelineExecutableStatisticsKHR"));
+  auto pipeline = structure<VkPipelineInfoKHR>(VK_STRUCTURE_TYPE_PIPELINE_INFO_KHR);
+  pipeline.pipeline = find_pipeline(kernel);
+  std::uint32_t count = 0;  // more than one where the driver compiles a kernel for several widths
+  check(executables(device_, &pipeline, &count, nullptr), "vkGetPipelineExecutablePropertiesKHR");
+  for (std::uint32_t i = 0; i < count; ++i) {
+    auto executable = structure<VkPipelineExecutableInfoKHR>(VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR);
+    executable.pipeline = pipeline.pipeline;
+    executable.executableIndex = i;
+    std::uint32_t figures = 0;
+    check(statistics(device_, &executable, &figures, nullptr), "vkGetPipelineExecutableStatisticsKHR");
+    std::vector<VkPipelineExecutableStatisticKHR> all(
+        figures, structure<VkPipelineExecutableStatisticKHR>(VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR));
+    check(statistics(device_, &executable, &figures, all.data()), "vkGetPipelineExecutableStatisticsKHR");
+    for (const VkPipelineExecutableStatisticKHR& s : all) {
+      if (!resources.statistics.empty()) resources.statistics += "; ";
+      switch (s.format) {
+        case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_UINT64_KHR:
+          take_statistic(resources, s.name, s.value.u64);
+          resources.statistics += fmt::format("{}={}", s.name, s.value.u64);
+          break;
+        case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR:
+          if (s.value.i64 >= 0) take_statistic(resources, s.name, static_cast<std::uint64_t>(s.value.i64));
+          resources.statistics += fmt::format("{}={}", s.name, s.value.i64);
+          break;
+        case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_FLOAT64_KHR: resources.statistics += fmt::format("{}={}", s.name, s.value.f64); break;
+        default: resources.statistics += fmt::format("{}={}", s.name, s.value.b32);
+      }
+    }
+  }
+  return resources;
 }
 
 VkCommandBuffer VulkanDevice::make_commands() {

@@ -32,6 +32,7 @@ class VulkanDevice final : public Device {
   void enable_timings(bool on) override;
   std::map<std::string, KernelTiming> timings() override;
   void reset_timings() override;
+  std::optional<KernelResources> kernel_resources(const Kernel& kernel) override;
   std::vector<std::string> validation_messages() const override;
 
  protected:
@@ -70,7 +71,7 @@ class VulkanDevice final : public Device {
   /// Waits for what reads memory that is about to be freed; a lost device has nothing that does.
   void finish();
   void submit(VkSemaphore wait_for, VkSemaphore signal);
-  void create_device();
+  void create_device(bool kernel_statistics);
   void close();
   VkDeviceMemory allocate_memory(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted,
                                  VkMemoryPropertyFlags preferred, bool addressed);
@@ -106,6 +107,7 @@ class VulkanDevice final : public Device {
   VkQueue queue_ = VK_NULL_HANDLE;
   std::uint32_t family_ = 0;
   bool draws_ = false;  // the queue takes graphics too
+  bool statistics_ = false;  // of kernels: the driver keeps them
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkPipelineLayout layout_ = VK_NULL_HANDLE;
   std::array<Recording, 3> recordings_;

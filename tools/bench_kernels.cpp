@@ -1,0 +1,99 @@
+#include "bench_kernels.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "atomic_file.h"
+#include "csv_table.h"
+#include "gpu/compiled_kernels.h"
+
+namespace trisoup::bench {
+namespace {
+
+// AMD, Intel and Turing; GeForce RTX 30 and 40; H100 and H200.
+constexpr std::array<std::uint32_t, 3> kKilobytes{64, 100, 228};
+
+struct KernelRow {
+  std::string kernel, constants;
+  gpu::KernelResources resources;
+};
+
+std::vector<KernelRow> kernel_rows(gpu::Device& gpu) {
+  std::vector<KernelRow> rows;
+  // All variants are compiled for the CPU, whatever the device.
+  for (const gpu::host::CompiledKernel& k : gpu::host::compiled_kernels()) {
+    const gpu::Kernel kernel{k.name.data(), k.constants};
+    std::optional<gpu::KernelResources> resources = gpu.kernel_resources(kernel);
+    if (!resources) continue;
+    std::string constants;
+    for (std::size_t i = 0; i < k.constants.size(); ++i)
+      constants += fmt::format("{}{}{}", i > 0 ? " " : "", k.constants[i], i == 0 && k.first_is_length ? "+" : "");
+    rows.push_back({kernel.name, std::move(constants), std::move(*resources)});
+  }
+  return rows;
+}
+
+std::string text(const std::optional<std::uint32_t>& value, const char* unknown) { return value ? fmt::format("{}", *value) : unknown; }
+
+/// Why columns are empty, in one line; empty where none is.
+std::string what_is_missing(const gpu::DeviceInfo& device, const std::vector<KernelRow>& rows) {
+  const bool said = std::ranges::any_of(rows, [](const KernelRow& r) { return r.resources.registers.has_value(); });
+  const bool statistics = std::ranges::any_of(rows, [](const KernelRow& r) { return !r.resources.statistics.empty(); });
+  if (said) return "";
+  if (device.backend == "cpu") return "-: only a GPU has these; shared memory is what the shader declares";
+  if (statistics) return "-: the driver's statistics have other names; --csv has all of them";
+  return "-: the driver does not say, it has no VK_KHR_pipeline_executable_properties; shared memory is what the shader declares";
+}
+
+void write_csv(const std::string& file, const gpu::DeviceInfo& device, const std::vector<KernelRow>& rows) {
+  std::string csv = "kernel,constants,threads,registers,local_bytes,shared_bytes,groups";
+  for (const std::uint32_t kilobytes : kKilobytes) csv += fmt::format(",groups_{}_kb", kilobytes);
+  csv += ",backend,device,driver,statistics\n";  // last what may be in quotes
+  for (const KernelRow& row : rows) {
+    const gpu::KernelResources& r = row.resources;
+    csv += fmt::format("{},{},{},{},{},{},{}", row.kernel, row.constants, r.threads, text(r.registers, ""), text(r.local_bytes, ""), r.shared_bytes,
+                       text(r.groups, ""));
+    for (const std::uint32_t kilobytes : kKilobytes) csv += fmt::format(",{}", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
+    csv += fmt::format(",{},{},{},{}\n", device.backend, csv_field(device.name), csv_field(device.driver), csv_field(r.statistics));
+  }
+  write_file_atomically(file, std::as_bytes(std::span(csv)));
+}
+
+}  // namespace
+
+std::uint32_t groups_by_shared_memory(std::uint32_t kilobytes, std::uint32_t threads, std::uint32_t shared_bytes) {
+  constexpr std::uint32_t kMostGroups = 32, kMostThreads = 2048;
+  const std::uint32_t groups = std::min(kMostGroups, kMostThreads / std::max(1u, threads));
+  const std::uint32_t each = shared_bytes + (kilobytes > 64 ? 1024 : 0);
+  return each == 0 ? groups : std::min(groups, kilobytes * 1024 / each);
+}
+
+void kernels(gpu::Device& gpu, const KernelsOptions& options) {
+  const gpu::DeviceInfo& device = gpu.info();
+  const std::vector<KernelRow> rows = kernel_rows(gpu);
+  std::printf("device: %s, %s\n", device.name.c_str(), device.driver.c_str());
+  std::printf("registers and local bytes of a thread; threads and shared bytes of a group; groups that fit on a multiprocessor of this device, and by shared\n"
+              "memory and threads alone on one with 64, 100 and 228 KB, 2048 threads and 32 groups\n");
+  std::printf("%-26s%8s%10s%7s%8s%8s", "kernel, constants", "threads", "registers", "local", "shared", "groups");
+  for (const std::uint32_t kilobytes : kKilobytes) std::printf("%8s", fmt::format("{} KB", kilobytes).c_str());
+  std::printf("\n");
+  for (const KernelRow& row : rows) {
+    const gpu::KernelResources& r = row.resources;
+    std::printf("%-26s%8u%10s%7s%8u%8s", (row.kernel + (row.constants.empty() ? "" : " ") + row.constants).c_str(), r.threads,
+                text(r.registers, "-").c_str(), text(r.local_bytes, "-").c_str(), r.shared_bytes, text(r.groups, "-").c_str());
+    for (const std::uint32_t kilobytes : kKilobytes) std::printf("%8u", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
+    std::printf("\n");
+  }
+  if (const std::string missing = what_is_missing(device, rows); !missing.empty()) std::printf("%s\n", missing.c_str());
+  if (!options.csv.empty()) write_csv(options.csv, device, rows);
+}
+
+}  // namespace trisoup::bench
