@@ -76,6 +76,7 @@ int main(int argc, char** argv) {
     options.draws = frames_sub->parsed();
     options.kernel_statistics = kernels_sub->parsed();
     auto device = gpu::open_device(options);
+    if (const std::string note = gpu::slow_load_note(device->info()); !note.empty()) std::fprintf(stderr, "soup-bench: %s\n", note.c_str());
     if (*kernels_sub) {
       bench::kernels(*device, kernels);
       return 0;

@@ -89,6 +89,7 @@ void TrainingRun::open_device() {
   times_->on_part = [this](train::Part part) { show_part(part); };
   if (o_.memory_mb > 0) device_->set_ceiling(std::min(o_.memory_mb, ~std::uint64_t{0} >> 20) << 20);
   say(o_, fmt::format("device: {} ({}, {})", device_->info().name, gpu::to_string(device_->info().kind), device_->info().driver));
+  if (const std::string note = gpu::slow_load_note(device_->info()); !note.empty()) say(o_, note);
 }
 
 void TrainingRun::read_model() {

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cstring>
 
+#include <fmt/format.h>
+
 #include "error.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/host/host_device.h"
@@ -204,6 +206,12 @@ std::unique_ptr<Device> open_device(const DeviceOptions& given) {
   if (backend == "cuda") return open_cuda_device(options);
   if (backend == "cpu") return open_host_device(options);
   throw Error("--backend {}: this program has no such backend; use auto, vulkan, cuda or cpu", options.backend);
+}
+
+std::string slow_load_note(const DeviceInfo& device) {
+  if (device.load_seconds <= 1) return "";
+  return fmt::format("loading the kernels took {:.1f} s: if the program has no code for this card, the driver compiles PTX at the first start, and keeps the code",
+                     device.load_seconds);
 }
 
 const char* to_string(Kind kind) {

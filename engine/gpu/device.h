@@ -30,6 +30,7 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0;  // of the largest device-local heap
   std::uint64_t free_bytes = 0;    // what the driver says is free in it; memory_bytes where it does not say
   std::uint32_t subgroup_size = 0;
+  double load_seconds = 0;         // that loading the kernels took when the device was opened; CUDA only
 };
 
 /// Time that a kernel took, from device timestamps, since Device::reset_timings().
@@ -198,6 +199,9 @@ const DeviceInfo* choose_device(const DeviceOptions& options, const std::vector<
 
 /// Throws Error when no device fits.
 std::unique_ptr<Device> open_device(const DeviceOptions& options);
+
+/// One line if loading the kernels took more than a second; else empty.
+std::string slow_load_note(const DeviceInfo& device);
 
 const char* to_string(Kind kind);
 

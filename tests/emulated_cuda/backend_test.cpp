@@ -145,6 +145,18 @@ TEST_CASE("a kernel that leaves its buffers ends the device, and whoever waits i
   s.reset();
 }
 
+TEST_CASE("kernels are loaded when the device is opened", "[cuda]") {
+  const Recovery recovery;
+  const auto kernels = static_cast<int>(gpu::cuda::compiled_kernels().size());
+  // Of all kernels the last one too.
+  emulated_cuda::fail("cudaFuncGetAttributes", cudaErrorInvalidValue, kernels - 1);
+  CHECK_THAT(message_of([] { cuda_device(); }), Contains("cudaFuncGetAttributes of kernel '" + std::string(gpu::cuda::compiled_kernels().back().name) + "' failed"));
+  emulated_cuda::recover();
+  const auto gpu = cuda_device();
+  CHECK(gpu->info().load_seconds > 0);
+  CHECK(gpu::slow_load_note(gpu->info()).empty());
+}
+
 TEST_CASE("what a kernel takes is what its PTX declares", "[cuda]") {
   const Recovery recovery;
   auto gpu = cuda_device();

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "emulated_cuda/machine.h"
@@ -182,6 +184,12 @@ cudaError_t __cudaLaunchKernel(cudaKernel_t handle, dim3 grid, dim3 block, void*
 // What kernels take. PTX has as many registers as it likes, so their number is said to be 0.
 cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* host) {
   RETURN_IF_REFUSED("cudaFuncGetAttributes");
+  // The first kernel of a program brings its module, which a driver may have to compile.
+  static const bool loaded = [] {
+    if (const char* seconds = std::getenv("TRISOUP_COMPILE_SECONDS")) std::this_thread::sleep_for(std::chrono::duration<double>(std::atof(seconds)));
+    return true;
+  }();
+  (void)loaded;
   cudaKernel_t handle = nullptr;
   if (const cudaError_t error = __cudaGetKernel(&handle, host); error != cudaSuccess) return error;
   const Kernel* const kernel = find_kernel(handle->name);

@@ -79,3 +79,12 @@ TEST_CASE("a device is its number in the list, a part of its name, or its backen
   CHECK(chosen("epyc", [](DeviceOptions& o) { o.draws = true; }) == -1);
   CHECK(chosen("cpu", [](DeviceOptions& o) { o.backend = "vulkan"; }) == -1);
 }
+
+TEST_CASE("how long kernels took to load is told if that is more than a second", "[device]") {
+  DeviceInfo slow;
+  CHECK(slow_load_note(slow).empty());
+  slow.load_seconds = 1;
+  CHECK(slow_load_note(slow).empty());
+  slow.load_seconds = 12.34;
+  CHECK_THAT(slow_load_note(slow), Catch::Matchers::Contains("12.3 s") && Catch::Matchers::Contains("PTX"));
+}

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <charconv>
+#include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <deque>
 #include <map>
@@ -50,7 +52,7 @@ int count_devices() {
 class CudaDevice final : public Device {
  public:
   CudaDevice(int index, const DeviceOptions& options) : info_(describe(index)), lose_after_(options.lose_after_launches) {
-    check(cudaSetDevice(index), "cudaSetDevice");
+    load_kernels(index);
     std::size_t free = 0, total = 0;
     check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
     info_.free_bytes = free;
@@ -129,6 +131,23 @@ class CudaDevice final : public Device {
   std::vector<std::string> validation_messages() const override { return {}; }
 
  private:
+  /// Makes the device's context and loads all kernels. The runtime would load each when it is first launched, and its
+  /// module with it. If the program has only PTX for this card, the driver would then compile for seconds in the middle
+  /// of a step. Asking for its attributes loads a kernel without running it.
+  void load_kernels(int index) {
+    using Clock = std::chrono::steady_clock;
+    auto start = Clock::now();
+    check(cudaSetDevice(index), "cudaSetDevice");
+    // The context takes its own time, which is no compiler's; with EAGER, modules are loaded with it.
+    const char* const loading = std::getenv("CUDA_MODULE_LOADING");
+    if (!loading || std::string_view(loading) != "EAGER") start = Clock::now();
+    for (const cuda::CompiledKernel& kernel : cuda::compiled_kernels()) {
+      cudaFuncAttributes attributes{};
+      check(cudaFuncGetAttributes(&attributes, kernel.function), fmt::format("cudaFuncGetAttributes of kernel '{}'", kernel.name));
+    }
+    info_.load_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  }
+
   struct Timed {
     std::string kernel;
     cudaEvent_t start, end;
