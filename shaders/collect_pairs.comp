@@ -1,5 +1,5 @@
-// The set of (triangle, triangle behind it) over all pixels of a batch: a hash table with open addressing, whose slots name a pixel that shows the pair.
-// Pixels are of launches before, so one compare-and-swap of a word is all that threads have to agree on.
+// The set of (triangle, triangle behind it) over all pixels of a batch: a hash table with open addressing. A slot holds 1 + a pixel that shows the pair.
+// Earlier launches wrote the pixels, so one compare-and-swap per slot is enough.
 #include "common/kernel.h"
 #include "args/collect_pairs.h"
 #include "common/random.h"

@@ -1,5 +1,4 @@
-// What each triangle, or a part of it, is worth to the pictures: how much larger the squared errors are without it, each times what an error at that
-// pixel counts (engine/train/importance.h).
+// Importance: how much the weighted squared error grows without each triangle, or without the finest level of its texture (engine/train/importance.h).
 #include "common/kernel.h"
 #include "args/importance.h"
 #include "common/fixed_point.h"

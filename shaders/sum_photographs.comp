@@ -19,12 +19,13 @@ KERNEL_MAIN(64) {
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
+  Uints photo = a.views.v[view].photo;
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
     if (at.x >= width || at.y >= height) continue;
     const uint pixel = at.y * width + at.x, index = pixel_offset + pixel, triangle = a.hits.v[index].triangle;
-    if (triangle == 0u || triangle - 1u < a.first || triangle - 1u >= a.last || (pixel + a.views.v[view].index) % a.stride != 0u) continue;
-    const uint rgba = a.views.v[view].photo.v[pixel];
+    if (triangle == 0u || triangle - 1u < a.first || triangle - 1u >= a.last || (pixel + at.y + a.views.v[view].index) % a.stride != 0u) continue;
+    const uint rgba = photo.v[pixel];
     if (rgba < 0x80000000u) continue;
     const Texture row = a.textures.v[triangle - 1u];
     const LatticeCell cell = lattice_cell(a.hits.v[index].b0, a.hits.v[index].b1, row.level_max);

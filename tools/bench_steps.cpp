@@ -136,7 +136,9 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
     gpu.enable_timings(true);
     gpu.reset_timings();
     one(static_cast<std::uint32_t>(i));
-    for (const auto& [name, t] : gpu.timings()) samples[name].push_back(t.milliseconds);
+    std::map<std::string, double> ms;
+    for (const auto& [name, t] : gpu.timings()) ms[name.ends_with("_wide") ? name.substr(0, name.size() - 5) : name] += t.milliseconds;
+    for (const auto& [name, t] : ms) samples[name].push_back(t);
   }
   gpu.enable_timings(false);
 

@@ -184,8 +184,10 @@ void TrainingRun::join_ranks() {
 }
 
 void TrainingRun::show_part(train::Part part) {
+  // Pictures are written while others are evaluated.
+  if (part == train::Part::writing) return;
   if (bar_) bar_->part(part);
-  if (live_) live_->phase(part == train::Part::steps ? "training" : train::to_string(part));
+  if (live_) live_->phase(part == train::Part::steps ? "training" : part == train::Part::evaluation ? "measuring quality" : train::to_string(part));
 }
 
 void TrainingRun::save() {
@@ -274,6 +276,7 @@ void TrainingRun::train() {
     throw Error("{} ({})", error.what(), what_is_saved(""));
   }
   if (trainer_->finished() && !stopped_) return;
+  bar_->clear();
   if (o_.timings) print_timings(*times_);
   throw Interrupted{fmt::format("after step {}; go on with --resume", trainer_->step())};
 }
@@ -296,10 +299,7 @@ void TrainingRun::finish() {
     model = result();
     if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
   }
-  if (live_) {
-    live_->publish(model);
-    live_->phase("measuring quality");
-  }
+  if (live_) live_->publish(model);
   const std::string file = read_file(folder_.model());
   measure(model, bytes_of(file));
   if (dataset_ != o_.dataset) say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
@@ -345,6 +345,7 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
     const auto writing = times_->measure(train::Part::writing);
     folder_.renders().finish();
   }
+  bar_->clear();
   log_evaluation(evaluation);
   warn_of_result(*trainer_, fit, settings_);
   if (has_goal()) say(o_, train::outcome(simplifier_->rounds(), settings_));

@@ -10,7 +10,7 @@
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"
 #include "scene/intrinsics.h"
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 #include "scene/photograph.h"
 #include "printable.h"
 #include "read_file.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 
 namespace trisoup::scene {
 namespace {

@@ -17,7 +17,7 @@
 #include "printable.h"
 #include "read_file.h"
 #include "scene/colmap_model.h"
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 #include "scene/video_frames.h"
 
 namespace trisoup::scene {

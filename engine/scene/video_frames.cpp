@@ -11,7 +11,7 @@
 #include "image/image_file.h"
 #include "printable.h"
 #include "read_file.h"
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 #include "scene/unposed.h"
 
 namespace trisoup::scene {

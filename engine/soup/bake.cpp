@@ -1,10 +1,11 @@
 #include "soup/bake.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <thread>
 
 #include "common/host.h"
+#include "parallel_for.h"
 
 namespace trisoup::soup {
 
@@ -19,7 +20,9 @@ std::vector<std::uint8_t> bake_colours(const Model& model, std::span<const glm::
 
   const std::size_t samples = model.lattice.size() / kChannels;
   std::vector<std::uint8_t> colours(samples * 3);
-  const auto bake = [&](std::size_t first, std::size_t last) {
+  constexpr std::size_t kBlock = 4096;
+  parallel_for(static_cast<int>((samples + kBlock - 1) / kBlock), 0, [&](int block) {
+    const std::size_t first = static_cast<std::size_t>(block) * kBlock, last = std::min(first + kBlock, samples);
     for (std::size_t s = first; s < last; ++s) {
       float x[16], h1[16], h2[16], y[3];
       for (int c = 0; c < 7; ++c) x[c] = static_cast<float>(model.lattice[s * kChannels + c]) / 255.0f;
@@ -33,11 +36,7 @@ std::vector<std::uint8_t> bake_colours(const Model& model, std::span<const glm::
       for (int c = 0; c < 3; ++c)
         colours[s * 3 + c] = static_cast<std::uint8_t>(std::lround(255.0f * std::min(1.0f, std::max(0.0f, sum[c]))));
     }
-  };
-  const std::size_t threads = std::max(1u, std::thread::hardware_concurrency());
-  std::vector<std::jthread> pool;
-  for (std::size_t t = 0; t < threads; ++t) pool.emplace_back(bake, samples * t / threads, samples * (t + 1) / threads);
-  pool.clear();
+  });
   return colours;
 }
 

@@ -8,6 +8,7 @@
 #include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 
+#include "parallel_for.h"
 #include "soup/delaunay.h"
 #include "soup/initialise.h"
 
@@ -97,6 +98,36 @@ class Walker {
   std::vector<std::uint32_t> first_, around_;  // tetrahedra around each point
 };
 
+/// One vote, before it is counted.
+struct Vote {
+  enum Kind : std::uint32_t { face0, face1, face2, face3, air, matter };
+  std::uint32_t tetrahedron, kind;
+  double weight;
+};
+
+/// Votes of all sightings of point p.
+void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walker& walker, std::uint32_t p, double soft, std::vector<Vote>& votes) {
+  for (const std::uint32_t camera : s.seen_by[p]) {
+    const glm::dvec3 way = s.cameras[camera] - s.points[p];
+    const double length = glm::length(way);
+    if (!(length > 0)) continue;
+    // From the point to the camera; a sighting goes the other way, so it enters a tetrahedron where this walk leaves it.
+    const std::uint32_t first = walker.first_towards(p, way);
+    if (first != kOutside) {
+      const std::uint32_t last = walker.walk(first, kOutside, s.points[p], way, [&](std::uint32_t t, std::size_t k, double at) {
+        const double d = at * length / soft;
+        const std::uint32_t nearer = tetrahedra.across[t][k];
+        if (nearer == kOutside) return;
+        const auto& there = tetrahedra.across[nearer];
+        const auto back = static_cast<std::uint32_t>(std::find(there.begin(), there.end(), t) - there.begin());
+        if (back < 4) votes.push_back({nearer, back, 1.0 - std::exp(-0.5 * d * d)});
+      });
+      if (last != kOutside) votes.push_back({last, Vote::air, 1.0});
+    }
+    if (const std::uint32_t behind = walker.first_towards(p, -way); behind != kOutside) votes.push_back({behind, Vote::matter, 1.0});
+  }
+}
+
 Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const SurfaceOptions& options) {
   Votes votes;
   votes.air.resize(tetrahedra.size());
@@ -105,27 +136,23 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
   const Walker walker(s.points, tetrahedra);
   std::vector<glm::vec3> floats(s.points.begin(), s.points.end());
   const std::vector<double> spacing = nearest_distances(floats, 4);
-  for (std::uint32_t p = 0; p < s.points.size(); ++p) {
-    const double soft = std::max(options.softness * spacing[p], 1e-12);
-    for (const std::uint32_t camera : s.seen_by[p]) {
-      const glm::dvec3 way = s.cameras[camera] - s.points[p];
-      const double length = glm::length(way);
-      if (!(length > 0)) continue;
-      // From the point to the camera; a sighting goes the other way, so it enters a tetrahedron where this walk leaves it.
-      const std::uint32_t first = walker.first_towards(p, way);
-      if (first != kOutside) {
-        const std::uint32_t last = walker.walk(first, kOutside, s.points[p], way, [&](std::uint32_t t, std::size_t k, double at) {
-          const double d = at * length / soft;
-          const std::uint32_t nearer = tetrahedra.across[t][k];
-          if (nearer == kOutside) return;
-          const auto& there = tetrahedra.across[nearer];
-          const auto back = static_cast<std::size_t>(std::find(there.begin(), there.end(), t) - there.begin());
-          if (back < 4) votes.face[nearer][back] += 1.0 - std::exp(-0.5 * d * d);
-        });
-        if (last != kOutside) votes.air[last] += 1.0;
+  // All threads walk; votes are added up in the order of the points, so that the sums do not depend on the threads.
+  constexpr std::size_t kBlock = 256, kBlocks = 64;
+  std::vector<std::vector<Vote>> collected(kBlocks);
+  for (std::size_t begin = 0; begin < s.points.size(); begin += kBlocks * kBlock) {
+    parallel_for(kBlocks, 0, [&](int block) {
+      std::vector<Vote>& to = collected[static_cast<std::size_t>(block)];
+      to.clear();
+      const std::size_t first = begin + static_cast<std::size_t>(block) * kBlock, last = std::min(first + kBlock, s.points.size());
+      for (std::size_t p = first; p < last; ++p)
+        collect_votes(s, tetrahedra, walker, static_cast<std::uint32_t>(p), std::max(options.softness * spacing[p], 1e-12), to);
+    });
+    for (const std::vector<Vote>& of_block : collected)
+      for (const Vote& vote : of_block) {
+        if (vote.kind == Vote::air) votes.air[vote.tetrahedron] += vote.weight;
+        else if (vote.kind == Vote::matter) votes.matter[vote.tetrahedron] += vote.weight;
+        else votes.face[vote.tetrahedron][vote.kind] += vote.weight;
       }
-      if (const std::uint32_t behind = walker.first_towards(p, -way); behind != kOutside) votes.matter[behind] += 1.0;
-    }
   }
   // A camera stands in air, whatever the sightings say.
   constexpr double kSure = 1e6;

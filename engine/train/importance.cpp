@@ -81,7 +81,7 @@ class Measurement {
   const StepInputs& inputs() const { return inputs_; }
 
  private:
-  // What only steps need of the frame is room for what is kept of the first rendering.
+  // Frame buffers that only training steps use hold the first rendering.
   gpu::Address first() const { return frame_.gradient.address(); }  // Hit
   gpu::Address flatness() const { return frame_.partial.address(); }
   gpu::Address errors() const { return frame_.partial.address() + 4ull * frame_.batch().pixels; }
@@ -89,6 +89,7 @@ class Measurement {
   void render(Layer layer) {
     StepInputs inputs = inputs_;
     inputs.layer = layer;
+    inputs.listed = true;
     inputs.first = first();
     step_.visibility(Thresholds::half, inputs);
     step_.shade(inputs);
@@ -117,7 +118,7 @@ class Measurement {
   Sums whole_, finest_;
   gpu::Buffer pixels_, contrast_;
   PairSet pairs_;
-  double unit_ = 1.0 / 16;  // a single weighted error may reach 1,024
+  double unit_ = 1.0 / 4096;  // the errors of a block, one term, may reach 2^18
 };
 
 }  // namespace

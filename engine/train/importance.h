@@ -26,7 +26,7 @@ struct Importance {
   double error = 0;                   // of all pixels as they are
   std::vector<std::uint32_t> pixels;  // [T] that show the triangle
   std::vector<double> triangle;       // [T] how much larger the error is without the triangle
-  std::vector<double> finest;         // [T] how much larger it is without its texture's finest level; 0 where it has level 0 alone
+  std::vector<double> finest;         // [T] how much larger it is at its pixels with all textures one level coarser
   /// (a triangle, one that its pixels show without it), each pair once, sorted: what the first one's value rests on.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> behind;
 };

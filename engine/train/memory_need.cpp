@@ -51,13 +51,17 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
     const double scale = small ? small_scale(v.camera, s) : 0.0;
     need.photographs += static_cast<std::uint64_t>(4.0 * v.camera.width * v.camera.height * (1 + scale * scale));
   }
+  // Evaluation has the photographs of up to four views on the device.
+  std::uint64_t largest_test = 0;
+  for (const auto* views : {&scene.test, &scene.validation})
+    for (const scene::View& v : *views) largest_test = std::max(largest_test, std::uint64_t(v.camera.width) * static_cast<std::uint64_t>(v.camera.height));
   // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
   std::uint64_t most = s.triangles;
   if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
   const BatchSize batch = largest_batch(scene.train, s);
   need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
                            static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
-               kPassScreenBytes + (64ull << 20);
+               kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
   // A change of topology has, of textures, the logits of the old soup (and the moments, where they are kept), and those of the new one: one array
   // after the other, so that besides one of them all is there once. Rows, parents and corners of triangles come to it.
   const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;

@@ -51,7 +51,12 @@ void PartTimes::enter(Part part) {
 }
 
 void PartTimes::leave() {
-  charge();
+  try {
+    charge();
+  } catch (...) {
+    open_.pop_back();
+    throw;
+  }
   open_.pop_back();
   if (on_part && !open_.empty()) on_part(open_.back());
 }

@@ -9,7 +9,7 @@
 namespace trisoup::train {
 namespace {
 
-/// Pixels of `views` that each hidden triangle alone keeps shut. flags: as count_holes.comp has them. [T]
+/// Pixels of `views` that show each hidden triangle and, without the hidden ones, the backdrop or nothing. flags: as count_holes.comp has them. [T]
 std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
                                        const std::vector<std::uint32_t>& flags) {
   const gpu::Buffer flag_words = gpu.allocate(4 * flags.size(), "hidden triangles"), counts = gpu.allocate(4 * flags.size(), "visible pixels");

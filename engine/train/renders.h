@@ -1,6 +1,7 @@
 // Pictures of held-out views beside what a model shows of them.
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <filesystem>
 #include <future>
@@ -30,7 +31,12 @@ class Renders {
   void wait_for_oldest();
   std::filesystem::path folder_;
   std::set<std::string> written_;
-  std::deque<std::future<void>> pending_;
+  struct Pending {
+    std::future<void> written;
+    std::size_t bytes;
+  };
+  std::deque<Pending> pending_;
+  std::size_t pending_bytes_ = 0;
 };
 
 }  // namespace trisoup::train

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/area_resample.h"
+#include "parallel_for.h"
 
 namespace trisoup::train {
 
@@ -13,18 +14,22 @@ double small_scale(const scene::Camera& camera, const Settings& settings) {
 
 SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, const Settings& settings) {
   SmallViews small;
-  for (const scene::View& v : views) {
+  small.images.resize(views.size());
+  small.views.resize(views.size());
+  parallel_for(static_cast<int>(views.size()), 0, [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    const scene::View& v = views[i];
     BatchView view = batch_view(v.camera, settings.near, settings.far, small_scale(v.camera, settings));
     const scene::Photograph smaller = scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
-    small.images.push_back(scene::composite(smaller, 0));
+    small.images[i] = scene::composite(smaller, 0);
     // A pixel is in the mask where half of its area is, so a mask of specks would leave none.
-    if (!has_pixels(small.images.back()) && has_pixels(v.image)) {
+    if (!has_pixels(small.images[i]) && has_pixels(v.image)) {
       view = batch_view(v.camera, settings.near, settings.far);
-      small.images.back() = v.image;
+      small.images[i] = v.image;
     }
-    view.index = static_cast<std::uint32_t>(small.views.size());
-    small.views.push_back(view);
-  }
+    view.index = static_cast<std::uint32_t>(i);
+    small.views[i] = view;
+  });
   small.photographs = upload_photographs(gpu, small.images);
   for (BatchView& view : small.views) view.photo = small.photographs.addresses[view.index];
   return small;

@@ -70,11 +70,14 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   const std::uint64_t projected = views * groups_of(triangles);
   const auto view_table = frame_.views.address(), screen = frame_.screen.address();
 
-  gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
-  if (soup_.shared) gpu_.launch({"keep_range"}, projected, KeepRangeArgs{screen, triangles, views, soup_.own().first, soup_.own().last});
-  if (inputs.hidden) gpu_.launch({"hide_triangles"}, projected, HideTrianglesArgs{screen, inputs.hidden, triangles, views});
+  const bool listed = inputs.listed && frame_.bands() == 1;
+  if (!listed) {
+    gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
+    if (soup_.shared) gpu_.launch({"keep_range"}, projected, KeepRangeArgs{screen, triangles, views, soup_.own().first, soup_.own().last});
+    if (inputs.hidden) gpu_.launch({"hide_triangles"}, projected, HideTrianglesArgs{screen, inputs.hidden, triangles, views});
+  }
   for_each_band([&](const Band& band) {
-    list_triangles(band);
+    if (!listed) list_triangles(band);
     gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}}, band.tiles,
                 VisibilityArgs{view_table, screen, frame_.offsets.address(), frame_.lists.address(), soup_.textures.address(),
                                soup_.opacity.address(), inputs.thresholds, inputs.first, frame_.state.address(), frame_.hits.address(), triangles,

@@ -38,6 +38,7 @@ struct StepInputs {
   const Exposures* exposures = nullptr;  // of the photographs; null: they are taken as they are, and so are float targets
   bool fit_exposures = true;             // to what is rendered, before they are used
   Layer layer = Layer::nearest;
+  bool listed = false;      // reuse the tile lists of the last rendering of this batch; ignored if there are several bands
   gpu::Address first = 0;   // [pixels] Hit: another rendering of the batch, for Layer::behind
   gpu::Address hidden = 0;  // [T]: triangles whose bit 0 is set are left out; 0: none are
   // Tests look at intermediate values here; null in training.

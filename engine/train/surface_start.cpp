@@ -7,6 +7,7 @@
 #include <span>
 
 #include "error.h"
+#include "parallel_for.h"
 #include "soup/decimate_views.h"
 #include "soup/surface.h"
 #include "train/start_points.h"
@@ -76,11 +77,12 @@ std::vector<double> picture_weights(const scene::Scene& scene, const soup::Mesh&
     return pixels * pixels * pixels * pixels;
   };
   std::vector<double> corners(mesh.positions.size(), 0.0), weights;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
+  parallel_for(static_cast<int>(corners.size()), 0, [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
     const glm::dvec3 p(mesh.positions[i]);
     for (const std::uint32_t v : seen_by[i]) corners[i] += from_view(v, p);
     for (std::size_t v = 0; seen_by[i].empty() && v < scene.train.size(); ++v) corners[i] += kUnseen * from_view(v, p);
-  }
+  });
   for (std::size_t k = 0; k + 2 < mesh.indices.size(); k += 3) {
     const std::uint32_t a = mesh.indices[k], b = mesh.indices[k + 1], c = mesh.indices[k + 2];
     const glm::dvec3 p(mesh.positions[a]), q(mesh.positions[b]), r(mesh.positions[c]);

@@ -365,9 +365,9 @@ void Trainer::run(const Callbacks& callbacks) {
     {
       const PartTimes::Scope scope(*times_, Part::steps);
       train_until(last, callbacks);
+      // A change of topology draws other views into the frame.
+      if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) uncovered_ = share_uncovered();
     }
-    // A change of topology draws other views into the frame.
-    if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) uncovered_ = share_uncovered();
     if (step_ > before) change_topology();
     gpu_.wait();
     const double elapsed = watch.seconds();

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "image/image.h"
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 #include "train/image_sums.h"
 #include "train/render_pass.h"
 #include "train/step.h"
@@ -47,7 +47,7 @@ TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& fr
       all.squares += view.squares, all.pixels += view.pixels, all.uncovered += view.uncovered;
   });
   std::vector<double> plain(views.size());
-  scene::parallel_for(static_cast<int>(views.size()), 0, [&](int i) {
+  parallel_for(static_cast<int>(views.size()), 0, [&](int i) {
     plain[static_cast<std::size_t>(i)] = squares_around_mean(scene.train[views[static_cast<std::size_t>(i)].index].image);
   });
   const double values = 3.0 * static_cast<double>(all.pixels);

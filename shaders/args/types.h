@@ -111,7 +111,7 @@ STRUCT ImageSums {
   uint pixels;               // inside the loss mask
   uint uncovered;            // of those: without a triangle, where the photograph is not the background
 };
-// A power of two: sums of up to 2^29 pixels stay in range, and a block's sum below the limit of one term.
+// A power of two. Sums of up to 2^27 pixels stay in range; a block's sum stays below kFixedLimit.
 #define IMAGE_SUM_UNIT 1024.0f
 
 /// Parameters that were not numbers and had to be reset (common/faults.h).

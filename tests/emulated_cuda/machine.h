@@ -157,6 +157,9 @@ class Machine {
   std::uint32_t atomic_max(std::uint64_t at, std::uint32_t value, Place place) {
     return atomic(at, place, [&](std::uint32_t before) { return std::max(before, value); });
   }
+  std::uint32_t atomic_cas(std::uint64_t at, std::uint32_t expected, std::uint32_t value, Place place) {
+    return atomic(at, place, [&](std::uint32_t before) { return before == expected ? value : before; });
+  }
   std::uint32_t atomic_shared_add(std::uint64_t at, std::uint32_t value, Place place, std::uint32_t site) {
     return atomic_shared(at, place, site, [&](std::uint32_t before) { return before + value; });
   }

@@ -26,6 +26,7 @@ EXPRESSIONS = {
 }
 
 # What a GPU has units for, as in machine.h. What ptxas makes no instruction of (moves, addresses, parameters) does not count.
+SPACES = ("param", "global", "shared", "local")
 CLASSES = ["multiply_add", "special", "other", "shared", "global", "local", "atomic"]
 
 
@@ -34,7 +35,7 @@ def instruction_class(opcode):
     if words[0] in ("mov", "cvta") or opcode.startswith("ld.param"):
         return None
     if words[0] in ("ld", "st"):
-        return words[1]
+        return words[1] if words[1] in SPACES else "global"
     if words[0] == "atom":
         return "shared" if words[1] == "shared" else "atomic"
     if words[-1] == "f32" and words[0] in ("add", "sub", "mul", "fma"):
@@ -194,6 +195,8 @@ class Kernel:
         if head == "atom":
             if opcode in ("atom.global.add.u32", "atom.global.or.b32", "atom.global.max.u32"):
                 return put(f"machine.atomic_{words[2]}({self.address(operands[1])}, {r(2, 'u32')}, {self.place})", "u32")
+            if opcode == "atom.global.cas.b32":
+                return put(f"machine.atomic_cas({self.address(operands[1])}, {r(2, 'u32')}, {r(3, 'u32')}, {self.place})", "u32")
             if opcode not in ("atom.shared.add.u32", "atom.shared.max.u32"):
                 raise Unknown(text)
             self.accesses += 1
@@ -263,15 +266,14 @@ class Kernel:
         raise Unknown(text)
 
     def access(self, head, words, operands):
-        space = words[0]
-        words = [w for w in words[1:] if w not in ("nc", "volatile", "relaxed", "gpu", "cta", "sys")]
+        # A pointer that was itself read from memory has no space; all of ours point to device memory, and every access is checked.
+        space, words = (words[0], words[1:]) if words[0] in SPACES else ("global", words)
+        words = [w for w in words if w not in ("nc", "volatile", "relaxed", "gpu", "cta", "sys")]
         count = 1
         if words[0] in ("v2", "v4"):
             count = int(words[0][1])
             words = words[1:]
         kind = words[0]
-        if space not in ("param", "global", "shared", "local"):
-            raise Unknown(f"{head}.{space}")
         target, value = (operands[1], operands[0]) if head == "ld" else (operands[0], operands[1])
         values = split_operands(value[1:-1]) if count > 1 else [value]
         own, place = "", ""

@@ -169,13 +169,13 @@ TEST_CASE("errors where there is little contrast count for more, and those outsi
   auto gpu = test::open_device();
   // Left a wall, right black and white by turns; the last row is not in the loss. A triangle before all of it shows the same error everywhere.
   constexpr int kWide = 60, kHigh = 30;
-  const auto worth_of = [&](int wall, int first_row, int rows) {
+  const auto worth_of = [&](int wall, int first_row, int rows, int shade = 90) {
     scene::View view;
     view.image = {kWide, kHigh, {}};
     for (int y = 0; y < kHigh; ++y)
       for (int x = 0; x < kWide; ++x) {
         const bool in_rows = y >= first_row && y < first_row + rows;
-        const auto grey = static_cast<std::uint8_t>(x < wall ? 90 : (x + y) % 2 ? 255 : 0);
+        const auto grey = static_cast<std::uint8_t>(x < wall ? shade : (x + y) % 2 ? 255 : 0);
         view.image.rgba.insert(view.image.rgba.end(), {grey, grey, grey, static_cast<std::uint8_t>(in_rows ? 255 : 0)});
       }
     const std::vector<double> weights = error_weights(view.image);
@@ -184,7 +184,7 @@ TEST_CASE("errors where there is little contrast count for more, and those outsi
     views[0].photo = photographs.addresses[0];
     test::SmallScene s(*gpu, 1, {{0, 0}}, views);
     gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0.2f, 90, 90}, {0.2f, 90, 90}, {0.2f, 90, 90}});  // out of sight
-    const glm::vec3 background(0.25f, 0.5f, 0.75f);
+    const glm::vec3 background = shade == 90 ? glm::vec3(0.25f, 0.5f, 0.75f) : glm::vec3(0.0f);
     double expected = 0;
     for (std::size_t p = 0; p < weights.size(); ++p)
       for (int c = 0; c < 3; ++c) expected += weights[p] * std::pow(double(background[c]) - view.image.rgba[4 * p] / 255.0, 2);
@@ -196,5 +196,6 @@ TEST_CASE("errors where there is little contrast count for more, and those outsi
   CHECK(wall < mixed);  // the wall's own error is small
   CHECK(mixed < 0.75 * turns);  // pixels that take turns count half where there is a wall beside them
   CHECK(worth_of(kWide / 2, 0, 0) == 0);
+  worth_of(16, 0, kHigh, 255);  // a white block that should be black has the largest error there is
   test::require_silence(*gpu);
 }

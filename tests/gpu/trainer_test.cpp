@@ -446,6 +446,43 @@ TEST_CASE("a training is brought to its knee on the way, and goes on from a chec
   }
 }
 
+TEST_CASE("no pixel comes to the host, from the first step to the last measurement", "[trainer][driver]") {
+  auto gpu = test::open_device();
+  // Changes of topology by both recipes, pruning, painting, exposures, reports and evaluations.
+  train::Settings settings = short_settings();
+  settings.recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
+  settings.knee = 0.2;
+  settings.resample_until = 0.6;
+  settings.exposure = true;
+  settings.backdrop = 8;
+  const bool paints = settings.recipe == train::Recipe::real;
+  if (paints) settings.coarse_share = 0, settings.paint = true;
+  // Twelve triangles: what is downloaded of each hardly counts beside 230,400 pixels.
+  settings.triangles = settings.init_count = 12;
+  settings.init_radius = 0.2;
+  settings.level_max = settings.level_min;
+  settings.steps = 20;
+  settings.resample_every = 5;
+  scene::Scene scene;
+  for (int i = 0; i < 5; ++i) scene.train.push_back(view(1.2 * i, static_cast<std::uint8_t>(30 * i), 192));
+  scene.test = {view(0.6, 20, 192)};
+  scene.background = glm::vec3(1.0f);
+  train::Start begin = start(settings);
+  if (paints) begin.colours.assign(begin.vertices.size(), glm::vec3(0.5f));
+  const std::uint64_t before = gpu->downloaded_bytes();
+  train::Trainer trainer(*gpu, scene, settings, begin);
+  train::Trainer::Callbacks callbacks;
+  callbacks.progress_every = 10;
+  callbacks.on_progress = [](const train::Progress&) {};
+  trainer.run(callbacks);
+  trainer.evaluate_float();
+  trainer.training_fit();
+  const std::uint64_t pixels = 6ull * 192 * 192, bytes = gpu->downloaded_bytes() - before;
+  CAPTURE(bytes);
+  CHECK(bytes < pixels / 2);
+  test::require_silence(*gpu);
+}
+
 TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();

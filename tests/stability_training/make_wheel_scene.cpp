@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "image/image_file.h"
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 #include "soup/random.h"
 
 namespace fs = std::filesystem;
@@ -140,7 +140,7 @@ int main(int argc, char** argv) try {
   for (int i = 0; i < views; ++i) {
     const Camera c = camera(i, views);
     trisoup::Image image{width, height, std::vector<std::uint8_t>(4ull * width * height)}, mask = image;
-    trisoup::scene::parallel_for(height, 0, [&](int y) {
+    trisoup::parallel_for(height, 0, [&](int y) {
       for (int x = 0; x < width; ++x) {
         glm::dvec3 sum(0.0);
         bool hit = false;

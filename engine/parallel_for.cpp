@@ -1,4 +1,4 @@
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 
 #include <algorithm>
 #include <atomic>
@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace trisoup::scene {
+namespace trisoup {
 
 void parallel_for(int count, int threads, const std::function<void(int)>& body) {
   if (threads <= 0) threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -39,4 +39,4 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body) 
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace trisoup::scene
+}  // namespace trisoup

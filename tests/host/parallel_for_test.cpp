@@ -1,13 +1,13 @@
-// Tests engine/scene/parallel_for.h.
+// Tests engine/parallel_for.h.
 #include <catch2/catch.hpp>
 
 #include <atomic>
 #include <stdexcept>
 #include <vector>
 
-#include "scene/parallel_for.h"
+#include "parallel_for.h"
 
-using trisoup::scene::parallel_for;
+using trisoup::parallel_for;
 
 TEST_CASE("parallel_for calls every index once", "[scene][parallel]") {
   const int threads = GENERATE(0, 1, 4, 50);
