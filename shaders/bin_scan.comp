@@ -1,5 +1,5 @@
-// Offsets of the tiles' lists: exclusive sums of their counts. A workgroup finds those of BIN_SCAN_TILES tiles and adds up all counts before them itself,
-// which is less than a second launch would take.
+// Offsets of the tiles' lists: exclusive sums of their counts. A workgroup finds those of BIN_SCAN_TILES tiles and
+// adds up all counts before them itself, which is less than a second launch would take.
 #include "common/kernel.h"
 #include "args/bin.h"
 

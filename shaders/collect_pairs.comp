@@ -1,5 +1,6 @@
-// The set of (triangle, triangle behind it) over all pixels of a batch: a hash table with open addressing. A slot holds 1 + a pixel that shows the pair.
-// Earlier launches wrote the pixels, so one compare-and-swap per slot is enough.
+// The set of (triangle, triangle behind it) over all pixels of a batch: a hash table with open addressing. A slot
+// holds 1 + a pixel that shows the pair. Earlier launches wrote the pixels, so one compare-and-swap per slot is
+// enough.
 #include "common/kernel.h"
 #include "args/collect_pairs.h"
 #include "common/random.h"

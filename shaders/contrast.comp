@@ -1,5 +1,5 @@
-// How little contrast the photographs have around each pixel: what an error there costs in SSIM (Wang et al. 2004). Windows of 7 x 7 pixels, as far as
-// they lie inside the picture and its mask.
+// How little contrast the photographs have around each pixel: what an error there costs in SSIM (Wang et al. 2004).
+// Windows of 7 x 7 pixels, as far as they lie inside the picture and its mask.
 #include "common/kernel.h"
 #include "args/contrast.h"
 #include "common/fixed_point.h"
@@ -16,14 +16,16 @@ KERNEL(64, ContrastArgs) {
   if (block >= a.blocks) return;
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
-  const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const uint pixel_offset = a.views.v[view].pixel_offset;
   for (uint i = thread; i < kSide * kSide; i += 64u) {
     const int x = int(corner.x + i % kSide) - kReach, y = int(corner.y + i / kSide) - kReach;
     float grey = -1.0f;
     if (x >= 0 && y >= 0 && x < int(width) && y < int(height)) {
       const uint rgba = a.target.v[pixel_offset + uint(y) * width + uint(x)];
       if (rgba >= 0x80000000u)
-        grey = (0.299f * float(rgba & 255u) + 0.587f * float((rgba >> 8) & 255u) + 0.114f * float((rgba >> 16) & 255u)) * (1.0f / 255.0f);
+        grey = (0.299f * float(rgba & 255u) + 0.587f * float((rgba >> 8) & 255u) + 0.114f * float((rgba >> 16) & 255u)) *
+               (1.0f / 255.0f);
     }
     s_grey[i] = grey;
   }
@@ -39,7 +41,8 @@ KERNEL(64, ContrastArgs) {
       float count = 0.0f, sum = 0.0f, squares = 0.0f;
       for (uint j = 0u; j < 7u; ++j)
         for (uint i = 0u; i < 7u; ++i) {
-          const float grey = s_grey[first + j * kSide + i], inside = grey >= 0.0f ? 1.0f : 0.0f, d = inside * (grey - s_grey[centre]);
+          const float grey = s_grey[first + j * kSide + i], inside = grey >= 0.0f ? 1.0f : 0.0f;
+          const float d = inside * (grey - s_grey[centre]);
           count += inside;
           sum += d;
           squares += d * d;

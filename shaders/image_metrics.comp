@@ -1,4 +1,5 @@
-// PSNR, SSIM (Wang et al. 2004), MAE and coverage of rendered views, as sums that the host divides (engine/train/image_sums.h).
+// PSNR, SSIM (Wang et al. 2004), MAE and coverage of rendered views, as sums that the host divides
+// (engine/train/image_sums.h).
 #include "common/kernel.h"
 #include "args/image_metrics.h"
 #include "common/fixed_point.h"
@@ -24,10 +25,11 @@ FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, ui
     blur_rows(thread);
     barrier();
     const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
-    const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0), squares = blur_column(2u, column, y0),
-               mxy = blur_column(3u, column, y0);
+    const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0);
+    const vec4 squares = blur_column(2u, column, y0), mxy = blur_column(3u, column, y0);
     UNROLL for (uint k = 0u; k < 4u; ++k)
-      if (corner.x + column + 10u < width && corner.y + y0 + k + 10u < height) total += ssim_window(mx[k], my[k], squares[k], mxy[k]).value;
+      if (corner.x + column + 10u < width && corner.y + y0 + k + 10u < height)
+        total += ssim_window(mx[k], my[k], squares[k], mxy[k]).value;
   }
   return total;
 }
@@ -45,7 +47,8 @@ KERNEL_MAIN(64) {
   if (block >= a.blocks) return;
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
-  const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const uint pixel_offset = a.views.v[view].pixel_offset;
   vec3 sum = vec3(0.0f);
   uvec2 count = uvec2(0u);
   for (uint k = 0u; k < 4u; ++k) {

@@ -1,4 +1,5 @@
-// Importance: how much the weighted squared error grows without each triangle, or without the finest level of its texture (engine/train/importance.h).
+// Importance: how much the weighted squared error grows without each triangle, or without the finest level of its
+// texture (engine/train/importance.h).
 #include "common/kernel.h"
 #include "args/importance.h"
 #include "common/fixed_point.h"
@@ -22,7 +23,8 @@ KERNEL_MAIN(64) {
   if (block >= a.blocks) return;
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
-  const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const uint pixel_offset = a.views.v[view].pixel_offset;
   float sum = 0.0f;
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);

@@ -7,8 +7,8 @@
 
 namespace trisoup::gpu {
 
-/// SPIR-V words of shaders/<name>.comp, or of a shader of the rasteriser by its whole file name (shade_fixed.frag is shade.frag
-/// with FIXED_MLP, shade_picture_fixed is shade_picture.comp); empty when there is none.
+/// SPIR-V words of shaders/<name>.comp, or of a shader of the rasteriser by its whole file name (shade_fixed.frag is
+/// shade.frag with FIXED_MLP, shade_picture_fixed is shade_picture.comp); empty when there is none.
 std::span<const std::uint32_t> kernel_binary(std::string_view name);
 
 }  // namespace trisoup::gpu

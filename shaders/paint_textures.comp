@@ -1,5 +1,5 @@
-// Textures that show the mean of what the photographs show. Where few pixels say anything about a sample, the next coarser level has a say; for the
-// coarsest level, the colours that the triangle's corners begin with.
+// Textures that show the mean of what the photographs show. Where few pixels say anything about a sample, the next
+// coarser level has a say; for the coarsest level, the colours that the triangle's corners begin with.
 #include "common/kernel.h"
 #include "args/paint_textures.h"
 #include "common/fixed_point.h"
@@ -28,8 +28,7 @@ KERNEL(64, PaintTexturesArgs) {
   const uint fine = samples_before(row.level_min, row.level_max);
   for (uint i = thread; i < lattice_samples(row.level_max); i += 64u) {
     const uint at = (row.lattice_offset + i) * 4u;
-    s_sample[fine + i] = vec4(from_fixed(a.low.v[at], a.high.v[at]), from_fixed(a.low.v[at + 1u], a.high.v[at + 1u]),
-                              from_fixed(a.low.v[at + 2u], a.high.v[at + 2u]), from_fixed(a.low.v[at + 3u], a.high.v[at + 3u]));
+    UNROLL for (uint c = 0u; c < 4u; ++c) s_sample[fine + i][c] = from_fixed(a.low.v[at + c], a.high.v[at + c]);
   }
   barrier();
   for (uint level = row.level_max; level > row.level_min; --level) {
@@ -46,8 +45,10 @@ KERNEL(64, PaintTexturesArgs) {
       if (level == row.level_min) {
         const float r = float(1u << level);
         const LatticeCell cell = lattice_cell(float(x) / r, float(y) / r, 0u);
-        const vec4 c0 = a.old_source.v[old + 2u * cell.i0], c1 = a.old_source.v[old + 2u * cell.i1], c2 = a.old_source.v[old + 2u * cell.i2];
-        prior = vec3(lattice_mix(cell, sigmoid(c0.x), sigmoid(c1.x), sigmoid(c2.x)), lattice_mix(cell, sigmoid(c0.y), sigmoid(c1.y), sigmoid(c2.y)),
+        const vec4 c0 = a.old_source.v[old + 2u * cell.i0], c1 = a.old_source.v[old + 2u * cell.i1];
+        const vec4 c2 = a.old_source.v[old + 2u * cell.i2];
+        prior = vec3(lattice_mix(cell, sigmoid(c0.x), sigmoid(c1.x), sigmoid(c2.x)),
+                     lattice_mix(cell, sigmoid(c0.y), sigmoid(c1.y), sigmoid(c2.y)),
                      lattice_mix(cell, sigmoid(c0.z), sigmoid(c1.z), sigmoid(c2.z)));
       } else {
         // Levels are summed: this one adds what the coarser ones do not show yet.

@@ -1,4 +1,5 @@
-// What the photographs show of each triangle, on its finest lattice: each pixel with the weights by which a lookup there mixes the samples.
+// What the photographs show of each triangle, on its finest lattice: each pixel with the weights by which a lookup
+// there mixes the samples.
 #include "common/kernel.h"
 #include "args/sum_photographs.h"
 #include "common/fixed_point.h"
@@ -7,10 +8,12 @@
 
 ARGUMENTS(SumPhotographsArgs)
 
-const float kPixelShare = 1.0f / 128.0f;  // of one pixel in the sums: they hold 2^26 pixels, and no more take part (engine/train/paint.cpp)
+// Of one pixel in the sums: they hold 2^26 pixels, and no more take part (engine/train/paint.cpp).
+const float kPixelShare = 1.0f / 128.0f;
 
 FN void add_colour(TAKES_ARGUMENTS uint sample_index, vec4 colour) {
-  UNROLL for (uint c = 0u; c < 4u; ++c) add_fixed(a.low, sample_index * 4u + c, a.high, sample_index * 4u + c, colour[c]);
+  const uint at = sample_index * 4u;
+  UNROLL for (uint c = 0u; c < 4u; ++c) add_fixed(a.low, at + c, a.high, at + c, colour[c]);
 }
 
 KERNEL_MAIN(64) {
@@ -18,18 +21,21 @@ KERNEL_MAIN(64) {
   if (block >= a.blocks) return;
   const uint view = block_view(a.views, a.view_count, block);
   const uvec2 corner = block_corner(a.views, view, block);
-  const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
+  const uint width = a.views.v[view].width, height = a.views.v[view].height;
+  const uint pixel_offset = a.views.v[view].pixel_offset;
   Uints photo = a.views.v[view].photo;
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
     if (at.x >= width || at.y >= height) continue;
     const uint pixel = at.y * width + at.x, index = pixel_offset + pixel, triangle = a.hits.v[index].triangle;
-    if (triangle == 0u || triangle - 1u < a.first || triangle - 1u >= a.last || (pixel + at.y + a.views.v[view].index) % a.stride != 0u) continue;
+    if (triangle == 0u || triangle - 1u < a.first || triangle - 1u >= a.last) continue;
+    if ((pixel + at.y + a.views.v[view].index) % a.stride != 0u) continue;
     const uint rgba = photo.v[pixel];
     if (rgba < 0x80000000u) continue;
     const Texture row = a.textures.v[triangle - 1u];
     const LatticeCell cell = lattice_cell(a.hits.v[index].b0, a.hits.v[index].b1, row.level_max);
-    const vec4 colour = kPixelShare * vec4(vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u)) * (1.0f / 255.0f), 1.0f);
+    const vec3 rgb = vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u)) * (1.0f / 255.0f);
+    const vec4 colour = kPixelShare * vec4(rgb, 1.0f);
     add_colour(GIVES_ARGUMENTS row.lattice_offset + cell.i0, cell.w0 * colour);
     add_colour(GIVES_ARGUMENTS row.lattice_offset + cell.i1, cell.w1 * colour);
     add_colour(GIVES_ARGUMENTS row.lattice_offset + cell.i2, cell.w2 * colour);

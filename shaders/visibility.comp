@@ -10,7 +10,8 @@
 
 // 0: 0.5 everywhere (inference), 1: a random number per fragment (training), 2: from a buffer
 CONSTANT(0, uint, THRESHOLDS, 0u);
-// 0: the nearest fragment, 1: the nearest that is not of the triangle in a.first: what is behind it, 2: the nearest with opacities without their finest level
+// 0: the nearest fragment, 1: the nearest that is not of the triangle in a.first, 2: the nearest with opacities one
+// level coarser
 CONSTANT(1, uint, LAYER, 0u);
 
 KERNEL(64, VisibilityArgs) {

@@ -187,8 +187,8 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
   const soup::ModelFile file = soup::read_model(options.model);
   std::printf("%s\n%s: a picture in ms, medians of %d views of the upper hemisphere, in turn\n", gpu.info().name.c_str(),
               options.model.c_str(), options.repeats);
-  std::printf("%10s %10s %10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours by", "fragment", "compute", "msaa",
-              "ssaa", "published", "ratio");
+  std::printf("%10s %10s %10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours by", "fragment", "compute",
+              "msaa", "ssaa", "published", "ratio");
   nlohmann::json rows = nlohmann::json::array();
   // One renderer for each, since they keep images of their own sizes: both ways to shade, msaa, ssaa.
   std::array<render::Renderer, 4> renderers{render::Renderer(gpu, render::Shading::fragment),
@@ -233,9 +233,16 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
                   fmt::format("{}x{}", size.x, size.y).c_str(), render::to_string(shading), ms[0], ms[1], ms[2], ms[3],
                   ms[4], ms[4] / ours);
       std::fflush(stdout);
-      rows.push_back({{"triangles", model.triangles()}, {"width", size.x}, {"height", size.y},
-                      {"shading", render::to_string(shading)}, {"ms", ours}, {"fragment_ms", ms[0]}, {"compute_ms", ms[1]},
-                      {"msaa_ms", ms[2]}, {"ssaa_ms", ms[3]}, {"published_ms", ms[4]}});
+      rows.push_back({{"triangles", model.triangles()},
+                      {"width", size.x},
+                      {"height", size.y},
+                      {"shading", render::to_string(shading)},
+                      {"ms", ours},
+                      {"fragment_ms", ms[0]},
+                      {"compute_ms", ms[1]},
+                      {"msaa_ms", ms[2]},
+                      {"ssaa_ms", ms[3]},
+                      {"published_ms", ms[4]}});
     }
   }
   if (!options.json.empty()) {

@@ -41,7 +41,9 @@ std::vector<KernelRow> kernel_rows(gpu::Device& gpu) {
   return rows;
 }
 
-std::string text(const std::optional<std::uint32_t>& value, const char* unknown) { return value ? fmt::format("{}", *value) : unknown; }
+std::string text(const std::optional<std::uint32_t>& value, const char* unknown) {
+  return value ? fmt::format("{}", *value) : unknown;
+}
 
 /// Why columns are empty, in one line; empty where none is.
 std::string what_is_missing(const gpu::DeviceInfo& device, const std::vector<KernelRow>& rows) {
@@ -50,7 +52,8 @@ std::string what_is_missing(const gpu::DeviceInfo& device, const std::vector<Ker
   if (said) return "";
   if (device.backend == "cpu") return "-: only a GPU has these; shared memory is what the shader declares";
   if (statistics) return "-: the driver's statistics have other names; --csv has all of them";
-  return "-: the driver does not say, it has no VK_KHR_pipeline_executable_properties; shared memory is what the shader declares";
+  return "-: the driver does not say, it has no VK_KHR_pipeline_executable_properties; shared memory is what the "
+         "shader declares";
 }
 
 void write_csv(const std::string& file, const gpu::DeviceInfo& device, const std::vector<KernelRow>& rows) {
@@ -59,10 +62,12 @@ void write_csv(const std::string& file, const gpu::DeviceInfo& device, const std
   csv += ",backend,device,driver,statistics\n";  // last what may be in quotes
   for (const KernelRow& row : rows) {
     const gpu::KernelResources& r = row.resources;
-    csv += fmt::format("{},{},{},{},{},{},{}", row.kernel, row.constants, r.threads, text(r.registers, ""), text(r.local_bytes, ""), r.shared_bytes,
-                       text(r.groups, ""));
-    for (const std::uint32_t kilobytes : kKilobytes) csv += fmt::format(",{}", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
-    csv += fmt::format(",{},{},{},{}\n", device.backend, csv_field(device.name), csv_field(device.driver), csv_field(r.statistics));
+    csv += fmt::format("{},{},{},{},{},{},{}", row.kernel, row.constants, r.threads, text(r.registers, ""),
+                       text(r.local_bytes, ""), r.shared_bytes, text(r.groups, ""));
+    for (const std::uint32_t kilobytes : kKilobytes)
+      csv += fmt::format(",{}", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
+    csv += fmt::format(",{},{},{},{}\n", device.backend, csv_field(device.name), csv_field(device.driver),
+                       csv_field(r.statistics));
   }
   write_file_atomically(file, std::as_bytes(std::span(csv)));
 }
@@ -80,16 +85,20 @@ void kernels(gpu::Device& gpu, const KernelsOptions& options) {
   const gpu::DeviceInfo& device = gpu.info();
   const std::vector<KernelRow> rows = kernel_rows(gpu);
   std::printf("device: %s, %s\n", device.name.c_str(), device.driver.c_str());
-  std::printf("registers and local bytes of a thread; threads and shared bytes of a group; groups that fit on a multiprocessor of this device, and by shared\n"
-              "memory and threads alone on one with 64, 100 and 228 KB, 2048 threads and 32 groups\n");
+  std::printf(
+      "registers and local bytes of a thread; threads and shared bytes of a group; groups that fit on a multiprocessor "
+      "of this device, and by shared\n"
+      "memory and threads alone on one with 64, 100 and 228 KB, 2048 threads and 32 groups\n");
   std::printf("%-26s%8s%10s%7s%8s%8s", "kernel, constants", "threads", "registers", "local", "shared", "groups");
   for (const std::uint32_t kilobytes : kKilobytes) std::printf("%8s", fmt::format("{} KB", kilobytes).c_str());
   std::printf("\n");
   for (const KernelRow& row : rows) {
     const gpu::KernelResources& r = row.resources;
-    std::printf("%-26s%8u%10s%7s%8u%8s", (row.kernel + (row.constants.empty() ? "" : " ") + row.constants).c_str(), r.threads,
-                text(r.registers, "-").c_str(), text(r.local_bytes, "-").c_str(), r.shared_bytes, text(r.groups, "-").c_str());
-    for (const std::uint32_t kilobytes : kKilobytes) std::printf("%8u", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
+    std::printf("%-26s%8u%10s%7s%8u%8s", (row.kernel + (row.constants.empty() ? "" : " ") + row.constants).c_str(),
+                r.threads, text(r.registers, "-").c_str(), text(r.local_bytes, "-").c_str(), r.shared_bytes,
+                text(r.groups, "-").c_str());
+    for (const std::uint32_t kilobytes : kKilobytes)
+      std::printf("%8u", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
     std::printf("\n");
   }
   if (const std::string missing = what_is_missing(device, rows); !missing.empty()) std::printf("%s\n", missing.c_str());

@@ -137,7 +137,8 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
     gpu.reset_timings();
     one(static_cast<std::uint32_t>(i));
     std::map<std::string, double> ms;
-    for (const auto& [name, t] : gpu.timings()) ms[name.ends_with("_wide") ? name.substr(0, name.size() - 5) : name] += t.milliseconds;
+    for (const auto& [name, t] : gpu.timings())
+      ms[name.ends_with("_wide") ? name.substr(0, name.size() - 5) : name] += t.milliseconds;
     for (const auto& [name, t] : ms) samples[name].push_back(t);
   }
   gpu.enable_timings(false);

@@ -38,9 +38,14 @@ int main(int argc, char** argv) {
   sub->add_option("--most-triangles", base.most_triangles, "most triangles in the growth table, from 1000; less: no table [60000]");
   sub->add_option("--json", base.json, "also write the figures as JSON");
   bench::KernelsOptions kernels;
-  auto* kernels_sub = app.add_subcommand("kernels", "registers, local and shared memory of each kernel, and how many workgroups fit on a multiprocessor at once");
-  kernels_sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one; cpu: shared memory as the shaders declare it]");
-  kernels_sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
+  auto* kernels_sub = app.add_subcommand(
+      "kernels",
+      "registers, local and shared memory of each kernel, and how many workgroups fit on a multiprocessor at once");
+  kernels_sub->add_option(
+      "--backend", options.backend,
+      "auto, vulkan, cuda or cpu [auto: a GPU if there is one; cpu: shared memory as the shaders declare it]");
+  kernels_sub->add_option("--device", options.device,
+                          "number that soup-train --list-devices prints, or part of a name");
   kernels_sub->add_option("--csv", kernels.csv, "also write the table as CSV, with all statistics of a Vulkan driver");
   FramesOptions frames;
   auto* frames_sub = app.add_subcommand("frames", "time of a picture over sizes and triangles, beside the passes of the published viewer");
@@ -48,8 +53,10 @@ int main(int argc, char** argv) {
   frames_sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
   frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")->check(CLI::Range(1, 100000));
   std::string shading;
-  frames_sub->add_option("--shading", shading, "second pass of ours in the ratio: auto, fragment or compute; both are timed\n"
-                         "[TRISOUP_SHADING, or auto: the faster one on the device]")
+  frames_sub
+      ->add_option("--shading", shading,
+                   "second pass of ours in the ratio: auto, fragment or compute; both are timed\n"
+                   "[TRISOUP_SHADING, or auto: the faster one on the device]")
       ->check(CLI::IsMember({"auto", "fragment", "compute"}));
   frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
   bench::RunOptions plan;
@@ -76,7 +83,8 @@ int main(int argc, char** argv) {
     options.draws = frames_sub->parsed();
     options.kernel_statistics = kernels_sub->parsed();
     auto device = gpu::open_device(options);
-    if (const std::string note = gpu::slow_load_note(device->info()); !note.empty()) std::fprintf(stderr, "soup-bench: %s\n", note.c_str());
+    if (const std::string note = gpu::slow_load_note(device->info()); !note.empty())
+      std::fprintf(stderr, "soup-bench: %s\n", note.c_str());
     if (*kernels_sub) {
       bench::kernels(*device, kernels);
       return 0;

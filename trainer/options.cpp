@@ -180,8 +180,12 @@ void Options::add_output() {
   app_.add_flag("--finish-headless", o_.finish_headless, "closing the window of --view lets training go on; else it ends, with a checkpoint")
       ->needs(view)
       ->group(group);
-  app_.add_flag("--measure-float", o_.measure_float, "also measure the test views with textures that are not rounded: psnr_float_textures in\nmetrics.json")->group(group);
-  app_.add_flag("--timings", o_.timings, "time of every kernel of a step, at the end and in metrics.json; device seconds of every part")->group(group);
+  app_.add_flag("--measure-float", o_.measure_float,
+                "also measure the test views with textures that are not rounded: psnr_float_textures in\nmetrics.json")
+      ->group(group);
+  app_.add_flag("--timings", o_.timings,
+                "time of every kernel of a step, at the end and in metrics.json; device seconds of every part")
+      ->group(group);
 }
 
 void Options::add_device() {

@@ -42,8 +42,8 @@ class ProgressBar {
   bool quiet_, terminal_, drawn_ = false;
   double ms_ = 0;  // smoothed
   double pace_ = 1;
-  std::string part_;               // that is named now
-  double share_ = 0;              // of the last report of training
+  std::string part_;             // that is named now
+  double share_ = 0;             // of the last report of training
   std::vector<LinePart> parts_;  // and what it said
   std::string stage_;
   std::chrono::steady_clock::time_point stage_begin_;

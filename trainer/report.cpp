@@ -81,7 +81,8 @@ void print_timings(const train::PartTimes& times) {
   for (std::size_t i = 0; i < train::kParts; ++i) {
     const auto part = static_cast<train::Part>(i);
     const train::PartTimes::Row& row = times[part];
-    std::printf("%-12s %9.2f %9.2f %9.2f %12.2f\n", train::to_string(part), row.seconds, row.cpu_seconds, row.device_seconds(), mb(row.bytes_to_host));
+    std::printf("%-12s %9.2f %9.2f %9.2f %12.2f\n", train::to_string(part), row.seconds, row.cpu_seconds,
+                row.device_seconds(), mb(row.bytes_to_host));
   }
 }
 

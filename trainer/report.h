@@ -33,7 +33,8 @@ void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit
 
 /// How many triangles have textures of which finest level: {level: count}.
 nlohmann::json triangles_by_level(const soup::Model& model);
-/// {kernel: {"ms": of one launch, "launches"}} of the steps of this process: a resumed run's say nothing of the steps before.
+/// {kernel: {"ms": of one launch, "launches"}} of the steps of this process: a resumed run's say nothing of the steps
+/// before.
 nlohmann::json timings_json(const train::PartTimes& times);
 /// The same as a table, and seconds by part.
 void print_timings(const train::PartTimes& times);

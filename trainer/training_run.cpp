@@ -179,7 +179,8 @@ void TrainingRun::join_ranks() {
   check_same(ranks_, "dataset", fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint()));
   check_same(ranks_, trainer_->settings());
   check_same(ranks_, "step to go on from", std::to_string(trainer_->step()));
-  check_same(ranks_, "way of logging", fmt::format("{} {} {}", o_.evaluations_per_decade, o_.log_every, o_.measure_float));
+  check_same(ranks_, "way of logging",
+             fmt::format("{} {} {}", o_.evaluations_per_decade, o_.log_every, o_.measure_float));
   say(o_, fmt::format("ranks: {} train together, {}", ranks_.size(), ranks_.transport()));
 }
 
@@ -187,7 +188,10 @@ void TrainingRun::show_part(train::Part part) {
   // Pictures are written while others are evaluated.
   if (part == train::Part::writing) return;
   if (bar_) bar_->part(part);
-  if (live_) live_->phase(part == train::Part::steps ? "training" : part == train::Part::evaluation ? "measuring quality" : train::to_string(part));
+  if (live_)
+    live_->phase(part == train::Part::steps        ? "training"
+                 : part == train::Part::evaluation ? "measuring quality"
+                                                   : train::to_string(part));
 }
 
 void TrainingRun::save() {
@@ -313,7 +317,8 @@ void TrainingRun::help_to_finish() {
   train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, {}, &ranks_);
   if (o_.measure_float && !has_goal()) trainer_->evaluate_float();
   if (has_goal()) trainer_->training_fit(model);
-  else trainer_->training_fit();
+  else
+    trainer_->training_fit();
   about_ranks();
 }
 
@@ -334,13 +339,16 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   train::TrainingFit fit;
   {
     const auto scope = times_->measure(train::Part::evaluation);
-    evaluation = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far,
-                                 [&](const scene::View& view, const std::vector<float>& colour) {
-                                   const auto writing = times_->measure(train::Part::writing);
-                                   folder_.renders().write(view, colour);
-                                   stop_if_asked();
-                                 }, &ranks_);
-    if (o_.measure_float && !has_goal()) unrounded = trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
+    evaluation = train::evaluate(
+        *device_, model, scene_, settings_.test_near, settings_.far,
+        [&](const scene::View& view, const std::vector<float>& colour) {
+          const auto writing = times_->measure(train::Part::writing);
+          folder_.renders().write(view, colour);
+          stop_if_asked();
+        },
+        &ranks_);
+    if (o_.measure_float && !has_goal())
+      unrounded = trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
     fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
     const auto writing = times_->measure(train::Part::writing);
     folder_.renders().finish();

@@ -210,8 +210,10 @@ std::unique_ptr<Device> open_device(const DeviceOptions& given) {
 
 std::string slow_load_note(const DeviceInfo& device) {
   if (device.load_seconds <= 1) return "";
-  return fmt::format("loading the kernels took {:.1f} s: if the program has no code for this card, the driver compiles PTX at the first start, and keeps the code",
-                     device.load_seconds);
+  return fmt::format(
+      "loading the kernels took {:.1f} s: if the program has no code for this card, the driver compiles PTX at the "
+      "first start, and keeps the code",
+      device.load_seconds);
 }
 
 const char* to_string(Kind kind) {

@@ -30,7 +30,7 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0;  // of the largest device-local heap
   std::uint64_t free_bytes = 0;    // what the driver says is free in it; memory_bytes where it does not say
   std::uint32_t subgroup_size = 0;
-  double load_seconds = 0;         // that loading the kernels took when the device was opened; CUDA only
+  double load_seconds = 0;  // that loading the kernels took when the device was opened; CUDA only
 };
 
 /// Time that a kernel took, from device timestamps, since Device::reset_timings().
@@ -86,11 +86,11 @@ class Device {
   std::uint64_t ceiling() const { return ceiling_; }
 
   virtual void upload(Address to, std::span<const std::byte> bytes) = 0;  // the bytes are copied before it returns
-  void download(Address from, std::span<std::byte> bytes) {  // waits
+  void download(Address from, std::span<std::byte> bytes) {               // waits
     downloaded_ += bytes.size();
     read(from, bytes);
   }
-  std::uint64_t downloaded_bytes() const { return downloaded_; }  // by download(), since the device was opened
+  std::uint64_t downloaded_bytes() const { return downloaded_; }    // by download(), since the device was opened
   void fill(Address to, std::uint64_t bytes, std::uint32_t value);  // bytes: a multiple of 4
   void copy(Address to, Address from, std::uint64_t bytes);
 

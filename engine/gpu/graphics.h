@@ -109,7 +109,7 @@ struct Draw {
 
 /// One call of a kernel that reads images and writes one, a thread a pixel.
 struct Compute {
-  const char* kernel;                      // shaders/<kernel>.comp, in groups of 8 x 8 threads
+  const char* kernel;                         // shaders/<kernel>.comp, in groups of 8 x 8 threads
   std::vector<std::uint32_t> constants = {};  // specialisation constants 0, 1, ...
   std::vector<const Image*> textures = {};    // as in Draw
   std::vector<std::pair<Address, std::uint64_t>> uniforms = {};

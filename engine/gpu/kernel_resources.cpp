@@ -15,9 +15,25 @@ namespace {
 
 // Numbers of the SPIR-V specification, sections 3 and 3.49.
 enum Opcode : std::uint32_t {
-  kExecutionMode = 16, kTypeBool = 20, kTypeInt, kTypeFloat, kTypeVector, kTypeMatrix, kTypeArray = 28, kTypeStruct = 30, kTypePointer = 32,
-  kConstant = 43, kSpecConstant = 50, kSpecConstantOp = 52, kFunction = 54, kVariable = 59, kDecorate = 71,
-  kIAdd = 128, kISub = 130, kIMul = 132, kUDiv = 134
+  kExecutionMode = 16,
+  kTypeBool = 20,
+  kTypeInt,
+  kTypeFloat,
+  kTypeVector,
+  kTypeMatrix,
+  kTypeArray = 28,
+  kTypeStruct = 30,
+  kTypePointer = 32,
+  kConstant = 43,
+  kSpecConstant = 50,
+  kSpecConstantOp = 52,
+  kFunction = 54,
+  kVariable = 59,
+  kDecorate = 71,
+  kIAdd = 128,
+  kISub = 130,
+  kIMul = 132,
+  kUDiv = 134
 };
 constexpr std::uint32_t kLocalSize = 17, kSpecId = 1, kWorkgroup = 4;
 
@@ -53,40 +69,55 @@ class Module {
     if (const auto found = by_id_.find(id); found != by_id_.end()) return found->second;
     throw unknown(0);
   }
-  Error unknown(std::uint32_t opcode) const { return Error("{}: its shared memory is declared by SPIR-V instruction {}, which is not known", kernel_.name, opcode); }
+  Error unknown(std::uint32_t opcode) const {
+    return Error("{}: its shared memory is declared by SPIR-V instruction {}, which is not known", kernel_.name,
+                 opcode);
+  }
 
   std::uint32_t value(std::uint32_t id) const {
     const Instruction i = at(id);
     const std::uint32_t opcode = i[0] & 0xffff;
     if (opcode == kSpecConstant)
-      if (const auto spec = spec_ids_.find(id); spec != spec_ids_.end() && spec->second < kernel_.constants.size()) return kernel_.constants[spec->second];
+      if (const auto spec = spec_ids_.find(id); spec != spec_ids_.end() && spec->second < kernel_.constants.size())
+        return kernel_.constants[spec->second];
     if (opcode == kConstant || opcode == kSpecConstant) return i[3];
     if (opcode != kSpecConstantOp) throw unknown(opcode);
     switch (i[3]) {
-      case kIAdd: return value(i[4]) + value(i[5]);
-      case kISub: return value(i[4]) - value(i[5]);
-      case kIMul: return value(i[4]) * value(i[5]);
-      case kUDiv: return value(i[4]) / std::max(1u, value(i[5]));
-      default: throw unknown(i[3]);
+      case kIAdd:
+        return value(i[4]) + value(i[5]);
+      case kISub:
+        return value(i[4]) - value(i[5]);
+      case kIMul:
+        return value(i[4]) * value(i[5]);
+      case kUDiv:
+        return value(i[4]) / std::max(1u, value(i[5]));
+      default:
+        throw unknown(i[3]);
     }
   }
 
   std::uint32_t bytes(std::uint32_t type) const {
     const Instruction i = at(type);
     switch (i[0] & 0xffff) {
-      case kTypeBool: return 4;
+      case kTypeBool:
+        return 4;
       case kTypeInt:
-      case kTypeFloat: return i[2] / 8;
+      case kTypeFloat:
+        return i[2] / 8;
       case kTypeVector:
-      case kTypeMatrix: return bytes(i[2]) * i[3];
-      case kTypeArray: return bytes(i[2]) * value(i[3]);
+      case kTypeMatrix:
+        return bytes(i[2]) * i[3];
+      case kTypeArray:
+        return bytes(i[2]) * value(i[3]);
       case kTypeStruct: {
         std::uint32_t sum = 0;
         for (const std::uint32_t member : i.subspan(2)) sum += bytes(member);
         return sum;
       }
-      case kTypePointer: return 8;  // into device memory
-      default: throw unknown(i[0] & 0xffff);
+      case kTypePointer:
+        return 8;  // into device memory
+      default:
+        throw unknown(i[0] & 0xffff);
     }
   }
 
@@ -103,11 +134,17 @@ class Module {
 KernelResources declared_resources(const Kernel& kernel) { return Module(kernel).resources(); }
 
 void take_statistic(KernelResources& resources, const std::string& name, std::uint64_t value) {
-  const auto is = [&](std::initializer_list<std::string_view> names) { return std::ranges::find(names, name) != names.end(); };
-  const auto most = [&](std::optional<std::uint32_t>& field) { field = std::max(field.value_or(0), static_cast<std::uint32_t>(value)); };
+  const auto is = [&](std::initializer_list<std::string_view> names) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  const auto most = [&](std::optional<std::uint32_t>& field) {
+    field = std::max(field.value_or(0), static_cast<std::uint32_t>(value));
+  };
   // NVIDIA's driver, NVK, RADV, AMD's driver, Intel's ANV.
-  if (is({"Register Count", "Number of GPRs", "VGPRs", "numUsedVgprs", "Max live registers"})) most(resources.registers);
-  if (is({"Local Memory Size", "SLM Size", "Scratch size", "scratchMemUsageInBytes", "Scratch Memory Size"})) most(resources.local_bytes);
+  if (is({"Register Count", "Number of GPRs", "VGPRs", "numUsedVgprs", "Max live registers"}))
+    most(resources.registers);
+  if (is({"Local Memory Size", "SLM Size", "Scratch size", "scratchMemUsageInBytes", "Scratch Memory Size"}))
+    most(resources.local_bytes);
   if (is({"Shared Memory Size", "LDS size", "LDS Size", "ldsUsageSizeInBytes", "Workgroup Memory Size"}))
     resources.shared_bytes = static_cast<std::uint32_t>(value);
 }

@@ -10,12 +10,12 @@
 namespace trisoup::gpu {
 
 struct KernelResources {
-  std::uint32_t threads = 0;                  // of a workgroup
-  std::uint32_t shared_bytes = 0;             // of a workgroup
-  std::optional<std::uint32_t> registers;     // of a thread, 32 bits each
-  std::optional<std::uint32_t> local_bytes;   // of a thread, in device memory: spilled registers, arrays with an index
-  std::optional<std::uint32_t> groups;        // workgroups that fit on one multiprocessor at once
-  std::string statistics = {};                // all that a Vulkan driver says of the kernel, "NAME=VALUE; NAME=VALUE"
+  std::uint32_t threads = 0;                 // of a workgroup
+  std::uint32_t shared_bytes = 0;            // of a workgroup
+  std::optional<std::uint32_t> registers;    // of a thread, 32 bits each
+  std::optional<std::uint32_t> local_bytes;  // of a thread, in device memory: spilled registers, arrays with an index
+  std::optional<std::uint32_t> groups;       // workgroups that fit on one multiprocessor at once
+  std::string statistics = {};               // all that a Vulkan driver says of the kernel, "NAME=VALUE; NAME=VALUE"
 };
 
 /// Threads and shared memory as the kernel's SPIR-V declares them, with its specialisation constants. Arrays are

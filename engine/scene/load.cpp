@@ -6,14 +6,14 @@
 #include <thread>
 
 #include "error.h"
+#include "parallel_for.h"
+#include "printable.h"
+#include "read_file.h"
 #include "scene/area_resample.h"
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"
 #include "scene/intrinsics.h"
-#include "parallel_for.h"
 #include "scene/photograph.h"
-#include "printable.h"
-#include "read_file.h"
 #include "scene/scene.h"
 #include "scene/summary.h"
 #include "scene/undistort.h"

@@ -14,10 +14,10 @@
 #include "child_process.h"
 #include "error.h"
 #include "image/image_file.h"
+#include "parallel_for.h"
 #include "printable.h"
 #include "read_file.h"
 #include "scene/colmap_model.h"
-#include "parallel_for.h"
 #include "scene/video_frames.h"
 
 namespace trisoup::scene {

@@ -9,9 +9,9 @@
 #include "child_process.h"
 #include "error.h"
 #include "image/image_file.h"
+#include "parallel_for.h"
 #include "printable.h"
 #include "read_file.h"
-#include "parallel_for.h"
 #include "scene/unposed.h"
 
 namespace trisoup::scene {

@@ -106,25 +106,29 @@ struct Vote {
 };
 
 /// Votes of all sightings of point p.
-void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walker& walker, std::uint32_t p, double soft, std::vector<Vote>& votes) {
+void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walker& walker, std::uint32_t p, double soft,
+                   std::vector<Vote>& votes) {
   for (const std::uint32_t camera : s.seen_by[p]) {
     const glm::dvec3 way = s.cameras[camera] - s.points[p];
     const double length = glm::length(way);
     if (!(length > 0)) continue;
-    // From the point to the camera; a sighting goes the other way, so it enters a tetrahedron where this walk leaves it.
+    // From the point to the camera; a sighting goes the other way, so it enters a tetrahedron where this walk leaves
+    // it.
     const std::uint32_t first = walker.first_towards(p, way);
     if (first != kOutside) {
-      const std::uint32_t last = walker.walk(first, kOutside, s.points[p], way, [&](std::uint32_t t, std::size_t k, double at) {
-        const double d = at * length / soft;
-        const std::uint32_t nearer = tetrahedra.across[t][k];
-        if (nearer == kOutside) return;
-        const auto& there = tetrahedra.across[nearer];
-        const auto back = static_cast<std::uint32_t>(std::find(there.begin(), there.end(), t) - there.begin());
-        if (back < 4) votes.push_back({nearer, back, 1.0 - std::exp(-0.5 * d * d)});
-      });
+      const std::uint32_t last =
+          walker.walk(first, kOutside, s.points[p], way, [&](std::uint32_t t, std::size_t k, double at) {
+            const double d = at * length / soft;
+            const std::uint32_t nearer = tetrahedra.across[t][k];
+            if (nearer == kOutside) return;
+            const auto& there = tetrahedra.across[nearer];
+            const auto back = static_cast<std::uint32_t>(std::find(there.begin(), there.end(), t) - there.begin());
+            if (back < 4) votes.push_back({nearer, back, 1.0 - std::exp(-0.5 * d * d)});
+          });
       if (last != kOutside) votes.push_back({last, Vote::air, 1.0});
     }
-    if (const std::uint32_t behind = walker.first_towards(p, -way); behind != kOutside) votes.push_back({behind, Vote::matter, 1.0});
+    if (const std::uint32_t behind = walker.first_towards(p, -way); behind != kOutside)
+      votes.push_back({behind, Vote::matter, 1.0});
   }
 }
 
@@ -143,15 +147,20 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
     parallel_for(kBlocks, 0, [&](int block) {
       std::vector<Vote>& to = collected[static_cast<std::size_t>(block)];
       to.clear();
-      const std::size_t first = begin + static_cast<std::size_t>(block) * kBlock, last = std::min(first + kBlock, s.points.size());
+      const std::size_t first = begin + static_cast<std::size_t>(block) * kBlock,
+                        last = std::min(first + kBlock, s.points.size());
       for (std::size_t p = first; p < last; ++p)
-        collect_votes(s, tetrahedra, walker, static_cast<std::uint32_t>(p), std::max(options.softness * spacing[p], 1e-12), to);
+        collect_votes(s, tetrahedra, walker, static_cast<std::uint32_t>(p),
+                      std::max(options.softness * spacing[p], 1e-12), to);
     });
     for (const std::vector<Vote>& of_block : collected)
       for (const Vote& vote : of_block) {
-        if (vote.kind == Vote::air) votes.air[vote.tetrahedron] += vote.weight;
-        else if (vote.kind == Vote::matter) votes.matter[vote.tetrahedron] += vote.weight;
-        else votes.face[vote.tetrahedron][vote.kind] += vote.weight;
+        if (vote.kind == Vote::air)
+          votes.air[vote.tetrahedron] += vote.weight;
+        else if (vote.kind == Vote::matter)
+          votes.matter[vote.tetrahedron] += vote.weight;
+        else
+          votes.face[vote.tetrahedron][vote.kind] += vote.weight;
       }
   }
   // A camera stands in air, whatever the sightings say.

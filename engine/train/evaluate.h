@@ -22,7 +22,8 @@ namespace trisoup::train {
 struct ViewMetrics {
   std::string name;
   ImageMetrics metrics;
-  std::optional<double> triangles_shown = {};  // share of the triangles that win a pixel, 0..1; none where that was not measured
+  std::optional<double> triangles_shown =
+      {};  // share of the triangles that win a pixel, 0..1; none where that was not measured
 };
 
 struct Evaluation {
@@ -39,7 +40,8 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views);
 /// Called with every rendered view: colour is [height][width][3], row 0 on top.
 using OnRender = std::function<void(const scene::View& view, const std::vector<float>& colour)>;
 
-/// Renders the test views of a soup in normalised coordinates and compares them with the photographs. Pictures come to the host for `on_render` alone.
+/// Renders the test views of a soup in normalised coordinates and compares them with the photographs. Pictures come to
+/// the host for `on_render` alone.
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {});
 
@@ -75,7 +77,8 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);
 
-/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same and "triangles_shown"}]}; null where there was no pixel to measure.
+/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same and "triangles_shown"}]}; null where there was no
+/// pixel to measure.
 nlohmann::json to_json(const Evaluation& evaluation);
 
 }  // namespace trisoup::train

@@ -14,8 +14,10 @@ std::uint32_t usual_groups(const gpu::Device& gpu) { return gpu.info().kind == g
 }  // namespace
 
 Frame::Frame(gpu::Device& gpu, std::uint32_t groups)
-    : mlp_groups(groups > 0 ? groups : usual_groups(gpu)), wide_textures(gpu.info().kind != gpu::Kind::cpu),
-      one_pixel(gpu.info().kind != gpu::Kind::cpu || (gpu.info().backend == "cpu" && gpu.info().subgroup_size > 1)), gpu_(gpu) {
+    : mlp_groups(groups > 0 ? groups : usual_groups(gpu)),
+      wide_textures(gpu.info().kind != gpu::Kind::cpu),
+      one_pixel(gpu.info().kind != gpu::Kind::cpu || (gpu.info().backend == "cpu" && gpu.info().subgroup_size > 1)),
+      gpu_(gpu) {
   statistics = gpu.allocate(kStatisticsRows * sizeof(kernels::Statistics), "loss sums");
   state = gpu.allocate(sizeof(kernels::StepState), "step state");
   control = gpu.allocate(sizeof(kernels::Control), "control flags");
@@ -82,8 +84,9 @@ void Frame::reserve_lists(std::uint64_t entries) { grow(lists, entries * 4, "til
 
 std::uint64_t frame_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
                           bool training) {
-  return views * (sizeof(kernels::ViewRecord) + sizeof(kernels::ImageSums)) + std::uint64_t(views) * triangles * sizeof(kernels::ScreenTriangle) +
-         tiles * (12 + 16 * 4) + pixels * (16 + 12 + 4 + (training ? 16 + 36 + 4 : 0)) +
+  return views * (sizeof(kernels::ViewRecord) + sizeof(kernels::ImageSums)) +
+         std::uint64_t(views) * triangles * sizeof(kernels::ScreenTriangle) + tiles * (12 + 16 * 4) +
+         pixels * (16 + 12 + 4 + (training ? 16 + 36 + 4 : 0)) +
          (training ? kGpuGroups * 595 * 4 + (2ull * triangles + 1) * 4 : 0);
 }
 

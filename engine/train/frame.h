@@ -40,7 +40,8 @@ class Frame {
   static constexpr std::uint32_t kMostPixels = 1u << 23;
   std::uint64_t most_entries = kMostPairs / 64;  // tests lower it
 
-  gpu::Buffer views, screen, counts, offsets, lists, hits, colour, target, gradient, partial, same, mlp_partial, image_sums, statistics, state, control;
+  gpu::Buffer views, screen, counts, offsets, lists, hits, colour, target, gradient, partial, same, mlp_partial,
+      image_sums, statistics, state, control;
   gpu::Buffer shown, ranks;  // pixels of each triangle and their places (place_pixels); number of each pixel among its triangle's
   /// [9][pixels]: gradients of the features and barycentrics of the pixels, sorted by triangle. The SSIM derivatives are no longer needed then.
   gpu::Address sorted() const { return partial.address(); }

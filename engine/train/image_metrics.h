@@ -1,4 +1,5 @@
-// PSNR, SSIM and MAE of a rendering against a photograph, in double on the host: the reference of image_sums.h, and for pictures that are there.
+// PSNR, SSIM and MAE of a rendering against a photograph, in double on the host: the reference of image_sums.h, and for
+// pictures that are there.
 #pragma once
 
 #include <cstddef>

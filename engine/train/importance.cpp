@@ -17,13 +17,16 @@ namespace {
 class Sums {
  public:
   Sums(gpu::Device& gpu, std::uint32_t triangles)
-      : gpu_(gpu), count_(triangles + 1), sums_{gpu.allocate(count_ * 4, "importance"), gpu.allocate(count_ * 4, "importance")} {
+      : gpu_(gpu),
+        count_(triangles + 1),
+        sums_{gpu.allocate(count_ * 4, "importance"), gpu.allocate(count_ * 4, "importance")} {
     clear(gpu, sums_);
   }
   gpu::Address low() const { return sums_.low.address(); }
   gpu::Address high() const { return sums_.high.address(); }
   std::vector<double> values(double unit) const {
-    const auto low = gpu_.download_vector<std::uint32_t>(sums_.low.address(), count_), high = gpu_.download_vector<std::uint32_t>(sums_.high.address(), count_);
+    const auto low = gpu_.download_vector<std::uint32_t>(sums_.low.address(), count_),
+               high = gpu_.download_vector<std::uint32_t>(sums_.high.address(), count_);
     std::vector<double> values(count_);
     for (std::size_t i = 0; i < count_; ++i) values[i] = fixed_sum(low[i], high[i]) / unit;
     return values;
@@ -38,9 +41,16 @@ class Sums {
 /// One batch after the other: what its photographs are like, and its three renderings.
 class Measurement {
  public:
-  Measurement(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background, std::span<const BatchView> views, const Exposures* exposures)
-      : gpu_(gpu), soup_(soup), frame_(frame), step_(gpu, soup, frame), whole_(gpu, soup.triangles), finest_(gpu, soup.triangles),
-        pixels_(gpu.allocate(4ull * soup.triangles, "visible pixels")), pairs_(gpu, soup.triangles) {
+  Measurement(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background,
+              std::span<const BatchView> views, const Exposures* exposures)
+      : gpu_(gpu),
+        soup_(soup),
+        frame_(frame),
+        step_(gpu, soup, frame),
+        whole_(gpu, soup.triangles),
+        finest_(gpu, soup.triangles),
+        pixels_(gpu.allocate(4ull * soup.triangles, "visible pixels")),
+        pairs_(gpu, soup.triangles) {
     inputs_.background = background;
     inputs_.exposures = exposures;
     inputs_.fit_exposures = false;
@@ -97,17 +107,20 @@ class Measurement {
   }
   void measure_contrast() {
     const BatchLayout& batch = frame_.batch();
-    if (contrast_.bytes() < 16ull * batch.views) contrast_ = gpu_.allocate(16ull * batch.views, "contrast of photographs");
+    if (contrast_.bytes() < 16ull * batch.views)
+      contrast_ = gpu_.allocate(16ull * batch.views, "contrast of photographs");
     gpu_.upload(contrast_.address(), std::vector<glm::uvec4>(batch.views, {kFixedZero, 0, 0, 0}));
     gpu_.launch({"contrast"}, batch.blocks,
-                kernels::ContrastArgs{frame_.views.address(), frame_.target.address(), flatness(), contrast_.address(), batch.views, batch.blocks});
+                kernels::ContrastArgs{frame_.views.address(), frame_.target.address(), flatness(), contrast_.address(),
+                                      batch.views, batch.blocks});
   }
   void add_errors(bool first_rendering, const Sums& to) {
     const BatchLayout& batch = frame_.batch();
-    gpu_.launch({"importance", {first_rendering}}, batch.blocks,
-                kernels::ImportanceArgs{frame_.views.address(), first(), frame_.colour.address(), frame_.target.address(), flatness(), contrast_.address(),
-                                        errors(), to.low(), to.high(), pixels_.address(), batch.views, batch.blocks, soup_.triangles,
-                                        static_cast<float>(unit_)});
+    gpu_.launch(
+        {"importance", {first_rendering}}, batch.blocks,
+        kernels::ImportanceArgs{frame_.views.address(), first(), frame_.colour.address(), frame_.target.address(),
+                                flatness(), contrast_.address(), errors(), to.low(), to.high(), pixels_.address(),
+                                batch.views, batch.blocks, soup_.triangles, static_cast<float>(unit_)});
   }
 
   gpu::Device& gpu_;
@@ -123,7 +136,9 @@ class Measurement {
 
 }  // namespace
 
-PairSet::PairSet(gpu::Device& gpu, std::uint32_t triangles) : gpu_(gpu) { make_room(std::bit_ceil(std::max(1024u, 8 * triangles))); }
+PairSet::PairSet(gpu::Device& gpu, std::uint32_t triangles) : gpu_(gpu) {
+  make_room(std::bit_ceil(std::max(1024u, 8 * triangles)));
+}
 
 void PairSet::make_room(std::uint32_t slots) {
   slots_ = slots;
@@ -136,8 +151,9 @@ void PairSet::add(gpu::Address first, gpu::Address behind, std::uint32_t pixels)
   for (;; make_room(2 * slots_)) {
     gpu_.fill(table_.address(), 4ull * slots_, 0);
     gpu_.fill(found_.address(), 4, 0);
-    gpu_.launch({"collect_pairs"}, (pixels + 63) / 64,
-                kernels::CollectPairsArgs{first, behind, table_.address(), found_.address(), pixels, slots_, capacity(), 0});
+    gpu_.launch(
+        {"collect_pairs"}, (pixels + 63) / 64,
+        kernels::CollectPairsArgs{first, behind, table_.address(), found_.address(), pixels, slots_, capacity(), 0});
     const std::uint32_t count = gpu_.download_vector<std::uint32_t>(found_.address(), 1)[0];
     if (count > capacity()) continue;
     const auto words = gpu_.download_vector<std::uint32_t>(found_.address() + 4, 2ull * count);
@@ -149,10 +165,11 @@ void PairSet::add(gpu::Address first, gpu::Address behind, std::uint32_t pixels)
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
 }
 
-Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background, std::span<const BatchView> views,
-                              const Exposures* exposures, std::size_t most) {
+Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background,
+                              std::span<const BatchView> views, const Exposures* exposures, std::size_t most) {
   Measurement measurement(gpu, soup, frame, background, views, exposures);
-  for_each_batch(gpu, soup, frame, views, true, measurement.inputs(), most, [&](std::size_t, std::size_t) { measurement.measure_batch(); });
+  for_each_batch(gpu, soup, frame, views, true, measurement.inputs(), most,
+                 [&](std::size_t, std::size_t) { measurement.measure_batch(); });
   return measurement.result();
 }
 

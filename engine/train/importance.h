@@ -16,12 +16,13 @@
 
 namespace trisoup::train {
 
-/// Sums of squared colour errors (three channels, 0..1 each) over the pixels of the views that were measured. Each pixel has a weight: half of it 1, as
-/// PSNR has it, and half its lack of contrast, as SSIM has it (Wang et al. 2004), since an error on a wall is seen and the same error among leaves is
-/// not. The mean weight over a view's loss mask is 1; pixels outside of it have 0.
+/// Sums of squared colour errors (three channels, 0..1 each) over the pixels of the views that were measured. Each
+/// pixel has a weight: half of it 1, as PSNR has it, and half its lack of contrast, as SSIM has it (Wang et al. 2004),
+/// since an error on a wall is seen and the same error among leaves is not. The mean weight over a view's loss mask is
+/// 1; pixels outside of it have 0.
 ///
-/// Triangles are opaque, so each pixel shows one alone. Two more renderings therefore measure all triangles at once: one of what is behind each, one
-/// without the finest levels. Values below zero: the pictures would be better without.
+/// Triangles are opaque, so each pixel shows one alone. Two more renderings therefore measure all triangles at once:
+/// one of what is behind each, one without the finest levels. Values below zero: the pictures would be better without.
 struct Importance {
   double error = 0;                   // of all pixels as they are
   std::vector<std::uint32_t> pixels;  // [T] that show the triangle
@@ -50,9 +51,9 @@ class PairSet {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_;
 };
 
-/// views: those to measure, at their own size, with their photographs on the device. exposures: of the photographs; null for none. most: views in a
-/// batch. The soup is not changed.
-Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background, std::span<const BatchView> views,
-                              const Exposures* exposures, std::size_t most);
+/// views: those to measure, at their own size, with their photographs on the device. exposures: of the photographs;
+/// null for none. most: views in a batch. The soup is not changed.
+Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background,
+                              std::span<const BatchView> views, const Exposures* exposures, std::size_t most);
 
 }  // namespace trisoup::train

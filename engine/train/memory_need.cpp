@@ -54,7 +54,9 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
   // Evaluation has the photographs of up to four views on the device.
   std::uint64_t largest_test = 0;
   for (const auto* views : {&scene.test, &scene.validation})
-    for (const scene::View& v : *views) largest_test = std::max(largest_test, std::uint64_t(v.camera.width) * static_cast<std::uint64_t>(v.camera.height));
+    for (const scene::View& v : *views)
+      largest_test =
+          std::max(largest_test, std::uint64_t(v.camera.width) * static_cast<std::uint64_t>(v.camera.height));
   // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
   std::uint64_t most = s.triangles;
   if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;

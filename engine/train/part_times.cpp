@@ -8,7 +8,8 @@
 namespace trisoup::train {
 
 const char* to_string(Part part) {
-  constexpr std::array<const char*, kParts> kNames{"reading", "start", "steps", "topology", "importance", "evaluation", "checkpoints", "writing"};
+  constexpr std::array<const char*, kParts> kNames{"reading",    "start",      "steps",       "topology",
+                                                   "importance", "evaluation", "checkpoints", "writing"};
   return kNames[static_cast<std::size_t>(part)];
 }
 
@@ -66,7 +67,8 @@ nlohmann::json to_json(const PartTimes& times) {
   for (std::size_t i = 0; i < kParts; ++i) {
     const auto part = static_cast<Part>(i);
     const PartTimes::Row& row = times[part];
-    json[to_string(part)] = {{"seconds", row.seconds}, {"cpu_seconds", row.cpu_seconds}, {"bytes_to_host", row.bytes_to_host}};
+    json[to_string(part)] = {
+        {"seconds", row.seconds}, {"cpu_seconds", row.cpu_seconds}, {"bytes_to_host", row.bytes_to_host}};
     if (!row.kernels.empty()) json[to_string(part)]["device_seconds"] = row.device_seconds();
   }
   return json;

@@ -9,10 +9,12 @@
 namespace trisoup::train {
 namespace {
 
-/// Pixels of `views` that show each hidden triangle and, without the hidden ones, the backdrop or nothing. flags: as count_holes.comp has them. [T]
-std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
-                                       const std::vector<std::uint32_t>& flags) {
-  const gpu::Buffer flag_words = gpu.allocate(4 * flags.size(), "hidden triangles"), counts = gpu.allocate(4 * flags.size(), "visible pixels");
+/// Pixels of `views` that show each hidden triangle and, without the hidden ones, the backdrop or nothing. flags: as
+/// count_holes.comp has them. [T]
+std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
+                                       std::span<const BatchView> views, const std::vector<std::uint32_t>& flags) {
+  const gpu::Buffer flag_words = gpu.allocate(4 * flags.size(), "hidden triangles"),
+                    counts = gpu.allocate(4 * flags.size(), "visible pixels");
   gpu.upload(flag_words.address(), flags);
   gpu.fill(counts.address(), counts.bytes(), 0);
   gpu::Buffer first;  // what all triangles show
@@ -26,7 +28,8 @@ std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Fram
     gpu.copy(first.address(), frame.hits.address(), bytes);
     step.visibility(Thresholds::half, without);
     gpu.launch({"count_holes"}, (pixels + 63) / 64,
-               kernels::CountHolesArgs{first.address(), frame.hits.address(), flag_words.address(), counts.address(), pixels, 0});
+               kernels::CountHolesArgs{first.address(), frame.hits.address(), flag_words.address(), counts.address(),
+                                       pixels, 0});
   });
   return gpu.download_vector<std::uint32_t>(counts.address(), flags.size());
 }

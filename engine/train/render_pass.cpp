@@ -21,12 +21,15 @@ gpu::Buffer zeroes(gpu::Device& gpu, const SoupBuffers& soup) {
 
 /// Adds what `pixels` pixels of the batch in `frame` show, from `first` on.
 void count(gpu::Device& gpu, const Frame& frame, std::uint32_t first, std::uint32_t pixels, const gpu::Buffer& counts) {
-  gpu.launch({"count_visible", {0}}, (pixels + 63) / 64,
-             kernels::CountVisibleArgs{frame.hits.address() + sizeof(kernels::Hit) * first, counts.address(), 0, pixels, 0});
+  gpu.launch(
+      {"count_visible", {0}}, (pixels + 63) / 64,
+      kernels::CountVisibleArgs{frame.hits.address() + sizeof(kernels::Hit) * first, counts.address(), 0, pixels, 0});
 }
 
 /// Adds what the batch in `frame` shows.
-void count(gpu::Device& gpu, const Frame& frame, const gpu::Buffer& counts) { count(gpu, frame, 0, frame.batch().pixels, counts); }
+void count(gpu::Device& gpu, const Frame& frame, const gpu::Buffer& counts) {
+  count(gpu, frame, 0, frame.batch().pixels, counts);
+}
 
 }  // namespace
 
@@ -67,7 +70,8 @@ std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Fr
   return gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
 }
 
-double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const Frame& frame, const kernels::ViewRecord& record, const gpu::Buffer& counts) {
+double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const Frame& frame, const kernels::ViewRecord& record,
+                   const gpu::Buffer& counts) {
   gpu.fill(counts.address(), counts.bytes(), 0);
   count(gpu, frame, record.pixel_offset, record.width * record.height, counts);
   const auto pixels = gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);

@@ -27,9 +27,10 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span
 /// Pixels that each triangle wins over all views together. [T]
 std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views);
 
-/// Share of the triangles, 0..1, that win a pixel of one view of the batch in `frame`. record: that view's place there. counts: room for a word for
-/// each triangle.
-double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const Frame& frame, const kernels::ViewRecord& record, const gpu::Buffer& counts);
+/// Share of the triangles, 0..1, that win a pixel of one view of the batch in `frame`. record: that view's place there.
+/// counts: room for a word for each triangle.
+double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const Frame& frame, const kernels::ViewRecord& record,
+                   const gpu::Buffer& counts);
 
 /// What training views show of each triangle.
 struct Seen {

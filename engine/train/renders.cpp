@@ -56,13 +56,16 @@ void Renders::write(const scene::View& view, std::vector<float> colour) {
   if (name.size() > 200) name.erase(0, name.size() - 200);
   std::string numbered = name;
   for (int n = 2; !written_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
-  // As many at a time as there are cores, and no more than a gigabyte: each holds its photograph, its colours and the picture of both.
+  // As many at a time as there are cores, and no more than a gigabyte: each holds its photograph, its colours and the
+  // picture of both.
   constexpr std::size_t kMostBytes = 1u << 30;
   const std::size_t bytes = 6 * view.image.rgba.size();
-  while (!pending_.empty() && (pending_.size() >= std::max(1u, std::thread::hardware_concurrency()) || pending_bytes_ + bytes > kMostBytes)) wait_for_oldest();
-  pending_.push_back({std::async(std::launch::async, [path = folder_ / (numbered + ".png"), photograph = view.image, colour = std::move(colour)] {
-                        write_png(path, side_by_side(photograph, colour));
-                      }),
+  while (!pending_.empty() &&
+         (pending_.size() >= std::max(1u, std::thread::hardware_concurrency()) || pending_bytes_ + bytes > kMostBytes))
+    wait_for_oldest();
+  pending_.push_back({std::async(std::launch::async,
+                                 [path = folder_ / (numbered + ".png"), photograph = view.image,
+                                  colour = std::move(colour)] { write_png(path, side_by_side(photograph, colour)); }),
                       bytes});
   pending_bytes_ += bytes;
 }

@@ -21,8 +21,9 @@ class Renders {
   void create() const;
   /// Removes the pictures of a run before this one, which may have had other views.
   void clear();
-  /// Begins to write <name>.png, on another thread: photograph on the left, rendering (row-major RGB, height x width x 3, 0 to 1) on the right. Views whose names would give the same file
-  /// are numbered. Throws Error when one begun before cannot be written.
+  /// Begins to write <name>.png, on another thread: photograph on the left, rendering (row-major RGB, height x width x
+  /// 3, 0 to 1) on the right. Views whose names would give the same file are numbered. Throws Error when one begun
+  /// before cannot be written.
   void write(const scene::View& view, std::vector<float> colour);
   /// Waits for all that was begun. Throws Error when one cannot be written.
   void finish();

@@ -312,7 +312,9 @@ void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleView
   // Opacities that a start may have are below what is looked at.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   const soup::TextureTable table = shown_table(gpu, soup, frame, views.half, settings);
-  const TriangleRange own = soup.shared ? divided(table.entries, soup.shared->size())[static_cast<std::size_t>(soup.shared->rank())] : all_of(table.entries);
+  const TriangleRange own =
+      soup.shared ? divided(table.entries, soup.shared->size())[static_cast<std::size_t>(soup.shared->rank())]
+                  : all_of(table.entries);
   FixedSums colours = sum_photographs(gpu, soup, frame, views.full, table.entries, own);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
@@ -320,7 +322,8 @@ void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleView
   Textures textures;
   textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"paint_textures"}, own.count(),
-               kernels::PaintTexturesArgs{heirs.parents(), heirs.old_rows(), heirs.rows(), from, to, colours.low.address(), colours.high.address(), own.count(), 0});
+               kernels::PaintTexturesArgs{heirs.parents(), heirs.old_rows(), heirs.rows(), from, to,
+                                          colours.low.address(), colours.high.address(), own.count(), 0});
   });
   colours = {};  // the new soup may need its room
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);

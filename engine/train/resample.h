@@ -50,8 +50,8 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
 /// Settings::count_scale, show (Settings::samples_per_pixel). Optimiser state starts anew.
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings);
 
-/// The same for a soup whose textures are of level 0 and that has not been trained, with the mean of the colours that the photographs have where each
-/// triangle is visible. Opacities stay.
+/// The same for a soup whose textures are of level 0 and that has not been trained, with the mean of the colours that
+/// the photographs have where each triangle is visible. Opacities stay.
 void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings);
 
 }  // namespace trisoup::train

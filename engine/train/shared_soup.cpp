@@ -177,8 +177,8 @@ ShadedFrom SharedSoup::fetch_features(bool coarser) {
   const auto pixels = static_cast<std::uint32_t>(hits_.size());
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   gpu_.launch({"fetch_features"}, (pixels + 63) / 64,
-              kernels::FetchFeaturesArgs{frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(), features_.address(), pixels,
-                                         soup_.own().first, soup_.own().last, coarser});
+              kernels::FetchFeaturesArgs{frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
+                                         features_.address(), pixels, soup_.own().first, soup_.own().last, coarser});
   features_here_.resize((pixels + 2) * kFeatureStride);
   gpu_.download(features_.address(), std::as_writable_bytes(std::span(features_here_)));
   std::vector<ranks::Bytes> messages(static_cast<std::size_t>(ranks_.size()));

@@ -51,7 +51,8 @@ class SharedSoup {
 
   // Parts of a step, of the batch in the frame.
   void agree_on_winners();        // Frame::hits, of all ranks
-  ShadedFrom fetch_features(bool coarser = false);  // of the pixels that this rank shades; coarser: without textures' finest levels
+  ShadedFrom fetch_features(
+      bool coarser = false);      // of the pixels that this rank shades; coarser: without textures' finest levels
   void send_colours();            // Frame::colour, of all ranks
   ShadedFrom stand_in() const;    // the same as fetch_features() returned
   void send_gradients();          // to Frame::sorted, of own triangles; Frame::mlp_partial, of all ranks

@@ -41,12 +41,15 @@ struct Removal {
 
 /// Without the triangle's finest level.
 Removal coarser(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t) {
-  return {std::max(0.0, importance.finest[t]), double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
+  return {std::max(0.0, importance.finest[t]),
+          double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
 }
 
 /// Of a triangle the removal that costs less for what it saves; a backdrop's triangle stays, and what cannot be coarser has none then.
-std::optional<Removal> cheaper(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t, bool stays) {
-  const Removal whole{std::max(0.0, importance.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t, true};
+std::optional<Removal> cheaper(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t,
+                               bool stays) {
+  const Removal whole{std::max(0.0, importance.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t,
+                      true};
   if (row.level_max == 0) return stays ? std::nullopt : std::optional(whole);
   const Removal finest = coarser(importance, row, t);
   return stays || finest.each() < whole.each() ? finest : whole;
@@ -181,7 +184,8 @@ double samples_of(std::span<const soup::TextureEntry> table) {
 
 }  // namespace
 
-Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, double knee) {
+Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
+                    const std::vector<bool>& backdrop, double knee) {
   Removals removals(table);
   removals.keep_stand_ins(importance);
   for (std::uint32_t t = 0; t < table.size(); ++t)
@@ -197,7 +201,8 @@ Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureE
   });
 }
 
-Shrunk least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table, const std::vector<bool>& backdrop, const Shares& shares) {
+Shrunk least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
+                               const std::vector<bool>& backdrop, const Shares& shares) {
   const bool triangles = shares.triangles < 1;
   Removals removals(table);
   for (std::uint32_t t = 0; t < table.size(); ++t) {

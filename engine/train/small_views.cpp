@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/area_resample.h"
 #include "parallel_for.h"
+#include "scene/area_resample.h"
 
 namespace trisoup::train {
 

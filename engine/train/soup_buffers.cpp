@@ -6,8 +6,8 @@
 
 #include "args/types.h"
 #include "common/host.h"
-#include "train/fixed_sum.h"
 #include "soup/random.h"
+#include "train/fixed_sum.h"
 #include "train/shared_soup.h"
 
 namespace trisoup::train {
@@ -101,12 +101,15 @@ void sort_by_size(gpu::Device& gpu, SoupBuffers& soup) {
   for (std::uint32_t t = own.first; t < own.last; ++t) {
     const soup::TextureEntry& row = rows[t];
     const auto fits = std::lower_bound(kMost.begin(), kMost.end(), soup::samples_in(row.level_min, row.level_max));
-    tasks[static_cast<std::size_t>(fits - kMost.begin())].push_back({row.source_offset, row.lattice_offset, row.level_min | row.level_max << 8, t - own.first});
+    tasks[static_cast<std::size_t>(fits - kMost.begin())].push_back(
+        {row.source_offset, row.lattice_offset, row.level_min | row.level_max << 8, t - own.first});
   }
   std::vector<kernels::TextureTask> sorted;
   soup.classes.clear();
   for (std::size_t c = 0; c < kMost.size(); ++c) {
-    if (!tasks[c].empty()) soup.classes.push_back({static_cast<std::uint32_t>(sorted.size()), static_cast<std::uint32_t>(tasks[c].size()), kMost[c]});
+    if (!tasks[c].empty())
+      soup.classes.push_back(
+          {static_cast<std::uint32_t>(sorted.size()), static_cast<std::uint32_t>(tasks[c].size()), kMost[c]});
     sorted.insert(sorted.end(), tasks[c].begin(), tasks[c].end());
   }
   soup.tasks = gpu.allocate(sorted.size() * sizeof(kernels::TextureTask), "texture table");

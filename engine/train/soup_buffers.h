@@ -64,7 +64,9 @@ constexpr std::uint64_t texture_bytes(std::uint64_t source_samples, std::uint64_
   return source_samples * 3 * soup::kChannels * 4 + lattice_samples * (soup::kChannels * 4 + 12);
 }
 /// Bytes of vertices, their moments and gradients, the texture table and what else there is of every triangle on every rank.
-constexpr std::uint64_t triangle_bytes(std::uint64_t triangles) { return triangles * (36 + 36 + 12 + 72 + 4 + 2 * sizeof(soup::TextureEntry)); }
+constexpr std::uint64_t triangle_bytes(std::uint64_t triangles) {
+  return triangles * (36 + 36 + 12 + 72 + 4 + 2 * sizeof(soup::TextureEntry));
+}
 /// Bytes of device memory that a soup of `triangles` with levels level_min..level_max takes, gradients and moments included, on one of `ranks` ranks.
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max, std::uint32_t ranks = 1);
 

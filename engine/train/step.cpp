@@ -72,16 +72,21 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
 
   const bool listed = inputs.listed && frame_.bands() == 1;
   if (!listed) {
-    gpu_.launch({"project"}, projected, ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
-    if (soup_.shared) gpu_.launch({"keep_range"}, projected, KeepRangeArgs{screen, triangles, views, soup_.own().first, soup_.own().last});
-    if (inputs.hidden) gpu_.launch({"hide_triangles"}, projected, HideTrianglesArgs{screen, inputs.hidden, triangles, views});
+    gpu_.launch({"project"}, projected,
+                ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
+    if (soup_.shared)
+      gpu_.launch({"keep_range"}, projected,
+                  KeepRangeArgs{screen, triangles, views, soup_.own().first, soup_.own().last});
+    if (inputs.hidden)
+      gpu_.launch({"hide_triangles"}, projected, HideTrianglesArgs{screen, inputs.hidden, triangles, views});
   }
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
-    gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}}, band.tiles,
-                VisibilityArgs{view_table, screen, frame_.offsets.address(), frame_.lists.address(), soup_.textures.address(),
-                               soup_.opacity.address(), inputs.thresholds, inputs.first, frame_.state.address(), frame_.hits.address(), triangles,
-                               views, band.first, band.tiles, frame_.list_capacity(), 0});
+    gpu_.launch(
+        {"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}}, band.tiles,
+        VisibilityArgs{view_table, screen, frame_.offsets.address(), frame_.lists.address(), soup_.textures.address(),
+                       soup_.opacity.address(), inputs.thresholds, inputs.first, frame_.state.address(),
+                       frame_.hits.address(), triangles, views, band.first, band.tiles, frame_.list_capacity(), 0});
   });
   if (soup_.shared) soup_.shared->agree_on_winners();
 }
@@ -129,9 +134,12 @@ void Step::shade(const StepInputs& inputs) {
 void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
   const BatchLayout& batch = frame_.batch();
   const std::uint32_t groups = groups_over(batch.blocks);
-  gpu_.launch({frame_.one_pixel ? "shade_one" : "shade", {inputs.mlp_inputs != 0, inputs.layer == Layer::coarser && !soup_.shared}}, groups,
-              ShadeArgs{frame_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(), frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views,
-                        inputs.background.r, inputs.background.g, inputs.background.b, groups});
+  gpu_.launch({frame_.one_pixel ? "shade_one" : "shade",
+               {inputs.mlp_inputs != 0, inputs.layer == Layer::coarser && !soup_.shared}},
+              groups,
+              ShadeArgs{frame_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(),
+                        frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views, inputs.background.r,
+                        inputs.background.g, inputs.background.b, groups});
 }
 
 void Step::photographs(const StepInputs& inputs) {
@@ -229,25 +237,15 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
   const bool debug = inputs.source_gradient != 0;
   for (const TextureClass& c : soup_.classes) {
     const bool wide = frame_.wide_textures && adam && !debug && c.samples > 100;
-    gpu_.launch({wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
-                UpdateTexturesArgs{soup_.tasks.address() + sizeof(TextureTask) * c.first,
-                                   soup_.source.address(),
-                                   soup_.source_moment1.address(),
-                                   soup_.source_moment2.address(),
-                                   soup_.lattice.address(),
-                                   soup_.opacity.address(),
-                                   frame_.shown.address() + 4ull * soup_.own().first,
-                                   frame_.sorted(),
-                                   soup_.opacity_gradient.low.address(),
-                                   soup_.opacity_gradient.high.address(),
-                                   soup_.touched.address() + 4ull * soup_.own().first,
-                                   frame_.state.address(),
-                                   frame_.control.address(),
-                                   inputs.source_gradient,
-                                   soup_.triangles,
-                                   inputs.update_unseen || debug,
-                                   static_cast<std::uint32_t>(frame_.batch().pixels),
-                                   c.count});
+    gpu_.launch(
+        {wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
+        UpdateTexturesArgs{soup_.tasks.address() + sizeof(TextureTask) * c.first, soup_.source.address(),
+                           soup_.source_moment1.address(), soup_.source_moment2.address(), soup_.lattice.address(),
+                           soup_.opacity.address(), frame_.shown.address() + 4ull * soup_.own().first, frame_.sorted(),
+                           soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
+                           soup_.touched.address() + 4ull * soup_.own().first, frame_.state.address(),
+                           frame_.control.address(), inputs.source_gradient, soup_.triangles,
+                           inputs.update_unseen || debug, static_cast<std::uint32_t>(frame_.batch().pixels), c.count});
   }
 }
 

@@ -38,7 +38,7 @@ struct StepInputs {
   const Exposures* exposures = nullptr;  // of the photographs; null: they are taken as they are, and so are float targets
   bool fit_exposures = true;             // to what is rendered, before they are used
   Layer layer = Layer::nearest;
-  bool listed = false;      // reuse the tile lists of the last rendering of this batch; ignored if there are several bands
+  bool listed = false;  // reuse the tile lists of the last rendering of this batch; ignored if there are several bands
   gpu::Address first = 0;   // [pixels] Hit: another rendering of the batch, for Layer::behind
   gpu::Address hidden = 0;  // [T]: triangles whose bit 0 is set are left out; 0: none are
   // Tests look at intermediate values here; null in training.
@@ -78,7 +78,7 @@ class Step {
   void shade(const StepInputs& inputs);                              // .. Frame::colour
   void shade(const StepInputs& inputs, const ShadedFrom& from);
   void photographs(const StepInputs& inputs);                        // Frame::target; exposes Frame::colour
-  void expose(const StepInputs& inputs);                             // Frame::colour alone, with photographs() before; nothing without exposures
+  void expose(const StepInputs& inputs);  // Frame::colour alone, with photographs() before; nothing without exposures
   void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics, with photographs() before
   void backward(const StepInputs& inputs);                           // .. gradients of textures, vertices, MLP
   // backward() is these four.

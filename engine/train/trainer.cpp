@@ -309,7 +309,8 @@ const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const { r
 
 double Trainer::share_uncovered() {
   ImageSums all;
-  for (const ImageSums& view : sum_images(gpu_, frame_, scene_.background, Ssim::none)) all.pixels += view.pixels, all.uncovered += view.uncovered;
+  for (const ImageSums& view : sum_images(gpu_, frame_, scene_.background, Ssim::none))
+    all.pixels += view.pixels, all.uncovered += view.uncovered;
   return all.share_uncovered();
 }
 
@@ -366,7 +367,8 @@ void Trainer::run(const Callbacks& callbacks) {
       const PartTimes::Scope scope(*times_, Part::steps);
       train_until(last, callbacks);
       // A change of topology draws other views into the frame.
-      if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished())) uncovered_ = share_uncovered();
+      if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished()))
+        uncovered_ = share_uncovered();
     }
     if (step_ > before) change_topology();
     gpu_.wait();

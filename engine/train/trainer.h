@@ -19,6 +19,7 @@
 #include "train/exposure.h"
 #include "train/faults.h"
 #include "train/frame.h"
+#include "train/importance.h"
 #include "train/initial_triangles.h"
 #include "train/part_times.h"
 #include "train/photographs.h"
@@ -32,7 +33,6 @@
 #include "train/step.h"
 #include "train/training_fit.h"
 #include "train/view_record.h"
-#include "train/importance.h"
 
 namespace trisoup::train {
 
@@ -45,7 +45,7 @@ struct Progress {
   double seconds = 0;                           // of training so far, evaluation and checkpoints left out
   double ms_per_step = 0;
   double pace = 1;                              // what a step to come has to do on average, as a multiple of the last one: pixels
-  double uncovered = 0;                         // ImageSums::share_uncovered() of the last step's views together, with random thresholds
+  double uncovered = 0;  // ImageSums::share_uncovered() of the last step's views together, with random thresholds
 };
 
 class Trainer {

@@ -33,8 +33,8 @@ double squares_around_mean(const Image& photo) {
 
 }  // namespace
 
-TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
-                                  const Exposures* exposures, std::size_t most) {
+TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene,
+                                  std::span<const BatchView> views, const Exposures* exposures, std::size_t most) {
   StepInputs inputs;
   inputs.background = scene.background;
   inputs.exposures = exposures;
@@ -48,11 +48,13 @@ TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& fr
   });
   std::vector<double> plain(views.size());
   parallel_for(static_cast<int>(views.size()), 0, [&](int i) {
-    plain[static_cast<std::size_t>(i)] = squares_around_mean(scene.train[views[static_cast<std::size_t>(i)].index].image);
+    plain[static_cast<std::size_t>(i)] =
+        squares_around_mean(scene.train[views[static_cast<std::size_t>(i)].index].image);
   });
   const double values = 3.0 * static_cast<double>(all.pixels);
   if (all.pixels == 0) return {100, 100, 0};
-  return {psnr_of(all.squares / values), psnr_of(std::accumulate(plain.begin(), plain.end(), 0.0) / values), all.share_uncovered()};
+  return {psnr_of(all.squares / values), psnr_of(std::accumulate(plain.begin(), plain.end(), 0.0) / values),
+          all.share_uncovered()};
 }
 
 }  // namespace trisoup::train

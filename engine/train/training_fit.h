@@ -12,7 +12,8 @@
 
 namespace trisoup::train {
 
-/// PSNR over all pixels of the measured training views together, in dB; 100 where there is no error. Pixels outside the loss mask do not count.
+/// PSNR over all pixels of the measured training views together, in dB; 100 where there is no error. Pixels outside the
+/// loss mask do not count.
 struct TrainingFit {
   double psnr = 0;        // of the model, thresholds 0.5, in each photograph's exposure where those are fitted
   double plain_psnr = 0;  // of each photograph painted over with its own mean colour
@@ -22,9 +23,9 @@ struct TrainingFit {
   bool nothing_learnt() const { return !(psnr > plain_psnr || psnr >= 30.0); }
 };
 
-/// views: those to measure, with their photographs on the device; view.index: of the photograph in scene.train. exposures: null where photographs are
-/// taken as they are. most: views in a batch.
-TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene, std::span<const BatchView> views,
-                                  const Exposures* exposures, std::size_t most);
+/// views: those to measure, with their photographs on the device; view.index: of the photograph in scene.train.
+/// exposures: null where photographs are taken as they are. most: views in a batch.
+TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene,
+                                  std::span<const BatchView> views, const Exposures* exposures, std::size_t most);
 
 }  // namespace trisoup::train

@@ -11,7 +11,8 @@ struct CollectPairsArgs {
   POINTER(Hits) first;   // [pixels] with it
   POINTER(Hits) behind;  // [pixels] without it
   POINTER(Uints) table;  // [slots], 0 before: 1 + a pixel that shows the pair in this slot
-  POINTER(Uints) found;  // [1 + 2 capacity]: how many pairs, above the capacity where they did not fit; the pairs, in any order
+  POINTER(Uints)
+  found;  // [1 + 2 capacity]: how many pairs, above the capacity where they did not fit; the pairs, in any order
   uint pixels, slots, capacity, pad;  // slots: a power of two
 };
 

@@ -9,9 +9,10 @@ namespace KERNEL_TYPES {
 /// How little contrast there is around each pixel of the photographs. One workgroup per block of 16 x 16 pixels.
 struct ContrastArgs {
   POINTER(Views) views;
-  POINTER(Uints) target;      // [pixels]: RGBA8, alpha is the loss mask
-  POINTER(Floats) flatness;   // [pixels]: C2 / (2 variance + C2); 0 outside the mask
-  POINTER(Uints) sums;        // [views][4], added to: sum of flatness in fixed point, in units of 1024; pixels inside the mask; 0
+  POINTER(Uints) target;     // [pixels]: RGBA8, alpha is the loss mask
+  POINTER(Floats) flatness;  // [pixels]: C2 / (2 variance + C2); 0 outside the mask
+  POINTER(Uints)
+  sums;  // [views][4], added to: sum of flatness in fixed point, in units of 1024; pixels inside the mask; 0
   uint view_count, blocks;
 };
 

@@ -149,7 +149,8 @@ POINTER_TYPE(StatisticsRows, Statistics, 16)
 POINTER_TYPE(Controls, Control, 16)
 #endif
 #ifndef GL_core_profile
-static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 && sizeof(TextureTask) == 16);
+static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 &&
+              sizeof(TextureTask) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
 static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 32 && sizeof(Control) == 64);
 }

@@ -6,7 +6,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per task; a triangle whose gradient is zero everywhere is left alone.
+/// Lattice gradient to all levels, Adam, sum of the levels, sigmoid. One workgroup per task; a triangle whose gradient
+/// is zero everywhere is left alone.
 struct UpdateTexturesArgs {
   POINTER(TextureTasks) tasks;  // of this launch
   POINTER(Float4s) source;   // [source samples][8], logits

@@ -6,7 +6,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// The nearest fragment of every pixel whose opacity reaches its threshold; LAYER selects another one (visibility.comp). One workgroup per tile of a band.
+/// The nearest fragment of every pixel whose opacity reaches its threshold; LAYER selects another one
+/// (visibility.comp). One workgroup per tile of a band.
 struct VisibilityArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;

@@ -48,8 +48,8 @@ FN void ask_for_features(Views views, uint view, uvec2 corner, uint thread, uint
 #define ASK_FOR_FEATURES(first)
 #endif
 
-FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures, Float4s lattice,
-                bool coarser, INOUT(Fragments) p, OUT_ARRAY_OF(LANES, x, 16)) {
+FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures,
+                   Float4s lattice, bool coarser, INOUT(Fragments) p, OUT_ARRAY_OF(LANES, x, 16)) {
   UNROLL for (int i = 0; i < 16; ++i) x[i] = LANES(0.0f);
   const uint width = views.v[view].width, height = views.v[view].height;
   UNROLL for (uint k = 0u; k < PIXELS; ++k)
@@ -57,8 +57,10 @@ FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, uint first
       p.lattice_offset[k] = textures.v[p.triangle[k] - 1u].lattice_offset;
       const float b0 = hits.v[p.index[k]].b0, b1 = hits.v[p.index[k]].b1;
       const uint level = textures.v[p.triangle[k] - 1u].level_max;
-      if (coarser) p.cell[k] = coarser_cell(b0, b1, level);
-      else p.cell[k] = lattice_cell(b0, b1, level);
+      if (coarser)
+        p.cell[k] = coarser_cell(b0, b1, level);
+      else
+        p.cell[k] = lattice_cell(b0, b1, level);
       float f[7], y[9];
       fragment_features(lattice, p.lattice_offset[k], p.cell[k], f);
       spherical_harmonics(view_direction(views, view, block_pixel(corner, thread, first + k), width, height), y);

@@ -18,7 +18,8 @@ FN void lattice_point(uint index, OUT(uint) x, OUT(uint) y) {
   x = n - y;
 }
 
-/// The two samples of the next coarser level that sample (x, y) lies between; the same one twice where it is one of that level's own.
+/// The two samples of the next coarser level that sample (x, y) lies between; the same one twice where it is one of
+/// that level's own.
 FN void coarse_neighbours(uint x, uint y, OUT(uint) p, OUT(uint) q) {
   const uint n = (x >> 1) + (y >> 1), at = lattice_index(x >> 1, y >> 1);
   p = at + (x & 1u) * (n + 1u);
@@ -81,7 +82,8 @@ FN LatticeCell lattice_cell(real b0, real b1, uint level) {
   return cell;
 }
 
-/// The texture without its finest level: the samples of a lattice of `level` at the points of the next coarser one, and their weights.
+/// The texture without its finest level: the samples of a lattice of `level` at the points of the next coarser one, and
+/// their weights.
 FN LatticeCell coarser_cell(real b0, real b1, uint level) {
   if (level == 0u) return lattice_cell(b0, b1, level);
   LatticeCell cell = lattice_cell(b0, b1, level - 1u);
@@ -96,8 +98,9 @@ FN real lattice_mix(LatticeCell cell, real v0, real v1, real v2) {
   return v2 + cell.w0 * (v0 - v2) + cell.w1 * (v1 - v2);
 }
 
-/// The inverse of sigmoid, for p from 0.02 to 0.98: the logarithm of p / (1 - p) as 16 times that of its 16th root, by the series of the inverse
-/// hyperbolic tangent. Roots and products alone give the same bits on more devices than a logarithm would.
+/// The inverse of sigmoid, for p from 0.02 to 0.98: the logarithm of p / (1 - p) as 16 times that of its 16th root, by
+/// the series of the inverse hyperbolic tangent. Roots and products alone give the same bits on more devices than a
+/// logarithm would.
 FN real logit(real p) {
   const real root = sqrt(sqrt(sqrt(sqrt(p / (real(1) - p)))));
   const real z = (root - real(1)) / (root + real(1)), zz = z * z;

@@ -1,14 +1,16 @@
 // Moments of the SSIM windows of one block and channel. Needs ssim_block.h.
 SHARED float s_x[26 * 26], s_y[26 * 26];
 
-/// Reads one channel of rendering and target into s_x and s_y: a block's pixels and those its windows reach, 0 outside the picture.
-FN void load_patch(Floats colour, Uints target, Floats float_target, bool is_float, uvec2 corner, uint width, uint height, uint pixel_offset,
-                   uint channel, uint thread) {
+/// Reads one channel of rendering and target into s_x and s_y: a block's pixels and those its windows reach, 0 outside
+/// the picture.
+FN void load_patch(Floats colour, Uints target, Floats float_target, bool is_float, uvec2 corner, uint width,
+                   uint height, uint pixel_offset, uint channel, uint thread) {
   for (uint first = 0u; first < kPatch; first += 2u) {
     const uint column = thread & 31u, row = first + (thread >> 5), x = corner.x + column, y = corner.y + row;
     if (column >= kPatch) continue;
     float shown = 0.0f, wanted = 0.0f;
-    if (x < width && y < height) masked_pixel(colour, target, float_target, is_float, pixel_offset + y * width + x, channel, shown, wanted);
+    if (x < width && y < height)
+      masked_pixel(colour, target, float_target, is_float, pixel_offset + y * width + x, channel, shown, wanted);
     s_x[row * kPatch + column] = shown;
     s_y[row * kPatch + column] = wanted;
   }

@@ -150,7 +150,9 @@ TEST_CASE("kernels are loaded when the device is opened", "[cuda]") {
   const auto kernels = static_cast<int>(gpu::cuda::compiled_kernels().size());
   // Of all kernels the last one too.
   emulated_cuda::fail("cudaFuncGetAttributes", cudaErrorInvalidValue, kernels - 1);
-  CHECK_THAT(message_of([] { cuda_device(); }), Contains("cudaFuncGetAttributes of kernel '" + std::string(gpu::cuda::compiled_kernels().back().name) + "' failed"));
+  CHECK_THAT(message_of([] { cuda_device(); }),
+             Contains("cudaFuncGetAttributes of kernel '" + std::string(gpu::cuda::compiled_kernels().back().name) +
+                      "' failed"));
   emulated_cuda::recover();
   const auto gpu = cuda_device();
   CHECK(gpu->info().load_seconds > 0);
@@ -173,7 +175,8 @@ TEST_CASE("what a kernel takes is what its PTX declares", "[cuda]") {
   const auto of = [&](const gpu::Kernel& kernel) { return gpu->kernel_resources(kernel).value(); };
   CHECK(of({"visibility"}).shared_bytes == 64 * 5 * 16);
   CHECK(of({"visibility"}).groups == 12u);
-  CHECK(of({"update_textures", {783, 1, 0}}).shared_bytes - of({"update_textures", {3, 1, 0}}).shared_bytes == (783 - 3) * 2 * 16);
+  CHECK(of({"update_textures", {783, 1, 0}}).shared_bytes - of({"update_textures", {3, 1, 0}}).shared_bytes ==
+        (783 - 3) * 2 * 16);
   CHECK_FALSE(gpu->kernel_resources({"shade"}).has_value());
   for (const char* call : {"cudaFuncGetAttributes", "cudaOccupancyMaxActiveBlocksPerMultiprocessor"}) {
     emulated_cuda::fail(call, cudaErrorInvalidValue);

@@ -186,7 +186,8 @@ cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* ho
   RETURN_IF_REFUSED("cudaFuncGetAttributes");
   // The first kernel of a program brings its module, which a driver may have to compile.
   static const bool loaded = [] {
-    if (const char* seconds = std::getenv("TRISOUP_COMPILE_SECONDS")) std::this_thread::sleep_for(std::chrono::duration<double>(std::atof(seconds)));
+    if (const char* seconds = std::getenv("TRISOUP_COMPILE_SECONDS"))
+      std::this_thread::sleep_for(std::chrono::duration<double>(std::atof(seconds)));
     return true;
   }();
   (void)loaded;
@@ -201,13 +202,16 @@ cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* ho
   return cudaSuccess;
 }
 /// By shared memory and threads, on a multiprocessor with 64 KB, 1024 threads and 16 workgroups as Turing has them.
-cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int* groups, const void* host, int threads, std::size_t dynamic) {
+cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int* groups, const void* host, int threads,
+                                                          std::size_t dynamic) {
   RETURN_IF_REFUSED("cudaOccupancyMaxActiveBlocksPerMultiprocessor");
   cudaFuncAttributes attributes;
   if (const cudaError_t error = cudaFuncGetAttributes(&attributes, host); error != cudaSuccess) return error;
-  if (threads <= 0 || threads > attributes.maxThreadsPerBlock) return refuse("groups of a size that there is not", cudaErrorInvalidValue);
+  if (threads <= 0 || threads > attributes.maxThreadsPerBlock)
+    return refuse("groups of a size that there is not", cudaErrorInvalidValue);
   const std::size_t shared = attributes.sharedSizeBytes + dynamic;
-  *groups = static_cast<int>(std::min({std::size_t{16}, 1024 / static_cast<std::size_t>(threads), shared == 0 ? 16 : (64 << 10) / shared}));
+  *groups = static_cast<int>(
+      std::min({std::size_t{16}, 1024 / static_cast<std::size_t>(threads), shared == 0 ? 16 : (64 << 10) / shared}));
   return cudaSuccess;
 }
 

@@ -37,7 +37,8 @@ VkResult properties(VkDevice, const VkPipelineInfoKHR* info, uint32_t* count, Vk
   return VK_SUCCESS;
 }
 
-VkResult statistics(VkDevice, const VkPipelineExecutableInfoKHR* info, uint32_t* count, VkPipelineExecutableStatisticKHR* all) {
+VkResult statistics(VkDevice, const VkPipelineExecutableInfoKHR* info, uint32_t* count,
+                    VkPipelineExecutableStatisticKHR* all) {
   demand(enabled && info->pipeline == captured, "statistics of a pipeline that none were kept of");
   *count = 3;
   if (!all) return VK_SUCCESS;
@@ -57,7 +58,8 @@ VkResult statistics(VkDevice, const VkPipelineExecutableInfoKHR* info, uint32_t*
 
 extern "C" {
 
-VkResult vkEnumerateDeviceExtensionProperties(VkPhysicalDevice device, const char* layer, uint32_t* count, VkExtensionProperties* extensions) {
+VkResult vkEnumerateDeviceExtensionProperties(VkPhysicalDevice device, const char* layer, uint32_t* count,
+                                              VkExtensionProperties* extensions) {
   uint32_t real = 0;
   const auto call = NEXT(vkEnumerateDeviceExtensionProperties);
   call(device, layer, &real, nullptr);
@@ -76,13 +78,16 @@ void vkGetPhysicalDeviceFeatures2(VkPhysicalDevice device, VkPhysicalDeviceFeatu
     reinterpret_cast<VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR*>(found)->pipelineExecutableInfo = VK_TRUE;
 }
 
-VkResult vkCreateDevice(VkPhysicalDevice device, const VkDeviceCreateInfo* info, const VkAllocationCallbacks* allocator, VkDevice* made) {
+VkResult vkCreateDevice(VkPhysicalDevice device, const VkDeviceCreateInfo* info, const VkAllocationCallbacks* allocator,
+                        VkDevice* made) {
   VkDeviceCreateInfo real = *info;
   std::vector<const char*> names;
   bool named = false;
   for (uint32_t i = 0; i < info->enabledExtensionCount; ++i) {
-    if (std::strcmp(info->ppEnabledExtensionNames[i], VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME) == 0) named = true;
-    else names.push_back(info->ppEnabledExtensionNames[i]);
+    if (std::strcmp(info->ppEnabledExtensionNames[i], VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME) == 0)
+      named = true;
+    else
+      names.push_back(info->ppEnabledExtensionNames[i]);
   }
   const auto* feature = reinterpret_cast<const VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR*>(
       find(info, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR));
@@ -99,8 +104,9 @@ VkResult vkCreateDevice(VkPhysicalDevice device, const VkDeviceCreateInfo* info,
   return result;
 }
 
-VkResult vkCreateComputePipelines(VkDevice device, VkPipelineCache cache, uint32_t count, const VkComputePipelineCreateInfo* infos,
-                                  const VkAllocationCallbacks* allocator, VkPipeline* pipelines) {
+VkResult vkCreateComputePipelines(VkDevice device, VkPipelineCache cache, uint32_t count,
+                                  const VkComputePipelineCreateInfo* infos, const VkAllocationCallbacks* allocator,
+                                  VkPipeline* pipelines) {
   std::vector<VkComputePipelineCreateInfo> real(infos, infos + count);
   bool captures = false;
   for (VkComputePipelineCreateInfo& info : real) {
@@ -113,8 +119,10 @@ VkResult vkCreateComputePipelines(VkDevice device, VkPipelineCache cache, uint32
 }
 
 PFN_vkVoidFunction vkGetDeviceProcAddr(VkDevice device, const char* name) {
-  if (std::strcmp(name, "vkGetPipelineExecutablePropertiesKHR") == 0) return reinterpret_cast<PFN_vkVoidFunction>(&properties);
-  if (std::strcmp(name, "vkGetPipelineExecutableStatisticsKHR") == 0) return reinterpret_cast<PFN_vkVoidFunction>(&statistics);
+  if (std::strcmp(name, "vkGetPipelineExecutablePropertiesKHR") == 0)
+    return reinterpret_cast<PFN_vkVoidFunction>(&properties);
+  if (std::strcmp(name, "vkGetPipelineExecutableStatisticsKHR") == 0)
+    return reinterpret_cast<PFN_vkVoidFunction>(&statistics);
   return NEXT(vkGetDeviceProcAddr)(device, name);
 }
 

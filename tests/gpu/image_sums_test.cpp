@@ -18,10 +18,12 @@ TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_d
     int width, height;
     bool masked, close;
   };
-  const std::vector<Case> cases{{53, 41, false, false}, {64, 33, true, false}, {9, 40, false, false}, {48, 32, false, true}};
+  const std::vector<Case> cases{
+      {53, 41, false, false}, {64, 33, true, false}, {9, 40, false, false}, {48, 32, false, true}};
   std::vector<train::BatchView> views;
   for (std::uint32_t v = 0; v < cases.size(); ++v) {
-    views.push_back(test::view_from(1.3 * v, static_cast<std::uint32_t>(cases[v].width), static_cast<std::uint32_t>(cases[v].height)));
+    views.push_back(test::view_from(1.3 * v, static_cast<std::uint32_t>(cases[v].width),
+                                    static_cast<std::uint32_t>(cases[v].height)));
     views.back().index = v;
   }
   test::SmallScene s(*gpu, 30, {{2, 3}, {0, 0}}, views);
@@ -33,7 +35,8 @@ TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_d
     s.step.shade(inputs);
   };
   render();
-  const std::vector<float> colour = gpu->download_vector<float>(s.frame.colour.address(), 3ull * s.frame.batch().pixels);
+  const std::vector<float> colour =
+      gpu->download_vector<float>(s.frame.colour.address(), 3ull * s.frame.batch().pixels);
   const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
 
   std::vector<Image> photographs;
@@ -45,7 +48,10 @@ TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_d
         const float noise = cases[v].close ? 2.0f * random.uniform01() : 160.0f * random.uniform01();
         // A third of the pixels is as good as the background, a third is darker than the rendering.
         const float shown = c == 3 ? 0.0f : 255.0f * colour[3 * (offset + p) + c], third = cases[v].close ? 2 : p % 3;
-        const float value = c == 3 ? (cases[v].masked && p % 5 == 0 ? 90.0f : 255.0f) : third == 0 ? 249.0f : third == 1 ? 0.5f * shown : std::min(255.0f, shown + noise);
+        const float value = c == 3       ? (cases[v].masked && p % 5 == 0 ? 90.0f : 255.0f)
+                            : third == 0 ? 249.0f
+                            : third == 1 ? 0.5f * shown
+                                         : std::min(255.0f, shown + noise);
         image.rgba.push_back(static_cast<std::uint8_t>(value));
       }
     photographs.push_back(std::move(image));

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "gpu/small_scene.h"
+#include "train/importance.h"
 #include "train/photographs.h"
 #include "train/resample.h"
-#include "train/importance.h"
 
 using namespace trisoup;
 
@@ -25,7 +25,9 @@ scene::Scene noise(std::size_t views, soup::Random& random) {
     view.camera.width = view.camera.height = kImportanceSide;
     view.image = {kImportanceSide, kImportanceSide, {}};
     for (std::uint32_t p = 0; p < kImportanceSide * kImportanceSide; ++p)
-      for (int c = 0; c < 4; ++c) view.image.rgba.push_back(c == 3 && p % 7 != 0 ? 255 : static_cast<std::uint8_t>(random.uniform01() * (c < 3 ? 255.0f : 100.0f)));
+      for (int c = 0; c < 4; ++c)
+        view.image.rgba.push_back(
+            c == 3 && p % 7 != 0 ? 255 : static_cast<std::uint8_t>(random.uniform01() * (c < 3 ? 255.0f : 100.0f)));
     scene.train.push_back(std::move(view));
   }
   scene.background = glm::vec3(0.25f, 0.5f, 0.75f);
@@ -47,7 +49,8 @@ std::vector<double> error_weights(const Image& photograph) {
         for (int u = std::max(0, x - 3); u <= std::min(photograph.width - 1, x + 3); ++u)
           if (const double g = grey(u, v); g >= 0) count += 1, sum += g, squares += g * g;
       const bool measured = grey(x, y) >= 0;
-      weights.push_back(measured ? 1 / (2 * std::max(0.0, squares / count - sum * sum / (count * count)) + 0.03 * 0.03) : 0);
+      weights.push_back(measured ? 1 / (2 * std::max(0.0, squares / count - sum * sum / (count * count)) + 0.03 * 0.03)
+                                 : 0);
       total += weights.back(), inside += measured;
     }
   for (double& w : weights)
@@ -59,7 +62,8 @@ std::vector<double> error_weights(const Image& photograph) {
 using Hidden = std::vector<std::uint32_t>;
 
 /// Weighted squared error of all pixels, by the triangle that wins them in `winners`.
-std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& scene, std::vector<std::uint32_t>& winners, bool first, const Hidden& hidden = {}) {
+std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& scene,
+                                     std::vector<std::uint32_t>& winners, bool first, const Hidden& hidden = {}) {
   std::vector<double> sums(s.soup.triangles);
   const gpu::Buffer flags = s.gpu.allocate(4ull * s.soup.triangles, "hidden triangles");
   s.gpu.upload(flags.address(), hidden);
@@ -75,7 +79,8 @@ std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& sc
       if (first) winners.push_back(hits[p].triangle);
       const auto& rgba = scene.train[view].image.rgba;
       if (winners[base + p] == 0) continue;
-      for (int c = 0; c < 3; ++c) sums[winners[base + p] - 1] += weights[p] * std::pow(double(colour[3 * p + c]) - rgba[4 * p + c] / 255.0, 2);
+      for (int c = 0; c < 3; ++c)
+        sums[winners[base + p] - 1] += weights[p] * std::pow(double(colour[3 * p + c]) - rgba[4 * p + c] / 255.0, 2);
     }
     base += kImportanceSide * kImportanceSide;
   });
@@ -98,7 +103,8 @@ TEST_CASE("importance is what pictures lose when a triangle or its finest level 
   test::SmallScene s(*gpu, 24, {{2, 4}, {0, 0}, {3, 3}, {1, 1}, {0, 2}}, views);
   const std::vector<float> before = s.state();
   const auto opacity = gpu->download_vector<float>(s.soup.opacity.address(), s.soup.lattice_samples);
-  const train::Importance importance = train::measure_importance(*gpu, s.soup, s.frame, scene.background, views, nullptr, 2);
+  const train::Importance importance =
+      train::measure_importance(*gpu, s.soup, s.frame, scene.background, views, nullptr, 2);
   CHECK(s.state() == before);
   CHECK(gpu->download_vector<float>(s.soup.opacity.address(), s.soup.lattice_samples) == opacity);
 
@@ -113,7 +119,8 @@ TEST_CASE("importance is what pictures lose when a triangle or its finest level 
     CAPTURE(t);
     Hidden alone(s.soup.triangles);
     alone[t] = 1;
-    CHECK(importance.triangle[t] == Approx(errors_by_winner(s, scene, winners, false, alone)[t] - whole[t]).margin(1e-3));
+    CHECK(importance.triangle[t] ==
+          Approx(errors_by_winner(s, scene, winners, false, alone)[t] - whole[t]).margin(1e-3));
     std::vector<std::uint32_t> without;
     errors_by_winner(s, scene, without, true, alone);
     for (std::size_t p = 0; p < winners.size(); ++p)
@@ -165,9 +172,11 @@ TEST_CASE("the pairs of a thousand triangles are all found, each once", "[import
   test::require_silence(*gpu);
 }
 
-TEST_CASE("errors where there is little contrast count for more, and those outside of the loss for nothing", "[importance][each_driver]") {
+TEST_CASE("errors where there is little contrast count for more, and those outside of the loss for nothing",
+          "[importance][each_driver]") {
   auto gpu = test::open_device();
-  // Left a wall, right black and white by turns; the last row is not in the loss. A triangle before all of it shows the same error everywhere.
+  // Left a wall, right black and white by turns; the last row is not in the loss. A triangle before all of it shows the
+  // same error everywhere.
   constexpr int kWide = 60, kHigh = 30;
   const auto worth_of = [&](int wall, int first_row, int rows, int shade = 90) {
     scene::View view;
@@ -183,17 +192,20 @@ TEST_CASE("errors where there is little contrast count for more, and those outsi
     std::vector<train::BatchView> views{test::view_from(0, kWide, kHigh)};
     views[0].photo = photographs.addresses[0];
     test::SmallScene s(*gpu, 1, {{0, 0}}, views);
-    gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0.2f, 90, 90}, {0.2f, 90, 90}, {0.2f, 90, 90}});  // out of sight
+    gpu->upload(s.soup.vertices.address(),
+                std::vector<glm::vec3>{{0.2f, 90, 90}, {0.2f, 90, 90}, {0.2f, 90, 90}});  // out of sight
     const glm::vec3 background = shade == 90 ? glm::vec3(0.25f, 0.5f, 0.75f) : glm::vec3(0.0f);
     double expected = 0;
     for (std::size_t p = 0; p < weights.size(); ++p)
-      for (int c = 0; c < 3; ++c) expected += weights[p] * std::pow(double(background[c]) - view.image.rgba[4 * p] / 255.0, 2);
+      for (int c = 0; c < 3; ++c)
+        expected += weights[p] * std::pow(double(background[c]) - view.image.rgba[4 * p] / 255.0, 2);
     const double error = train::measure_importance(*gpu, s.soup, s.frame, background, views, nullptr, 1).error;
     CHECK(error == Approx(expected).epsilon(1e-4));
     return error;
   };
-  const double mixed = worth_of(kWide / 2, 0, kHigh - 1), wall = worth_of(kWide, 0, kHigh - 1), turns = worth_of(0, 0, kHigh - 1);
-  CHECK(wall < mixed);  // the wall's own error is small
+  const double mixed = worth_of(kWide / 2, 0, kHigh - 1), wall = worth_of(kWide, 0, kHigh - 1),
+               turns = worth_of(0, 0, kHigh - 1);
+  CHECK(wall < mixed);          // the wall's own error is small
   CHECK(mixed < 0.75 * turns);  // pixels that take turns count half where there is a wall beside them
   CHECK(worth_of(kWide / 2, 0, 0) == 0);
   worth_of(16, 0, kHigh, 255);  // a white block that should be black has the largest error there is

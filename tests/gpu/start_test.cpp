@@ -75,7 +75,8 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
   for (const train::BatchView& view : views) {
     images.push_back({static_cast<int>(view.width), static_cast<int>(view.height), {}});
     for (std::uint32_t i = 0; i < 4 * view.width * view.height; ++i)
-      images.back().rgba.push_back(static_cast<std::uint8_t>(i % 4 == 3 ? (i % 44 == 3 ? 0 : 255) : 30 + 200 * random.uniform01()));
+      images.back().rgba.push_back(
+          static_cast<std::uint8_t>(i % 4 == 3 ? (i % 44 == 3 ? 0 : 255) : 30 + 200 * random.uniform01()));
   }
   const train::Photographs photographs = train::upload_photographs(*gpu, images);
   for (std::uint32_t v = 0; v < 2; ++v) views[v].photo = photographs.addresses[v], views[v].index = v;
@@ -86,7 +87,8 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
   settings.level_max = 4;
 
   // The same from sums of every level by itself, in double.
-  const std::vector<soup::TextureEntry> table = soup::make_texture_table(14, {settings.level_min, settings.level_max}).entries;
+  const std::vector<soup::TextureEntry> table =
+      soup::make_texture_table(14, {settings.level_min, settings.level_max}).entries;
   std::vector<glm::dvec4> sums(train::source_samples(table), glm::dvec4(0.0));
   gpu->fill(s.soup.opacity.address(), s.soup.opacity.bytes(), 0x3f800000u);
   train::for_each_batch(*gpu, s.soup, s.frame, views, false, {}, 1, [&](std::size_t view, std::size_t) {
@@ -99,7 +101,8 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
       for (std::uint32_t level = row.level_min; level <= row.level_max; base += soup::samples_at(level++)) {
         const f64::LatticeCell cell = f64::lattice_cell(hits[p].b0, hits[p].b1, level);
         const glm::dvec4 colour(rgba[0] / 255.0, rgba[1] / 255.0, rgba[2] / 255.0, 1);
-        sums[base + cell.i0] += cell.w0 * colour, sums[base + cell.i1] += cell.w1 * colour, sums[base + cell.i2] += cell.w2 * colour;
+        sums[base + cell.i0] += cell.w0 * colour, sums[base + cell.i1] += cell.w1 * colour,
+            sums[base + cell.i2] += cell.w2 * colour;
       }
     }
   });
@@ -109,7 +112,9 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
   double most_seen = 0;
   for (std::uint32_t t = 0; t < 14; ++t)
     for (int c = 0; c < 3; ++c) {
-      const auto corner = [&](std::uint32_t i, int channel) { return double(s.logits[8 * (s.soup.table[t].source_offset + i) + channel]); };
+      const auto corner = [&](std::uint32_t i, int channel) {
+        return double(s.logits[8 * (s.soup.table[t].source_offset + i) + channel]);
+      };
       std::vector<double> colours{sigmoid(corner(0, c)), sigmoid(corner(1, c)), sigmoid(corner(2, c))}, shown;
       std::uint32_t coarser = 0;
       std::size_t base = table[t].source_offset;
@@ -119,7 +124,9 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
           std::uint32_t x = 0, y = 0;
           f64::lattice_point(i, x, y);
           const f64::LatticeCell cell = f64::lattice_cell(x / double(1u << level), y / double(1u << level), coarser);
-          const auto mix = [&](const std::vector<double>& v) { return cell.w0 * v[cell.i0] + cell.w1 * v[cell.i1] + cell.w2 * v[cell.i2]; };
+          const auto mix = [&](const std::vector<double>& v) {
+            return cell.w0 * v[cell.i0] + cell.w1 * v[cell.i1] + cell.w2 * v[cell.i2];
+          };
           const glm::dvec4& sum = sums[base + i];
           finer.push_back((sum[c] + 0.5 * mix(colours)) / (sum.w + 0.5));
           logits.push_back(logit_of(finer.back()));

@@ -148,7 +148,8 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
     std::uint64_t tiles = 0;
     for (const gpu::CommandList::Segment& segment : list.segments)
       for (const gpu::CommandList::Command& command : segment)
-        if (const auto* launch = std::get_if<gpu::CommandList::Launch>(&command); launch && launch->kernel == gpu::Kernel{"visibility", {0, 0}}) {
+        if (const auto* launch = std::get_if<gpu::CommandList::Launch>(&command);
+            launch && launch->kernel == gpu::Kernel{"visibility", {0, 0}}) {
           CHECK(launch->groups * kTriangles <= train::Frame::kMostPairs);
           CHECK(s.frame.list_capacity() * 64ull <= train::Frame::kMostPairs);
           tiles += launch->groups;

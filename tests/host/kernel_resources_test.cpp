@@ -12,20 +12,23 @@ TEST_CASE("threads and shared memory are those that a kernel declares", "[kernel
   CHECK(gpu::declared_resources({"quantise"}).threads == 64);
   CHECK(gpu::declared_resources({"quantise"}).shared_bytes == 0);
   CHECK(gpu::declared_resources({"bin_scan"}).threads == 256);
-  CHECK(gpu::declared_resources({"bin_scan"}).shared_bytes == 256 * 4);
-  CHECK(gpu::declared_resources({"visibility"}).shared_bytes == 64 * 5 * 16);      // four vec4 and a uvec4 a thread
+  CHECK(gpu::declared_resources({"bin_scan"}).shared_bytes == 256 * 8);
+  CHECK(gpu::declared_resources({"visibility"}).shared_bytes == 64 * 5 * 16);  // four vec4 and a uvec4 a thread
   CHECK(gpu::declared_resources({"ssim"}).shared_bytes == (2 * 26 * 26 + 4 * 26 * 16 + 64 + 1) * 4);
   CHECK_FALSE(gpu::declared_resources({"quantise"}).registers.has_value());
   CHECK_THROWS_WITH(gpu::declared_resources({"no_such_kernel"}), Contains("no_such_kernel"));
 }
 
 TEST_CASE("an array whose length is a specialisation constant takes as much as that says", "[kernel_resources]") {
-  const auto bytes = [](std::vector<std::uint32_t> constants) { return gpu::declared_resources({"update_textures", std::move(constants)}).shared_bytes; };
+  const auto bytes = [](std::vector<std::uint32_t> constants) {
+    return gpu::declared_resources({"update_textures", std::move(constants)}).shared_bytes;
+  };
   CHECK(bytes({783, 1, 0}) - bytes({3, 1, 0}) == (783 - 3) * 2 * 16);  // two uvec4 for each element
   CHECK(bytes({}) == bytes({774}));                                    // as the shader says where nothing is given
 }
 
-TEST_CASE("no kernel declares more shared memory than is asked of a device, nor other threads than its C++ has", "[kernel_resources]") {
+TEST_CASE("no kernel declares more shared memory than is asked of a device, nor other threads than its C++ has",
+          "[kernel_resources]") {
   for (const gpu::host::CompiledKernel& k : gpu::host::compiled_kernels()) {
     CAPTURE(k.name);
     const gpu::KernelResources r = gpu::declared_resources({k.name.data(), k.constants});

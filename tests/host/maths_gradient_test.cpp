@@ -459,7 +459,8 @@ TEST_CASE("a texture without its finest level is its even samples", "[maths]") {
   for (std::uint32_t level = 0; level <= 5; ++level)
     for (int n = 0; n < 200; ++n) {
       const float b0 = random.uniform01(), b1 = (1 - b0) * random.uniform01();
-      const f64::LatticeCell cell = f64::coarser_cell(b0, b1, level), coarse = f64::lattice_cell(b0, b1, level > 0 ? level - 1 : 0);
+      const f64::LatticeCell cell = f64::coarser_cell(b0, b1, level),
+                             coarse = f64::lattice_cell(b0, b1, level > 0 ? level - 1 : 0);
       CHECK((cell.w0 == coarse.w0 && cell.w1 == coarse.w1 && cell.w2 == coarse.w2));
       std::uint32_t x, y, cx, cy;
       f64::lattice_point(cell.i2, x, y), f64::lattice_point(coarse.i2, cx, cy);

@@ -113,7 +113,8 @@ class CudaDevice final : public Device {
   }
   std::optional<KernelResources> kernel_resources(const Kernel& kernel) override {
     const std::vector<cuda::CompiledKernel>& all = cuda::compiled_kernels();
-    if (std::ranges::none_of(all, [&](const cuda::CompiledKernel& k) { return k.name == kernel.name; })) return std::nullopt;
+    if (std::ranges::none_of(all, [&](const cuda::CompiledKernel& k) { return k.name == kernel.name; }))
+      return std::nullopt;
     const cuda::CompiledKernel& found = find_compiled(std::span(all), kernel, 0);
     cudaFuncAttributes attributes{};
     check(cudaFuncGetAttributes(&attributes, found.function), "cudaFuncGetAttributes");
@@ -143,7 +144,8 @@ class CudaDevice final : public Device {
     if (!loading || std::string_view(loading) != "EAGER") start = Clock::now();
     for (const cuda::CompiledKernel& kernel : cuda::compiled_kernels()) {
       cudaFuncAttributes attributes{};
-      check(cudaFuncGetAttributes(&attributes, kernel.function), fmt::format("cudaFuncGetAttributes of kernel '{}'", kernel.name));
+      check(cudaFuncGetAttributes(&attributes, kernel.function),
+            fmt::format("cudaFuncGetAttributes of kernel '{}'", kernel.name));
     }
     info_.load_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   }
@@ -202,7 +204,8 @@ class CudaDevice final : public Device {
 
   void read(Address from, std::span<std::byte> bytes) override {
     if (!bytes.empty())
-      check(cudaMemcpyAsync(bytes.data(), memory(from, bytes.size()), bytes.size(), cudaMemcpyDeviceToHost, stream_), "cudaMemcpyAsync to the host");
+      check(cudaMemcpyAsync(bytes.data(), memory(from, bytes.size()), bytes.size(), cudaMemcpyDeviceToHost, stream_),
+            "cudaMemcpyAsync to the host");
     wait();
   }
   void run(const CommandList::Fill& fill) override {

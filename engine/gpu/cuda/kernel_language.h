@@ -40,12 +40,12 @@ __device__ inline uint atomicMax(uint& x, uint value) { return ::atomicMax(&x, v
 #define KERNEL_MAIN(threads)         \
   constexpr uint kThreads = threads; \
   __global__ void __launch_bounds__(threads) kernel(const __grid_constant__ KernelArgs a)
-#define RUN_KERNEL                                                                          \
-  void run(void* stream, std::uint32_t groups, const std::byte* arguments) {                \
-    KernelArgs a;                                                                           \
-    std::memcpy(&a, arguments, sizeof a);                                                   \
-    kernel<<<groups, kThreads, 0, static_cast<cudaStream_t>(stream)>>>(a);                  \
-  }                                                                                         \
+#define RUN_KERNEL                                                           \
+  void run(void* stream, std::uint32_t groups, const std::byte* arguments) { \
+    KernelArgs a;                                                            \
+    std::memcpy(&a, arguments, sizeof a);                                    \
+    kernel<<<groups, kThreads, 0, static_cast<cudaStream_t>(stream)>>>(a);   \
+  }                                                                          \
   const void* function() { return reinterpret_cast<const void*>(&kernel); }
 #define SHARED __shared__ __align__(16)  // so that neighbouring words are read together
 #define MARK(word) word = 1u

@@ -14,7 +14,7 @@
 namespace trisoup::gpu {
 
 VulkanDevice::VulkanDevice(BorrowedInstance instance, VkPhysicalDevice physical, const DeviceInfo& info,
-             const DeviceOptions& options)
+                           const DeviceOptions& options)
     : instance_(std::move(instance)), physical_(physical), info_(info), lose_after_(options.lose_after_launches) {
   try {
     create_device(options.kernel_statistics);
@@ -363,8 +363,11 @@ std::optional<KernelResources> VulkanDevice::kernel_resources(const Kernel& kern
           if (s.value.i64 >= 0) take_statistic(resources, s.name, static_cast<std::uint64_t>(s.value.i64));
           resources.statistics += fmt::format("{}={}", s.name, s.value.i64);
           break;
-        case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_FLOAT64_KHR: resources.statistics += fmt::format("{}={}", s.name, s.value.f64); break;
-        default: resources.statistics += fmt::format("{}={}", s.name, s.value.b32);
+        case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_FLOAT64_KHR:
+          resources.statistics += fmt::format("{}={}", s.name, s.value.f64);
+          break;
+        default:
+          resources.statistics += fmt::format("{}={}", s.name, s.value.b32);
       }
     }
   }

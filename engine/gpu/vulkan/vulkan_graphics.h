@@ -1,4 +1,5 @@
-// gpu::Graphics on Vulkan: dynamic rendering, a descriptor set layout for every draw, one for kernels that write an image.
+// gpu::Graphics on Vulkan: dynamic rendering, a descriptor set layout for every draw, one for kernels that write an
+// image.
 #pragma once
 
 #include <map>

@@ -18,8 +18,9 @@ std::atomic<std::size_t> instances_made = 0;
 std::atomic<bool> device_seen = false;
 
 Error no_driver(const char* call, VkResult result) {
-  return Error("Vulkan: no driver found ({}: {}, {}); install one for your GPU, or mesa-vulkan-drivers to run on the CPU", call,
-               result == VK_SUCCESS ? "no device" : result_name(result), static_cast<int>(result));
+  return Error(
+      "Vulkan: no driver found ({}: {}, {}); install one for your GPU, or mesa-vulkan-drivers to run on the CPU", call,
+      result == VK_SUCCESS ? "no device" : result_name(result), static_cast<int>(result));
 }
 
 }  // namespace
@@ -70,8 +71,7 @@ Instance::Instance(bool validation, const std::vector<std::string>& extensions) 
     throw Error("Vulkan: the validation layer is not installed (Debian: vulkan-validationlayers)");
   // The loader returns this too if there are drivers and each of them refuses. After one instance was made, there is a
   // driver.
-  if (result == VK_ERROR_INCOMPATIBLE_DRIVER && instances_made == 0)
-    throw no_driver("vkCreateInstance", result);
+  if (result == VK_ERROR_INCOMPATIBLE_DRIVER && instances_made == 0) throw no_driver("vkCreateInstance", result);
   check(result, "vkCreateInstance");
   if (validation) {
     auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
