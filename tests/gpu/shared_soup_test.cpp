@@ -5,6 +5,10 @@
 #include "error.h"
 #include "gpu/small_scene.h"
 #include "ranks_of_threads.h"
+#include "train/importance.h"
+#include "train/photographs.h"
+#include "train/plugs.h"
+#include "train/resample.h"
 #include "train/shared_soup.h"
 
 using namespace trisoup;
@@ -86,6 +90,59 @@ TEST_CASE("one rank and several train the same bits", "[ranks][repeats]") {
     std::uint64_t all = 0, largest = 64 * soup::samples_in(2, 5) + 32 * soup::samples_at(5);
     for (const std::uint64_t b : bytes) all += b;
     for (const std::uint64_t b : bytes) CHECK(b <= all / static_cast<std::uint64_t>(size) + largest);
+  }
+}
+
+TEST_CASE("one rank and several measure and paint the same", "[ranks][repeats]") {
+  std::vector<train::BatchView> seen = views();
+  std::vector<Image> images;
+  soup::Random random(9);
+  for (std::uint32_t v = 0; v < seen.size(); ++v) {
+    images.push_back({static_cast<int>(seen[v].width), static_cast<int>(seen[v].height), {}});
+    for (std::uint32_t i = 0; i < 4 * seen[v].width * seen[v].height; ++i)
+      images.back().rgba.push_back(i % 4 == 3 ? 255 : static_cast<std::uint8_t>(255 * random.uniform01()));
+  }
+  struct Found {
+    train::Importance importance;
+    std::vector<std::uint32_t> kept;
+    std::vector<float> painted;
+    bool operator==(const Found& o) const {
+      return importance.error == o.importance.error && importance.pixels == o.importance.pixels &&
+             importance.triangle == o.importance.triangle && importance.finest == o.importance.finest &&
+             importance.behind == o.importance.behind && kept == o.kept && painted == o.painted;
+    }
+  };
+  const auto find = [&](ranks::Ranks* ranks) {
+    auto gpu = test::open_device();
+    const train::Photographs photographs = train::upload_photographs(*gpu, images);
+    std::vector<train::BatchView> with_photographs = seen;
+    for (std::uint32_t v = 0; v < seen.size(); ++v)
+      with_photographs[v].photo = photographs.addresses[v], with_photographs[v].index = v;
+    test::SmallScene fine(*gpu, 40, {{0, 0}, {2, 3}, {2, 5}, {2, 2}}, with_photographs, 1, ranks);
+    Found found;
+    found.importance =
+        train::measure_importance(*gpu, fine.soup, fine.frame, glm::vec3(0.5f), with_photographs, nullptr, 2);
+    for (std::uint32_t t = 0; t < 40; t += 3) found.kept.push_back(t);
+    std::vector<bool> backdrop(40);
+    for (std::uint32_t t = 20; t < 30; ++t) backdrop[t] = true;
+    train::add_plugs(*gpu, fine.soup, fine.frame, with_photographs, backdrop, 40, found.kept);
+    test::SmallScene coarse(*gpu, 40, {{0, 0}}, with_photographs, 2, ranks);
+    train::Settings settings;
+    settings.samples_per_pixel = 1;
+    settings.level_max = 4;
+    train::paint(*gpu, coarse.soup, coarse.frame, {with_photographs, with_photographs}, settings);
+    found.painted = coarse.state();
+    return found;
+  };
+  const Found expected = find(nullptr);
+  REQUIRE(expected.importance.behind.size() > 10);
+  REQUIRE(expected.kept.size() > 14);
+  for (const int size : {2, 3}) {
+    std::vector<Found> found(static_cast<std::size_t>(size));
+    const auto thrown = test::run_as_ranks(
+        size, [&](ranks::Ranks& ranks) { found[static_cast<std::size_t>(ranks.rank())] = find(&ranks); });
+    CHECK(thrown == std::vector<std::string>(static_cast<std::size_t>(size)));
+    for (const Found& of_rank : found) CHECK((of_rank == expected));
   }
 }
 
