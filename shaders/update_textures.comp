@@ -92,7 +92,11 @@ KERNEL_MAIN(THREADS) {
   const uint thread = gl_LocalInvocationIndex;
   if (group_index() >= a.tasks_count) return;
   const TextureTask task = a.tasks.v[group_index()];
-  const Texture row = Texture(task.source_offset, task.lattice_offset, task.levels & 255u, task.levels >> 8);
+  Texture row;
+  row.source_offset = task.source_offset;
+  row.lattice_offset = task.lattice_offset;
+  row.level_min = task.levels & 255u;
+  row.level_max = task.levels >> 8;
   const uint triangle = task.triangle;
   const uint fine = samples_before(row.level_min, row.level_max);
   uint top = row.level_max, fine_count = lattice_samples(top), source_count = fine + fine_count;
