@@ -1,5 +1,5 @@
 // PSNR, SSIM (Wang et al. 2004), MAE and coverage of rendered views, as sums that the host divides
-// (engine/train/image_sums.h).
+// (engine/train/quality/image_sums.h).
 #include "common/kernel.h"
 #include "args/image_metrics.h"
 #include "common/fixed_point.h"

@@ -1,5 +1,5 @@
 // Importance: how much the weighted squared error grows without each triangle, or without the finest level of its
-// texture (engine/train/importance.h).
+// texture (engine/train/topology/importance.h).
 #include "common/kernel.h"
 #include "args/importance.h"
 #include "common/fixed_point.h"

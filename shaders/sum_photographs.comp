@@ -8,7 +8,7 @@
 
 ARGUMENTS(SumPhotographsArgs)
 
-// Of one pixel in the sums: they hold 2^26 pixels, and no more take part (engine/train/paint.cpp).
+// Of one pixel in the sums: they hold 2^26 pixels, and no more take part (engine/train/start/painting.cpp).
 const float kPixelShare = 1.0f / 128.0f;
 
 FN void add_colour(TAKES_ARGUMENTS uint sample_index, vec4 colour) {

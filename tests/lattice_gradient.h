@@ -10,9 +10,9 @@
 #include "common/host.h"
 #include "gpu/device.h"
 #include "soup/soup.h"
-#include "train/fixed_sum.h"
-#include "train/frame.h"
-#include "train/soup_buffers.h"
+#include "train/step/fixed_sum.h"
+#include "train/step/batch_buffers.h"
+#include "train/step/soup_buffers.h"
 
 namespace trisoup::test {
 

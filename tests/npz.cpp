@@ -8,7 +8,7 @@
 
 #include <zlib.h>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::test {
 namespace {

@@ -12,14 +12,14 @@
 #include <nlohmann/json.hpp>
 
 #include "args/soup.h"
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "common/host.h"
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 #include "render/cameras.h"
 #include "render/renderer.h"
 #include "soup/atlas.h"
-#include "soup/model_file.h"
+#include "format/model_file.h"
 
 namespace trisoup {
 namespace {

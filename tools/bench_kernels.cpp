@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "csv_table.h"
 #include "gpu/compiled_kernels.h"
 

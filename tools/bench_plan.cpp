@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "error.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/error.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 
 namespace trisoup::bench {
 namespace {

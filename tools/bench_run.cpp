@@ -16,12 +16,12 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_plan.h"
-#include "child_process.h"
+#include "base/child_process.h"
 #include "csv_table.h"
-#include "error.h"
-#include "file_lock.h"
-#include "machine.h"
-#include "read_file.h"
+#include "base/error.h"
+#include "base/file_lock.h"
+#include "base/machine.h"
+#include "base/read_file.h"
 
 namespace trisoup::bench {
 namespace {

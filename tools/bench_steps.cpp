@@ -12,15 +12,15 @@
 #include <nlohmann/json.hpp>
 
 #include "args/arithmetic.h"
-#include "atomic_file.h"
-#include "machine.h"
+#include "base/atomic_file.h"
+#include "base/machine.h"
 #include "revision.h"
-#include "soup/initialise.h"
+#include "train/start/random_start.h"
 #include "soup/texture_table.h"
-#include "train/frame.h"
-#include "train/render_pass.h"
-#include "train/soup_buffers.h"
-#include "train/step.h"
+#include "train/step/batch_buffers.h"
+#include "train/step/forward_pass.h"
+#include "train/step/soup_buffers.h"
+#include "train/step/step.h"
 
 namespace trisoup::bench {
 namespace {

@@ -6,10 +6,10 @@
 #include <span>
 #include <utility>
 
-#include "atomic_file.h"
-#include "error.h"
-#include "file_lock.h"
-#include "read_file.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/file_lock.h"
+#include "base/read_file.h"
 
 namespace trisoup::bench {
 

@@ -2,7 +2,7 @@
 """ranks_table.py: what several ranks send, hold and do alone in a training step, on paper. Prints the tables of docs/several_machines.md.
 
 Two ways of dividing a step of V views and P pixels over R ranks are held against each other: triangles owned by ranks, as
-engine/train/shared_soup.h does it, and views divided among ranks, whose gradients are then summed. Bytes are those that one rank sends.
+engine/train/step/shared_soup.h does it, and views divided among ranks, whose gradients are then summed. Bytes are those that one rank sends.
 """
 
 FEATURES = 7 * 4        # of a pixel; and their gradients

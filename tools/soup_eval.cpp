@@ -12,15 +12,15 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
-#include "error.h"
-#include "printable.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/printable.h"
 #include "scene/scene.h"
-#include "soup/model_file.h"
-#include "train/drawn.h"
-#include "train/evaluate.h"
-#include "train/fits_model.h"
-#include "train/renders.h"
+#include "format/model_file.h"
+#include "train/quality/evaluate_renderer.h"
+#include "train/quality/evaluate.h"
+#include "run/dataset_match.h"
+#include "run/renders.h"
 
 using namespace trisoup;
 

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/hold_out.h"
 #include "settings_file.h"
-#include "train/presets.h"
-#include "train/simplify.h"
+#include "run/presets.h"
+#include "train/topology/simplify.h"
 
 namespace trisoup {
 

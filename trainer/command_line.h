@@ -11,10 +11,10 @@
 
 #include "gpu/device.h"
 #include "scene/scene.h"
-#include "train/checkpoint.h"
-#include "train/experiments.h"
-#include "train/presets.h"
-#include "train/settings.h"
+#include "run/checkpoint.h"
+#include "train/config/experiments.h"
+#include "run/presets.h"
+#include "train/config/settings.h"
 
 namespace trisoup {
 
@@ -40,7 +40,7 @@ struct CommandLine {
   /// The settings with which a model that has been trained with `trained` (of its file) is simplified. Throws Error on what no training has.
   train::Settings of_model(const nlohmann::json& trained, const scene::Scene& scene) const;
   /// The settings with which a training goes on from a checkpoint: the checkpoint's own, but for how often something is written, and prolonged
-  /// (train/settings.h) where more --steps are asked for. Throws Error, with both values, where an option that was given contradicts them; `path` is for that.
+  /// (train/config/settings.h) where more --steps are asked for. Throws Error, with both values, where an option that was given contradicts them; `path` is for that.
   train::Settings resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene, const std::filesystem::path& path) const;
   /// What a checkpoint keeps of the options that are no settings: those of the dataset, the preset's name, --eval-log. JSON.
   std::string note() const;

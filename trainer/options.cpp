@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "command_line.h"
-#include "error.h"
+#include "base/error.h"
 #include "goal_options.h"
 #include "settings_file.h"
 

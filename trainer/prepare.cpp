@@ -8,13 +8,13 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "progress_bar.h"
 #include "report.h"
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
-#include "train/memory_need.h"
-#include "train/trainer.h"
+#include "run/memory_need.h"
+#include "run/trainer.h"
 
 namespace trisoup {
 

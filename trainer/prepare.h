@@ -7,8 +7,8 @@
 #include "command_line.h"
 #include "gpu/device.h"
 #include "scene/scene.h"
-#include "train/run_folder.h"
-#include "train/settings.h"
+#include "run/run_folder.h"
+#include "train/config/settings.h"
 #include "viewer/live.h"
 
 namespace trisoup {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "train/part_times.h"
-#include "train/trainer.h"
+#include "run/part_times.h"
+#include "run/trainer.h"
 
 namespace trisoup {
 

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "train/memory_need.h"
-#include "train/start_points.h"
+#include "run/memory_need.h"
+#include "train/start/start_points.h"
 
 namespace trisoup {
 

@@ -10,10 +10,10 @@
 #include "gpu/out_of_memory.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
-#include "train/part_times.h"
-#include "train/settings.h"
-#include "train/simplify.h"
-#include "train/trainer.h"
+#include "run/part_times.h"
+#include "train/config/settings.h"
+#include "train/topology/simplify.h"
+#include "run/trainer.h"
 
 namespace trisoup {
 

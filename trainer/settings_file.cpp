@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "error.h"
-#include "printable.h"
-#include "read_file.h"
-#include "train/checkpoint.h"
-#include "train/experiments.h"
+#include "base/error.h"
+#include "base/printable.h"
+#include "base/read_file.h"
+#include "run/checkpoint.h"
+#include "train/config/experiments.h"
 
 namespace trisoup {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "train/settings.h"
+#include "train/config/settings.h"
 
 namespace trisoup {
 

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "command_line.h"
-#include "error.h"
+#include "base/error.h"
 #include "goal_options.h"
-#include "soup/model_file.h"
+#include "format/model_file.h"
 #include "training_run.h"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "command_line.h"
-#include "error.h"
+#include "base/error.h"
 #include "prepare.h"
 #include "ranks/launched.h"
 #include "training_run.h"

@@ -9,7 +9,7 @@
 
 #include "command_line.h"
 #include "ranks/ranks.h"
-#include "train/initial_triangles.h"
+#include "train/start/initial_triangles.h"
 
 namespace trisoup {
 

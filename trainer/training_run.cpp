@@ -8,23 +8,23 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
-#include "error.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
 #include "gpu/out_of_memory.h"
-#include "machine.h"
+#include "base/machine.h"
 #include "prepare.h"
-#include "printable.h"
+#include "base/printable.h"
 #include "ranks/launched.h"
-#include "read_file.h"
+#include "base/read_file.h"
 #include "report.h"
 #include "revision.h"
 #include "scene/hold_out.h"
-#include "soup/model_bytes.h"
-#include "train/evaluate.h"
-#include "train/file_options.h"
-#include "train/fits_model.h"
-#include "train/initial_triangles.h"
-#include "train/memory_need.h"
+#include "format/model_bytes.h"
+#include "train/quality/evaluate.h"
+#include "run/model_options.h"
+#include "run/dataset_match.h"
+#include "train/start/initial_triangles.h"
+#include "run/memory_need.h"
 
 namespace trisoup {
 namespace {

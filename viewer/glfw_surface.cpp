@@ -5,7 +5,7 @@
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::viewer {
 

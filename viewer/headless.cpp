@@ -10,11 +10,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "atomic_file.h"
-#include "error.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
 #include "image/image_file.h"
-#include "printable.h"
-#include "train/evaluate.h"
+#include "base/printable.h"
+#include "train/quality/evaluate.h"
 
 namespace trisoup::viewer {
 namespace {

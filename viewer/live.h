@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "scene/scene.h"
-#include "soup/model_file.h"
+#include "format/model_file.h"
 
 namespace trisoup::viewer {
 

@@ -2,8 +2,8 @@
 
 #include <chrono>
 
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup::viewer {
 

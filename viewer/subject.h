@@ -9,7 +9,7 @@
 
 #include "render/cameras.h"
 #include "scene/scene.h"
-#include "soup/model_file.h"
+#include "format/model_file.h"
 
 namespace trisoup::viewer {
 

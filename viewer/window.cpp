@@ -13,7 +13,7 @@
 #include <imgui_impl_glfw.h>
 
 #include "display_loss.h"
-#include "error.h"
+#include "base/error.h"
 #include "glfw_surface.h"
 #include "pace.h"
 #include "window_class.h"

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "image/image_file.h"
 #include "window_class.h"
 

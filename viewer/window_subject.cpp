@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "window_class.h"
 
 namespace trisoup::viewer {

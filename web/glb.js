@@ -1,4 +1,4 @@
-// The container of binary glTF 2.0: a JSON chunk and one binary chunk (engine/soup/glb.cpp).
+// The container of binary glTF 2.0: a JSON chunk and one binary chunk (engine/format/glb.cpp).
 import { SoupError } from "./error.js";
 
 const MAGIC = 0x46546c67, VERSION = 2, JSON_CHUNK = 0x4e4f534a, BINARY_CHUNK = 0x004e4942;

@@ -1,4 +1,4 @@
-// The lattices of a model.glb: differences from coarser samples, arithmetically coded (engine/soup/lattice_code.cpp,
+// The lattices of a model.glb: differences from coarser samples, arithmetically coded (engine/format/lattice_code.cpp,
 // refinement.cpp), and the atlas of pages that they are drawn from (engine/soup/atlas.cpp).
 import { RangeDecoder } from "./range_decoder.js";
 

@@ -1,4 +1,4 @@
-// Binary arithmetic coding with chances that adapt: the reading half of engine/soup/range_coder.h.
+// Binary arithmetic coding with chances that adapt: the reading half of engine/format/range_coder.h.
 
 const CHANCE_BITS = 15, LEAST_CHANCE = 32, MOST_SEEN = 120;
 

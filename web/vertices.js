@@ -1,4 +1,4 @@
-// The vertices of a model.glb without a mesh: steps on a grid of each triangle's own, arithmetically coded (engine/soup/vertex_code.cpp).
+// The vertices of a model.glb without a mesh: steps on a grid of each triangle's own, arithmetically coded (engine/format/vertex_code.cpp).
 import { RangeDecoder } from "./range_decoder.js";
 
 const MOST_BITS = 26, MOST_EXPONENT = 30, MOST_STEPS = 1 << 24;

@@ -8,8 +8,8 @@
 #include "gpu/device.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
-#include "train/settings.h"
-#include "train/trainer.h"
+#include "train/config/settings.h"
+#include "run/trainer.h"
 #include "trisoup/trisoup.h"
 
 namespace trisoup {

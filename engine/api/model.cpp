@@ -1,16 +1,16 @@
-#include "soup/model_file.h"
+#include "format/model_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
 #include "api/impl.h"
-#include "atomic_file.h"
-#include "error.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
 #include "image/image_file.h"
-#include "read_file.h"
-#include "train/evaluate.h"
-#include "train/render_pass.h"
+#include "base/read_file.h"
+#include "train/quality/evaluate.h"
+#include "train/step/forward_pass.h"
 
 namespace trisoup {
 

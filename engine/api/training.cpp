@@ -1,11 +1,11 @@
 #include "api/impl.h"
-#include "error.h"
-#include "soup/model_file.h"
-#include "train/experiments.h"
-#include "train/file_options.h"
-#include "train/initial_triangles.h"
-#include "train/memory_need.h"
-#include "train/presets.h"
+#include "base/error.h"
+#include "format/model_file.h"
+#include "train/config/experiments.h"
+#include "run/model_options.h"
+#include "train/start/initial_triangles.h"
+#include "run/memory_need.h"
+#include "run/presets.h"
 
 namespace trisoup {
 namespace {

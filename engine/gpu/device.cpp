@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/host/host_device.h"
 #include "gpu/out_of_memory.h"

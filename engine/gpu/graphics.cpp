@@ -1,6 +1,6 @@
 #include "gpu/graphics.h"
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::gpu {
 

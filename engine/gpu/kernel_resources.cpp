@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "error.h"
+#include "base/error.h"
 #include "kernel_binaries.h"
 
 namespace trisoup::gpu {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::gpu {
 

@@ -11,14 +11,14 @@
 #include <cstring>
 #include <memory>
 
-#include "atomic_file.h"
-#include "error.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
 #include "image/jpeg_header.h"
 #include "image/jpeg_reduced.h"
 #include "image/palette.h"
 #include "image/webp_tiff.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 
 // The decoder is private to this file: other libraries in the program bring their own copy under the same names. Memory is
 // cleared for it, because it reads tables that a damaged JPEG never sets.

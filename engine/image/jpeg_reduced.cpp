@@ -6,8 +6,8 @@
 
 #include <jpeglib.h>
 
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup {
 namespace {

@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup {
 namespace {

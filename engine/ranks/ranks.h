@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::ranks {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "soup/inner_box.h"
+#include "mesh/inner_box.h"
 
 namespace trisoup::render {
 namespace {

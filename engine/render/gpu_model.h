@@ -7,7 +7,7 @@
 #include <glm/glm.hpp>
 
 #include "gpu/graphics.h"
-#include "soup/inner_box.h"
+#include "mesh/inner_box.h"
 #include "soup/soup.h"
 
 namespace trisoup::render {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup::render {
 namespace {

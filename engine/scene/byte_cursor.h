@@ -9,7 +9,7 @@
 #include <string>
 #include <type_traits>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::scene {
 

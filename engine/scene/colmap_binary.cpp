@@ -1,9 +1,9 @@
 // The binary encoding: little-endian records without padding, each file starting with a 64-bit count.
-#include "error.h"
+#include "base/error.h"
 #include "scene/byte_cursor.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "printable.h"
+#include "base/printable.h"
 
 namespace trisoup::scene {
 

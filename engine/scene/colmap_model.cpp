@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup::scene {
 namespace {

@@ -1,10 +1,10 @@
 // The text encoding: one record a line, '#' starts a comment line, images take two lines.
 #include <optional>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "printable.h"
+#include "base/printable.h"
 #include "scene/word_reader.h"
 
 namespace trisoup::scene {

@@ -1,8 +1,8 @@
 #include "scene/dataset.h"
 
-#include "error.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/error.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 #include "scene/unposed.h"
 
 namespace trisoup::scene {

@@ -1,9 +1,9 @@
 // Datasets described by a COLMAP model.
-#include "error.h"
+#include "base/error.h"
 #include "scene/colmap_model.h"
 #include "scene/dataset.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 
 namespace trisoup::scene {
 namespace {

@@ -2,11 +2,11 @@
 #include <cmath>
 #include <set>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/dataset.h"
 #include "scene/ply_points.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 #include "scene/transforms_json.h"
 
 namespace trisoup::scene {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::scene {
 

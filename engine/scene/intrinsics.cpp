@@ -3,8 +3,8 @@
 #include <cmath>
 #include <optional>
 
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup::scene {
 namespace {

@@ -5,10 +5,10 @@
 #include <mutex>
 #include <thread>
 
-#include "error.h"
-#include "parallel_for.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/error.h"
+#include "base/parallel_for.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 #include "scene/area_resample.h"
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"

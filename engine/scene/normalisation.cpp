@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::scene {
 namespace {

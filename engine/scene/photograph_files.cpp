@@ -4,9 +4,9 @@
 #include <array>
 #include <cctype>
 
-#include "error.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/error.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 
 namespace trisoup::scene {
 namespace {

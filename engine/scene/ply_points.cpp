@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/byte_cursor.h"
 #include "scene/pose.h"
-#include "printable.h"
+#include "base/printable.h"
 #include "scene/word_reader.h"
 
 namespace trisoup::scene {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "parallel_for.h"
+#include "base/parallel_for.h"
 
 namespace trisoup::scene {
 namespace {

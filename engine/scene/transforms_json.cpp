@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/pose.h"
-#include "printable.h"
+#include "base/printable.h"
 
 namespace trisoup::scene {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "read_file.h"
+#include "base/read_file.h"
 #include "scene/dataset.h"
 #include "scene/photograph_files.h"
 

@@ -6,12 +6,12 @@
 #include <cstdlib>
 #include <mutex>
 
-#include "child_process.h"
-#include "error.h"
+#include "base/child_process.h"
+#include "base/error.h"
 #include "image/image_file.h"
-#include "parallel_for.h"
-#include "printable.h"
-#include "read_file.h"
+#include "base/parallel_for.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 #include "scene/unposed.h"
 
 namespace trisoup::scene {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <type_traits>
 
-#include "error.h"
-#include "printable.h"
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup::scene {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/host.h"
-#include "parallel_for.h"
+#include "base/parallel_for.h"
 
 namespace trisoup::soup {
 

@@ -1,6 +1,6 @@
 #include "soup/texture_table.h"
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::soup {
 namespace {

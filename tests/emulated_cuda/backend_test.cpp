@@ -7,7 +7,7 @@
 
 #include "emulated_cuda/machine.h"
 #include "emulated_cuda/runtime.h"
-#include "error.h"
+#include "base/error.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/out_of_memory.h"
 #include "gpu/small_scene.h"

@@ -1,6 +1,6 @@
 // read_gltf must end with a mesh or an Error, whatever the bytes. The folder does not exist: no file is read.
-#include "error.h"
-#include "soup/mesh.h"
+#include "base/error.h"
+#include "mesh/mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   try {

@@ -1,9 +1,9 @@
-// Fuzzes engine/soup/model_file.cpp.
+// Fuzzes engine/format/model_file.cpp.
 #include <cstddef>
 #include <cstdint>
 
-#include "error.h"
-#include "soup/model_file.h"
+#include "base/error.h"
+#include "format/model_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {

@@ -2,9 +2,9 @@
 #include <array>
 #include <string>
 
-#include "read_file.h"
+#include "base/read_file.h"
 #include "scene_reader.h"
-#include "soup/published.h"
+#include "format/published.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
 

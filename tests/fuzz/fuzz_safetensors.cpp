@@ -2,8 +2,8 @@
 // part.
 #include <cstdlib>
 
-#include "error.h"
-#include "soup/safetensors.h"
+#include "base/error.h"
+#include "format/safetensors.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   if (size == 0) return 0;

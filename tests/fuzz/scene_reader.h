@@ -7,7 +7,7 @@
 #include <cstring>
 #include <span>
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::fuzz {
 

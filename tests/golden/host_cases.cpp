@@ -7,11 +7,12 @@
 
 #include "common/host.h"
 #include "scene/camera.h"
-#include "soup/initialise.h"
+#include "mesh/point_spacing.h"
+#include "train/start/random_start.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
-#include "soup/topology.h"
-#include "train/render_pass.h"
+#include "soup/subdivision.h"
+#include "train/step/forward_pass.h"
 
 namespace trisoup::test {
 namespace {

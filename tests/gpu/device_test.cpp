@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/out_of_memory.h"
 #include "gpu/small_scene.h"
 

@@ -1,4 +1,4 @@
-// Tests exposures of photographs on a device: engine/train/exposure.h, shaders/measure_exposure.comp, fit_exposure.comp, expose.comp and what
+// Tests exposures of photographs on a device: engine/train/step/exposure.h, shaders/measure_exposure.comp, fit_exposure.comp, expose.comp and what
 // shade_backward.comp makes of them, and trainings with them.
 #include <catch2/catch.hpp>
 
@@ -8,9 +8,9 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
-#include "soup/initialise.h"
+#include "train/start/random_start.h"
 #include "temporary_folder.h"
-#include "train/trainer.h"
+#include "run/trainer.h"
 
 using namespace trisoup;
 using test::SmallScene;

@@ -1,11 +1,11 @@
-// Tests engine/train/image_sums.h (shaders/image_metrics.comp): against compare() in double on the host.
+// Tests engine/train/quality/image_sums.h (shaders/image_metrics.comp): against compare() in double on the host.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
 #include "gpu/small_scene.h"
-#include "train/image_sums.h"
-#include "train/photographs.h"
+#include "train/quality/image_sums.h"
+#include "train/step/photographs.h"
 
 using namespace trisoup;
 

@@ -1,4 +1,4 @@
-// Tests engine/train/importance.h: against what pictures lose when one triangle, or one level, really goes.
+// Tests engine/train/topology/importance.h: against what pictures lose when one triangle, or one level, really goes.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 #include <set>
 
 #include "gpu/small_scene.h"
-#include "train/importance.h"
-#include "train/photographs.h"
-#include "train/resample.h"
+#include "train/topology/importance.h"
+#include "train/step/photographs.h"
+#include "train/topology/refine.h"
 
 using namespace trisoup;
 

@@ -8,7 +8,7 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
-#include "train/resample.h"
+#include "train/topology/refine.h"
 
 using namespace trisoup;
 using test::SmallScene;

@@ -9,7 +9,7 @@
 #include "environment_variable.h"
 #include "gpu/small_scene.h"
 #include "gpu/vulkan/pipeline_cache.h"
-#include "read_file.h"
+#include "base/read_file.h"
 #include "temporary_folder.h"
 
 using namespace trisoup;

@@ -6,7 +6,7 @@
 #include "gpu/small_scene.h"
 #include "render/cameras.h"
 #include "render/renderer.h"
-#include "train/drawn.h"
+#include "train/quality/evaluate_renderer.h"
 
 using namespace trisoup;
 

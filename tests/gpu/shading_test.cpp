@@ -14,7 +14,7 @@
 #include "render/cameras.h"
 #include "render/renderer.h"
 #include "temporary_folder.h"
-#include "train/drawn.h"
+#include "train/quality/evaluate_renderer.h"
 
 using namespace trisoup;
 using render::Shading;

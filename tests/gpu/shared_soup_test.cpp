@@ -1,15 +1,15 @@
-// Tests engine/train/shared_soup.h: that any number of ranks trains the same bits as one, with threads as ranks, each with a device of its own ([repeats]:
+// Tests engine/train/step/shared_soup.h: that any number of ranks trains the same bits as one, with threads as ranks, each with a device of its own ([repeats]:
 // on a driver that would be compiling most of the time).
 #include <catch2/catch.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/small_scene.h"
 #include "ranks_of_threads.h"
-#include "train/importance.h"
-#include "train/photographs.h"
-#include "train/plugs.h"
-#include "train/resample.h"
-#include "train/shared_soup.h"
+#include "train/topology/importance.h"
+#include "train/step/photographs.h"
+#include "train/topology/hole_guard.h"
+#include "train/topology/refine.h"
+#include "train/step/shared_soup.h"
 
 using namespace trisoup;
 

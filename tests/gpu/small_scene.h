@@ -13,13 +13,13 @@
 #include "scene/camera.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
-#include "train/fixed_sum.h"
-#include "train/frame.h"
-#include "train/render_pass.h"
-#include "train/schedule.h"
-#include "train/shared_soup.h"
-#include "train/soup_buffers.h"
-#include "train/step.h"
+#include "train/step/fixed_sum.h"
+#include "train/step/batch_buffers.h"
+#include "train/step/forward_pass.h"
+#include "train/step/step_queue.h"
+#include "train/step/shared_soup.h"
+#include "train/step/soup_buffers.h"
+#include "train/step/step.h"
 
 namespace trisoup::test {
 

@@ -1,4 +1,4 @@
-// Tests engine/train/paint.h and engine/train/plugs.h on a device: what a start shows before the first step, and that what it covers stays covered.
+// Tests engine/train/start/painting.h and engine/train/topology/hole_guard.h on a device: what a start shows before the first step, and that what it covers stays covered.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -6,10 +6,10 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
-#include "train/photographs.h"
-#include "train/plugs.h"
-#include "train/resample.h"
-#include "train/trainer.h"
+#include "train/step/photographs.h"
+#include "train/topology/hole_guard.h"
+#include "train/topology/refine.h"
+#include "run/trainer.h"
 
 using namespace trisoup;
 using test::SmallScene;

@@ -1,4 +1,4 @@
-// Tests engine/train/step.cpp and the kernels it launches, beyond the golden vectors (tests/golden).
+// Tests engine/train/step/step.cpp and the kernels it launches, beyond the golden vectors (tests/golden).
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 #include "common/host.h"
 #include "draws.h"
-#include "error.h"
+#include "base/error.h"
 #include "gpu/small_scene.h"
 #include "lattice_gradient.h"
 

@@ -10,7 +10,7 @@
 #include "common/host.h"
 #include "gpu/small_scene.h"
 #include "soup/atlas.h"
-#include "soup/topology.h"
+#include "soup/subdivision.h"
 
 using namespace trisoup;
 

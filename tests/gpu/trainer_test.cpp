@@ -1,4 +1,4 @@
-// Tests engine/train/trainer.h on a device: that evaluation leaves the training alone, how steps are given to the device, and the options that fix opacity and levels.
+// Tests engine/run/trainer.h on a device: that evaluation leaves the training alone, how steps are given to the device, and the options that fix opacity and levels.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 #include <thread>
 
 #include "gpu/small_scene.h"
-#include "soup/initialise.h"
-#include "soup/refinement.h"
+#include "train/start/random_start.h"
+#include "format/lattice_hierarchy.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
-#include "train/small_views.h"
-#include "train/surface_start.h"
-#include "train/trainer.h"
+#include "train/step/small_views.h"
+#include "train/start/surface_start.h"
+#include "run/trainer.h"
 
 using namespace trisoup;
 

@@ -1,9 +1,9 @@
-// Tests what train/drawn.h takes for agreement.
+// Tests what train/quality/evaluate_renderer.h takes for agreement.
 #include <catch2/catch.hpp>
 
 #include <limits>
 
-#include "train/drawn.h"
+#include "train/quality/evaluate_renderer.h"
 
 using trisoup::train::Agreement;
 

@@ -5,7 +5,7 @@
 
 #include <trisoup/trisoup.h>
 
-#include "read_file.h"
+#include "base/read_file.h"
 #include "scene/scene.h"
 #include "temporary_folder.h"
 #include "tiny_scene.h"

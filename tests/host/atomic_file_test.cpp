@@ -1,4 +1,4 @@
-// Tests engine/atomic_file.h: a name means a whole file, also when a write fails half way.
+// Tests engine/base/atomic_file.h: a name means a whole file, also when a write fails half way.
 #include <catch2/catch.hpp>
 
 #include <csignal>
@@ -13,8 +13,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "atomic_file.h"
-#include "error.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
 #include "temporary_folder.h"
 
 using namespace trisoup;

@@ -10,8 +10,8 @@
 
 #include "bench_plan.h"
 #include "csv_table.h"
-#include "error.h"
-#include "read_file.h"
+#include "base/error.h"
+#include "base/read_file.h"
 #include "temporary_folder.h"
 #include "trainer/command_line.h"
 

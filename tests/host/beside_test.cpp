@@ -6,7 +6,7 @@
 #include <future>
 #include <string>
 
-#include "error.h"
+#include "base/error.h"
 #include "viewer/beside.h"
 
 using namespace trisoup;

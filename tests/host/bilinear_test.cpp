@@ -5,7 +5,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "image/bilinear.h"
 #include "soup/random.h"
 

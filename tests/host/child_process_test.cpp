@@ -1,4 +1,4 @@
-// Tests engine/child_process.h.
+// Tests engine/base/child_process.h.
 #include <catch2/catch.hpp>
 
 #include <atomic>
@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "child_process.h"
+#include "base/child_process.h"
 #include "temporary_folder.h"
 
 using namespace trisoup;

@@ -1,14 +1,14 @@
-// engine/soup/collider.cpp
+// engine/format/collider.cpp
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "error.h"
-#include "soup/collider.h"
-#include "soup/glb.h"
-#include "soup/mesh.h"
+#include "base/error.h"
+#include "format/collider.h"
+#include "format/glb.h"
+#include "mesh/mesh.h"
 
 using namespace trisoup;
 

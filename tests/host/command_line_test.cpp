@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "temporary_folder.h"
-#include "train/checkpoint.h"
-#include "train/settings.h"
+#include "run/checkpoint.h"
+#include "train/config/settings.h"
 #include "trainer/command_line.h"
 #include "trainer/settings_file.h"
 

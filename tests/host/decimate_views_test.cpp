@@ -1,4 +1,4 @@
-// Tests engine/soup/decimate_views.cpp.
+// Tests engine/mesh/decimate_views.cpp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "soup/decimate_views.h"
+#include "mesh/decimate_views.h"
 #include "soup/random.h"
 
 using namespace trisoup;

@@ -1,12 +1,12 @@
-// Tests train/experiments.h: the table of --set, what it takes, and that docs/method.md quotes it.
+// Tests train/config/experiments.h: the table of --set, what it takes, and that docs/method.md quotes it.
 #include <catch2/catch.hpp>
 
 #include <set>
 
 #include <nlohmann/json.hpp>
 
-#include "read_file.h"
-#include "train/experiments.h"
+#include "base/read_file.h"
+#include "train/config/experiments.h"
 
 using namespace trisoup;
 using Catch::Contains;

@@ -8,10 +8,10 @@
 #include <csignal>
 #include <random>
 
-#include "error.h"
+#include "base/error.h"
 #include "image/image_file.h"
 #include "jpeg_of.h"
-#include "read_file.h"
+#include "base/read_file.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

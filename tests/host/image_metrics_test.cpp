@@ -1,9 +1,9 @@
-// Tests engine/train/image_metrics.h and the means of engine/train/evaluate.h: what cannot be measured has no value.
+// Tests engine/train/quality/image_metrics.h and the means of engine/train/quality/evaluate.h: what cannot be measured has no value.
 #include <catch2/catch.hpp>
 
 #include <nlohmann/json.hpp>
 
-#include "train/evaluate.h"
+#include "train/quality/evaluate.h"
 
 using namespace trisoup;
 using namespace trisoup::train;

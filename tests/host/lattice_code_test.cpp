@@ -1,13 +1,13 @@
-// Tests engine/soup/lattice_code.cpp and range_coder.h.
+// Tests engine/format/lattice_code.cpp and range_coder.h.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <vector>
 
-#include "error.h"
-#include "soup/lattice_code.h"
+#include "base/error.h"
+#include "format/lattice_code.h"
 #include "soup/random.h"
-#include "soup/range_coder.h"
+#include "format/range_coder.h"
 #include "soup/texture_table.h"
 
 using namespace trisoup;

@@ -1,9 +1,9 @@
-// Tests train/memory_need.h: what a run needs and what fits, and that what a run takes stays within it.
+// Tests run/memory_need.h: what a run needs and what fits, and that what a run takes stays within it.
 #include <catch2/catch.hpp>
 
-#include "train/memory_need.h"
-#include "train/soup_buffers.h"
-#include "train/trainer.h"
+#include "run/memory_need.h"
+#include "train/step/soup_buffers.h"
+#include "run/trainer.h"
 
 using namespace trisoup;
 

@@ -1,12 +1,12 @@
-// Tests engine/soup/mesh.h: OBJ, PLY and glTF to triangles, and damage to one-line errors.
+// Tests engine/mesh/mesh.h: OBJ, PLY and glTF to triangles, and damage to one-line errors.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cstring>
 
-#include "error.h"
-#include "read_file.h"
-#include "soup/mesh.h"
+#include "base/error.h"
+#include "base/read_file.h"
+#include "mesh/mesh.h"
 #include "temporary_folder.h"
 
 using namespace trisoup;

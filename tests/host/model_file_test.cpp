@@ -1,4 +1,4 @@
-// Tests engine/soup/model_file.cpp, glb.cpp and bake.cpp.
+// Tests engine/format/model_file.cpp, glb.cpp and bake.cpp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -12,18 +12,18 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "common/host.h"
-#include "error.h"
+#include "base/error.h"
 #include "image/image_file.h"
 #include "npz.h"
-#include "read_file.h"
+#include "base/read_file.h"
 #include "shared_data.h"
 #include "soup/bake.h"
-#include "soup/glb.h"
-#include "soup/mesh.h"
-#include "soup/model_bytes.h"
-#include "soup/model_file.h"
+#include "format/glb.h"
+#include "mesh/mesh.h"
+#include "format/model_bytes.h"
+#include "format/model_file.h"
 #include "soup/random.h"
-#include "soup/refinement.h"
+#include "format/lattice_hierarchy.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
 

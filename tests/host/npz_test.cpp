@@ -6,7 +6,7 @@
 
 #include <zlib.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "npz.h"
 #include "shared_data.h"
 #include "temporary_folder.h"

@@ -1,11 +1,11 @@
-// Tests engine/parallel_for.h.
+// Tests engine/base/parallel_for.h.
 #include <catch2/catch.hpp>
 
 #include <atomic>
 #include <stdexcept>
 #include <vector>
 
-#include "parallel_for.h"
+#include "base/parallel_for.h"
 
 using trisoup::parallel_for;
 

@@ -1,4 +1,4 @@
-// Tests engine/soup/published.cpp.
+// Tests engine/format/published.cpp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/host.h"
-#include "error.h"
+#include "base/error.h"
 #include "image/image_file.h"
-#include "read_file.h"
-#include "soup/published.h"
+#include "base/read_file.h"
+#include "format/published.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"

@@ -3,7 +3,7 @@
 
 #include <cstdlib>
 
-#include "read_file.h"
+#include "base/read_file.h"
 #include "ranks/launched.h"
 #include "ranks_of_threads.h"
 

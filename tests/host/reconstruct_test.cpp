@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <thread>
 
-#include "child_process.h"
-#include "error.h"
+#include "base/child_process.h"
+#include "base/error.h"
 #include "scene/dataset.h"
-#include "printable.h"
+#include "base/printable.h"
 #include "scene/reconstruct.h"
 #include "scene/video_frames.h"
 #include "packed.h"

@@ -1,4 +1,4 @@
-// Tests train/run_folder.h, train/folder_lock.h and train/growing_csv.h: who may write into a training's folder, and what is in it when.
+// Tests run/run_folder.h, run/folder_lock.h and run/growing_csv.h: who may write into a training's folder, and what is in it when.
 #include <catch2/catch.hpp>
 
 #include <sys/wait.h>
@@ -10,8 +10,8 @@
 #include <string>
 
 #include "../temporary_folder.h"
-#include "error.h"
-#include "train/run_folder.h"
+#include "base/error.h"
+#include "run/run_folder.h"
 
 using namespace trisoup;
 using Catch::Contains;

@@ -1,4 +1,4 @@
-// Tests engine/soup/safetensors.h.
+// Tests engine/format/safetensors.h.
 #include <catch2/catch.hpp>
 
 #include <csignal>
@@ -6,8 +6,8 @@
 
 #include <sys/resource.h>
 
-#include "error.h"
-#include "soup/safetensors.h"
+#include "base/error.h"
+#include "format/safetensors.h"
 #include "temporary_folder.h"
 
 using namespace trisoup;

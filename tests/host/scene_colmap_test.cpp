@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "read_file.h"
+#include "base/read_file.h"
 #include "packed.h"
 #include "scene_temporary_folder.h"
 

@@ -8,7 +8,7 @@
 
 #include <jpeglib.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "jpeg_of.h"
 #include "scene/scene.h"
 #include "scene_temporary_folder.h"

@@ -5,7 +5,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/normalisation.h"
 #include "scene_temporary_folder.h"
 

@@ -1,9 +1,9 @@
 // Tests engine/scene/ply_points.h.
 #include <catch2/catch.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/ply_points.h"
-#include "read_file.h"
+#include "base/read_file.h"
 #include "packed.h"
 #include "scene_temporary_folder.h"
 

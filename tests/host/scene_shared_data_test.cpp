@@ -5,9 +5,9 @@
 #include <cstring>
 #include <map>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/colmap_model.h"
-#include "read_file.h"
+#include "base/read_file.h"
 #include "scene/scene.h"
 #include "shared_data.h"
 

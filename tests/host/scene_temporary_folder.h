@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-#include "error.h"
+#include "base/error.h"
 #include "image/image_file.h"
 #include "temporary_folder.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/pose.h"
 #include "scene/transforms_json.h"
 #include "scene_temporary_folder.h"

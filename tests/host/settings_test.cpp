@@ -1,9 +1,9 @@
-// Tests engine/train/settings.h: when a run is evaluated, and how far its vertices travel.
+// Tests engine/train/config/settings.h: when a run is evaluated, and how far its vertices travel.
 #include <catch2/catch.hpp>
 
 #include <vector>
 
-#include "train/settings.h"
+#include "train/config/settings.h"
 
 using namespace trisoup;
 

@@ -1,4 +1,4 @@
-// Tests engine/train/simplify.h and engine/scene/hold_out.h: what goes first, when it ends, and which views judge.
+// Tests engine/train/topology/simplify.h and engine/scene/hold_out.h: what goes first, when it ends, and which views judge.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -6,10 +6,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "scene/hold_out.h"
 #include "soup/texture_table.h"
-#include "train/simplify.h"
+#include "train/topology/simplify.h"
 
 using namespace trisoup;
 using namespace trisoup::train;

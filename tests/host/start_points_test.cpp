@@ -1,14 +1,14 @@
-// Tests engine/train/start_points.h and engine/train/surface_start.h.
+// Tests engine/train/start/start_points.h and engine/train/start/surface_start.h.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "error.h"
+#include "base/error.h"
 #include "soup/random.h"
-#include "train/start_points.h"
-#include "train/surface_start.h"
+#include "train/start/start_points.h"
+#include "train/start/surface_start.h"
 
 using namespace trisoup;
 using namespace trisoup::train;

@@ -1,14 +1,14 @@
-// Tests engine/soup/delaunay.h and engine/soup/surface.h.
+// Tests engine/mesh/delaunay.h and engine/mesh/surface.h.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "error.h"
-#include "soup/delaunay.h"
+#include "base/error.h"
+#include "mesh/delaunay.h"
 #include "soup/random.h"
-#include "soup/surface.h"
+#include "mesh/surface.h"
 
 using namespace trisoup;
 using namespace trisoup::soup;

@@ -1,7 +1,7 @@
 // Tests engine/soup/texture_table.h.
 #include <catch2/catch.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "soup/texture_table.h"
 
 using namespace trisoup;

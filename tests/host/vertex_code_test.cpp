@@ -1,4 +1,4 @@
-// Tests engine/soup/vertex_code.cpp and vertex_grid.cpp.
+// Tests engine/format/vertex_code.cpp and vertex_grid.cpp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -8,11 +8,11 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
-#include "soup/vertex_code.h"
-#include "soup/vertex_grid.h"
+#include "format/vertex_code.h"
+#include "format/vertex_grid.h"
 
 using namespace trisoup;
 using Catch::Matchers::Contains;

@@ -1,4 +1,4 @@
-// Stability of the optimiser against parameters that are not numbers (shaders/common/faults.h, engine/train/faults.h): reported with their place,
+// Stability of the optimiser against parameters that are not numbers (shaders/common/faults.h, engine/train/step/non_finite.h): reported with their place,
 // kept from spreading, reset, and training goes on.
 #include <catch2/catch.hpp>
 
@@ -7,10 +7,10 @@
 #include <limits>
 
 #include "gpu/small_scene.h"
-#include "soup/safetensors.h"
+#include "format/safetensors.h"
 #include "temporary_folder.h"
-#include "train/faults.h"
-#include "train/trainer.h"
+#include "train/step/non_finite.h"
+#include "run/trainer.h"
 
 using namespace trisoup;
 using test::SmallScene;

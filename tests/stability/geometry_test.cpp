@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "stability/reference_picture.h"
-#include "train/faults.h"
+#include "train/step/non_finite.h"
 
 using namespace trisoup;
 using test::SmallScene;

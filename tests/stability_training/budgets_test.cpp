@@ -1,4 +1,4 @@
-// Tests engine/train/resample.h: few and many triangles, and none that is seen.
+// Tests engine/train/topology/refine.h: few and many triangles, and none that is seen.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;

@@ -1,7 +1,7 @@
-// Tests engine/train/trainer.h: memory that runs out and a device that is lost. The last checkpoint leads to the same bits.
+// Tests engine/run/trainer.h: memory that runs out and a device that is lost. The last checkpoint leads to the same bits.
 #include <set>
 
-#include "error.h"
+#include "base/error.h"
 #include "stability_training/small_training.h"
 
 using namespace trisoup;

@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "image/image_file.h"
-#include "parallel_for.h"
+#include "base/parallel_for.h"
 #include "soup/random.h"
 
 namespace fs = std::filesystem;

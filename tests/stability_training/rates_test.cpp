@@ -1,4 +1,4 @@
-// Tests engine/train/training_fit.h and the optimisers: learning rates that are far too high.
+// Tests engine/train/quality/training_fit.h and the optimisers: learning rates that are far too high.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;

@@ -11,16 +11,16 @@
 
 #include <catch2/catch.hpp>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/device.h"
 #include "gpu/small_scene.h"
 #include "scene/scene.h"
-#include "soup/safetensors.h"
+#include "format/safetensors.h"
 #include "temporary_folder.h"
 #include "tiny_scene.h"
-#include "train/evaluate.h"
-#include "train/initial_triangles.h"
-#include "train/trainer.h"
+#include "train/quality/evaluate.h"
+#include "train/start/initial_triangles.h"
+#include "run/trainer.h"
 
 namespace trisoup::test {
 

@@ -1,4 +1,4 @@
-// Tests engine/train/trainer.h: photographs that say little, or are of an odd size.
+// Tests engine/run/trainer.h: photographs that say little, or are of an odd size.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;

@@ -1,5 +1,5 @@
 // What a program without CUDA says of it.
-#include "error.h"
+#include "base/error.h"
 #include "gpu/cuda/cuda_backend.h"
 
 namespace trisoup::gpu {

@@ -11,7 +11,7 @@
 #include <cuda_runtime.h>
 #include <fmt/format.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/cuda/cuda_backend.h"
 #include "gpu/cuda/small_writes.h"

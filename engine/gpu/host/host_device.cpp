@@ -15,7 +15,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/host/workgroup.h"
 #include "gpu/lanes/lane_kernels.h"

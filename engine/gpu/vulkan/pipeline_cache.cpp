@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "gpu/vulkan/vulkan_call.h"
-#include "read_file.h"
+#include "base/read_file.h"
 
 namespace trisoup::gpu {
 namespace {

@@ -1,6 +1,6 @@
 #include "gpu/vulkan/vulkan_call.h"
 
-#include "error.h"
+#include "base/error.h"
 
 namespace trisoup::gpu {
 

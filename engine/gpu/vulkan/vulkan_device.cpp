@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/vulkan/vulkan_backend.h"
 #include "gpu/vulkan/vulkan_graphics.h"
 #include "kernel_binaries.h"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/out_of_memory.h"
 #include "gpu/vulkan/vulkan_graphics.h"
 #include "image/bilinear.h"

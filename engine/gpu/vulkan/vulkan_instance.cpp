@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "base/error.h"
 #include "gpu/vulkan/vulkan_backend.h"
 
 namespace trisoup::gpu {

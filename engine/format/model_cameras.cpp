@@ -1,0 +1,121 @@
+#include "format/model_cameras.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <glm/gtc/quaternion.hpp>
+
+namespace trisoup::soup {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kPoseFloats = 7;  // quaternion x, y, z, w; translation
+
+/// As many digits as a float has; more of them would be a good part of a small model.
+double in_short(double value) {
+  constexpr double kParts = 1e8;
+  return std::abs(value) < 1e6 ? std::round(value * kParts) / kParts : value;
+}
+
+/// What photographs of one lens have in common.
+json lens_of(const scene::Camera& c) {
+  return {{"size", {c.width, c.height}}, {"focal", {in_short(c.fx), in_short(c.fy)}}, {"centre", {in_short(c.cx), in_short(c.cy)}}};
+}
+
+void read_lens(const json& lens, scene::Camera& camera) {
+  // Larger numbers would wrap.
+  const auto side = [&](int i) { return static_cast<int>(std::clamp<std::int64_t>(lens.at("size").at(i).get<std::int64_t>(), 0, 65536)); };
+  camera.width = side(0);
+  camera.height = side(1);
+  camera.fx = lens.at("focal").at(0).get<double>();
+  camera.fy = lens.at("focal").at(1).get<double>();
+  camera.cx = lens.at("centre").at(0).get<double>();
+  camera.cy = lens.at("centre").at(1).get<double>();
+}
+
+glm::dmat4 read_pose(const float* pose) {
+  const glm::dquat turn(pose[3], pose[0], pose[1], pose[2]);  // w first
+  // Far from unit length it is none, and `possible` says so.
+  const double length = glm::length(turn);
+  glm::dmat4 result(glm::mat3_cast(std::abs(length - 1) < 1e-3 ? turn / length : turn));
+  result[3] = glm::dvec4(pose[4], pose[5], pose[6], 1);
+  return result;
+}
+
+bool possible(const scene::Camera& c) {
+  constexpr double kLargest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
+  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 1e-3 && c.fy > 1e-3 && c.fx < kLargest &&
+            c.fy < kLargest && std::abs(c.cx) < kLargest && std::abs(c.cy) < kLargest;
+  for (int i = 0; i < 3; ++i) ok = ok && std::abs(c.world_to_camera[3][i]) < kLargest;
+  const glm::dmat3 rotation(c.world_to_camera);
+  const glm::dmat3 product = rotation * glm::transpose(rotation);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) ok = ok && std::abs(product[i][j] - (i == j)) < 1e-3;
+  return ok;
+}
+
+/// Of versions 1 and 2: everything of a camera in an object of its own.
+std::vector<ModelCamera> read_rows(const json& rows) {
+  std::vector<ModelCamera> cameras;
+  for (const json& row : rows) {
+    ModelCamera c{row.at("name").get<std::string>(), row.at("test").get<bool>(), {}};
+    read_lens(row, c.camera);
+    for (int i = 0; i < 12; ++i) c.camera.world_to_camera[i % 4][i / 4] = row.at("world_to_camera").at(i).get<double>();
+    cameras.push_back(c);
+  }
+  return cameras;
+}
+
+std::vector<ModelCamera> read_table(const ModelParts& parts, const json& table) {
+  const json &names = table.at("names"), &lenses = table.at("lenses");
+  const std::span<const std::byte> bytes = parts.view(table.at("poses"));
+  std::vector<float> poses(bytes.size() / sizeof(float));
+  if (!names.is_array() || bytes.size() != names.size() * kPoseFloats * sizeof(float)) throw parts.damaged("has another number of poses than of cameras");
+  std::memcpy(poses.data(), bytes.data(), bytes.size());
+  std::vector<ModelCamera> cameras;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    ModelCamera c{names[i].get<std::string>(), false, {}};
+    read_lens(lenses.at(table.contains("lens") ? parts.whole(table["lens"].at(i)) : 0), c.camera);
+    c.camera.world_to_camera = read_pose(&poses[i * kPoseFloats]);
+    cameras.push_back(c);
+  }
+  for (const json& index : table.at("test")) {
+    const std::size_t i = parts.whole(index);
+    if (i >= cameras.size()) throw parts.damaged("has a test view that it has no camera of");
+    cameras[i].test = true;
+  }
+  return cameras;
+}
+
+}  // namespace
+
+CodedCameras code_cameras(std::span<const ModelCamera> cameras) {
+  json names = json::array(), test = json::array(), lenses = json::array(), lens = json::array();
+  CodedCameras coded;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const ModelCamera& c = cameras[i];
+    names.push_back(c.name);
+    if (c.test) test.push_back(i);
+    const json its = lens_of(c.camera);
+    const auto known = std::find(lenses.begin(), lenses.end(), its);
+    lens.push_back(known - lenses.begin());
+    if (known == lenses.end()) lenses.push_back(its);
+    const glm::dquat turn = glm::normalize(glm::quat_cast(glm::dmat3(c.camera.world_to_camera)));
+    const glm::dvec4& place = c.camera.world_to_camera[3];
+    for (const double value : {turn.x, turn.y, turn.z, turn.w, place.x, place.y, place.z}) coded.poses.push_back(static_cast<float>(value));
+  }
+  coded.json = {{"names", names}, {"test", test}, {"lenses", lenses}};
+  if (lenses.size() > 1) coded.json["lens"] = lens;
+  return coded;
+}
+
+std::vector<ModelCamera> read_cameras(const ModelParts& parts, const json& cameras) {
+  std::vector<ModelCamera> read = cameras.is_array() ? read_rows(cameras) : read_table(parts, cameras);
+  for (const ModelCamera& c : read)
+    if (!possible(c.camera)) throw parts.damaged("has an impossible camera");
+  return read;
+}
+
+}  // namespace trisoup::soup

@@ -1,0 +1,299 @@
+#include "format/safetensors.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/printable.h"
+
+namespace trisoup::soup {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the format is little-endian and arrays are read in place");
+
+constexpr std::uint64_t kAlignment = 8;
+constexpr std::uint64_t kMaxHeader = 100'000'000;  // as the reference implementation has it
+
+struct DtypeName {
+  Dtype dtype;
+  const char* name;
+  std::size_t size;
+};
+constexpr std::array kDtypes{DtypeName{Dtype::u8, "U8", 1},   DtypeName{Dtype::i8, "I8", 1},   DtypeName{Dtype::u16, "U16", 2},
+                             DtypeName{Dtype::i16, "I16", 2}, DtypeName{Dtype::f16, "F16", 2}, DtypeName{Dtype::u32, "U32", 4},
+                             DtypeName{Dtype::i32, "I32", 4}, DtypeName{Dtype::f32, "F32", 4}, DtypeName{Dtype::u64, "U64", 8},
+                             DtypeName{Dtype::i64, "I64", 8}, DtypeName{Dtype::f64, "F64", 8}};
+
+const DtypeName& row_of(Dtype dtype) { return kDtypes[static_cast<std::size_t>(dtype)]; }
+
+template <typename T>
+constexpr Dtype dtype_of();
+template <>
+constexpr Dtype dtype_of<std::uint8_t>() {
+  return Dtype::u8;
+}
+template <>
+constexpr Dtype dtype_of<std::int8_t>() {
+  return Dtype::i8;
+}
+template <>
+constexpr Dtype dtype_of<std::uint16_t>() {
+  return Dtype::u16;
+}
+template <>
+constexpr Dtype dtype_of<std::int16_t>() {
+  return Dtype::i16;
+}
+template <>
+constexpr Dtype dtype_of<std::uint32_t>() {
+  return Dtype::u32;
+}
+template <>
+constexpr Dtype dtype_of<std::int32_t>() {
+  return Dtype::i32;
+}
+template <>
+constexpr Dtype dtype_of<std::uint64_t>() {
+  return Dtype::u64;
+}
+template <>
+constexpr Dtype dtype_of<std::int64_t>() {
+  return Dtype::i64;
+}
+template <>
+constexpr Dtype dtype_of<float>() {
+  return Dtype::f32;
+}
+template <>
+constexpr Dtype dtype_of<double>() {
+  return Dtype::f64;
+}
+
+// Bytes of an array, or nothing if they pass 64 bits.
+bool byte_size(const std::vector<std::uint64_t>& shape, Dtype dtype, std::uint64_t& bytes) {
+  bytes = size_of(dtype);
+  for (const std::uint64_t dimension : shape) {
+    if (dimension != 0 && bytes > std::numeric_limits<std::uint64_t>::max() / dimension) return false;
+    bytes *= dimension;
+  }
+  return true;
+}
+
+std::uint64_t aligned(std::uint64_t offset) { return (offset + kAlignment - 1) / kAlignment * kAlignment; }
+
+// "2x3", or "scalar".
+std::string text_of(const std::vector<std::uint64_t>& shape) {
+  std::string text;
+  for (const std::uint64_t dimension : shape) text.append(text.empty() ? "" : "x").append(std::to_string(dimension));
+  return text.empty() ? "scalar" : text;
+}
+
+constexpr const char* kFix = "use an earlier checkpoint or write the file again";
+
+}  // namespace
+
+std::size_t size_of(Dtype dtype) { return row_of(dtype).size; }
+
+void SafetensorsWriter::add(const std::string& name, Dtype dtype, std::vector<std::uint64_t> shape,
+                            std::span<const std::byte> data) {
+  if (name.empty() || name == "__metadata__") throw Error("safetensors: an array may not be called '{}'; rename it", name);
+  if (std::any_of(tensors_.begin(), tensors_.end(), [&](const Tensor& t) { return t.name == name; }))
+    throw Error("safetensors: array '{}' is added twice; rename one", name);
+  std::uint64_t bytes = 0;
+  if (!byte_size(shape, dtype, bytes) || bytes != data.size())
+    throw Error("safetensors: array '{}' has {} bytes, its shape says {}; correct the shape", name, data.size(), bytes);
+  tensors_.push_back({name, dtype, std::move(shape), data});
+}
+
+template <typename T>
+void SafetensorsWriter::add(const std::string& name, std::vector<std::uint64_t> shape, std::span<const T> data) {
+  add(name, dtype_of<T>(), std::move(shape), std::as_bytes(data));
+}
+
+void SafetensorsWriter::write(const std::filesystem::path& path) const {
+  std::vector<const Tensor*> order;
+  for (const Tensor& tensor : tensors_) order.push_back(&tensor);
+  std::stable_sort(order.begin(), order.end(), [](const Tensor* a, const Tensor* b) {
+    const auto rank = [](const Tensor* t) { return t->data.size() % kAlignment == 0 ? std::size_t{8} + 1 : size_of(t->dtype); };
+    return rank(a) > rank(b);
+  });
+
+  nlohmann::ordered_json header = nlohmann::ordered_json::object();
+  if (!metadata_.empty()) header["__metadata__"] = metadata_;
+  std::uint64_t offset = 0;
+  for (const Tensor* tensor : order) {
+    header[tensor->name] = {{"dtype", row_of(tensor->dtype).name},
+                            {"shape", tensor->shape},
+                            {"data_offsets", {offset, offset + tensor->data.size()}}};
+    offset += tensor->data.size();
+  }
+  std::string text;
+  try {
+    text = header.dump();
+  } catch (const nlohmann::json::exception&) {
+    throw Error("{}: a name or a text of the metadata is not UTF-8; correct it", path.string());
+  }
+  text.resize(aligned(text.size()), ' ');
+  const std::uint64_t header_size = text.size();
+  if (header_size > kMaxHeader)
+    throw Error("{}: {} bytes of header are too many; write fewer arrays", path.string(), header_size);
+
+  write_file_atomically(
+      path,
+      [&](OutputFile& file) {
+        file.write(std::as_bytes(std::span(&header_size, 1)));
+        file.write(text);
+        for (const Tensor* tensor : order) file.write(tensor->data);
+      },
+      sizeof header_size + header_size + offset);
+}
+
+SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size, const std::string& where) {
+  using nlohmann::json;
+  const char* text = reinterpret_cast<const char*>(header.data());
+
+  // A JSON object silently keeps the last of two equal keys; two arrays of one name are an error here.
+  std::vector<std::set<std::string>> names;
+  std::string twice;
+  bool repeated = false;
+  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) names.emplace_back();
+    if (event == json::parse_event_t::object_end) names.pop_back();
+    if (event == json::parse_event_t::key && !names.back().insert(parsed.get<std::string>()).second) {
+      repeated = true;
+      twice = printable(parsed.get<std::string>());
+    }
+    return true;
+  };
+  const json root = json::parse(text, text + header.size(), watch, /*allow_exceptions=*/false);
+  if (repeated) throw Error("{}: header names '{}' twice; {}", where, twice, kFix);
+  if (!root.is_object()) throw Error("{}: header is no JSON object; {}", where, kFix);
+
+  const auto count = [](const json& value) { return value.is_number_unsigned(); };
+  SafetensorsHeader result;
+  for (const auto& [name, value] : root.items()) {
+    if (!value.is_object()) throw Error("{}: header entry '{}' is no object; {}", where, printable(name), kFix);
+    if (name == "__metadata__") {
+      for (const auto& [key, entry] : value.items()) {
+        if (!entry.is_string()) throw Error("{}: metadata '{}' is no text; {}", where, printable(key), kFix);
+        result.metadata[key] = entry.get<std::string>();
+      }
+      continue;
+    }
+    const auto dtype = value.find("dtype"), shape = value.find("shape"), offsets = value.find("data_offsets");
+    if (dtype == value.end() || !dtype->is_string() || shape == value.end() || !shape->is_array() || offsets == value.end() ||
+        !offsets->is_array() || offsets->size() != 2 || !std::all_of(shape->begin(), shape->end(), count) ||
+        !std::all_of(offsets->begin(), offsets->end(), count))
+      throw Error("{}: array '{}' lacks a proper dtype, shape or data_offsets; {}", where, printable(name), kFix);
+
+    TensorInfo info;
+    const auto row = std::find_if(kDtypes.begin(), kDtypes.end(),
+                                  [&](const DtypeName& d) { return d.name == dtype->get_ref<const std::string&>(); });
+    if (row == kDtypes.end())
+      throw Error("{}: array '{}' has the unsupported type '{}'; convert it to F32", where, printable(name),
+                  printable(dtype->get<std::string>()));
+    info.dtype = row->dtype;
+    info.shape = shape->get<std::vector<std::uint64_t>>();
+    info.begin = (*offsets)[0].get<std::uint64_t>();
+    info.end = (*offsets)[1].get<std::uint64_t>();
+    if (info.begin > info.end || info.end > data_size)
+      throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is cut short or damaged; {}", where, printable(name),
+                  info.begin, info.end, data_size, kFix);
+    std::uint64_t bytes = 0;
+    if (!byte_size(info.shape, info.dtype, bytes) || bytes != info.end - info.begin)
+      throw Error("{}: array '{}' has {} bytes, which its shape does not give; {}", where, printable(name), info.end - info.begin,
+                  kFix);
+    if (info.begin % row->size != 0)
+      throw Error("{}: array '{}' is not aligned to its elements; write the file with another program", where, printable(name));
+    result.tensors.emplace(name, std::move(info));
+  }
+
+  // Between them the arrays have to cover the data exactly, which also finds bytes appended to a file.
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
+  for (const auto& [name, info] : result.tensors) ranges.emplace_back(info.begin, info.end);
+  std::sort(ranges.begin(), ranges.end());
+  std::uint64_t reached = 0;
+  for (const auto& [begin, end] : ranges) {
+    if (begin != reached)
+      throw Error("{}: arrays {} at byte {}; {}", where, begin < reached ? "overlap" : "leave a gap", std::min(begin, reached),
+                  kFix);
+    reached = end;
+  }
+  if (reached != data_size) throw Error("{}: has {} bytes that belong to no array; {}", where, data_size - reached, kFix);
+  return result;
+}
+
+Safetensors Safetensors::open(const std::filesystem::path& path) {
+  Safetensors file;
+  file.where_ = path.string();
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(path, error);
+  if (error) throw Error("{}: cannot be opened ({}); check the path", file.where_, error.message());
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw Error("{}: cannot be opened ({}); check its permissions", file.where_, std::strerror(errno));
+
+  std::uint64_t header_size = 0;
+  if (size < sizeof header_size || !stream.read(reinterpret_cast<char*>(&header_size), sizeof header_size))
+    throw Error("{}: {} bytes are too few for a safetensors file; {}", file.where_, size, kFix);
+  if (header_size > kMaxHeader || header_size > size - sizeof header_size)
+    throw Error("{}: claims a header of {} bytes in a file of {}: it is cut short, or no safetensors file; {}", file.where_,
+                header_size, size, kFix);
+  std::vector<std::byte> header(header_size);
+  const std::uint64_t data_size = size - sizeof header_size - header_size;
+  if (!stream.read(reinterpret_cast<char*>(header.data()), static_cast<std::streamsize>(header.size())))
+    throw Error("{}: cannot be read to its end; check the disk", file.where_);
+  file.header_ = parse_safetensors_header(header, data_size, file.where_);
+  file.data_.resize(data_size);
+  if (!stream.read(reinterpret_cast<char*>(file.data_.data()), static_cast<std::streamsize>(data_size)))
+    throw Error("{}: cannot be read to its end; check the disk", file.where_);
+  return file;
+}
+
+const TensorInfo& Safetensors::info(const std::string& name) const {
+  const auto found = header_.tensors.find(name);
+  if (found == header_.tensors.end()) throw Error("{}: has no array '{}'; {}", where_, name, kFix);
+  return found->second;
+}
+
+template <typename T>
+std::span<const T> Safetensors::values(const std::string& name) const {
+  const TensorInfo& tensor = info(name);
+  if (tensor.dtype != dtype_of<T>())
+    throw Error("{}: array '{}' has type {} instead of {}; {}", where_, name, row_of(tensor.dtype).name,
+                row_of(dtype_of<T>()).name, kFix);
+  return {reinterpret_cast<const T*>(data_.data() + tensor.begin), tensor.elements()};
+}
+
+template <typename T>
+std::span<const T> Safetensors::values(const std::string& name, const std::vector<std::uint64_t>& shape) const {
+  if (info(name).shape != shape)
+    throw Error("{}: array '{}' has shape {} instead of {}; {}", where_, name, text_of(info(name).shape), text_of(shape), kFix);
+  return values<T>(name);
+}
+
+#define TRISOUP_SAFETENSORS_TYPE(T)                                                                            \
+  template void SafetensorsWriter::add<T>(const std::string&, std::vector<std::uint64_t>, std::span<const T>); \
+  template std::span<const T> Safetensors::values<T>(const std::string&) const;                                \
+  template std::span<const T> Safetensors::values<T>(const std::string&, const std::vector<std::uint64_t>&) const;
+TRISOUP_SAFETENSORS_TYPE(std::uint8_t)
+TRISOUP_SAFETENSORS_TYPE(std::int8_t)
+TRISOUP_SAFETENSORS_TYPE(std::uint16_t)
+TRISOUP_SAFETENSORS_TYPE(std::int16_t)
+TRISOUP_SAFETENSORS_TYPE(std::uint32_t)
+TRISOUP_SAFETENSORS_TYPE(std::int32_t)
+TRISOUP_SAFETENSORS_TYPE(std::uint64_t)
+TRISOUP_SAFETENSORS_TYPE(std::int64_t)
+TRISOUP_SAFETENSORS_TYPE(float)
+TRISOUP_SAFETENSORS_TYPE(double)
+#undef TRISOUP_SAFETENSORS_TYPE
+
+}  // namespace trisoup::soup

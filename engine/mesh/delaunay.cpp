@@ -1,0 +1,73 @@
+#include "mesh/delaunay.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+extern "C" {
+#include <libqhull_r/qhull_ra.h>
+}
+
+#include "base/error.h"
+
+namespace trisoup::soup {
+namespace {
+
+/// Qhull's state, given back whatever happens.
+struct Qhull {
+  qhT state;
+  Qhull() { qh_zero(&state, nullptr); }
+  ~Qhull() {
+    qh_freeqhull(&state, qh_ALL);
+    int left = 0, bytes = 0;
+    qh_memfreeshort(&state, &left, &bytes);
+  }
+  Qhull(const Qhull&) = delete;
+  Qhull& operator=(const Qhull&) = delete;
+};
+
+}  // namespace
+
+Tetrahedra delaunay(std::span<const glm::dvec3> points) {
+  if (points.size() < 5) throw Error("points: {} are too few to span a room", points.size());
+  std::vector<double> coordinates;
+  coordinates.reserve(3 * points.size());
+  for (const glm::dvec3& p : points) coordinates.insert(coordinates.end(), {p.x, p.y, p.z});
+
+  Qhull hull;
+  qhT* qh = &hull.state;
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> silence(std::fopen("/dev/null", "w"), &std::fclose);
+  char command[] = "qhull d QJ Pp";
+  if (qh_new_qhull(qh, 3, static_cast<int>(points.size()), coordinates.data(), False, command, nullptr, silence.get()) != 0)
+    throw Error("points: {} span no room: they lie in one plane, or are the same", points.size());
+
+  // A facet of the lower hull in four dimensions is a tetrahedron here.
+  std::vector<std::uint32_t> number_of(qh->facet_id, Tetrahedra::kOutside);
+  Tetrahedra result;
+  facetT *facet, *neighbor, **neighborp;
+  vertexT *vertex, **vertexp;
+  FORALLfacet_(qh->facet_list) {
+    if (facet->upperdelaunay || !facet->simplicial) continue;
+    number_of[facet->id] = static_cast<std::uint32_t>(result.size());
+    std::array<std::uint32_t, 4> corners{};
+    std::size_t k = 0;
+    FOREACHvertex_(facet->vertices) if (k < 4) corners[k++] = static_cast<std::uint32_t>(qh_pointid(qh, vertex->point));
+    result.corners.push_back(corners);
+  }
+  result.across.resize(result.size(), {Tetrahedra::kOutside, Tetrahedra::kOutside, Tetrahedra::kOutside, Tetrahedra::kOutside});
+  FORALLfacet_(qh->facet_list) {
+    const std::uint32_t t = number_of[facet->id];
+    if (t == Tetrahedra::kOutside) continue;
+    FOREACHneighbor_(facet) {
+      const std::uint32_t n = number_of[neighbor->id];
+      if (n == Tetrahedra::kOutside) continue;
+      const auto& there = result.corners[n];
+      for (std::size_t k = 0; k < 4; ++k)
+        if (std::find(there.begin(), there.end(), result.corners[t][k]) == there.end()) result.across[t][k] = n;
+    }
+  }
+  if (result.corners.empty()) throw Error("points: {} span no room", points.size());
+  return result;
+}
+
+}  // namespace trisoup::soup

@@ -1,0 +1,259 @@
+#include "mesh/surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <boost/graph/adjacency_list.hpp>
+#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
+
+#include "base/parallel_for.h"
+#include "mesh/delaunay.h"
+#include "mesh/point_spacing.h"
+
+namespace trisoup::soup {
+namespace {
+
+constexpr std::uint32_t kOutside = Tetrahedra::kOutside;
+
+/// Votes of the sightings: what it costs to call a tetrahedron air or matter, and to have a face between the two.
+struct Votes {
+  std::vector<double> air, matter;           // per tetrahedron: what speaks for it
+  std::vector<std::array<double, 4>> face;   // per tetrahedron and face: sightings that leave it there on their way to a point
+};
+
+/// Walks along segments through the tetrahedra.
+class Walker {
+ public:
+  Walker(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra) : points_(points), tetrahedra_(tetrahedra) {
+    std::vector<std::uint32_t> count(points.size() + 1);
+    for (const auto& corners : tetrahedra.corners)
+      for (const std::uint32_t c : corners) ++count[c + 1];
+    for (std::size_t i = 1; i < count.size(); ++i) count[i] += count[i - 1];
+    first_ = count;
+    around_.resize(first_.back());
+    for (std::uint32_t t = 0; t < tetrahedra.size(); ++t)
+      for (const std::uint32_t c : tetrahedra.corners[t]) around_[count[c]++] = t;
+  }
+
+  /// The tetrahedron at corner `point` into which `direction` leads, kOutside where it leads out of the hull.
+  std::uint32_t first_towards(std::uint32_t point, const glm::dvec3& direction) const {
+    std::uint32_t best = kOutside;
+    double best_inside = -1e-9;
+    for (std::uint32_t i = first_[point]; i < first_[point + 1]; ++i) {
+      const std::uint32_t t = around_[i];
+      const double inside = cone(t, point, direction);
+      if (inside > best_inside) best = t, best_inside = inside;
+    }
+    return best;
+  }
+
+  /// Calls visit(t, k, s) for every face through which from + s * direction leaves tetrahedron t (opposite its corner k), up to s = 1; returns
+  /// the last tetrahedron.
+  template <class Visit>
+  std::uint32_t walk(std::uint32_t t, std::uint32_t came_from, const glm::dvec3& from, const glm::dvec3& direction, Visit&& visit) const {
+    for (std::size_t steps = 0; t != kOutside && steps < tetrahedra_.size(); ++steps) {
+      double nearest = std::numeric_limits<double>::infinity();
+      int exit = -1;
+      for (int k = 0; k < 4; ++k) {
+        if (tetrahedra_.across[t][static_cast<std::size_t>(k)] == came_from && came_from != kOutside) continue;
+        const auto [distance, speed] = to_face(t, k, from, direction);
+        if (speed > 0 && distance / speed < nearest) nearest = distance / speed, exit = k;
+      }
+      if (exit < 0 || nearest >= 1) return t;
+      visit(t, static_cast<std::size_t>(exit), nearest);
+      came_from = t;
+      t = tetrahedra_.across[t][static_cast<std::size_t>(exit)];
+    }
+    return t;
+  }
+
+ private:
+  /// How far `from` is from the face opposite corner k along its outward normal, and how fast `direction` gets there.
+  std::pair<double, double> to_face(std::uint32_t t, int k, const glm::dvec3& from, const glm::dvec3& direction) const {
+    const auto& c = tetrahedra_.corners[t];
+    const auto at = [&](int i) { return points_[c[static_cast<std::size_t>((k + i) % 4)]]; };
+    glm::dvec3 normal = glm::cross(at(2) - at(1), at(3) - at(1));
+    if (glm::dot(normal, at(0) - at(1)) > 0) normal = -normal;
+    return {glm::dot(normal, at(1) - from), glm::dot(normal, direction)};
+  }
+
+  /// The smallest of the three barycentric shares of `direction` as a sum of the edges at corner `point`, of their sum's size.
+  double cone(std::uint32_t t, std::uint32_t point, const glm::dvec3& direction) const {
+    glm::dmat3 edges(0.0);
+    int n = 0;
+    for (const std::uint32_t c : tetrahedra_.corners[t])
+      if (c != point && n < 3) edges[n++] = points_[c] - points_[point];
+    const double volume = glm::determinant(edges);
+    if (volume == 0) return -1;
+    const glm::dvec3 shares = glm::inverse(edges) * direction;
+    const double least = std::min({shares.x, shares.y, shares.z});
+    const double size = std::abs(shares.x) + std::abs(shares.y) + std::abs(shares.z);
+    return size > 0 && std::isfinite(size) ? least / size : -1;
+  }
+
+  std::span<const glm::dvec3> points_;
+  const Tetrahedra& tetrahedra_;
+  std::vector<std::uint32_t> first_, around_;  // tetrahedra around each point
+};
+
+/// One vote, before it is counted.
+struct Vote {
+  enum Kind : std::uint32_t { face0, face1, face2, face3, air, matter };
+  std::uint32_t tetrahedron, kind;
+  double weight;
+};
+
+/// Votes of all sightings of point p.
+void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walker& walker, std::uint32_t p, double soft,
+                   std::vector<Vote>& votes) {
+  for (const std::uint32_t camera : s.seen_by[p]) {
+    const glm::dvec3 way = s.cameras[camera] - s.points[p];
+    const double length = glm::length(way);
+    if (!(length > 0)) continue;
+    // From the point to the camera; a sighting goes the other way, so it enters a tetrahedron where this walk leaves
+    // it.
+    const std::uint32_t first = walker.first_towards(p, way);
+    if (first != kOutside) {
+      const std::uint32_t last =
+          walker.walk(first, kOutside, s.points[p], way, [&](std::uint32_t t, std::size_t k, double at) {
+            const double d = at * length / soft;
+            const std::uint32_t nearer = tetrahedra.across[t][k];
+            if (nearer == kOutside) return;
+            const auto& there = tetrahedra.across[nearer];
+            const auto back = static_cast<std::uint32_t>(std::find(there.begin(), there.end(), t) - there.begin());
+            if (back < 4) votes.push_back({nearer, back, 1.0 - std::exp(-0.5 * d * d)});
+          });
+      if (last != kOutside) votes.push_back({last, Vote::air, 1.0});
+    }
+    if (const std::uint32_t behind = walker.first_towards(p, -way); behind != kOutside)
+      votes.push_back({behind, Vote::matter, 1.0});
+  }
+}
+
+Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const SurfaceOptions& options) {
+  Votes votes;
+  votes.air.resize(tetrahedra.size());
+  votes.matter.resize(tetrahedra.size());
+  votes.face.resize(tetrahedra.size());
+  const Walker walker(s.points, tetrahedra);
+  std::vector<glm::vec3> floats(s.points.begin(), s.points.end());
+  const std::vector<double> spacing = nearest_distances(floats, 4);
+  // All threads walk; votes are added up in the order of the points, so that the sums do not depend on the threads.
+  constexpr std::size_t kBlock = 256, kBlocks = 64;
+  std::vector<std::vector<Vote>> collected(kBlocks);
+  for (std::size_t begin = 0; begin < s.points.size(); begin += kBlocks * kBlock) {
+    parallel_for(kBlocks, 0, [&](int block) {
+      std::vector<Vote>& to = collected[static_cast<std::size_t>(block)];
+      to.clear();
+      const std::size_t first = begin + static_cast<std::size_t>(block) * kBlock,
+                        last = std::min(first + kBlock, s.points.size());
+      for (std::size_t p = first; p < last; ++p)
+        collect_votes(s, tetrahedra, walker, static_cast<std::uint32_t>(p),
+                      std::max(options.softness * spacing[p], 1e-12), to);
+    });
+    for (const std::vector<Vote>& of_block : collected)
+      for (const Vote& vote : of_block) {
+        if (vote.kind == Vote::air)
+          votes.air[vote.tetrahedron] += vote.weight;
+        else if (vote.kind == Vote::matter)
+          votes.matter[vote.tetrahedron] += vote.weight;
+        else
+          votes.face[vote.tetrahedron][vote.kind] += vote.weight;
+      }
+  }
+  // A camera stands in air, whatever the sightings say.
+  constexpr double kSure = 1e6;
+  const auto corner = static_cast<std::uint32_t>(s.points.size() - 1);
+  for (const glm::dvec3& camera : s.cameras) {
+    const glm::dvec3 way = camera - s.points[corner];
+    const std::uint32_t first = walker.first_towards(corner, way);
+    if (first == kOutside) continue;
+    const std::uint32_t there = walker.walk(first, kOutside, s.points[corner], way, [](std::uint32_t, std::size_t, double) {});
+    if (there != kOutside) votes.air[there] += kSure;
+  }
+  return votes;
+}
+
+/// 1 - cos of the angle between a face and the sphere through its tetrahedron: small where the face fits the points well (Labatut 2009).
+double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::uint32_t, 4>& corners, std::size_t opposite) {
+  const auto at = [&](std::size_t i) { return points[corners[(opposite + i) % 4]]; };
+  const glm::dvec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
+  const double volume = 2.0 * glm::dot(a, glm::cross(b, c));
+  if (volume == 0) return 1.0;
+  const glm::dvec3 centre = (glm::dot(a, a) * glm::cross(b, c) + glm::dot(b, b) * glm::cross(c, a) + glm::dot(c, c) * glm::cross(a, b)) / volume;
+  const glm::dvec3 normal = glm::cross(at(2) - at(1), at(3) - at(1));
+  const double size = glm::length(normal) * glm::length(centre);
+  if (!(size > 0)) return 1.0;
+  // Signed: towards the opposite corner it is positive.
+  const double side = glm::dot(normal, at(0) - at(1)) > 0 ? 1.0 : -1.0;
+  const double cosine = side * glm::dot(normal, at(0) + centre - at(1)) / size;
+  return 1.0 - std::clamp(cosine, -1.0, 1.0);
+}
+
+/// Which tetrahedra are air: the smallest cut.
+std::vector<bool> divide(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra, const Votes& votes, const SurfaceOptions& options) {
+  using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
+  using Graph = boost::adjacency_list<
+      boost::vecS, boost::vecS, boost::directedS,
+      boost::property<boost::vertex_color_t, boost::default_color_type,
+                      boost::property<boost::vertex_distance_t, long, boost::property<boost::vertex_predecessor_t, Traits::edge_descriptor>>>,
+      boost::property<boost::edge_capacity_t, double,
+                      boost::property<boost::edge_residual_capacity_t, double, boost::property<boost::edge_reverse_t, Traits::edge_descriptor>>>>;
+  const std::size_t n = tetrahedra.size(), air = n, matter = n + 1;
+  Graph graph(n + 2);
+  const auto connect = [&](std::size_t from, std::size_t to, double forward, double backward) {
+    const auto there = boost::add_edge(from, to, graph).first, back = boost::add_edge(to, from, graph).first;
+    boost::put(boost::edge_capacity, graph, there, forward), boost::put(boost::edge_capacity, graph, back, backward);
+    boost::put(boost::edge_reverse, graph, there, back), boost::put(boost::edge_reverse, graph, back, there);
+  };
+  for (std::size_t t = 0; t < n; ++t) {
+    double solid = votes.matter[t];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint32_t other = tetrahedra.across[t][k];
+      const double angle = sphere_angle(points, tetrahedra.corners[t], k);
+      if (other == kOutside) {
+        solid += options.smoothness * angle;
+        continue;
+      }
+      if (other < t) continue;
+      const auto& there = tetrahedra.across[other];
+      const auto back = static_cast<std::size_t>(std::find(there.begin(), there.end(), std::uint32_t(t)) - there.begin());
+      if (back >= 4) continue;
+      const double face = options.smoothness * std::max(angle, sphere_angle(points, tetrahedra.corners[other], back));
+      connect(t, other, votes.face[t][k] + face, votes.face[other][back] + face);
+    }
+    connect(air, t, votes.air[t], 0.0);
+    connect(t, matter, solid, 0.0);
+  }
+  boost::boykov_kolmogorov_max_flow(graph, air, matter);
+  std::vector<bool> is_air(n);
+  const auto colour = boost::get(boost::vertex_color, graph);
+  for (std::size_t t = 0; t < n; ++t) is_air[t] = colour[t] == colour[air];
+  return is_air;
+}
+
+}  // namespace
+
+Mesh surface_from_sightings(const Sightings& sightings, const SurfaceOptions& options) {
+  const Tetrahedra tetrahedra = delaunay(sightings.points);
+  const Votes votes = count_votes(sightings, tetrahedra, options);
+  const std::vector<bool> air = divide(sightings.points, tetrahedra, votes, options);
+  Mesh mesh;
+  for (const glm::dvec3& p : sightings.points) mesh.positions.emplace_back(p);
+  for (std::uint32_t t = 0; t < tetrahedra.size(); ++t)
+    for (std::size_t k = 0; air[t] && k < 4; ++k) {
+      const std::uint32_t other = tetrahedra.across[t][k];
+      if (other != kOutside && air[other]) continue;
+      const auto& c = tetrahedra.corners[t];
+      std::array<std::uint32_t, 3> face{c[(k + 1) % 4], c[(k + 2) % 4], c[(k + 3) % 4]};
+      // Counter-clockwise as seen from the air.
+      const glm::dvec3 a = sightings.points[face[0]], b = sightings.points[face[1]], d = sightings.points[face[2]];
+      if (glm::dot(glm::cross(b - a, d - a), sightings.points[c[k]] - a) < 0) std::swap(face[1], face[2]);
+      mesh.indices.insert(mesh.indices.end(), face.begin(), face.end());
+    }
+  return mesh;
+}
+
+}  // namespace trisoup::soup

@@ -1,0 +1,103 @@
+#include "run/memory_need.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "soup/texture_table.h"
+#include "train/step/batch_buffers.h"
+#include "train/step/forward_pass.h"
+#include "train/step/shared_soup.h"
+#include "train/step/small_views.h"
+#include "train/step/soup_buffers.h"
+
+namespace trisoup::train {
+namespace {
+
+/// The largest value in 0..high that `fits`; it must fit all below it too.
+template <typename Fits>
+std::uint32_t largest(std::uint32_t high, Fits&& fits) {
+  std::uint32_t low = 0;
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2 + (high - low) % 2;
+    if (fits(middle)) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+}  // namespace
+
+BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& settings) {
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> sizes;
+  for (const scene::View& v : views)
+    sizes.emplace_back(std::uint64_t(v.camera.width) * v.camera.height,
+                       std::uint64_t((v.camera.width + 7) / 8) * ((v.camera.height + 7) / 8));
+  std::sort(sizes.rbegin(), sizes.rend());
+  BatchSize size;
+  size.views = std::min<std::uint32_t>(settings.batch, static_cast<std::uint32_t>(sizes.size()));
+  for (std::uint32_t i = 0; i < size.views; ++i) {
+    size.pixels += sizes[i].first;
+    size.tiles += sizes[i].second;
+  }
+  return size;
+}
+
+std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
+
+MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32_t ranks) {
+  MemoryNeed need;
+  const bool small = s.small_scale < 1 && small_end(s) > 0;
+  for (const scene::View& v : scene.train) {
+    const double scale = small ? small_scale(v.camera, s) : 0.0;
+    need.photographs += static_cast<std::uint64_t>(4.0 * v.camera.width * v.camera.height * (1 + scale * scale));
+  }
+  // Evaluation has the photographs of up to four views on the device.
+  std::uint64_t largest_test = 0;
+  for (const auto* views : {&scene.test, &scene.validation})
+    for (const scene::View& v : *views)
+      largest_test =
+          std::max(largest_test, std::uint64_t(v.camera.width) * static_cast<std::uint64_t>(v.camera.height));
+  // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
+  std::uint64_t most = s.triangles;
+  if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
+  const BatchSize batch = largest_batch(scene.train, s);
+  need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
+                           static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
+               kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
+  // A change of topology has, of textures, the logits of the old soup (and the moments, where they are kept), and those of the new one: one array
+  // after the other, so that besides one of them all is there once. Rows, parents and corners of triangles come to it.
+  const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
+  const std::uint64_t change = triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * (s.keep_moments ? 4 : 2);
+  need.soup = std::max({soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks), soup_bytes(most, s.level_min, s.level_max, ranks), change});
+  if (ranks > 1) need.frame += batch.pixels * SharedSoup::kPixelBytes;
+  return need;
+}
+
+std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
+  return largest(settings.triangles, [&](std::uint32_t n) {
+    Settings s = settings;
+    s.triangles = n;
+    return memory_need(scene, s, ranks).total() <= bytes;
+  });
+}
+
+Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available) {
+  // Where a run needs more than was foreseen, the next one will by as much.
+  const std::uint64_t foreseen = memory_need(scene, settings).total();
+  const double share = needed > foreseen ? double(foreseen) / double(needed) : 1.0;
+  Settings s = settings;
+  s.most_triangles = 0;  // splits then go as far as there is memory
+  const auto memory = static_cast<std::uint64_t>(share * double(available));
+  return {triangles_that_fit(scene, s, memory), memory};
+}
+
+std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
+  const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(usual_most(settings), 0xffffffffu));
+  return largest(high, [&](std::uint32_t n) {
+    Settings s = settings;
+    s.most_triangles = n;
+    return n <= settings.triangles || memory_need(scene, s, ranks).total() <= bytes;
+  });
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,214 @@
+#include "train/quality/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include <nlohmann/json.hpp>
+
+#include "args/quantise.h"
+#include "base/error.h"
+#include "base/printable.h"
+#include "soup/texture_table.h"
+#include "train/quality/image_sums.h"
+#include "train/step/forward_pass.h"
+#include "train/step/shared_soup.h"
+
+namespace trisoup::train {
+
+void check_clip_planes(double near, double far) {
+  if (!(near > 0 && near < far && far < 1e37))
+    throw Error("clip planes: near {} and far {} must be 0 < near < far; correct --near and --far", near, far);
+}
+
+ImageMetrics mean(const std::vector<ViewMetrics>& views) {
+  ImageMetrics sum;
+  double n = 0;
+  for (const ViewMetrics& view : views) {
+    if (view.metrics.pixels == 0) continue;
+    ++n;
+    sum.psnr += view.metrics.psnr;
+    sum.ssim += view.metrics.ssim;
+    sum.mae += view.metrics.mae;
+    sum.uncovered += view.metrics.uncovered;
+    sum.pixels += view.metrics.pixels;
+  }
+  if (n == 0) return {};
+  return {sum.psnr / n, sum.ssim / n, sum.mae / n, sum.pixels, sum.uncovered / n};
+}
+
+Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
+                    const glm::vec3& background, double near, double far, const OnRender& on_render) {
+  check_clip_planes(near, far);
+  constexpr std::size_t kMost = 4;  // views in a batch; their photographs are on the device for as long
+  std::uint64_t largest = 0;
+  for (const scene::View& view : views) largest = std::max<std::uint64_t>(largest, view.image.rgba.size());
+  const gpu::Buffer photographs = gpu.allocate(kMost * largest, "photographs of test views");
+  const gpu::Buffer counts = gpu.allocate(4ull * soup.triangles, "visible pixels");
+  std::vector<BatchView> batch;
+  for (const scene::View& view : views) {
+    batch.push_back(batch_view(view.camera, near, far));
+    batch.back().photo = photographs.address() + (batch.size() - 1) % kMost * largest;
+  }
+  StepInputs inputs;
+  inputs.background = background;
+  Step step(gpu, soup, frame);
+  Evaluation evaluation;
+  for_each_batch(gpu, soup, frame, batch, true, inputs, kMost, [&](std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i) gpu.upload(batch[i].photo, views[i].image.rgba);
+    step.photographs(inputs);
+    const std::vector<ImageSums> sums = sum_images(gpu, frame, background, Ssim::whole_windows);
+    for (std::size_t i = 0; i < count; ++i) {
+      const scene::View& view = views[first + i];
+      const kernels::ViewRecord& record = frame.batch().records[i];
+      evaluation.views.push_back({view.name, metrics_of(sums[i]), share_shown(gpu, soup, frame, record, counts)});
+      if (!on_render) continue;
+      const std::size_t pixels = std::size_t(record.width) * record.height;
+      on_render(view, gpu.download_vector<float>(frame.colour.address() + 12ull * record.pixel_offset, 3 * pixels));
+    }
+  });
+  evaluation.mean = mean(evaluation.views);
+  return evaluation;
+}
+
+namespace {
+
+std::vector<glm::vec3> normalised_vertices(const soup::Model& model, const scene::Normalisation& normalisation) {
+  std::vector<glm::vec3> vertices;
+  for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v) + model.origin));
+  return vertices;
+}
+
+}  // namespace
+
+void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation) {
+  std::vector<soup::TextureLevels> levels;
+  for (const soup::TextureEntry& row : model.textures) levels.push_back({row.level_max, row.level_max});
+  const std::vector<soup::TextureEntry> table = soup::make_texture_table(levels).entries;
+  Textures textures;
+  textures.source = upload_logits(gpu, table, all_of(table), [&](std::size_t t, float* to) {
+    const std::uint8_t* values = &model.lattice[std::size_t{model.textures[t].lattice_offset} * soup::kChannels];
+    for (std::uint32_t i = 0; i < soup::samples_at(table[t].level_max) * soup::kChannels; ++i) {
+      const bool opaque = i % soup::kChannels == soup::kChannels - 1 && values[i] == 255;
+      // Ends of the scale stand for all that rounds to them.
+      const double v = std::clamp(values[i] / 255.0, 0.25 / 255.0, 254.75 / 255.0);
+      to[i] = opaque ? kOpaqueLogit : static_cast<float>(std::log(v / (1.0 - v)));
+    }
+  });
+  allocate_soup(gpu, soup, normalised_vertices(model, normalisation), table, std::move(textures));
+  allocate_mlp(gpu, soup, model.mlp);
+}
+
+namespace {
+
+/// Values between 0 and 1 of the 8 bits of a model, and its opacities by themselves.
+void upload_lattice(gpu::Device& gpu, SoupBuffers& soup, std::span<const std::uint8_t> values) {
+  std::vector<float> lattice, opacity;
+  lattice.reserve(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    lattice.push_back(static_cast<float>(values[i]) / 255.0f);
+    if (i % soup::kChannels == soup::kChannels - 1) opacity.push_back(lattice.back());
+  }
+  soup.lattice = gpu.allocate(lattice.size() * 4, "summed textures");
+  soup.opacity = gpu.allocate(opacity.size() * 4, "opacities");
+  if (opacity.empty()) return;
+  gpu.upload(soup.lattice.address(), lattice);
+  gpu.upload(soup.opacity.address(), opacity);
+}
+
+void load_into(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation) {
+  soup.triangles = static_cast<std::uint32_t>(model.triangles());
+  soup.table = model.textures;
+  soup.drop_near = model.drop_near;
+  for (const soup::TextureEntry& row : soup.table)
+    soup.lattice_samples = std::max<std::uint64_t>(soup.lattice_samples, std::uint64_t(row.lattice_offset) + soup::samples_at(row.level_max));
+  const std::vector<glm::vec3> vertices = normalised_vertices(model, normalisation);
+  soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
+  gpu.upload(soup.vertices.address(), vertices);
+  if (soup.shared) soup.ranges = divided(soup.table, soup.shared->size());
+  soup.textures = gpu.allocate(soup.table.size() * sizeof(soup::TextureEntry), "texture table");
+  gpu.upload(soup.textures.address(), soup.shared ? local_rows(soup.table, soup.own()) : soup.table);
+  if (soup.shared) upload_lattice(gpu, soup, ranks::values_of<std::uint8_t>(soup.shared->own_of_first(ranks::bytes_of(model.lattice), soup::kChannels)));
+  else upload_lattice(gpu, soup, model.lattice);
+  allocate_mlp(gpu, soup, model.mlp);
+}
+
+}  // namespace
+
+SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation) {
+  SoupBuffers soup;
+  load_into(gpu, soup, model, normalisation);
+  return soup;
+}
+
+LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks, Frame* in)
+    : frame(in ? *in : own_frame_.emplace(gpu)) {
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, frame, *ranks);
+  load_into(gpu, soup, model, normalisation);
+}
+
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, const std::vector<scene::View>& views, double near, double far,
+                    const OnRender& on_render, ranks::Ranks* ranks) {
+  LoadedModel loaded(gpu, model, scene.normalisation, ranks);
+  return evaluate(gpu, loaded.soup, loaded.frame, views, model.background, near, far, on_render);
+}
+
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
+                    const OnRender& on_render, ranks::Ranks* ranks) {
+  return evaluate(gpu, model, scene, scene.test, near, far, on_render, ranks);
+}
+
+soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
+                       const scene::Normalisation& normalisation) {
+  soup::Model model;
+  // Geographic coordinates are metres by the million, of which floats keep halves.
+  constexpr double kFar = 64;
+  if (glm::length(normalisation.centre) * normalisation.scale > kFar) model.origin = normalisation.centre;
+  for (const glm::vec3& v : gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles))
+    model.vertices.emplace_back(normalisation.to_world(glm::dvec3(v)) - model.origin);
+  model.textures = soup.table;
+  for (soup::TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
+  // A piece at a time: little memory, and a quarter of the bytes that the floats would bring.
+  static_assert(soup::kChannels == 8);
+  constexpr std::uint64_t kPiece = 1 << 19;
+  const TriangleRange own = soup.own();
+  const std::uint64_t samples = soup.lattice_at(own.last) - soup.lattice_at(own.first);
+  const gpu::Buffer packed = gpu.allocate(8 * std::min(kPiece, samples), "textures in 8 bits");
+  model.lattice.resize(samples * 8);
+  for (std::uint64_t first = 0; first < samples; first += kPiece) {
+    const auto count = static_cast<std::uint32_t>(std::min(kPiece, samples - first));
+    gpu.launch({"quantise"}, (count + 63) / 64, kernels::QuantiseArgs{soup.lattice.address() + 32 * first, packed.address(), count, 0});
+    gpu.download(packed.address(), std::as_writable_bytes(std::span(model.lattice).subspan(8 * first, 8ull * count)));
+  }
+  if (soup.shared) model.lattice = ranks::values_of<std::uint8_t>(soup.shared->on_first(ranks::bytes_of(model.lattice)));
+  model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
+  model.background = background;
+  model.drop_near = soup.drop_near;
+  model.centre = normalisation.centre;
+  model.scale = normalisation.scale;
+  return model;
+}
+
+nlohmann::json to_json(const Evaluation& evaluation) {
+  nlohmann::json json;
+  const auto put = [](nlohmann::json& to, const ImageMetrics& m) {
+    to["psnr"] = m.psnr;
+    to["ssim"] = m.ssim;
+    to["mae"] = m.mae;
+    to["uncovered"] = m.uncovered;
+    // Of nothing they would read as a measurement.
+    if (m.pixels == 0) to["psnr"] = to["ssim"] = to["mae"] = to["uncovered"] = nullptr;
+  };
+  put(json, evaluation.mean);
+  json["views"] = nlohmann::json::array();
+  for (const ViewMetrics& view : evaluation.views) {
+    nlohmann::json row;
+    row["name"] = utf8(view.name);
+    put(row, view.metrics);
+    if (view.triangles_shown) row["triangles_shown"] = *view.triangles_shown;
+    json["views"].push_back(row);
+  }
+  return json;
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,147 @@
+#include "train/start/surface_start.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include "base/error.h"
+#include "base/parallel_for.h"
+#include "mesh/decimate_views.h"
+#include "mesh/surface.h"
+#include "train/start/start_points.h"
+
+namespace trisoup::train {
+namespace {
+
+/// More points than that say nothing that a few thousand triangles could keep, and the cut takes minutes.
+constexpr std::size_t kMostPoints = 40'000;
+/// Corners of the sphere that closes the surface, and its radius as a share of the backdrop's.
+constexpr int kShellPoints = 200;
+constexpr double kShellRadius = 0.7;
+
+/// Points on a sphere, evenly: a Fibonacci lattice.
+glm::dvec3 on_sphere(int i, int count) {
+  constexpr double kGoldenAngle = 2.399963229728653;
+  const double z = 1.0 - (2.0 * i + 1.0) / count, r = std::sqrt(1.0 - z * z);
+  return {r * std::cos(i * kGoldenAngle), r * std::sin(i * kGoldenAngle), z};
+}
+
+/// Mean colour of the photographs at `p`, of all of `views` that have it in their picture; nothing where none has.
+bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views, const glm::dvec3& p, glm::dvec3& colour) {
+  glm::dvec3 sum(0.0);
+  int count = 0;
+  for (const std::uint32_t v : views) {
+    const scene::Camera& camera = scene.train[v].camera;
+    const Image& image = scene.train[v].image;
+    const glm::dvec3 c(camera.world_to_camera * glm::dvec4(p, 1.0));
+    if (!(c.z > 0) || image.rgba.empty()) continue;
+    const double x = std::floor(camera.fx * c.x / c.z + camera.cx), y = std::floor(camera.fy * c.y / c.z + camera.cy);
+    if (!(x >= 0 && y >= 0 && x < image.width && y < image.height)) continue;
+    const std::uint8_t* pixel = &image.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x))];
+    if (pixel[3] < 128) continue;
+    sum += glm::dvec3(pixel[0], pixel[1], pixel[2]) / 255.0;
+    ++count;
+  }
+  if (count > 0) colour = sum / double(count);
+  return count > 0;
+}
+
+/// Colours of corners: of the views that saw them, or of all views that look there.
+class Colours {
+ public:
+  explicit Colours(const scene::Scene& scene) : scene_(scene), all_(scene.train.size()) {
+    for (std::uint32_t v = 0; v < all_.size(); ++v) all_[v] = v;
+  }
+  glm::vec3 at(const glm::dvec3& p, std::span<const std::uint32_t> views) const {
+    glm::dvec3 colour(0.5);
+    if (!add_colours(scene_, views, p, colour)) add_colours(scene_, all_, p, colour);
+    return glm::vec3(colour);
+  }
+  glm::vec3 at(const glm::dvec3& p) const { return at(p, {}); }
+
+ private:
+  const scene::Scene& scene_;
+  std::vector<std::uint32_t> all_;
+};
+
+/// What an error of the surface is worth, per triangle: moved by h along its normal it shifts what a camera at distance d shows of it by
+/// up to focal h / d pixels, over area (focal / d)^2 pixels, so a squared error grows with area (focal / d)^4, summed over the views that saw
+/// its corners. A corner that nobody saw (of the sphere) may be seen by any view, and counts a hundredth.
+std::vector<double> picture_weights(const scene::Scene& scene, const soup::Mesh& mesh, std::span<const std::vector<std::uint32_t>> seen_by) {
+  constexpr double kUnseen = 0.01, kNearest = 0.05;
+  const auto from_view = [&](std::size_t view, const glm::dvec3& p) {
+    const scene::Camera& camera = scene.train[view].camera;
+    const double pixels = std::max(camera.fx, camera.fy) / std::max(kNearest, glm::distance(camera.centre(), p));
+    return pixels * pixels * pixels * pixels;
+  };
+  std::vector<double> corners(mesh.positions.size(), 0.0), weights;
+  parallel_for(static_cast<int>(corners.size()), 0, [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    const glm::dvec3 p(mesh.positions[i]);
+    for (const std::uint32_t v : seen_by[i]) corners[i] += from_view(v, p);
+    for (std::size_t v = 0; seen_by[i].empty() && v < scene.train.size(); ++v) corners[i] += kUnseen * from_view(v, p);
+  });
+  for (std::size_t k = 0; k + 2 < mesh.indices.size(); k += 3) {
+    const std::uint32_t a = mesh.indices[k], b = mesh.indices[k + 1], c = mesh.indices[k + 2];
+    const glm::dvec3 p(mesh.positions[a]), q(mesh.positions[b]), r(mesh.positions[c]);
+    weights.push_back(glm::length(glm::cross(q - p, r - p)) * (corners[a] + corners[b] + corners[c]));
+  }
+  return weights;
+}
+
+}  // namespace
+
+std::vector<glm::vec3> backdrop_triangles(double radius) {
+  const double g = (1.0 + std::sqrt(5.0)) / 2.0;
+  const std::array<glm::dvec3, 12> corners{{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
+                                            {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}}};
+  std::vector<glm::vec3> triangles;
+  const auto add = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+    for (const glm::dvec3& p : {a, b, c}) triangles.emplace_back(radius * glm::normalize(p));
+  };
+  // Faces of an icosahedron are the triples of corners that are an edge's length, 2, apart. Each is cut into four.
+  const auto near = [](const glm::dvec3& a, const glm::dvec3& b) { return glm::length(a - b) < 2.1; };
+  for (std::size_t i = 0; i < 12; ++i)
+    for (std::size_t j = i + 1; j < 12; ++j)
+      for (std::size_t k = j + 1; k < 12; ++k) {
+        const glm::dvec3 &a = corners[i], &b = corners[j], &c = corners[k];
+        if (!near(a, b) || !near(b, c) || !near(a, c)) continue;
+        const glm::dvec3 ab = a + b, bc = b + c, ca = c + a;
+        add(a, ab, ca), add(ab, b, bc), add(ca, bc, c), add(ab, bc, ca);
+      }
+  return triangles;
+}
+
+Start surface_start(const scene::Scene& scene, const Settings& settings) {
+  if (scene.points.positions.empty())
+    throw Error("{}: has no points to start from; use --init random or --init MESH", scene.path.string());
+  const std::vector<std::uint32_t> chosen = usable_points(scene.points, kMostPoints);
+  std::vector<glm::dvec3> points, cameras;
+  for (const std::uint32_t i : chosen) points.emplace_back(scene.points.positions[i]);
+  std::vector<std::vector<std::uint32_t>> seen_by = sightings_of(scene, chosen);
+  for (const scene::View& view : scene.train) cameras.push_back(view.camera.centre());
+  double radius = kShellRadius * settings.backdrop;
+  if (!(radius > 0)) radius = 2.0 * reach_of(scene).farthest;
+  for (int i = 0; i < kShellPoints; ++i) points.push_back(radius * on_sphere(i, kShellPoints));
+  seen_by.resize(points.size());
+
+  const soup::Mesh mesh = soup::surface_from_sightings({points, seen_by, cameras}, {});
+  const std::vector<glm::vec3> backdrop = settings.backdrop > 0 ? backdrop_triangles(settings.backdrop) : std::vector<glm::vec3>{};
+  const std::size_t behind = backdrop.size() / 3, budget = settings.triangles > 4 * behind ? settings.triangles - behind : settings.triangles;
+  const Colours colours(scene);
+  std::vector<std::optional<glm::vec3>> colour_of(points.size());
+  Start start;
+  for (const std::uint32_t i : soup::decimate_views(mesh, picture_weights(scene, mesh, seen_by), budget)) {
+    if (!colour_of[i]) colour_of[i] = colours.at(points[i], seen_by[i]);
+    start.vertices.emplace_back(points[i]);
+    start.colours.push_back(*colour_of[i]);
+  }
+  if (settings.triangles <= 4 * behind) return start;
+  start.opaque = behind;
+  for (const glm::vec3& p : backdrop) start.vertices.push_back(p), start.colours.push_back(colours.at(glm::dvec3(p)));
+  return start;
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,88 @@
+#include "train/step/batch_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "soup/random.h"
+
+namespace trisoup::train {
+namespace {
+
+/// Weights of the pixels at -1, 0, 1 and 2 for what lies at f in [0, 1): a cubic through the pixels (Catmull and Rom 1974; Keys 1981 with a = -1/2),
+/// in whole multiples of 1/128.
+glm::vec4 taps_at(double f) {
+  const auto rounded = [](double weight) { return std::round(weight * 128.0) / 128.0; };
+  const double before = rounded(-0.5 * f * (1 - f) * (1 - f)), after = rounded(-0.5 * f * f * (1 - f)), next = rounded(f * (0.5 + f * (2.0 - 1.5 * f)));
+  return {before, 1.0 - before - next - after, next, after};
+}
+
+}  // namespace
+
+BatchView batch_view(const scene::Camera& camera, double near, double far, double scale) {
+  const auto side = [&](int n) { return std::max(1, static_cast<int>(std::lround(n * scale))); };
+  const scene::Camera sized = scene::resized(camera, side(camera.width), side(camera.height));
+  BatchView view;
+  view.clip_from_world = scene::clip_from_world(sized, near, far);
+  view.world_from_clip = glm::inverse(view.clip_from_world);
+  view.width = sized.width;
+  view.height = sized.height;
+  view.photograph_pixels = double(camera.width) * camera.height / (double(sized.width) * sized.height);
+  return view;
+}
+
+BatchView sampled_at(const BatchView& view, glm::dvec2 pixels) {
+  BatchView moved = view;
+  moved.offset += pixels;
+  return moved;
+}
+
+glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double most) {
+  constexpr std::uint64_t kStream = 0x6a6974746572;  // "jitter"
+  soup::Random random(seed ^ (kStream << 16), step);
+  random.seek(std::uint64_t(view.index) * 2);
+  const double x = random.uniform01(), y = random.uniform01();
+  // A lone pixel has no neighbours from which what lies beside its centre could be told.
+  return most * glm::dvec2(view.width > 1 ? 2.0 * x - 1.0 : 0.0, view.height > 1 ? 2.0 * y - 1.0 : 0.0);
+}
+
+BatchLayout lay_out(std::span<const BatchView> views) {
+  BatchLayout layout;
+  layout.views = static_cast<std::uint32_t>(views.size());
+  for (const BatchView& view : views) {
+    kernels::ViewRecord record{};
+    // Rounded to floats before they are moved: what a step sees must not hang on digits of a pose that a far origin took away.
+    const glm::dvec2 ndc = 2.0 * view.offset / glm::dvec2(view.width, view.height);
+    record.clip_from_world = glm::mat4(view.clip_from_world);
+    record.clip_from_world = glm::mat4(glm::translate(glm::dmat4(1.0), glm::dvec3(-ndc, 0.0)) * glm::dmat4(record.clip_from_world));
+    const scene::PixelRays rays = scene::pixel_rays(view.world_from_clip);
+    record.ray_x = glm::vec4(rays.x, 0.0);
+    record.ray_y = glm::vec4(rays.y, 0.0);
+    record.ray = glm::vec4(rays.centre, 0.0);
+    record.ray = glm::vec4(glm::dvec4(record.ray) + ndc.x * glm::dvec4(record.ray_x) + ndc.y * glm::dvec4(record.ray_y));
+    record.width = view.width;
+    record.height = view.height;
+    record.tiles_x = (view.width + 7) / 8;
+    record.tiles_y = (view.height + 7) / 8;
+    record.pixel_offset = layout.pixels;
+    record.tile_offset = layout.tiles;
+    record.block_offset = layout.blocks;
+    record.photo = view.photo;
+    record.index = view.index;
+    record.photograph_pixels = static_cast<float>(view.photograph_pixels);
+    const glm::dvec2 whole = glm::floor(view.offset);
+    record.first_x = static_cast<int>(whole.x) - 1;
+    record.first_y = static_cast<int>(whole.y) - 1;
+    record.taps_x = taps_at(view.offset.x - whole.x);
+    record.taps_y = taps_at(view.offset.y - whole.y);
+    layout.records.push_back(record);
+    layout.pixels += view.width * view.height;
+    layout.tiles += record.tiles_x * record.tiles_y;
+    layout.blocks += ((view.width + 15) / 16) * ((view.height + 15) / 16);
+    if (view.width > 10 && view.height > 10) layout.windows += std::uint64_t(view.width - 10) * (view.height - 10);
+  }
+  return layout;
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,68 @@
+#include "train/step/non_finite.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include <fmt/format.h>
+
+#include "args/collapse_lost.h"
+
+namespace trisoup::train {
+namespace {
+
+/// Takes triangles with a lost vertex out; returns how many.
+std::uint32_t collapse_lost(gpu::Device& gpu, SoupBuffers& soup) {
+  const gpu::Buffer count = gpu.allocate(4, "triangles taken out");
+  gpu.fill(count.address(), count.bytes(), 0);
+  gpu.launch({"collapse_lost"}, (soup.triangles + 63) / 64,
+             kernels::CollapseLostArgs{soup.vertices.address(), soup.vertex_moment1.address(), soup.vertex_moment2.address(),
+                                       count.address(), soup.triangles, 0});
+  return gpu.download_vector<std::uint32_t>(count.address(), 1)[0];
+}
+
+}  // namespace
+
+std::string to_string(const ParameterFault& f) {
+  using Kind = ParameterFault::Kind;
+  if (f.kind == Kind::weight)
+    return fmt::format("step {}: weight {} of the MLP or its optimiser state was not a number and has been reset ({} in all)", f.step, f.place,
+                       f.count);
+  if (f.kind == Kind::texel)
+    return fmt::format("step {}: texel {}, channel {}, of triangle {} or its optimiser state was not a number and has been reset ({} in all)",
+                       f.step, f.place, f.channel, f.triangle, f.count);
+  if (f.count == 0)
+    return fmt::format("step {}: the optimiser state of vertex {} of triangle {} was not a number and has been reset", f.step, f.place, f.triangle);
+  return fmt::format("step {}: vertex {} of triangle {} was not a number; the triangle is taken out ({} in all)", f.step, f.place, f.triangle,
+                     f.count);
+}
+
+std::vector<ParameterFault> take_faults(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) {
+  std::vector<ParameterFault> found;
+  const gpu::Address at = frame.control.address() + offsetof(kernels::Control, faults);
+  const auto faults = gpu.download_vector<kernels::Fault>(at, 3);
+  if (std::all_of(faults.begin(), faults.end(), [](const kernels::Fault& f) { return f.count == 0; })) return found;
+  gpu.fill(at, sizeof(kernels::Control::faults), 0);
+  for (std::uint32_t kind = 0; kind < 3; ++kind) {
+    const kernels::Fault& fault = faults[kind];
+    if (fault.count == 0) continue;
+    ParameterFault f{static_cast<ParameterFault::Kind>(kind), fault.step + 1ull, 0, fault.index, 0, fault.count};
+    if (kind == FAULT_VERTEX) {
+      f.triangle = fault.index / 9;
+      f.place = fault.index % 9 / 3;
+      f.count = collapse_lost(gpu, soup);
+    } else if (kind == FAULT_TEXEL) {
+      const auto sample = static_cast<std::uint32_t>(fault.index / 8 + soup.source_at(soup.own().first));
+      f.channel = fault.index % 8;
+      for (std::uint32_t t = 0; t < soup.triangles; ++t) {
+        const soup::TextureEntry& row = soup.table[t];
+        if (sample < row.source_offset || sample >= row.source_offset + soup::samples_in(row.level_min, row.level_max)) continue;
+        f.triangle = t;
+        f.place = sample - row.source_offset;
+      }
+    }
+    found.push_back(f);
+  }
+  return found;
+}
+
+}  // namespace trisoup::train

@@ -1,0 +1,33 @@
+// Parameters that are not numbers: where they were found, and what becomes of them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gpu/device.h"
+#include "train/step/batch_buffers.h"
+#include "train/step/soup_buffers.h"
+
+namespace trisoup::train {
+
+/// The first of its kind since the last look. Kernels reset what they find in the step in which they find it (shaders/common/faults.h): a texel's
+/// logit or a weight becomes 0, its optimiser state starts anew. A triangle with such a vertex is drawn by no view; it becomes a point,
+/// which the next change of topology that drops unseen triangles drops.
+struct ParameterFault {
+  enum class Kind { vertex, texel, weight };  // FAULT_
+  Kind kind = Kind::vertex;
+  std::uint64_t step = 0;      // in which it was found, counted from 1
+  std::uint32_t triangle = 0;  // of a vertex or texel
+  std::uint32_t place = 0;     // 0..2: the vertex; sample of the triangle's texture, all levels; index of the weight
+  std::uint32_t channel = 0;   // of a texel, 0..7
+  std::uint64_t count = 0;     // triangles taken out, texels or weights reset; 0: only optimiser state was
+};
+
+/// One line for people.
+std::string to_string(const ParameterFault& fault);
+
+/// What was found since the last call, at most one of each kind; takes the triangles out. Waits for the device.
+std::vector<ParameterFault> take_faults(gpu::Device& gpu, SoupBuffers& soup, Frame& frame);
+
+}  // namespace trisoup::train

@@ -1,0 +1,309 @@
+#include "train/topology/simplify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+
+namespace trisoup::train {
+namespace {
+
+/// Bytes of a triangle beside its texture, in samples: vertices and a row of the table.
+constexpr double kTriangleInSamples = 6;
+/// What a halving of the bytes costs, in dB, until two rounds have shown it.
+constexpr double kUsualSlope = 1.0;
+/// Closer to a quality than this is there.
+constexpr double kCloseEnough = 0.04;  // dB
+/// What misses a quality by less may reach it when it is trained on.
+constexpr double kNear = 0.3;  // dB
+/// What one more round brings of what the one before it did.
+constexpr double kNextGain = 0.8;
+/// Where the quality is nearly met already, a round is for more of the bytes than this.
+constexpr double kWorthARound = 0.04;
+constexpr double kNearlyMet = 0.2;  // dB
+/// Where the quality is met, so much less is tried before it is the smallest; and not where something larger than this share has missed it.
+constexpr double kProbe = 0.15, kSurelyMissed = 0.7;
+/// So often a training goes back to its best round.
+constexpr std::ptrdiff_t kMostReturns = 5;
+/// An SSIM is steered by its distance from 1, in dB: -10 log10(1 - SSIM).
+double decibels(double ssim) { return -10.0 * std::log10(std::max(1e-6, 1.0 - ssim)); }
+
+struct Removal {
+  double loss = 0, saves = 0;  // squared error; samples
+  std::uint32_t triangle = 0;
+  bool whole = false;
+  double each() const { return loss / saves; }
+};
+
+/// Without the triangle's finest level.
+Removal coarser(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t) {
+  return {std::max(0.0, importance.finest[t]),
+          double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
+}
+
+/// Of a triangle the removal that costs less for what it saves; a backdrop's triangle stays, and what cannot be coarser has none then.
+std::optional<Removal> cheaper(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t,
+                               bool stays) {
+  const Removal whole{std::max(0.0, importance.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t,
+                      true};
+  if (row.level_max == 0) return stays ? std::nullopt : std::optional(whole);
+  const Removal finest = coarser(importance, row, t);
+  return stays || finest.each() < whole.each() ? finest : whole;
+}
+
+/// By how much a round is above the goal of quality, dB; below zero: it misses it. What is no goal is not in the way.
+double above(const Round& r, const Settings& s) {
+  double least = 1e9;
+  if (s.target_psnr > 0) least = std::min(least, r.psnr - s.target_psnr);
+  if (s.target_ssim > 0) least = std::min(least, decibels(r.ssim) - decibels(s.target_ssim));
+  return least;
+}
+
+/// How much larger than its goal of size a round is, as a factor; at most 1: within.
+double too_large(const Round& r, const Settings& s) {
+  double most = 0;
+  if (s.max_bytes > 0) most = std::max(most, double(r.bytes) / double(s.max_bytes));
+  if (s.max_triangles > 0) most = std::max(most, double(r.triangles) / double(s.max_triangles));
+  return most;
+}
+
+/// What a halving of the bytes costs from one round to another that has fewer, dB.
+double slope(const Round& larger, const Round& smaller, const Settings& s) {
+  return (above(larger, s) - above(smaller, s)) / std::log2(double(larger.bytes) / double(smaller.bytes));
+}
+
+/// What a halving of the bytes has cost lately, dB.
+double slope(std::span<const Round> rounds, const Settings& s) {
+  for (std::size_t i = rounds.size() - 1; i > 0; --i) {
+    const Round& before = rounds[rounds[i].from];
+    if (double(before.bytes) > 1.035 * double(rounds[i].bytes)) return std::clamp(slope(before, rounds[i], s), 0.3, 6.0);
+  }
+  return kUsualSlope;
+}
+
+/// Whether the soup of this round met the quality when it was trained on.
+bool got_there(std::span<const Round> rounds, const Round& round, const Settings& s) {
+  for (const Round& met : rounds)
+    for (const Round* r = &met; above(met, s) >= 0 && !r->smaller && &rounds[r->from] != r; r = &rounds[r->from])
+      if (&rounds[r->from] == &round) return true;
+  return false;
+}
+
+/// Of the rounds that miss the quality for good and have fewer bytes than `least` the largest; null: there is none.
+const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const Settings& s) {
+  const Round* found = nullptr;
+  for (const Round& r : rounds)
+    if (above(r, s) < 0 && r.bytes < least && !got_there(rounds, r, s) && (!found || r.bytes >= found->bytes)) found = &r;
+  return found;
+}
+
+/// How often a training has gone back to its best round.
+std::ptrdiff_t returns(std::span<const Round> rounds) {
+  return std::count_if(rounds.begin() + 1, rounds.end(), [&](const Round& r) { return &rounds[r.from] + 1 != &r; });
+}
+
+/// On from a round that is above the quality, with as much less as is expected to end at it. Each halving costs more than the one before, so on a line to a
+/// round that is known to miss it one ends above it; half of the way at least, for that round had been trained on for less long. Once there it is forgotten.
+std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::size_t from, const Settings& s) {
+  const Round& r = rounds[from];
+  const double margin = above(r, s);
+  if (margin < kCloseEnough) {
+    const Round* known = next_miss(rounds, r.bytes, s);
+    if (known && double(known->bytes) > kSurelyMissed * double(r.bytes)) return std::nullopt;
+    return NextRound{from, {1 - kProbe, 1}};
+  }
+  const bool nearly = margin < kNearlyMet;
+  const Round* miss = next_miss(rounds, std::uint64_t(double(r.bytes) * (nearly ? 1 : 1 - kWorthARound)), s);
+  if (!miss) return NextRound{from, {std::clamp(std::exp2(-margin / std::max(slope(rounds, s), returns(rounds) > 0 ? kUsualSlope : 0)), 0.5, 0.97), 1}};
+  const double way = std::max(0.5, margin / (margin - above(*miss, s)));
+  const double stays = std::pow(double(miss->bytes) / double(r.bytes), way);
+  if (nearly && stays > 1 - kWorthARound) return std::nullopt;
+  return NextRound{from, {std::max(0.5, stays), 1}};
+}
+
+/// Removals, one of each triangle, those that cost least for what they save first.
+class Removals {
+ public:
+  explicit Removals(std::span<const soup::TextureEntry> table) : table_(table), goes_(table.size()), coarser_(table.size()), left_(table.size()) {}
+
+  void add(const Removal& removal) { all_.push_back(removal); }
+  /// Of two triangles one of which stands in for the other no more than one goes: what each costs is true as long as the other is there.
+  void keep_stand_ins(const Importance& importance) { behind_ = importance.behind, stands_in_.resize(table_.size()); }
+  /// Takes one after the other as long as `pays` says so, but for the last triangle.
+  template <typename Pays>
+  Shrunk take(Pays&& pays) {
+    std::stable_sort(all_.begin(), all_.end(), [](const Removal& a, const Removal& b) { return a.each() < b.each(); });
+    for (const Removal& r : all_) {
+      if (r.whole && (left_ == 1 || is_leant_on(r.triangle))) continue;
+      if (!pays(r)) break;
+      if (r.whole) remove(r.triangle);
+      else coarser_[r.triangle] = true;
+    }
+    Shrunk shrunk;
+    for (std::uint32_t t = 0; t < table_.size(); ++t) {
+      if (goes_[t]) continue;
+      const std::uint32_t finest = table_[t].level_max - (coarser_[t] ? 1 : 0);
+      shrunk.kept.push_back(t);
+      shrunk.levels.push_back({std::min(table_[t].level_min, finest), finest});
+    }
+    return shrunk;
+  }
+
+ private:
+  std::span<const std::pair<std::uint32_t, std::uint32_t>> behind(std::uint32_t t) const {
+    const auto less = [](const auto& a, const auto& b) { return a.first < b.first; };
+    const auto [begin, end] = std::equal_range(behind_.begin(), behind_.end(), std::pair(t, 0u), less);
+    return {begin, end};
+  }
+  bool is_leant_on(std::uint32_t t) const {
+    if (behind_.empty()) return false;
+    const auto pairs = behind(t);
+    return stands_in_[t] || std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) { return goes_[pair.second]; });
+  }
+  void remove(std::uint32_t t) {
+    goes_[t] = true, --left_;
+    for (const auto& pair : behind(t)) stands_in_[pair.second] = true;
+  }
+
+  std::span<const soup::TextureEntry> table_;
+  std::span<const std::pair<std::uint32_t, std::uint32_t>> behind_;
+  std::vector<Removal> all_;
+  std::vector<bool> goes_, coarser_, stands_in_;
+  std::size_t left_;
+};
+
+double samples_of(std::span<const soup::TextureEntry> table) {
+  double samples = 0;
+  for (const soup::TextureEntry& row : table) samples += soup::samples_at(row.level_max) + kTriangleInSamples;
+  return samples;
+}
+
+}  // namespace
+
+Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
+                    const std::vector<bool>& backdrop, double knee) {
+  Removals removals(table);
+  removals.keep_stand_ins(importance);
+  for (std::uint32_t t = 0; t < table.size(); ++t)
+    if (importance.pixels[t] > 0)
+      if (const auto removal = cheaper(importance, table[t], t, backdrop[t])) removals.add(*removal);
+  // d(10 log10 error) / d(log2 samples) = -knee, where both are what the removals before have left.
+  const double share = knee * std::log(10.0) / (10.0 * std::log(2.0));
+  double error = importance.error, samples = samples_of(table);
+  return removals.take([&](const Removal& r) {
+    if (r.each() > share * error / samples) return false;
+    error += r.loss, samples -= r.saves;
+    return true;
+  });
+}
+
+Shrunk least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
+                               const std::vector<bool>& backdrop, const Shares& shares) {
+  const bool triangles = shares.triangles < 1;
+  Removals removals(table);
+  for (std::uint32_t t = 0; t < table.size(); ++t) {
+    if (triangles && !backdrop[t]) removals.add({std::max(0.0, importance.triangle[t]), 1, t, true});
+    if (!triangles)
+      if (const auto removal = cheaper(importance, table[t], t, backdrop[t])) removals.add(*removal);
+  }
+  const double to_save = triangles ? (1 - shares.triangles) * double(table.size()) : (1 - shares.bytes) * samples_of(table);
+  double saved = 0;
+  return removals.take([&](const Removal& r) {
+    if (saved >= to_save) return false;
+    saved += r.saves;
+    return true;
+  });
+}
+
+bool takes_away(const Shrunk& shrunk, std::span<const soup::TextureEntry> table) {
+  return shrunk.kept.size() < table.size() ||
+         !std::equal(table.begin(), table.end(), shrunk.levels.begin(), [](const auto& row, const auto& level) { return row.level_max == level.level_max; });
+}
+
+bool has_goal(const Settings& s) { return s.target_psnr > 0 || s.target_ssim > 0 || s.max_bytes > 0 || s.max_triangles > 0; }
+
+bool meets(const Round& r, const Settings& s) { return above(r, s) >= 0 && too_large(r, s) <= 1; }
+
+std::optional<NextRound> next_round(std::span<const Round> rounds, const Settings& s) {
+  const Round& last = rounds.back();
+  const std::size_t from = rounds.size() - 1;
+  const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
+  if (rounds.size() > s.most_rounds) return std::nullopt;
+  if (const double factor = too_large(last, s); factor > 1) {
+    // In halves: what is worth least is looked at anew after each.
+    Shares shares;
+    if (s.max_triangles > 0 && double(last.triangles) > s.max_triangles) shares.triangles = std::max(0.5, double(s.max_triangles) / last.triangles);
+    else shares.bytes = std::max(0.5, 0.99 * double(s.max_bytes) / double(last.bytes));
+    return NextRound{from, shares};
+  }
+  if (!quality) return std::nullopt;
+  const double margin = above(last, s);
+  if (margin >= 0) return towards_quality(rounds, from, s);
+  // One more round may bring back what the last removal took, and further ones while they bring enough.
+  const double gain = margin - above(rounds[last.from], s);
+  if (margin > -kNear && (last.smaller || margin + kNextGain * gain > 0)) return NextRound{from, {}};
+  const std::size_t best = best_round(rounds, s);
+  if (!meets(rounds[best], s) || returns(rounds) == kMostReturns) return std::nullopt;
+  return towards_quality(rounds, best, s);
+}
+
+std::size_t best_round(std::span<const Round> rounds, const Settings& s) {
+  std::size_t best = 0;
+  const auto better = [&](const Round& a, const Round& b) {
+    if (meets(a, s) != meets(b, s)) return meets(a, s);
+    if (meets(a, s)) {
+      // With a ceiling alone the picture is what is left to gain.
+      if (s.target_psnr <= 0 && s.target_ssim <= 0) return a.psnr > b.psnr;
+      return a.bytes < b.bytes;
+    }
+    const double size_a = std::max(1.0, too_large(a, s)), size_b = std::max(1.0, too_large(b, s));
+    return size_a != size_b ? size_a < size_b : above(a, s) > above(b, s);
+  };
+  for (std::size_t i = 1; i < rounds.size(); ++i)
+    if (better(rounds[i], rounds[best])) best = i;
+  return best;
+}
+
+std::string outcome(std::span<const Round> rounds, const Settings& s) {
+  const std::size_t best = best_round(rounds, s);
+  const Round& r = rounds[best];
+  std::string text = fmt::format("goal {}: {} triangles, {:.2f} MB", meets(r, s) ? "met" : "missed", r.triangles, double(r.bytes) / 1048576.0);
+  if (s.validation_views > 0) text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f} over {} validation views", r.psnr, r.ssim, s.validation_views);
+  if (meets(r, s)) return text;
+  if (too_large(r, s) > 1)
+    return text + (rounds.size() > s.most_rounds ? "; there are no more rounds in which it could shrink; fewer --triangles do, of soup-train"
+                                                 : "; nothing more can go: one triangle stays, and the backdrop");
+  if (too_large(rounds.front(), s) > 1) return text + "; the ceiling of size leaves no more: a larger --max-mb or --max-triangles";
+  if (best == 0) return text + "; training itself ends below it: soup-train with more --steps, more --triangles, or larger photographs (a smaller -r)";
+  return text;
+}
+
+nlohmann::json to_json(std::span<const Round> rounds) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Round& r : rounds)
+    json.push_back({{"step", r.step}, {"bytes", r.bytes}, {"triangles", r.triangles}, {"validation_psnr", r.psnr}, {"validation_ssim", r.ssim},
+                    {"from", r.from}, {"smaller", r.smaller}});
+  return json;
+}
+
+std::vector<Round> rounds_from_json(const nlohmann::json& json) {
+  std::vector<Round> rounds;
+  try {
+    for (const nlohmann::json& r : json)
+      // Files from before rounds could go back do not say where they began: each with what the one before had left.
+      rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(), r.at("triangles").get<std::uint32_t>(),
+                        r.at("validation_psnr").get<double>(), r.at("validation_ssim").get<double>(),
+                        r.value("from", std::max<std::size_t>(rounds.size(), 1) - 1), r.value("smaller", true)});
+    for (std::size_t i = 0; i < rounds.size(); ++i)
+      if (rounds[i].from > (i > 0 ? i - 1 : 0)) throw Error("rounds: round {} cannot begin with round {}", i, rounds[i].from);
+  } catch (const nlohmann::json::exception& e) {
+    throw Error("rounds: {}", e.what());
+  }
+  return rounds;
+}
+
+}  // namespace trisoup::train

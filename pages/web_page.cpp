@@ -1,0 +1,92 @@
+#include "web_page.h"
+
+#include <boost/archive/iterators/base64_from_binary.hpp>
+#include <boost/archive/iterators/transform_width.hpp>
+#include <fmt/format.h>
+
+#include "base/printable.h"
+
+namespace trisoup::web {
+
+// A phone's bars come and go: dvh is what they leave.
+const std::string_view style_text = "html, body { margin: 0; height: 100% }\ntri-soup { height: 100vh; height: 100dvh; aspect-ratio: auto }\n";
+
+namespace {
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : utf8(text)) {
+    if (c == '&') result += "&amp;";
+    else if (c == '<') result += "&lt;";
+    else if (c == '"') result += "&quot;";
+    else result += c;
+  }
+  return result;
+}
+
+std::string base64(std::string_view bytes) {
+  using namespace boost::archive::iterators;
+  using Letters = base64_from_binary<transform_width<std::string::const_iterator, 6, 8>>;
+  // Threes of bytes become fours of letters; the adaptor would read beyond the end of others.
+  std::string whole(bytes);
+  whole.resize((bytes.size() + 2) / 3 * 3);
+  std::string text(Letters(whole.cbegin()), Letters(whole.cend()));
+  for (std::size_t i = 0; i < whole.size() - bytes.size(); ++i) text[text.size() - 1 - i] = '=';
+  return text;
+}
+
+std::string head(const PageOptions& options, std::string_view policy) {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n<title>{}</title>\n",
+      policy, escaped(options.title));
+}
+
+std::string element(const PageOptions& options, std::string_view model, std::string_view poster) {
+  std::string text = fmt::format("<tri-soup src=\"{}\"", model);
+  if (!poster.empty()) text += fmt::format(" poster=\"{}\"", poster);
+  if (options.camera) text += fmt::format(" camera=\"{}\"", escaped(*options.camera));
+  if (options.autorotate) text += " autorotate";
+  return text + fmt::format(" aria-label=\"{}\"></tri-soup>\n<noscript>This scene needs JavaScript.</noscript>\n", escaped(options.title));
+}
+
+/// index.html
+std::string page(const PageOptions& options, bool with_poster) {
+  const std::string_view poster = with_poster ? kPoster : "";
+  std::string text = head(options, kPolicy);
+  // Browsers ask for an icon, and would not find one.
+  if (with_poster) text += fmt::format("<link rel=\"icon\" href=\"{}\">\n", poster);
+  // The model is on its way before the module has been read.
+  text += fmt::format("<link rel=\"preload\" href=\"{}\" as=\"fetch\" crossorigin>\n<link rel=\"stylesheet\" href=\"{}\">\n"
+                      "<script type=\"module\" src=\"{}\"></script>\n",
+                      kModel, kStyle, kModule);
+  return text + element(options, kModel, poster);
+}
+
+}  // namespace
+
+std::map<std::string, std::string> page_files(const PageOptions& options, std::string_view poster) {
+  std::map<std::string, std::string> files;
+  files["index.html"] = page(options, !poster.empty());
+  files[kModule] = module_text;
+  files[kStyle] = style_text;
+  if (!poster.empty()) files[kPoster] = poster;
+  if (options.benchmark) {
+    files[kBenchmark] = benchmark_text;
+    files[kBenchmarkStyle] = benchmark_style_text;
+    files[kBenchmarkModule] = benchmark_module_text;
+  }
+  return files;
+}
+
+std::string single_page(const PageOptions& options, std::string_view model, std::string_view poster) {
+  std::string text = head(options, "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:");
+  const std::string picture = poster.empty() ? "" : "data:image/webp;base64," + base64(poster);
+  text += fmt::format("<link rel=\"icon\" href=\"data:,\">\n<style>{}</style>\n", style_text);
+  // The poster is shown while the rest is read.
+  text += element(options, "#model", picture);
+  text += fmt::format("<script type=\"text/plain\" id=\"model\">{}</script>\n", base64(model));
+  return text + fmt::format("<script type=\"module\">\n{}</script>\n", module_text);
+}
+
+}  // namespace trisoup::web

@@ -1,0 +1,68 @@
+// Tests engine/run/dataset_match.h: the wrong dataset is told from the model's own.
+#include <catch2/catch.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include "scene_temporary_folder.h"
+#include "tiny_scene.h"
+#include "run/dataset_match.h"
+
+using namespace trisoup;
+
+namespace {
+
+scene::Scene load(const test::TinyScene& tiny, const scene::LoadOptions& options = {}) {
+  const test::TemporaryFolder folder;
+  test::write_tiny_scene(folder.path(), tiny);
+  return scene::load(folder.path(), options);
+}
+
+soup::ModelFile model_of(const scene::Scene& scene) {
+  soup::ModelFile file;
+  file.model.centre = scene.normalisation.centre;
+  file.model.scale = scene.normalisation.scale;
+  for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
+    for (const scene::View& view : *views) file.cameras.push_back({view.name, test, view.camera});
+  file.settings["dataset"] = train::fingerprints_of(scene);
+  return file;
+}
+
+}  // namespace
+
+TEST_CASE("a dataset is told from the one that a model was trained on", "[fits]") {
+  const scene::Scene own = load(test::TinyScene{});
+  const soup::ModelFile model = model_of(own);
+  CHECK(train::misfit(model, own, true, "d").empty());
+
+  // Reduced, split in another way, its photographs under other names.
+  scene::LoadOptions half;
+  half.downscale = 2;
+  CHECK(train::misfit(model, load(test::TinyScene{}, half), false, "d").empty());
+  scene::Scene renamed = own;
+  for (scene::View& view : renamed.test) view.name = "other/" + view.name;
+  for (scene::View& view : renamed.train) view.name = "other/" + view.name;
+  CHECK(train::misfit(model, renamed, true, "d").empty());
+
+  test::TinyScene more;
+  more.train = 7;
+  CHECK(train::misfit(model, load(more), true, "d").starts_with("d: poses or lenses of "));
+  test::TinyScene larger;
+  larger.scale = 1.1;
+  CHECK(train::misfit(model, load(larger), true, "d").starts_with("d: poses or lenses of 8 of 8 views are not those "));
+  scene::Scene elsewhere = load(larger);
+  for (auto* views : {&elsewhere.test, &elsewhere.train})
+    for (scene::View& view : *views) view.name = "other/" + view.name;
+  CHECK(train::misfit(model, elsewhere, true, "d").starts_with("d: 8 of 8 views are seen by no camera of the model, and none has a name that it knows, first: other/test/r_0.png; "));
+  scene::Scene wide = own;
+  for (scene::View& view : wide.test) view.camera.fx *= 1.05;
+  CHECK(train::misfit(model, wide, true, "d").starts_with("d: poses or lenses of 2 of 8 views "));
+
+  // The same cameras before something else: as NeRF-Synthetic's scenes have them.
+  test::TinyScene green;
+  green.plain = {0, 200, 0, 255};
+  CHECK(train::misfit(model, load(green), true, "d").starts_with("d: the cameras are the model's, its test photographs or masks are not; "));
+  CHECK(train::misfit(model, load(green), false, "d").empty());
+
+  soup::ModelFile foreign;
+  CHECK(train::misfit(foreign, own, true, "d").empty());
+}
