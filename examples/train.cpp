@@ -1,4 +1,5 @@
-// train DATASET OUT [STEPS]: trains a small model on the CPU, saves it to OUT/model.glb and draws the first test view to OUT/view.png.
+// train DATASET OUT [STEPS]: trains a small model on the CPU, saves it to OUT/model.glb and draws the first test view
+// to OUT/view.png.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -18,16 +19,20 @@ int main(int argc, char** argv) {
 
     trisoup::Device device("cpu");
     const trisoup::Dataset dataset(argv[1]);
-    std::printf("%s: %zu training and %zu test views\n", device.name().c_str(), dataset.training_views().size(), dataset.test_views().size());
+    std::printf("%s: %zu training and %zu test views\n", device.name().c_str(), dataset.training_views().size(),
+                dataset.test_views().size());
 
     trisoup::TrainingOptions options;
     options.preset = "fast";
     options.steps = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 200;
     trisoup::Training training(device, dataset, options);
-    training.run([](const trisoup::TrainingProgress& p) {
-      std::printf("step %llu: loss %.4f, %u triangles\n", static_cast<unsigned long long>(p.step), p.loss, p.triangles);
-      return true;  // false would end it here
-    }, 50);
+    training.run(
+        [](const trisoup::TrainingProgress& p) {
+          std::printf("step %llu: loss %.4f, %u triangles\n", static_cast<unsigned long long>(p.step), p.loss,
+                      p.triangles);
+          return true;  // false would end it here
+        },
+        50);
 
     const trisoup::Model model = training.model();
     model.write(out / "model.glb");

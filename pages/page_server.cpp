@@ -54,16 +54,18 @@ class Connection : public std::enable_shared_from_this<Connection> {
     parser_->header_limit(kMostHeader);
     stream_.expires_after(kPatience);
     // What is no HTTP, or has a body, ends the connection.
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](const beast::error_code& error, std::size_t) {
-      if (!error) self->answer();
-    });
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+                       if (!error) self->answer();
+                     });
   }
 
  private:
   void answer() {
     const auto& request = parser_->get();
     const bool head = request.method() == http::verb::head;
-    if (!is_here({request[http::field::host].data(), request[http::field::host].size()})) return refuse(http::status::forbidden, head);
+    if (!is_here({request[http::field::host].data(), request[http::field::host].size()}))
+      return refuse(http::status::forbidden, head);
     if (!head && request.method() != http::verb::get) return refuse(http::status::method_not_allowed, false);
     std::string name(request.target());
     name = name.substr(0, name.find('?'));
@@ -75,14 +77,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void refuse(http::status status, bool head) {
-    respond(status, head, "text/plain", status == http::status::no_content ? std::string_view() : std::string_view("not here\n"));
+    respond(status, head, "text/plain",
+            status == http::status::no_content ? std::string_view() : std::string_view("not here\n"));
   }
 
   /// bytes: outlive the connection.
   void respond(http::status status, bool head, const char* type, std::string_view bytes) {
     response_.emplace(status, parser_->get().version());
     response_->set(http::field::content_type, type);
-    response_->set("Content-Security-Policy", std::string(kPolicy) + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    response_->set("Content-Security-Policy",
+                   std::string(kPolicy) + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
     response_->set("X-Content-Type-Options", "nosniff");
     response_->set("Referrer-Policy", "no-referrer");
     response_->set("Cross-Origin-Resource-Policy", "same-origin");
@@ -95,8 +99,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     serializer_->split(head);
     stream_.expires_after(kPatience);
     const auto sent = [self = shared_from_this()](const beast::error_code& error, std::size_t) { self->sent(error); };
-    if (head) http::async_write_header(stream_, *serializer_, sent);
-    else http::async_write(stream_, *serializer_, sent);
+    if (head)
+      http::async_write_header(stream_, *serializer_, sent);
+    else
+      http::async_write(stream_, *serializer_, sent);
   }
 
   void sent(const beast::error_code& error) {
@@ -132,12 +138,14 @@ void open(tcp::acceptor& acceptor, std::uint16_t port) {
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error == asio::error::address_in_use)
     throw Error("--port {}: is taken by another program; give another one, or 0 for any that is free", port);
-  if (error) throw Error("--port {}: cannot be opened ({}); give another one, or 0 for any that is free", port, error.message());
+  if (error)
+    throw Error("--port {}: cannot be opened ({}); give another one, or 0 for any that is free", port, error.message());
 }
 
 }  // namespace
 
-void serve(const std::map<std::string, std::string>& files, std::uint16_t port, const std::function<void(std::uint16_t)>& ready) {
+void serve(const std::map<std::string, std::string>& files, std::uint16_t port,
+           const std::function<void(std::uint16_t)>& ready) {
   asio::io_context io(1);
   tcp::acceptor acceptor(io);
   open(acceptor, port);

@@ -1,25 +1,30 @@
 #include "web_page.h"
 
+#include <fmt/format.h>
 #include <boost/archive/iterators/base64_from_binary.hpp>
 #include <boost/archive/iterators/transform_width.hpp>
-#include <fmt/format.h>
 
 #include "base/printable.h"
 
 namespace trisoup::web {
 
 // A phone's bars come and go: dvh is what they leave.
-const std::string_view style_text = "html, body { margin: 0; height: 100% }\ntri-soup { height: 100vh; height: 100dvh; aspect-ratio: auto }\n";
+const std::string_view style_text =
+    "html, body { margin: 0; height: 100% }\ntri-soup { height: 100vh; height: 100dvh; aspect-ratio: auto }\n";
 
 namespace {
 
 std::string escaped(std::string_view text) {
   std::string result;
   for (const char c : utf8(text)) {
-    if (c == '&') result += "&amp;";
-    else if (c == '<') result += "&lt;";
-    else if (c == '"') result += "&quot;";
-    else result += c;
+    if (c == '&')
+      result += "&amp;";
+    else if (c == '<')
+      result += "&lt;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += c;
   }
   return result;
 }
@@ -37,7 +42,8 @@ std::string base64(std::string_view bytes) {
 
 std::string head(const PageOptions& options, std::string_view policy) {
   return fmt::format(
-      "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
+      "content=\"width=device-width, initial-scale=1\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n<title>{}</title>\n",
       policy, escaped(options.title));
 }
@@ -47,7 +53,8 @@ std::string element(const PageOptions& options, std::string_view model, std::str
   if (!poster.empty()) text += fmt::format(" poster=\"{}\"", poster);
   if (options.camera) text += fmt::format(" camera=\"{}\"", escaped(*options.camera));
   if (options.autorotate) text += " autorotate";
-  return text + fmt::format(" aria-label=\"{}\"></tri-soup>\n<noscript>This scene needs JavaScript.</noscript>\n", escaped(options.title));
+  return text + fmt::format(" aria-label=\"{}\"></tri-soup>\n<noscript>This scene needs JavaScript.</noscript>\n",
+                            escaped(options.title));
 }
 
 /// index.html
@@ -57,9 +64,10 @@ std::string page(const PageOptions& options, bool with_poster) {
   // Browsers ask for an icon, and would not find one.
   if (with_poster) text += fmt::format("<link rel=\"icon\" href=\"{}\">\n", poster);
   // The model is on its way before the module has been read.
-  text += fmt::format("<link rel=\"preload\" href=\"{}\" as=\"fetch\" crossorigin>\n<link rel=\"stylesheet\" href=\"{}\">\n"
-                      "<script type=\"module\" src=\"{}\"></script>\n",
-                      kModel, kStyle, kModule);
+  text += fmt::format(
+      "<link rel=\"preload\" href=\"{}\" as=\"fetch\" crossorigin>\n<link rel=\"stylesheet\" href=\"{}\">\n"
+      "<script type=\"module\" src=\"{}\"></script>\n",
+      kModel, kStyle, kModule);
   return text + element(options, kModel, poster);
 }
 
@@ -80,7 +88,8 @@ std::map<std::string, std::string> page_files(const PageOptions& options, std::s
 }
 
 std::string single_page(const PageOptions& options, std::string_view model, std::string_view poster) {
-  std::string text = head(options, "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:");
+  std::string text =
+      head(options, "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:");
   const std::string picture = poster.empty() ? "" : "data:image/webp;base64," + base64(poster);
   text += fmt::format("<link rel=\"icon\" href=\"data:,\">\n<style>{}</style>\n", style_text);
   // The poster is shown while the rest is read.

@@ -1,4 +1,5 @@
-// For soup-bench alone: multiplications and additions that wait for nothing but each other, to find the rate that no kernel exceeds.
+// For soup-bench alone: multiplications and additions that wait for nothing but each other, to find the rate that no
+// kernel exceeds.
 #include "common/kernel.h"
 #include "args/arithmetic.h"
 

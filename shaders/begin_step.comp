@@ -1,5 +1,5 @@
-// Brings what the next step needs from its row of the schedule, so that the commands of a step are the same every time and the host
-// need not come between two steps. One workgroup.
+// Brings what the next step needs from its row of the schedule, so that the commands of a step are the same every time
+// and the host need not come between two steps. One workgroup.
 #include "common/kernel.h"
 #include "args/begin_step.h"
 #include "common/fixed_point.h"

@@ -24,12 +24,12 @@ KERNEL(64, BinArgs) {
   PRECISE const vec2 origin = (vec2(t0) + 0.5f) * step - 1.0f;
   const TriangleSetup setup = triangle_setup(a.screen.v[i].p0, a.screen.v[i].p1, a.screen.v[i].p2, origin);
   if (!setup.valid) return;
-  // A tile is out if one edge function is negative in all of it. Half a tile's width is half a pixel more than its pixel
-  // centres need: that covers rounding.
+  // A tile is out if one edge function is negative in all of it. Half a tile's width is half a pixel more than its
+  // pixel centres need: that covers rounding.
   const vec2 half_tile = 0.5f * step;
   PRECISE const vec3 reach = vec3(abs(setup.e0.y) * half_tile.x + abs(setup.e0.z) * half_tile.y,
-                          abs(setup.e1.y) * half_tile.x + abs(setup.e1.z) * half_tile.y,
-                          abs(setup.e2.y) * half_tile.x + abs(setup.e2.z) * half_tile.y);
+                                  abs(setup.e1.y) * half_tile.x + abs(setup.e1.z) * half_tile.y,
+                                  abs(setup.e2.y) * half_tile.x + abs(setup.e2.z) * half_tile.y);
   // The rows of this view that the band has tiles in.
   const uint tile_end = a.tile_first + a.tiles;
   if (tile_end <= first_tile || a.tile_first >= first_tile + tiles_x * a.views.v[view].tiles_y) return;

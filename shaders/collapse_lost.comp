@@ -1,5 +1,5 @@
-// A triangle with a vertex that is not a number (common/faults.h) becomes a point: it has no area, is seen nowhere, and the next change of
-// topology that drops what is not seen drops it.
+// A triangle with a vertex that is not a number (common/faults.h) becomes a point: it has no area, is seen nowhere, and
+// the next change of topology that drops what is not seen drops it.
 #include "common/kernel.h"
 #include "args/collapse_lost.h"
 #include "common/faults.h"
@@ -12,8 +12,10 @@ KERNEL(64, CollapseLostArgs) {
   for (uint k = 3u; k > 0u; --k) {
     const uint at = triangle * 9u + 3u * (k - 1u);
     const vec3 p = vec3(a.vertices.v[at], a.vertices.v[at + 1u], a.vertices.v[at + 2u]);
-    if (usable(p, kLargestCoordinate)) point = p;
-    else lost = true;
+    if (usable(p, kLargestCoordinate))
+      point = p;
+    else
+      lost = true;
   }
   if (!lost) return;
   for (uint i = 0u; i < 9u; ++i) {

@@ -24,8 +24,9 @@ KERNEL(64, ContrastArgs) {
     if (x >= 0 && y >= 0 && x < int(width) && y < int(height)) {
       const uint rgba = a.target.v[pixel_offset + uint(y) * width + uint(x)];
       if (rgba >= 0x80000000u)
-        grey = (0.299f * float(rgba & 255u) + 0.587f * float((rgba >> 8) & 255u) + 0.114f * float((rgba >> 16) & 255u)) *
-               (1.0f / 255.0f);
+        grey =
+            (0.299f * float(rgba & 255u) + 0.587f * float((rgba >> 8) & 255u) + 0.114f * float((rgba >> 16) & 255u)) *
+            (1.0f / 255.0f);
     }
     s_grey[i] = grey;
   }

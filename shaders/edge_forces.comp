@@ -19,7 +19,7 @@ FN void add_vertex(TAKES_ARGUMENTS uint view, uint triangle, uint vertex, vec4 g
   }
   const uint at = (triangle * 3u + vertex) * 3u;
   UNROLL for (uint i = 0u; i < 3u; ++i)
-    add_fixed(a.vertex_low, at + i, a.vertex_high, at + i, dot(a.views.v[view].clip_from_world[i], g));
+      add_fixed(a.vertex_low, at + i, a.vertex_high, at + i, dot(a.views.v[view].clip_from_world[i], g));
 }
 
 KERNEL_MAIN(64) {
@@ -38,7 +38,8 @@ KERNEL_MAIN(64) {
   const vec4 a0 = a.screen.v[own].p0, a1 = a.screen.v[own].p1, a2 = a.screen.v[own].p2;
   const bool crosses = a.screen.v[own].crosses != 0u;
   const vec2 ndc = pixel_ndc(pixel.x, pixel.y, width, height);
-  const vec3 colour = vec3(a.colour.v[pixel.index * 3u], a.colour.v[pixel.index * 3u + 1u], a.colour.v[pixel.index * 3u + 2u]);
+  const vec3 colour =
+      vec3(a.colour.v[pixel.index * 3u], a.colour.v[pixel.index * 3u + 1u], a.colour.v[pixel.index * 3u + 2u]);
   const vec3 gradient = vec3(a.gradient.v[pixel.index]);
 
   ClipGradient sum;

@@ -1,4 +1,5 @@
-// Rendered colours become those that the photographs' exposures make of them. The background is nothing that was photographed and stays.
+// Rendered colours become those that the photographs' exposures make of them. The background is nothing that was
+// photographed and stays.
 #include "common/kernel.h"
 #include "args/expose.h"
 #include "common/block_grid.h"
@@ -17,7 +18,8 @@ KERNEL(64, ExposeArgs) {
     const uint index = offset + at.y * width + at.x;
     if (at.x >= width || at.y >= height || a.hits.v[index].triangle == 0u) continue;
     const vec3 photograph = photograph_colour(a.target.v[index]);
-    const vec3 colour = exposed(exposure, vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]));
+    const vec3 colour =
+        exposed(exposure, vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]));
     const vec3 shown = recorded(colour, photograph);
     UNROLL for (uint c = 0u; c < 3u; ++c) a.colour.v[index * 3u + c] = shown[c];
   }

@@ -1,4 +1,5 @@
-// Texture lookup by itself: the features that shade.comp would find at each pixel's visible fragment, for who shades elsewhere.
+// Texture lookup by itself: the features that shade.comp would find at each pixel's visible fragment, for who shades
+// elsewhere.
 #include "common/kernel.h"
 #include "args/fetch_features.h"
 #include "common/lattice.h"
@@ -10,8 +11,10 @@ KERNEL(64, FetchFeaturesArgs) {
   const uint hit = a.hits.v[i].triangle;
   if (hit == 0u || hit - 1u < a.first || hit - 1u >= a.last) return;
   LatticeCell cell;
-  if (a.coarser != 0u) cell = coarser_cell(a.hits.v[i].b0, a.hits.v[i].b1, a.textures.v[hit - 1u].level_max);
-  else cell = lattice_cell(a.hits.v[i].b0, a.hits.v[i].b1, a.textures.v[hit - 1u].level_max);
+  if (a.coarser != 0u)
+    cell = coarser_cell(a.hits.v[i].b0, a.hits.v[i].b1, a.textures.v[hit - 1u].level_max);
+  else
+    cell = lattice_cell(a.hits.v[i].b0, a.hits.v[i].b1, a.textures.v[hit - 1u].level_max);
   float f[7];
   fragment_features(a.lattice, a.textures.v[hit - 1u].lattice_offset, cell, f);
   a.features.v[2u * i] = vec4(f[0], f[1], f[2], f[3]);

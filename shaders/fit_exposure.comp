@@ -23,7 +23,8 @@ FN void add_exposure(IN(Exposure) m, float weight, INOUT(ExposureTotal) total) {
   total.squares += weight * dot(gain, gain);
 }
 
-/// Whether no view before this one is of the same photograph: a batch that runs from one epoch into the next may have one twice.
+/// Whether no view before this one is of the same photograph: a batch that runs from one epoch into the next may have
+/// one twice.
 FN bool is_first_of_photograph(TAKES_ARGUMENTS uint view) {
   for (uint v = 0u; v < view; ++v)
     if (a.views.v[v].index == a.views.v[view].index) return false;
@@ -36,11 +37,10 @@ FN Exposure fit(TAKES_ARGUMENTS uint view) {
   UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) sums[i] = vec4(0.0f);
   for (uint v = view; v < a.view_count; ++v) {
     if (a.views.v[v].index != a.views.v[view].index) continue;
-    UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i)
-      UNROLL for (uint c = 0u; c < 4u; ++c) {
-        const uint at = (v * EXPOSURE_SUMS + i) * 4u + c;
-        sums[i][c] += from_fixed(a.sums_low.v[at], a.sums_high.v[at]);
-      }
+    UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) UNROLL for (uint c = 0u; c < 4u; ++c) {
+      const uint at = (v * EXPOSURE_SUMS + i) * 4u + c;
+      sums[i][c] += from_fixed(a.sums_low.v[at], a.sums_high.v[at]);
+    }
   }
   return fitted_exposure(sums);
 }

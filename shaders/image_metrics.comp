@@ -12,7 +12,7 @@ ARGUMENTS(ImageMetricsArgs)
 
 CONSTANT(0, bool, WINDOWS, false);  // also SSIM, which takes most of the time
 
-SHARED vec3 s_sum[64];      // absolute errors, squared errors, SSIM
+SHARED vec3 s_sum[64];     // absolute errors, squared errors, SSIM
 SHARED uvec2 s_count[64];  // pixels, uncovered
 
 /// Sum of the SSIM of this thread's windows, over the channels.
@@ -27,8 +27,7 @@ FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, ui
     const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
     const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0);
     const vec4 squares = blur_column(2u, column, y0), mxy = blur_column(3u, column, y0);
-    UNROLL for (uint k = 0u; k < 4u; ++k)
-      if (corner.x + column + 10u < width && corner.y + y0 + k + 10u < height)
+    UNROLL for (uint k = 0u; k < 4u; ++k) if (corner.x + column + 10u < width && corner.y + y0 + k + 10u < height)
         total += ssim_window(mx[k], my[k], squares[k], mxy[k]).value;
   }
   return total;

@@ -1,5 +1,5 @@
-// After a change of topology every triangle takes its parent's texture: resampled onto its own part of the parent, or, as published,
-// copied as if it were the whole parent. One workgroup per triangle.
+// After a change of topology every triangle takes its parent's texture: resampled onto its own part of the parent, or,
+// as published, copied as if it were the whole parent. One workgroup per triangle.
 #include "common/kernel.h"
 #include "args/inherit_textures.h"
 #include "common/lattice.h"
@@ -34,8 +34,8 @@ KERNEL(64, InheritTexturesArgs) {
     return;
   }
 
-  // Level by level: piecewise linear on the parent's lattice is not so on the child's, so coarse levels agree at their own points only.
-  // The finest level takes up what is left, and the sum agrees at every point of the finest lattice.
+  // Level by level: piecewise linear on the parent's lattice is not so on the child's, so coarse levels agree at their
+  // own points only. The finest level takes up what is left, and the sum agrees at every point of the finest lattice.
   uint base = new_row.source_offset;
   for (uint level = new_row.level_min; level <= new_row.level_max; ++level) {
     const uint samples = lattice_samples(level);
@@ -49,7 +49,8 @@ KERNEL(64, InheritTexturesArgs) {
       const vec2 b = corner[2] + own.x * (corner[0] - corner[2]) + own.y * (corner[1] - corner[2]);
       float value = 0.0f;
       uint old_base = old_row.source_offset;
-      // A level that is new begins with the second moment of the next coarser one: with none its first steps would be far too long.
+      // A level that is new begins with the second moment of the next coarser one: with none its first steps would be
+      // far too long.
       const uint same = (a.flags & INHERIT_SQUARES) != 0u ? min(level, old_row.level_max) : level;
       for (uint l = old_row.level_min; l <= old_row.level_max; ++l) {
         if (l == same || rest) value += look_up(a.old_source, old_base, l, b, c);
@@ -59,8 +60,9 @@ KERNEL(64, InheritTexturesArgs) {
         uint new_base = new_row.source_offset;
         for (uint l = new_row.level_min; l < level; ++l) {
           const LatticeCell cell = lattice_cell(own.x, own.y, l);
-          value -= lattice_mix(cell, a.new_source.v[(new_base + cell.i0) * 8u + c], a.new_source.v[(new_base + cell.i1) * 8u + c],
-                               a.new_source.v[(new_base + cell.i2) * 8u + c]);
+          value -=
+              lattice_mix(cell, a.new_source.v[(new_base + cell.i0) * 8u + c],
+                          a.new_source.v[(new_base + cell.i1) * 8u + c], a.new_source.v[(new_base + cell.i2) * 8u + c]);
           new_base += lattice_samples(l);
         }
       }

@@ -1,5 +1,6 @@
-// dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient, and the sums. Small errors may pull
-// in proportion to their size (Huber 1964): where a pixel is nearly right, the sign of its error is noise.
+// dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient, and the
+// sums. Small errors may pull in proportion to their size (Huber 1964): where a pixel is nearly right, the sign of its
+// error is noise.
 #include "common/kernel.h"
 #include "args/loss_gradient.h"
 #include "common/fixed_point.h"
@@ -34,8 +35,8 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
       if (column >= kPatch) continue;
       const bool inside = x >= 0 && y >= 0 && x < int(width) && y < int(height);
       const uint at = pixel_offset + uint(y) * width + uint(x);
-      UNROLL for (uint k = 0u; k < 3u; ++k)
-        s_map[(k * kPatch + row) * kPatch + column] = inside ? a.partial.v[(channel * 3u + k) * a.pixels + at] : 0.0f;
+      UNROLL for (uint k = 0u; k < 3u; ++k) s_map[(k * kPatch + row) * kPatch + column] =
+          inside ? a.partial.v[(channel * 3u + k) * a.pixels + at] : 0.0f;
     }
     barrier();
     for (uint first = 0u; first < kPatch; first += 64u / kRuns) {
@@ -52,7 +53,8 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
       }
     }
     barrier();
-    const vec4 d_x = blur_column(0u, column, y0), d_xx = blur_column(1u, column, y0), d_xy = blur_column(2u, column, y0);
+    const vec4 d_x = blur_column(0u, column, y0), d_xx = blur_column(1u, column, y0),
+               d_xy = blur_column(2u, column, y0);
     UNROLL for (uint k = 0u; k < 4u; ++k) {
       const uint x = corner.x + column, y = corner.y + y0 + k;
       if (x >= width || y >= height) continue;
@@ -62,9 +64,12 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
       const float error = colour - target;
       const float d_colour = mask * (l1_weight * clamp(error * a.state.v[0].error_slope, -1.0f, 1.0f) +
                                      ssim_weight * (d_x[k] + 2.0f * colour * d_xx[k] + target * d_xy[k]));
-      if (channel == 0u) gradient[k].x = d_colour;
-      else if (channel == 1u) gradient[k].y = d_colour;
-      else gradient[k].z = d_colour;
+      if (channel == 0u)
+        gradient[k].x = d_colour;
+      else if (channel == 1u)
+        gradient[k].y = d_colour;
+      else
+        gradient[k].z = d_colour;
       seen[k] = mask;
       l1[k] += abs(error);
       squares[k] += error * error;
@@ -92,14 +97,16 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   }
 }
 
-/// Whether all windows over a block's pixels are the same in rendering and target: those of the block and of the ones before it.
+/// Whether all windows over a block's pixels are the same in rendering and target: those of the block and of the ones
+/// before it.
 FN bool is_same(TAKES_ARGUMENTS uint view, uint block) {
   const uint blocks_x = (a.views.v[view].width + kBlock - 1u) / kBlock, local = block - a.views.v[view].block_offset;
   const uint left = local % blocks_x > 0u ? 1u : 0u, up = local >= blocks_x ? blocks_x : 0u;
   return (a.same.v[block] & a.same.v[block - left] & a.same.v[block - up] & a.same.v[block - up - left]) != 0u;
 }
 
-/// The first of this workgroup's blocks from `block` on with a gradient, a.blocks if none; that of those before it is zero.
+/// The first of this workgroup's blocks from `block` on with a gradient, a.blocks if none; that of those before it is
+/// zero.
 FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     const uint view = block_view(a.views, a.view_count, block);
@@ -123,8 +130,8 @@ KERNEL_MAIN(64) {
   if (group >= a.groups) return;
   uint block = next_different(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
-    gradient_of_block(GIVES_ARGUMENTS block, thread);
-    barrier();  // before shared memory is used again
-    block = next_different(GIVES_ARGUMENTS block + a.groups, thread);
-  } while (block < a.blocks);
+      gradient_of_block(GIVES_ARGUMENTS block, thread);
+      barrier();  // before shared memory is used again
+      block = next_different(GIVES_ARGUMENTS block + a.groups, thread);
+    } while (block < a.blocks);
 }

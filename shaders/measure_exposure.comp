@@ -1,5 +1,5 @@
-// Sums over the pixels of every view from which the exposure of its photograph is fitted. Pixels without a triangle, masked out or at the end
-// of what a photograph can show do not count.
+// Sums over the pixels of every view from which the exposure of its photograph is fitted. Pixels without a triangle,
+// masked out or at the end of what a photograph can show do not count.
 #include "common/kernel.h"
 #include "args/measure_exposure.h"
 #include "common/block_grid.h"
@@ -41,5 +41,6 @@ FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
 KERNEL_MAIN(64) {
   const uint group = group_index();
   if (group >= a.groups) return;
-  for (uint block = group; block < a.blocks; block += a.groups) measure_block(GIVES_ARGUMENTS block, gl_LocalInvocationIndex);
+  for (uint block = group; block < a.blocks; block += a.groups)
+    measure_block(GIVES_ARGUMENTS block, gl_LocalInvocationIndex);
 }

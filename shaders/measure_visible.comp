@@ -1,5 +1,6 @@
-// Which views show each triangle, and how many pixels of a photograph it would cover were all of it as large as at the pixel that shows it largest: what decides how
-// fine its texture can be learnt. Perspective makes triangles larger at their near end, and other triangles may hide that.
+// Which views show each triangle, and how many pixels of a photograph it would cover were all of it as large as at the
+// pixel that shows it largest: what decides how fine its texture can be learnt. Perspective makes triangles larger at
+// their near end, and other triangles may hide that.
 #include "common/kernel.h"
 #include "args/measure_visible.h"
 #include "common/coverage.h"

@@ -1,5 +1,5 @@
-// Likelihood-ratio gradient of the opacities (DiffSoup, section 4.2): what the sampled L1 error says of every fragment that let
-// the pixel see through, and of the one that did not.
+// Likelihood-ratio gradient of the opacities (DiffSoup, section 4.2): what the sampled L1 error says of every fragment
+// that let the pixel see through, and of the one that did not.
 #include "common/kernel.h"
 #include "args/opacity_backward.h"
 #include "common/coverage.h"
@@ -13,8 +13,9 @@ ARGUMENTS(OpacityBackwardArgs)
 
 CONSTANT(0, bool, BASELINE, false);  // measure errors against those of the pixels around
 
-/// Mean error of the pixels next to this one. Their thresholds are not its own, so what is subtracted does not depend on what
-/// is being judged: the gradient's mean stays as it is, and its variance falls (Williams 1992, reinforcement baselines).
+/// Mean error of the pixels next to this one. Their thresholds are not its own, so what is subtracted does not depend
+/// on what is being judged: the gradient's mean stays as it is, and its variance falls (Williams 1992, reinforcement
+/// baselines).
 FN float error_around(TAKES_ARGUMENTS TilePixel pixel, uint view) {
   const int width = int(a.views.v[view].width), height = int(a.views.v[view].height);
   float sum = 0.0f, count = 0.0f;
@@ -45,7 +46,8 @@ KERNEL_MAIN(64) {
     winner = a.hits.v[pixel.index].triangle;
     if (winner != 0u) depth_limit = a.hits.v[pixel.index].depth;
     const float error = a.gradient.v[pixel.index * 4u + 3u];
-    if (error >= 0.0f) weight = (BASELINE ? error - error_around(GIVES_ARGUMENTS pixel, view) : error) * a.state.v[0].pixel_weight;
+    if (error >= 0.0f)
+      weight = (BASELINE ? error - error_around(GIVES_ARGUMENTS pixel, view) : error) * a.state.v[0].pixel_weight;
   }
 
   for (uint base = first; base < last; base += 64u) {
@@ -55,9 +57,12 @@ KERNEL_MAIN(64) {
     barrier();
     const uint count = min(64u, last - base);
     for (uint first_slot = 0u; first_slot < count; first_slot += 32u) {
-      for (uint bits = weight != 0.0f ? covering(first_slot, count, d, depth_limit, winner != 0u ? winner : 0xffffffffu) : 0u; bits != 0u; bits &= bits - 1u) {
+      for (uint bits = weight != 0.0f ? covering(first_slot, count, d, depth_limit, winner != 0u ? winner : 0xffffffffu)
+                                      : 0u;
+           bits != 0u; bits &= bits - 1u) {
         const uint k = first_slot + uint(findLSB(bits));
-        const float e0 = at_offset(vec3(s_e0[k]), d), e1 = at_offset(vec3(s_e1[k]), d), e2 = at_offset(vec3(s_e2[k]), d);
+        const float e0 = at_offset(vec3(s_e0[k]), d), e1 = at_offset(vec3(s_e1[k]), d),
+                    e2 = at_offset(vec3(s_e2[k]), d);
         const uvec4 row = s_texture[k];
         const float sum = e0 + e1 + e2;
         const LatticeCell cell = lattice_cell(e0 / sum, e1 / sum, row.y);

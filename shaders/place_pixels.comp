@@ -1,4 +1,5 @@
-// Gives the pixels of each triangle places side by side. Which triangle comes first makes no difference: sums over pixels do not depend on their order.
+// Gives the pixels of each triangle places side by side. Which triangle comes first makes no difference: sums over
+// pixels do not depend on their order.
 #include "common/kernel.h"
 #include "args/place_pixels.h"
 

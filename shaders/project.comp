@@ -1,5 +1,5 @@
-// Clip coordinates and pixel box of every triangle in every view. Nothing is cut up: what the near plane cuts off is left out pixel by
-// pixel (common/coverage.h), and only the box is that of the part in front of it.
+// Clip coordinates and pixel box of every triangle in every view. Nothing is cut up: what the near plane cuts off is
+// left out pixel by pixel (common/coverage.h), and only the box is that of the part in front of it.
 #include "common/kernel.h"
 #include "args/project.h"
 #include "common/faults.h"

@@ -1,4 +1,5 @@
-// Photographs between the centres of their pixels: where a step samples the soup (ViewRecord::taps_x), its target is the photograph there.
+// Photographs between the centres of their pixels: where a step samples the soup (ViewRecord::taps_x), its target is
+// the photograph there.
 #include "common/kernel.h"
 #include "args/sample_photographs.h"
 #include "common/block_grid.h"
@@ -9,8 +10,8 @@ FN vec4 channels_of(uint rgba) {
   return vec4(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u), float(rgba >> 24));
 }
 
-/// Of a photograph of width x height pixels, at pixel (x, y) of the picture. Weights are multiples of 1/128 and values are 8 bits, so that
-/// every sum is exact and all devices agree.
+/// Of a photograph of width x height pixels, at pixel (x, y) of the picture. Weights are multiples of 1/128 and values
+/// are 8 bits, so that every sum is exact and all devices agree.
 FN uint sampled(TAKES_ARGUMENTS uint view, int width, int height, int x, int y) {
   Uints photo = a.views.v[view].photo;
   const vec4 taps_x = a.views.v[view].taps_x, taps_y = a.views.v[view].taps_y;
@@ -40,6 +41,7 @@ KERNEL_MAIN(64) {
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
     if (at.x < width && at.y < height)
-      a.target.v[offset + at.y * width + at.x] = sampled(GIVES_ARGUMENTS view, int(width), int(height), int(at.x), int(at.y));
+      a.target.v[offset + at.y * width + at.x] =
+          sampled(GIVES_ARGUMENTS view, int(width), int(height), int(at.x), int(at.y));
   }
 }

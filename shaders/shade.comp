@@ -23,8 +23,8 @@ FN void write_colour(TAKES_ARGUMENTS uint index, vec3 colour) {
   a.colour.v[at + 2u] = colour.z;
 }
 
-/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; those before it become
-/// background. Uniform in the workgroup. A loop of its own for the reason given in shade_backward.comp.
+/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; those before
+/// it become background. Uniform in the workgroup. A loop of its own for the reason given in shade_backward.comp.
 FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
@@ -35,16 +35,15 @@ FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
     UNROLL for (uint first = 0u; first < 4u; first += PIXELS) {
       Fragments p;
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
-      UNROLL for (uint k = 0u; k < PIXELS; ++k)
-        if (p.triangle[k] != 0u) s_covered = 1u;
+      UNROLL for (uint k = 0u; k < PIXELS; ++k) if (p.triangle[k] != 0u) s_covered = 1u;
     }
     barrier();
     if (s_covered != 0u) break;
     UNROLL for (uint first = 0u; first < 4u; first += PIXELS) {
       Fragments p;
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
-      UNROLL for (uint k = 0u; k < PIXELS; ++k)
-        if (p.inside[k]) write_colour(GIVES_ARGUMENTS p.index[k], vec3(a.background_r, a.background_g, a.background_b));
+      UNROLL for (uint k = 0u; k < PIXELS; ++k) if (p.inside[k])
+          write_colour(GIVES_ARGUMENTS p.index[k], vec3(a.background_r, a.background_g, a.background_b));
     }
   }
   return block;
@@ -56,25 +55,27 @@ KERNEL_MAIN(64) {
   stage_mlp(a.mlp, thread);
   uint block = next_covered(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
-    const uint view = block_view(a.views, a.view_count, block);
-    const uvec2 corner = block_corner(a.views, view, block);
-    ASK_FOR_FEATURES(0u);
-    for (uint first = 0u; first < 4u; first += PIXELS) {
-      Fragments p;
-      load_fragments(a.views, view, corner, thread, first, a.hits, p);
-      LANES x[16], h1[16], h2[16], y[3];
-      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, COARSER, p, x);
-      ASK_FOR_FEATURES(first + PIXELS);
-      FORGET_WEIGHTS();
-      mlp_forward(x, h1, h2, y);
-      UNROLL for (uint k = 0u; k < PIXELS; ++k) {
-        const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k), LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
-        vec3 colour = vec3(a.background_r, a.background_g, a.background_b);
-        if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k)));
-        if (p.inside[k]) write_colour(GIVES_ARGUMENTS p.index[k], colour);
-        if (DEBUG && p.inside[k]) UNROLL for (uint i = 0u; i < 16u; ++i) a.debug.v[p.index[k] * 16u + i] = LANE(x[i], k);
+      const uint view = block_view(a.views, a.view_count, block);
+      const uvec2 corner = block_corner(a.views, view, block);
+      ASK_FOR_FEATURES(0u);
+      for (uint first = 0u; first < 4u; first += PIXELS) {
+        Fragments p;
+        load_fragments(a.views, view, corner, thread, first, a.hits, p);
+        LANES x[16], h1[16], h2[16], y[3];
+        mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, COARSER, p, x);
+        ASK_FOR_FEATURES(first + PIXELS);
+        FORGET_WEIGHTS();
+        mlp_forward(x, h1, h2, y);
+        UNROLL for (uint k = 0u; k < PIXELS; ++k) {
+          const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k),
+                              LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
+          vec3 colour = vec3(a.background_r, a.background_g, a.background_b);
+          if (p.triangle[k] != 0u) colour = skip_connection(f, vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k)));
+          if (p.inside[k]) write_colour(GIVES_ARGUMENTS p.index[k], colour);
+          if (DEBUG && p.inside[k])
+            UNROLL for (uint i = 0u; i < 16u; ++i) a.debug.v[p.index[k] * 16u + i] = LANE(x[i], k);
+        }
       }
-    }
-    block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
-  } while (block < a.blocks);
+      block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
+    } while (block < a.blocks);
 }

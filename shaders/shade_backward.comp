@@ -1,5 +1,6 @@
-// dL/dC through skip connection and MLP: feature gradients are left for update_textures, sorted by triangle, MLP gradients are summed in
-// registers. A workgroup takes every groups-th block, so that its sums always hold the same terms in the same order.
+// dL/dC through skip connection and MLP: feature gradients are left for update_textures, sorted by triangle, MLP
+// gradients are summed in registers. A workgroup takes every groups-th block, so that its sums always hold the same
+// terms in the same order.
 #include "common/kernel.h"
 #include "args/shade_backward.h"
 #include "common/block_grid.h"
@@ -19,9 +20,9 @@ CONSTANT(0, bool, DEBUG, false);  // also write dL/dfeature
 
 SHARED uint s_covered[4];  // by quarter of the block
 
-/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills s_covered.
-/// Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask (llvmpipe), passing them
-/// over inside the large loop would cost all of its arithmetic.
+/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills
+/// s_covered. Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask
+/// (llvmpipe), passing them over inside the large loop would cost all of its arithmetic.
 FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
@@ -32,8 +33,7 @@ FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
     UNROLL for (uint first = 0u; first < 4u; first += PIXELS) {
       Fragments p;
       load_fragments(a.views, view, corner, thread, first, a.hits, p);
-      UNROLL for (uint k = 0u; k < PIXELS; ++k)
-        if (p.triangle[k] != 0u) s_covered[first + k] = 1u;
+      UNROLL for (uint k = 0u; k < PIXELS; ++k) if (p.triangle[k] != 0u) s_covered[first + k] = 1u;
     }
     barrier();
     if ((s_covered[0] | s_covered[1] | s_covered[2] | s_covered[3]) != 0u) break;
@@ -50,22 +50,22 @@ KERNEL_MAIN(64) {
   clear_sums(sums);
   uint block = next_covered(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
-    const uint view = block_view(a.views, a.view_count, block);
-    const uvec2 corner = block_corner(a.views, view, block);
-    ASK_FOR_FEATURES(0u);
-    for (uint first = 0u; first < 4u; first += PIXELS) {
-      if (PIXELS == 1 && s_covered[first] == 0u) continue;
-      Fragments p;
-      load_fragments(a.views, view, corner, thread, first, a.hits, p);
-      LANES x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = LANES(0.0f), drgb[3];
-      UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = LANES(0.0f);
-      mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, false, p, x);
-      ASK_FOR_FEATURES(first + PIXELS);
-      mlp_forward(x, h1, h2, y);
-      // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
-      UNROLL for (uint k = 0u; k < PIXELS; ++k)
-        if (p.triangle[k] != 0u) {
-          const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k), LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
+      const uint view = block_view(a.views, a.view_count, block);
+      const uvec2 corner = block_corner(a.views, view, block);
+      ASK_FOR_FEATURES(0u);
+      for (uint first = 0u; first < 4u; first += PIXELS) {
+        if (PIXELS == 1 && s_covered[first] == 0u) continue;
+        Fragments p;
+        load_fragments(a.views, view, corner, thread, first, a.hits, p);
+        LANES x[16], h1[16], h2[16], y[3], dy[3], d1[16], d2[16], d3[3], dx[7], dmix = LANES(0.0f), drgb[3];
+        UNROLL for (int c = 0; c < 3; ++c) dy[c] = drgb[c] = LANES(0.0f);
+        mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, false, p, x);
+        ASK_FOR_FEATURES(first + PIXELS);
+        mlp_forward(x, h1, h2, y);
+        // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
+        UNROLL for (uint k = 0u; k < PIXELS; ++k) if (p.triangle[k] != 0u) {
+          const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k),
+                              LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};
           const vec3 own_y = vec3(LANE(y[0], k), LANE(y[1], k), LANE(y[2], k));
           vec3 dc = vec3(a.gradient.v[p.index[k]]), own_dy, own_drgb;
           float own_dmix;
@@ -79,31 +79,32 @@ KERNEL_MAIN(64) {
           }
           LANE(dmix, k) = own_dmix;
         }
-      FORGET_WEIGHTS();
-      mlp_backward(h1, h2, y, dy, d1, d2, d3, dx);
-      UNROLL for (int c = 0; c < 3; ++c) dx[c] += drgb[c];
-      dx[3] += dmix;
+        FORGET_WEIGHTS();
+        mlp_backward(h1, h2, y, dy, d1, d2, d3, dx);
+        UNROLL for (int c = 0; c < 3; ++c) dx[c] += drgb[c];
+        dx[3] += dmix;
 
-      UNROLL for (uint k = 0u; k < PIXELS; ++k) {
-        if (p.triangle[k] != 0u) {
-          const uint place = a.places.v[p.triangle[k] - 1u] + a.ranks.v[p.index[k]];
-          UNROLL for (uint c = 0u; c < 7u; ++c) a.sorted.v[c * a.pixels + place] = LANE(dx[c], k);
-          a.sorted.v[7u * a.pixels + place] = a.hits.v[p.index[k]].b0;
-          a.sorted.v[8u * a.pixels + place] = a.hits.v[p.index[k]].b1;
+        UNROLL for (uint k = 0u; k < PIXELS; ++k) {
+          if (p.triangle[k] != 0u) {
+            const uint place = a.places.v[p.triangle[k] - 1u] + a.ranks.v[p.index[k]];
+            UNROLL for (uint c = 0u; c < 7u; ++c) a.sorted.v[c * a.pixels + place] = LANE(dx[c], k);
+            a.sorted.v[7u * a.pixels + place] = a.hits.v[p.index[k]].b0;
+            a.sorted.v[8u * a.pixels + place] = a.hits.v[p.index[k]].b1;
+          }
+          if (DEBUG && p.inside[k])
+            UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[p.index[k] * 7u + c] = LANE(dx[c], k);
         }
-        if (DEBUG && p.inside[k]) UNROLL for (uint c = 0u; c < 7u; ++c) a.debug.v[p.index[k] * 7u + c] = LANE(dx[c], k);
-      }
 
-      UNROLL for (uint k = 0u; k < PIXELS; ++k) {
-        if (s_covered[first + k] == 0u) continue;
-        barrier();
-        PUT_PIXEL(x, h1, h2, d1, d2, d3, k);
-        barrier();
-        add_pixels(thread, sums);
+        UNROLL for (uint k = 0u; k < PIXELS; ++k) {
+          if (s_covered[first + k] == 0u) continue;
+          barrier();
+          PUT_PIXEL(x, h1, h2, d1, d2, d3, k);
+          barrier();
+          add_pixels(thread, sums);
+        }
       }
-    }
-    block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
-  } while (block < a.blocks);
+      block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
+    } while (block < a.blocks);
 
   write_sums(a.mlp_partial, group * 595u, thread, sums);
 }

@@ -33,8 +33,8 @@ FN void ssim_of_block(TAKES_ARGUMENTS uint block, uint thread) {
     blur_rows(thread);
     barrier();
     const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
-    const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0), squares = blur_column(2u, column, y0),
-               mxy = blur_column(3u, column, y0);
+    const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0),
+               squares = blur_column(2u, column, y0), mxy = blur_column(3u, column, y0);
     UNROLL for (uint k = 0u; k < 4u; ++k) {
       const uint x = corner.x + column, y = corner.y + y0 + k;
       if (x >= width || y >= height) continue;
@@ -61,9 +61,9 @@ FN void ssim_of_block(TAKES_ARGUMENTS uint block, uint thread) {
 
 SHARED uint s_differs;
 
-/// The first of this workgroup's blocks from `block` on with a window in which rendering and target differ, a.blocks if none. The
-/// windows of those before it have an SSIM of 1, where its gradient is zero. Uniform in the workgroup. A loop of its own for the
-/// reason given in shade_backward.comp.
+/// The first of this workgroup's blocks from `block` on with a window in which rendering and target differ, a.blocks if
+/// none. The windows of those before it have an SSIM of 1, where its gradient is zero. Uniform in the workgroup. A loop
+/// of its own for the reason given in shade_backward.comp.
 FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
@@ -71,14 +71,16 @@ FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
     barrier();
     const uint view = block_view(a.views, a.view_count, block);
     const uvec2 corner = block_corner(a.views, view, block);
-    const uint width = a.views.v[view].width, height = a.views.v[view].height, pixel_offset = a.views.v[view].pixel_offset;
+    const uint width = a.views.v[view].width, height = a.views.v[view].height,
+               pixel_offset = a.views.v[view].pixel_offset;
     for (uint first = 0u; first < kPatch; first += 2u) {
       const uint column = thread & 31u, row = first + (thread >> 5), x = corner.x + column, y = corner.y + row;
       if (column < kPatch && x < width && y < height) {
         bool differs = false;
         UNROLL for (uint channel = 0u; channel < 3u; ++channel) {
           float colour, target;
-          masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, pixel_offset + y * width + x, channel, colour, target);
+          masked_pixel(a.colour, a.target, a.float_target, FLOAT_TARGET, pixel_offset + y * width + x, channel, colour,
+                       target);
           differs = differs || colour != target;
         }
         if (differs) s_differs = 1u;
@@ -95,7 +97,8 @@ FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
       UNROLL for (uint map = 0u; map < 9u; ++map) a.partial.v[map * a.pixels + pixel_offset + y * width + x] = 0.0f;
     }
     if (thread == 0u && corner.x + 10u < width && corner.y + 10u < height)
-      add_ssim(GIVES_ARGUMENTS 3.0f * float(min(kBlock, width - 10u - corner.x) * min(kBlock, height - 10u - corner.y)));
+      add_ssim(GIVES_ARGUMENTS 3.0f *
+               float(min(kBlock, width - 10u - corner.x) * min(kBlock, height - 10u - corner.y)));
   }
   return block;
 }
@@ -105,7 +108,7 @@ KERNEL_MAIN(64) {
   if (group >= a.groups) return;
   uint block = next_different(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
-    ssim_of_block(GIVES_ARGUMENTS block, thread);
-    block = next_different(GIVES_ARGUMENTS block + a.groups, thread);
-  } while (block < a.blocks);
+      ssim_of_block(GIVES_ARGUMENTS block, thread);
+      block = next_different(GIVES_ARGUMENTS block + a.groups, thread);
+    } while (block < a.blocks);
 }

@@ -9,7 +9,8 @@ CONSTANT(0, bool, DEBUG, false);
 SHARED float s_sum[64];
 
 KERNEL(64, UpdateMlpArgs) {
-  // A thousand rows in one thread would be a long chain on a GPU: eight threads share them. Eight neighbouring parameters are a sector of memory.
+  // A thousand rows in one thread would be a long chain on a GPU: eight threads share them. Eight neighbouring
+  // parameters are a sector of memory.
   const uint thread = gl_LocalInvocationIndex, i = group_index() * 8u + thread % 8u;
   float gradient = 0.0f;
   if (i < 595u)

@@ -1,5 +1,5 @@
-// One triangle's texture: gradients of its pixels summed on the finest lattice, through the sigmoid and down to every level, Adam on all
-// levels, their sum up to the finest lattice again, sigmoid.
+// One triangle's texture: gradients of its pixels summed on the finest lattice, through the sigmoid and down to every
+// level, Adam on all levels, their sum up to the finest lattice again, sigmoid.
 #include "common/kernel.h"
 #include "args/update_textures.h"
 #include "common/faults.h"
@@ -16,19 +16,21 @@ CONSTANT(1, bool, ADAM, true);     // false: only sum the levels
 CONSTANT(2, bool, DEBUG, false);   // also write the gradient
 
 SHARED uint s_seen, s_most;
-const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
-SHARED_VECTORS(uint, uvec4, s_word, SAMPLES * QUADS);  // of elements: floats but for the finest level's sums over pixels
+const uint QUADS = 2u;                                // vectors per sample: features 0..3; features 4..6 and opacity
+SHARED_VECTORS(uint, uvec4, s_word, SAMPLES* QUADS);  // of elements: floats but for the finest level's sums over pixels
 #define ELEMENT_VALUE(e) uintBitsToFloat(SHARED_ELEMENT(s_word, e))
 #define SET_ELEMENT_VALUE(e, v) SHARED_ELEMENT(s_word, e) = floatBitsToUint(v)
 
-#define SAMPLE_VALUE(i, e) ELEMENT_VALUE((i) * kElements + e)
+#define SAMPLE_VALUE(i, e) ELEMENT_VALUE((i)*kElements + e)
 #include "common/lattice_levels.h"
 
 /// Resets those of an element's logits that are not numbers, or whose moments are not.
 FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOUT(FLOATS) m, INOUT(FLOATS) v) {
   const FLOATS before = ELEMENT(a.source.v, first, e);
   UNROLL for (uint c = 0u; c < kNumbers; ++c) {
-    if (usable(NUMBER(logit, c), kLargestLogit) && usable(NUMBER(m, c), kLargestLogit) && usable(NUMBER(v, c), kLargestLogit)) continue;
+    if (usable(NUMBER(logit, c), kLargestLogit) && usable(NUMBER(m, c), kLargestLogit) &&
+        usable(NUMBER(v, c), kLargestLogit))
+      continue;
     NUMBER(logit, c) = usable(NUMBER(before, c), kLargestLogit) ? NUMBER(before, c) : 0.0f;
     NUMBER(m, c) = NUMBER(v, c) = 0.0f;
     note_fault(a.control, FAULT_TEXEL, first * 4u + e * kNumbers + c, a.state.v[0].step);
@@ -40,7 +42,8 @@ FN void find_most(TAKES_ARGUMENTS uint pixels, uint place, uint thread) {
   float most = 0.0f;
   for (uint first = 0u; first < pixels; first += THREADS)
     if (first + thread < pixels)
-      UNROLL for (uint c = 0u; c < 7u; ++c) most = max(most, abs(limited(a.sorted.v[c * a.pixels + place + first + thread])));
+      UNROLL for (uint c = 0u; c < 7u; ++c) most =
+          max(most, abs(limited(a.sorted.v[c * a.pixels + place + first + thread])));
   if (most != 0.0f) atomicMax(s_most, floatBitsToUint(most));
 }
 
@@ -49,7 +52,8 @@ FN void add_pixels(TAKES_ARGUMENTS Texture row, uint fine, uint pixels, uint pla
   for (uint first = 0u; first < pixels; first += THREADS)
     if (first + thread < pixels) {
       const uint at = place + first + thread;
-      const LatticeCell cell = lattice_cell(a.sorted.v[7u * a.pixels + at], a.sorted.v[8u * a.pixels + at], row.level_max);
+      const LatticeCell cell =
+          lattice_cell(a.sorted.v[7u * a.pixels + at], a.sorted.v[8u * a.pixels + at], row.level_max);
       const uint i0 = (fine + cell.i0) * QUADS, i1 = (fine + cell.i1) * QUADS, i2 = (fine + cell.i2) * QUADS;
       UNROLL for (uint c = 0u; c < 7u; ++c) {
         const float g = limited(a.sorted.v[c * a.pixels + at]) * units;
@@ -73,12 +77,14 @@ FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uin
     }
 }
 
-/// Element e of the gradients of a level whose samples begin at `to`: of the next finer level's, which is `level` and begins at `from`.
+/// Element e of the gradients of a level whose samples begin at `to`: of the next finer level's, which is `level` and
+/// begins at `from`.
 FN void to_coarser(uint from, uint to, uint level, uint e) {
   SET_ELEMENT_VALUE(to * kElements + e, gathered(from, level, e / kElements, e % kElements));
 }
 
-/// Adds to element e of the values of a level, whose samples begin at `to`, the next coarser level's, which begin at `from`.
+/// Adds to element e of the values of a level, whose samples begin at `to`, the next coarser level's, which begin at
+/// `from`.
 FN void to_finer(uint from, uint to, uint e) {
   uint x, y, p, q;
   lattice_point(e / kElements, x, y);
@@ -87,7 +93,8 @@ FN void to_finer(uint from, uint to, uint e) {
   SET_ELEMENT_VALUE(to * kElements + e, ELEMENT_VALUE(to * kElements + e) + 0.5f * both);
 }
 
-// One function, longer than a screen: its parts hand over in shared memory, and a barrier stands between any two, which all threads must meet here.
+// One function, longer than a screen: its parts hand over in shared memory, and a barrier stands between any two, which
+// all threads must meet here.
 KERNEL_MAIN(THREADS) {
   const uint thread = gl_LocalInvocationIndex;
   if (group_index() >= a.tasks_count) return;
@@ -103,7 +110,8 @@ KERNEL_MAIN(THREADS) {
   const bool frozen = a.control.v[0].overflow != 0u;
 
   if (ADAM) {
-    // What no pixel shows and no opacity learns from is not even read: where cameras stand in a scene, that is most of it.
+    // What no pixel shows and no opacity learns from is not even read: where cameras stand in a scene, that is most of
+    // it.
     const uint pixels = a.counts.v[triangle], place = a.counts.v[a.triangles + 1u + triangle];
     const uint gradients = (a.unseen | pixels | a.touched.v[triangle]) != 0u ? fine_count * kElements : 0u;
     if (thread == 0u) {
@@ -111,7 +119,8 @@ KERNEL_MAIN(THREADS) {
       s_most = 0u;
     }
     for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i)
-      if (ELEMENT_OF(i, gradients) < gradients) SHARED_ELEMENT(s_word, fine * kElements + ELEMENT_OF(i, gradients)) = UINTS(0u);
+      if (ELEMENT_OF(i, gradients) < gradients)
+        SHARED_ELEMENT(s_word, fine * kElements + ELEMENT_OF(i, gradients)) = UINTS(0u);
     barrier();
     if (pixels != 0u) {
       find_most(GIVES_ARGUMENTS pixels, place, thread);
@@ -126,7 +135,8 @@ KERNEL_MAIN(THREADS) {
       if (e < gradients) {
         const UINTS words = SHARED_ELEMENT(s_word, fine * kElements + e);
         FLOATS gradient;
-        UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(gradient, c) = float(int(NUMBER(words, c))) * unit_of(exponent);
+        UNROLL for (uint c = 0u; c < kNumbers; ++c) NUMBER(gradient, c) =
+            float(int(NUMBER(words, c))) * unit_of(exponent);
         if (e % kElements == kElements - 1u) NUMBER(gradient, 3u) = uintBitsToFloat(NUMBER(words, 3u));
         if (gradient != FLOATS(0.0f)) {
           const FLOATS value = ELEMENT(a.lattice.v, first, e);
@@ -145,7 +155,8 @@ KERNEL_MAIN(THREADS) {
       top = row.level_min;
     }
     for (uint level = top; level > row.level_min; --level) {
-      const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u), sums = lattice_samples(level - 1u) * kElements;
+      const uint from = samples_before(row.level_min, level), to = samples_before(row.level_min, level - 1u),
+                 sums = lattice_samples(level - 1u) * kElements;
       for (uint i = 0u; i < ELEMENT_STEPS(sums); ++i)
         if (ELEMENT_OF(i, sums) < sums) to_coarser(from, to, level, ELEMENT_OF(i, sums));
       barrier();
@@ -165,11 +176,11 @@ KERNEL_MAIN(THREADS) {
         if (gradient != FLOATS(0.0f) || a.unseen != 0u) {
           m = ELEMENT(a.moment1.v, first, e);
           v = ELEMENT(a.moment2.v, first, e);
-          // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left alone.
+          // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left
+          // alone.
           changed = !frozen && (gradient != FLOATS(0.0f) || m != FLOATS(0.0f) || v != FLOATS(0.0f));
           if (changed)
-            UNROLL for (uint c = 0u; c < kNumbers; ++c)
-              if (NUMBER(gradient, c) != 0.0f || a.unseen != 0u)
+            UNROLL for (uint c = 0u; c < kNumbers; ++c) if (NUMBER(gradient, c) != 0.0f || a.unseen != 0u)
                 NUMBER(logit, c) -= adam(NUMBER(gradient, c), rate, second, NUMBER(m, c), NUMBER(v, c));
         }
       }
@@ -194,7 +205,8 @@ KERNEL_MAIN(THREADS) {
 
   for (uint level = row.level_min + 1u; level <= top; ++level) {
     barrier();
-    const uint from = samples_before(row.level_min, level - 1u), to = samples_before(row.level_min, level), sums = lattice_samples(level) * kElements;
+    const uint from = samples_before(row.level_min, level - 1u), to = samples_before(row.level_min, level),
+               sums = lattice_samples(level) * kElements;
     for (uint i = 0u; i < ELEMENT_STEPS(sums); ++i)
       if (ELEMENT_OF(i, sums) < sums) to_finer(from, to, ELEMENT_OF(i, sums));
   }
@@ -211,5 +223,6 @@ KERNEL_MAIN(THREADS) {
     }
   }
   barrier();
-  for (uint i = thread; i < fine_count; i += THREADS) a.opacity.v[row.lattice_offset + i] = uintBitsToFloat(SHARED_WORD(s_word, (fine + i) * QUADS + 1u, 3u));
+  for (uint i = thread; i < fine_count; i += THREADS)
+    a.opacity.v[row.lattice_offset + i] = uintBitsToFloat(SHARED_WORD(s_word, (fine + i) * QUADS + 1u, 3u));
 }

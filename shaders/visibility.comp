@@ -1,4 +1,5 @@
-// Visibility with stochastic opacity masking (DiffSoup, section 4.1): the nearest fragment whose opacity reaches its threshold.
+// Visibility with stochastic opacity masking (DiffSoup, section 4.1): the nearest fragment whose opacity reaches its
+// threshold.
 #include "common/kernel.h"
 #include "args/visibility.h"
 #include "common/coverage.h"
@@ -43,7 +44,8 @@ KERNEL(64, VisibilityArgs) {
     for (uint first_slot = 0u; first_slot < count; first_slot += 32u) {
       for (uint bits = covering(first_slot, count, d, best, 0xffffffffu); bits != 0u; bits &= bits - 1u) {
         const uint k = first_slot + uint(findLSB(bits));
-        const float e0 = at_offset(vec3(s_e0[k]), d), e1 = at_offset(vec3(s_e1[k]), d), e2 = at_offset(vec3(s_e2[k]), d);
+        const float e0 = at_offset(vec3(s_e0[k]), d), e1 = at_offset(vec3(s_e1[k]), d),
+                    e2 = at_offset(vec3(s_e2[k]), d);
         const float depth = at_offset(vec3(s_plane[k]), d), sum = e0 + e1 + e2;
         const uvec4 row = s_texture[k];
         // Lists come in any order: equal depths go to the lower index.
@@ -52,8 +54,10 @@ KERNEL(64, VisibilityArgs) {
         if (LAYER == 1u && row.z + 1u == skipped) continue;
         const float b0 = e0 / sum, b1 = e1 / sum;
         LatticeCell cell;
-        if (LAYER == 2u) cell = coarser_cell(b0, b1, row.y);
-        else cell = lattice_cell(b0, b1, row.y);
+        if (LAYER == 2u)
+          cell = coarser_cell(b0, b1, row.y);
+        else
+          cell = lattice_cell(b0, b1, row.y);
         const float alpha = opacity_at(a.opacity, row, cell);
         float threshold = 0.5f;
         if (THRESHOLDS == 1u) threshold = threshold_of(pixel_hash, row.z);

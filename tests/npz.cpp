@@ -18,14 +18,16 @@ using Bytes = std::span<const std::uint8_t>;
 // The archive may be cut short anywhere: every read goes through here.
 template <typename T>
 T little_endian(Bytes bytes, std::size_t offset, const std::string& where) {
-  if (offset > bytes.size() || bytes.size() - offset < sizeof(T)) throw Error("{}: ends too early; copy the file again", where);
+  if (offset > bytes.size() || bytes.size() - offset < sizeof(T))
+    throw Error("{}: ends too early; copy the file again", where);
   T value;
   std::memcpy(&value, bytes.data() + offset, sizeof(T));
   return value;
 }
 
 Bytes slice(Bytes bytes, std::size_t offset, std::size_t size, const std::string& where) {
-  if (offset > bytes.size() || bytes.size() - offset < size) throw Error("{}: ends too early; copy the file again", where);
+  if (offset > bytes.size() || bytes.size() - offset < size)
+    throw Error("{}: ends too early; copy the file again", where);
   return bytes.subspan(offset, size);
 }
 
@@ -47,7 +49,8 @@ std::vector<std::uint8_t> inflate_raw(Bytes packed, std::size_t size, const std:
 float half_to_float(std::uint16_t half) {
   const int exponent = (half >> 10) & 31, mantissa = half & 1023;
   const float sign = half & 0x8000 ? -1.0f : 1.0f;
-  if (exponent == 31) return mantissa ? std::numeric_limits<float>::quiet_NaN() : sign * std::numeric_limits<float>::infinity();
+  if (exponent == 31)
+    return mantissa ? std::numeric_limits<float>::quiet_NaN() : sign * std::numeric_limits<float>::infinity();
   if (exponent == 0) return sign * std::ldexp(static_cast<float>(mantissa), -24);
   return sign * std::ldexp(static_cast<float>(mantissa + 1024), exponent - 25);
 }
@@ -165,7 +168,8 @@ Npz load_npz(const std::filesystem::path& path) {
     entry += 46 + name_size + extra_size + comment_size;
 
     const std::string member_where = where + ":" + name;
-    if (packed_size == 0xffffffff || size == 0xffffffff) throw Error("{}: is larger than 4 GiB; split the archive", member_where);
+    if (packed_size == 0xffffffff || size == 0xffffffff)
+      throw Error("{}: is larger than 4 GiB; split the archive", member_where);
     // The local header repeats name and extra field, with lengths of its own.
     const std::size_t data = local + 30 + little_endian<std::uint16_t>(zip, local + 26, member_where) +
                              little_endian<std::uint16_t>(zip, local + 28, member_where);
@@ -176,7 +180,8 @@ Npz load_npz(const std::filesystem::path& path) {
     } else if (method == 8) {
       arrays[name] = parse_npy(inflate_raw(packed, size, member_where), member_where);
     } else {
-      throw Error("{}: compression method {} is not supported; write it with numpy.savez_compressed", member_where, method);
+      throw Error("{}: compression method {} is not supported; write it with numpy.savez_compressed", member_where,
+                  method);
     }
   }
   return arrays;

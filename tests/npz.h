@@ -25,8 +25,8 @@ struct Array {
 /// Arrays by name, without the ".npy" their archive members end in.
 using Npz = std::map<std::string, Array>;
 
-/// Reads stored and deflated members of type float16/32/64, int32/64, uint8/16 and bool. Throws trisoup::Error on anything
-/// else, on a damaged archive, and on an int64 that does not fit 32 bits.
+/// Reads stored and deflated members of type float16/32/64, int32/64, uint8/16 and bool. Throws trisoup::Error on
+/// anything else, on a damaged archive, and on an int64 that does not fit 32 bits.
 Npz load_npz(const std::filesystem::path& path);
 
 }  // namespace trisoup::test

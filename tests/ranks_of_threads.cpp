@@ -20,7 +20,8 @@ struct Board {
 
 class ThreadRank : public ranks::Ranks {
  public:
-  ThreadRank(Board& board, int rank, int size, std::uint64_t seed) : Ranks(rank, size, "threads"), board_(board), random_(seed + static_cast<std::uint64_t>(rank)) {}
+  ThreadRank(Board& board, int rank, int size, std::uint64_t seed)
+      : Ranks(rank, size, "threads"), board_(board), random_(seed + static_cast<std::uint64_t>(rank)) {}
 
  protected:
   void send_numbers(std::span<const std::uint64_t> to, std::span<std::uint64_t> from) override {
@@ -40,7 +41,8 @@ class ThreadRank : public ranks::Ranks {
     for (const std::size_t r : order) {
       delay();
       const ranks::ByteView message = board_.messages[r][static_cast<std::size_t>(rank())];
-      if (message.size() != from[r].size()) throw Error("rank {}: rank {} has sent {} bytes, not {}", rank(), r, message.size(), from[r].size());
+      if (message.size() != from[r].size())
+        throw Error("rank {}: rank {} has sent {} bytes, not {}", rank(), r, message.size(), from[r].size());
       std::copy(message.begin(), message.end(), from[r].begin());
     }
     board_.met.arrive_and_wait();
@@ -48,7 +50,8 @@ class ThreadRank : public ranks::Ranks {
 
  private:
   void delay() {
-    if (const auto length = random_() % 4; length > 0) std::this_thread::sleep_for(std::chrono::microseconds(20 * length));
+    if (const auto length = random_() % 4; length > 0)
+      std::this_thread::sleep_for(std::chrono::microseconds(20 * length));
   }
   Board& board_;
   std::mt19937_64 random_;

@@ -37,8 +37,10 @@ Colour cast(const glm::dvec3& from, const glm::dvec3& direction) {
 void write_tiny_scene(const std::filesystem::path& folder, const TinyScene& scene) {
   // The longer side sees 0.7 radians.
   const int w = scene.width, h = scene.height;
-  const double angle = 0.7, focal = 0.5 * std::max(w, h) / std::tan(0.5 * angle), angle_x = 2 * std::atan(0.5 * w / focal);
-  for (const auto& [split, count, offset] : {std::tuple("train", scene.train, 0.0), std::tuple("test", scene.test, 0.4)}) {
+  const double angle = 0.7, focal = 0.5 * std::max(w, h) / std::tan(0.5 * angle),
+               angle_x = 2 * std::atan(0.5 * w / focal);
+  for (const auto& [split, count, offset] :
+       {std::tuple("train", scene.train, 0.0), std::tuple("test", scene.test, 0.4)}) {
     if (count == 0) continue;
     std::filesystem::create_directories(folder / split);
     nlohmann::json json{{"camera_angle_x", angle_x}, {"frames", nlohmann::json::array()}};

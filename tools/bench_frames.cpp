@@ -13,32 +13,36 @@
 
 #include "args/soup.h"
 #include "base/atomic_file.h"
-#include "common/host.h"
 #include "base/error.h"
 #include "base/printable.h"
+#include "common/host.h"
+#include "format/model_file.h"
 #include "render/cameras.h"
 #include "render/renderer.h"
 #include "soup/atlas.h"
-#include "format/model_file.h"
 
 namespace trisoup {
 namespace {
 
-/// Adds the part of triangle t with these barycentrics (b0, b1 of its three corners) to `to`, its texture resampled at the same level.
+/// Adds the part of triangle t with these barycentrics (b0, b1 of its three corners) to `to`, its texture resampled at
+/// the same level.
 void add_part(const soup::Model& from, std::size_t t, const std::array<glm::vec2, 3>& corners, soup::Model& to) {
   const soup::TextureEntry row = from.textures[t];
   const int r = 1 << row.level_max;
   soup::TextureEntry part = row;
   part.lattice_offset = static_cast<std::uint32_t>(to.lattice.size() / soup::kChannels);
   for (const glm::vec2& b : corners)
-    to.vertices.push_back(b.x * from.vertices[3 * t] + b.y * from.vertices[3 * t + 1] + (1 - b.x - b.y) * from.vertices[3 * t + 2]);
+    to.vertices.push_back(b.x * from.vertices[3 * t] + b.y * from.vertices[3 * t + 1] +
+                          (1 - b.x - b.y) * from.vertices[3 * t + 2]);
   std::vector<std::uint8_t> lattice(std::size_t(soup::samples_at(row.level_max)) * soup::kChannels);
   soup::each_lattice_point(row.level_max, [&](int x, int y, std::uint32_t index) {
     const float u = float(x) / float(r), v = float(y) / float(r);
     const glm::vec2 b = u * corners[0] + v * corners[1] + (1 - u - v) * corners[2];
     const f32::LatticeCell cell = f32::lattice_cell(b.x, b.y, row.level_max);
     for (int c = 0; c < soup::kChannels; ++c) {
-      const auto at = [&](std::uint32_t i) { return float(from.lattice[(std::size_t(row.lattice_offset) + i) * soup::kChannels + c]); };
+      const auto at = [&](std::uint32_t i) {
+        return float(from.lattice[(std::size_t(row.lattice_offset) + i) * soup::kChannels + c]);
+      };
       lattice[std::size_t(index) * soup::kChannels + c] =
           static_cast<std::uint8_t>(f32::lattice_mix(cell, at(cell.i0), at(cell.i1), at(cell.i2)) + 0.5f);
     }
@@ -47,7 +51,8 @@ void add_part(const soup::Model& from, std::size_t t, const std::array<glm::vec2
   to.textures.push_back(part);
 }
 
-/// A soup that looks like the model with about `count` triangles: some of them in four, or a part of them, enlarged to cover as much.
+/// A soup that looks like the model with about `count` triangles: some of them in four, or a part of them, enlarged to
+/// cover as much.
 soup::Model with_triangles(const soup::Model& model, std::size_t count) {
   soup::Model now = model;
   while (now.triangles() < count) {
@@ -62,7 +67,8 @@ soup::Model with_triangles(const soup::Model& model, std::size_t count) {
       if ((t + 1) * split / now.triangles() == t * split / now.triangles()) {
         add_part(now, t, {a, b, c}, next);
       } else {
-        for (const auto& part : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) add_part(now, t, part, next);
+        for (const auto& part : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+          add_part(now, t, part, next);
       }
     }
     now = std::move(next);
@@ -90,7 +96,8 @@ class Published {
       : gpu_(gpu), graphics_(*gpu.graphics()), model_(ours) {
     std::vector<std::uint32_t> levels;
     for (const soup::TextureEntry& row : model.textures) levels.push_back(row.level_max);
-    const soup::Atlas atlas = soup::make_atlas(levels, std::min<int>(soup::kAtlasSide, static_cast<int>(graphics_.max_side())));
+    const soup::Atlas atlas =
+        soup::make_atlas(levels, std::min<int>(soup::kAtlasSide, static_cast<int>(graphics_.max_side())));
     gpu::ImageShape shape = ours.features.shape();
     shape.layers /= 2;
     for (int half = 0; half < 2; ++half) {
@@ -101,8 +108,9 @@ class Published {
           if (atlas.places[t].page == layer)
             soup::each_lattice_point(atlas.places[t].level, [&](int x, int y, std::uint32_t index) {
               const glm::ivec2 texel = soup::atlas_texel(atlas.places[t], x, y);
-              std::copy_n(&model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * soup::kChannels + 4 * half], 4,
-                          &page[(std::size_t(texel.y) * shape.width + texel.x) * 4]);
+              std::copy_n(
+                  &model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * soup::kChannels + 4 * half],
+                  4, &page[(std::size_t(texel.y) * shape.width + texel.x) * 4]);
             });
         graphics_.upload(textures_[half], layer, std::as_bytes(std::span(page)));
       }
@@ -127,7 +135,8 @@ class Published {
   void draw(const render::View& view, const glm::vec3& background, const gpu::Image& target) {
     if (!depth_ || depth_.shape().width != view.width || depth_.shape().height != view.height) {
       depth_ = graphics_.create_image({gpu::Format::depth32, view.width, view.height}, "depth");
-      for (gpu::Image& image : targets_) image = graphics_.create_image({gpu::Format::rgba8, view.width, view.height}, "features");
+      for (gpu::Image& image : targets_)
+        image = graphics_.create_image({gpu::Format::rgba8, view.width, view.height}, "features");
     }
     const scene::PixelRays rays = scene::pixel_rays(glm::inverse(view.clip_from_world));
     kernels::DrawFrame frame{};
@@ -185,8 +194,8 @@ double median(std::vector<double> values) {
 
 void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
   const soup::ModelFile file = soup::read_model(options.model);
-  std::printf("%s\n%s: a picture in ms, medians of %d views of the upper hemisphere, in turn\n", gpu.info().name.c_str(),
-              options.model.c_str(), options.repeats);
+  std::printf("%s\n%s: a picture in ms, medians of %d views of the upper hemisphere, in turn\n",
+              gpu.info().name.c_str(), options.model.c_str(), options.repeats);
   std::printf("%10s %10s %10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours by", "fragment", "compute",
               "msaa", "ssaa", "published", "ratio");
   nlohmann::json rows = nlohmann::json::array();
@@ -200,7 +209,8 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
     Published published(gpu, model, drawn);
     std::vector<scene::Camera> cameras;
     for (const soup::ModelCamera& c : file.cameras) cameras.push_back(c.camera);
-    const render::Framing framing = render::frame(soup::normalised_vertices(file.model), cameras, file.up.value_or(render::mean_up(cameras)));
+    const render::Framing framing =
+        render::frame(soup::normalised_vertices(file.model), cameras, file.up.value_or(render::mean_up(cameras)));
     const render::Shading shading = shading_of(gpu, options.shading, drawn, framing);
     for (const glm::ivec2 size : {glm::ivec2(1920, 1080), {1280, 720}, {960, 540}}) {
       const gpu::Image target = gpu.graphics()->create_image(
@@ -213,9 +223,12 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
         const auto start = std::chrono::steady_clock::now();
         record();
         gpu.wait();
-        if (count) times[which].push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+        if (count)
+          times[which].push_back(
+              std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
       };
-      // Side by side: each view with all of them, so that a busy minute meets all alike. The first view makes the pipelines.
+      // Side by side: each view with all of them, so that a busy minute meets all alike. The first view makes the
+      // pipelines.
       for (std::size_t i = 0; i <= views.size(); ++i) {
         const render::View view = render::view_of(views[i % views.size()], 0.025, 2.5);
         for (std::size_t which = 0; which < 4; ++which)
@@ -246,7 +259,8 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
     }
   }
   if (!options.json.empty()) {
-    const std::string text = nlohmann::json{{"device", gpu.info().name}, {"model", utf8(options.model)}, {"frames", rows}}.dump(2) + "\n";
+    const std::string text =
+        nlohmann::json{{"device", gpu.info().name}, {"model", utf8(options.model)}, {"frames", rows}}.dump(2) + "\n";
     write_file_atomically(options.json, std::as_bytes(std::span(text)));
   }
 }

@@ -9,9 +9,9 @@
 namespace trisoup {
 
 struct FramesOptions {
-  std::string model;  // model.glb; its soup is made larger and smaller for the table
-  int repeats = 20;   // pictures timed for each figure
-  std::string json;   // file; empty: none
+  std::string model;                                     // model.glb; its soup is made larger and smaller for the table
+  int repeats = 20;                                      // pictures timed for each figure
+  std::string json;                                      // file; empty: none
   render::Shading shading = render::Shading::automatic;  // of the pictures without anti-aliasing that count as ours
 };
 

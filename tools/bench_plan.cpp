@@ -39,14 +39,16 @@ json parse(const std::filesystem::path& path) {
     throw Error("{}: holds a number that is too large", path.string());
   } catch (const json::parse_error& e) {
     const auto until = text.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(e.byte, text.size()));
-    throw Error("{}: is not JSON near line {}; look for a comma or a bracket too many or too few", path.string(), 1 + std::count(text.begin(), until, '\n'));
+    throw Error("{}: is not JSON near line {}; look for a comma or a bracket too many or too few", path.string(),
+                1 + std::count(text.begin(), until, '\n'));
   }
 }
 
 /// An object of the plan: values by key, and errors that say where.
 class Part {
  public:
-  Part(const json& value, std::string where, std::initializer_list<const char*> keys) : json_(value), where_(std::move(where)) {
+  Part(const json& value, std::string where, std::initializer_list<const char*> keys)
+      : json_(value), where_(std::move(where)) {
     if (!json_.is_object()) throw Error("{}: is {}, not an object in braces", where_, shown(json_));
     for (const auto& [key, ignored] : json_.items())
       if (std::find(keys.begin(), keys.end(), key) == keys.end())
@@ -88,7 +90,8 @@ class Part {
     };
     const json& value = json_.at(key);
     try {
-      if constexpr (std::is_arithmetic_v<T>) check(value, T{});
+      if constexpr (std::is_arithmetic_v<T>)
+        check(value, T{});
       else if constexpr (std::is_same_v<T, std::vector<std::uint32_t>> || std::is_same_v<T, std::vector<std::uint64_t>>)
         for (const json& v : value) check(v, typename T::value_type{});
       return value.get<T>();
@@ -98,22 +101,29 @@ class Part {
   }
   template <typename T>
   static const char* kind_of() {
-    if constexpr (std::is_same_v<T, std::string>) return "a text";
-    else if constexpr (std::is_same_v<T, Strings>) return "a list of texts";
-    else if constexpr (std::is_arithmetic_v<T>) return "a number";
-    else return "a list of numbers";
+    if constexpr (std::is_same_v<T, std::string>)
+      return "a text";
+    else if constexpr (std::is_same_v<T, Strings>)
+      return "a list of texts";
+    else if constexpr (std::is_arithmetic_v<T>)
+      return "a number";
+    else
+      return "a list of numbers";
   }
 
   const json& json_;
   std::string where_;
 };
 
-/// Arguments that the program will be given as they are. reserved: options that the plan itself gives, which would make the results' columns untrue.
+/// Arguments that the program will be given as they are. reserved: options that the plan itself gives, which would make
+/// the results' columns untrue.
 void check_arguments(const Strings& arguments, const std::string& where, std::span<const std::string_view> reserved) {
   for (const std::string& a : arguments) {
-    if (a.find('\0') != std::string::npos) throw Error("{}: the argument '{}' holds a null character", where, printable(a));
+    if (a.find('\0') != std::string::npos)
+      throw Error("{}: the argument '{}' holds a null character", where, printable(a));
     // "-qr2" is "-q -r 2".
-    if (a.size() > 2 && a.starts_with("-q")) throw Error("{}: '{}' holds several options; write them one by one", where, printable(a));
+    if (a.size() > 2 && a.starts_with("-q"))
+      throw Error("{}: '{}' holds several options; write them one by one", where, printable(a));
     for (const std::string_view option : reserved) {
       // Short ones take their value without a space.
       const bool is_short = !option.starts_with("--");
@@ -124,14 +134,17 @@ void check_arguments(const Strings& arguments, const std::string& where, std::sp
 }
 constexpr std::uint32_t kMostFrames = 100'000;
 constexpr std::string_view kTrainingReserved[] = {
-    "--steps",      "--triangles", "--seed", "-r",     "--resolution", "-o",             "--output", "--resume",         "--eval-log",
-    "--eval-every", "--timings",   "-h",     "--help", "--help-all",   "--version",      "--list-devices", "--view",       "--finish-headless"};
+    "--steps",    "--triangles",      "--seed",    "-r", "--resolution", "-o",         "--output",  "--resume",
+    "--eval-log", "--eval-every",     "--timings", "-h", "--help",       "--help-all", "--version", "--list-devices",
+    "--view",     "--finish-headless"};
 constexpr std::string_view kStepReserved[] = {"--size",        "--triangles",      "--views", "--repeats",
-                                              "--most-pixels", "--most-triangles", "--json",  "-h",       "--help",    "--help-all"};
+                                              "--most-pixels", "--most-triangles", "--json",  "-h",
+                                              "--help",        "--help-all"};
 
 /// Name to arguments.
 std::vector<std::pair<std::string, Strings>> named(const json& value, const std::string& where) {
-  if (!value.is_object() || value.empty()) throw Error("{}: is {}, not an object of names and lists of arguments", where, shown(value));
+  if (!value.is_object() || value.empty())
+    throw Error("{}: is {}, not an object of names and lists of arguments", where, shown(value));
   std::vector<std::pair<std::string, Strings>> all;
   for (const auto& [name, arguments] : value.items()) {
     try {
@@ -148,13 +161,16 @@ void append(Strings& to, const Strings& more) { to.insert(to.end(), more.begin()
 
 std::string shell_word(const std::string& word) {
   const auto plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("-_./,:=+@%").find(c) != std::string_view::npos;
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view("-_./,:=+@%").find(c) != std::string_view::npos;
   };
   if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
   std::string text(1, '\'');
   for (const char c : word)
-    if (c == '\'') text += "'\\''";
-    else text += c;
+    if (c == '\'')
+      text += "'\\''";
+    else
+      text += c;
   text += '\'';
   return text;
 }
@@ -169,18 +185,21 @@ std::string shell_line(std::string text, const Strings& words) {
 Plan read_plan(const std::filesystem::path& path) {
   const std::string file = path.string();
   const json text = parse(path);
-  const Part whole(text, file, {"scenes", "arguments", "evaluations_per_decade", "frames", "frame_size", "trainings", "steps"});
+  const Part whole(text, file,
+                   {"scenes", "arguments", "evaluations_per_decade", "frames", "frame_size", "trainings", "steps"});
   Plan plan;
   const auto frames = whole.get<std::uint32_t>("frames", 0);
   if (frames > kMostFrames) throw Error("{}: 'frames' holds {}, at most {} are timed", file, frames, kMostFrames);
   plan.frames = static_cast<int>(frames);
   plan.frame_size = whole.get<std::string>("frame_size", "1280x720");
   static const std::regex kSize("[1-9][0-9]{0,4}x[1-9][0-9]{0,4}");
-  if (!std::regex_match(plan.frame_size, kSize)) throw Error("{}: 'frame_size' holds '{}', not WIDTHxHEIGHT", file, printable(plan.frame_size));
+  if (!std::regex_match(plan.frame_size, kSize))
+    throw Error("{}: 'frame_size' holds '{}', not WIDTHxHEIGHT", file, printable(plan.frame_size));
   const Strings always = whole.get<Strings>("arguments", {});
   check_arguments(always, file + ": arguments", kTrainingReserved);
   const auto per_decade = whole.get<std::uint32_t>("evaluations_per_decade", 4);
-  const auto scenes = whole.at("scenes").is_null() ? std::vector<std::pair<std::string, Strings>>{} : named(whole.at("scenes"), file + ": scenes");
+  const auto scenes = whole.at("scenes").is_null() ? std::vector<std::pair<std::string, Strings>>{}
+                                                   : named(whole.at("scenes"), file + ": scenes");
 
   std::map<std::string, std::string> seen;  // command to options
   int number = 0;
@@ -193,14 +212,16 @@ Plan read_plan(const std::filesystem::path& path) {
                                                       : named(part.at("options"), part.where() + ": options");
     for (const std::string& scene : part.list<std::string>("scenes", {})) {
       const auto known = std::find_if(scenes.begin(), scenes.end(), [&](const auto& s) { return s.first == scene; });
-      if (known == scenes.end()) throw Error("{}: the scene '{}' is not among the plan's 'scenes'", part.where(), scene);
+      if (known == scenes.end())
+        throw Error("{}: the scene '{}' is not among the plan's 'scenes'", part.where(), scene);
       for (const double resolution : part.list<double>("resolutions", {1.0}))
         for (const std::uint64_t steps : part.list<std::uint64_t>("steps", {}))
           for (const std::uint32_t triangles : part.list<std::uint32_t>("triangles", {}))
             for (const std::uint64_t seed : part.list<std::uint64_t>("seeds", {0}))
               for (const auto& [name, options] : choices) {
                 Training t{scene, name, triangles, steps, seed, resolution, {}};
-                append(t.arguments, {"--steps", std::to_string(steps), "--triangles", std::to_string(triangles), "--seed", std::to_string(seed)});
+                append(t.arguments, {"--steps", std::to_string(steps), "--triangles", std::to_string(triangles),
+                                     "--seed", std::to_string(seed)});
                 if (resolution != 1) append(t.arguments, {"-r", fmt::format("{}", resolution)});
                 append(t.arguments, known->second);
                 append(t.arguments, always);
@@ -210,19 +231,25 @@ Plan read_plan(const std::filesystem::path& path) {
                 append(t.arguments, {"--timings"});
                 const auto [other, is_new] = seen.insert({command(t), name});
                 if (!is_new && other->second != name)
-                  throw Error("{}: the options '{}' and '{}' are the same training, '{}'", part.where(), printable(other->second), printable(name), command(t));
+                  throw Error("{}: the options '{}' and '{}' are the same training, '{}'", part.where(),
+                              printable(other->second), printable(name), command(t));
                 if (is_new) plan.trainings.push_back(std::move(t));
               }
     }
   }
   number = 0;
   for (const json& entry : whole.at("steps")) {
-    const Part part(entry, file + ": steps " + std::to_string(++number), {"sizes", "triangles", "views", "repeats", "arguments"});
+    const Part part(entry, file + ": steps " + std::to_string(++number),
+                    {"sizes", "triangles", "views", "repeats", "arguments"});
     for (const std::uint32_t size : part.list<std::uint32_t>("sizes", {}))
       for (const std::uint32_t triangles : part.list<std::uint32_t>("triangles", {})) {
         StepTiming t{size, triangles, part.get<std::uint32_t>("views", 4), {}};
-        t.arguments = {"--size", std::to_string(size), "--triangles", std::to_string(triangles), "--views", std::to_string(t.views),
-                       "--repeats", std::to_string(part.get<std::uint32_t>("repeats", 5)), "--most-pixels", "0", "--most-triangles", "0"};
+        t.arguments = {"--size",           std::to_string(size),
+                       "--triangles",      std::to_string(triangles),
+                       "--views",          std::to_string(t.views),
+                       "--repeats",        std::to_string(part.get<std::uint32_t>("repeats", 5)),
+                       "--most-pixels",    "0",
+                       "--most-triangles", "0"};
         const auto more = part.get<Strings>("arguments", {});
         check_arguments(more, part.where() + ": arguments", kStepReserved);
         append(t.arguments, more);

@@ -27,8 +27,8 @@ struct StepTiming {
 struct Plan {
   std::vector<Training> trainings;  // in the plan's order, none twice
   std::vector<StepTiming> step_timings;
-  int frames = 0;                   // pictures timed of each model; 0: none
-  std::string frame_size;           // WIDTHxHEIGHT
+  int frames = 0;          // pictures timed of each model; 0: none
+  std::string frame_size;  // WIDTHxHEIGHT
 };
 
 /// Throws Error that names the file and the key.

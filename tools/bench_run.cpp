@@ -15,13 +15,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bench_plan.h"
 #include "base/child_process.h"
-#include "csv_table.h"
 #include "base/error.h"
 #include "base/file_lock.h"
 #include "base/machine.h"
 #include "base/read_file.h"
+#include "bench_plan.h"
+#include "csv_table.h"
 
 namespace trisoup::bench {
 namespace {
@@ -31,10 +31,11 @@ using Row = CsvTable::Row;
 
 // What the columns hold stands in docs/charts.md.
 const std::vector<std::string> kColumns = {
-    "record",    "scene",      "options",      "resolution", "budget",      "steps",     "seed",      "command",  "revision",
-    "device",    "driver",     "host",         "date",       "step",        "seconds",   "cpu_seconds", "triangles", "psnr",
-    "ssim",      "mae",        "bytes",        "frame_ms",   "frame_size",  "frames", "frame_device", "views",    "size",
-    "kernel",    "kernel_ms",  "timed_steps",  "nothing_learnt", "dataset", "settings"};
+    "record",    "scene",       "options",        "resolution",   "budget",  "steps", "seed",
+    "command",   "revision",    "device",         "driver",       "host",    "date",  "step",
+    "seconds",   "cpu_seconds", "triangles",      "psnr",         "ssim",    "mae",   "bytes",
+    "frame_ms",  "frame_size",  "frames",         "frame_device", "views",   "size",  "kernel",
+    "kernel_ms", "timed_steps", "nothing_learnt", "dataset",      "settings"};
 
 std::atomic<bool> g_stop{false};
 
@@ -43,9 +44,11 @@ struct Interrupted {};
 /// Held by this process and the program that it runs, so that two never train in one folder.
 FileLock lock_work(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) throw Error("{}: cannot be written ({}); choose another --work", path.string(), std::strerror(errno));
+  if (descriptor < 0)
+    throw Error("{}: cannot be written ({}); choose another --work", path.string(), std::strerror(errno));
   return FileLock(descriptor, [](int times) {
-    if (times == 0) std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
+    if (times == 0)
+      std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
     if (g_stop) throw Interrupted{};
   });
 }
@@ -98,14 +101,16 @@ class Runner {
     make_folder(folder);
     // A model without a checkpoint is one whose rows were taken out of the results: it is to be made again.
     const char* const earlier = std::filesystem::exists(folder / "checkpoint.safetensors") ? "--resume" : "--overwrite";
-    std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o", folder.string(), earlier};
+    std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o",
+                                       folder.string(), earlier};
     arguments.insert(arguments.end(), t.arguments.begin(), t.arguments.end());
     child(arguments, folder / "log.txt");
 
     const json metrics = read_json(folder / "metrics.json");
     const Row base = base_of(t, metrics);
     std::vector<Row> rows;
-    const CsvTable evaluations(folder / "evaluations.csv", {"step", "seconds", "cpu_seconds", "triangles", "psnr", "ssim", "mae"});
+    const CsvTable evaluations(folder / "evaluations.csv",
+                               {"step", "seconds", "cpu_seconds", "triangles", "psnr", "ssim", "mae"});
     for (const Row& evaluation : evaluations.rows()) {
       Row& row = rows.emplace_back(base);
       row["record"] = "evaluation";
@@ -125,13 +130,17 @@ class Runner {
     Row& row = rows.emplace_back(base);
     row["record"] = "model";
     row["step"] = std::to_string(t.steps);
-    for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"}) row[key] = text_of(metrics.at(key));
+    for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"})
+      row[key] = text_of(metrics.at(key));
     row["settings"] = metrics.at("settings").dump();
     row["nothing_learnt"] = text_of(metrics.at("nothing_learnt"));
     const std::string quality =
-        row["psnr"].empty() ? "no test views" : fmt::format("PSNR {}, SSIM {}", row["psnr"].substr(0, 5), row["ssim"].substr(0, 6));
-    std::string line = fmt::format("{}, {} triangles, {:.1f} s of training ({:.1f} s of CPU){}", quality, row["triangles"], metrics.at("seconds").get<double>(),
-                                   metrics.at("cpu_seconds").get<double>(), metrics.at("nothing_learnt").get<bool>() ? "; nothing was learnt" : "");
+        row["psnr"].empty() ? "no test views"
+                            : fmt::format("PSNR {}, SSIM {}", row["psnr"].substr(0, 5), row["ssim"].substr(0, 6));
+    std::string line =
+        fmt::format("{}, {} triangles, {:.1f} s of training ({:.1f} s of CPU){}", quality, row["triangles"],
+                    metrics.at("seconds").get<double>(), metrics.at("cpu_seconds").get<double>(),
+                    metrics.at("nothing_learnt").get<bool>() ? "; nothing was learnt" : "");
     return {std::move(rows), std::move(line)};
   }
 
@@ -181,8 +190,8 @@ class Runner {
     } catch (const std::exception& e) {
       const std::scoped_lock speaking(mutex_);
       // The plan goes on: one scene that is missing is no reason to lose the night.
-      std::fprintf(stderr, "soup-bench: %s: %s (log and checkpoint: %s; without that folder it begins anew)\n", line.c_str(), e.what(),
-                   (work_ / folder_of(line)).c_str());
+      std::fprintf(stderr, "soup-bench: %s: %s (log and checkpoint: %s; without that folder it begins anew)\n",
+                   line.c_str(), e.what(), (work_ / folder_of(line)).c_str());
       return false;
     }
     std::error_code ignored;
@@ -191,18 +200,20 @@ class Runner {
     return true;
   }
 
-  /// Pictures of a model whose training is among the results, medians over views of the upper hemisphere. What draws may be another
-  /// device than what trains, or there may be none: then there is no row. False without a row.
+  /// Pictures of a model whose training is among the results, medians over views of the upper hemisphere. What draws
+  /// may be another device than what trains, or there may be none: then there is no row. False without a row.
   bool time_frames(const Training& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t)), times = folder / "frames.json";
     if (!std::filesystem::exists(folder / "model.glb")) {
-      std::fprintf(stderr, "soup-bench: %s: no time of a picture: the model is gone; remove the rows of this training from the results, and the same call makes it again\n",
+      std::fprintf(stderr,
+                   "soup-bench: %s: no time of a picture: the model is gone; remove the rows of this training from the "
+                   "results, and the same call makes it again\n",
                    command(t).c_str());
       return false;
     }
     try {
-      child({program("soup-view"), (folder / "model.glb").string(), "--benchmark", "--frames", std::to_string(plan_.frames), "--size",
-             plan_.frame_size, "--json", times.string()},
+      child({program("soup-view"), (folder / "model.glb").string(), "--benchmark", "--frames",
+             std::to_string(plan_.frames), "--size", plan_.frame_size, "--json", times.string()},
             folder / "frames.txt");
       const json result = read_json(times);
       Row row = base_of(t, read_json(folder / "metrics.json"));
@@ -237,8 +248,10 @@ class Runner {
     const ChildResult result = run_child(arguments, {.log = log, .keep_open = lock_}, g_stop);
     if (g_stop) throw Interrupted{};
     if (result.status == 0) return;
-    if (!options_.launcher.empty() && result.status == 127) throw Error("--launcher: '{}' cannot be started", options_.launcher);
-    throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status) : result.error);
+    if (!options_.launcher.empty() && result.status == 127)
+      throw Error("--launcher: '{}' cannot be started", options_.launcher);
+    throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status)
+                                           : result.error);
   }
 
   /// What every row of a training says of how it came about.
@@ -304,8 +317,10 @@ int run_plan(const RunOptions& options) {
     table.append({});  // reads what another call added while this one waited
     for (const Row& row : table.rows())
       // Older results do not say of how many pictures a time is.
-      if (row.at("record") != "frame") done.insert(row.at("command"));
-      else if (row.at("frame_size") == plan.frame_size && (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
+      if (row.at("record") != "frame")
+        done.insert(row.at("command"));
+      else if (row.at("frame_size") == plan.frame_size &&
+               (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
         timed.insert(row.at("command"));
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
@@ -324,8 +339,10 @@ int run_plan(const RunOptions& options) {
           if (g_stop) throw Interrupted{};
           const bool finished = runner.finish(run, label);
           const std::scoped_lock noting(mutex);
-          if (finished) done.insert(command(run));
-          else ++failed;
+          if (finished)
+            done.insert(command(run));
+          else
+            ++failed;
         }
       });
     };
@@ -334,8 +351,10 @@ int run_plan(const RunOptions& options) {
     // One right after the other, so that they compare.
     for (const Training& t : plan.trainings)
       if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) {
-        if (runner.time_frames(t)) timed.insert(command(t));
-        else ++untimed;
+        if (runner.time_frames(t))
+          timed.insert(command(t));
+        else
+          ++untimed;
       }
     if (!options.keep) {
       // Another plan may still have to time the pictures of its own.
@@ -344,8 +363,11 @@ int run_plan(const RunOptions& options) {
       for (const Training& t : plan.trainings)
         if (done.contains(command(t)) && (plan.frames == 0 || timed.contains(command(t)))) runner.clean_up(command(t));
     }
-    if (failed > 0) std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
-    if (untimed > 0) std::fprintf(stderr, "soup-bench: pictures of %zu models were not timed; without 'frames' in the plan none are\n", untimed);
+    if (failed > 0)
+      std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
+    if (untimed > 0)
+      std::fprintf(stderr, "soup-bench: pictures of %zu models were not timed; without 'frames' in the plan none are\n",
+                   untimed);
     if (failed + untimed > 0) return 1;
   } catch (const Interrupted&) {
     std::fprintf(stderr, "interrupted; the same call goes on\n");

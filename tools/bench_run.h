@@ -17,8 +17,9 @@ struct RunOptions {
   std::uint32_t at_once = 1;       // runs that are under way at a time; timings of pictures never are
 };
 
-/// Runs what is not among the results yet; a training that was interrupted goes on from its checkpoint. The rows of a run are written together when
-/// it is done. Returns the exit status: 0, 1 where a run failed, 130 when interrupted. Throws Error.
+/// Runs what is not among the results yet; a training that was interrupted goes on from its checkpoint. The rows of a
+/// run are written together when it is done. Returns the exit status: 0, 1 where a run failed, 130 when interrupted.
+/// Throws Error.
 int run_plan(const RunOptions& options);
 
 }  // namespace trisoup::bench

@@ -15,8 +15,8 @@
 #include "base/atomic_file.h"
 #include "base/machine.h"
 #include "revision.h"
-#include "train/start/random_start.h"
 #include "soup/texture_table.h"
+#include "train/start/random_start.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/forward_pass.h"
 #include "train/step/soup_buffers.h"
@@ -26,7 +26,7 @@ namespace trisoup::bench {
 namespace {
 
 struct Cost {
-  double ms = 0, fastest_ms = 0;  // median, least
+  double ms = 0, fastest_ms = 0;     // median, least
   double bytes = 0, operations = 0;  // the least
 };
 
@@ -61,42 +61,42 @@ struct Counts {
 
 std::map<std::string, double> bytes_of(const Counts& n) {
   // Sums are read and written; textures three samples of 32 bytes a pixel.
-  return {
-      {"project", n.triangles * 36 + n.views * n.triangles * 64},
-      {"bin", 2 * (n.views * n.triangles * 64) + n.listed * 12},
-      {"bin_scan", n.tiles * 12.0},
-      {"visibility", n.listed * (4 + 64 + 16) + n.pixels * 16},
-      {"shade", n.pixels * (16 + 12) + n.covered * 96},
-      {"sample_photographs", n.pixels * (4 + 4)},
-      {"ssim", n.pixels * (12 + 4 + 36)},
-      {"loss_gradient", n.pixels * (36 + 12 + 4 + 16)},
-      {"count_visible", n.pixels * 16 + n.covered * 4 + n.triangles * 4},
-      {"place_pixels", n.triangles * 8},
-      {"shade_backward", n.pixels * (16 + 16) + n.covered * (96 + 4 + 9 * 4)},
-      {"edge_forces", n.pixels * (16 + 12 + 16) + n.covered * 9 * 8},
-      {"opacity_backward", n.listed * (4 + 64 + 16) + n.pixels * (16 + 4) + n.covered * 3 * 8},
-      {"update_textures", n.source * 8 * 24 + n.lattice * (2 * 4 + 8 * 4 + 4) + n.covered * 9 * 4},
-      {"update_vertices", n.triangles * 9 * (12 + 8) + n.triangles * 3 * 8},
-      {"update_mlp", 595.0 * (24 + 4 * n.mlp_groups)}};
+  return {{"project", n.triangles * 36 + n.views * n.triangles * 64},
+          {"bin", 2 * (n.views * n.triangles * 64) + n.listed * 12},
+          {"bin_scan", n.tiles * 12.0},
+          {"visibility", n.listed * (4 + 64 + 16) + n.pixels * 16},
+          {"shade", n.pixels * (16 + 12) + n.covered * 96},
+          {"sample_photographs", n.pixels * (4 + 4)},
+          {"ssim", n.pixels * (12 + 4 + 36)},
+          {"loss_gradient", n.pixels * (36 + 12 + 4 + 16)},
+          {"count_visible", n.pixels * 16 + n.covered * 4 + n.triangles * 4},
+          {"place_pixels", n.triangles * 8},
+          {"shade_backward", n.pixels * (16 + 16) + n.covered * (96 + 4 + 9 * 4)},
+          {"edge_forces", n.pixels * (16 + 12 + 16) + n.covered * 9 * 8},
+          {"opacity_backward", n.listed * (4 + 64 + 16) + n.pixels * (16 + 4) + n.covered * 3 * 8},
+          {"update_textures", n.source * 8 * 24 + n.lattice * (2 * 4 + 8 * 4 + 4) + n.covered * 9 * 4},
+          {"update_vertices", n.triangles * 9 * (12 + 8) + n.triangles * 3 * 8},
+          {"update_mlp", 595.0 * (24 + 4 * n.mlp_groups)}};
 }
 
 std::map<std::string, double> operations_of(const Counts& n) {
-  // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the gradients of the weights and
-  // of all inputs but the view direction's. A feature is a sum of three weighted samples. SSIM takes four means per window, its gradient three per
-  // pixel, of 11 taps in each direction and channel; a photograph is sampled by four in each direction. Lists: three edge functions of each pixel. Adam: 14 a parameter.
-  constexpr double kMlp = 2 * 560 + 35, kMlpGradient = kMlp + 2 * (48 + 256 + 112) + kMlp, kFeatures = 8 * 5, kEdges = 12, kAdam = 14;
-  return {
-      {"project", n.views * n.triangles * 3 * 28},
-      {"visibility", n.listed * 64 * kEdges},
-      {"shade", n.covered * (kMlp + kFeatures)},
-      {"sample_photographs", n.pixels * 4 * (4 + 1) * 4 * 2},
-      {"ssim", n.windows * 4 * 3 * 2 * 11 * 2},
-      {"loss_gradient", n.pixels * 3 * 3 * 2 * 11 * 2},
-      {"shade_backward", n.covered * (kMlpGradient + kFeatures)},
-      {"opacity_backward", n.listed * 64 * kEdges},
-      {"update_textures", n.source * 8 * kAdam},
-      {"update_vertices", n.triangles * 9 * kAdam},
-      {"update_mlp", 595.0 * (kAdam + n.mlp_groups)}};
+  // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the
+  // gradients of the weights and of all inputs but the view direction's. A feature is a sum of three weighted samples.
+  // SSIM takes four means per window, its gradient three per pixel, of 11 taps in each direction and channel; a
+  // photograph is sampled by four in each direction. Lists: three edge functions of each pixel. Adam: 14 a parameter.
+  constexpr double kMlp = 2 * 560 + 35, kMlpGradient = kMlp + 2 * (48 + 256 + 112) + kMlp, kFeatures = 8 * 5,
+                   kEdges = 12, kAdam = 14;
+  return {{"project", n.views * n.triangles * 3 * 28},
+          {"visibility", n.listed * 64 * kEdges},
+          {"shade", n.covered * (kMlp + kFeatures)},
+          {"sample_photographs", n.pixels * 4 * (4 + 1) * 4 * 2},
+          {"ssim", n.windows * 4 * 3 * 2 * 11 * 2},
+          {"loss_gradient", n.pixels * 3 * 3 * 2 * 11 * 2},
+          {"shade_backward", n.covered * (kMlpGradient + kFeatures)},
+          {"opacity_backward", n.listed * 64 * kEdges},
+          {"update_textures", n.source * 8 * kAdam},
+          {"update_vertices", n.triangles * 9 * kAdam},
+          {"update_mlp", 595.0 * (kAdam + n.mlp_groups)}};
 }
 
 Costs measure(gpu::Device& gpu, const StepsOptions& c) {
@@ -145,16 +145,17 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
 
   const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
   const double views_now = c.views;
-  const Counts counts{.triangles = double(c.triangles),
-                      .pixels = double(pixels),
-                      .views = views_now,
-                      .covered = double(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; })),
-                      .listed = double(gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0].list_total),
-                      .source = double(soup.source_samples),
-                      .lattice = double(soup.lattice_samples),
-                      .tiles = double(frame.batch().tiles),
-                      .mlp_groups = double(frame.mlp_groups),
-                      .windows = views_now * std::pow(std::max(0.0, c.side - 10.0), 2)};
+  const Counts counts{
+      .triangles = double(c.triangles),
+      .pixels = double(pixels),
+      .views = views_now,
+      .covered = double(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; })),
+      .listed = double(gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0].list_total),
+      .source = double(soup.source_samples),
+      .lattice = double(soup.lattice_samples),
+      .tiles = double(frame.batch().tiles),
+      .mlp_groups = double(frame.mlp_groups),
+      .windows = views_now * std::pow(std::max(0.0, c.side - 10.0), 2)};
   const std::map<std::string, double> bytes = bytes_of(counts), operations = operations_of(counts);
   Costs costs;
   for (auto& [name, values] : samples) {
@@ -200,7 +201,8 @@ double arithmetic(gpu::Device& gpu) {
   gpu.enable_timings(true);
   double best = 0;
   for (std::uint32_t rounds = 1; rounds <= 1u << 16; rounds *= 4) {
-    // The fastest of several: one that something else held up is no reason to stop at so few rounds that launching is most of it.
+    // The fastest of several: one that something else held up is no reason to stop at so few rounds that launching is
+    // most of it.
     double fastest = 1e30;
     for (int i = 0; i < 15; ++i) {
       gpu.reset_timings();
@@ -219,7 +221,8 @@ double arithmetic(gpu::Device& gpu) {
 void table(const std::string& what, const std::vector<std::string>& heads, const std::vector<Costs>& columns,
            const std::vector<double>& sizes, nlohmann::json& json) {
   if (columns.empty()) return;  // not asked for
-  std::printf("\n%s: ms per kernel; last column: growth exponent between the last two (1: linear)\n%-18s", what.c_str(), "kernel");
+  std::printf("\n%s: ms per kernel; last column: growth exponent between the last two (1: linear)\n%-18s", what.c_str(),
+              "kernel");
   for (const std::string& head : heads) std::printf("%10s", head.c_str());
   std::printf("%10s\n", "exponent");
   for (const auto& [name, last] : columns.back()) {
@@ -251,8 +254,8 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
   json["operations_per_second"] = operation_rate;
   std::printf("device: %s, %s; copies move %.1f GB/s, arithmetic makes %.1f GFLOP/s\n", gpu.info().name.c_str(),
               gpu.info().driver.c_str(), rate * 1e-9, operation_rate * 1e-9);
-  std::printf("%u views of %u x %u, %u triangles, levels %u..%u; medians of %d\n", base.views, base.side, base.side, base.triangles,
-              base.level_min, base.level_max, base.repeats);
+  std::printf("%u views of %u x %u, %u triangles, levels %u..%u; medians of %d\n", base.views, base.side, base.side,
+              base.triangles, base.level_min, base.level_max, base.repeats);
   const Costs costs = measure(gpu, base);
   std::printf("%-18s%10s%12s%12s%12s%10s\n", "kernel", "ms", "MB", "MFLOP", "floor ms", "x floor");
   Cost all;
@@ -262,11 +265,16 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
     all.bytes += cost.bytes;
     all.operations += cost.operations;
     all_floor += floor;
-    std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", name.c_str(), cost.ms, cost.bytes * 1e-6, cost.operations * 1e-6, floor,
-                cost.ms / std::max(1e-9, floor));
-    json["step"][name] = {{"ms", cost.ms}, {"fastest_ms", cost.fastest_ms}, {"bytes", cost.bytes}, {"operations", cost.operations}, {"floor_ms", floor}};
+    std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", name.c_str(), cost.ms, cost.bytes * 1e-6,
+                cost.operations * 1e-6, floor, cost.ms / std::max(1e-9, floor));
+    json["step"][name] = {{"ms", cost.ms},
+                          {"fastest_ms", cost.fastest_ms},
+                          {"bytes", cost.bytes},
+                          {"operations", cost.operations},
+                          {"floor_ms", floor}};
   }
-  std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", "step", total(costs), all.bytes * 1e-6, all.operations * 1e-6, all_floor, total(costs) / all_floor);
+  std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", "step", total(costs), all.bytes * 1e-6, all.operations * 1e-6,
+              all_floor, total(costs) / all_floor);
 
   std::vector<std::string> heads;
   std::vector<Costs> columns;

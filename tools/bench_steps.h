@@ -16,9 +16,10 @@ struct StepsOptions {
   std::string json;                                         // file; empty: none
 };
 
-/// Prints milliseconds, bytes and operations per kernel of a step on a random soup, then how they grow. Bytes: every value that a result needs
-/// read once, every result written once. Operations: the multiplications and additions of the formulas as they are computed, without addresses,
-/// comparisons and conversions. The floor is the longer of the times in which a copy moves these bytes and `arithmetic` makes these operations. Throws Error.
+/// Prints milliseconds, bytes and operations per kernel of a step on a random soup, then how they grow. Bytes: every
+/// value that a result needs read once, every result written once. Operations: the multiplications and additions of the
+/// formulas as they are computed, without addresses, comparisons and conversions. The floor is the longer of the times
+/// in which a copy moves these bytes and `arithmetic` makes these operations. Throws Error.
 void steps(gpu::Device& gpu, const StepsOptions& options);
 
 }  // namespace trisoup::bench

@@ -32,9 +32,12 @@ std::vector<std::vector<std::string>> records(const std::string& text, const std
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (inside) {
-      if (c != '"') value += c;
-      else if (i + 1 < text.size() && text[i + 1] == '"') value += text[++i];
-      else inside = false;
+      if (c != '"')
+        value += c;
+      else if (i + 1 < text.size() && text[i + 1] == '"')
+        value += text[++i];
+      else
+        inside = false;
     } else if (c == '"' && value.empty()) {
       inside = true;
     } else if (c == ',') {
@@ -46,7 +49,8 @@ std::vector<std::vector<std::string>> records(const std::string& text, const std
       value += c;
     }
   }
-  if (inside || !value.empty() || !record.empty()) throw Error("{}: ends within a line; remove that line, or choose another file", name);
+  if (inside || !value.empty() || !record.empty())
+    throw Error("{}: ends within a line; remove that line, or choose another file", name);
   return all;
 }
 
@@ -54,7 +58,9 @@ std::vector<std::vector<std::string>> records(const std::string& text, const std
 FileLock lock_folder(const std::filesystem::path& folder) {
   return FileLock(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC), [&](int times) {
     // Reading and writing take milliseconds: who holds a folder for 10 seconds holds it for something else.
-    if (times == 500) throw Error("{}: another program holds a lock on this folder (flock); end it, or choose another folder", folder.string());
+    if (times == 500)
+      throw Error("{}: another program holds a lock on this folder (flock); end it, or choose another folder",
+                  folder.string());
   });
 }
 
@@ -65,7 +71,8 @@ CsvTable::CsvTable(const std::filesystem::path& path, std::vector<std::string> c
   std::error_code error;
   path_ = path;
   // One that points to nothing yet is not followed by weakly_canonical.
-  if (std::filesystem::is_symlink(path, error) && !std::filesystem::exists(path, error)) path_ = path.parent_path() / std::filesystem::read_symlink(path, error);
+  if (std::filesystem::is_symlink(path, error) && !std::filesystem::exists(path, error))
+    path_ = path.parent_path() / std::filesystem::read_symlink(path, error);
   if (const auto found = std::filesystem::weakly_canonical(path_, error); !error) path_ = found;
   read();
 }
@@ -93,7 +100,8 @@ void CsvTable::read() {
 void CsvTable::append(const std::vector<Row>& rows) {
   for (const Row& row : rows)
     for (const auto& [column, value] : row)
-      if (std::find(columns_.begin(), columns_.end(), column) == columns_.end()) throw Error("{}: has no column '{}'", path_.string(), column);
+      if (std::find(columns_.begin(), columns_.end(), column) == columns_.end())
+        throw Error("{}: has no column '{}'", path_.string(), column);
   const FileLock lock = lock_folder(path_.parent_path());
   read();
   std::vector<Row> all = rows_;

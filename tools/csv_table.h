@@ -15,13 +15,14 @@ class CsvTable {
  public:
   using Row = std::map<std::string, std::string>;  // column to value; what is not there is empty
 
-  /// Reads `path`, which need not exist or may be empty. Columns that it lacks are empty. Throws Error when it is no such table or has others.
+  /// Reads `path`, which need not exist or may be empty. Columns that it lacks are empty. Throws Error when it is no
+  /// such table or has others.
   CsvTable(const std::filesystem::path& path, std::vector<std::string> columns);
 
   const std::vector<Row>& rows() const { return rows_; }
 
-  /// Adds the rows to what the file holds by now, which another process may have added to, and writes it: either all of them are in it, or it is as it was.
-  /// Throws Error, also on an unknown column.
+  /// Adds the rows to what the file holds by now, which another process may have added to, and writes it: either all of
+  /// them are in it, or it is as it was. Throws Error, also on an unknown column.
   void append(const std::vector<Row>& rows);
 
  private:

@@ -20,13 +20,16 @@ int main(int argc, char** argv) {
   CLI::App app{"Measures trisoup on a device."};
   app.require_subcommand(1);
   // One line, like every other error of this program.
-  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
   app.set_help_all_flag("--help-all", "Print the options of all subcommands and exit");
   gpu::DeviceOptions options;
   bench::StepsOptions base;
-  auto* sub = app.add_subcommand("steps", "time, bytes and operations of a training step by kernel, over pixels and over triangles");
-  sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
+  auto* sub = app.add_subcommand(
+      "steps", "time, bytes and operations of a training step by kernel, over pixels and over triangles");
+  sub->add_option("--backend", options.backend,
+                  "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
   sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
   sub->add_option("--size", base.side, "side of the square views [200]")->check(CLI::Range(1, 16384));
   sub->add_option("--triangles", base.triangles, "triangles [2000]")->check(CLI::Range(1, 10'000'000));
@@ -34,8 +37,10 @@ int main(int argc, char** argv) {
   sub->add_option("--level-min", base.level_min, "coarsest texture level [2]")->check(CLI::Range(0, soup::kMaxLevel));
   sub->add_option("--level-max", base.level_max, "finest texture level [5]")->check(CLI::Range(0, soup::kMaxLevel));
   sub->add_option("--repeats", base.repeats, "steps timed for each figure [5]")->check(CLI::PositiveNumber);
-  sub->add_option("--most-pixels", base.most_pixels, "largest side in the growth table, from 100; less: no table [800]");
-  sub->add_option("--most-triangles", base.most_triangles, "most triangles in the growth table, from 1000; less: no table [60000]");
+  sub->add_option("--most-pixels", base.most_pixels,
+                  "largest side in the growth table, from 100; less: no table [800]");
+  sub->add_option("--most-triangles", base.most_triangles,
+                  "most triangles in the growth table, from 1000; less: no table [60000]");
   sub->add_option("--json", base.json, "also write the figures as JSON");
   bench::KernelsOptions kernels;
   auto* kernels_sub = app.add_subcommand(
@@ -48,10 +53,12 @@ int main(int argc, char** argv) {
                           "number that soup-train --list-devices prints, or part of a name");
   kernels_sub->add_option("--csv", kernels.csv, "also write the table as CSV, with all statistics of a Vulkan driver");
   FramesOptions frames;
-  auto* frames_sub = app.add_subcommand("frames", "time of a picture over sizes and triangles, beside the passes of the published viewer");
+  auto* frames_sub = app.add_subcommand(
+      "frames", "time of a picture over sizes and triangles, beside the passes of the published viewer");
   frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is split and thinned for the table")->required();
   frames_sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
-  frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")->check(CLI::Range(1, 100000));
+  frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")
+      ->check(CLI::Range(1, 100000));
   std::string shading;
   frames_sub
       ->add_option("--shading", shading,
@@ -60,14 +67,20 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"auto", "fragment", "compute"}));
   frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
   bench::RunOptions plan;
-  auto* run_sub = app.add_subcommand("run", "the measurements of a plan into one CSV file; what is in it already is not measured again");
+  auto* run_sub = app.add_subcommand(
+      "run", "the measurements of a plan into one CSV file; what is in it already is not measured again");
   run_sub->add_option("PLAN", plan.plan, "JSON, see docs/charts.md")->required();
   run_sub->add_option("-o,--output", plan.results, "results.csv")->required();
   run_sub->add_option("--scenes", plan.scenes, "folder of the plan's scenes [here]");
   run_sub->add_option("--work", plan.work, "folder of trainings in progress [beside the results]");
-  run_sub->add_option("--launcher", plan.launcher, "what a shell puts before the command of each run, for a cluster: 'srun -n1 -c8 --exclusive'; all folders are then\n"
+  run_sub->add_option("--launcher", plan.launcher,
+                      "what a shell puts before the command of each run, for a cluster: 'srun -n1 -c8 --exclusive'; "
+                      "all folders are then\n"
                       "shared ones");
-  auto* at_once = run_sub->add_option("--at-once", plan.at_once, "runs under way at a time; a launcher may let them wait [1; with --launcher 64]")->check(CLI::Range(1, 10'000));
+  auto* at_once = run_sub
+                      ->add_option("--at-once", plan.at_once,
+                                   "runs under way at a time; a launcher may let them wait [1; with --launcher 64]")
+                      ->check(CLI::Range(1, 10'000));
   run_sub->add_flag("--keep", plan.keep, "leave the models and logs of finished trainings there");
   try {
     app.parse(argc, argv);

@@ -15,12 +15,12 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
-#include "scene/scene.h"
 #include "format/model_file.h"
-#include "train/quality/evaluate_renderer.h"
-#include "train/quality/evaluate.h"
 #include "run/dataset_match.h"
 #include "run/renders.h"
+#include "scene/scene.h"
+#include "train/quality/evaluate.h"
+#include "train/quality/evaluate_renderer.h"
 
 using namespace trisoup;
 
@@ -35,7 +35,10 @@ void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Sc
     if (!a.holds()) bad = a.view;
   }
   std::printf("%s\n", nlohmann::json{{"agreement", views}}.dump(2).c_str());
-  if (!bad.empty()) throw Error("{}: {} does not draw what was trained (over 0.1 % of the pixels, and over 3, tie, or 60 dB are missed)", bad, gpu.info().name);
+  if (!bad.empty())
+    throw Error(
+        "{}: {} does not draw what was trained (over 0.1 % of the pixels, and over 3, tie, or 60 dB are missed)", bad,
+        gpu.info().name);
 }
 
 struct Options {
@@ -50,31 +53,41 @@ struct Options {
 
 void add_options(CLI::App& app, Options& o) {
   // One line, like every other error of this program.
-  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-eval " TRISOUP_VERSION);
   app.add_option("MODEL", o.model_path, "model.glb, or the folder of a training with it")->required();
-  app.add_option("DATASET", o.dataset, "the dataset it was trained on, or another with the same coordinates")->required();
+  app.add_option("DATASET", o.dataset, "the dataset it was trained on, or another with the same coordinates")
+      ->required();
   o.resolution = app.add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [as trained]");
   o.test_every = app.add_option("--test-every", o.load.test_every, "every K-th view is a test view [as trained]");
   o.background = app.add_option("--background", o.load.background, "auto, white or black [as trained]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, scene::BackgroundChoice>{
-          {"auto", scene::BackgroundChoice::automatic}, {"white", scene::BackgroundChoice::white}, {"black", scene::BackgroundChoice::black}}))
-      ->option_text("TEXT");  // else all of that map
+                     ->transform(CLI::CheckedTransformer(
+                         std::map<std::string, scene::BackgroundChoice>{{"auto", scene::BackgroundChoice::automatic},
+                                                                        {"white", scene::BackgroundChoice::white},
+                                                                        {"black", scene::BackgroundChoice::black}}))
+                     ->option_text("TEXT");  // else all of that map
   o.alpha = app.add_option("--alpha", o.load.alpha, "composite or mask [as trained]")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, scene::AlphaUse>{{"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}))
-      ->option_text("TEXT");
+                ->transform(CLI::CheckedTransformer(std::map<std::string, scene::AlphaUse>{
+                    {"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}))
+                ->option_text("TEXT");
   app.add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET [as trained]");
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
   app.add_option("--json", o.json_path, "write the JSON to a file instead");
   app.add_option("--renders", o.renders, "folder for pictures: photograph and rendering side by side");
-  app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer of soup-view instead of the training kernels");
+  app.add_flag("--renderer", o.with_renderer,
+               "draw with the real-time renderer of soup-view instead of the training kernels");
   app.add_option("--aa", o.aa, "of --renderer: none, msaa or ssaa [none]")
-      ->check(CLI::IsMember({"none", "msaa", "ssaa"}))->needs("--renderer");
-  app.add_flag("--agreement", o.agreement, "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties (and 3 pixels)");
-  app.add_option("--backend", o.device_options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
-  app.add_option("--device", o.device_options.device, "number that soup-train --list-devices prints, or part of a name");
+      ->check(CLI::IsMember({"none", "msaa", "ssaa"}))
+      ->needs("--renderer");
+  app.add_flag(
+      "--agreement", o.agreement,
+      "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties (and 3 pixels)");
+  app.add_option("--backend", o.device_options.backend,
+                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
+  app.add_option("--device", o.device_options.device,
+                 "number that soup-train --list-devices prints, or part of a name");
 }
 
 struct Planes {
@@ -96,12 +109,14 @@ Planes take_settings(Options& o, soup::ModelFile& file) {
     // Models from before there was a choice were trained that way.
     file.model.drop_near = settings.value("drop_near", settings.contains("steps"));
   } catch (const nlohmann::json::exception&) {
-    throw Error("{}: its settings are not those of soup-train; give --resolution, --test-every, --alpha, --near and --far",
-                o.model_path);
+    throw Error(
+        "{}: its settings are not those of soup-train; give --resolution, --test-every, --alpha, --near and --far",
+        o.model_path);
   }
   // Not what the test views alone would suggest: the model was trained against one background.
   if (!*o.background)
-    o.load.background = file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
+    o.load.background =
+        file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
   return planes;
 }
 
@@ -114,7 +129,8 @@ void evaluate(Options& o) {
   const scene::Scene scene = scene::load(o.dataset, o.load);
   if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", o.dataset);
   const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha;
-  if (const std::string line = train::misfit(file, scene, as_trained, printable(o.dataset)); !line.empty()) o.load.warn(line);
+  if (const std::string line = train::misfit(file, scene, as_trained, printable(o.dataset)); !line.empty())
+    o.load.warn(line);
   o.device_options.draws = o.with_renderer || o.agreement;
   auto device = gpu::open_device(o.device_options);
   std::optional<train::Renders> pictures;
@@ -128,9 +144,10 @@ void evaluate(Options& o) {
     print_agreement(*device, file.model, scene, near_now, far_now);
     return;
   }
-  const train::Evaluation evaluation =
-      o.with_renderer ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(o.aa), on_render)
-                      : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
+  const train::Evaluation evaluation = o.with_renderer
+                                           ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now,
+                                                                   *render::anti_aliasing_from(o.aa), on_render)
+                                           : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
   if (pictures) pictures->finish();
   const std::string text = to_json(evaluation).dump(2) + "\n";
   if (o.json_path.empty()) {
@@ -144,9 +161,11 @@ void evaluate(Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Renders the test views of DATASET from MODEL alone and compares them with the photographs.\n"
-               "Prints JSON with psnr, ssim, mae and the same per view. The dataset's options and the clip planes come from the\n"
-               "model's own settings unless they are given."};
+  CLI::App app{
+      "Renders the test views of DATASET from MODEL alone and compares them with the photographs.\n"
+      "Prints JSON with psnr, ssim, mae and the same per view. The dataset's options and the clip planes come from "
+      "the\n"
+      "model's own settings unless they are given."};
   Options o;
   add_options(app, o);
   try {

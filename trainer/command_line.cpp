@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "run/presets.h"
 #include "scene/hold_out.h"
 #include "settings_file.h"
-#include "run/presets.h"
 #include "train/topology/simplify.h"
 
 namespace trisoup {
@@ -21,7 +21,8 @@ bool CommandLine::wants_points(const scene::Scene& scene) const {
 }
 
 bool CommandLine::sets(const char* name) const {
-  return std::any_of(experiments.begin(), experiments.end(), [&](const train::Assignment& a) { return a.experiment->name == std::string_view(name); });
+  return std::any_of(experiments.begin(), experiments.end(),
+                     [&](const train::Assignment& a) { return a.experiment->name == std::string_view(name); });
 }
 
 void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
@@ -84,11 +85,13 @@ train::Settings CommandLine::settings(const scene::Scene& scene) const {
 void CommandLine::complete_goal(train::Settings& s, const scene::Scene& scene) const {
   if (!train::has_goal(s)) return;
   const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
-  // A quality may lie above the usual knee, and says itself where to end. What training gives up it gets over, removals after it hardly.
+  // A quality may lie above the usual knee, and says itself where to end. What training gives up it gets over, removals
+  // after it hardly.
   constexpr double kKneeBeforeGoal = 0.05;  // dB
   if (quality && !knee && !record && model.empty()) s.knee = std::min(s.knee, kKneeBeforeGoal);
   // Under a ceiling alone there is nothing to judge.
-  if (quality && s.validation_views == 0 && !validation_views) s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
+  if (quality && s.validation_views == 0 && !validation_views)
+    s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
   if (!round_steps && !(record && s.round_steps > 0)) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
 }
 
@@ -113,12 +116,14 @@ namespace {
 /// Says in one line what contradicts a checkpoint, if anything does.
 void refuse(const std::filesystem::path& path, const std::string& differing) {
   if (differing.empty()) return;
-  throw Error("{}: was trained with {}; without these options it goes on as it began, or train anew with --overwrite", path.string(), differing);
+  throw Error("{}: was trained with {}; without these options it goes on as it began, or train anew with --overwrite",
+              path.string(), differing);
 }
 
 }  // namespace
 
-train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene, const std::filesystem::path& path) const {
+train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene,
+                                     const std::filesystem::path& path) const {
   const train::Settings& then = checkpoint.settings;
   // Older checkpoints do not say which preset it was: then it is one where nothing that it brings is another.
   train::Settings now = record ? *record : !preset.empty() && noted_preset_.empty() ? settings(scene) : then;
@@ -126,7 +131,8 @@ train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, co
   if (record) complete_goal(now, scene);
   if (!sets("most_triangles")) now.most_triangles = then.most_triangles;
   if (steps && *steps > then.steps && checkpoint.rounds > 0)
-    throw Error("{}: has been simplified after its {} steps, and cannot go on to more; train anew with --overwrite", path.string(), then.steps);
+    throw Error("{}: has been simplified after its {} steps, and cannot go on to more; train anew with --overwrite",
+                path.string(), then.steps);
   train::Settings goes_on = steps ? train::prolonged(then, checkpoint.step, *steps) : then;
   if (now.steps > then.steps && steps) {
     // What the shares of the first parts were told with is the first schedule.
@@ -165,7 +171,10 @@ const char* name_of(scene::AlphaUse use) { return use == scene::AlphaUse::mask ?
 }  // namespace
 
 nlohmann::json CommandLine::dataset_note() const {
-  return {{"resolution", load.downscale}, {"test_every", load.test_every}, {"background", name_of(load.background)}, {"alpha", name_of(load.alpha)}};
+  return {{"resolution", load.downscale},
+          {"test_every", load.test_every},
+          {"background", name_of(load.background)},
+          {"alpha", name_of(load.alpha)}};
 }
 
 std::string CommandLine::note() const {
@@ -200,7 +209,8 @@ void CommandLine::take(const std::string& note, const std::filesystem::path& pat
   std::string differing;
   const auto is_another = [&](bool given, const char* key) {
     if (given && then.contains(key) && then[key] != now[key])
-      differing += fmt::format("{}{} {} (now {})", differing.empty() ? "" : ", ", key, then[key].dump(), now[key].dump());
+      differing +=
+          fmt::format("{}{} {} (now {})", differing.empty() ? "" : ", ", key, then[key].dump(), now[key].dump());
   };
   is_another(!preset.empty(), "preset");
   is_another(given.resolution, "resolution");

@@ -10,10 +10,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "gpu/device.h"
-#include "scene/scene.h"
 #include "run/checkpoint.h"
-#include "train/config/experiments.h"
 #include "run/presets.h"
+#include "scene/scene.h"
+#include "train/config/experiments.h"
 #include "train/config/settings.h"
 
 namespace trisoup {
@@ -34,19 +34,24 @@ struct CommandLine {
   scene::LoadOptions load;
   int feature_size = 1600;
 
-  /// Those of the record, or the preset's for the scene's recipe, scaled to the steps asked for; with every option that was given. Throws
-  /// Error on values that cannot be.
+  /// Those of the record, or the preset's for the scene's recipe, scaled to the steps asked for; with every option that
+  /// was given. Throws Error on values that cannot be.
   train::Settings settings(const scene::Scene& scene) const;
-  /// The settings with which a model that has been trained with `trained` (of its file) is simplified. Throws Error on what no training has.
+  /// The settings with which a model that has been trained with `trained` (of its file) is simplified. Throws Error on
+  /// what no training has.
   train::Settings of_model(const nlohmann::json& trained, const scene::Scene& scene) const;
-  /// The settings with which a training goes on from a checkpoint: the checkpoint's own, but for how often something is written, and prolonged
-  /// (train/config/settings.h) where more --steps are asked for. Throws Error, with both values, where an option that was given contradicts them; `path` is for that.
-  train::Settings resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene, const std::filesystem::path& path) const;
-  /// What a checkpoint keeps of the options that are no settings: those of the dataset, the preset's name, --eval-log. JSON.
+  /// The settings with which a training goes on from a checkpoint: the checkpoint's own, but for how often something is
+  /// written, and prolonged (train/config/settings.h) where more --steps are asked for. Throws Error, with both values,
+  /// where an option that was given contradicts them; `path` is for that.
+  train::Settings resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene,
+                          const std::filesystem::path& path) const;
+  /// What a checkpoint keeps of the options that are no settings: those of the dataset, the preset's name, --eval-log.
+  /// JSON.
   std::string note() const;
   /// How the dataset is read: "resolution", "test_every", "background", "alpha".
   nlohmann::json dataset_note() const;
-  /// Takes from a checkpoint's note what was not given. Throws Error, with both values, where what was given contradicts it; `path` is for that.
+  /// Takes from a checkpoint's note what was not given. Throws Error, with both values, where what was given
+  /// contradicts it; `path` is for that.
   void take(const std::string& note, const std::filesystem::path& path);
   /// Takes the settings of a record, and from what it says of the dataset what was not given.
   void take(const SettingsFile& file);
@@ -65,7 +70,8 @@ struct CommandLine {
   std::optional<train::Settings> record;       // of --settings; what was given wins over it
   /// Those of the options of `load`, and of others with a value of their own, that were given.
   struct {
-    bool resolution = false, test_every = false, background = false, alpha = false, feature_size = false, evaluations_per_decade = false;
+    bool resolution = false, test_every = false, background = false, alpha = false, feature_size = false,
+         evaluations_per_decade = false;
   } given;
 
  private:

@@ -11,10 +11,10 @@
 #include "base/error.h"
 #include "progress_bar.h"
 #include "report.h"
-#include "scene/points_from_views.h"
-#include "scene/reconstruct.h"
 #include "run/memory_need.h"
 #include "run/trainer.h"
+#include "scene/points_from_views.h"
+#include "scene/reconstruct.h"
 
 namespace trisoup {
 
@@ -65,10 +65,12 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
   for (const auto& [signal, handler] : before) std::signal(signal, handler);
   if (g_stop) throw Interrupted{"after poses were found; the same command goes on"};
   bar.clear();
-  if (found.candidates > 0) say(o, fmt::format("video: {} sharp frames of {} that were looked at", found.photographs, found.candidates));
+  if (found.candidates > 0)
+    say(o, fmt::format("video: {} sharp frames of {} that were looked at", found.photographs, found.candidates));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   say(o, fmt::format("poses: {} of {} photographs, {}", found.registered, found.photographs,
-                     found.reused ? found.dataset.string() + " as it was" : fmt::format("{:.0f} s, {}", seconds, found.dataset.string())));
+                     found.reused ? found.dataset.string() + " as it was"
+                                  : fmt::format("{:.0f} s, {}", seconds, found.dataset.string())));
   return found.dataset.string();
 }
 
@@ -92,13 +94,15 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
   say(o, "points: the dataset has none; looking for them in the photographs");
   scene::Points points = scene::points_from_views(scene.train);
   if (points.positions.size() < scene::kFewestPoints) {
-    say(o, fmt::format("points: {} places look alike in several photographs, too few to start from; starting at random", points.positions.size()));
+    say(o, fmt::format("points: {} places look alike in several photographs, too few to start from; starting at random",
+                       points.positions.size()));
     return;
   }
   scene.points = std::move(points);
 }
 
-void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings, const gpu::Device& device, std::uint32_t ranks) {
+void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
+                  const gpu::Device& device, std::uint32_t ranks) {
   const train::MemoryNeed need = train::memory_need(scene, settings, ranks);
   say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} frame, {:.0f} triangles), ceiling {:.0f} MB",
                      mb(need.total()), mb(need.photographs), mb(need.frame), mb(need.soup), mb(device.ceiling())));
@@ -107,9 +111,9 @@ void check_memory(const CommandLine& o, const scene::Scene& scene, const train::
     train::Settings few = settings;  // the start itself may be what does not fit
     few.init_count = 1;
     const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device.ceiling(), ranks);
-    throw Error("device memory: {} triangles need {:.0f} MB and {:.0f} MB may be used; {}", settings.triangles, mb(need.total()),
-                mb(device.ceiling()),
-                fits > 0 ? fmt::format("--triangles {} would fit, or lower the resolution with -r", fits)
+    throw Error("device memory: {} triangles need {:.0f} MB and {:.0f} MB may be used; {}", settings.triangles,
+                mb(need.total()), mb(device.ceiling()),
+                fits > 0            ? fmt::format("--triangles {} would fit, or lower the resolution with -r", fits)
                 : fits_with_few > 0 ? fmt::format("start with fewer than --init-count {}", settings.init_count)
                                     : "lower the resolution with -r or raise --memory");
   }

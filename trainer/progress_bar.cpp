@@ -22,11 +22,13 @@ std::string duration(double seconds) {
 constexpr std::size_t kWidestBar = 26, kNarrowestBar = 8;
 
 std::string bar(double share, std::size_t width) {
-  const std::size_t inner = width - 2, full = std::min(inner, static_cast<std::size_t>(share * static_cast<double>(inner)));
+  const std::size_t inner = width - 2,
+                    full = std::min(inner, static_cast<std::size_t>(share * static_cast<double>(inner)));
   return fmt::format("[{}{}]", std::string(full, '#'), std::string(inner - full, '.'));
 }
 
-/// Of the terminal as it is now: it may have another width than a moment ago. Its last column stays free, where a terminal may begin a new line.
+/// Of the terminal as it is now: it may have another width than a moment ago. Its last column stays free, where a
+/// terminal may begin a new line.
 std::size_t columns_now() {
   winsize size{};
   const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
@@ -42,7 +44,8 @@ std::string fitted_line(const std::string& name, double share, std::vector<LineP
     return sum;
   };
   while (parts.size() > 1 && length() > columns)
-    parts.erase(std::min_element(parts.begin(), parts.end(), [](const LinePart& a, const LinePart& b) { return a.weight < b.weight; }));
+    parts.erase(std::min_element(parts.begin(), parts.end(),
+                                 [](const LinePart& a, const LinePart& b) { return a.weight < b.weight; }));
   std::string line = name;
   if (!name.empty()) line += ' ';
   if (const std::size_t taken = length() + 1; taken + kNarrowestBar <= columns)
@@ -69,7 +72,8 @@ void ProgressBar::stage(const std::string& name, int done, int total) {
   if (!terminal_) return;
   const double passed = std::chrono::duration<double>(now - stage_begin_).count();
   std::vector<LinePart> parts{{fmt::format("{}/{}", done, total), 1}};
-  if (done > 0 && passed > 5) parts.push_back({fmt::format("about {} left", duration(passed * (total - done) / done)), 0});
+  if (done > 0 && passed > 5)
+    parts.push_back({fmt::format("about {} left", duration(passed * (total - done) / done)), 0});
   draw(name, double(done) / total, std::move(parts));
 }
 
@@ -79,9 +83,12 @@ void ProgressBar::training(const train::Progress& p) {
   pace_ = p.pace;
   ms_ = ms_ == 0 ? p.ms_per_step : 0.8 * ms_ + 0.2 * p.ms_per_step;
   const double left = 1e-3 * ms_ * p.pace * static_cast<double>(steps_ - p.step);
-  const std::vector<LinePart> parts{{fmt::format("{}/{}", p.step, steps_), 5},      {fmt::format("loss {:.4f}", p.loss), 1},
-                                    {p.psnr ? fmt::format("PSNR {:.2f}", *p.psnr) : "PSNR -", 4},        {fmt::format("{} triangles", p.triangles), 2},
-                                    {fmt::format("{:.1f} ms/step", ms_), 0}, {fmt::format("{} left", duration(left)), 3}};
+  const std::vector<LinePart> parts{{fmt::format("{}/{}", p.step, steps_), 5},
+                                    {fmt::format("loss {:.4f}", p.loss), 1},
+                                    {p.psnr ? fmt::format("PSNR {:.2f}", *p.psnr) : "PSNR -", 4},
+                                    {fmt::format("{} triangles", p.triangles), 2},
+                                    {fmt::format("{:.1f} ms/step", ms_), 0},
+                                    {fmt::format("{} left", duration(left)), 3}};
   if (terminal_) {
     share_ = double(p.step) / double(steps_);
     parts_ = parts;

@@ -11,8 +11,9 @@
 
 namespace trisoup {
 
-/// A line of at most `columns` characters: `name`, a bar of `share` (0 to 1), then `parts`. Each part is a text and how much it matters; where there is no
-/// room, those that matter least go first, then the bar, and the end of the name last of all.
+/// A line of at most `columns` characters: `name`, a bar of `share` (0 to 1), then `parts`. Each part is a text and how
+/// much it matters; where there is no room, those that matter least go first, then the bar, and the end of the name
+/// last of all.
 struct LinePart {
   std::string text;
   int weight = 0;

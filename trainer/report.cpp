@@ -15,7 +15,8 @@ namespace trisoup {
 std::string understood(const scene::Scene& scene) {
   const std::size_t points = scene.points.positions.size();
   if (points == 0) return scene.summary + "; no points";
-  return fmt::format("{}; {} points, {} after cleaning", scene.summary, points, train::usable_points(scene.points, points).size());
+  return fmt::format("{}; {} points, {} after cleaning", scene.summary, points,
+                     train::usable_points(scene.points, points).size());
 }
 
 /// Settings::init, as a sentence has it.
@@ -43,17 +44,22 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
 void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit, const train::Settings& settings) {
   if (fit.nothing_learnt())
     std::fprintf(stderr,
-                 "warning: nothing was learnt: the model shows its own photographs no better than plain colours would (PSNR %.2f dB against %.2f); "
+                 "warning: nothing was learnt: the model shows its own photographs no better than plain colours would "
+                 "(PSNR %.2f dB against %.2f); "
                  "training diverged (lower the learning rates), or had too few steps or triangles\n",
                  fit.psnr, fit.plain_psnr);
   // What was simplified has as many triangles as it should.
   if (train::has_goal(settings)) return;
   if (trainer.out_of_pixels() && trainer.triangles() < settings.triangles)
-    std::fprintf(stderr, "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a smaller -r) or a lower --triangles\n",
+    std::fprintf(stderr,
+                 "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a "
+                 "smaller -r) or a lower --triangles\n",
                  trainer.triangles(), settings.triangles);
   if (trainer.triangles() > settings.triangles)
-    std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(), settings.triangles,
-                 settings.resample_every == 0 ? "--set resample_every=0 drops none" : "changes of topology keep what is visible; start with fewer (--init-count)");
+    std::fprintf(
+        stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(), settings.triangles,
+        settings.resample_every == 0 ? "--set resample_every=0 drops none"
+                                     : "changes of topology keep what is visible; start with fewer (--init-count)");
 }
 
 /// How many triangles have textures of which finest level.

@@ -8,12 +8,12 @@
 
 #include "gpu/device.h"
 #include "gpu/out_of_memory.h"
+#include "run/part_times.h"
+#include "run/trainer.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
-#include "run/part_times.h"
 #include "train/config/settings.h"
 #include "train/topology/simplify.h"
-#include "run/trainer.h"
 
 namespace trisoup {
 

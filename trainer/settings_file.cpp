@@ -35,10 +35,13 @@ SettingsFile read_settings_file(const std::filesystem::path& path) {
   const bool is_metrics = whole.is_object() && whole.contains("settings");
   const json& given = is_metrics ? whole["settings"] : whole;
   if (!given.is_object() || !given.contains("recipe"))
-    throw Error("{}: has no settings of a training; give its metrics.json, or what that has under \"settings\"", path.string());
+    throw Error("{}: has no settings of a training; give its metrics.json, or what that has under \"settings\"",
+                path.string());
   const json settings = train::with_todays_names(given), known = train::to_json(train::Settings());
   for (const auto& [name, value] : settings.items())
-    if (!known.contains(name)) throw Error("{}: there is no setting '{}'; the nearest is {}", path.string(), printable(name), train::nearest_setting(name));
+    if (!known.contains(name))
+      throw Error("{}: there is no setting '{}'; the nearest is {}", path.string(), printable(name),
+                  train::nearest_setting(name));
   SettingsFile file{path, {}, nullptr};
   try {
     file.settings = train::settings_as_trained(settings);

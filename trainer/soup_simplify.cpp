@@ -3,13 +3,13 @@
 #include <filesystem>
 #include <optional>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
-#include "command_line.h"
 #include "base/error.h"
-#include "goal_options.h"
+#include "command_line.h"
 #include "format/model_file.h"
+#include "goal_options.h"
 #include "training_run.h"
 
 namespace {
@@ -23,35 +23,48 @@ bool lies_in(const std::filesystem::path& file, const std::filesystem::path& fol
 
 /// Exit status to end with, or nothing to go on.
 std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
-  CLI::App app{"Makes a model of soup-train smaller until it just meets a goal: what is worth least to the pictures goes, the rest is trained on for a\n"
-               "few steps, again and again.\n\n"
-               "DATASET is what the model was trained on. OUT receives the same files as from soup-train."};
+  CLI::App app{
+      "Makes a model of soup-train smaller until it just meets a goal: what is worth least to the pictures goes, the "
+      "rest is trained on for a\n"
+      "few steps, again and again.\n\n"
+      "DATASET is what the model was trained on. OUT receives the same files as from soup-train."};
   app.option_defaults()->take_last();
-  app.failure_message([](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-simplify: {}; see --help\n", e.what()); });
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-simplify: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-simplify " TRISOUP_VERSION);
   app.add_option("MODEL", o.model, "model.glb, or the folder of a training with it")->required();
   app.add_option("DATASET", o.dataset, "the dataset it was trained on")->required();
   app.add_option("-o,--output", o.output, "folder for what the run leaves")->required();
   add_goal_options(app, o);
   const char* const group = "Run";
-  auto* resume = app.add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one")->group(group);
+  auto* resume =
+      app.add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one")->group(group);
   app.add_flag("--overwrite", o.overwrite, "begin anew where OUT holds a training")->excludes(resume)->group(group);
-  app.add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET, where its files say so")->group(group);
+  app.add_flag("--outside", o.load.outside,
+               "photographs, masks and points may lie outside of DATASET, where its files say so")
+      ->group(group);
   app.add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [as trained]")->group(group);
-  app.add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]")->group(group);
+  app.add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]")
+      ->group(group);
   app.add_flag("-q,--quiet", o.quiet, "errors only")->group(group);
-  app.add_option("--backend", o.device.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]")->group(group);
-  app.add_option("--device", o.device.device, "number that soup-train --list-devices prints, or part of a name")->group(group);
+  app.add_option("--backend", o.device.backend,
+                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]")
+      ->group(group);
+  app.add_option("--device", o.device.device, "number that soup-train --list-devices prints, or part of a name")
+      ->group(group);
   app.add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]")->group(group);
-  app.add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error")->group(group);
+  app.add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error")
+      ->group(group);
   check_whole_numbers(app);
   try {
     app.parse(argc, argv);
-    if (!(o.target_psnr.value_or(0) != 0 || o.target_ssim.value_or(0) != 0 || o.max_megabytes.value_or(0) > 0 || o.max_triangles.value_or(0) > 0))
+    if (!(o.target_psnr.value_or(0) != 0 || o.target_ssim.value_or(0) != 0 || o.max_megabytes.value_or(0) > 0 ||
+          o.max_triangles.value_or(0) > 0))
       throw CLI::RequiredError("a goal (--target-psnr, --target-ssim, --max-mb or --max-triangles)");
     o.model = soup::model_in(o.model).string();
     if (o.overwrite && lies_in(o.model, o.output))
-      throw CLI::ValidationError(fmt::format("{}: lies in {}, which --overwrite empties before there is another; choose another -o", o.model, o.output));
+      throw CLI::ValidationError(fmt::format(
+          "{}: lies in {}, which --overwrite empties before there is another; choose another -o", o.model, o.output));
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   }

@@ -3,8 +3,8 @@
 #include <future>
 #include <thread>
 
-#include "command_line.h"
 #include "base/error.h"
+#include "command_line.h"
 #include "prepare.h"
 #include "ranks/launched.h"
 #include "training_run.h"
@@ -67,7 +67,8 @@ int run_with_window(const CommandLine& options) {
     viewer::end_process(status);
   };
   try {
-    whole = viewer::run_window(look, &live, [&] { start(true); }, display_lost);
+    whole = viewer::run_window(
+        look, &live, [&] { start(true); }, display_lost);
   } catch (const std::exception& e) {
     if (!started) {
       start(false);

@@ -26,12 +26,20 @@ std::string text_of(const ranks::Bytes& bytes) { return {reinterpret_cast<const 
 
 CommandLine of_rank(CommandLine options, const ranks::Ranks& ranks) {
   if (ranks.size() == 1) return options;
-  if (options.view) throw Error("--view: {} processes were started, and the window looks on at a single one; leave it out, or start one process", ranks.size());
-  if (!options.model.empty()) throw Error("{}: {} processes were started, and one alone makes a model smaller; start one process", options.model, ranks.size());
+  if (options.view)
+    throw Error(
+        "--view: {} processes were started, and the window looks on at a single one; leave it out, or start one "
+        "process",
+        ranks.size());
+  if (!options.model.empty())
+    throw Error("{}: {} processes were started, and one alone makes a model smaller; start one process", options.model,
+                ranks.size());
   if (scene::find_unposed(options.dataset))
-    throw Error("{}: has no poses, and one process alone looks for them; run the same command as one process until it trains, then start several "
-                "with OUT/colmap as DATASET and another -o",
-                options.dataset);
+    throw Error(
+        "{}: has no poses, and one process alone looks for them; run the same command as one process until it trains, "
+        "then start several "
+        "with OUT/colmap as DATASET and another -o",
+        options.dataset);
   if (ranks.is_first()) return options;
   options.quiet = options.warnings_elsewhere = true;
   options.timings = false;
@@ -41,7 +49,8 @@ CommandLine of_rank(CommandLine options, const ranks::Ranks& ranks) {
 RankOutput::RankOutput(const std::filesystem::path& output, const ranks::Ranks& ranks) : path_(output) {
   if (ranks.is_first()) return;
   std::string name = (std::filesystem::temp_directory_path() / "soup-train-rank-XXXXXX").string();
-  if (!::mkdtemp(name.data())) throw Error("{}: cannot be made ({}); set TMPDIR to a folder that can be written", name, std::strerror(errno));
+  if (!::mkdtemp(name.data()))
+    throw Error("{}: cannot be made ({}); set TMPDIR to a folder that can be written", name, std::strerror(errno));
   path_ = name;
   scratch_ = true;
 }
@@ -51,10 +60,13 @@ RankOutput::~RankOutput() {
   if (scratch_) std::filesystem::remove_all(path_, ignored);
 }
 
-bool told(ranks::Ranks& ranks, bool first) { return ranks::values_of<std::uint8_t>(ranks.from(0, ranks::bytes_of(std::vector<std::uint8_t>{first})))[0] != 0; }
+bool told(ranks::Ranks& ranks, bool first) {
+  return ranks::values_of<std::uint8_t>(ranks.from(0, ranks::bytes_of(std::vector<std::uint8_t>{first})))[0] != 0;
+}
 
 std::uint32_t least(ranks::Ranks& ranks, std::uint32_t mine) {
-  for (const ranks::Bytes& message : ranks.gather(ranks::bytes_of(std::vector{mine}))) mine = std::min(mine, ranks::values_of<std::uint32_t>(message)[0]);
+  for (const ranks::Bytes& message : ranks.gather(ranks::bytes_of(std::vector{mine})))
+    mine = std::min(mine, ranks::values_of<std::uint32_t>(message)[0]);
   return mine;
 }
 
@@ -83,14 +95,18 @@ void check_same(ranks::Ranks& ranks, const std::string& what, const std::string&
   const std::vector<ranks::Bytes> all = ranks.gather(std::as_bytes(std::span(mine)));
   for (std::size_t r = 1; r < all.size(); ++r)
     if (all[r] != all[0])
-      throw Error("rank {} of {}: has another {} than rank 0, {} and not {}; start all with the same build, dataset and options", r, ranks.size(), what,
-                  text_of(all[r]), text_of(all[0]));
+      throw Error(
+          "rank {} of {}: has another {} than rank 0, {} and not {}; start all with the same build, dataset and "
+          "options",
+          r, ranks.size(), what, text_of(all[r]), text_of(all[0]));
 }
 
 void check_same(ranks::Ranks& ranks, const train::Settings& mine) {
   const std::string text = to_json(mine).dump();
   const std::vector<ranks::Bytes> all = ranks.gather(std::as_bytes(std::span(text)));
-  const auto settings_of = [&](std::size_t r) { return train::settings_from_json(nlohmann::json::parse(text_of(all[r]))); };
+  const auto settings_of = [&](std::size_t r) {
+    return train::settings_from_json(nlohmann::json::parse(text_of(all[r])));
+  };
   for (std::size_t r = 1; r < all.size(); ++r)
     if (all[r] != all[0])
       throw Error("rank {} of {}: has other settings than rank 0: {}; start all with the same options", r, ranks.size(),

@@ -1,5 +1,5 @@
-// What a training of several ranks (ranks/ranks.h) does otherwise than one by itself: the first rank speaks and writes, all are told
-// what it has found, and what differs between them is an error before the first step.
+// What a training of several ranks (ranks/ranks.h) does otherwise than one by itself: the first rank speaks and writes,
+// all are told what it has found, and what differs between them is an error before the first step.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace trisoup {
 
-/// The command line as this rank follows it. Ranks but the first are quiet and measure nothing. Throws Error on what several ranks cannot
-/// do.
+/// The command line as this rank follows it. Ranks but the first are quiet and measure nothing. Throws Error on what
+/// several ranks cannot do.
 CommandLine of_rank(CommandLine options, const ranks::Ranks& ranks);
 
 /// Where a rank writes: `output` for the first, for the others a folder of their own that goes with this object.

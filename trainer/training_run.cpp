@@ -10,21 +10,21 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "gpu/out_of_memory.h"
 #include "base/machine.h"
-#include "prepare.h"
 #include "base/printable.h"
-#include "ranks/launched.h"
 #include "base/read_file.h"
+#include "format/model_bytes.h"
+#include "gpu/out_of_memory.h"
+#include "prepare.h"
+#include "ranks/launched.h"
 #include "report.h"
 #include "revision.h"
-#include "scene/hold_out.h"
-#include "format/model_bytes.h"
-#include "train/quality/evaluate.h"
-#include "run/model_options.h"
 #include "run/dataset_match.h"
-#include "train/start/initial_triangles.h"
 #include "run/memory_need.h"
+#include "run/model_options.h"
+#include "scene/hold_out.h"
+#include "train/quality/evaluate.h"
+#include "train/start/initial_triangles.h"
 
 namespace trisoup {
 namespace {
@@ -37,7 +37,8 @@ std::string note_with(std::span<const train::Round> rounds, const std::string& n
 }
 
 /// Of a training that goes on to `steps`. What was measured after fewer is no round of it.
-std::vector<train::Round> rounds_so_far(const std::optional<train::CheckpointInfo>& begun, std::uint64_t steps, const std::filesystem::path& checkpoint) {
+std::vector<train::Round> rounds_so_far(const std::optional<train::CheckpointInfo>& begun, std::uint64_t steps,
+                                        const std::filesystem::path& checkpoint) {
   if (!begun || steps > begun->settings.steps) return {};
   const nlohmann::json note = nlohmann::json::parse(begun->note, nullptr, false);
   if (!note.is_object() || !note.contains("rounds")) return {};
@@ -60,7 +61,11 @@ void stop_if_asked() {
 }  // namespace
 
 TrainingRun::TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& ranks)
-    : ranks_(ranks), o_(of_rank(std::move(options), ranks)), live_(live), output_(o_.output, ranks), folder_(output_.path(), earlier_of(o_, ranks)),
+    : ranks_(ranks),
+      o_(of_rank(std::move(options), ranks)),
+      live_(live),
+      output_(o_.output, ranks),
+      folder_(output_.path(), earlier_of(o_, ranks)),
       begun_(what_was_begun()) {}
 
 /// What the checkpoint to go on from says, if there is one; the options take from it what was not given.
@@ -77,8 +82,10 @@ void TrainingRun::run() {
   read();
   begin();
   train();
-  if (ranks_.is_first()) finish();
-  else help_to_finish();
+  if (ranks_.is_first())
+    finish();
+  else
+    help_to_finish();
   ranks_.gather({});  // nobody ends before all is written
 }
 
@@ -88,7 +95,8 @@ void TrainingRun::open_device() {
   times_.emplace(*device_);
   times_->on_part = [this](train::Part part) { show_part(part); };
   if (o_.memory_mb > 0) device_->set_ceiling(std::min(o_.memory_mb, ~std::uint64_t{0} >> 20) << 20);
-  say(o_, fmt::format("device: {} ({}, {})", device_->info().name, gpu::to_string(device_->info().kind), device_->info().driver));
+  say(o_, fmt::format("device: {} ({}, {})", device_->info().name, gpu::to_string(device_->info().kind),
+                      device_->info().driver));
   if (const std::string note = gpu::slow_load_note(device_->info()); !note.empty()) say(o_, note);
 }
 
@@ -104,7 +112,8 @@ void TrainingRun::read_model() {
   } catch (const nlohmann::json::exception&) {
     throw Error("{}: its settings are not those of soup-train, so it cannot be trained on", o_.model);
   }
-  o_.load.background = file_->model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
+  o_.load.background =
+      file_->model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
 }
 
 void TrainingRun::read() {
@@ -113,22 +122,30 @@ void TrainingRun::read() {
   if (live_) live_->phase("loading");
   scene_ = read_scene(o_, dataset_);
   if (!begun_ && !file_) find_points(o_, scene_);
-  settings_ = begun_ ? o_.resumed(*begun_, scene_, checkpoint()) : file_ ? o_.of_model(file_->settings, scene_) : o_.settings(scene_);
+  settings_ = begun_  ? o_.resumed(*begun_, scene_, checkpoint())
+              : file_ ? o_.of_model(file_->settings, scene_)
+                      : o_.settings(scene_);
   if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
   folder_.create();
   const std::string held_out = scene_.validation.empty() ? "" : fmt::format(" {} validation", scene_.validation.size());
-  say(o_, fmt::format("scene: {} training{} and {} test views, {} points, {} recipe, started from {}", scene_.train.size(), held_out.empty() ? "" : "," + held_out,
-                      scene_.test.size(), scene_.points.positions.size(), train::to_string(settings_.recipe), start_in_words(settings_.init)));
+  say(o_,
+      fmt::format("scene: {} training{} and {} test views, {} points, {} recipe, started from {}", scene_.train.size(),
+                  held_out.empty() ? "" : "," + held_out, scene_.test.size(), scene_.points.positions.size(),
+                  train::to_string(settings_.recipe), start_in_words(settings_.init)));
   check_memory(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
   if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
-    settings_.most_triangles = least(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(), static_cast<std::uint32_t>(ranks_.size())));
+    settings_.most_triangles = least(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(),
+                                                                            static_cast<std::uint32_t>(ranks_.size())));
 }
 
 void TrainingRun::check_fit() const {
-  if (const std::string line = train::misfit(*file_, scene_, true, printable(dataset_)); !line.empty()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+  if (const std::string line = train::misfit(*file_, scene_, true, printable(dataset_)); !line.empty())
+    std::fprintf(stderr, "warning: %s\n", line.c_str());
   if (settings_.validation_views > file_->settings.value("validation_views", 0u))
-    say(o_, "validation: the model has been trained on these views too, so they flatter it; one of soup-train with a goal, or with --validation-views, has not");
+    say(o_,
+        "validation: the model has been trained on these views too, so they flatter it; one of soup-train with a goal, "
+        "or with --validation-views, has not");
 }
 
 std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
@@ -153,7 +170,8 @@ void TrainingRun::begin() {
       folder_.begin();
     }
     saved_ = trainer_->step();
-    say(o_, fmt::format("resuming after step {} of {}", trainer_->step(), std::max(begun_->settings.steps, trainer_->last_step())));
+    say(o_, fmt::format("resuming after step {} of {}", trainer_->step(),
+                        std::max(begun_->settings.steps, trainer_->last_step())));
     if (settings_.steps > begun_->settings.steps)
       say(o_, fmt::format("going on to step {}: the schedule is from here that of so many steps", settings_.steps));
   } else {
@@ -165,9 +183,10 @@ void TrainingRun::begin() {
   trainer_->measure_into(*times_);
   join_ranks();
   file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
-  simplifier_ = std::make_unique<train::Simplifier>(*device_, *trainer_, scene_, folder_, o_.output,
-                                                    [this](const soup::Model& model) { return soup::encode_model(model, file_options_); }, ranks_,
-                                                    rounds_so_far(begun_, settings_.steps, checkpoint()));
+  simplifier_ = std::make_unique<train::Simplifier>(
+      *device_, *trainer_, scene_, folder_, o_.output,
+      [this](const soup::Model& model) { return soup::encode_model(model, file_options_); }, ranks_,
+      rounds_so_far(begun_, settings_.steps, checkpoint()));
 }
 
 void TrainingRun::join_ranks() {
@@ -175,8 +194,11 @@ void TrainingRun::join_ranks() {
   const gpu::DeviceInfo& device = device_->info();
   check_same(ranks_, "build", kRevision);
   // Kernels for any width of a CPU's lanes give the same bits; drivers do not.
-  check_same(ranks_, "device", device.backend == "cpu" ? device.backend : fmt::format("{} {} {}", device.backend, device.name, device.driver));
-  check_same(ranks_, "dataset", fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint()));
+  check_same(
+      ranks_, "device",
+      device.backend == "cpu" ? device.backend : fmt::format("{} {} {}", device.backend, device.name, device.driver));
+  check_same(ranks_, "dataset",
+             fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint()));
   check_same(ranks_, trainer_->settings());
   check_same(ranks_, "step to go on from", std::to_string(trainer_->step()));
   check_same(ranks_, "way of logging",
@@ -203,7 +225,8 @@ void TrainingRun::save() {
 
 void TrainingRun::log_evaluation(const train::Evaluation& e) {
   if (!scene_.test.empty())
-    folder_.log_evaluation({trainer_->step(), trainer_->seconds(), trainer_->cpu_seconds(), trainer_->triangles(), e.mean});
+    folder_.log_evaluation(
+        {trainer_->step(), trainer_->seconds(), trainer_->cpu_seconds(), trainer_->triangles(), e.mean});
 }
 
 train::Trainer::Callbacks TrainingRun::callbacks() {
@@ -214,7 +237,8 @@ train::Trainer::Callbacks TrainingRun::callbacks() {
     bar_->training(p);
     if (live_) live_->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step);
   };
-  if (live_) callbacks.until = [this](std::uint64_t step) { return live_->until(step, [&] { return trainer_->model(); }); };
+  if (live_)
+    callbacks.until = [this](std::uint64_t step) { return live_->until(step, [&] { return trainer_->model(); }); };
   callbacks.on_fault = [this](const train::ParameterFault& fault) {
     // A texel is its owner's alone; everything else all ranks find.
     if (!ranks_.is_first() && fault.kind != train::ParameterFault::Kind::texel) return;
@@ -236,7 +260,8 @@ train::Trainer::Callbacks TrainingRun::callbacks() {
 std::string TrainingRun::what_is_saved(const char* where) const {
   std::error_code ignored;
   if (!saved_) return "there is no checkpoint yet";
-  if (!std::filesystem::exists(folder_.checkpoint(), ignored)) return fmt::format("{} is gone; train again", folder_.checkpoint().string());
+  if (!std::filesystem::exists(folder_.checkpoint(), ignored))
+    return fmt::format("{} is gone; train again", folder_.checkpoint().string());
   return fmt::format("the checkpoint of step {} is whole, --resume goes on from it{}", *saved_, where);
 }
 
@@ -261,9 +286,10 @@ void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
 void TrainingRun::train() {
   catch_signals();
   if (live_)
-    live_->begin({file_options_.cameras, file_options_.up, settings_.test_near, settings_.far, settings_.steps, settings_.triangles, dataset_, o_.load,
-                  device_->info().kind == gpu::Kind::cpu});
-  const std::uint64_t log_every = o_.log_every > 0 ? o_.log_every : std::max<std::uint64_t>(10, settings_.steps / 100 / 10 * 10);
+    live_->begin({file_options_.cameras, file_options_.up, settings_.test_near, settings_.far, settings_.steps,
+                  settings_.triangles, dataset_, o_.load, device_->info().kind == gpu::Kind::cpu});
+  const std::uint64_t log_every =
+      o_.log_every > 0 ? o_.log_every : std::max<std::uint64_t>(10, settings_.steps / 100 / 10 * 10);
   bar_ = std::make_unique<ProgressBar>(trainer_->last_step(), log_every, o_.quiet);
   // From here --resume knows how many steps there are to be.
   if (begun_ && settings_.steps > begun_->settings.steps) save();
@@ -273,9 +299,11 @@ void TrainingRun::train() {
     save();
   } catch (const gpu::OutOfMemory& error) {
     bar_->clear();
-    throw Error("{}{} ({})", error.what(), advice(error, scene_, trainer_->settings()), what_is_saved(" where there is more memory"));
+    throw Error("{}{} ({})", error.what(), advice(error, scene_, trainer_->settings()),
+                what_is_saved(" where there is more memory"));
   } catch (const Error& error) {
-    // A lost device or a disk that is full, nothing left to train: what is on the disk is as it was at the last checkpoint.
+    // A lost device or a disk that is full, nothing left to train: what is on the disk is as it was at the last
+    // checkpoint.
     bar_->clear();
     throw Error("{} ({})", error.what(), what_is_saved(""));
   }
@@ -306,7 +334,8 @@ void TrainingRun::finish() {
   if (live_) live_->publish(model);
   const std::string file = read_file(folder_.model());
   measure(model, bytes_of(file));
-  if (dataset_ != o_.dataset) say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
+  if (dataset_ != o_.dataset)
+    say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
   if (const auto messages = device_->validation_messages(); !messages.empty())
     throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
 }
@@ -316,7 +345,8 @@ void TrainingRun::help_to_finish() {
   trainer_->end_training();
   train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, {}, &ranks_);
   if (o_.measure_float && !has_goal()) trainer_->evaluate_float();
-  if (has_goal()) trainer_->training_fit(model);
+  if (has_goal())
+    trainer_->training_fit(model);
   else
     trainer_->training_fit();
   about_ranks();
@@ -327,7 +357,10 @@ nlohmann::json TrainingRun::about_ranks() {
   nlohmann::json peaks = nlohmann::json::array();
   for (const ranks::Bytes& message : ranks_.gather(ranks::bytes_of(std::vector{device_->peak_bytes()})))
     peaks.push_back(ranks::values_of<std::uint64_t>(message)[0]);
-  return {{"size", ranks_.size()}, {"transport", ranks_.transport()}, {"bytes_sent", ranks_.bytes_sent()}, {"peak_device_bytes", peaks},
+  return {{"size", ranks_.size()},
+          {"transport", ranks_.transport()},
+          {"bytes_sent", ranks_.bytes_sent()},
+          {"peak_device_bytes", peaks},
           {"texture_bytes", trainer_->texture_bytes()}};
 }
 
@@ -389,16 +422,18 @@ void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> f
   metrics["settings"] = to_json(trainer_->settings());
   metrics["dataset"] = o_.dataset_note();
   metrics["dataset"]["path"] = utf8(dataset_);
-  metrics["dataset"]["fingerprint"] = fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint());
+  metrics["dataset"]["fingerprint"] =
+      fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint());
   metrics["revision"] = kRevision;
   folder_.write_metrics(metrics);
   if (o_.timings) print_timings(*times_);
-  if (scene_.test.empty()) say(o_, "test: there are no test views, so quality was not measured; --test-every K holds some out");
+  if (scene_.test.empty())
+    say(o_, "test: there are no test views, so quality was not measured; --test-every K holds some out");
   else
-    say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr, evaluation.mean.ssim,
-                        evaluation.mean.mae, evaluation.views.size()));
-  say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(), mb(file.size()),
-                      trainer_->seconds()));
+    say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr,
+                        evaluation.mean.ssim, evaluation.mean.mae, evaluation.views.size()));
+  say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(),
+                      mb(file.size()), trainer_->seconds()));
 }
 
 namespace {

@@ -11,17 +11,17 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "command_line.h"
+#include "format/model_file.h"
 #include "gpu/device.h"
 #include "progress_bar.h"
 #include "ranks/ranks.h"
-#include "scene/scene.h"
-#include "format/model_file.h"
-#include "together.h"
 #include "run/checkpoint.h"
 #include "run/part_times.h"
 #include "run/run_folder.h"
 #include "run/simplifier.h"
 #include "run/trainer.h"
+#include "scene/scene.h"
+#include "together.h"
 #include "viewer/live.h"
 
 namespace trisoup {
@@ -30,7 +30,8 @@ class TrainingRun {
  public:
   /// live: where a window looks on; null for none. ranks: with whom; they must outlive it.
   TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& ranks);
-  /// The whole of it. Throws Error, and Interrupted (prepare.h) where a signal has ended it and the checkpoint is there to go on from.
+  /// The whole of it. Throws Error, and Interrupted (prepare.h) where a signal has ended it and the checkpoint is there
+  /// to go on from.
   void run();
 
  private:

@@ -11,7 +11,8 @@
 
 namespace trisoup::viewer {
 
-/// One piece of work at a time, in a thread of its own, which says what it is at. A device or a driver that it uses is its own until end() or until done().
+/// One piece of work at a time, in a thread of its own, which says what it is at. A device or a driver that it uses is
+/// its own until end() or until done().
 class Beside {
  public:
   using Say = std::function<void(std::string what)>;

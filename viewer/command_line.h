@@ -13,14 +13,14 @@
 namespace trisoup::viewer {
 
 struct CommandLine {
-  std::string model;                  // empty: the window opens without one
-  std::string dataset;                // for photographs and cameras; empty: the model's own cameras
+  std::string model;    // empty: the window opens without one
+  std::string dataset;  // for photographs and cameras; empty: the model's own cameras
   std::optional<std::string> screenshot, path, output, camera, json;
   bool benchmark = false, serve = false, list_devices = false;
-  int port = 8000;                    // of --serve
-  std::optional<glm::ivec2> size;     // pixels
+  int port = 8000;                 // of --serve
+  std::optional<glm::ivec2> size;  // pixels
   int frames = 120;
-  std::optional<double> elevation;    // degrees
+  std::optional<double> elevation;       // degrees
   std::optional<double> fov, near, far;  // degrees; normalised units
   std::optional<glm::vec3> background, up;
   render::DrawOptions draw;

@@ -23,8 +23,8 @@ inline std::uint32_t pixel_side(std::uint32_t width, std::uint32_t height, doubl
   return static_cast<std::uint32_t>(std::clamp(std::ceil(std::sqrt(double(width) * height / pixels)), 1.0, 8.0));
 }
 
-/// When a camera rests, and when it is drawn with more pixels beside a training: once in kRest, however often it stops, and for no
-/// more than a fifth of the time.
+/// When a camera rests, and when it is drawn with more pixels beside a training: once in kRest, however often it stops,
+/// and for no more than a fifth of the time.
 class Rest {
  public:
   using Clock = std::chrono::steady_clock;

@@ -12,8 +12,8 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "image/image_file.h"
 #include "base/printable.h"
+#include "image/image_file.h"
 #include "train/quality/evaluate.h"
 
 namespace trisoup::viewer {
@@ -32,7 +32,12 @@ struct Setting {
   render::DrawOptions draw;
 
   Setting(gpu::Device& device, const CommandLine& o, const Subject& s)
-      : gpu(device), options(o), subject(s), model(render::upload_model(device, s.model)), renderer(device), draw(o.draw) {
+      : gpu(device),
+        options(o),
+        subject(s),
+        model(render::upload_model(device, s.model)),
+        renderer(device),
+        draw(o.draw) {
     draw.aa = o.aa.value_or(o.benchmark ? render::AntiAliasing::none : render::AntiAliasing::msaa);
     draw.background = o.background.value_or(s.model.background);
     // A dataset's view is to look as it was evaluated.
@@ -68,7 +73,8 @@ void screenshot(Setting& s) {
     throw Error("{}: is the model itself; choose another name for the picture", *s.options.screenshot);
   const std::string ending = std::filesystem::path(*s.options.screenshot).extension().string();
   if (!ending.empty() && ending != ".png" && ending != ".PNG")
-    throw Error("--screenshot {}: a picture is written as PNG; give it a name that ends with .png", *s.options.screenshot);
+    throw Error("--screenshot {}: a picture is written as PNG; give it a name that ends with .png",
+                *s.options.screenshot);
   write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
 }
 
@@ -92,7 +98,9 @@ void path(Setting& s) {
 
 json statistics(std::vector<double> ms) {
   std::sort(ms.begin(), ms.end());
-  const auto quantile = [&](double q) { return ms[static_cast<std::size_t>(q * static_cast<double>(ms.size() - 1) + 0.5)]; };
+  const auto quantile = [&](double q) {
+    return ms[static_cast<std::size_t>(q * static_cast<double>(ms.size() - 1) + 0.5)];
+  };
   return {{"frames", ms.size()},
           {"mean_ms", std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size())},
           {"p50_ms", quantile(0.5)},
@@ -112,20 +120,23 @@ void benchmark(Setting& s) {
   std::vector<scene::Camera> cameras;
   for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
     cameras.push_back(render::reshaped(s.subject.cameras[i].camera, s.size().x, s.size().y));
-  const std::vector<scene::Camera> sky = render::hemisphere(s.subject.framing, s.options.frames, s.size().x, s.size().y);
+  const std::vector<scene::Camera> sky =
+      render::hemisphere(s.subject.framing, s.options.frames, s.size().x, s.size().y);
   gpu::Graphics& graphics = *s.gpu.graphics();
   const gpu::Image target = graphics.create_image(
       {gpu::Format::rgba8, static_cast<std::uint32_t>(s.size().x), static_cast<std::uint32_t>(s.size().y)}, "picture");
   result["width"] = s.size().x;
   result["height"] = s.size().y;
-  for (const auto& [name, views] : {std::pair<const char*, const std::vector<scene::Camera>*>("cameras", &cameras), {"hemisphere", &sky}}) {
+  for (const auto& [name, views] :
+       {std::pair<const char*, const std::vector<scene::Camera>*>("cameras", &cameras), {"hemisphere", &sky}}) {
     if (views->empty()) continue;
     std::vector<double> ms;
     const auto draw = [&](const scene::Camera& camera) {
       s.renderer.draw(s.model, s.view(camera), s.draw, target);
       s.gpu.wait();
     };
-    for (std::size_t i = 0; i < std::min<std::size_t>(3, views->size()); ++i) draw((*views)[i]);  // pipelines are made here
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, views->size()); ++i)
+      draw((*views)[i]);  // pipelines are made here
     s.gpu.reset_timings();
     s.gpu.enable_timings(true);
     for (const scene::Camera& camera : *views) {

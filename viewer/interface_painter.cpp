@@ -25,7 +25,8 @@ void InterfacePainter::load_fonts() {
   unsigned char* pixels = nullptr;
   int width = 0, height = 0;
   ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
-  font_ = graphics_.create_image({gpu::Format::r8, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}, "font");
+  font_ = graphics_.create_image(
+      {gpu::Format::r8, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}, "font");
   graphics_.upload(font_, 0, std::as_bytes(std::span(pixels, std::size_t(width) * height)));
 }
 
@@ -44,7 +45,8 @@ void InterfacePainter::paint(const ImDrawData& data, const gpu::Image& target) {
     for (const ImDrawVert& v : list.VtxBuffer) vertices.push_back({v.pos.x, v.pos.y, v.uv.x, v.uv.y, v.col, {}});
     for (const ImDrawCmd& command : list.CmdBuffer) {
       // To the target, whose size may be another than the framebuffer's while that changes.
-      const glm::vec2 scale(static_cast<float>(target.shape().width) / data.DisplaySize.x, static_cast<float>(target.shape().height) / data.DisplaySize.y);
+      const glm::vec2 scale(static_cast<float>(target.shape().width) / data.DisplaySize.x,
+                            static_cast<float>(target.shape().height) / data.DisplaySize.y);
       const auto clip = [&](float value, float origin, float s, std::uint32_t most) {
         return std::clamp((value - origin) * s, 0.0f, static_cast<float>(most));
       };

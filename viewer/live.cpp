@@ -6,7 +6,7 @@ namespace trisoup::viewer {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kShare = 0.07;      // of the training's time that looking may take
+constexpr double kShare = 0.07;  // of the training's time that looking may take
 
 }  // namespace
 
@@ -49,7 +49,9 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
   state_.step = step;
   // In seconds; until the window is done with the last one there is no telling.
   constexpr double interval = std::chrono::duration<double>(kInterval).count();
-  const auto next = [&] { return fresh_ ? std::max(interval, (model_seconds_ + shown_seconds_) / kShare) - since() : interval; };
+  const auto next = [&] {
+    return fresh_ ? std::max(interval, (model_seconds_ + shown_seconds_) / kShare) - since() : interval;
+  };
   const auto give = [&] {
     lock.unlock();
     const auto start = Clock::now();
@@ -61,7 +63,8 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
   };
   if (!closed_ && (state_.paused || next() <= 0)) give();
   // A signal changes nothing here, so it is looked for now and then.
-  while (state_.paused && single_steps_ == 0 && !closed_ && !stop_) changed_.wait_for(lock, std::chrono::milliseconds(100));
+  while (state_.paused && single_steps_ == 0 && !closed_ && !stop_)
+    changed_.wait_for(lock, std::chrono::milliseconds(100));
   if (single_steps_ > 0) {
     --single_steps_;
     return step + 1;

@@ -12,12 +12,13 @@
 #include <string>
 #include <vector>
 
-#include "scene/scene.h"
 #include "format/model_file.h"
+#include "scene/scene.h"
 
 namespace trisoup::viewer {
 
-/// At least between two models, and on average between two pictures of a camera that moves while the training needs the CPU that draws them.
+/// At least between two models, and on average between two pictures of a camera that moves while the training needs the
+/// CPU that draws them.
 inline constexpr std::chrono::milliseconds kInterval{100};
 
 class Live {
@@ -25,14 +26,14 @@ class Live {
   struct Point {
     std::uint64_t step = 0;
     double loss = 0;
-    std::optional<double> psnr;        // Progress::psnr
+    std::optional<double> psnr;  // Progress::psnr
   };
   struct State {
-    std::string phase = "loading";     // what the training is at
+    std::string phase = "loading";  // what the training is at
     std::uint64_t step = 0, steps = 0;
     std::uint32_t triangles = 0, budget = 0;
     double ms_per_step = 0;
-    std::vector<float> loss, psnr;     // of the reports
+    std::vector<float> loss, psnr;  // of the reports
     bool paused = false, ended = false, quit = false;
     std::string error;
   };
@@ -44,8 +45,8 @@ class Live {
     std::uint64_t steps = 0;
     std::uint32_t budget = 0;
     std::string dataset;
-    scene::LoadOptions load;           // of its photographs
-    bool on_cpu = false;               // whether that is what it runs on
+    scene::LoadOptions load;  // of its photographs
+    bool on_cpu = false;      // whether that is what it runs on
   };
 
   /// stop: set by whoever wants the program to end.
@@ -55,23 +56,25 @@ class Live {
   void begin(Setting setting);
   void report(const Point& point, std::uint32_t triangles, double ms_per_step);
   void phase(const std::string& text);
-  void end(const std::string& error, bool quit);  // error: what went wrong, empty if nothing; quit: the window is to close
-  /// Between steps: waits while paused, gives the window a model when it is due, and says how far to train before asking again.
+  void end(const std::string& error,
+           bool quit);  // error: what went wrong, empty if nothing; quit: the window is to close
+  /// Between steps: waits while paused, gives the window a model when it is due, and says how far to train before
+  /// asking again.
   std::uint64_t until(std::uint64_t step, const std::function<soup::Model()>& model);
   void publish(soup::Model model);
 
   // The window's side.
-  bool take_news() { return news_.exchange(false); }   // whether anything has changed since it was last asked
+  bool take_news() { return news_.exchange(false); }  // whether anything has changed since it was last asked
   bool stopped() const { return stop_; }
   State state() const;
-  bool running() const;                                // neither paused nor ended
-  std::optional<Setting> take_setting();               // once, when it is there
-  std::shared_ptr<const soup::Model> take_model();     // the newest, once; null without news
+  bool running() const;                             // neither paused nor ended
+  std::optional<Setting> take_setting();            // once, when it is there
+  std::shared_ptr<const soup::Model> take_model();  // the newest, once; null without news
   void pause(bool paused);
   void step_once();
   /// The model last taken has been shown. seconds: of uploading and drawing it, where the training uses the same GPU.
   void shown(double seconds);
-  void close();                                        // nobody looks any more
+  void close();  // nobody looks any more
 
  private:
   mutable std::mutex mutex_;
@@ -83,8 +86,8 @@ class Live {
   std::atomic<bool> news_{false};
   std::uint64_t single_steps_ = 0;
   bool closed_ = false;
-  bool taken_ = false, fresh_ = true;                  // fresh: the window has shown all there was
-  double shown_seconds_ = 0, model_seconds_ = 0;       // what the last model took to show and to make
+  bool taken_ = false, fresh_ = true;             // fresh: the window has shown all there was
+  double shown_seconds_ = 0, model_seconds_ = 0;  // what the last model took to show and to make
   std::chrono::steady_clock::time_point last_model_{};
 };
 

@@ -10,8 +10,8 @@
 
 namespace trisoup::viewer {
 
-/// A camera on a turntable: it orbits a target, level with the ground. Or, after snap(), exactly a given camera, until it is moved.
-/// Normalised coordinates, radians.
+/// A camera on a turntable: it orbits a target, level with the ground. Or, after snap(), exactly a given camera, until
+/// it is moved. Normalised coordinates, radians.
 class Navigation {
  public:
   explicit Navigation(const render::Framing& home) { set_home(home); }

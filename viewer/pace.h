@@ -6,8 +6,9 @@
 
 namespace trisoup::viewer {
 
-/// One picture in every interval, on average. What comes a little late, as a thread does that gives way, does not put off all that
-/// follows; what is later than an interval is not made up for; and pictures that nobody waited for leave no debt.
+/// One picture in every interval, on average. What comes a little late, as a thread does that gives way, does not put
+/// off all that follows; what is later than an interval is not made up for; and pictures that nobody waited for leave
+/// no debt.
 class Pace {
  public:
   using Clock = std::chrono::steady_clock;

@@ -28,7 +28,8 @@ Rendered Picture::with(Detail detail, const Rendered& all, bool shared) const {
   return enough && same == rest ? *rendered_ : detail == Detail::rest ? rest : of_pixels(kSharedMotionPixels);
 }
 
-void Picture::compile(const render::GpuModel& model, const Rendered& next, bool changes, const render::Renderer::Watch& watch) {
+void Picture::compile(const render::GpuModel& model, const Rendered& next, bool changes,
+                      const render::Renderer::Watch& watch) {
   // Also where it fails: whoever renders it then is told.
   pipelines_.insert(kind(next, changes));
   rendered_.reset();
@@ -60,7 +61,8 @@ void Picture::show(const gpu::Image& to, const std::optional<Comparison>& compar
   if (photograph_name_ != comparison->name) {
     const Image& photograph = *comparison->photograph;
     photograph_ = graphics_.create_image({gpu::Format::rgba8, static_cast<std::uint32_t>(photograph.width),
-                                          static_cast<std::uint32_t>(photograph.height)}, "photograph");
+                                          static_cast<std::uint32_t>(photograph.height)},
+                                         "photograph");
     graphics_.upload(photograph_, 0, std::as_bytes(std::span(photograph.rgba)));
     photograph_name_ = comparison->name;
   }
@@ -70,7 +72,8 @@ void Picture::show(const gpu::Image& to, const std::optional<Comparison>& compar
     gpu::fit(graphics_, enlarged_, {gpu::Format::rgba8, width, height}, "rendering");
     graphics_.copy(rendering_, enlarged_);
   }
-  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), comparison->split, comparison->error};
+  kernels::CompareArgs args{static_cast<float>(width), static_cast<float>(height), comparison->split,
+                            comparison->error};
   gpu::Draw draw{.vertex = "screen", .fragment = "compare"};
   draw.count = 3;
   draw.textures = {enlarge ? &enlarged_ : &rendering_, &photograph_};

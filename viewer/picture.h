@@ -1,4 +1,5 @@
-// What a window shows below its panels: a model's rendering, which is kept until another is wanted, and a photograph beside it.
+// What a window shows below its panels: a model's rendering, which is kept until another is wanted, and a photograph
+// beside it.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +28,8 @@ struct Rendered {
 struct Comparison {
   const Image* photograph = nullptr;
   std::string name;
-  float split = 0.0f;   // share of the width, from the left, that shows the photograph; the rest the rendering
-  bool error = false;   // their difference in place of both
+  float split = 0.0f;  // share of the width, from the left, that shows the photograph; the rest the rendering
+  bool error = false;  // their difference in place of both
 };
 
 class Picture {
@@ -46,7 +47,8 @@ class Picture {
 
   /// Draws it, unless that is what there is.
   void render(const render::GpuModel& model, const Rendered& next);
-  /// Puts the rendering on `to`, enlarged where it is smaller, with the photograph if there is one. Without a rendering: a plain grey.
+  /// Puts the rendering on `to`, enlarged where it is smaller, with the photograph if there is one. Without a
+  /// rendering: a plain grey.
   void show(const gpu::Image& to, const std::optional<Comparison>& comparison);
   /// The photograph of that name may be another from now on.
   void forget_photograph() { photograph_name_.clear(); }

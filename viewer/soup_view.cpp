@@ -7,13 +7,13 @@
 
 #include <fmt/format.h>
 
-#include "command_line.h"
-#include "end_process.h"
 #include "base/error.h"
-#include "headless.h"
-#include "page_server.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "command_line.h"
+#include "end_process.h"
+#include "headless.h"
+#include "page_server.h"
 #include "subject.h"
 #include "web_page.h"
 #include "window.h"
@@ -33,7 +33,8 @@ void serve(const viewer::CommandLine& options) {
   std::map<std::string, std::string> files = web::page_files(page, "");
   files[web::kModel] = read_file(subject.path);
   web::serve(files, static_cast<std::uint16_t>(options.port), [&](std::uint16_t port) {
-    std::printf("http://127.0.0.1:%d/ shows %s, and %s there measures; Control C ends\n", port, printable(subject.path).c_str(), web::kBenchmark);
+    std::printf("http://127.0.0.1:%d/ shows %s, and %s there measures; Control C ends\n", port,
+                printable(subject.path).c_str(), web::kBenchmark);
     std::fflush(stdout);
   });
 }

@@ -42,7 +42,8 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
       s.far = file.settings.value("far", s.far);
       s.model.drop_near = file.settings.value("drop_near", file.settings.contains("steps"));
       if (file.settings.value("alpha", "composite") == "mask") s.load.alpha = scene::AlphaUse::mask;
-      if (!(s.near >= 1e-6 && s.near < s.far && s.far < 1e37)) throw Error("{}: its clip planes are impossible; train it again", model);
+      if (!(s.near >= 1e-6 && s.near < s.far && s.far < 1e37))
+        throw Error("{}: its clip planes are impossible; train it again", model);
       const double test_every = file.settings.value("test_every", 8.0);
       if (!(s.load.downscale >= 1 && s.load.downscale < 1e6 && test_every >= 0 && test_every < 1e9))
         throw Error("{}: its settings for the photographs are impossible; train it again", model);
@@ -65,7 +66,8 @@ void take_cameras(Subject& s, const std::string& dataset) {
   const scene::Normalisation ours{s.model.centre, s.model.scale};
   s.cameras.clear();
   for (const auto& [views, test] : {std::pair(&scene.test, true), {&scene.train, false}})
-    for (const scene::View& v : *views) s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
+    for (const scene::View& v : *views)
+      s.cameras.push_back({utf8(v.name), test, moved(v.camera, scene.normalisation, ours)});
   frame_subject(s);
 }
 
@@ -90,7 +92,8 @@ std::size_t find_camera(const Subject& subject, const std::string& which) {
   }
   for (std::size_t i = 0; i < subject.cameras.size(); ++i)
     if (subject.cameras[i].name == which) return i;
-  throw Error("--camera {}: no view has that name; the first is {}", printable(which), printable(subject.cameras[0].name));
+  throw Error("--camera {}: no view has that name; the first is {}", printable(which),
+              printable(subject.cameras[0].name));
 }
 
 }  // namespace trisoup::viewer

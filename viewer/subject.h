@@ -7,9 +7,9 @@
 
 #include <glm/glm.hpp>
 
+#include "format/model_file.h"
 #include "render/cameras.h"
 #include "scene/scene.h"
-#include "format/model_file.h"
 
 namespace trisoup::viewer {
 
@@ -19,8 +19,8 @@ struct Subject {
   std::vector<soup::ModelCamera> cameras;  // test views first; normalised coordinates of the model
   std::optional<glm::dvec3> up;            // of the dataset, where it is known
   render::Framing framing;
-  double near = 0.025, far = 2.5;          // normalised units
-  scene::LoadOptions load;                 // how the model's dataset was loaded
+  double near = 0.025, far = 2.5;  // normalised units
+  scene::LoadOptions load;         // how the model's dataset was loaded
 };
 
 /// Throws Error on a file that is no model, or a dataset that is none. dataset: empty for none.

@@ -19,12 +19,14 @@ void training_panel(Live& live, float scale) {
     ImGui::ProgressBar(static_cast<float>(double(state.step) / double(state.steps)), {width, 0},
                        fmt::format("step {} of {}", state.step, state.steps).c_str());
     ImGui::Text("%u triangles, budget %u", state.triangles, state.budget);
-    ImGui::Text("%.1f ms a step, %.0f s left", state.ms_per_step, 1e-3 * state.ms_per_step * double(state.steps - state.step));
+    ImGui::Text("%.1f ms a step, %.0f s left", state.ms_per_step,
+                1e-3 * state.ms_per_step * double(state.steps - state.step));
   }
   const auto plot = [&](const char* name, const std::vector<float>& values, const char* format) {
     if (values.empty()) return;
     const auto label = fmt::format(fmt::runtime(format), values.back());
-    ImGui::PlotLines(name, values.data(), static_cast<int>(values.size()), 0, label.c_str(), FLT_MAX, FLT_MAX, {width, 70 * scale});
+    ImGui::PlotLines(name, values.data(), static_cast<int>(values.size()), 0, label.c_str(), FLT_MAX, FLT_MAX,
+                     {width, 70 * scale});
   };
   plot("loss", state.loss, "{:.4f}");
   plot("PSNR", state.psnr, "{:.2f} dB");

@@ -12,8 +12,8 @@
 #include <imgui.h>
 #include <imgui_impl_glfw.h>
 
-#include "display_loss.h"
 #include "base/error.h"
+#include "display_loss.h"
 #include "glfw_surface.h"
 #include "pace.h"
 #include "window_class.h"
@@ -145,8 +145,10 @@ void Window::frame() {
   ImGui::NewFrame();
   for (const std::string& path : std::exchange(dropped_, {})) open(path);
   if (photographs_.finished()) {
-    if (!photographs_.error().empty()) complain(photographs_.error());
-    else tell(fmt::format("{}: {} photographs", dataset_, photographs_.count()));
+    if (!photographs_.error().empty())
+      complain(photographs_.error());
+    else
+      tell(fmt::format("{}: {} photographs", dataset_, photographs_.count()));
     picture_->forget_photograph();
     redraw_ = 3;
   }
@@ -210,9 +212,12 @@ void Window::take_timings(Detail detail, Clock::time_point start) {
 void Window::wait_for_news() {
   // Neither photographs nor a training wake the window: waking it from another thread would take its X connection
   // there.
-  if (live_ || coarse_) glfwWaitEventsTimeout(0.02);
-  else if (photographs_.loading()) glfwWaitEventsTimeout(0.1);
-  else glfwWaitEvents();
+  if (live_ || coarse_)
+    glfwWaitEventsTimeout(0.02);
+  else if (photographs_.loading())
+    glfwWaitEventsTimeout(0.1);
+  else
+    glfwWaitEvents();
   if (rests()) {
     // The next model is made for the next picture, not right after the last one.
     const std::chrono::duration<double, std::milli> a_step(100 + 1.2 * live_->state().ms_per_step);
@@ -236,8 +241,10 @@ void Window::run() {
         glfwWaitEventsTimeout(left.count());
       }
       // A surface that has just been lost is given a moment.
-      if (shown_) glfwPollEvents();
-      else glfwWaitEventsTimeout(0.02);
+      if (shown_)
+        glfwPollEvents();
+      else
+        glfwWaitEventsTimeout(0.02);
       pace.take(Clock::now());
       frame();
     } else {

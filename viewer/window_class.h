@@ -38,11 +38,11 @@ enum class Compare { rendering, photograph, slider, error };
 struct Choices {
   render::DrawOptions draw;
   Compare compare = Compare::rendering;
-  float split = 0.5f;              // of Compare::slider, in widths of the window
-  float near = 0.025f, far = 2.5f; // of a camera that moves, normalised units
-  int up_axis = 0;                 // 0: the model's; then +X -X +Y -Y +Z -Z
-  bool smooth = true;              // on a CPU: rather more pictures than more pixels, see wants_coarse
-  bool panel = true, help = false; // that are seen
+  float split = 0.5f;               // of Compare::slider, in widths of the window
+  float near = 0.025f, far = 2.5f;  // of a camera that moves, normalised units
+  int up_axis = 0;                  // 0: the model's; then +X -X +Y -Y +Z -Z
+  bool smooth = true;               // on a CPU: rather more pictures than more pixels, see wants_coarse
+  bool panel = true, help = false;  // that are seen
 };
 
 /// The window library, while it is used. Throws Error where there is no display.
@@ -145,10 +145,10 @@ class Window {
   std::optional<render::GpuModel> model_;
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
-  std::uint64_t model_number_ = 0;     // counts what model_ has been
+  std::uint64_t model_number_ = 0;  // counts what model_ has been
   std::unique_ptr<Picture> picture_;
   std::string dataset_;
-  bool photographs_wanted_ = false;    // dataset_ is still to be loaded
+  bool photographs_wanted_ = false;  // dataset_ is still to be loaded
   Choices chosen_;
 
   std::optional<Rendered> wanted_;     // with all pixels, by the last frame
@@ -161,18 +161,18 @@ class Window {
   bool sliding_ = false;               // the mouse holds the line between photograph and rendering
   std::optional<std::size_t> camera_;  // that it was last snapped to
   std::string message_, status_;
-  bool raise_message_ = false;         // before the other panels
-  bool told_ = false;                  // how the training ended
-  std::vector<std::string> dropped_;   // paths to open at the next frame
-  std::array<char, 1024> path_{};      // that is being typed
+  bool raise_message_ = false;        // before the other panels
+  bool told_ = false;                 // how the training ended
+  std::vector<std::string> dropped_;  // paths to open at the next frame
+  std::array<char, 1024> path_{};     // that is being typed
   bool ask_path_ = false, typed_ = false;
   std::vector<std::pair<int, int>> keys_;  // pressed since the last frame, and their modifiers
   float font_scale_ = 0.0f;
-  int redraw_ = 3;                     // frames that are still to be drawn; Dear ImGui takes a few to settle
+  int redraw_ = 3;                      // frames that are still to be drawn; Dear ImGui takes a few to settle
   double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
-  double upload_seconds_ = 0;          // of the last model of a training
+  double upload_seconds_ = 0;           // of the last model of a training
   std::string title_ = "soup-view";
-  Beside beside_;                      // the last member: what it does uses the others
+  Beside beside_;  // the last member: what it does uses the others
 };
 
 }  // namespace trisoup::viewer

@@ -31,9 +31,8 @@ void Window::listen() {
   glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { of(w)->redraw_ = 3; });
   glfwSetWindowContentScaleCallback(window_, [](GLFWwindow* w, float, float) { of(w)->redraw_ = 3; });
   glfwSetWindowFocusCallback(window_, [](GLFWwindow* w, int) { of(w)->redraw_ = 3; });
-  glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double, double) {
-    of(w)->redraw_ = std::max(of(w)->redraw_, 2);
-  });
+  glfwSetCursorPosCallback(window_,
+                           [](GLFWwindow* w, double, double) { of(w)->redraw_ = std::max(of(w)->redraw_, 2); });
   glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { of(w)->redraw_ = 3; });
   glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { of(w)->redraw_ = 3; });
   glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
@@ -58,25 +57,47 @@ void Window::handle_key(int key, int modifiers) {
   if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + static_cast<int>(render::kModes))
     chosen_.draw.mode = static_cast<render::Mode>(key - GLFW_KEY_1);
   switch (key) {
-    case GLFW_KEY_F: navigation_.frame(); break;
-    case GLFW_KEY_R: navigation_.reset(); break;
-    case GLFW_KEY_H: chosen_.help = !chosen_.help; break;
-    case GLFW_KEY_TAB: chosen_.panel = !chosen_.panel; break;
-    case GLFW_KEY_O: ask_path_ = chosen_.panel = true; break;
-    case GLFW_KEY_P: take_screenshot(); break;
+    case GLFW_KEY_F:
+      navigation_.frame();
+      break;
+    case GLFW_KEY_R:
+      navigation_.reset();
+      break;
+    case GLFW_KEY_H:
+      chosen_.help = !chosen_.help;
+      break;
+    case GLFW_KEY_TAB:
+      chosen_.panel = !chosen_.panel;
+      break;
+    case GLFW_KEY_O:
+      ask_path_ = chosen_.panel = true;
+      break;
+    case GLFW_KEY_P:
+      take_screenshot();
+      break;
     case GLFW_KEY_T:
       if (live_) live_->pause(!live_->state().paused);
       break;
     case GLFW_KEY_N:
       if (live_) live_->step_once();
       break;
-    case GLFW_KEY_V: chosen_.smooth = !chosen_.smooth; break;
+    case GLFW_KEY_V:
+      chosen_.smooth = !chosen_.smooth;
+      break;
     case GLFW_KEY_RIGHT_BRACKET:
-    case GLFW_KEY_PAGE_DOWN: snap(1); break;
+    case GLFW_KEY_PAGE_DOWN:
+      snap(1);
+      break;
     case GLFW_KEY_LEFT_BRACKET:
-    case GLFW_KEY_PAGE_UP: snap(-1); break;
-    case GLFW_KEY_SPACE: chosen_.compare = next(chosen_.compare, 4); break;
-    case GLFW_KEY_X: chosen_.draw.aa = next(chosen_.draw.aa, 3); break;
+    case GLFW_KEY_PAGE_UP:
+      snap(-1);
+      break;
+    case GLFW_KEY_SPACE:
+      chosen_.compare = next(chosen_.compare, 4);
+      break;
+    case GLFW_KEY_X:
+      chosen_.draw.aa = next(chosen_.draw.aa, 3);
+      break;
     case GLFW_KEY_Q:
       if (modifiers & GLFW_MOD_CONTROL) glfwSetWindowShouldClose(window_, GLFW_TRUE);
       break;
@@ -84,7 +105,8 @@ void Window::handle_key(int key, int modifiers) {
       chosen_.help = false;
       message_.clear();
       break;
-    default: break;
+    default:
+      break;
   }
 }
 
@@ -103,10 +125,14 @@ void Window::handle_mouse() {
   if (sliding_) {
     chosen_.split = std::clamp(io.MousePos.x / std::max(1.0f, io.DisplaySize.x), 0.0f, 1.0f);
   } else if (dx != 0 || dy != 0) {
-    if (left && io.KeyShift) navigation_.pan(-dx / pixels, dy / pixels);
-    else if (left && io.KeyCtrl) navigation_.look(-radians * dx, radians * dy);
-    else if (left) navigation_.orbit(-radians * dx, radians * dy);
-    else if (right || middle) navigation_.pan(-dx / pixels, dy / pixels);
+    if (left && io.KeyShift)
+      navigation_.pan(-dx / pixels, dy / pixels);
+    else if (left && io.KeyCtrl)
+      navigation_.look(-radians * dx, radians * dy);
+    else if (left)
+      navigation_.orbit(-radians * dx, radians * dy);
+    else if (right || middle)
+      navigation_.pan(-dx / pixels, dy / pixels);
   }
   if (io.MouseWheel != 0) navigation_.zoom(std::pow(1.15, io.MouseWheel));
   if (io.MouseWheel != 0 || (!sliding_ && (left || right || middle) && (dx != 0 || dy != 0))) rest_.moved(Clock::now());

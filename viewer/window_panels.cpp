@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::array<const char*, render::kModes> kModeLabels{
     "Colour", "Triangles", "Normals", "Depth", "Opacity", "Texture level", "Wireframe", "Feature channel"};
-constexpr std::array<const char*, 8> kChannelLabels{
-    "0 red", "1 green", "2 blue", "3 mix", "4 latent", "5 latent", "6 latent", "7 opacity"};
+constexpr std::array<const char*, 8> kChannelLabels{"0 red",    "1 green",  "2 blue",   "3 mix",
+                                                    "4 latent", "5 latent", "6 latent", "7 opacity"};
 constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 2 shaded (ssaa)"};
 constexpr std::array<const char*, 4> kCompareLabels{"Rendering", "Photograph", "Slider", "Error x 4"};
 constexpr std::array<const char*, 7> kAxes{"as the model says", "+X", "-X", "+Y", "-Y", "+Z", "-Z"};
@@ -31,9 +31,7 @@ bool choose(const char* label, const std::array<const char*, n>& names, Choice& 
   return true;
 }
 
-ImVec2 part_of_window(float x, float y) {
-  return {ImGui::GetIO().DisplaySize.x * x, ImGui::GetIO().DisplaySize.y * y};
-}
+ImVec2 part_of_window(float x, float y) { return {ImGui::GetIO().DisplaySize.x * x, ImGui::GetIO().DisplaySize.y * y}; }
 
 }  // namespace
 
@@ -96,9 +94,12 @@ void Window::camera_section() {
   choose("Against", kCompareLabels, chosen_.compare);
   if (chosen_.compare == Compare::slider) ImGui::SliderFloat("Slider", &chosen_.split, 0.0f, 1.0f, "%.2f");
   if (chosen_.compare == Compare::rendering) return;
-  if (photographs_.loading()) ImGui::TextUnformatted("loading photographs...");
-  else if (photographs_.count() == 0) ImGui::TextUnformatted("drop the dataset's folder here for photographs");
-  else if (!navigation_.snapped()) ImGui::TextUnformatted("choose a camera to see its photograph");
+  if (photographs_.loading())
+    ImGui::TextUnformatted("loading photographs...");
+  else if (photographs_.count() == 0)
+    ImGui::TextUnformatted("drop the dataset's folder here for photographs");
+  else if (!navigation_.snapped())
+    ImGui::TextUnformatted("choose a camera to see its photograph");
   else if (camera_ && !photographs_.find(subject_->cameras[*camera_].name))
     ImGui::TextUnformatted("no photograph has this view's name");
 }

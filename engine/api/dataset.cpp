@@ -12,7 +12,8 @@ std::vector<View> views_of(const std::vector<scene::View>& views, const scene::N
     View& v = all.emplace_back(View{view.name, {c.width, c.height, c.fx, c.fy, c.cx, c.cy, {}}});
     const glm::dmat3 rotation(c.world_to_camera);
     // normalised = scale * (world - centre), and the camera's own axes are as long as the world's.
-    const glm::dvec3 translation = glm::dvec3(c.world_to_camera[3]) / normalisation.scale - rotation * normalisation.centre;
+    const glm::dvec3 translation =
+        glm::dvec3(c.world_to_camera[3]) / normalisation.scale - rotation * normalisation.centre;
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) v.camera.world_to_camera[4 * row + column] = rotation[column][row];
       v.camera.world_to_camera[4 * row + 3] = translation[row];
@@ -31,7 +32,8 @@ Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& option
   impl->scene = scene::load(path, impl->load);
   scene::Scene& scene = impl->scene;
   if (!scene.synthetic && scene.points.positions.empty())
-    if (scene::Points points = scene::points_from_views(scene.train); points.positions.size() >= scene::kFewestPoints) scene.points = std::move(points);
+    if (scene::Points points = scene::points_from_views(scene.train); points.positions.size() >= scene::kFewestPoints)
+      scene.points = std::move(points);
   impl_ = std::move(impl);
 }
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "gpu/device.h"
+#include "run/trainer.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
 #include "train/config/settings.h"
-#include "run/trainer.h"
 #include "trisoup/trisoup.h"
 
 namespace trisoup {

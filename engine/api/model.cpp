@@ -7,8 +7,8 @@
 #include "api/impl.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "image/image_file.h"
 #include "base/read_file.h"
+#include "image/image_file.h"
 #include "train/quality/evaluate.h"
 #include "train/step/forward_pass.h"
 
@@ -43,9 +43,12 @@ std::size_t Model::bytes() const { return impl_->file.size(); }
 Picture Model::render(Device& device, const Camera& camera) const {
   scene::Camera c{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy};
   for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column) c.world_to_camera[column][row] = camera.world_to_camera[4 * row + column];
-  if (c.width < 1 || c.height < 1 || std::uint64_t(c.width) * c.height > train::kPassPixels * 64 || !(c.fx > 0) || !(c.fy > 0))
-    throw Error("camera: {} x {} pixels, focal lengths {} and {}; give positive ones, and 64 megapixels at most", c.width, c.height, c.fx, c.fy);
+    for (int column = 0; column < 4; ++column)
+      c.world_to_camera[column][row] = camera.world_to_camera[4 * row + column];
+  if (c.width < 1 || c.height < 1 || std::uint64_t(c.width) * c.height > train::kPassPixels * 64 || !(c.fx > 0) ||
+      !(c.fy > 0))
+    throw Error("camera: {} x {} pixels, focal lengths {} and {}; give positive ones, and 64 megapixels at most",
+                c.width, c.height, c.fx, c.fy);
   const scene::Normalisation normalisation{impl_->model.centre, impl_->model.scale};
   const train::BatchView view = train::batch_view(scene::normalised(c, normalisation), impl_->near, impl_->far);
   gpu::Device& gpu = *device.impl().device;
@@ -69,10 +72,12 @@ Quality Model::quality(Device& device, const Dataset& dataset) const {
 
 void Picture::write_png(const std::filesystem::path& path) const {
   if (width < 1 || height < 1 || rgb.size() != std::size_t(width) * height * 3)
-    throw Error("{}: the picture has {} numbers, not {} x {} x 3; give it its own size", path.string(), rgb.size(), width, height);
+    throw Error("{}: the picture has {} numbers, not {} x {} x 3; give it its own size", path.string(), rgb.size(),
+                width, height);
   Image image{width, height, std::vector<std::uint8_t>(std::size_t(width) * height * 4, 255)};
   for (std::size_t i = 0; i < std::size_t(width) * height; ++i)
-    for (int c = 0; c < 3; ++c) image.rgba[4 * i + c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(rgb[3 * i + c], 0.0f, 1.0f)));
+    for (int c = 0; c < 3; ++c)
+      image.rgba[4 * i + c] = static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(rgb[3 * i + c], 0.0f, 1.0f)));
   trisoup::write_png(path, image);
 }
 

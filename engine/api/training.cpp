@@ -1,11 +1,11 @@
 #include "api/impl.h"
 #include "base/error.h"
 #include "format/model_file.h"
-#include "train/config/experiments.h"
-#include "run/model_options.h"
-#include "train/start/initial_triangles.h"
 #include "run/memory_need.h"
+#include "run/model_options.h"
 #include "run/presets.h"
+#include "train/config/experiments.h"
+#include "train/start/initial_triangles.h"
 
 namespace trisoup {
 namespace {
@@ -35,7 +35,8 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   const scene::Scene& scene = dataset.impl().scene;
   train::Settings settings = settings_of(options, scene);
   if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())
-    throw Error("device memory: {} triangles need {} MB and {} MB may be used; {} triangles would fit", settings.triangles, need.total() >> 20, gpu.ceiling() >> 20,
+    throw Error("device memory: {} triangles need {} MB and {} MB may be used; {} triangles would fit",
+                settings.triangles, need.total() >> 20, gpu.ceiling() >> 20,
                 train::triangles_that_fit(scene, settings, gpu.ceiling()));
   if (settings.recipe == train::Recipe::real && settings.most_triangles == 0)
     settings.most_triangles = train::most_triangles_that_fit(scene, settings, gpu.ceiling());
@@ -52,7 +53,9 @@ void Training::run(const std::function<bool(const TrainingProgress&)>& on_progre
   callbacks.stop = &stop;
   if (every > 0) callbacks.progress_every = every;
   if (on_progress)
-    callbacks.on_progress = [&](const train::Progress& p) { stop = !on_progress({p.step, p.triangles, p.loss, p.seconds}); };
+    callbacks.on_progress = [&](const train::Progress& p) {
+      stop = !on_progress({p.step, p.triangles, p.loss, p.seconds});
+    };
   impl_->trainer.run(callbacks);
 }
 

@@ -30,12 +30,14 @@ std::filesystem::path target_of(const std::filesystem::path& name) {
   if (name.empty()) throw Error("a file to write has no name; give one");
   std::error_code ignored;
   std::filesystem::path file = name;
-  for (int links = 0; links < 40 && std::filesystem::is_symlink(std::filesystem::symlink_status(file, ignored)); ++links) {
+  for (int links = 0; links < 40 && std::filesystem::is_symlink(std::filesystem::symlink_status(file, ignored));
+       ++links) {
     const std::filesystem::path to = std::filesystem::read_symlink(file, ignored);
     file = to.is_absolute() ? to : folder_of(file) / to;
   }
   const std::filesystem::file_status status = std::filesystem::status(file, ignored);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) && !std::filesystem::is_directory(status))
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+      !std::filesystem::is_directory(status))
     throw Error("{}: is a device or a pipe, not a file; choose another name", name.string());
   return file;
 }
@@ -65,8 +67,9 @@ void OutputFile::fail(int error, std::size_t pending_bytes) const {
     case EDQUOT:
       throw Error("{}: the disk quota is used up; free {} MB", name, (end - std::min(end, written_)) / 1'000'000 + 1);
     case EFBIG:
-      throw Error("{}: {} bytes are more than a file may have here; raise the limit (ulimit -f) or write to another disk", name,
-                  end);
+      throw Error(
+          "{}: {} bytes are more than a file may have here; raise the limit (ulimit -f) or write to another disk", name,
+          end);
     case ENOTDIR:
       throw Error("{}: {} is not a folder; choose another name", name, folder);
     case ENOENT:

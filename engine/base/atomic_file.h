@@ -1,4 +1,5 @@
-// Writing a file so that its name always means a whole one: to a temporary name in the same folder, flushed to the disk, renamed.
+// Writing a file so that its name always means a whole one: to a temporary name in the same folder, flushed to the
+// disk, renamed.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +25,8 @@ class OutputFile {
   std::uint64_t size() const { return written_; }
 
  private:
-  friend void write_file_atomically(const std::filesystem::path&, const std::function<void(OutputFile&)>&, std::uint64_t);
+  friend void write_file_atomically(const std::filesystem::path&, const std::function<void(OutputFile&)>&,
+                                    std::uint64_t);
   OutputFile(const std::filesystem::path& target, std::uint64_t expected_bytes);
   ~OutputFile();  // removes what is there unless it was committed
   void commit();
@@ -36,11 +38,11 @@ class OutputFile {
   bool committed_ = false;
 };
 
-/// Makes `path` hold what `fill` writes, or leaves it as it was: if fill or any write throws, the temporary file is removed and
-/// the exception goes on. Permissions are those of a new file, a symbolic link stays, and the file it
+/// Makes `path` hold what `fill` writes, or leaves it as it was: if fill or any write throws, the temporary file is
+/// removed and the exception goes on. Permissions are those of a new file, a symbolic link stays, and the file it
 /// points to is written. expected_bytes: the size
-/// to come if it is known; it only makes "the disk is full" tell how much is missing. Throws Error that names `path` and the fix:
-/// disk full, quota, size limit, folder missing or not writable.
+/// to come if it is known; it only makes "the disk is full" tell how much is missing. Throws Error that names `path`
+/// and the fix: disk full, quota, size limit, folder missing or not writable.
 void write_file_atomically(const std::filesystem::path& path, const std::function<void(OutputFile&)>& fill,
                            std::uint64_t expected_bytes = 0);
 

@@ -25,8 +25,8 @@ std::string value_in(const char* file, const std::string& key, char between) {
 }  // namespace
 
 std::string machine() {
-  return fmt::format("{}, {} threads, {}", value_in("/proc/cpuinfo", "model name", ':'), std::thread::hardware_concurrency(),
-                     value_in("/etc/os-release", "PRETTY_NAME", '='));
+  return fmt::format("{}, {} threads, {}", value_in("/proc/cpuinfo", "model name", ':'),
+                     std::thread::hardware_concurrency(), value_in("/etc/os-release", "PRETTY_NAME", '='));
 }
 
 }  // namespace trisoup

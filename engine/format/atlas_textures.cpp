@@ -59,7 +59,8 @@ void read_atlas_textures(const ModelParts& parts, const json& extension, Model& 
   for (std::size_t page = 0; page < pages.size(); ++page) {
     const json& features = pages[page].at("features");
     for (int half = 0; half < 2; ++half) {
-      const std::span<const std::byte> png = parts.view(parts.glb.document.at("images").at(parts.whole(features.at(half))).at("bufferView"));
+      const std::span<const std::byte> png =
+          parts.view(parts.glb.document.at("images").at(parts.whole(features.at(half))).at("bufferView"));
       const std::uint64_t texels = png_texels(png);
       if (texels == 0) throw parts.damaged("has a texture that is no PNG");
       if (texels > texels_left) throw parts.damaged("has textures of more texels than its triangles need");

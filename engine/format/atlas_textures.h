@@ -8,8 +8,8 @@
 
 namespace trisoup::soup {
 
-/// Fills textures and lattice of a model that has its vertices. Throws Error on what is damaged, before it takes memory that the
-/// file does not account for, and json::exception where a member is missing or of another kind.
+/// Fills textures and lattice of a model that has its vertices. Throws Error on what is damaged, before it takes memory
+/// that the file does not account for, and json::exception where a member is missing or of another kind.
 void read_atlas_textures(const ModelParts& parts, const nlohmann::json& extension, Model& model);
 
 }  // namespace trisoup::soup

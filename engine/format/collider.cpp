@@ -10,18 +10,18 @@
 
 #include <glm/glm.hpp>
 
-#include "common/host.h"
 #include "base/error.h"
-#include "mesh/decimate.h"
+#include "common/host.h"
 #include "format/glb.h"
+#include "mesh/decimate.h"
 #include "mesh/inner_box.h"
 
 namespace trisoup::soup {
 namespace {
 
-constexpr double kLeftOut = 0.05;    // share of the vertices beyond either end of the box
-constexpr float kAround = 0.25f;     // of the box's sides
-constexpr std::size_t kSpeck = 10;   // cells: smaller things are no obstacle
+constexpr double kLeftOut = 0.05;   // share of the vertices beyond either end of the box
+constexpr float kAround = 0.25f;    // of the box's sides
+constexpr std::size_t kSpeck = 10;  // cells: smaller things are no obstacle
 
 /// Cells that the soup passes through.
 class Grid {
@@ -37,7 +37,9 @@ class Grid {
 
   float cell() const { return cell_; }
   glm::vec3 corner(const glm::ivec3& c) const { return low_ + cell_ * glm::vec3(c); }
-  std::size_t at(const glm::ivec3& c) const { return (static_cast<std::size_t>(c.z) * sides_.y + c.y) * sides_.x + c.x; }
+  std::size_t at(const glm::ivec3& c) const {
+    return (static_cast<std::size_t>(c.z) * sides_.y + c.y) * sides_.x + c.x;
+  }
   bool has(const glm::ivec3& c) const { return number_[at(c)] >= 0; }
   const std::vector<glm::ivec3>& cells() const { return cells_; }
   /// Middle of the points in a cell that has some.
@@ -71,8 +73,10 @@ class Grid {
           seen[number_[at(c)]] = true;
           group.push_back(c);
         });
-      if (group.size() >= least) kept.insert(kept.end(), group.begin(), group.end());
-      else dropped_.insert(dropped_.end(), group.begin(), group.end());
+      if (group.size() >= least)
+        kept.insert(kept.end(), group.begin(), group.end());
+      else
+        dropped_.insert(dropped_.end(), group.begin(), group.end());
     }
     for (const glm::ivec3& c : dropped_) number_[at(c)] = -1;
     cells_ = std::move(kept);
@@ -89,14 +93,15 @@ class Grid {
   glm::ivec3 sides_{0};
   std::vector<std::int32_t> number_;  // per cell: of its sum, -1 where it is empty
   std::vector<glm::ivec3> cells_, dropped_;
-  std::vector<glm::vec4> sums_;       // of points; w: how many
+  std::vector<glm::vec4> sums_;  // of points; w: how many
 };
 
 /// The opaque points of a triangle, half a cell apart.
 void add_triangle(const Model& model, std::size_t t, int most_steps, Grid& grid) {
   const glm::vec3 *v = &model.vertices[3 * t], e0 = v[0] - v[2], e1 = v[1] - v[2];
   const float longest = std::max({glm::length(e0), glm::length(e1), glm::length(e0 - e1)});
-  const int steps = static_cast<int>(std::clamp(std::ceil(2 * longest / grid.cell()), 1.0f, static_cast<float>(most_steps)));
+  const int steps =
+      static_cast<int>(std::clamp(std::ceil(2 * longest / grid.cell()), 1.0f, static_cast<float>(most_steps)));
   const TextureEntry& row = model.textures[t];
   const int r = 1 << row.level_max;
   for (int j = 0; j <= steps; ++j)
@@ -163,7 +168,8 @@ Mesh collision_mesh(const Model& model, std::size_t budget) {
 
 std::vector<std::byte> encode_collider(const Mesh& mesh, const nlohmann::json& node) {
   using nlohmann::json;
-  constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;  // glTF's numbers
+  constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962,
+                kElementArrayBuffer = 34963;  // glTF's numbers
   const std::size_t position_bytes = mesh.positions.size() * sizeof(glm::vec3), index_bytes = mesh.indices.size() * 4;
   std::vector<std::byte> binary(position_bytes + index_bytes);
   std::memcpy(binary.data(), mesh.positions.data(), position_bytes);
@@ -181,13 +187,23 @@ std::vector<std::byte> encode_collider(const Mesh& mesh, const nlohmann::json& n
   gltf["scene"] = 0;
   gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
   gltf["nodes"] = json::array({place});
-  gltf["meshes"] = json::array({json{
-      {"name", "collider"}, {"primitives", json::array({json{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"mode", 4}}})}}});
-  gltf["accessors"] = json::array({json{{"bufferView", 0}, {"componentType", kFloat}, {"count", mesh.positions.size()}, {"type", "VEC3"},
-                                        {"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}},
-                                   json{{"bufferView", 1}, {"componentType", kUnsignedInt}, {"count", mesh.indices.size()}, {"type", "SCALAR"}}});
-  gltf["bufferViews"] = json::array({json{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", position_bytes}, {"target", kArrayBuffer}},
-                                     json{{"buffer", 0}, {"byteOffset", position_bytes}, {"byteLength", index_bytes}, {"target", kElementArrayBuffer}}});
+  gltf["meshes"] = json::array(
+      {json{{"name", "collider"},
+            {"primitives", json::array({json{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"mode", 4}}})}}});
+  gltf["accessors"] = json::array(
+      {json{{"bufferView", 0},
+            {"componentType", kFloat},
+            {"count", mesh.positions.size()},
+            {"type", "VEC3"},
+            {"min", {low.x, low.y, low.z}},
+            {"max", {high.x, high.y, high.z}}},
+       json{{"bufferView", 1}, {"componentType", kUnsignedInt}, {"count", mesh.indices.size()}, {"type", "SCALAR"}}});
+  gltf["bufferViews"] =
+      json::array({json{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", position_bytes}, {"target", kArrayBuffer}},
+                   json{{"buffer", 0},
+                        {"byteOffset", position_bytes},
+                        {"byteLength", index_bytes},
+                        {"target", kElementArrayBuffer}}});
   gltf["buffers"] = json::array({json{{"byteLength", binary.size()}}});
   return encode_glb(gltf, binary, "collider");
 }

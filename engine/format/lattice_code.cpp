@@ -18,8 +18,8 @@ int half_octave(std::uint32_t n) {
   return octave == 0 ? 0 : 2 * octave + static_cast<int>(n >> (octave - 1) & 1);
 }
 
-/// The chances of all decisions: what a difference will be is told by those it lies between, those just before it in its
-/// triangle, and those of the other features at its place. `Coder` is RangeEncoder or RangeDecoder.
+/// The chances of all decisions: what a difference will be is told by those it lies between, those just before it in
+/// its triangle, and those of the other features at its place. `Coder` is RangeEncoder or RangeDecoder.
 template <typename Coder>
 class LatticeCode {
  public:
@@ -27,19 +27,23 @@ class LatticeCode {
 
   std::uint32_t level(std::uint32_t level) {
     std::uint32_t node = 1;
-    for (int bit = 2; bit >= 0; --bit) node = node << 1 | std::uint32_t(coder_.decide(levels_[last_level_][node], level >> bit & 1));
+    for (int bit = 2; bit >= 0; --bit)
+      node = node << 1 | std::uint32_t(coder_.decide(levels_[last_level_][node], level >> bit & 1));
     return last_level_ = node & 7;
   }
 
-  /// Differences of one triangle; `differences` has kChannels a sample. They are read where the coder encodes, else written.
+  /// Differences of one triangle; `differences` has kChannels a sample. They are read where the coder encodes, else
+  /// written.
   void triangle(std::uint32_t level, std::span<int> differences) {
-    std::array<int, kChannels> recent;  // mean size of the differences so far, in sixteenths, of which late ones count most
+    std::array<int, kChannels>
+        recent;  // mean size of the differences so far, in sixteenths, of which late ones count most
     recent.fill(32);
     for (const Refinement& p : refinement(level)) {
       int* here = &differences[p.sample * kChannels];
       const std::uint32_t kind = p.depth == 0 ? 3 : std::min(level - p.depth, 2u);
       for (int c = 0; c < kChannels; ++c) {
-        const int between = p.depth == 0 ? 0 : std::abs(differences[p.a * kChannels + c]) + std::abs(differences[p.b * kChannels + c]);
+        const int between =
+            p.depth == 0 ? 0 : std::abs(differences[p.a * kChannels + c]) + std::abs(differences[p.b * kChannels + c]);
         const int near = std::min(15, half_octave(static_cast<std::uint32_t>(4 + 4 * between + recent[c])) - 4);
         const int one = c > 0 ? here[c - 1] : 0, two = c > 1 ? here[c - 2] : 0;
         const int beside = std::min(7, half_octave(static_cast<std::uint32_t>(1 + 2 * std::abs(one) + std::abs(two))));
@@ -89,7 +93,8 @@ int difference_to(int value, int a, int b, int step) {
 
 }  // namespace
 
-std::vector<std::byte> encode_lattices(std::span<const std::uint8_t> lattice, std::span<const TextureEntry> textures, const TextureSteps& steps) {
+std::vector<std::byte> encode_lattices(std::span<const std::uint8_t> lattice, std::span<const TextureEntry> textures,
+                                       const TextureSteps& steps) {
   RangeEncoder encoder;
   const auto code = std::make_unique<LatticeCode<RangeEncoder>>(encoder);
   std::array<int, std::size_t(samples_at(kMaxLevel)) * kChannels> differences;
@@ -97,7 +102,8 @@ std::vector<std::byte> encode_lattices(std::span<const std::uint8_t> lattice, st
     const std::uint8_t* values = &lattice[std::size_t(row.lattice_offset) * kChannels];
     for (const Refinement& p : refinement(row.level_max))
       for (int c = 0; c < kChannels; ++c) {
-        const int a = p.a == Refinement::kNone ? 128 : values[p.a * kChannels + c], b = p.b == Refinement::kNone ? 128 : values[p.b * kChannels + c];
+        const int a = p.a == Refinement::kNone ? 128 : values[p.a * kChannels + c],
+                  b = p.b == Refinement::kNone ? 128 : values[p.b * kChannels + c];
         differences[p.sample * kChannels + c] = difference_to(values[p.sample * kChannels + c], a, b, steps[c]);
       }
     code->level(row.level_max);
@@ -106,7 +112,8 @@ std::vector<std::byte> encode_lattices(std::span<const std::uint8_t> lattice, st
   return encoder.finish();
 }
 
-Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles, const TextureSteps& steps, const std::string& name) {
+Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles, const TextureSteps& steps,
+                         const std::string& name) {
   RangeDecoder decoder(bytes);
   const auto code = std::make_unique<LatticeCode<RangeDecoder>>(decoder);
   std::array<int, std::size_t(samples_at(kMaxLevel)) * kChannels> differences;
@@ -122,8 +129,10 @@ Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles
     std::uint8_t* values = &lattices.values[begin];
     for (const Refinement& p : refinement(level))
       for (int c = 0; c < kChannels; ++c) {
-        const int a = p.a == Refinement::kNone ? 128 : values[p.a * kChannels + c], b = p.b == Refinement::kNone ? 128 : values[p.b * kChannels + c];
-        values[p.sample * kChannels + c] = static_cast<std::uint8_t>(refined(a, b, differences[p.sample * kChannels + c], steps[c]));
+        const int a = p.a == Refinement::kNone ? 128 : values[p.a * kChannels + c],
+                  b = p.b == Refinement::kNone ? 128 : values[p.b * kChannels + c];
+        values[p.sample * kChannels + c] =
+            static_cast<std::uint8_t>(refined(a, b, differences[p.sample * kChannels + c], steps[c]));
       }
   }
   if (decoder.missing() > 0) throw Error("{}: has textures that end too early; export or copy the file again", name);

@@ -11,7 +11,8 @@ std::vector<Refinement> make_refinement(std::uint32_t level) {
   const int r = 1 << level;
   const auto index = [](int x, int y) { return static_cast<std::uint32_t>(f32::lattice_index(x, y)); };
   const std::uint32_t first = index(0, 0), right = index(r, 0), below = index(0, r);
-  std::vector<Refinement> all{{first, Refinement::kNone, Refinement::kNone, 0}, {right, first, first, 0}, {below, first, right, 0}};
+  std::vector<Refinement> all{
+      {first, Refinement::kNone, Refinement::kNone, 0}, {right, first, first, 0}, {below, first, right, 0}};
   for (std::uint32_t depth = 1; depth <= level; ++depth) {
     const int h = r >> depth;  // between the samples of this level
     for (int y = 0; y <= r; y += h)
@@ -35,7 +36,8 @@ int rounded_difference(int difference, int step, bool corner) {
   return difference < 0 ? -steps : steps;
 }
 
-/// Where a triangle is opaque all over, how much above a half its opacities are shows nowhere: each gets their mean, which packs into nothing.
+/// Where a triangle is opaque all over, how much above a half its opacities are shows nowhere: each gets their mean,
+/// which packs into nothing.
 void level_opacity(std::uint8_t* values, std::uint32_t samples) {
   std::uint32_t sum = 0;
   for (std::uint32_t s = 0; s < samples; ++s) {
@@ -58,11 +60,14 @@ std::span<const Refinement> refinement(std::uint32_t level) {
 
 TextureSteps texture_steps(std::uint32_t bits) {
   if (bits >= 8) return kExactTextures;
-  const auto step = [&](int halves) { return static_cast<std::uint8_t>(std::min(128, halves * (1 << (8 - bits)) / 2)); };
+  const auto step = [&](int halves) {
+    return static_cast<std::uint8_t>(std::min(128, halves * (1 << (8 - bits)) / 2));
+  };
   return {step(2), step(2), step(2), step(3), step(8), step(8), step(8), step(6)};
 }
 
-void round_textures(std::span<std::uint8_t> lattice, std::span<const TextureEntry> textures, const TextureSteps& steps) {
+void round_textures(std::span<std::uint8_t> lattice, std::span<const TextureEntry> textures,
+                    const TextureSteps& steps) {
   if (steps == kExactTextures) return;
   for (const TextureEntry& row : textures) {
     std::uint8_t* values = &lattice[std::size_t(row.lattice_offset) * kChannels];

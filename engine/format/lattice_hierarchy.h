@@ -1,4 +1,5 @@
-// A lattice from coarse to fine: each sample has two coarser ones that it lies between, and is told as what it differs from their mean.
+// A lattice from coarse to fine: each sample has two coarser ones that it lies between, and is told as what it differs
+// from their mean.
 #pragma once
 
 #include <algorithm>
@@ -26,15 +27,19 @@ using TextureSteps = std::array<std::uint8_t, kChannels>;
 inline constexpr std::size_t kMostStep = 128;
 inline constexpr TextureSteps kExactTextures{1, 1, 1, 1, 1, 1, 1, 1};
 
-/// Steps for so many bits a value, 1 to 8: base colours have 2^(8 - bits), the residual's weight half as much again, opacity
-/// three times as much, and what only the MLP sees four times; 8 are exact.
+/// Steps for so many bits a value, 1 to 8: base colours have 2^(8 - bits), the residual's weight half as much again,
+/// opacity three times as much, and what only the MLP sees four times; 8 are exact.
 TextureSteps texture_steps(std::uint32_t bits);
 
-/// Value of a sample that differs by `difference` steps from what `a` and `b`, the values that it lies between, suggest.
-inline int refined(int a, int b, int difference, int step) { return std::clamp((a + b + 1) / 2 + difference * step, 0, 255); }
+/// Value of a sample that differs by `difference` steps from what `a` and `b`, the values that it lies between,
+/// suggest.
+inline int refined(int a, int b, int difference, int step) {
+  return std::clamp((a + b + 1) / 2 + difference * step, 0, 255);
+}
 
-/// Values of all lattices as steps leave them: differences that are less than 0.6 of a step go, others are rounded. An opacity of
-/// at least 128, which is kept, stays so, and one below stays below; triangles that are opaque all over have one opacity. Exact steps leave everything as it is.
+/// Values of all lattices as steps leave them: differences that are less than 0.6 of a step go, others are rounded. An
+/// opacity of at least 128, which is kept, stays so, and one below stays below; triangles that are opaque all over have
+/// one opacity. Exact steps leave everything as it is.
 void round_textures(std::span<std::uint8_t> lattice, std::span<const TextureEntry> textures, const TextureSteps& steps);
 
 }  // namespace trisoup::soup

@@ -16,16 +16,22 @@ nlohmann::json bytes_by_part(std::span<const std::byte> file, const std::string&
   const Glb glb = decode_glb(file, name);
   const ModelParts parts{glb, name};
   const nlohmann::json& extension = glb.document.at("extensions").at(kExtension);
-  if (!extension.contains("textures")) throw Error("{}: is of an earlier version, whose parts are not told; write it again", name);
+  if (!extension.contains("textures"))
+    throw Error("{}: is of an earlier version, whose parts are not told; write it again", name);
   // Texture coordinates and images are there with plain colours.
   const nlohmann::json images = glb.document.value("images", nlohmann::json::array());
-  const auto accessor = [&](std::size_t index) { return parts.view(glb.document.at("accessors").at(index).at("bufferView")).size(); };
+  const auto accessor = [&](std::size_t index) {
+    return parts.view(glb.document.at("accessors").at(index).at("bufferView")).size();
+  };
   const std::size_t textures = parts.view(extension["textures"].at("bufferView")).size();
-  for (std::size_t i = kChannels - 1; i < model_file.model.lattice.size(); i += kChannels) model_file.model.lattice[i] = 128;
-  const std::size_t features = encode_lattices(model_file.model.lattice, model_file.model.textures, model_file.texture_steps).size();
+  for (std::size_t i = kChannels - 1; i < model_file.model.lattice.size(); i += kChannels)
+    model_file.model.lattice[i] = 128;
+  const std::size_t features =
+      encode_lattices(model_file.model.lattice, model_file.model.textures, model_file.texture_steps).size();
 
   nlohmann::json bytes;
-  bytes["vertices"] = extension.contains("vertices") ? parts.view(extension["vertices"].at("bufferView")).size() : accessor(0);
+  bytes["vertices"] =
+      extension.contains("vertices") ? parts.view(extension["vertices"].at("bufferView")).size() : accessor(0);
   bytes["texture_coordinates"] = images.empty() ? 0 : accessor(1);
   bytes["features"] = std::min(features, textures);
   bytes["opacity"] = textures - std::min(features, textures);

@@ -21,12 +21,16 @@ double in_short(double value) {
 
 /// What photographs of one lens have in common.
 json lens_of(const scene::Camera& c) {
-  return {{"size", {c.width, c.height}}, {"focal", {in_short(c.fx), in_short(c.fy)}}, {"centre", {in_short(c.cx), in_short(c.cy)}}};
+  return {{"size", {c.width, c.height}},
+          {"focal", {in_short(c.fx), in_short(c.fy)}},
+          {"centre", {in_short(c.cx), in_short(c.cy)}}};
 }
 
 void read_lens(const json& lens, scene::Camera& camera) {
   // Larger numbers would wrap.
-  const auto side = [&](int i) { return static_cast<int>(std::clamp<std::int64_t>(lens.at("size").at(i).get<std::int64_t>(), 0, 65536)); };
+  const auto side = [&](int i) {
+    return static_cast<int>(std::clamp<std::int64_t>(lens.at("size").at(i).get<std::int64_t>(), 0, 65536));
+  };
   camera.width = side(0);
   camera.height = side(1);
   camera.fx = lens.at("focal").at(0).get<double>();
@@ -46,8 +50,8 @@ glm::dmat4 read_pose(const float* pose) {
 
 bool possible(const scene::Camera& c) {
   constexpr double kLargest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
-  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 1e-3 && c.fy > 1e-3 && c.fx < kLargest &&
-            c.fy < kLargest && std::abs(c.cx) < kLargest && std::abs(c.cy) < kLargest;
+  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 1e-3 && c.fy > 1e-3 &&
+            c.fx < kLargest && c.fy < kLargest && std::abs(c.cx) < kLargest && std::abs(c.cy) < kLargest;
   for (int i = 0; i < 3; ++i) ok = ok && std::abs(c.world_to_camera[3][i]) < kLargest;
   const glm::dmat3 rotation(c.world_to_camera);
   const glm::dmat3 product = rotation * glm::transpose(rotation);
@@ -72,7 +76,8 @@ std::vector<ModelCamera> read_table(const ModelParts& parts, const json& table) 
   const json &names = table.at("names"), &lenses = table.at("lenses");
   const std::span<const std::byte> bytes = parts.view(table.at("poses"));
   std::vector<float> poses(bytes.size() / sizeof(float));
-  if (!names.is_array() || bytes.size() != names.size() * kPoseFloats * sizeof(float)) throw parts.damaged("has another number of poses than of cameras");
+  if (!names.is_array() || bytes.size() != names.size() * kPoseFloats * sizeof(float))
+    throw parts.damaged("has another number of poses than of cameras");
   std::memcpy(poses.data(), bytes.data(), bytes.size());
   std::vector<ModelCamera> cameras;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -104,7 +109,8 @@ CodedCameras code_cameras(std::span<const ModelCamera> cameras) {
     if (known == lenses.end()) lenses.push_back(its);
     const glm::dquat turn = glm::normalize(glm::quat_cast(glm::dmat3(c.camera.world_to_camera)));
     const glm::dvec4& place = c.camera.world_to_camera[3];
-    for (const double value : {turn.x, turn.y, turn.z, turn.w, place.x, place.y, place.z}) coded.poses.push_back(static_cast<float>(value));
+    for (const double value : {turn.x, turn.y, turn.z, turn.w, place.x, place.y, place.z})
+      coded.poses.push_back(static_cast<float>(value));
   }
   coded.json = {{"names", names}, {"test", test}, {"lenses", lenses}};
   if (lenses.size() > 1) coded.json["lens"] = lens;

@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scene/camera.h"
 #include "format/model_parts.h"
+#include "scene/camera.h"
 
 namespace trisoup::soup {
 
@@ -19,7 +19,8 @@ struct ModelCamera {
   scene::Camera camera;
 };
 
-/// What a file says of cameras: JSON but for their poses, seven floats each, whose bufferView the JSON lacks under "poses".
+/// What a file says of cameras: JSON but for their poses, seven floats each, whose bufferView the JSON lacks under
+/// "poses".
 struct CodedCameras {
   nlohmann::json json;
   std::vector<float> poses;
@@ -28,7 +29,8 @@ struct CodedCameras {
 /// world_to_camera is a rotation and a translation, as scene::Camera has it; it comes back 1e-7 off at most.
 CodedCameras code_cameras(std::span<const ModelCamera> cameras);
 
-/// Cameras of a file of any version. Throws Error on impossible ones, nlohmann::json::exception where the JSON is something else.
+/// Cameras of a file of any version. Throws Error on impossible ones, nlohmann::json::exception where the JSON is
+/// something else.
 std::vector<ModelCamera> read_cameras(const ModelParts& parts, const nlohmann::json& cameras);
 
 }  // namespace trisoup::soup

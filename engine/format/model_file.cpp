@@ -7,27 +7,29 @@
 #include <cstring>
 
 #include "base/atomic_file.h"
-#include "common/host.h"
 #include "base/error.h"
-#include "image/image_file.h"
-#include "image/palette.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "common/host.h"
 #include "format/atlas_textures.h"
-#include "soup/bake.h"
 #include "format/glb.h"
 #include "format/lattice_code.h"
 #include "format/model_cameras.h"
 #include "format/model_parts.h"
-#include "soup/texture_table.h"
 #include "format/vertex_grid.h"
+#include "image/image_file.h"
+#include "image/palette.h"
+#include "soup/bake.h"
+#include "soup/texture_table.h"
 
 namespace trisoup::soup {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kVersion = 4, kVersionOfMeshes = 3;  // of files with coded vertices, and of those with a mesh that all viewers read
+constexpr std::size_t kVersion = 4,
+                      kVersionOfMeshes =
+                          3;  // of files with coded vertices, and of those with a mesh that all viewers read
 // glTF's numbers for types of components and of buffers.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
@@ -52,8 +54,10 @@ void check(const Model& model) {
   const bool numbers =
       std::all_of(model.vertices.begin(), model.vertices.end(), [](const glm::vec3& v) { return finite(v); }) &&
       std::all_of(model.mlp.parameters.begin(), model.mlp.parameters.end(), [](float w) { return std::isfinite(w); }) &&
-      finite(model.background) && finite(model.centre) && finite(model.origin) && std::isfinite(model.scale) && model.scale > 0;
-  if (!numbers) throw Error("model: has values that are no finite numbers; training diverged, lower the learning rates");
+      finite(model.background) && finite(model.centre) && finite(model.origin) && std::isfinite(model.scale) &&
+      model.scale > 0;
+  if (!numbers)
+    throw Error("model: has values that are no finite numbers; training diverged, lower the learning rates");
 }
 
 /// The binary chunk while it grows, and its bufferViews.
@@ -137,11 +141,14 @@ json node_matrix(const glm::dvec3& up, const glm::dvec3& origin) {
 }
 
 std::uint32_t checksum(std::span<const std::byte> bytes) {
-  return static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
+  return static_cast<std::uint32_t>(
+      crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
 }
 
 /// A part that is coded, with the checksum that readers compare.
-json coded_json(const std::vector<std::byte>& bytes, Binary& binary) { return {{"bufferView", binary.add(bytes.data(), bytes.size())}, {"crc32", checksum(bytes)}}; }
+json coded_json(const std::vector<std::byte>& bytes, Binary& binary) {
+  return {{"bufferView", binary.add(bytes.data(), bytes.size())}, {"crc32", checksum(bytes)}};
+}
 
 std::span<const std::byte> read_coded(const ModelParts& parts, const json& coded, const char* damage) {
   const std::span<const std::byte> bytes = parts.view(coded.at("bufferView"));
@@ -152,7 +159,9 @@ std::span<const std::byte> read_coded(const ModelParts& parts, const json& coded
 /// Vertices of a mesh that every viewer reads.
 std::vector<glm::vec3> read_positions(const ModelParts& parts, std::size_t triangles) {
   const json& gltf = parts.glb.document;
-  const json& positions = gltf.at("accessors").at(parts.whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
+  const json& positions =
+      gltf.at("accessors")
+          .at(parts.whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
   const std::span<const std::byte> bytes = parts.view(positions.at("bufferView"));
   // Divisions rather than products: the file may claim any number.
   constexpr std::size_t triangle_bytes = 3 * sizeof(glm::vec3);
@@ -183,7 +192,9 @@ TextureSteps read_textures(const ModelParts& parts, const json& textures, std::s
   return steps;
 }
 
-glm::dvec3 read_vector(const json& values) { return {values.at(0).get<double>(), values.at(1).get<double>(), values.at(2).get<double>()}; }
+glm::dvec3 read_vector(const json& values) {
+  return {values.at(0).get<double>(), values.at(1).get<double>(), values.at(2).get<double>()};
+}
 
 /// Where the model lies: what vertices on a grid are told in.
 void read_space(const ModelParts& parts, const json& extension, Model& model) {
@@ -191,16 +202,21 @@ void read_space(const ModelParts& parts, const json& extension, Model& model) {
   model.scale = extension.at("scale").get<double>();
   if (extension.contains("origin")) model.origin = read_vector(extension["origin"]);
   // Beyond these, floats have no digits left for the soup.
-  if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) || !(model.scale > 1e-9 && model.scale < 1e9))
+  if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) ||
+      !(model.scale > 1e-9 && model.scale < 1e9))
     throw parts.damaged("has an impossible centre or scale");
 }
 
 /// The vertices of a file whose space is read.
-std::vector<glm::vec3> read_vertices(const ModelParts& parts, const json& extension, std::size_t version, std::size_t triangles, const Model& model) {
+std::vector<glm::vec3> read_vertices(const ModelParts& parts, const json& extension, std::size_t version,
+                                     std::size_t triangles, const Model& model) {
   std::vector<glm::vec3> vertices;
   if (version >= kVersion && extension.contains("vertices"))
-    vertices = from_grid(decode_vertices(read_coded(parts, extension["vertices"], "has damaged vertices"), triangles, parts.name), model);
-  else vertices = read_positions(parts, triangles);
+    vertices = from_grid(
+        decode_vertices(read_coded(parts, extension["vertices"], "has damaged vertices"), triangles, parts.name),
+        model);
+  else
+    vertices = read_positions(parts, triangles);
   if (vertices.empty()) throw parts.damaged("has no triangles");
   for (const glm::vec3& v : vertices)
     if (!finite(v)) throw parts.damaged("has a vertex that is no number");
@@ -226,14 +242,20 @@ glm::vec3 read_background(const ModelParts& parts, const json& values) {
 
 bool is_moved(const Model& model) { return model.origin != glm::dvec3(0.0); }
 
-bool codes_vertices(const ModelFileOptions& options) { return options.vertex_share > 0 && !options.plain_colours && !options.cameras.empty(); }
+bool codes_vertices(const ModelFileOptions& options) {
+  return options.vertex_share > 0 && !options.plain_colours && !options.cameras.empty();
+}
 
 json node_json(const Model& model, const ModelFileOptions& options) {
   json node = {{"name", "soup"}};
-  if (codes_vertices(options)) node["extensions"] = {{kExtension, json::object()}};
-  else node["mesh"] = 0;
-  if (const auto& up = options.up ? options.up : options.shown_up) node["matrix"] = node_matrix(*up, model.origin);
-  else if (is_moved(model)) node["translation"] = {model.origin.x, model.origin.y, model.origin.z};
+  if (codes_vertices(options))
+    node["extensions"] = {{kExtension, json::object()}};
+  else
+    node["mesh"] = 0;
+  if (const auto& up = options.up ? options.up : options.shown_up)
+    node["matrix"] = node_matrix(*up, model.origin);
+  else if (is_moved(model))
+    node["translation"] = {model.origin.x, model.origin.y, model.origin.z};
   return node;
 }
 
@@ -244,7 +266,8 @@ json material_json(std::size_t texture) {
           {"alphaCutoff", 0.5},
           {"doubleSided", true},
           {"extensions", {{"KHR_materials_unlit", json::object()}}},
-          {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
+          {"pbrMetallicRoughness",
+           {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
 }
 
 /// What only viewers of this extension show (docs/format.md).
@@ -252,7 +275,8 @@ json extension_json(const Model& model, const ModelFileOptions& options, Binary&
   json extension;
   extension["version"] = codes_vertices(options) ? kVersion : kVersionOfMeshes;
   extension["triangles"] = model.triangles();
-  if (codes_vertices(options)) extension["vertices"] = coded_json(encode_vertices(on_grid(model, options.cameras, options.vertex_share)), binary);
+  if (codes_vertices(options))
+    extension["vertices"] = coded_json(encode_vertices(on_grid(model, options.cameras, options.vertex_share)), binary);
   extension["textures"] = coded_json(encode_lattices(model.lattice, model.textures, options.texture_steps), binary);
   extension["textures"]["steps"] = options.texture_steps;
   extension["mlp"] = binary.add(model.mlp.parameters.data(), model.mlp.parameters.size() * 4);
@@ -289,8 +313,12 @@ void add_positions(const Model& model, Binary& binary, json& accessors) {
 /// Places of the corners in the pages of plain colours. Floats: Godot 3 takes normalised shorts for pixels.
 void add_texture_coordinates(const Model& model, const Atlas& atlas, Binary& binary, json& accessors) {
   std::vector<glm::vec2> uv(model.vertices.size());
-  for (std::size_t t = 0; t < model.triangles(); ++t) atlas_uv(atlas.places[t], atlas.pages[atlas.places[t].page], &uv[3 * t]);
-  accessors.push_back({{"bufferView", binary.add(uv.data(), uv.size() * 8, kArrayBuffer)}, {"componentType", kFloat}, {"count", uv.size()}, {"type", "VEC2"}});
+  for (std::size_t t = 0; t < model.triangles(); ++t)
+    atlas_uv(atlas.places[t], atlas.pages[atlas.places[t].page], &uv[3 * t]);
+  accessors.push_back({{"bufferView", binary.add(uv.data(), uv.size() * 8, kArrayBuffer)},
+                       {"componentType", kFloat},
+                       {"count", uv.size()},
+                       {"type", "VEC2"}});
 }
 
 /// The triangles of one page.
@@ -306,7 +334,8 @@ json add_indices(const Atlas& atlas, std::size_t page, Binary& binary, json& acc
 }
 
 /// What every viewer shows: a page of plain colours, a material and a primitive each. Returns the primitives.
-json add_plain_colours(const Model& model, const ModelFileOptions& options, Binary& binary, json& accessors, json& gltf) {
+json add_plain_colours(const Model& model, const ModelFileOptions& options, Binary& binary, json& accessors,
+                       json& gltf) {
   std::vector<std::uint32_t> levels;
   for (const TextureEntry& row : model.textures) levels.push_back(level_of(row));
   const Atlas atlas = make_atlas(levels, options.atlas_side);
@@ -320,8 +349,10 @@ json add_plain_colours(const Model& model, const ModelFileOptions& options, Bina
   for (const char* list : {"images", "textures", "materials"}) gltf[list] = json::array();
   for (std::size_t page = 0; page < atlas.pages.size(); ++page) {
     const Image& whole = colour.images()[page];
-    const std::string png = options.colour_palette ? encode_png(make_palette(whole, colour.used(page)), "model") : encode_png(whole, "model");
-    gltf["images"].push_back({{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", "colour"}});
+    const std::string png = options.colour_palette ? encode_png(make_palette(whole, colour.used(page)), "model")
+                                                   : encode_png(whole, "model");
+    gltf["images"].push_back(
+        {{"bufferView", binary.add(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", "colour"}});
     gltf["textures"].push_back({{"sampler", 0}, {"source", page}});
     gltf["materials"].push_back(material_json(page));
     json primitive = {{"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}}, {"material", page}, {"mode", 4}};
@@ -360,8 +391,10 @@ std::vector<std::byte> encode_model(const Model& unsorted, const ModelFileOption
   gltf["nodes"] = json::array({node_json(model, options)});  // {node} alone is an array to g++ and a copy to clang
   gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
 
-  if (codes_vertices(options)) gltf["extensionsRequired"] = gltf["extensionsUsed"];
-  else add_mesh(model, options, binary, gltf);
+  if (codes_vertices(options))
+    gltf["extensionsRequired"] = gltf["extensionsUsed"];
+  else
+    add_mesh(model, options, binary, gltf);
   gltf["extensions"] = {{kExtension, extension_json(model, options, binary)}};
   gltf["bufferViews"] = binary.views;
   gltf["buffers"] = json::array({json{{"byteLength", binary.bytes.size()}}});
@@ -380,7 +413,9 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
   try {
     const json& extension = gltf["extensions"][kExtension];
     const std::size_t version = parts.whole(extension.at("version"));
-    if (version < 1 || version > kVersion) throw Error("{}: is of version {}, this program reads versions 1 to {}; use a newer one", name, version, kVersion);
+    if (version < 1 || version > kVersion)
+      throw Error("{}: is of version {}, this program reads versions 1 to {}; use a newer one", name, version,
+                  kVersion);
 
     if (extension.at("sphericalHarmonicsDegree") != 2)
       throw Error("{}: was made with spherical harmonics of another degree than 2; use a newer trisoup", name);
@@ -388,13 +423,16 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     read_space(parts, extension, model);
     model.vertices = read_vertices(parts, extension, version, triangles, model);
     model.mlp = read_mlp(parts, extension.at("mlp"));
-    if (version == 1) read_atlas_textures(parts, extension, model);
-    else file.texture_steps = read_textures(parts, extension.at("textures"), triangles, model);
+    if (version == 1)
+      read_atlas_textures(parts, extension, model);
+    else
+      file.texture_steps = read_textures(parts, extension.at("textures"), triangles, model);
     model.background = read_background(parts, extension.at("background"));
     file.settings = extension.value("settings", json());
     if (extension.contains("up")) {
       file.up = read_vector(extension["up"]);
-      if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12)) throw parts.damaged("has an up direction without a length");
+      if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12))
+        throw parts.damaged("has an up direction without a length");
     }
     if (extension.contains("cameras")) file.cameras = read_cameras(parts, extension["cameras"]);
   } catch (const json::exception& e) {

@@ -18,7 +18,9 @@ struct ModelParts {
   const Glb& glb;
   const std::string& name;  // begins error messages
 
-  Error damaged(const char* what) const { return Error("{}: {}; the file is cut or damaged, export or copy it again", name, what); }
+  Error damaged(const char* what) const {
+    return Error("{}: {}; the file is cut or damaged, export or copy it again", name, what);
+  }
 
   std::size_t whole(const nlohmann::json& value) const {
     if (!value.is_number_unsigned()) throw damaged("has something else where a whole number belongs");
@@ -28,8 +30,10 @@ struct ModelParts {
   /// Bytes of the bufferView of this number.
   std::span<const std::byte> view(const nlohmann::json& index) const {
     const nlohmann::json& v = glb.document.at("bufferViews").at(whole(index));
-    const std::size_t offset = v.contains("byteOffset") ? whole(v["byteOffset"]) : 0, length = whole(v.at("byteLength"));
-    if (offset > glb.binary.size() || length > glb.binary.size() - offset) throw damaged("has a bufferView beyond its end");
+    const std::size_t offset = v.contains("byteOffset") ? whole(v["byteOffset"]) : 0,
+                      length = whole(v.at("byteLength"));
+    if (offset > glb.binary.size() || length > glb.binary.size() - offset)
+      throw damaged("has a bufferView beyond its end");
     return glb.binary.subspan(offset, length);
   }
 };

@@ -12,14 +12,14 @@
 #include <nlohmann/json.hpp>
 
 #include "base/atomic_file.h"
-#include "common/host.h"
 #include "base/error.h"
-#include "image/image_file.h"
 #include "base/printable.h"
 #include "base/read_file.h"
-#include "soup/atlas.h"
+#include "common/host.h"
+#include "image/image_file.h"
 #include "mesh/inner_box.h"
 #include "mesh/mesh.h"
+#include "soup/atlas.h"
 #include "soup/texture_table.h"
 
 namespace trisoup::soup {
@@ -32,18 +32,22 @@ constexpr std::size_t kMaxWidth = 4096;  // of a look-up texture, texels
 constexpr const char *kMlp = "mlp_weights.json", *kMeta = "meta.json";
 constexpr std::array<const char*, 2> kTextures{"lut0.png", "lut1.png"};
 /// Layers of the MLP in the order of Mlp::parameters.
-constexpr std::array<std::pair<const char*, std::size_t>, 6> kLayers{{{"W1", 256}, {"b1", 16}, {"W2", 256}, {"b2", 16}, {"W3", 48}, {"b3", 3}}};
+constexpr std::array<std::pair<const char*, std::size_t>, 6> kLayers{
+    {{"W1", 256}, {"b1", 16}, {"W2", 256}, {"b2", 16}, {"W3", 48}, {"b3", 3}}};
 
 static_assert(std::endian::native == std::endian::little, "the mesh is written as it lies in memory");
 
-void append(std::string& bytes, const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); }
+void append(std::string& bytes, const void* data, std::size_t size) {
+  bytes.append(static_cast<const char*>(data), size);
+}
 
 void write(const fs::path& path, const std::string& content) { write_file_atomically(path, bytes_of(content)); }
 
 std::string ply(const Model& model) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
-      "element face {}\nproperty list uchar int vertex_indices\nend_header\n", model.vertices.size(), model.triangles());
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      model.vertices.size(), model.triangles());
   for (const glm::vec3& v : model.vertices) {
     const glm::vec3 p(glm::dvec3(v) + model.origin);
     append(text, &p, sizeof p);
@@ -56,7 +60,8 @@ std::string ply(const Model& model) {
   return text;
 }
 
-/// Width and height of a texture in which the samples of all triangles lie, one after the other; what is left over at the end is zero.
+/// Width and height of a texture in which the samples of all triangles lie, one after the other; what is left over at
+/// the end is zero.
 glm::ivec2 texture_size(std::size_t samples) {
   const std::size_t width = std::min(kMaxWidth, samples);
   return {static_cast<int>(width), static_cast<int>((samples + width - 1) / width)};
@@ -81,7 +86,9 @@ std::set<std::string> scenes_in(const fs::path& list) {
   }
 }
 
-glm::dvec3 vector_of(const json& value) { return {value.at(0).get<double>(), value.at(1).get<double>(), value.at(2).get<double>()}; }
+glm::dvec3 vector_of(const json& value) {
+  return {value.at(0).get<double>(), value.at(1).get<double>(), value.at(2).get<double>()};
+}
 
 std::vector<float> mlp_of(const fs::path& path) {
   const json layers = parsed(path);
@@ -89,7 +96,8 @@ std::vector<float> mlp_of(const fs::path& path) {
   try {
     for (const auto& [name, size] : kLayers) {
       const auto values = layers.at(name).get<std::vector<float>>();
-      if (values.size() != size) throw Error("{}: {} has {} numbers instead of {}; export it again", path.string(), name, values.size(), size);
+      if (values.size() != size)
+        throw Error("{}: {} has {} numbers instead of {}; export it again", path.string(), name, values.size(), size);
       parameters.insert(parameters.end(), values.begin(), values.end());
     }
   } catch (const json::exception& e) {
@@ -103,7 +111,8 @@ std::vector<float> mlp_of(const fs::path& path) {
 Model at_one_level(const Model& model, std::uint32_t level) {
   for (const TextureEntry& row : model.textures)
     if (row.level_max > level || level > static_cast<std::uint32_t>(kMaxLevel))
-      throw Error("model: textures of level {} cannot be brought to level {}; choose {} to {}", row.level_max, level, row.level_max, kMaxLevel);
+      throw Error("model: textures of level {} cannot be brought to level {}; choose {} to {}", row.level_max, level,
+                  row.level_max, kMaxLevel);
   Model result = model;
   result.textures = make_texture_table(model.triangles(), {level, level}).entries;
   result.lattice.assign(std::size_t(samples_at(level)) * model.triangles() * kChannels, 0);
@@ -113,11 +122,13 @@ Model at_one_level(const Model& model, std::uint32_t level) {
     row.source_offset = row.level_min = 0;
     const std::uint8_t* from = &model.lattice[std::size_t(model.textures[t].lattice_offset) * kChannels];
     each_lattice_point(level, [&](int x, int y, std::uint32_t index) {
-      const auto cell = f32::lattice_cell(static_cast<float>(x) / r, static_cast<float>(y) / r, model.textures[t].level_max);
+      const auto cell =
+          f32::lattice_cell(static_cast<float>(x) / r, static_cast<float>(y) / r, model.textures[t].level_max);
       std::uint8_t* to = &result.lattice[(std::size_t(row.lattice_offset) + index) * kChannels];
       for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(kChannels); ++c) {
         const auto value = [&](std::uint32_t i) { return static_cast<float>(from[i * kChannels + c]); };
-        to[c] = static_cast<std::uint8_t>(std::lround(f32::lattice_mix(cell, value(cell.i0), value(cell.i1), value(cell.i2))));
+        to[c] = static_cast<std::uint8_t>(
+            std::lround(f32::lattice_mix(cell, value(cell.i0), value(cell.i1), value(cell.i2))));
       }
     });
   }
@@ -138,7 +149,8 @@ void write_published(const fs::path& data, const std::string& name, const Model&
     const std::size_t samples = even.lattice.size() / kChannels;
     const glm::ivec2 size = texture_size(samples);
     Image image{size.x, size.y, std::vector<std::uint8_t>(4 * std::size_t(size.x) * std::size_t(size.y))};
-    for (std::size_t i = 0; i < samples; ++i) std::copy_n(&even.lattice[i * kChannels + 4 * half], 4, &image.rgba[4 * i]);
+    for (std::size_t i = 0; i < samples; ++i)
+      std::copy_n(&even.lattice[i * kChannels + 4 * half], 4, &image.rgba[4 * i]);
     write_png(folder / kTextures[half], image);
   }
   json mlp, meta;
@@ -148,8 +160,11 @@ void write_published(const fs::path& data, const std::string& name, const Model&
                                     model.mlp.parameters.begin() + static_cast<std::ptrdiff_t>(first + size));
     first += size;
   }
-  meta = {{"up", {up.x, up.y, up.z}}, {"level", level}, {"background", {model.background.r, model.background.g, model.background.b}},
-          {"num_faces", model.triangles()}, {"num_verts", model.vertices.size()}};
+  meta = {{"up", {up.x, up.y, up.z}},
+          {"level", level},
+          {"background", {model.background.r, model.background.g, model.background.b}},
+          {"num_faces", model.triangles()},
+          {"num_verts", model.vertices.size()}};
   write(folder / kMlp, mlp.dump());
   write(folder / kMeta, meta.dump(2) + "\n");
   write(folder / kPublishedMesh, ply(model));
@@ -172,14 +187,16 @@ ModelFile read_published(const fs::path& folder) {
       level = meta.value("level", level);
       if (meta.contains("background")) model.background = glm::vec3(vector_of(meta["background"]));
     } catch (const json::exception& e) {
-      throw Error("{}: is not the description of a soup ({}); export it again", (folder / kMeta).string(), printable(e.what()));
+      throw Error("{}: is not the description of a soup ({}); export it again", (folder / kMeta).string(),
+                  printable(e.what()));
     }
   }
   for (int c = 0; c < 3; ++c)
     if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f))
       throw Error("{}: its background is no colour; give three numbers from 0 to 1", (folder / kMeta).string());
   if (level < 0 || level > kMaxLevel)
-    throw Error("{}: textures of level {}; this program reads levels up to {}, export it at one of them", (folder / kMeta).string(), level, kMaxLevel);
+    throw Error("{}: textures of level {}; this program reads levels up to {}, export it at one of them",
+                (folder / kMeta).string(), level, kMaxLevel);
   if (const double length = glm::length(up); length > 1e-12 && length < 1e12) file.up = up / length;
 
   const Mesh mesh = read_mesh(folder / kPublishedMesh);
@@ -193,11 +210,12 @@ ModelFile read_published(const fs::path& folder) {
     const glm::ivec2 expected = texture_size(table.lattice_samples);
     const Image image = read_image(path);
     if (image.width != expected.x || image.height != expected.y)
-      throw Error("{}: {} x {} texels, where {} triangles of level {} need {} x {}; export the scene again", path.string(), image.width,
-                  image.height, mesh.triangles(), level, expected.x, expected.y);
+      throw Error("{}: {} x {} texels, where {} triangles of level {} need {} x {}; export the scene again",
+                  path.string(), image.width, image.height, mesh.triangles(), level, expected.x, expected.y);
     // Not before a file accounts for it.
     model.lattice.resize(table.lattice_samples * kChannels);
-    for (std::size_t i = 0; i < table.lattice_samples; ++i) std::copy_n(&image.rgba[4 * i], 4, &model.lattice[i * kChannels + 4 * half]);
+    for (std::size_t i = 0; i < table.lattice_samples; ++i)
+      std::copy_n(&image.rgba[4 * i], 4, &model.lattice[i * kChannels + 4 * half]);
   }
   model.mlp.parameters = mlp_of(folder / kMlp);
 

@@ -1,4 +1,5 @@
-// Binary arithmetic coding with chances that adapt (Martin 1979; the carries as LZMA has them). web/lattice.js decodes the same.
+// Binary arithmetic coding with chances that adapt (Martin 1979; the carries as LZMA has them). web/lattice.js decodes
+// the same.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,8 @@ class Chance {
   std::uint32_t of_false() const { return p_; }
   void learn(bool decision) {
     const int target = decision ? 0 : 1 << kBits;
-    p_ = static_cast<std::uint16_t>(std::clamp(p_ + (((target - p_) * kRates[seen_]) >> 16), kLeast, (1 << kBits) - kLeast));
+    p_ = static_cast<std::uint16_t>(
+        std::clamp(p_ + (((target - p_) * kRates[seen_]) >> 16), kLeast, (1 << kBits) - kLeast));
     if (seen_ < kMostSeen) ++seen_;
   }
 

@@ -28,10 +28,11 @@ struct DtypeName {
   const char* name;
   std::size_t size;
 };
-constexpr std::array kDtypes{DtypeName{Dtype::u8, "U8", 1},   DtypeName{Dtype::i8, "I8", 1},   DtypeName{Dtype::u16, "U16", 2},
-                             DtypeName{Dtype::i16, "I16", 2}, DtypeName{Dtype::f16, "F16", 2}, DtypeName{Dtype::u32, "U32", 4},
-                             DtypeName{Dtype::i32, "I32", 4}, DtypeName{Dtype::f32, "F32", 4}, DtypeName{Dtype::u64, "U64", 8},
-                             DtypeName{Dtype::i64, "I64", 8}, DtypeName{Dtype::f64, "F64", 8}};
+constexpr std::array kDtypes{
+    DtypeName{Dtype::u8, "U8", 1},   DtypeName{Dtype::i8, "I8", 1},   DtypeName{Dtype::u16, "U16", 2},
+    DtypeName{Dtype::i16, "I16", 2}, DtypeName{Dtype::f16, "F16", 2}, DtypeName{Dtype::u32, "U32", 4},
+    DtypeName{Dtype::i32, "I32", 4}, DtypeName{Dtype::f32, "F32", 4}, DtypeName{Dtype::u64, "U64", 8},
+    DtypeName{Dtype::i64, "I64", 8}, DtypeName{Dtype::f64, "F64", 8}};
 
 const DtypeName& row_of(Dtype dtype) { return kDtypes[static_cast<std::size_t>(dtype)]; }
 
@@ -105,7 +106,8 @@ std::size_t size_of(Dtype dtype) { return row_of(dtype).size; }
 
 void SafetensorsWriter::add(const std::string& name, Dtype dtype, std::vector<std::uint64_t> shape,
                             std::span<const std::byte> data) {
-  if (name.empty() || name == "__metadata__") throw Error("safetensors: an array may not be called '{}'; rename it", name);
+  if (name.empty() || name == "__metadata__")
+    throw Error("safetensors: an array may not be called '{}'; rename it", name);
   if (std::any_of(tensors_.begin(), tensors_.end(), [&](const Tensor& t) { return t.name == name; }))
     throw Error("safetensors: array '{}' is added twice; rename one", name);
   std::uint64_t bytes = 0;
@@ -123,7 +125,9 @@ void SafetensorsWriter::write(const std::filesystem::path& path) const {
   std::vector<const Tensor*> order;
   for (const Tensor& tensor : tensors_) order.push_back(&tensor);
   std::stable_sort(order.begin(), order.end(), [](const Tensor* a, const Tensor* b) {
-    const auto rank = [](const Tensor* t) { return t->data.size() % kAlignment == 0 ? std::size_t{8} + 1 : size_of(t->dtype); };
+    const auto rank = [](const Tensor* t) {
+      return t->data.size() % kAlignment == 0 ? std::size_t{8} + 1 : size_of(t->dtype);
+    };
     return rank(a) > rank(b);
   });
 
@@ -157,7 +161,8 @@ void SafetensorsWriter::write(const std::filesystem::path& path) const {
       sizeof header_size + header_size + offset);
 }
 
-SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size, const std::string& where) {
+SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size,
+                                           const std::string& where) {
   using nlohmann::json;
   const char* text = reinterpret_cast<const char*>(header.data());
 
@@ -190,9 +195,9 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
       continue;
     }
     const auto dtype = value.find("dtype"), shape = value.find("shape"), offsets = value.find("data_offsets");
-    if (dtype == value.end() || !dtype->is_string() || shape == value.end() || !shape->is_array() || offsets == value.end() ||
-        !offsets->is_array() || offsets->size() != 2 || !std::all_of(shape->begin(), shape->end(), count) ||
-        !std::all_of(offsets->begin(), offsets->end(), count))
+    if (dtype == value.end() || !dtype->is_string() || shape == value.end() || !shape->is_array() ||
+        offsets == value.end() || !offsets->is_array() || offsets->size() != 2 ||
+        !std::all_of(shape->begin(), shape->end(), count) || !std::all_of(offsets->begin(), offsets->end(), count))
       throw Error("{}: array '{}' lacks a proper dtype, shape or data_offsets; {}", where, printable(name), kFix);
 
     TensorInfo info;
@@ -206,14 +211,15 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
     info.begin = (*offsets)[0].get<std::uint64_t>();
     info.end = (*offsets)[1].get<std::uint64_t>();
     if (info.begin > info.end || info.end > data_size)
-      throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is cut short or damaged; {}", where, printable(name),
-                  info.begin, info.end, data_size, kFix);
+      throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is cut short or damaged; {}", where,
+                  printable(name), info.begin, info.end, data_size, kFix);
     std::uint64_t bytes = 0;
     if (!byte_size(info.shape, info.dtype, bytes) || bytes != info.end - info.begin)
-      throw Error("{}: array '{}' has {} bytes, which its shape does not give; {}", where, printable(name), info.end - info.begin,
-                  kFix);
+      throw Error("{}: array '{}' has {} bytes, which its shape does not give; {}", where, printable(name),
+                  info.end - info.begin, kFix);
     if (info.begin % row->size != 0)
-      throw Error("{}: array '{}' is not aligned to its elements; write the file with another program", where, printable(name));
+      throw Error("{}: array '{}' is not aligned to its elements; write the file with another program", where,
+                  printable(name));
     result.tensors.emplace(name, std::move(info));
   }
 
@@ -224,11 +230,12 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
   std::uint64_t reached = 0;
   for (const auto& [begin, end] : ranges) {
     if (begin != reached)
-      throw Error("{}: arrays {} at byte {}; {}", where, begin < reached ? "overlap" : "leave a gap", std::min(begin, reached),
-                  kFix);
+      throw Error("{}: arrays {} at byte {}; {}", where, begin < reached ? "overlap" : "leave a gap",
+                  std::min(begin, reached), kFix);
     reached = end;
   }
-  if (reached != data_size) throw Error("{}: has {} bytes that belong to no array; {}", where, data_size - reached, kFix);
+  if (reached != data_size)
+    throw Error("{}: has {} bytes that belong to no array; {}", where, data_size - reached, kFix);
   return result;
 }
 
@@ -245,8 +252,8 @@ Safetensors Safetensors::open(const std::filesystem::path& path) {
   if (size < sizeof header_size || !stream.read(reinterpret_cast<char*>(&header_size), sizeof header_size))
     throw Error("{}: {} bytes are too few for a safetensors file; {}", file.where_, size, kFix);
   if (header_size > kMaxHeader || header_size > size - sizeof header_size)
-    throw Error("{}: claims a header of {} bytes in a file of {}: it is cut short, or no safetensors file; {}", file.where_,
-                header_size, size, kFix);
+    throw Error("{}: claims a header of {} bytes in a file of {}: it is cut short, or no safetensors file; {}",
+                file.where_, header_size, size, kFix);
   std::vector<std::byte> header(header_size);
   const std::uint64_t data_size = size - sizeof header_size - header_size;
   if (!stream.read(reinterpret_cast<char*>(header.data()), static_cast<std::streamsize>(header.size())))
@@ -276,7 +283,8 @@ std::span<const T> Safetensors::values(const std::string& name) const {
 template <typename T>
 std::span<const T> Safetensors::values(const std::string& name, const std::vector<std::uint64_t>& shape) const {
   if (info(name).shape != shape)
-    throw Error("{}: array '{}' has shape {} instead of {}; {}", where_, name, text_of(info(name).shape), text_of(shape), kFix);
+    throw Error("{}: array '{}' has shape {} instead of {}; {}", where_, name, text_of(info(name).shape),
+                text_of(shape), kFix);
   return values<T>(name);
 }
 

@@ -1,5 +1,5 @@
-// The safetensors format: named arrays behind a JSON header (https://github.com/huggingface/safetensors). Checkpoints are
-// written in it because every Python environment reads it and reading it runs no code.
+// The safetensors format: named arrays behind a JSON header (https://github.com/huggingface/safetensors). Checkpoints
+// are written in it because every Python environment reads it and reading it runs no code.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,9 @@ enum class Dtype { u8, i8, u16, i16, f16, u32, i32, f32, u64, i64, f64 };
 /// Bytes of one element.
 std::size_t size_of(Dtype dtype);
 
-/// Collects arrays, then writes them. The format allows no padding between arrays, so those of a multiple of 8 bytes come first,
-/// each aligned to 8 bytes, and the others follow, aligned to their elements; otherwise they keep the order of addition.
+/// Collects arrays, then writes them. The format allows no padding between arrays, so those of a multiple of 8 bytes
+/// come first, each aligned to 8 bytes, and the others follow, aligned to their elements; otherwise they keep the order
+/// of addition.
 class SafetensorsWriter {
  public:
   /// `data` is not copied: it must live until write(). Its size must be that of the shape; an empty shape is a scalar.
@@ -59,9 +60,11 @@ struct SafetensorsHeader {
   std::map<std::string, std::string> metadata;
 };
 
-/// Parses and checks the JSON header of a file whose data part has `data_size` bytes: known types, sizes that follow from the
-/// shapes, offsets that are in range, aligned and do not overlap, no name twice. `where` begins error messages. Throws Error.
-SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size, const std::string& where);
+/// Parses and checks the JSON header of a file whose data part has `data_size` bytes: known types, sizes that follow
+/// from the shapes, offsets that are in range, aligned and do not overlap, no name twice. `where` begins error
+/// messages. Throws Error.
+SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size,
+                                           const std::string& where);
 
 /// A file read into memory and checked as a whole.
 class Safetensors {

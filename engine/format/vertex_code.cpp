@@ -22,13 +22,15 @@ glm::ivec3 middle(const GridTriangle& of, int exponent) {
   glm::ivec3 steps;
   for (int axis = 0; axis < 3; ++axis) {
     const double sum = double(of.corners[0][axis]) + of.corners[1][axis] + of.corners[2][axis];
-    steps[axis] = static_cast<int>(std::clamp(std::floor(std::ldexp(sum, exponent - of.exponent) / 3), -double(kMostSteps), double(kMostSteps)));
+    steps[axis] = static_cast<int>(
+        std::clamp(std::floor(std::ldexp(sum, exponent - of.exponent) / 3), -double(kMostSteps), double(kMostSteps)));
   }
   return steps;
 }
 
-/// The chances of all decisions. What a number will be is told by the size of those along the axes before it; along the first axis by the
-/// longest side from the first corner, of this triangle or the last. `Coder` is RangeEncoder or RangeDecoder.
+/// The chances of all decisions. What a number will be is told by the size of those along the axes before it; along the
+/// first axis by the longest side from the first corner, of this triangle or the last. `Coder` is RangeEncoder or
+/// RangeDecoder.
 template <typename Coder>
 class VertexCode {
  public:
@@ -67,7 +69,8 @@ class VertexCode {
     if (bits == 0) return 0;
     const bool negative = coder_.decide(chances.negative, value < 0);
     int number = 1;
-    for (int bit = bits - 2; bit >= 0; --bit) number = number << 1 | int(coder_.decide(chances.rest[bit == bits - 2 ? bits - 1 : 0], size >> bit & 1));
+    for (int bit = bits - 2; bit >= 0; --bit)
+      number = number << 1 | int(coder_.decide(chances.rest[bit == bits - 2 ? bits - 1 : 0], size >> bit & 1));
     return negative ? -number : number;
   }
 
@@ -83,14 +86,17 @@ std::vector<std::byte> encode_vertices(std::span<const GridTriangle> triangles) 
   RangeEncoder encoder;
   const auto code = std::make_unique<VertexCode<RangeEncoder>>(encoder);
   for (GridTriangle triangle : triangles)
-    if (!code->triangle(triangle)) throw Error("model: has a vertex beyond its grid; write it with vertices as they are");
+    if (!code->triangle(triangle))
+      throw Error("model: has a vertex beyond its grid; write it with vertices as they are");
   std::vector<std::byte> bytes = encoder.finish();
   while (most_triangles(bytes.size()) < triangles.size()) bytes.push_back(std::byte{0});
   return bytes;
 }
 
-std::vector<GridTriangle> decode_vertices(std::span<const std::byte> bytes, std::size_t triangles, const std::string& name) {
-  if (triangles > most_triangles(bytes.size())) throw Error("{}: has vertices that end too early; export or copy the file again", name);
+std::vector<GridTriangle> decode_vertices(std::span<const std::byte> bytes, std::size_t triangles,
+                                          const std::string& name) {
+  if (triangles > most_triangles(bytes.size()))
+    throw Error("{}: has vertices that end too early; export or copy the file again", name);
   RangeDecoder decoder(bytes);
   const auto code = std::make_unique<VertexCode<RangeDecoder>>(decoder);
   std::vector<GridTriangle> decoded;

@@ -39,7 +39,8 @@ double shown_pixel(const scene::Camera& camera, const CornersInSpace& corners) {
 double nearest_pixel(std::span<const ModelCamera> cameras, const CornersInSpace& corners) {
   double least = INFINITY;
   for (const ModelCamera& c : cameras)
-    for (const glm::dvec3& corner : corners.at) least = std::min(least, std::max(kNearest, glm::distance(corner, c.camera.centre())) / focal(c.camera));
+    for (const glm::dvec3& corner : corners.at)
+      least = std::min(least, std::max(kNearest, glm::distance(corner, c.camera.centre())) / focal(c.camera));
   return least;
 }
 
@@ -47,7 +48,8 @@ int exponent_for(std::span<const ModelCamera> cameras, const CornersInSpace& cor
   double pixel = INFINITY, largest = 0;
   for (const ModelCamera& c : cameras) pixel = std::min(pixel, shown_pixel(c.camera, corners));
   if (!std::isfinite(pixel)) pixel = nearest_pixel(cameras, corners);
-  for (const glm::dvec3& corner : corners.at) largest = std::max({largest, std::abs(corner.x), std::abs(corner.y), std::abs(corner.z)});
+  for (const glm::dvec3& corner : corners.at)
+    largest = std::max({largest, std::abs(corner.x), std::abs(corner.y), std::abs(corner.z)});
   const double wanted = std::ceil(-std::log2(share * pixel));
   const double most = largest > 0 ? std::floor(std::log2(double(kMostSteps) / largest)) : double(kMostExponent);
   return static_cast<int>(std::clamp(std::min(wanted, most), -double(kMostExponent), double(kMostExponent)));
@@ -74,7 +76,8 @@ std::vector<GridTriangle> on_grid(const Model& model, std::span<const ModelCamer
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::dvec3 steps = glm::round(corners.at[k] * std::ldexp(1.0, triangles[t].exponent));
       if (!glm::all(glm::lessThanEqual(glm::abs(steps), glm::dvec3(kMostSteps))))
-        throw Error("model: triangle {} lies too far away for a grid; write vertices as they are (--vertex-share 0)", t);
+        throw Error("model: triangle {} lies too far away for a grid; write vertices as they are (--vertex-share 0)",
+                    t);
       triangles[t].corners[k] = glm::ivec3(steps);
     }
   }
@@ -95,7 +98,8 @@ Model along_curve(const Model& model) {
   std::vector<double> middles[3];
   for (int axis = 0; axis < 3; ++axis)
     for (std::size_t t = 0; t < model.triangles(); ++t)
-      middles[axis].push_back(double(model.vertices[3 * t][axis]) + model.vertices[3 * t + 1][axis] + model.vertices[3 * t + 2][axis]);
+      middles[axis].push_back(double(model.vertices[3 * t][axis]) + model.vertices[3 * t + 1][axis] +
+                              model.vertices[3 * t + 2][axis]);
   const std::vector<std::uint32_t> rank[3] = {ranks(middles[0]), ranks(middles[1]), ranks(middles[2])};
   std::vector<std::pair<std::uint64_t, std::uint32_t>> curve;
   const int bits = std::min(21, static_cast<int>(std::bit_width(model.triangles())));

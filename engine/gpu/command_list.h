@@ -19,13 +19,15 @@ using Address = std::uint64_t;
 struct Kernel {
   const char* name;  // shaders/<name>.comp
   std::vector<std::uint32_t> constants = {};
-  bool operator==(const Kernel& other) const { return std::string_view(name) == other.name && constants == other.constants; }
+  bool operator==(const Kernel& other) const {
+    return std::string_view(name) == other.name && constants == other.constants;
+  }
 };
 
 constexpr std::size_t kMaxArgumentBytes = 128;  // what every Vulkan device takes as push constants
 
-/// Launches, fills and copies, as Device::record() finds them. The buffers that they name must live when they run, and the list
-/// must end before its device.
+/// Launches, fills and copies, as Device::record() finds them. The buffers that they name must live when they run, and
+/// the list must end before its device.
 class CommandList {
  public:
   struct Launch {

@@ -5,7 +5,8 @@
 namespace trisoup::gpu {
 
 template <typename Run>
-const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const Kernel& kernel, std::size_t argument_bytes) {
+const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const Kernel& kernel,
+                                   std::size_t argument_bytes) {
   for (const Compiled<Run>& k : kernels) {
     if (k.name != kernel.name || k.constants.size() < kernel.constants.size()) continue;
     bool fits = true;
@@ -14,10 +15,12 @@ const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const
       fits = fits && (i == 0 && k.first_is_length ? k.constants[i] >= asked : k.constants[i] == asked);
     }
     if (!fits) continue;
-    if (argument_bytes > k.argument_bytes) throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, k.argument_bytes, argument_bytes);
+    if (argument_bytes > k.argument_bytes)
+      throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, k.argument_bytes, argument_bytes);
     return k;
   }
-  throw Error("kernel {} was not compiled with these constants; add them to engine/gpu/kernel_variants.cmake", kernel.name);
+  throw Error("kernel {} was not compiled with these constants; add them to engine/gpu/kernel_variants.cmake",
+              kernel.name);
 }
 
 template const Compiled<host::Run>& find_compiled(std::span<const Compiled<host::Run>>, const Kernel&, std::size_t);

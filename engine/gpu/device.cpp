@@ -20,9 +20,10 @@ Buffer::~Buffer() {
 
 void Device::count(std::uint64_t bytes, std::string_view what) {
   if (allocated_ + bytes > ceiling_)
-    throw OutOfMemory(allocated_ + bytes, ceiling_,
-                      "device memory: {} needs {} MB, {} of {} MB are left; use fewer triangles, a lower resolution (-r) or --memory",
-                      what, (bytes >> 20) + 1, (ceiling_ - allocated_) >> 20, ceiling_ >> 20);
+    throw OutOfMemory(
+        allocated_ + bytes, ceiling_,
+        "device memory: {} needs {} MB, {} of {} MB are left; use fewer triangles, a lower resolution (-r) or --memory",
+        what, (bytes >> 20) + 1, (ceiling_ - allocated_) >> 20, ceiling_ >> 20);
   allocated_ += bytes;
   peak_ = std::max(peak_, allocated_);
 }
@@ -73,13 +74,17 @@ void Device::copy(Address to, Address from, std::uint64_t bytes) {
 }
 
 void Device::give(CommandList::Command command) {
-  if (recorded_) recorded_->segments.back().push_back(std::move(command));
-  else run(command);
+  if (recorded_)
+    recorded_->segments.back().push_back(std::move(command));
+  else
+    run(command);
 }
 
 void Device::cut() {
-  if (!recorded_) submit();
-  else if (!recorded_->segments.back().empty()) recorded_->segments.emplace_back();
+  if (!recorded_)
+    submit();
+  else if (!recorded_->segments.back().empty())
+    recorded_->segments.emplace_back();
 }
 
 CommandList Device::record(const std::function<void()>& commands) {
@@ -144,7 +149,8 @@ bool has_gpu(std::string_view backend, const std::vector<DeviceInfo>& devices) {
   return std::ranges::any_of(devices, [&](const DeviceInfo& d) { return d.backend == backend && d.kind != Kind::cpu; });
 }
 
-/// What choose_backend() has to know, and no more: looking for devices takes a while, and where Vulkan has one a broken CUDA is nobody's business.
+/// What choose_backend() has to know, and no more: looking for devices takes a while, and where Vulkan has one a broken
+/// CUDA is nobody's business.
 std::vector<DeviceInfo> devices_in_question(const DeviceOptions& options) {
   if (options.backend != "auto" || needs_vulkan(options)) return {};
   std::vector<DeviceInfo> devices = list_vulkan_devices();
@@ -173,8 +179,10 @@ const DeviceInfo* choose_device(const DeviceOptions& options, const std::vector<
   const bool is_number = rest == end && problem == std::errc();
   const DeviceInfo* chosen = nullptr;
   for (const DeviceInfo& d : devices) {
-    if (options.backend != "auto" ? d.backend != options.backend : needs_vulkan(options) && d.backend != "vulkan") continue;
-    const bool fits = is_number ? d.index == index : d.backend == wanted || lower(d.name).find(wanted) != std::string::npos;
+    if (options.backend != "auto" ? d.backend != options.backend : needs_vulkan(options) && d.backend != "vulkan")
+      continue;
+    const bool fits =
+        is_number ? d.index == index : d.backend == wanted || lower(d.name).find(wanted) != std::string::npos;
     if (fits && (!chosen || d.kind < chosen->kind)) chosen = &d;
   }
   return chosen;
@@ -188,14 +196,19 @@ DeviceOptions with_backend(DeviceOptions options) {
   const DeviceInfo* const chosen = choose_device(options, devices);
   if (!chosen)
     throw Error("--device {}: there is no such device{}; --list-devices names them", options.device,
-                options.backend != "auto" ? " of --backend " + options.backend : needs_vulkan(options) ? " that Vulkan has" : "");
-  const auto before = std::ranges::count_if(devices, [&](const DeviceInfo& d) { return d.backend == chosen->backend && d.index < chosen->index; });
+                options.backend != "auto" ? " of --backend " + options.backend
+                : needs_vulkan(options)   ? " that Vulkan has"
+                                          : "");
+  const auto before = std::ranges::count_if(
+      devices, [&](const DeviceInfo& d) { return d.backend == chosen->backend && d.index < chosen->index; });
   options.backend = chosen->backend;
   options.device = std::to_string(before);
   return options;
 }
 
-bool is_backend(const std::string& name) { return name == "auto" || name == "vulkan" || name == "cuda" || name == "cpu"; }
+bool is_backend(const std::string& name) {
+  return name == "auto" || name == "vulkan" || name == "cuda" || name == "cpu";
+}
 
 }  // namespace
 
@@ -218,11 +231,16 @@ std::string slow_load_note(const DeviceInfo& device) {
 
 const char* to_string(Kind kind) {
   switch (kind) {
-    case Kind::discrete: return "discrete GPU";
-    case Kind::integrated: return "integrated GPU";
-    case Kind::virtual_gpu: return "virtual GPU";
-    case Kind::cpu: return "CPU";
-    case Kind::other: break;
+    case Kind::discrete:
+      return "discrete GPU";
+    case Kind::integrated:
+      return "integrated GPU";
+    case Kind::virtual_gpu:
+      return "virtual GPU";
+    case Kind::cpu:
+      return "CPU";
+    case Kind::other:
+      break;
   }
   return "other";
 }

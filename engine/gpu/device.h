@@ -22,10 +22,10 @@ namespace trisoup::gpu {
 enum class Kind { discrete, integrated, virtual_gpu, other, cpu };  // the fastest first
 
 struct DeviceInfo {
-  int index = 0;          // what --device takes: in list_devices() among all, in a backend's own list among its own
-  std::string backend;    // "vulkan", "cuda", "cpu"
-  std::string name;       // as the driver says it
-  std::string driver;     // driver and its version
+  int index = 0;        // what --device takes: in list_devices() among all, in a backend's own list among its own
+  std::string backend;  // "vulkan", "cuda", "cpu"
+  std::string name;     // as the driver says it
+  std::string driver;   // driver and its version
   Kind kind = Kind::other;
   std::uint64_t memory_bytes = 0;  // of the largest device-local heap
   std::uint64_t free_bytes = 0;    // what the driver says is free in it; memory_bytes where it does not say
@@ -69,15 +69,16 @@ class Buffer {
   std::uint64_t bytes_ = 0;
 };
 
-/// In-order stream: every command sees the writes of the one before it. Nothing runs before submit() (download() and wait()
-/// submit by themselves). Not thread-safe. Every call throws trisoup::Error when the device fails; when it is lost, the
-/// message names the kernel that was running.
+/// In-order stream: every command sees the writes of the one before it. Nothing runs before submit() (download() and
+/// wait() submit by themselves). Not thread-safe. Every call throws trisoup::Error when the device fails; when it is
+/// lost, the message names the kernel that was running.
 class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceInfo& info() const = 0;
 
-  /// Throws OutOfMemory when `bytes` would pass the ceiling or the device has no more; `what` names the contents for people.
+  /// Throws OutOfMemory when `bytes` would pass the ceiling or the device has no more; `what` names the contents for
+  /// people.
   Buffer allocate(std::uint64_t bytes, std::string_view what);
   std::uint64_t allocated_bytes() const { return allocated_; }
   std::uint64_t peak_bytes() const { return peak_; }
@@ -94,8 +95,8 @@ class Device {
   void fill(Address to, std::uint64_t bytes, std::uint32_t value);  // bytes: a multiple of 4
   void copy(Address to, Address from, std::uint64_t bytes);
 
-  /// Runs `groups` workgroups. Kernels number them with group_index() (shaders/common/kernel.h), since one dimension of a
-  /// launch may hold no more than 65,535.
+  /// Runs `groups` workgroups. Kernels number them with group_index() (shaders/common/kernel.h), since one dimension of
+  /// a launch may hold no more than 65,535.
   template <typename Args>
   void launch(const Kernel& kernel, std::uint64_t groups, const Args& args) {
     static_assert(std::is_trivially_copyable_v<Args> && sizeof(Args) <= kMaxArgumentBytes);
@@ -105,10 +106,11 @@ class Device {
   /// Where a submission ends, so that none keeps the device for long: drivers kill what runs for seconds.
   void cut();
 
-  /// The launches, fills, copies and cuts that `commands` asks for; none of them is run. It may do nothing else with the device.
+  /// The launches, fills, copies and cuts that `commands` asks for; none of them is run. It may do nothing else with
+  /// the device.
   CommandList record(const std::function<void()>& commands);
-  /// Submits what was given before, then the segments of the list. The first time a backend may translate the list; after that
-  /// the host has next to nothing to do.
+  /// Submits what was given before, then the segments of the list. The first time a backend may translate the list;
+  /// after that the host has next to nothing to do.
   void replay(CommandList& list);
 
   virtual void submit() = 0;
@@ -177,10 +179,11 @@ class Device {
 
 struct DeviceOptions {
   std::string backend = "auto";  // auto (see choose_backend()), vulkan, cuda, cpu
-  std::string device = {};       // number in list_devices(), a part of a name or a backend's; empty: the fastest kind there is
-  bool draws = false;            // the device has to have a rasteriser (Device::graphics())
+  std::string device =
+      {};              // number in list_devices(), a part of a name or a backend's; empty: the fastest kind there is
+  bool draws = false;  // the device has to have a rasteriser (Device::graphics())
   std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
-  bool validation = false;       // Khronos validation layer, core and synchronisation
+  bool validation = false;                          // Khronos validation layer, core and synchronisation
   bool kernel_statistics = false;  // Vulkan: kernel_resources() asks the driver, which may compile kernels anew for it
   std::uint64_t lose_after_launches = 0;  // fault injection for tests: report a lost device at this launch; 0: never
 };
@@ -188,13 +191,14 @@ struct DeviceOptions {
 /// Every usable device, numbered from 0 on: those of Vulkan, of CUDA, the CPU. Empty when there is none.
 std::vector<DeviceInfo> list_devices();
 
-/// What the backend "auto" stands for where these devices are: a GPU through Vulkan, else through CUDA, else the CPU's own threads, which take
-/// less than half the time of a Vulkan driver for the CPU (docs/benchmarks.md). Vulkan whatever there is where something is asked for that
-/// it alone has: drawing, windows, validation. Not asked where a device is.
+/// What the backend "auto" stands for where these devices are: a GPU through Vulkan, else through CUDA, else the CPU's
+/// own threads, which take less than half the time of a Vulkan driver for the CPU (docs/benchmarks.md). Vulkan whatever
+/// there is where something is asked for that it alone has: drawing, windows, validation. Not asked where a device is.
 std::string choose_backend(const DeviceOptions& options, const std::vector<DeviceInfo>& devices);
 
-/// The one of `devices`, as list_devices() has them, that options.device means: its number, a part of its name in capitals or not, or the name of its
-/// backend; of several the first of the fastest kind. Only one of options.backend, and only one that has what is asked for. Null where there is none.
+/// The one of `devices`, as list_devices() has them, that options.device means: its number, a part of its name in
+/// capitals or not, or the name of its backend; of several the first of the fastest kind. Only one of options.backend,
+/// and only one that has what is asked for. Null where there is none.
 const DeviceInfo* choose_device(const DeviceOptions& options, const std::vector<DeviceInfo>& devices);
 
 /// Throws Error when no device fits.

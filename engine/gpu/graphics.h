@@ -84,16 +84,16 @@ struct Rectangle {
 
 /// One call of the rasteriser: lists of triangles, both windings.
 struct Draw {
-  const char* vertex;                      // shaders/<vertex>.vert
-  const char* fragment;                    // shaders/<fragment>.frag
+  const char* vertex;                         // shaders/<vertex>.vert
+  const char* fragment;                       // shaders/<fragment>.frag
   std::vector<std::uint32_t> constants = {};  // specialisation constants 0, 1, ... of both
   Depth depth = Depth::off;
-  bool blend = false;                      // over what is there, by the colour's alpha
-  Address vertices = 0;                    // 0: the shader makes its own
-  std::uint32_t vertex_vectors = 0;        // 32-bit 4-vectors per vertex: locations 0, 1, ... as floats, the last as uints
-  Address indices = 0;                     // 32-bit; 0: none
-  std::uint32_t first = 0, count = 0;      // of vertices, or of indices
-  std::vector<const Image*> textures = {};  // bindings 0.., nearest, clamped to the edge
+  bool blend = false;                  // over what is there, by the colour's alpha
+  Address vertices = 0;                // 0: the shader makes its own
+  std::uint32_t vertex_vectors = 0;    // 32-bit 4-vectors per vertex: locations 0, 1, ... as floats, the last as uints
+  Address indices = 0;                 // 32-bit; 0: none
+  std::uint32_t first = 0, count = 0;  // of vertices, or of indices
+  std::vector<const Image*> textures = {};                       // bindings 0.., nearest, clamped to the edge
   std::vector<std::pair<Address, std::uint64_t>> uniforms = {};  // uniform buffers and their bytes: bindings 4..
   std::optional<Rectangle> scissor = {};
   std::array<std::byte, kMaxArgumentBytes> arguments{};  // push constants of both shaders
@@ -119,8 +119,8 @@ struct Compute {
 struct Targets {
   std::vector<const Image*> colour;
   const Image* depth = nullptr;
-  bool clear = true;           // to `background` (rgba8, a window's), 0 (others) and the far plane; else what they hold stays
-  bool keep_depth = false;     // with clear: not the depth
+  bool clear = true;  // to `background` (rgba8, a window's), 0 (others) and the far plane; else what they hold stays
+  bool keep_depth = false;  // with clear: not the depth
   glm::vec4 background{0.0f};
 };
 
@@ -128,9 +128,10 @@ struct Targets {
 class Surface {
  public:
   virtual ~Surface() = default;
-  /// The image to draw the next picture on; what it holds is undefined. Null if there is none now: the window has no area, or is
-  /// changing; try again after the next event. width, height: of the window's framebuffer, in pixels; the image may have another
-  /// size while that changes. It stands until show() or the next call, which gives the same image where it was not shown.
+  /// The image to draw the next picture on; what it holds is undefined. Null if there is none now: the window has no
+  /// area, or is changing; try again after the next event. width, height: of the window's framebuffer, in pixels; the
+  /// image may have another size while that changes. It stands until show() or the next call, which gives the same
+  /// image where it was not shown.
   virtual const Image* next(std::uint32_t width, std::uint32_t height) = 0;
   /// Shows what was drawn on the image. False if the window could not take it: draw it again after the next event.
   virtual bool show() = 0;

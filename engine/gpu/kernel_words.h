@@ -1,5 +1,5 @@
-// What the kernels' language is for any C++ compiler; common/kernel.h says what the words in capitals mean. Included by the
-// kernel_language.h of each backend, which defines KERNEL_TYPES, the namespace of its kernels.
+// What the kernels' language is for any C++ compiler; common/kernel.h says what the words in capitals mean. Included by
+// the kernel_language.h of each backend, which defines KERNEL_TYPES, the namespace of its kernels.
 #pragma once
 
 #include <cstddef>
@@ -49,5 +49,5 @@ using glm::vec4;
   ARGUMENTS(Args)             \
   KERNEL_MAIN(threads)
 #define ARGUMENTS(Args) using KernelArgs = Args;
-#define TAKES_ARGUMENTS const KernelArgs& a,
+#define TAKES_ARGUMENTS const KernelArgs &a,
 #define GIVES_ARGUMENTS a,

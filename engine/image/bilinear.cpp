@@ -33,12 +33,16 @@ constexpr std::uint8_t mix(std::uint8_t a, std::uint8_t b, std::uint16_t weight)
 
 }  // namespace
 
-void scale_bilinear(const Pixels& from, std::span<std::uint8_t> to, std::uint32_t width, std::uint32_t height, bool swap_red_blue) {
-  if (from.width == 0 || from.height == 0 || from.bytes.size() != 4ull * from.width * from.height || to.size() != 4ull * width * height)
-    throw Error("image: {} and {} bytes are not {} x {} and {} x {} pixels", from.bytes.size(), to.size(), from.width, from.height, width, height);
+void scale_bilinear(const Pixels& from, std::span<std::uint8_t> to, std::uint32_t width, std::uint32_t height,
+                    bool swap_red_blue) {
+  if (from.width == 0 || from.height == 0 || from.bytes.size() != 4ull * from.width * from.height ||
+      to.size() != 4ull * width * height)
+    throw Error("image: {} and {} bytes are not {} x {} and {} x {} pixels", from.bytes.size(), to.size(), from.width,
+                from.height, width, height);
   const std::vector<Place> columns = places(from.width, width), lines = places(from.height, height);
   const std::size_t bytes = 4ull * width;
-  // Rows of `from` at full width: the two that the current line lies between. Lines come in order, so each is made once.
+  // Rows of `from` at full width: the two that the current line lies between. Lines come in order, so each is made
+  // once.
   struct Row {
     std::uint32_t line;
     std::vector<std::uint8_t> pixels;

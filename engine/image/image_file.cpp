@@ -13,15 +13,15 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/printable.h"
+#include "base/read_file.h"
 #include "image/jpeg_header.h"
 #include "image/jpeg_reduced.h"
 #include "image/palette.h"
 #include "image/webp_tiff.h"
-#include "base/printable.h"
-#include "base/read_file.h"
 
-// The decoder is private to this file: other libraries in the program bring their own copy under the same names. Memory is
-// cleared for it, because it reads tables that a damaged JPEG never sets.
+// The decoder is private to this file: other libraries in the program bring their own copy under the same names. Memory
+// is cleared for it, because it reads tables that a damaged JPEG never sets.
 #define STBI_MALLOC(size) std::calloc(1, size)
 #define STBI_REALLOC(pointer, size) std::realloc(pointer, size)
 #define STBI_FREE(pointer) std::free(pointer)
@@ -66,15 +66,16 @@ const char* png_damage(Bytes bytes) {
     const std::uint8_t* chunk = bytes.data() + position;
     const std::uint32_t length = big_endian_32(chunk);
     if (length > bytes.size() - position - 12) return "is cut in the middle of a chunk";
-    if (crc32(crc32(0, nullptr, 0), chunk + 4, length + 4) != big_endian_32(chunk + 8 + length)) return "has a wrong checksum";
+    if (crc32(crc32(0, nullptr, 0), chunk + 4, length + 4) != big_endian_32(chunk + 8 + length))
+      return "has a wrong checksum";
     if (std::memcmp(chunk + 4, "IEND", 4) == 0) return nullptr;
     position += length + 12;
   }
   return "is cut before its end";
 }
 
-// The Huffman tables that a JPEG has defined so far, by class (0: DC, 1: AC) and number. stb_image neither checks that a
-// table has at most 256 codes, and writes past its own if one has more, nor that a scan's tables are there.
+// The Huffman tables that a JPEG has defined so far, by class (0: DC, 1: AC) and number. stb_image neither checks that
+// a table has at most 256 codes, and writes past its own if one has more, nor that a scan's tables are there.
 class HuffmanTables {
  public:
   /// Reads a DHT segment; false if it is malformed.
@@ -95,7 +96,8 @@ class HuffmanTables {
     const std::size_t components = segment.empty() ? 0 : segment[0];
     if (components < 1 || components > 4 || segment.size() != 4 + 2 * components) return false;
     // A baseline scan holds all coefficients, whatever it says.
-    const int first = progressive ? segment[2 * components + 1] : 0, last = progressive ? segment[2 * components + 2] : 63;
+    const int first = progressive ? segment[2 * components + 1] : 0,
+              last = progressive ? segment[2 * components + 2] : 63;
     const bool refines = progressive && segment[2 * components + 3] >> 4 != 0;
     for (std::size_t i = 0; i < components; ++i) {
       const int dc = segment[2 * i + 2] >> 4, ac = segment[2 * i + 2] & 15;
@@ -138,18 +140,19 @@ const char* jpeg_damage(Bytes bytes) {
   }
 }
 
-// A header may claim any size. No PNG or JPEG packs more than about 8300 pixels into a byte (WebP does, of one colour), and no photograph of a
-// scene is larger than 2^28 pixels; both are checked before memory is allocated for them.
+// A header may claim any size. No PNG or JPEG packs more than about 8300 pixels into a byte (WebP does, of one colour),
+// and no photograph of a scene is larger than 2^28 pixels; both are checked before memory is allocated for them.
 constexpr std::uintmax_t kMostPixels = std::uintmax_t(1) << 28, kMostPerByte = 10000, kMostPerByteOfWebp = 1 << 20;
 
-void check_size(const std::string& name, std::int64_t width, std::int64_t height, std::uintmax_t bytes, std::uintmax_t per_byte = kMostPerByte) {
+void check_size(const std::string& name, std::int64_t width, std::int64_t height, std::uintmax_t bytes,
+                std::uintmax_t per_byte = kMostPerByte) {
   const auto pixels = std::uintmax_t(width) * std::uintmax_t(height);
   if (width > 0 && height > 0 && pixels > kMostPixels)
-    throw Error("{}: is {} x {} pixels, and an image may have {:.0f} million (2^28); export it at a smaller size", name, width, height,
-                double(kMostPixels) / 1e6);
+    throw Error("{}: is {} x {} pixels, and an image may have {:.0f} million (2^28); export it at a smaller size", name,
+                width, height, double(kMostPixels) / 1e6);
   if (width < 1 || height < 1 || pixels / per_byte > bytes)
-    throw Error("{}: claims {} x {} pixels in {} bytes; the image is damaged or too large, export it again", name, width, height,
-                bytes);
+    throw Error("{}: claims {} x {} pixels in {} bytes; the image is damaged or too large, export it again", name,
+                width, height, bytes);
 }
 
 void append_chunk(std::string& file, const char* type, std::string_view content) {
@@ -159,8 +162,8 @@ void append_chunk(std::string& file, const char* type, std::string_view content)
   put(static_cast<std::uint32_t>(content.size()));
   const std::size_t start = file.size();
   file.append(type, 4).append(content);
-  put(static_cast<std::uint32_t>(
-      crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(file.data() + start), static_cast<uInt>(file.size() - start))));
+  put(static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(file.data() + start),
+                                       static_cast<uInt>(file.size() - start))));
 }
 
 /// `rows` as the content of an IDAT chunk.
@@ -245,7 +248,8 @@ ImageSize image_size(const std::filesystem::path& path) {
     return size;
   }
   // What stb_image has no number for.
-  if (is_png(start) && start.size() >= 24) check_size(name, big_endian_32(&start[16]), big_endian_32(&start[20]), bytes);
+  if (is_png(start) && start.size() >= 24)
+    check_size(name, big_endian_32(&start[16]), big_endian_32(&start[20]), bytes);
   if (is_jpeg(std::as_bytes(start))) {
     const JpegHeader header = jpeg_header(start);
     size.orientation = header.orientation;
@@ -254,19 +258,27 @@ ImageSize image_size(const std::filesystem::path& path) {
   std::rewind(file.get());
   int channels = 0;
   if (stbi_info_from_file(file.get(), &size.width, &size.height, &channels) == 0)
-    throw Error("{}: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF ({}); convert or copy the image again", name, stbi_failure_reason());
+    throw Error(
+        "{}: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF ({}); convert or copy the image again",
+        name, stbi_failure_reason());
   check_size(name, size.width, size.height, bytes);
   return size;
 }
 
 Image decode_image(std::span<const std::byte> content, const std::string& name, int divisor) {
   const Bytes bytes(reinterpret_cast<const std::uint8_t*>(content.data()), content.size());
-  if (bytes.size() > (std::size_t(1) << 30)) throw Error("{}: larger than 1 GiB; export the image at a smaller size", name);
+  if (bytes.size() > (std::size_t(1) << 30))
+    throw Error("{}: larger than 1 GiB; export the image at a smaller size", name);
   if (is_webp(content))
-    return decode_webp(content, name, [&](ImageSize size) { check_size(name, size.width, size.height, bytes.size(), kMostPerByteOfWebp); });
-  if (is_tiff(content)) return decode_tiff(content, name, [&](ImageSize size) { check_size(name, size.width, size.height, bytes.size()); });
-  if (!is_png(bytes) && !is_jpeg(content)) throw Error("{}: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them", name);
-  if (is_png(bytes) && bytes.size() >= 24) check_size(name, big_endian_32(&bytes[16]), big_endian_32(&bytes[20]), bytes.size());
+    return decode_webp(content, name, [&](ImageSize size) {
+      check_size(name, size.width, size.height, bytes.size(), kMostPerByteOfWebp);
+    });
+  if (is_tiff(content))
+    return decode_tiff(content, name, [&](ImageSize size) { check_size(name, size.width, size.height, bytes.size()); });
+  if (!is_png(bytes) && !is_jpeg(content))
+    throw Error("{}: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them", name);
+  if (is_png(bytes) && bytes.size() >= 24)
+    check_size(name, big_endian_32(&bytes[16]), big_endian_32(&bytes[20]), bytes.size());
   if (const char* damage = is_png(bytes) ? png_damage(bytes) : jpeg_damage(bytes))
     throw Error("{}: {}; copy or export the image again", name, damage);
 
@@ -301,32 +313,40 @@ std::string encode_png(const Image& image, const std::string& name) {
   std::string above(row_bytes, '\0'), row(row_bytes, '\0');
   for (int y = 0; y < image.height; ++y) {
     const std::uint8_t* pixels = image.rgba.data() + std::size_t(y) * std::size_t(image.width) * 4;
-    for (std::size_t x = 0; x < std::size_t(image.width); ++x) std::memcpy(&row[x * channels], pixels + x * 4, channels);
+    for (std::size_t x = 0; x < std::size_t(image.width); ++x)
+      std::memcpy(&row[x * channels], pixels + x * 4, channels);
     rows.push_back(2);
     for (std::size_t i = 0; i < row_bytes; ++i) rows.push_back(static_cast<char>(row[i] - above[i]));
     above.swap(row);
   }
-  return png_file(image.width, image.height, opaque ? 2 : 6, "", packed(rows, Z_DEFAULT_STRATEGY, Z_DEFAULT_COMPRESSION, name));
+  return png_file(image.width, image.height, opaque ? 2 : 6, "",
+                  packed(rows, Z_DEFAULT_STRATEGY, Z_DEFAULT_COMPRESSION, name));
 }
 
 std::string encode_png(const PaletteImage& image, const std::string& name) {
   const std::size_t width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-  // Plain rows, and differences to what the neighbours suggest (filter 4, Paeth): which packs into less is up to the picture.
+  // Plain rows, and differences to what the neighbours suggest (filter 4, Paeth): which packs into less is up to the
+  // picture.
   std::string plain, predicted;
   const auto pixel = [&](std::size_t x, std::size_t y) { return image.pixels[y * width + x]; };
   for (std::size_t y = 0; y < height; ++y) {
     plain.push_back(0);
     predicted.push_back(4);
     for (std::size_t x = 0; x < width; ++x) {
-      const int left = x > 0 ? pixel(x - 1, y) : 0, above = y > 0 ? pixel(x, y - 1) : 0, both = x > 0 && y > 0 ? pixel(x - 1, y - 1) : 0;
-      const int from_left = std::abs(above - both), from_above = std::abs(left - both), from_both = std::abs(left + above - 2 * both);
-      const int guess = from_left <= from_above && from_left <= from_both ? left : from_above <= from_both ? above : both;
+      const int left = x > 0 ? pixel(x - 1, y) : 0, above = y > 0 ? pixel(x, y - 1) : 0,
+                both = x > 0 && y > 0 ? pixel(x - 1, y - 1) : 0;
+      const int from_left = std::abs(above - both), from_above = std::abs(left - both),
+                from_both = std::abs(left + above - 2 * both);
+      const int guess = from_left <= from_above && from_left <= from_both ? left
+                        : from_above <= from_both                         ? above
+                                                                          : both;
       plain.push_back(static_cast<char>(pixel(x, y)));
       predicted.push_back(static_cast<char>(pixel(x, y) - guess));
     }
   }
   std::string content = packed(plain, Z_DEFAULT_STRATEGY, Z_BEST_COMPRESSION, name);
-  if (std::string other = packed(predicted, Z_FILTERED, Z_BEST_COMPRESSION, name); other.size() < content.size()) content.swap(other);
+  if (std::string other = packed(predicted, Z_FILTERED, Z_BEST_COMPRESSION, name); other.size() < content.size())
+    content.swap(other);
   std::string colours, alphas, chunks;
   for (const glm::u8vec4& c : image.colours) {
     for (int i = 0; i < 3; ++i) colours.push_back(static_cast<char>(c[i]));
@@ -339,8 +359,10 @@ std::string encode_png(const PaletteImage& image, const std::string& name) {
 
 void write_png(const std::filesystem::path& path, const Image& image) {
   const std::string name = printable(path.string());
-  if (image.width < 1 || image.height < 1 || image.rgba.size() != std::size_t(image.width) * std::size_t(image.height) * 4)
-    throw Error("{}: an image of {} x {} pixels cannot be written; give it its pixels first", name, image.width, image.height);
+  if (image.width < 1 || image.height < 1 ||
+      image.rgba.size() != std::size_t(image.width) * std::size_t(image.height) * 4)
+    throw Error("{}: an image of {} x {} pixels cannot be written; give it its pixels first", name, image.width,
+                image.height);
   const std::string content = encode_png(image, name);
   write_file_atomically(path, bytes_of(content));
 }

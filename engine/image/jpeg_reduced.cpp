@@ -69,7 +69,8 @@ std::optional<Image> decode_jpeg_reduced(std::span<const std::byte> bytes, const
   Image image;
   bool whole = step == Step::ready;
   if (whole) {
-    image.width = static_cast<int>(reader.info.output_width), image.height = static_cast<int>(reader.info.output_height);
+    image.width = static_cast<int>(reader.info.output_width),
+    image.height = static_cast<int>(reader.info.output_height);
     image.rgba.resize(std::size_t(4) * reader.info.output_width * reader.info.output_height);
     whole = read_rows(reader, image.rgba.data());
   }

@@ -64,10 +64,12 @@ Box box_of(std::span<const Cell> cells, std::size_t begin, std::size_t end) {
 std::vector<glm::ivec3> median_cut(std::vector<Cell>& cells, std::size_t most) {
   std::vector<Box> boxes{box_of(cells, 0, cells.size())};
   while (boxes.size() < most) {
-    const auto widest = std::max_element(boxes.begin(), boxes.end(), [](const Box& a, const Box& b) { return a.spread < b.spread; });
+    const auto widest =
+        std::max_element(boxes.begin(), boxes.end(), [](const Box& a, const Box& b) { return a.spread < b.spread; });
     const Box box = *widest;
     if (box.spread <= 0) break;
-    const auto begin = cells.begin() + static_cast<std::ptrdiff_t>(box.begin), end = cells.begin() + static_cast<std::ptrdiff_t>(box.end);
+    const auto begin = cells.begin() + static_cast<std::ptrdiff_t>(box.begin),
+               end = cells.begin() + static_cast<std::ptrdiff_t>(box.end);
     std::stable_sort(begin, end, [&](const Cell& a, const Cell& b) { return a.at(box.channel) < b.at(box.channel); });
     const int mean = mean_of({begin, end})[box.channel];
     auto cut = std::find_if(begin, end, [&](const Cell& cell) { return cell.at(box.channel) > mean; });
@@ -113,7 +115,8 @@ std::vector<glm::ivec3> colours_for(std::vector<Cell>& cells, std::size_t most) 
       if (const std::uint64_t n = sums[i][3])
         for (int c = 0; c < 3; ++c) colours[i][c] = static_cast<int>((sums[i][c] + n / 2) / n);
   }
-  std::stable_sort(colours.begin(), colours.end(), [](const glm::ivec3& a, const glm::ivec3& b) { return a.x + a.y + a.z < b.x + b.y + b.z; });
+  std::stable_sort(colours.begin(), colours.end(),
+                   [](const glm::ivec3& a, const glm::ivec3& b) { return a.x + a.y + a.z < b.x + b.y + b.z; });
   assign();
   return colours;
 }
@@ -148,7 +151,8 @@ PaletteImage make_palette(const Image& image, const std::vector<bool>& used) {
   for (int kind = 0; kind < 2; ++kind)
     for (std::size_t i = 0; i < kinds[kind].size(); ++i) {
       const Cell& cell = kinds[kind][i];
-      const std::uint8_t rgba[4] = {static_cast<std::uint8_t>(cell.at(0)), static_cast<std::uint8_t>(cell.at(1)), static_cast<std::uint8_t>(cell.at(2)), 0};
+      const std::uint8_t rgba[4] = {static_cast<std::uint8_t>(cell.at(0)), static_cast<std::uint8_t>(cell.at(1)),
+                                    static_cast<std::uint8_t>(cell.at(2)), 0};
       number[kind][cell_of(rgba)] = cell.colour + (kind == 0 ? static_cast<std::uint32_t>(unseen.size()) : 0);
     }
   std::uint8_t last = 0;  // repeated where nothing is used: it packs into nothing

@@ -18,8 +18,9 @@ struct PaletteImage {
   std::vector<std::uint8_t> pixels;  // row after row
 };
 
-/// RGB by median cut (Heckbert 1982), then the nearest of the means (k-means); alpha becomes 255 from 128 on and 0 below. Pixels that
-/// `used` (as many as the image has) leaves out may take any colour. The same image gives the same bits.
+/// RGB by median cut (Heckbert 1982), then the nearest of the means (k-means); alpha becomes 255 from 128 on and 0
+/// below. Pixels that `used` (as many as the image has) leaves out may take any colour. The same image gives the same
+/// bits.
 PaletteImage make_palette(const Image& image, const std::vector<bool>& used);
 
 /// A PNG of 8-bit indices. `name` begins error messages.

@@ -28,12 +28,14 @@ class Tiff {
   Tiff(Content bytes, const std::string& name) : bytes_(bytes), name_(name) {
     // No strip, tile or table of a file that is read is larger.
     constexpr tmsize_t kMostAtOnce = tmsize_t(1) << 30;
-    const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(), &TIFFOpenOptionsFree);
+    const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
+                                                                                   &TIFFOpenOptionsFree);
     TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), kMostAtOnce);
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), &Tiff::complain, this);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), &Tiff::ignore, this);
     // "m" would map the file.
-    file_ = TIFFClientOpenExt("tiff", "rm", this, &Tiff::read, &Tiff::write, &Tiff::seek, &Tiff::close, &Tiff::size, nullptr, nullptr, options.get());
+    file_ = TIFFClientOpenExt("tiff", "rm", this, &Tiff::read, &Tiff::write, &Tiff::seek, &Tiff::close, &Tiff::size,
+                              nullptr, nullptr, options.get());
     if (file_ == nullptr) fail();
   }
   ~Tiff() {
@@ -44,7 +46,8 @@ class Tiff {
 
   TIFF* file() const { return file_; }
   [[noreturn]] void fail() const {
-    throw Error("{}: cannot be read as TIFF ({}); convert the image to PNG or JPEG", name_, complaint_.empty() ? "damaged" : complaint_);
+    throw Error("{}: cannot be read as TIFF ({}); convert the image to PNG or JPEG", name_,
+                complaint_.empty() ? "damaged" : complaint_);
   }
 
  private:
@@ -90,7 +93,10 @@ ImageSize size_of(const Tiff& tiff) {
 
 }  // namespace
 
-bool is_webp(Content bytes) { return bytes.size() >= 12 && std::memcmp(bytes.data(), "RIFF", 4) == 0 && std::memcmp(bytes.data() + 8, "WEBP", 4) == 0; }
+bool is_webp(Content bytes) {
+  return bytes.size() >= 12 && std::memcmp(bytes.data(), "RIFF", 4) == 0 &&
+         std::memcmp(bytes.data() + 8, "WEBP", 4) == 0;
+}
 
 bool is_tiff(Content bytes) {
   if (bytes.size() < 8) return false;
@@ -110,7 +116,8 @@ ImageSize webp_size(Content bytes, const std::string& name) {
 Image decode_webp(Content bytes, const std::string& name, const CheckSize& check) {
   const ImageSize size = webp_size(bytes, name);
   check(size);
-  Image image{size.width, size.height, std::vector<std::uint8_t>(std::size_t(size.width) * std::size_t(size.height) * 4)};
+  Image image{size.width, size.height,
+              std::vector<std::uint8_t>(std::size_t(size.width) * std::size_t(size.height) * 4)};
   if (WebPDecodeRGBAInto(data_of(bytes), bytes.size(), image.rgba.data(), image.rgba.size(), 4 * size.width) == nullptr)
     throw Error("{}: cannot be decoded as WebP, damaged or cut; copy or export the image again", name);
   return image;
@@ -123,7 +130,8 @@ std::string encode_webp(const Image& image, float quality, const std::string& na
   std::uint8_t* output = nullptr;
   const std::size_t size = WebPEncodeRGB(rgb.data(), image.width, image.height, 3 * image.width, quality, &output);
   const std::unique_ptr<std::uint8_t, decltype(&WebPFree)> bytes(output, &WebPFree);
-  if (size == 0) throw Error("{}: {} x {} pixels cannot become a WebP; choose a smaller picture", name, image.width, image.height);
+  if (size == 0)
+    throw Error("{}: {} x {} pixels cannot become a WebP; choose a smaller picture", name, image.width, image.height);
   return {reinterpret_cast<const char*>(bytes.get()), size};
 }
 
@@ -137,20 +145,23 @@ Image decode_tiff(Content bytes, const std::string& name, const CheckSize& check
   TIFFGetFieldDefaulted(tiff.file(), TIFFTAG_BITSPERSAMPLE, &bits);
   TIFFGetFieldDefaulted(tiff.file(), TIFFTAG_SAMPLESPERPIXEL, &channels);
   if ((bits != 8 && bits != 16) || channels > 4)
-    throw Error("{}: is a TIFF of {} channels of {} bits; export it with 8 or 16 bits, RGB or RGBA", name, channels, bits);
+    throw Error("{}: is a TIFF of {} channels of {} bits; export it with 8 or 16 bits, RGB or RGBA", name, channels,
+                bits);
   // As the pixels lie in the file, like those of JPEG.
   TIFFSetField(tiff.file(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
   const std::size_t pixels = std::size_t(size.width) * std::size_t(size.height);
   Image image{size.width, size.height, std::vector<std::uint8_t>(pixels * 4)};
   std::vector<std::uint32_t> raster(pixels);
-  if (TIFFReadRGBAImageOriented(tiff.file(), static_cast<std::uint32_t>(size.width), static_cast<std::uint32_t>(size.height), raster.data(),
-                                ORIENTATION_TOPLEFT, 1) == 0)
+  if (TIFFReadRGBAImageOriented(tiff.file(), static_cast<std::uint32_t>(size.width),
+                                static_cast<std::uint32_t>(size.height), raster.data(), ORIENTATION_TOPLEFT, 1) == 0)
     tiff.fail();
   for (std::size_t i = 0; i < pixels; ++i) {
-    const std::uint32_t colour[3]{TIFFGetR(raster[i]), TIFFGetG(raster[i]), TIFFGetB(raster[i])}, alpha = TIFFGetA(raster[i]);
+    const std::uint32_t colour[3]{TIFFGetR(raster[i]), TIFFGetG(raster[i]), TIFFGetB(raster[i])},
+        alpha = TIFFGetA(raster[i]);
     // The library multiplies colours by alpha.
     for (std::size_t c = 0; c < 3; ++c)
-      image.rgba[4 * i + c] = static_cast<std::uint8_t>(alpha == 255 || alpha == 0 ? colour[c] : std::min(255u, (colour[c] * 255 + alpha / 2) / alpha));
+      image.rgba[4 * i + c] = static_cast<std::uint8_t>(
+          alpha == 255 || alpha == 0 ? colour[c] : std::min(255u, (colour[c] * 255 + alpha / 2) / alpha));
     image.rgba[4 * i + 3] = static_cast<std::uint8_t>(alpha);
   }
   return image;

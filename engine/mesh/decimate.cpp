@@ -9,11 +9,12 @@ Mesh weld(const Mesh& mesh) {
   std::vector<glm::vec3> positions = mesh.positions;
   for (glm::vec3& p : positions) p += 0.0f;  // -0 becomes 0: vertices are compared by their bytes
   std::vector<unsigned> remap(positions.size());
-  const std::size_t unique = meshopt_generateVertexRemap(remap.data(), mesh.indices.data(), mesh.indices.size(), positions.data(),
-                                                         positions.size(), sizeof(glm::vec3));
+  const std::size_t unique = meshopt_generateVertexRemap(remap.data(), mesh.indices.data(), mesh.indices.size(),
+                                                         positions.data(), positions.size(), sizeof(glm::vec3));
   Mesh welded;
   welded.positions.resize(unique);
-  meshopt_remapVertexBuffer(welded.positions.data(), positions.data(), positions.size(), sizeof(glm::vec3), remap.data());
+  meshopt_remapVertexBuffer(welded.positions.data(), positions.data(), positions.size(), sizeof(glm::vec3),
+                            remap.data());
   for (std::size_t k = 0; k + 2 < mesh.indices.size(); k += 3) {
     const std::uint32_t a = remap[mesh.indices[k]], b = remap[mesh.indices[k + 1]], c = remap[mesh.indices[k + 2]];
     const glm::dvec3 p(welded.positions[a]), q(welded.positions[b]), r(welded.positions[c]);
@@ -28,7 +29,8 @@ Mesh decimate(const Mesh& mesh, std::size_t budget) {
   Mesh result = weld(mesh);
   if (result.triangles() <= budget) return result;
 
-  // Errors are relative to the extent of the mesh: this one is beyond any, so that only the budget counts. It is squared inside.
+  // Errors are relative to the extent of the mesh: this one is beyond any, so that only the budget counts. It is
+  // squared inside.
   constexpr float kAnyError = 1e10f;
   const float* positions = &result.positions[0].x;
   std::vector<unsigned> indices(result.indices.size());

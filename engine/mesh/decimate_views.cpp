@@ -11,7 +11,8 @@
 namespace trisoup::soup {
 namespace {
 
-/// Where all distances are nothing, as within a plane, edges go in the order of their length: each corner is held by so much.
+/// Where all distances are nothing, as within a plane, edges go in the order of their length: each corner is held by so
+/// much.
 constexpr double kHold = 1e-3;
 
 using Face = std::array<std::uint32_t, 3>;
@@ -22,7 +23,8 @@ struct Quadric {
 
   /// n . p + d = 0 with a unit normal.
   void add_plane(const glm::dvec3& n, double d, double w) {
-    xx += w * n.x * n.x, xy += w * n.x * n.y, xz += w * n.x * n.z, yy += w * n.y * n.y, yz += w * n.y * n.z, zz += w * n.z * n.z;
+    xx += w * n.x * n.x, xy += w * n.x * n.y, xz += w * n.x * n.z, yy += w * n.y * n.y, yz += w * n.y * n.z,
+        zz += w * n.z * n.z;
     x += w * n.x * d, y += w * n.y * d, z += w * n.z * d, one += w * d * d;
   }
   void add_point(const glm::dvec3& p, double w) {
@@ -34,7 +36,8 @@ struct Quadric {
     x += q.x, y += q.y, z += q.z, one += q.one;
   }
   double at(const glm::dvec3& p) const {
-    return xx * p.x * p.x + yy * p.y * p.y + zz * p.z * p.z + 2 * (xy * p.x * p.y + xz * p.x * p.z + yz * p.y * p.z) + 2 * (x * p.x + y * p.y + z * p.z) + one;
+    return xx * p.x * p.x + yy * p.y * p.y + zz * p.z * p.z + 2 * (xy * p.x * p.y + xz * p.x * p.z + yz * p.y * p.z) +
+           2 * (x * p.x + y * p.y + z * p.z) + one;
   }
 };
 
@@ -43,7 +46,8 @@ enum class Allowed { as_it_is, folds, anything };
 
 class Decimation {
  public:
-  Decimation(const Mesh& mesh, std::span<const double> weights) : faces_of_(mesh.positions.size()), quadrics_(mesh.positions.size()), changes_(mesh.positions.size(), 0) {
+  Decimation(const Mesh& mesh, std::span<const double> weights)
+      : faces_of_(mesh.positions.size()), quadrics_(mesh.positions.size()), changes_(mesh.positions.size(), 0) {
     for (const glm::vec3& p : mesh.positions) at_.emplace_back(p);
     for (std::uint32_t f = 0; f < mesh.triangles(); ++f) {
       faces_.push_back({mesh.indices[3 * f], mesh.indices[3 * f + 1], mesh.indices[3 * f + 2]});
@@ -59,7 +63,8 @@ class Decimation {
     while (alive_ > budget && !queue_.empty()) {
       const Candidate c = queue_.top();
       queue_.pop();
-      if (changes_[c.from] != c.from_changes || changes_[c.to] != c.to_changes || !possible(c.from, c.to, allowed)) continue;
+      if (changes_[c.from] != c.from_changes || changes_[c.to] != c.to_changes || !possible(c.from, c.to, allowed))
+        continue;
       if (at_edge(c.from, c.to) == alive_) return leave_only(budget);
       collapse(c.from, c.to);
     }
@@ -102,7 +107,8 @@ class Decimation {
   }
 
   std::size_t at_edge(std::uint32_t a, std::uint32_t b) const {
-    return static_cast<std::size_t>(std::count_if(faces_of_[a].begin(), faces_of_[a].end(), [&](std::uint32_t f) { return has(faces_[f], b); }));
+    return static_cast<std::size_t>(
+        std::count_if(faces_of_[a].begin(), faces_of_[a].end(), [&](std::uint32_t f) { return has(faces_[f], b); }));
   }
 
   /// What a collapse would take all of is thinned out instead: a budget of any triangle is not an empty soup.
@@ -141,8 +147,9 @@ class Decimation {
       if (allowed == Allowed::as_it_is && glm::dot(normal(faces_[f]), normal(moved)) < 0) return false;
     }
     if (allowed == Allowed::anything) return shared > 0;
-    // The link condition: whoever neighbours both ends is the third corner of a triangle at their edge. Else a collapse would close a hole or
-    // a handle. A tetrahedron may be laid flat, two triangles on each other: of what floats nothing smaller is left.
+    // The link condition: whoever neighbours both ends is the third corner of a triangle at their edge. Else a collapse
+    // would close a hole or a handle. A tetrahedron may be laid flat, two triangles on each other: of what floats
+    // nothing smaller is left.
     const std::vector<std::uint32_t> a = neighbours(from), b = neighbours(to);
     std::vector<std::uint32_t> both;
     std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));
@@ -185,7 +192,8 @@ class Decimation {
 
 std::vector<std::uint32_t> decimate_views(const Mesh& mesh, std::span<const double> weights, std::size_t budget) {
   Decimation decimation(mesh, weights);
-  for (const Allowed allowed : {Allowed::as_it_is, Allowed::folds, Allowed::anything}) decimation.down_to(budget, allowed);
+  for (const Allowed allowed : {Allowed::as_it_is, Allowed::folds, Allowed::anything})
+    decimation.down_to(budget, allowed);
   return decimation.indices();
 }
 

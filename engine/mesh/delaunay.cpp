@@ -38,7 +38,8 @@ Tetrahedra delaunay(std::span<const glm::dvec3> points) {
   qhT* qh = &hull.state;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> silence(std::fopen("/dev/null", "w"), &std::fclose);
   char command[] = "qhull d QJ Pp";
-  if (qh_new_qhull(qh, 3, static_cast<int>(points.size()), coordinates.data(), False, command, nullptr, silence.get()) != 0)
+  if (qh_new_qhull(qh, 3, static_cast<int>(points.size()), coordinates.data(), False, command, nullptr,
+                   silence.get()) != 0)
     throw Error("points: {} span no room: they lie in one plane, or are the same", points.size());
 
   // A facet of the lower hull in four dimensions is a tetrahedron here.
@@ -54,7 +55,8 @@ Tetrahedra delaunay(std::span<const glm::dvec3> points) {
     FOREACHvertex_(facet->vertices) if (k < 4) corners[k++] = static_cast<std::uint32_t>(qh_pointid(qh, vertex->point));
     result.corners.push_back(corners);
   }
-  result.across.resize(result.size(), {Tetrahedra::kOutside, Tetrahedra::kOutside, Tetrahedra::kOutside, Tetrahedra::kOutside});
+  result.across.resize(result.size(),
+                       {Tetrahedra::kOutside, Tetrahedra::kOutside, Tetrahedra::kOutside, Tetrahedra::kOutside});
   FORALLfacet_(qh->facet_list) {
     const std::uint32_t t = number_of[facet->id];
     if (t == Tetrahedra::kOutside) continue;

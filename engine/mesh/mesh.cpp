@@ -14,7 +14,8 @@ void check_mesh(const Mesh& mesh, const std::string& name) {
   for (std::size_t k = 0; k < mesh.indices.size(); ++k) {
     const std::uint32_t index = mesh.indices[k];
     if (index >= mesh.positions.size())
-      throw Error("{}: triangle {} names vertex {} of {}; export the mesh again", name, k / 3, index, mesh.positions.size());
+      throw Error("{}: triangle {} names vertex {} of {}; export the mesh again", name, k / 3, index,
+                  mesh.positions.size());
     const glm::vec3& p = mesh.positions[index];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
       throw Error("{}: vertex {} is no finite point; remove it or export the mesh again", name, index);

@@ -20,19 +20,20 @@ struct Mesh {
 };
 
 /// Reads .obj, .ply, .gltf or .glb, by the name's ending. Polygons become fans of triangles.
-/// Throws Error if the file cannot be read, has no faces, an index out of range, or a position that is no finite number.
+/// Throws Error if the file cannot be read, has no faces, an index out of range, or a position that is no finite
+/// number.
 Mesh read_mesh(const std::filesystem::path& path);
 
 /// The same from memory; `name` begins error messages.
 Mesh read_obj(std::span<const std::byte> bytes, const std::string& name);
 Mesh read_ply(std::span<const std::byte> bytes, const std::string& name);  // ascii, binary of either byte order
 
-/// glTF 2.0, JSON or binary. Buffers in other files are looked for in `folder`. All meshes of the default scene, transformed by
-/// their nodes; images, materials and skins are ignored, as are points and lines.
+/// glTF 2.0, JSON or binary. Buffers in other files are looked for in `folder`. All meshes of the default scene,
+/// transformed by their nodes; images, materials and skins are ignored, as are points and lines.
 Mesh read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder, const std::string& name);
 
-/// Throws Error unless there is a face, all indices are in range and all positions they use are finite. Every reader ends with
-/// it.
+/// Throws Error unless there is a face, all indices are in range and all positions they use are finite. Every reader
+/// ends with it.
 void check_mesh(const Mesh& mesh, const std::string& name);
 
 }  // namespace trisoup::soup

@@ -81,9 +81,11 @@ class Reader {
       const tinygltf::Node& node = model_.nodes[k];
       glm::dmat4 world = parent * transform_of(node);
       // A model of ours turns up to +Y for viewers; its dataset's coordinates are what they are without that.
-      if (model_.extensions.contains("TRISOUP_neural_textures")) world = glm::translate(glm::dmat4(1.0), glm::inverse(glm::dmat3(world)) * glm::dvec3(world[3]));
+      if (model_.extensions.contains("TRISOUP_neural_textures"))
+        world = glm::translate(glm::dmat4(1.0), glm::inverse(glm::dmat3(world)) * glm::dvec3(world[3]));
       if (node.mesh >= 0)
-        for (const tinygltf::Primitive& primitive : model_.meshes[checked(node.mesh, model_.meshes.size(), "mesh")].primitives)
+        for (const tinygltf::Primitive& primitive :
+             model_.meshes[checked(node.mesh, model_.meshes.size(), "mesh")].primitives)
           add(primitive, world);
       for (const int child : node.children) open.emplace_back(child, world);
     }
@@ -98,14 +100,16 @@ class Reader {
   Elements elements_of(const tinygltf::Accessor& accessor, std::size_t element_size) const {
     if (accessor.sparse.isSparse || accessor.bufferView < 0)
       throw Error("{}: uses sparse or compressed arrays; export the mesh without compression", name_);
-    const tinygltf::BufferView& view = model_.bufferViews[checked(accessor.bufferView, model_.bufferViews.size(), "buffer view")];
+    const tinygltf::BufferView& view =
+        model_.bufferViews[checked(accessor.bufferView, model_.bufferViews.size(), "buffer view")];
     const tinygltf::Buffer& buffer = model_.buffers[checked(view.buffer, model_.buffers.size(), "buffer")];
     const std::size_t stride = view.byteStride != 0 ? view.byteStride : element_size;
-    const bool view_fits = view.byteOffset <= buffer.data.size() && view.byteLength <= buffer.data.size() - view.byteOffset;
-    const bool fits =
-        view_fits && accessor.byteOffset <= view.byteLength &&
-        (accessor.count == 0 || (element_size <= view.byteLength - accessor.byteOffset &&
-                                 (accessor.count - 1) <= (view.byteLength - accessor.byteOffset - element_size) / stride));
+    const bool view_fits =
+        view.byteOffset <= buffer.data.size() && view.byteLength <= buffer.data.size() - view.byteOffset;
+    const bool fits = view_fits && accessor.byteOffset <= view.byteLength &&
+                      (accessor.count == 0 ||
+                       (element_size <= view.byteLength - accessor.byteOffset &&
+                        (accessor.count - 1) <= (view.byteLength - accessor.byteOffset - element_size) / stride));
     if (!fits) throw Error("{}: an array lies outside its buffer; copy or export the file again", name_);
     if (accessor.count == 0) return {nullptr, stride, 0};
     return {buffer.data.data() + view.byteOffset + accessor.byteOffset, stride, accessor.count};
@@ -120,7 +124,8 @@ class Reader {
 
   void add(const tinygltf::Primitive& primitive, const glm::dmat4& world) {
     const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-    if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP && mode != TINYGLTF_MODE_TRIANGLE_FAN) return;
+    if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP && mode != TINYGLTF_MODE_TRIANGLE_FAN)
+      return;
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end()) return;
     const tinygltf::Accessor& points = model_.accessors[checked(position->second, model_.accessors.size(), "accessor")];
@@ -139,7 +144,8 @@ class Reader {
     if (primitive.indices < 0) {
       for (std::size_t k = 0; k < coordinates.count; ++k) corners.push_back(static_cast<std::uint32_t>(k));
     } else {
-      const tinygltf::Accessor& accessor = model_.accessors[checked(primitive.indices, model_.accessors.size(), "accessor")];
+      const tinygltf::Accessor& accessor =
+          model_.accessors[checked(primitive.indices, model_.accessors.size(), "accessor")];
       const int type = accessor.componentType;
       const std::size_t size = type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE    ? 1
                                : type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ? 2
@@ -180,12 +186,15 @@ class Reader {
 };
 
 // Textures do not matter here: a missing or odd image must not keep anybody from their mesh.
-bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; }
+bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
+  return true;
+}
 
 }  // namespace
 
 Mesh read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder, const std::string& name) {
-  if (bytes.size() > std::numeric_limits<unsigned>::max()) throw Error("{}: is larger than 4 GiB; decimate the mesh first", name);
+  if (bytes.size() > std::numeric_limits<unsigned>::max())
+    throw Error("{}: is larger than 4 GiB; decimate the mesh first", name);
   const auto size = static_cast<unsigned>(bytes.size());
   const bool binary = size >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
 
@@ -196,9 +205,10 @@ Mesh read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& fo
   bool loaded = false;
   try {
     loaded = binary ? loader.LoadBinaryFromMemory(&model, &errors, &warnings,
-                                                  reinterpret_cast<const unsigned char*>(bytes.data()), size, folder.string())
-                    : loader.LoadASCIIFromString(&model, &errors, &warnings, reinterpret_cast<const char*>(bytes.data()), size,
-                                                 folder.string());
+                                                  reinterpret_cast<const unsigned char*>(bytes.data()), size,
+                                                  folder.string())
+                    : loader.LoadASCIIFromString(&model, &errors, &warnings,
+                                                 reinterpret_cast<const char*>(bytes.data()), size, folder.string());
   } catch (const std::exception& exception) {  // its JSON accessors throw on numbers of the wrong kind
     errors = exception.what();
   }

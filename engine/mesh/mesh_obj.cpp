@@ -36,7 +36,8 @@ Mesh read_obj(std::span<const std::byte> bytes, const std::string& name) {
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (!reader.ParseFromString(text, "", config)) {
     std::string reason = reader.Error().substr(0, reader.Error().find('\n'));
-    throw Error("{}: is damaged ({}); export the mesh again", name, reason.empty() ? "not an OBJ file" : reason.substr(0, 120));
+    throw Error("{}: is damaged ({}); export the mesh again", name,
+                reason.empty() ? "not an OBJ file" : reason.substr(0, 120));
   }
 
   Mesh mesh;
@@ -55,7 +56,8 @@ Mesh read_obj(std::span<const std::byte> bytes, const std::string& name) {
         const int index = shape.mesh.indices[first + k].vertex_index;
         return index < 0 ? std::numeric_limits<std::uint32_t>::max() : static_cast<std::uint32_t>(index);
       };
-      for (std::size_t k = 2; k < corners; ++k) mesh.indices.insert(mesh.indices.end(), {corner(0), corner(k - 1), corner(k)});
+      for (std::size_t k = 2; k < corners; ++k)
+        mesh.indices.insert(mesh.indices.end(), {corner(0), corner(k - 1), corner(k)});
       first += corners;
     }
   }

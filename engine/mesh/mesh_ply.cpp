@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
-#include <cstdlib>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <string_view>
@@ -52,7 +52,8 @@ enum class Encoding { ascii, little, big };
 // Reads the body's numbers one by one, whatever their encoding; every one as a double, which holds all 32-bit integers.
 class Body {
  public:
-  Body(std::string_view bytes, Encoding encoding, const std::string& name) : rest_(bytes), encoding_(encoding), name_(name) {}
+  Body(std::string_view bytes, Encoding encoding, const std::string& name)
+      : rest_(bytes), encoding_(encoding), name_(name) {}
 
   double number(Type type) {
     if (encoding_ == Encoding::ascii) return text_number();
@@ -120,7 +121,8 @@ class Body {
     if (error == std::errc::invalid_argument || end != rest_.data() + length)
       throw Error("{}: has something that is no number in its data; export the mesh again", name_);
     // Too small is zero; too large must not be.
-    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(rest_.substr(0, length)).c_str(), nullptr);
+    if (error == std::errc::result_out_of_range)
+      value = std::strtod(std::string(rest_.substr(0, length)).c_str(), nullptr);
     rest_.remove_prefix(length);
     return value;
   }
@@ -142,7 +144,8 @@ std::string_view next_line(std::string_view& rest) {
 
 std::vector<std::string_view> words_of(std::string_view line) {
   std::vector<std::string_view> words;
-  for (std::size_t at = line.find_first_not_of(" \t"); at != std::string_view::npos; at = line.find_first_not_of(" \t", at)) {
+  for (std::size_t at = line.find_first_not_of(" \t"); at != std::string_view::npos;
+       at = line.find_first_not_of(" \t", at)) {
     const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
     words.push_back(line.substr(at, end - at));
     at = end;

@@ -28,7 +28,8 @@ void partition(std::span<const glm::vec3> positions, std::span<std::uint32_t> po
   partition(positions, points.subspan(half), largest, parts);
 }
 
-// One part of the cloud while farthest points are chosen: where it lies, and its point that is farthest from all chosen ones.
+// One part of the cloud while farthest points are chosen: where it lies, and its point that is farthest from all chosen
+// ones.
 struct Part {
   glm::vec3 low, high;
   float farthest = std::numeric_limits<float>::infinity();  // squared distance, -1 if all are chosen
@@ -62,8 +63,9 @@ std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, st
   std::vector<std::span<std::uint32_t>> spans;
   partition(points, order, 128, spans);
   std::vector<Part> parts;
-  std::vector<glm::vec3> position(points.size());                                      // in the order of the parts
-  std::vector<float> distance(points.size(), std::numeric_limits<float>::infinity());  // squared, to the nearest chosen one
+  std::vector<glm::vec3> position(points.size());  // in the order of the parts
+  std::vector<float> distance(points.size(),
+                              std::numeric_limits<float>::infinity());  // squared, to the nearest chosen one
   std::size_t at = 0;
   for (const std::span<std::uint32_t> span : spans) {
     std::sort(span.begin(), span.end());  // so that the first maximum of a part is the one of lowest index
@@ -84,8 +86,9 @@ std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, st
     float farthest = -2;
     std::uint32_t farthest_index = 0;
     for (Part& part : parts) {
-      // The box's distance is computed by the same operations in the same order as a point's, and each of them is monotonic, so
-      // no rounding can make it larger than that of a point inside: a skipped part has no distance to lower.
+      // The box's distance is computed by the same operations in the same order as a point's, and each of them is
+      // monotonic, so no rounding can make it larger than that of a point inside: a skipped part has no distance to
+      // lower.
       const glm::vec3 gap = glm::max(glm::max(part.low - p, p - part.high), 0.0f);
       const float nearest = gap.x * gap.x + gap.y * gap.y + gap.z * gap.z;
       if (nearest < part.farthest || (nearest == 0 && part.farthest >= 0)) {
@@ -110,12 +113,14 @@ std::vector<double> nearest_distances(std::span<const glm::vec3> points, std::si
   neighbours = std::min(neighbours, points.size() - std::min<std::size_t>(1, points.size()));
   if (neighbours == 0) return means;
   const PointCloud cloud{points};
-  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointCloud>, PointCloud, 3, std::uint32_t>;
+  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointCloud>, PointCloud, 3,
+                                                   std::uint32_t>;
   const Tree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(16));
   std::vector<std::uint32_t> indices(neighbours + 1);
   std::vector<float> squared(neighbours + 1);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // The nearest is the point itself, or a duplicate of it; in both cases the distances after the first are those to other points.
+    // The nearest is the point itself, or a duplicate of it; in both cases the distances after the first are those to
+    // other points.
     tree.knnSearch(&points[i].x, neighbours + 1, indices.data(), squared.data());
     for (std::size_t k = 1; k <= neighbours; ++k) means[i] += std::sqrt(squared[k]);
     means[i] /= static_cast<double>(neighbours);

@@ -19,8 +19,9 @@ constexpr std::uint32_t kOutside = Tetrahedra::kOutside;
 
 /// Votes of the sightings: what it costs to call a tetrahedron air or matter, and to have a face between the two.
 struct Votes {
-  std::vector<double> air, matter;           // per tetrahedron: what speaks for it
-  std::vector<std::array<double, 4>> face;   // per tetrahedron and face: sightings that leave it there on their way to a point
+  std::vector<double> air, matter;  // per tetrahedron: what speaks for it
+  std::vector<std::array<double, 4>>
+      face;  // per tetrahedron and face: sightings that leave it there on their way to a point
 };
 
 /// Walks along segments through the tetrahedra.
@@ -49,10 +50,11 @@ class Walker {
     return best;
   }
 
-  /// Calls visit(t, k, s) for every face through which from + s * direction leaves tetrahedron t (opposite its corner k), up to s = 1; returns
-  /// the last tetrahedron.
+  /// Calls visit(t, k, s) for every face through which from + s * direction leaves tetrahedron t (opposite its corner
+  /// k), up to s = 1; returns the last tetrahedron.
   template <class Visit>
-  std::uint32_t walk(std::uint32_t t, std::uint32_t came_from, const glm::dvec3& from, const glm::dvec3& direction, Visit&& visit) const {
+  std::uint32_t walk(std::uint32_t t, std::uint32_t came_from, const glm::dvec3& from, const glm::dvec3& direction,
+                     Visit&& visit) const {
     for (std::size_t steps = 0; t != kOutside && steps < tetrahedra_.size(); ++steps) {
       double nearest = std::numeric_limits<double>::infinity();
       int exit = -1;
@@ -79,7 +81,8 @@ class Walker {
     return {glm::dot(normal, at(1) - from), glm::dot(normal, direction)};
   }
 
-  /// The smallest of the three barycentric shares of `direction` as a sum of the edges at corner `point`, of their sum's size.
+  /// The smallest of the three barycentric shares of `direction` as a sum of the edges at corner `point`, of their
+  /// sum's size.
   double cone(std::uint32_t t, std::uint32_t point, const glm::dvec3& direction) const {
     glm::dmat3 edges(0.0);
     int n = 0;
@@ -170,19 +173,24 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
     const glm::dvec3 way = camera - s.points[corner];
     const std::uint32_t first = walker.first_towards(corner, way);
     if (first == kOutside) continue;
-    const std::uint32_t there = walker.walk(first, kOutside, s.points[corner], way, [](std::uint32_t, std::size_t, double) {});
+    const std::uint32_t there =
+        walker.walk(first, kOutside, s.points[corner], way, [](std::uint32_t, std::size_t, double) {});
     if (there != kOutside) votes.air[there] += kSure;
   }
   return votes;
 }
 
-/// 1 - cos of the angle between a face and the sphere through its tetrahedron: small where the face fits the points well (Labatut 2009).
-double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::uint32_t, 4>& corners, std::size_t opposite) {
+/// 1 - cos of the angle between a face and the sphere through its tetrahedron: small where the face fits the points
+/// well (Labatut 2009).
+double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::uint32_t, 4>& corners,
+                    std::size_t opposite) {
   const auto at = [&](std::size_t i) { return points[corners[(opposite + i) % 4]]; };
   const glm::dvec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
   const double volume = 2.0 * glm::dot(a, glm::cross(b, c));
   if (volume == 0) return 1.0;
-  const glm::dvec3 centre = (glm::dot(a, a) * glm::cross(b, c) + glm::dot(b, b) * glm::cross(c, a) + glm::dot(c, c) * glm::cross(a, b)) / volume;
+  const glm::dvec3 centre =
+      (glm::dot(a, a) * glm::cross(b, c) + glm::dot(b, b) * glm::cross(c, a) + glm::dot(c, c) * glm::cross(a, b)) /
+      volume;
   const glm::dvec3 normal = glm::cross(at(2) - at(1), at(3) - at(1));
   const double size = glm::length(normal) * glm::length(centre);
   if (!(size > 0)) return 1.0;
@@ -193,14 +201,17 @@ double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::ui
 }
 
 /// Which tetrahedra are air: the smallest cut.
-std::vector<bool> divide(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra, const Votes& votes, const SurfaceOptions& options) {
+std::vector<bool> divide(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra, const Votes& votes,
+                         const SurfaceOptions& options) {
   using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
   using Graph = boost::adjacency_list<
       boost::vecS, boost::vecS, boost::directedS,
       boost::property<boost::vertex_color_t, boost::default_color_type,
-                      boost::property<boost::vertex_distance_t, long, boost::property<boost::vertex_predecessor_t, Traits::edge_descriptor>>>,
+                      boost::property<boost::vertex_distance_t, long,
+                                      boost::property<boost::vertex_predecessor_t, Traits::edge_descriptor>>>,
       boost::property<boost::edge_capacity_t, double,
-                      boost::property<boost::edge_residual_capacity_t, double, boost::property<boost::edge_reverse_t, Traits::edge_descriptor>>>>;
+                      boost::property<boost::edge_residual_capacity_t, double,
+                                      boost::property<boost::edge_reverse_t, Traits::edge_descriptor>>>>;
   const std::size_t n = tetrahedra.size(), air = n, matter = n + 1;
   Graph graph(n + 2);
   const auto connect = [&](std::size_t from, std::size_t to, double forward, double backward) {
@@ -219,7 +230,8 @@ std::vector<bool> divide(std::span<const glm::dvec3> points, const Tetrahedra& t
       }
       if (other < t) continue;
       const auto& there = tetrahedra.across[other];
-      const auto back = static_cast<std::size_t>(std::find(there.begin(), there.end(), std::uint32_t(t)) - there.begin());
+      const auto back =
+          static_cast<std::size_t>(std::find(there.begin(), there.end(), std::uint32_t(t)) - there.begin());
       if (back >= 4) continue;
       const double face = options.smoothness * std::max(angle, sphere_angle(points, tetrahedra.corners[other], back));
       connect(t, other, votes.face[t][k] + face, votes.face[other][back] + face);

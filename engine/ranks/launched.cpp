@@ -21,7 +21,8 @@ class Mpi : public Ranks {
  public:
   explicit Mpi(const TrisoupMpi& mpi) : Ranks(mpi.rank, mpi.size, mpi.library), mpi_(mpi) {}
   ~Mpi() override {
-    // To end MPI is to wait for the others. Without it the launcher takes this process for one that died, and ends them.
+    // To end MPI is to wait for the others. Without it the launcher takes this process for one that died, and ends
+    // them.
     if (!broken_) mpi_.finish();
   }
 
@@ -43,8 +44,7 @@ class Mpi : public Ranks {
     std::copy(to[self].begin(), to[self].end(), from[self].begin());
     const char* const wrong = mpi_.exchange(out.data(), out_bytes.data(), in.data(), in_bytes.data());
     broken_ = wrong != nullptr;
-    if (broken_)
-      throw Error("rank {} of {}: the connection to the other ranks is broken ({})", rank(), size(), wrong);
+    if (broken_) throw Error("rank {} of {}: the connection to the other ranks is broken ({})", rank(), size(), wrong);
   }
 
  private:
@@ -52,7 +52,8 @@ class Mpi : public Ranks {
   bool broken_ = false;
 };
 
-/// Open MPI and MPICH have nothing in common but their interface's source, so each has a plugin, and the launcher says which it is.
+/// Open MPI and MPICH have nothing in common but their interface's source, so each has a plugin, and the launcher says
+/// which it is.
 std::vector<std::string> plugins() {
   std::vector<std::string> names{"trisoup-openmpi.so", "trisoup-mpich.so", "trisoup-mpi.so"};
   const bool mpich = !std::getenv("OMPI_COMM_WORLD_SIZE") && !std::getenv("PMIX_RANK") && std::getenv("PMI_RANK");
@@ -78,13 +79,17 @@ std::unique_ptr<Ranks> open_launched(const std::filesystem::path& programs) {
   if (launched_size() <= 1) return alone();
   const auto says = [](const char* variable) { return std::getenv(variable) != nullptr; };
   if (says("SLURM_STEP_NUM_TASKS") && !says("PMIX_RANK") && !says("PMI_RANK") && !says("OMPI_COMM_WORLD_SIZE"))
-    throw Error("srun has started {} processes without an MPI; give it --mpi=pmix for Open MPI or --mpi=pmi2 for MPICH, or soup-train --by-itself", launched_size());
+    throw Error(
+        "srun has started {} processes without an MPI; give it --mpi=pmix for Open MPI or --mpi=pmi2 for MPICH, or "
+        "soup-train --by-itself",
+        launched_size());
   std::string why = "this build has none";
   for (const std::string& name : plugins()) {
     const std::filesystem::path file = programs / name;
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored)) continue;
-    // Global, because MPI libraries load parts of their own that look for them. Never closed: they leave threads and handlers behind.
+    // Global, because MPI libraries load parts of their own that look for them. Never closed: they leave threads and
+    // handlers behind.
     void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL);
     if (!library) {
       why = ::dlerror();
@@ -93,15 +98,20 @@ std::unique_ptr<Ranks> open_launched(const std::filesystem::path& programs) {
     const auto open = reinterpret_cast<TrisoupMpiOpen>(::dlsym(library, "trisoup_mpi_open"));
     const char* error = "it is of another build";
     const TrisoupMpi* const mpi = open ? open(&error) : nullptr;
-    if (!mpi || mpi->version != TRISOUP_MPI_PLUGIN_VERSION) throw Error("{}: MPI does not start ({})", file.string(), error);
+    if (!mpi || mpi->version != TRISOUP_MPI_PLUGIN_VERSION)
+      throw Error("{}: MPI does not start ({})", file.string(), error);
     if (mpi->size != launched_size())
-      throw Error("{}: its launcher has started {} processes, {} sees {}; use the launcher of the same MPI (mpirun of Open MPI, mpiexec of MPICH)",
-                  file.string(), launched_size(), mpi->library, mpi->size);
+      throw Error(
+          "{}: its launcher has started {} processes, {} sees {}; use the launcher of the same MPI (mpirun of Open "
+          "MPI, mpiexec of MPICH)",
+          file.string(), launched_size(), mpi->library, mpi->size);
     return std::make_unique<Mpi>(*mpi);
   }
-  throw Error("{} processes were started to train together, and there is no MPI plugin to do it with ({}); install libopenmpi-dev or "
-              "libmpich-dev and build again, or start one process",
-              launched_size(), why);
+  throw Error(
+      "{} processes were started to train together, and there is no MPI plugin to do it with ({}); install "
+      "libopenmpi-dev or "
+      "libmpich-dev and build again, or start one process",
+      launched_size(), why);
 }
 
 }  // namespace trisoup::ranks

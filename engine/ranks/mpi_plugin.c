@@ -22,8 +22,8 @@ static const uint64_t kPiece = 1u << 30;
 
 static uint64_t pieces_of(uint64_t bytes) { return (bytes + kPiece - 1) / kPiece; }
 
-/* MPI libraries wait by asking again and again. With a core for each rank that is the fastest; here whoever waits long also
-   lets others compute. */
+/* MPI libraries wait by asking again and again. With a core for each rank that is the fastest; here whoever waits long
+   also lets others compute. */
 static int wait_all(int count, MPI_Request* requests) {
   const struct timespec nap = {0, 50000};
   for (long turn = 0;; ++turn) {
@@ -34,7 +34,8 @@ static int wait_all(int count, MPI_Request* requests) {
   }
 }
 
-static const char* exchange(const void* const* send, const uint64_t* send_bytes, void* const* receive, const uint64_t* receive_bytes) {
+static const char* exchange(const void* const* send, const uint64_t* send_bytes, void* const* receive,
+                            const uint64_t* receive_bytes) {
   uint64_t most = 0;
   for (int r = 0; r < table.size; ++r) most += pieces_of(send_bytes[r]) + pieces_of(receive_bytes[r]);
   MPI_Request* requests = malloc((most + 1) * sizeof *requests);
@@ -45,11 +46,13 @@ static const char* exchange(const void* const* send, const uint64_t* send_bytes,
     const int from = (table.rank + table.size - i) % table.size, to = (table.rank + i) % table.size;
     for (uint64_t at = 0; at < receive_bytes[from] && code == MPI_SUCCESS; at += kPiece) {
       const uint64_t left = receive_bytes[from] - at;
-      code = MPI_Irecv((char*)receive[from] + at, (int)(left < kPiece ? left : kPiece), MPI_BYTE, from, 0, ranks, &requests[count++]);
+      code = MPI_Irecv((char*)receive[from] + at, (int)(left < kPiece ? left : kPiece), MPI_BYTE, from, 0, ranks,
+                       &requests[count++]);
     }
     for (uint64_t at = 0; at < send_bytes[to] && code == MPI_SUCCESS; at += kPiece) {
       const uint64_t left = send_bytes[to] - at;
-      code = MPI_Isend((const char*)send[to] + at, (int)(left < kPiece ? left : kPiece), MPI_BYTE, to, 0, ranks, &requests[count++]);
+      code = MPI_Isend((const char*)send[to] + at, (int)(left < kPiece ? left : kPiece), MPI_BYTE, to, 0, ranks,
+                       &requests[count++]);
     }
   }
   if (code == MPI_SUCCESS) code = wait_all(count, requests);

@@ -1,5 +1,5 @@
-/* The few calls of MPI that ranks need, as a table of C functions: what is built against one MPI library (mpi_plugin.c), and
-   loaded by a program that knows none (launched.cpp). */
+/* The few calls of MPI that ranks need, as a table of C functions: what is built against one MPI library
+   (mpi_plugin.c), and loaded by a program that knows none (launched.cpp). */
 #ifndef TRISOUP_MPI_PLUGIN_H
 #define TRISOUP_MPI_PLUGIN_H
 
@@ -15,9 +15,10 @@ struct TrisoupMpi {
   uint32_t version; /* TRISOUP_MPI_PLUGIN_VERSION of its source */
   int rank, size;
   const char* library; /* name and version, for people */
-  /* Sends send[r], of send_bytes[r] bytes, to rank r, and receives receive_bytes[r] bytes from it in receive[r], for every r but
-     its own rank. Null, or what is wrong. */
-  const char* (*exchange)(const void* const* send, const uint64_t* send_bytes, void* const* receive, const uint64_t* receive_bytes);
+  /* Sends send[r], of send_bytes[r] bytes, to rank r, and receives receive_bytes[r] bytes from it in receive[r], for
+     every r but its own rank. Null, or what is wrong. */
+  const char* (*exchange)(const void* const* send, const uint64_t* send_bytes, void* const* receive,
+                          const uint64_t* receive_bytes);
   /* Ends MPI. Waits for the other ranks. */
   void (*finish)(void);
 };

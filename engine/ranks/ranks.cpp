@@ -68,7 +68,9 @@ std::vector<Bytes> Ranks::exchange(std::span<const ByteView> to) {
   }
 }
 
-std::vector<Bytes> Ranks::gather(ByteView mine) { return exchange(std::vector<ByteView>(static_cast<std::size_t>(size_), mine)); }
+std::vector<Bytes> Ranks::gather(ByteView mine) {
+  return exchange(std::vector<ByteView>(static_cast<std::size_t>(size_), mine));
+}
 
 Bytes Ranks::from(int rank, ByteView mine) {
   std::vector<Bytes> all = gather(rank == rank_ ? mine : ByteView{});

@@ -1,5 +1,6 @@
-// Processes that train one soup together, usually on several machines, and what they tell each other. How bytes travel is for
-// the implementations to say: MPI (launched.h), or threads of one process in the tests. Kernels know nothing of it.
+// Processes that train one soup together, usually on several machines, and what they tell each other. How bytes travel
+// is for the implementations to say: MPI (launched.h), or threads of one process in the tests. Kernels know nothing of
+// it.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +19,8 @@ namespace trisoup::ranks {
 using Bytes = std::vector<std::byte>;
 using ByteView = std::span<const std::byte>;
 
-/// Thrown on every rank where one could not go on. The message names that rank: "rank 2 of 4 (node17): what went wrong".
+/// Thrown on every rank where one could not go on. The message names that rank: "rank 2 of 4 (node17): what went
+/// wrong".
 class RankLost : public Error {
  public:
   explicit RankLost(const std::string& message) : Error("{}", message) {}
@@ -33,16 +35,16 @@ class Ranks {
   /// Who speaks for all, and writes their files.
   bool is_first() const { return rank_ == 0; }
 
-  /// Sends to[r] to rank r, for every r (itself too), and returns what each rank has sent to this one, in order of rank.
-  /// Throws RankLost where a rank has left, and Error where the connection breaks.
+  /// Sends to[r] to rank r, for every r (itself too), and returns what each rank has sent to this one, in order of
+  /// rank. Throws RankLost where a rank has left, and Error where the connection breaks.
   std::vector<Bytes> exchange(std::span<const ByteView> to);
   /// The same bytes to every rank.
   std::vector<Bytes> gather(ByteView mine);
   /// What `rank` has, to every rank; `mine` of the others is not looked at.
   Bytes from(int rank, ByteView mine);
 
-  /// Takes part in the exchange that the others are waiting in, or will come to, with nothing but `why` it ends. Theirs throws.
-  /// False where nobody can be told, because the connection is broken. There is no exchange after it.
+  /// Takes part in the exchange that the others are waiting in, or will come to, with nothing but `why` it ends. Theirs
+  /// throws. False where nobody can be told, because the connection is broken. There is no exchange after it.
   bool leave(std::string_view why) noexcept;
   /// Whether there can be no exchange any more.
   bool ended() const { return ended_; }
@@ -79,7 +81,9 @@ ByteView bytes_of(const std::vector<T>& values) {
 template <typename T>
 std::vector<T> values_of(ByteView bytes) {
   static_assert(std::is_trivially_copyable_v<T>);
-  if (bytes.size() % sizeof(T) != 0) throw Error("ranks: {} bytes are no list of values of {} bytes; all ranks have to run the same build", bytes.size(), sizeof(T));
+  if (bytes.size() % sizeof(T) != 0)
+    throw Error("ranks: {} bytes are no list of values of {} bytes; all ranks have to run the same build", bytes.size(),
+                sizeof(T));
   std::vector<T> values(bytes.size() / sizeof(T));
   std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(values)).begin());
   return values;

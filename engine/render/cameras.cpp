@@ -28,7 +28,8 @@ scene::Camera around(const Framing& framing, double azimuth, double elevation, i
 
 }  // namespace
 
-scene::Camera look_at(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double fov, int width, int height) {
+scene::Camera look_at(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double fov, int width,
+                      int height) {
   scene::Camera camera;
   camera.width = width;
   camera.height = height;
@@ -56,7 +57,8 @@ scene::Camera reshaped(const scene::Camera& camera, int width, int height) {
 
 glm::dvec3 mean_up(std::span<const scene::Camera> cameras) {
   glm::dvec3 sum(0.0);
-  for (const scene::Camera& c : cameras) sum -= glm::dvec3(c.world_to_camera[0][1], c.world_to_camera[1][1], c.world_to_camera[2][1]);
+  for (const scene::Camera& c : cameras)
+    sum -= glm::dvec3(c.world_to_camera[0][1], c.world_to_camera[1][1], c.world_to_camera[2][1]);
   const double length = glm::length(sum);
   return length > 1e-3 * static_cast<double>(cameras.size()) && !cameras.empty() ? sum / length : glm::dvec3(0, 1, 0);
 }
@@ -83,7 +85,8 @@ Framing frame(std::span<const glm::vec3> vertices, std::span<const scene::Camera
   return f;
 }
 
-std::vector<scene::Camera> orbit(const Framing& framing, int count, double elevation, double start, int width, int height) {
+std::vector<scene::Camera> orbit(const Framing& framing, int count, double elevation, double start, int width,
+                                 int height) {
   std::vector<scene::Camera> cameras;
   for (int i = 0; i < count; ++i)
     cameras.push_back(around(framing, start + 2 * std::numbers::pi * i / count, elevation, width, height));
@@ -93,15 +96,18 @@ std::vector<scene::Camera> orbit(const Framing& framing, int count, double eleva
 std::vector<scene::Camera> hemisphere(const Framing& framing, int count, int width, int height) {
   const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<scene::Camera> cameras;
-  for (int i = 0; i < count; ++i) cameras.push_back(around(framing, golden_angle * i, std::asin((i + 0.5) / count), width, height));
+  for (int i = 0; i < count; ++i)
+    cameras.push_back(around(framing, golden_angle * i, std::asin((i + 0.5) / count), width, height));
   return cameras;
 }
 
 View view_of(const scene::Camera& camera, double near, double far) {
-  return {scene::clip_from_world(camera, near, far), static_cast<std::uint32_t>(camera.width), static_cast<std::uint32_t>(camera.height)};
+  return {scene::clip_from_world(camera, near, far), static_cast<std::uint32_t>(camera.width),
+          static_cast<std::uint32_t>(camera.height)};
 }
 
-View view_of(const scene::Camera& camera, const scene::Normalisation& of_camera, const GpuModel& model, double near, double far) {
+View view_of(const scene::Camera& camera, const scene::Normalisation& of_camera, const GpuModel& model, double near,
+             double far) {
   View view = view_of(camera, near, far);
   glm::dmat4 camera_from_model(of_camera.scale / model.scale);
   camera_from_model[3] = glm::dvec4(of_camera.scale * (model.centre - of_camera.centre), 1.0);

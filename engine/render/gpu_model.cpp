@@ -54,7 +54,8 @@ void upload_corners(gpu::Device& gpu, const soup::Model& model, const std::vecto
 }
 
 /// Edges and places in the atlas, a row of three texels a triangle.
-void upload_table(gpu::Graphics& graphics, const std::vector<glm::vec3>& vertices, const soup::Atlas& atlas, GpuModel& m) {
+void upload_table(gpu::Graphics& graphics, const std::vector<glm::vec3>& vertices, const soup::Atlas& atlas,
+                  GpuModel& m) {
   const std::uint32_t rows = std::max(1u, (m.triangles + kTableWidth - 1) / kTableWidth);
   m.table = graphics.create_image({gpu::Format::rgba32_uint, kTableWidth, rows, 3}, "table of triangles");
   for (std::uint32_t layer = 0; layer < 3; ++layer) {
@@ -64,7 +65,8 @@ void upload_table(gpu::Graphics& graphics, const std::vector<glm::vec3>& vertice
       const soup::AtlasPlace& place = atlas.places[t];
       if (layer == 0) texels[t] = glm::uvec4(bits(v2), place.x0 | std::uint32_t(place.y0) << 16);
       if (layer == 1)
-        texels[t] = glm::uvec4(bits(v0 - v2), place.level | std::uint32_t(place.page) << 8 | std::uint32_t(place.turned) << 16);
+        texels[t] =
+            glm::uvec4(bits(v0 - v2), place.level | std::uint32_t(place.page) << 8 | std::uint32_t(place.turned) << 16);
       if (layer == 2) texels[t] = glm::uvec4(bits(v1 - v2), 0);
     }
     graphics.upload(m.table, layer, std::as_bytes(std::span(texels)));
@@ -88,7 +90,8 @@ void upload_textures(gpu::Graphics& graphics, const soup::Model& model, const so
       soup::each_lattice_point(place.level, [&](int x, int y, std::uint32_t index) {
         const glm::ivec2 texel = soup::atlas_texel(place, x, y);
         const std::size_t at = std::size_t(texel.y) * width + texel.x;
-        const std::uint8_t* sample = &model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * soup::kChannels];
+        const std::uint8_t* sample =
+            &model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * soup::kChannels];
         opacities[at] = sample[7];
         std::copy_n(sample, 4, &low[4 * at]);
         std::copy_n(sample + 4, 4, &high[4 * at]);

@@ -10,7 +10,8 @@
 namespace trisoup::render {
 namespace {
 
-constexpr std::array<const char*, kModes> kModeNames{"colour", "triangles", "normals", "depth", "opacity", "level", "wireframe", "channel"};
+constexpr std::array<const char*, kModes> kModeNames{"colour",  "triangles", "normals",   "depth",
+                                                     "opacity", "level",     "wireframe", "channel"};
 constexpr std::array<const char*, 3> kAaNames{"none", "msaa", "ssaa"};
 
 }  // namespace
@@ -78,7 +79,8 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   const soup::Box& box = model.box;
   float nearest = 1e30f, farthest = 0.0f;
   for (int i = 0; i < 8; ++i) {
-    const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y, i & 4 ? box.high.z : box.low.z);
+    const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                           i & 4 ? box.high.z : box.low.z);
     const float w = (frame.clip_from_world * glm::vec4(corner, 1.0f)).w;
     nearest = std::min(nearest, w);
     farthest = std::max(farthest, w);

@@ -23,8 +23,8 @@ inline constexpr std::uint32_t kModes = 8;
 const char* to_string(Mode mode);
 std::optional<Mode> mode_from(std::string_view name);
 
-/// none: one sample per pixel, as in training. msaa: four samples of visibility, opacity tested at each, shading once per
-/// triangle and pixel. ssaa: 2 x 2 samples, each shaded.
+/// none: one sample per pixel, as in training. msaa: four samples of visibility, opacity tested at each, shading once
+/// per triangle and pixel. ssaa: 2 x 2 samples, each shaded.
 enum class AntiAliasing { none, msaa, ssaa };
 const char* to_string(AntiAliasing aa);
 std::optional<AntiAliasing> anti_aliasing_from(std::string_view name);
@@ -37,10 +37,10 @@ struct View {
 
 struct DrawOptions {
   Mode mode = Mode::colour;
-  std::uint32_t channel = 0;          // of Mode::channel, 0..7: red, green, blue, mix, three latent ones, opacity
+  std::uint32_t channel = 0;  // of Mode::channel, 0..7: red, green, blue, mix, three latent ones, opacity
   AntiAliasing aa = AntiAliasing::none;
-  glm::vec3 background{0.0f};         // display values 0..1
-  bool drop_behind = false;           // leave out triangles that reach behind the camera, as published, instead of clipping
+  glm::vec3 background{0.0f};  // display values 0..1
+  bool drop_behind = false;    // leave out triangles that reach behind the camera, as published, instead of clipping
   bool operator==(const DrawOptions&) const = default;
 };
 
@@ -60,9 +60,10 @@ class Renderer {
   /// Told of each before it is drawn: its name and number, from 1 on, of kPasses.
   using Watch = std::function<void(const char* pass, int number, int of)>;
 
-  /// Draws to `target`, rgba8, of the view's size. Nothing waits; but with `watch` the first pass is waited for before the second begins: some drivers compile
-  /// shaders when they are first drawn with.
-  void draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target, const Watch& watch = {});
+  /// Draws to `target`, rgba8, of the view's size. Nothing waits; but with `watch` the first pass is waited for before
+  /// the second begins: some drivers compile shaders when they are first drawn with.
+  void draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target,
+            const Watch& watch = {});
 
   /// The same, to memory of the host.
   Image picture(const GpuModel& model, const View& view, const DrawOptions& options);

@@ -53,7 +53,8 @@ nlohmann::json with_todays_names(nlohmann::json settings) {
 std::string checkpoint_text(const soup::Safetensors& file, const std::filesystem::path& path, const char* key) {
   const auto it = file.metadata().find(key);
   if (it == file.metadata().end())
-    throw Error("{}: lacks '{}'; it is not a checkpoint of this program, train anew with --overwrite", path.string(), key);
+    throw Error("{}: lacks '{}'; it is not a checkpoint of this program, train anew with --overwrite", path.string(),
+                key);
   return it->second;
 }
 
@@ -75,7 +76,8 @@ Settings settings_as_trained(nlohmann::json json) {
 
 CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesystem::path& path) {
   if (const std::string format = checkpoint_text(file, path, "format"); format != kCheckpointFormat)
-    throw Error("{}: is of format '{}', this program reads '{}'; train anew with --overwrite", path.string(), format, kCheckpointFormat);
+    throw Error("{}: is of format '{}', this program reads '{}'; train anew with --overwrite", path.string(), format,
+                kCheckpointFormat);
   CheckpointInfo info;
   try {
     info.settings = settings_as_trained(nlohmann::json::parse(checkpoint_text(file, path, "settings")));
@@ -87,11 +89,14 @@ CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesys
   info.step = checkpoint_number(file, path, "step");
   if (file.metadata().contains("rounds")) info.rounds = checkpoint_number(file, path, "rounds");
   if (info.step > info.settings.steps + info.rounds * info.settings.round_steps)
-    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(), info.step, info.settings.steps);
+    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(),
+                info.step, info.settings.steps);
   if (const auto note = file.metadata().find("note"); note != file.metadata().end()) info.note = note->second;
   return info;
 }
 
-CheckpointInfo checkpoint_info(const std::filesystem::path& path) { return checkpoint_info(soup::Safetensors::open(path), path); }
+CheckpointInfo checkpoint_info(const std::filesystem::path& path) {
+  return checkpoint_info(soup::Safetensors::open(path), path);
+}
 
 }  // namespace trisoup::train

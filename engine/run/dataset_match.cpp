@@ -12,7 +12,9 @@ namespace trisoup::train {
 namespace {
 
 /// The camera's place in the coordinates of the dataset.
-glm::dvec3 place_of(const scene::Camera& camera, const scene::Normalisation& normalisation) { return normalisation.to_world(camera.centre()); }
+glm::dvec3 place_of(const scene::Camera& camera, const scene::Normalisation& normalisation) {
+  return normalisation.to_world(camera.centre());
+}
 
 bool alike(const scene::Camera& a, const scene::Camera& b) {
   const double cosine_of_a_degree = 0.99984769515639123916;
@@ -23,10 +25,12 @@ bool alike(const scene::Camera& a, const scene::Camera& b) {
 }  // namespace
 
 nlohmann::json fingerprints_of(const scene::Scene& scene) {
-  return {{"cameras", fmt::format("{:016x}", scene.fingerprint)}, {"test_photographs", fmt::format("{:016x}", scene::fingerprint_of_photographs(scene.test))}};
+  return {{"cameras", fmt::format("{:016x}", scene.fingerprint)},
+          {"test_photographs", fmt::format("{:016x}", scene::fingerprint_of_photographs(scene.test))}};
 }
 
-std::string misfit(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained, const std::string& dataset) {
+std::string misfit(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained,
+                   const std::string& dataset) {
   const scene::Normalisation model{file.model.centre, file.model.scale};
   std::map<std::string, const soup::ModelCamera*> by_name;
   for (const soup::ModelCamera& camera : file.cameras) by_name.emplace(camera.name, &camera);
@@ -36,28 +40,41 @@ std::string misfit(const soup::ModelFile& file, const scene::Scene& scene, bool 
     for (const scene::View& view : *set) {
       ++views;
       const glm::dvec3 place = place_of(view.camera, scene.normalisation);
-      const auto far = [&](const soup::ModelCamera& camera) { return glm::distance(place, place_of(camera.camera, model)) * file.model.scale; };
+      const auto far = [&](const soup::ModelCamera& camera) {
+        return glm::distance(place, place_of(camera.camera, model)) * file.model.scale;
+      };
       const auto found = by_name.find(utf8(view.name));
       if (found != by_name.end()) ++named;
       bool fits = false;
-      if (found != by_name.end()) fits = far(*found->second) < 0.01 && alike(view.camera, found->second->camera);
+      if (found != by_name.end())
+        fits = far(*found->second) < 0.01 && alike(view.camera, found->second->camera);
       else
-        for (const soup::ModelCamera& camera : file.cameras) fits = fits || (far(camera) < 0.01 && alike(view.camera, camera.camera));
-      if (fits) ++fitting;
-      else if (first.empty()) first = printable(view.name);
+        for (const soup::ModelCamera& camera : file.cameras)
+          fits = fits || (far(camera) < 0.01 && alike(view.camera, camera.camera));
+      if (fits)
+        ++fitting;
+      else if (first.empty())
+        first = printable(view.name);
     }
   if (!file.cameras.empty() && fitting < views)
-    return named == 0 ? fmt::format("{}: {} of {} views are seen by no camera of the model, and none has a name that it knows, first: {}; this is likely not "
-                                    "the dataset that the model was trained on",
-                                    dataset, views - fitting, views, first)
-                      : fmt::format("{}: poses or lenses of {} of {} views are not those that the model was trained with, first: {}; this is another dataset, "
-                                    "or its poses were found anew",
-                                    dataset, views - fitting, views, first);
+    return named == 0 ? fmt::format(
+                            "{}: {} of {} views are seen by no camera of the model, and none has a name that it knows, "
+                            "first: {}; this is likely not "
+                            "the dataset that the model was trained on",
+                            dataset, views - fitting, views, first)
+                      : fmt::format(
+                            "{}: poses or lenses of {} of {} views are not those that the model was trained with, "
+                            "first: {}; this is another dataset, "
+                            "or its poses were found anew",
+                            dataset, views - fitting, views, first);
   if (!as_trained || !file.settings.is_object() || !file.settings.contains("dataset")) return {};
   const nlohmann::json then = file.settings["dataset"], now = fingerprints_of(scene);
   if (!then.is_object() || then.value("cameras", now["cameras"]) != now["cameras"]) return {};
   if (then.value("test_photographs", now["test_photographs"]) != now["test_photographs"])
-    return fmt::format("{}: the cameras are the model's, its test photographs or masks are not; these are other photographs, or they were changed", dataset);
+    return fmt::format(
+        "{}: the cameras are the model's, its test photographs or masks are not; these are other photographs, or they "
+        "were changed",
+        dataset);
   return {};
 }
 

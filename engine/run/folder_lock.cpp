@@ -35,25 +35,32 @@ std::string content_of(int descriptor) {
 FolderLock::FolderLock(const std::filesystem::path& folder) : file_(folder / "lock") {
   do {
     const int descriptor = ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor < 0) throw Error("{}: cannot be written ({}); choose another folder", file_.string(), std::strerror(errno));
+    if (descriptor < 0)
+      throw Error("{}: cannot be written ({}); choose another folder", file_.string(), std::strerror(errno));
     lock_ = std::make_unique<FileLock>(descriptor, [&](int) {
-      throw Error("{}: {} is training into this folder; wait for it or end it, or choose another -o", folder.string(), content_of(descriptor));
+      throw Error("{}: {} is training into this folder; wait for it or end it, or choose another -o", folder.string(),
+                  content_of(descriptor));
     });
-    // A holder that ends removes the file: what was opened before that and locked after it is no longer the one that others open.
+    // A holder that ends removes the file: what was opened before that and locked after it is no longer the one that
+    // others open.
   } while (!is_current());
   const std::string holder = this_process();
-  if (::ftruncate(lock_->descriptor(), 0) != 0 || ::pwrite(lock_->descriptor(), holder.data(), holder.size(), 0) != static_cast<ssize_t>(holder.size())) {
+  if (::ftruncate(lock_->descriptor(), 0) != 0 ||
+      ::pwrite(lock_->descriptor(), holder.data(), holder.size(), 0) != static_cast<ssize_t>(holder.size())) {
     const int error = errno;
     ::unlink(file_.c_str());
-    throw Error("{}: cannot be written ({}); free some room, or choose another folder", file_.string(), std::strerror(error));
+    throw Error("{}: cannot be written ({}); free some room, or choose another folder", file_.string(),
+                std::strerror(error));
   }
 }
 
 FolderLock::~FolderLock() { ::unlink(file_.c_str()); }
 
 bool FolderLock::is_current() const {
-  struct stat ours{}, named{};
-  return ::fstat(lock_->descriptor(), &ours) == 0 && ::stat(file_.c_str(), &named) == 0 && ours.st_dev == named.st_dev && ours.st_ino == named.st_ino;
+  struct stat ours {
+  }, named{};
+  return ::fstat(lock_->descriptor(), &ours) == 0 && ::stat(file_.c_str(), &named) == 0 &&
+         ours.st_dev == named.st_dev && ours.st_ino == named.st_ino;
 }
 
 }  // namespace trisoup::train

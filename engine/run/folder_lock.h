@@ -8,11 +8,12 @@
 
 namespace trisoup::train {
 
-/// Holds `folder`/lock, a file that names the process for others to say, until the end of this object or, whatever ends it, of the process. What a killed
-/// process leaves of it holds nothing.
+/// Holds `folder`/lock, a file that names the process for others to say, until the end of this object or, whatever ends
+/// it, of the process. What a killed process leaves of it holds nothing.
 class FolderLock {
  public:
-  /// The folder must be there. Throws Error that names the holder and the fix where another process has it, or where the file cannot be written.
+  /// The folder must be there. Throws Error that names the holder and the fix where another process has it, or where
+  /// the file cannot be written.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();  // removes the file
   FolderLock(const FolderLock&) = delete;

@@ -41,7 +41,8 @@ void GrowingCsv::keep(const std::string& rows, std::uint64_t last_step) {
   write_file_atomically(path_, std::as_bytes(std::span(text)));
   if (descriptor_ >= 0) ::close(descriptor_);
   descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  if (descriptor_ < 0) throw Error("{}: cannot be written ({}); check its permissions", path_.string(), std::strerror(errno));
+  if (descriptor_ < 0)
+    throw Error("{}: cannot be written ({}); check its permissions", path_.string(), std::strerror(errno));
   last_step_ = last_step;
 }
 

@@ -20,8 +20,8 @@ class GrowingCsv {
   void begin() { keep("", 0); }
   /// Leaves the rows up to a step, and none that a kill has cut short. A file that is not there begins.
   void cut(std::uint64_t last_step);
-  /// Adds a row, without its end; after begin() or cut(). One of the same step as the last takes its place. Throws Error when it cannot be written; what
-  /// there is of it by then goes with the next cut().
+  /// Adds a row, without its end; after begin() or cut(). One of the same step as the last takes its place. Throws
+  /// Error when it cannot be written; what there is of it by then goes with the next cut().
   void append(std::uint64_t step, const std::string& row);
   /// What was appended survives a power cut.
   void flush() const;

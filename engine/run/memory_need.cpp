@@ -19,8 +19,10 @@ std::uint32_t largest(std::uint32_t high, Fits&& fits) {
   std::uint32_t low = 0;
   while (low < high) {
     const std::uint32_t middle = low + (high - low) / 2 + (high - low) % 2;
-    if (fits(middle)) low = middle;
-    else high = middle - 1;
+    if (fits(middle))
+      low = middle;
+    else
+      high = middle - 1;
   }
   return low;
 }
@@ -64,16 +66,20 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
   need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
                            static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
                kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
-  // A change of topology has, of textures, the logits of the old soup (and the moments, where they are kept), and those of the new one: one array
-  // after the other, so that besides one of them all is there once. Rows, parents and corners of triangles come to it.
+  // A change of topology has, of textures, the logits of the old soup (and the moments, where they are kept), and those
+  // of the new one: one array after the other, so that besides one of them all is there once. Rows, parents and corners
+  // of triangles come to it.
   const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
-  const std::uint64_t change = triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * (s.keep_moments ? 4 : 2);
-  need.soup = std::max({soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks), soup_bytes(most, s.level_min, s.level_max, ranks), change});
+  const std::uint64_t change = triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks +
+                               logits * (s.keep_moments ? 4 : 2);
+  need.soup = std::max({soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks),
+                        soup_bytes(most, s.level_min, s.level_max, ranks), change});
   if (ranks > 1) need.frame += batch.pixels * SharedSoup::kPixelBytes;
   return need;
 }
 
-std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
+std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
+                                 std::uint32_t ranks) {
   return largest(settings.triangles, [&](std::uint32_t n) {
     Settings s = settings;
     s.triangles = n;
@@ -81,7 +87,8 @@ std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& sett
   });
 }
 
-Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available) {
+Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed,
+                    std::uint64_t available) {
   // Where a run needs more than was foreseen, the next one will by as much.
   const std::uint64_t foreseen = memory_need(scene, settings).total();
   const double share = needed > foreseen ? double(foreseen) / double(needed) : 1.0;
@@ -91,7 +98,8 @@ Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::ui
   return {triangles_that_fit(scene, s, memory), memory};
 }
 
-std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
+std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
+                                      std::uint32_t ranks) {
   const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(usual_most(settings), 0xffffffffu));
   return largest(high, [&](std::uint32_t n) {
     Settings s = settings;

@@ -19,13 +19,14 @@ BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& s
 /// Triangles that splitting may reach where nobody said.
 std::uint64_t usual_most(const Settings& settings);
 
-/// Device memory that a run needs, before anything is allocated. The synthetic recipe's budget is no ceiling: where more than
-/// that is visible at the change to fine textures, a run needs more, and says so then.
+/// Device memory that a run needs, before anything is allocated. The synthetic recipe's budget is no ceiling: where
+/// more than that is visible at the change to fine textures, a run needs more, and says so then.
 struct MemoryNeed {
   std::uint64_t photographs = 0, frame = 0, soup = 0;
   std::uint64_t total() const { return photographs + frame + soup; }
 };
-MemoryNeed memory_need(const scene::Scene& scene, const Settings& settings, std::uint32_t ranks = 1);  // of each of them
+MemoryNeed memory_need(const scene::Scene& scene, const Settings& settings,
+                       std::uint32_t ranks = 1);  // of each of them
 /// What a run with these settings, which needed `needed` bytes, should be given where there are `available`.
 struct Smaller {
   std::uint32_t triangles = 0;  // budget; 0: none will do
@@ -33,8 +34,10 @@ struct Smaller {
 };
 Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed, std::uint64_t available);
 /// The largest budget of which memory_need is at most `bytes`, all else being as it is; 0 when none is.
-std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks = 1);
+std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
+                                 std::uint32_t ranks = 1);
 /// How far splitting may go beyond the budget in `bytes`: what Settings::most_triangles is set to where nobody said.
-std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes, std::uint32_t ranks = 1);
+std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
+                                      std::uint32_t ranks = 1);
 
 }  // namespace trisoup::train

@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "base/printable.h"
-#include "render/cameras.h"
-#include "mesh/point_spacing.h"
-#include "train/start/random_start.h"
 #include "format/lattice_hierarchy.h"
+#include "mesh/point_spacing.h"
+#include "render/cameras.h"
 #include "run/dataset_match.h"
+#include "train/start/random_start.h"
 
 namespace trisoup::train {
 namespace {
@@ -39,7 +39,8 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene) {
   return cameras;
 }
 
-soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& settings, const scene::LoadOptions& load) {
+soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& settings,
+                                    const scene::LoadOptions& load) {
   soup::ModelFileOptions options;
   options.settings = to_json(settings);
   options.settings["dataset"] = fingerprints_of(scene);
@@ -48,8 +49,10 @@ soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& s
   options.settings["alpha"] = load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
   if (load.outside) options.settings["outside"] = true;
   options.cameras = cameras_of(scene);
-  if (scene.synthetic) options.up = glm::dvec3(0, 0, 1);
-  else options.shown_up = mean_up(options.cameras);
+  if (scene.synthetic)
+    options.up = glm::dvec3(0, 0, 1);
+  else
+    options.shown_up = mean_up(options.cameras);
   options.bake_directions = bake_directions(scene);
   options.texture_steps = soup::texture_steps(settings.texture_bits);
   options.colour_palette = settings.texture_bits < 8;

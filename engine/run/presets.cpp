@@ -13,8 +13,8 @@ namespace trisoup::train {
 
 namespace {
 
-/// The median training photograph has at least 200,000 pixels: then half its sides are enough for most steps. With a fourth of
-/// that they are not (docs/decisions.md).
+/// The median training photograph has at least 200,000 pixels: then half its sides are enough for most steps. With a
+/// fourth of that they are not (docs/decisions.md).
 bool has_large_photographs(const scene::Scene& scene) {
   constexpr std::uint64_t kLarge = 200'000;
   std::vector<std::uint64_t> pixels;
@@ -41,7 +41,8 @@ void start_from_surface(Settings& s, const scene::Scene& scene, bool as_publishe
   // Where vertices have found their place, going on opens cracks.
   s.rate_vertex_end = 0.03;
   s.rest_share = 0.2;
-  // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and leaves its place open.
+  // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and
+  // leaves its place open.
   s.most_triangles = s.triangles;
   s.fill_budget = true;
   s.resample_until = 0.5;
@@ -61,7 +62,8 @@ Settings of_preset(const PresetChoice& choice, const scene::Scene& scene) {
   const Recipe which = choice.recipe ? *choice.recipe : scene.synthetic ? Recipe::synthetic : Recipe::real;
   Settings s = published(which);
   const bool as_published = choice.preset == "published";
-  if (as_published) s = without_our_changes(s);
+  if (as_published)
+    s = without_our_changes(s);
   else {
     // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
     s.rate_end = s.rate_vertex_end = 0.1;

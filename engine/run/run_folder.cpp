@@ -23,8 +23,8 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 
-/// Removes what writers that were killed left half-written (atomic_file.cpp names it <file>.<process>-<number>.partial): a
-/// checkpoint may be a gigabyte. What a running process writes stays.
+/// Removes what writers that were killed left half-written (atomic_file.cpp names it
+/// <file>.<process>-<number>.partial): a checkpoint may be a gigabyte. What a running process writes stays.
 void remove_partial_files(const std::filesystem::path& folder) {
   std::error_code ignored;
   std::vector<std::filesystem::path> abandoned;
@@ -49,13 +49,18 @@ void remove_file(const std::filesystem::path& file) {
 void rename_file(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::error_code error;
   std::filesystem::rename(from, to, error);
-  if (error) throw Error("{}: cannot be made {} ({}); check the permissions of the folder", from.string(), to.string(), error.message());
+  if (error)
+    throw Error("{}: cannot be made {} ({}); check the permissions of the folder", from.string(), to.string(),
+                error.message());
 }
 
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path, Earlier earlier)
-    : path_(std::move(path)), earlier_(earlier), training_(path_ / "train.csv", kHeader), evaluations_(path_ / "evaluations.csv", kEvaluationHeader),
+    : path_(std::move(path)),
+      earlier_(earlier),
+      training_(path_ / "train.csv", kHeader),
+      evaluations_(path_ / "evaluations.csv", kEvaluationHeader),
       renders_(path_ / "renders") {
   std::error_code ignored;
   if (std::filesystem::is_directory(path_, ignored)) lock_ = std::make_unique<FolderLock>(path_);
@@ -66,11 +71,16 @@ RunFolder::RunFolder(std::filesystem::path path, Earlier earlier)
 void RunFolder::look() const {
   const auto has = [&](const char* name) { return std::filesystem::exists(path_ / name); };
   if (earlier_ == Earlier::resume && has("model.glb") && !has("checkpoint.safetensors"))
-    throw Error("{}: holds a model and no checkpoint to go on from; --overwrite trains anew in its place, or choose another -o", path_.string());
+    throw Error(
+        "{}: holds a model and no checkpoint to go on from; --overwrite trains anew in its place, or choose another -o",
+        path_.string());
   if (earlier_ != Earlier::refuse) return;
   for (const char* name : {"model.glb", "checkpoint.safetensors", "train.csv", "metrics.json"})
     if (has(name))
-      throw Error("{}: holds a training already ({}); --resume goes on with it, --overwrite trains anew in its place, or choose another -o", path_.string(), name);
+      throw Error(
+          "{}: holds a training already ({}); --resume goes on with it, --overwrite trains anew in its place, or "
+          "choose another -o",
+          path_.string(), name);
 }
 
 void RunFolder::create() {
@@ -111,12 +121,14 @@ void RunFolder::go_on(std::uint64_t step, bool finished) {
 }
 
 void RunFolder::log(const Progress& p) {
-  training_.append(p.step, fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{},{:.3f},{:.6f}", p.step, p.seconds, p.triangles, p.loss, p.l1, p.ssim,
-                                       p.psnr ? fmt::format("{:.4f}", *p.psnr) : "", p.ms_per_step, p.uncovered));
+  training_.append(
+      p.step, fmt::format("{},{:.3f},{},{:.6f},{:.6f},{:.6f},{},{:.3f},{:.6f}", p.step, p.seconds, p.triangles, p.loss,
+                          p.l1, p.ssim, p.psnr ? fmt::format("{:.4f}", *p.psnr) : "", p.ms_per_step, p.uncovered));
 }
 
 void RunFolder::log_evaluation(const EvaluationRow& r) {
-  evaluations_.append(r.step, fmt::format("{},{:.3f},{:.3f},{},{:.4f},{:.6f},{:.6f}", r.step, r.seconds, r.cpu_seconds, r.triangles, r.mean.psnr, r.mean.ssim, r.mean.mae));
+  evaluations_.append(r.step, fmt::format("{},{:.3f},{:.3f},{},{:.4f},{:.6f},{:.6f}", r.step, r.seconds, r.cpu_seconds,
+                                          r.triangles, r.mean.psnr, r.mean.ssim, r.mean.mae));
 }
 
 void RunFolder::flush_logs() const {
@@ -156,6 +168,8 @@ void RunFolder::accept_candidate() const {
   rename_file(candidate(), model());
 }
 
-void RunFolder::write_metrics(const nlohmann::json& metrics) const { write_text(path_ / "metrics.json", metrics.dump(2) + "\n"); }
+void RunFolder::write_metrics(const nlohmann::json& metrics) const {
+  write_text(path_ / "metrics.json", metrics.dump(2) + "\n");
+}
 
 }  // namespace trisoup::train

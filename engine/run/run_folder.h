@@ -9,11 +9,11 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "train/quality/evaluate.h"
 #include "run/folder_lock.h"
 #include "run/growing_csv.h"
 #include "run/renders.h"
 #include "run/trainer.h"
+#include "train/quality/evaluate.h"
 
 namespace trisoup::train {
 
@@ -30,9 +30,9 @@ enum class Earlier { refuse, overwrite, resume };
 
 class RunFolder {
  public:
-  /// Looks at the folder and, where it is there, locks it until the end of this object or of the process. Nothing else is written. Throws Error where
-  /// another process trains into it (FolderLock), where it holds a training, finished or begun, and `earlier` is refuse, and where it holds a model without
-  /// a checkpoint and `earlier` is resume.
+  /// Looks at the folder and, where it is there, locks it until the end of this object or of the process. Nothing else
+  /// is written. Throws Error where another process trains into it (FolderLock), where it holds a training, finished or
+  /// begun, and `earlier` is refuse, and where it holds a model without a checkpoint and `earlier` is resume.
   RunFolder(std::filesystem::path path, Earlier earlier);
 
   const std::filesystem::path& path() const { return path_; }
@@ -46,12 +46,14 @@ class RunFolder {
   /// Whether there is a checkpoint to go on from.
   bool resumes() const { return resumes_; }
 
-  /// Creates the folder, locks it, and clears it of what killed runs left half-written. Throws Error when that, or a file in it, cannot be written.
+  /// Creates the folder, locks it, and clears it of what killed runs left half-written. Throws Error when that, or a
+  /// file in it, cannot be written.
   void create();
-  /// Steps are about to begin: takes away what an earlier training left, so that nothing of it stands beside what this one writes, and begins the logs.
+  /// Steps are about to begin: takes away what an earlier training left, so that nothing of it stands beside what this
+  /// one writes, and begins the logs.
   void begin();
-  /// The same where a training goes on after a step. Rows of later steps are trained again, so they go; and so do model, metrics and renders where steps
-  /// are still to come.
+  /// The same where a training goes on after a step. Rows of later steps are trained again, so they go; and so do
+  /// model, metrics and renders where steps are still to come.
   void go_on(std::uint64_t step, bool finished);
 
   /// Adds a row to train.csv.

@@ -6,9 +6,15 @@
 
 namespace trisoup::train {
 
-Simplifier::Simplifier(gpu::Device& gpu, Trainer& trainer, const scene::Scene& scene, RunFolder& folder, std::filesystem::path results, Encode encode,
-                       ranks::Ranks& ranks, std::vector<Round> rounds)
-    : gpu_(gpu), trainer_(trainer), scene_(scene), folder_(folder), results_(std::move(results)), encode_(std::move(encode)), ranks_(ranks),
+Simplifier::Simplifier(gpu::Device& gpu, Trainer& trainer, const scene::Scene& scene, RunFolder& folder,
+                       std::filesystem::path results, Encode encode, ranks::Ranks& ranks, std::vector<Round> rounds)
+    : gpu_(gpu),
+      trainer_(trainer),
+      scene_(scene),
+      folder_(folder),
+      results_(std::move(results)),
+      encode_(std::move(encode)),
+      ranks_(ranks),
       rounds_(std::move(rounds)) {}
 
 /// And the model's file, on the first rank.

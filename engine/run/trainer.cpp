@@ -6,14 +6,14 @@
 #include <cstddef>
 #include <numeric>
 
-#include "common/host.h"
 #include "base/error.h"
-#include "soup/random.h"
+#include "common/host.h"
 #include "format/lattice_hierarchy.h"
-#include "soup/texture_table.h"
-#include "train/step/fixed_sum.h"
-#include "train/quality/image_sums.h"
 #include "run/memory_need.h"
+#include "soup/random.h"
+#include "soup/texture_table.h"
+#include "train/quality/image_sums.h"
+#include "train/step/fixed_sum.h"
 #include "train/step/forward_pass.h"
 
 namespace trisoup::train {
@@ -32,8 +32,8 @@ class Stopwatch {
   double cpu_start_ = process_cpu_seconds();
 };
 
-/// Size of the image in which a view's visible pixels are counted, as a share of its own. Triangles fall through between the few
-/// pixels of a small image, and would be dropped; so none is counted in fewer than 64 x 64.
+/// Size of the image in which a view's visible pixels are counted, as a share of its own. Triangles fall through
+/// between the few pixels of a small image, and would be dropped; so none is counted in fewer than 64 x 64.
 double count_scale(const scene::Camera& camera, const Settings& settings) {
   return std::max(settings.count_scale, 64.0 / std::sqrt(double(camera.width) * camera.height));
 }
@@ -44,23 +44,29 @@ std::array<std::uint64_t, 5> sizes_of(const BatchLayout& batch) {
 
 }  // namespace
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start, ranks::Ranks* ranks)
-    : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start,
+                 ranks::Ranks* ranks)
+    : gpu_(gpu),
+      scene_(scene),
+      settings_(settings),
+      photographs_(scene::fingerprint_of_photographs(scene.train)),
+      frame_(gpu),
+      schedule_(gpu) {
   ranks_ = ranks;
   if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const bool paints = settings_.paint && lift_step(settings_) == 0 && !start.colours.empty();
   const bool coarse = lift_step(settings_) > 0;
-  const soup::TextureLevels levels =
-      paints   ? soup::TextureLevels{0, 0}
-      : coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
-             : soup::TextureLevels{settings_.level_min, settings_.level_max};
+  const soup::TextureLevels levels = paints   ? soup::TextureLevels{0, 0}
+                                     : coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
+                                              : soup::TextureLevels{settings_.level_min, settings_.level_max};
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(start.vertices.size() / 3, levels).entries;
   Textures textures;
   // 0.5 is a logit of exactly 0, with or without colours.
   const auto opacity = static_cast<float>(std::log(settings_.init_opacity / (1.0 - settings_.init_opacity)));
   std::vector<float> opacities(table.size(), settings_.opaque ? kOpaqueLogit : opacity);
   std::fill_n(opacities.rbegin(), std::min(start.opaque, opacities.size()), kOpaqueLogit);
-  const TriangleRange own = shared_ ? divided(table, shared_->size())[static_cast<std::size_t>(shared_->rank())] : all_of(table);
+  const TriangleRange own =
+      shared_ ? divided(table, shared_->size())[static_cast<std::size_t>(shared_->rank())] : all_of(table);
   textures.source = initial_logits(gpu_, table, start.colours, opacities, own);
   allocate_soup(gpu_, soup_, start.vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
@@ -73,8 +79,16 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model)
-    : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu),
-      step_(settings.steps), texture_start_(settings.steps), vertex_start_(settings.steps), mlp_start_(settings.steps) {
+    : gpu_(gpu),
+      scene_(scene),
+      settings_(settings),
+      photographs_(scene::fingerprint_of_photographs(scene.train)),
+      frame_(gpu),
+      schedule_(gpu),
+      step_(settings.steps),
+      texture_start_(settings.steps),
+      vertex_start_(settings.steps),
+      mlp_start_(settings.steps) {
   start_from_model(gpu_, soup_, model, scene.normalisation);
   prepare();
   // A model has its finest levels alone; they are learnt as what several add up to.
@@ -94,7 +108,8 @@ void Trainer::prepare() {
     masked_out_.push_back(!has_pixels(scene_.train[i].image));
     const scene::Camera& camera = scene_.train[i].camera;
     for (auto* views : {&views_, &half_views_}) {
-      BatchView view = batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera, settings_));
+      BatchView view =
+          batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera, settings_));
       view.photo = photos_.addresses[i];
       view.index = static_cast<std::uint32_t>(i);
       views->push_back(view);
@@ -103,7 +118,8 @@ void Trainer::prepare() {
   if (settings_.small_scale < 1 && step_ < small_end(settings_)) small_ = small_views(gpu_, scene_.train, settings_);
   const BatchSize batch = largest_batch(scene_.train, settings_);
   frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
-  if (settings_.exposure) exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
+  if (settings_.exposure)
+    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
   // A checkpoint's textures are looked at here for the first time.
   const std::uint32_t step = static_cast<std::uint32_t>(step_);
   gpu_.upload(frame_.state.address() + offsetof(kernels::StepState, step), std::as_bytes(std::span(&step, 1)));
@@ -123,7 +139,8 @@ std::vector<std::uint32_t> Trainer::batch_of(std::uint64_t step) {
       std::iota(order_.begin(), order_.end(), 0u);
       soup::Random random(settings_.seed, (kStream << 24) + epoch_);
       for (std::uint64_t k = n; k > 1; --k)
-        std::swap(order_[k - 1], order_[std::min<std::uint64_t>(k - 1, static_cast<std::uint64_t>(random.uniform01() * double(k)))]);
+        std::swap(order_[k - 1],
+                  order_[std::min<std::uint64_t>(k - 1, static_cast<std::uint64_t>(random.uniform01() * double(k)))]);
     }
     batch.push_back(order_[draw % n]);
   }
@@ -132,7 +149,8 @@ std::vector<std::uint32_t> Trainer::batch_of(std::uint64_t step) {
 
 bool Trainer::is_evaluation(const Callbacks& callbacks) const {
   return (settings_.eval_every > 0 && step_ % settings_.eval_every == 0) ||
-         (callbacks.evaluations_per_decade > 0 && step_ > 0 && next_evaluation(callbacks.evaluations_per_decade, step_ - 1) == step_);
+         (callbacks.evaluations_per_decade > 0 && step_ > 0 &&
+          next_evaluation(callbacks.evaluations_per_decade, step_ - 1) == step_);
 }
 
 std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
@@ -146,7 +164,8 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
   if (const std::uint64_t at = next_pruning(settings_, step_); at > 0) next = std::min(next, at);
   every(settings_.eval_every);
   every(settings_.checkpoint_every);
-  if (const std::uint64_t at = next_evaluation(callbacks.evaluations_per_decade, step_); at > 0) next = std::min(next, at);
+  if (const std::uint64_t at = next_evaluation(callbacks.evaluations_per_decade, step_); at > 0)
+    next = std::min(next, at);
   for (const std::uint64_t change : {lift_step(settings_), small_end(settings_)})
     if (step_ < change) next = std::min(next, change);
   // Sums are kept for so many steps only.
@@ -156,11 +175,12 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
 kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batch) const {
   const std::uint64_t t = step + 1;
   const double factor = rate_factor(settings_, settings_.rate_end, t), vertex_factor = vertex_rate_factor(settings_, t);
-  const std::uint32_t seed = static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
+  const std::uint32_t seed =
+      static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
   const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
   return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % Frame::kStatisticsRows),
-                     {settings_.rate_texture * factor, settings_.rate_vertex * vertex_factor, settings_.rate_mlp * factor,
-                      t - texture_start_, t - vertex_start_, t - mlp_start_},
+                     {settings_.rate_texture * factor, settings_.rate_vertex * vertex_factor,
+                      settings_.rate_mlp * factor, t - texture_start_, t - vertex_start_, t - mlp_start_},
                      batch, settings_.huber);
 }
 
@@ -204,7 +224,8 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     for (std::uint64_t step = step_; step < last; ++step) {
       std::vector<BatchView> views;
       for (const std::uint32_t v : batch_of(step))
-        views.push_back(sampled_at(view_of(step, v), pixel_jitter(settings_.seed, step, view_of(step, v), settings_.pixel_jitter)));
+        views.push_back(
+            sampled_at(view_of(step, v), pixel_jitter(settings_.seed, step, view_of(step, v), settings_.pixel_jitter)));
       batches.push_back(lay_out(views));
       schedule_.add(state_of(step, batches.back()), batches.back());
     }
@@ -245,14 +266,16 @@ void Trainer::change_topology() {
   }
   if (is_resampling(settings_, step_)) {
     const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : usual_most(settings_);
-    last_resampling_ = resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
-                                static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
+    last_resampling_ =
+        resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
+                 static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
     if (last_resampling_ == Resampling::nothing_seen) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
-        throw Error("step {}: no training view shows a single triangle; check the poses, lower rate_vertex (--set), "
-                    "or start with larger or more triangles (--init-radius, --init-count, --init-box)",
-                    step_);
+        throw Error(
+            "step {}: no training view shows a single triangle; check the poses, lower rate_vertex (--set), "
+            "or start with larger or more triangles (--init-radius, --init-count, --init-box)",
+            step_);
       return;
     }
     vertex_start_ = step_;
@@ -264,7 +287,9 @@ void Trainer::change_topology() {
   }
 }
 
-std::vector<bool> Trainer::backdrop() { return find_backdrop(gpu_.download_vector<glm::vec3>(soup_.vertices.address(), 3ull * soup_.triangles), settings_); }
+std::vector<bool> Trainer::backdrop() {
+  return find_backdrop(gpu_.download_vector<glm::vec3>(soup_.vertices.address(), 3ull * soup_.triangles), settings_);
+}
 
 std::vector<BatchView> Trainer::some_views() const {
   constexpr std::size_t kMost = 64;
@@ -305,7 +330,9 @@ bool Trainer::begin_round(const Shares& shares) {
   return true;
 }
 
-const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const { return is_small(step) ? small_->views[v] : views_[v]; }
+const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const {
+  return is_small(step) ? small_->views[v] : views_[v];
+}
 
 double Trainer::share_uncovered() {
   ImageSums all;
@@ -382,7 +409,8 @@ void Trainer::run(const Callbacks& callbacks) {
       seconds_since = 0;
     }
     if (finished()) break;
-    const bool evaluates = is_evaluation(callbacks), saves = settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0;
+    const bool evaluates = is_evaluation(callbacks),
+               saves = settings_.checkpoint_every > 0 && step_ % settings_.checkpoint_every == 0;
     if (callbacks.on_evaluate && evaluates) callbacks.on_evaluate(step_);
     if (callbacks.on_checkpoint && saves) callbacks.on_checkpoint(step_);
   }
@@ -390,7 +418,9 @@ void Trainer::run(const Callbacks& callbacks) {
 
 void Trainer::end_training() {
   gpu_.wait();
-  for (gpu::Buffer* buffer : {&soup_.source_moment1, &soup_.source_moment2, &soup_.opacity_gradient.low, &soup_.opacity_gradient.high}) *buffer = {};
+  for (gpu::Buffer* buffer :
+       {&soup_.source_moment1, &soup_.source_moment2, &soup_.opacity_gradient.low, &soup_.opacity_gradient.high})
+    *buffer = {};
 }
 
 soup::Model Trainer::model() {

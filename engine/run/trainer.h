@@ -12,27 +12,27 @@
 #include <string>
 #include <vector>
 
-#include "gpu/device.h"
-#include "scene/scene.h"
 #include "format/safetensors.h"
+#include "gpu/device.h"
+#include "run/part_times.h"
+#include "scene/scene.h"
+#include "train/config/settings.h"
 #include "train/quality/evaluate.h"
+#include "train/quality/training_fit.h"
+#include "train/start/initial_triangles.h"
+#include "train/step/batch_buffers.h"
+#include "train/step/batch_view.h"
 #include "train/step/exposure.h"
 #include "train/step/non_finite.h"
-#include "train/step/batch_buffers.h"
-#include "train/topology/importance.h"
-#include "train/start/initial_triangles.h"
-#include "run/part_times.h"
 #include "train/step/photographs.h"
-#include "train/topology/refine.h"
-#include "train/step/step_queue.h"
-#include "train/config/settings.h"
 #include "train/step/shared_soup.h"
-#include "train/topology/simplify.h"
 #include "train/step/small_views.h"
 #include "train/step/soup_buffers.h"
 #include "train/step/step.h"
-#include "train/quality/training_fit.h"
-#include "train/step/batch_view.h"
+#include "train/step/step_queue.h"
+#include "train/topology/importance.h"
+#include "train/topology/refine.h"
+#include "train/topology/simplify.h"
 
 namespace trisoup::train {
 
@@ -40,45 +40,52 @@ namespace trisoup::train {
 struct Progress {
   std::uint64_t step = 0;
   std::uint32_t triangles = 0;
-  double loss = 0, l1 = 0, ssim = 0;            // of training views, with random thresholds
-  std::optional<double> psnr;                   // the same; none where no view that was shown has a pixel to measure
-  double seconds = 0;                           // of training so far, evaluation and checkpoints left out
+  double loss = 0, l1 = 0, ssim = 0;  // of training views, with random thresholds
+  std::optional<double> psnr;         // the same; none where no view that was shown has a pixel to measure
+  double seconds = 0;                 // of training so far, evaluation and checkpoints left out
   double ms_per_step = 0;
-  double pace = 1;                              // what a step to come has to do on average, as a multiple of the last one: pixels
+  double pace = 1;       // what a step to come has to do on average, as a multiple of the last one: pixels
   double uncovered = 0;  // ImageSums::share_uncovered() of the last step's views together, with random thresholds
 };
 
 class Trainer {
  public:
-  /// Starts from the given triangles (3 vertices each, normalised coordinates). `scene` must outlive the trainer. ranks: those that share the soup
-  /// (shared_soup.h), each with a trainer of the same scene, settings and start on a device of the same kind; null: this process alone. They make the same
-  /// calls, in the same order: steps, evaluations and checkpoints all take part in, and what comes out is the same for all where nothing else is said.
-  /// One rank's Callbacks::stop ends run() on all. All calls throw ranks::RankLost where another rank has ended.
-  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start, ranks::Ranks* ranks = nullptr);
+  /// Starts from the given triangles (3 vertices each, normalised coordinates). `scene` must outlive the trainer.
+  /// ranks: those that share the soup (shared_soup.h), each with a trainer of the same scene, settings and start on a
+  /// device of the same kind; null: this process alone. They make the same calls, in the same order: steps, evaluations
+  /// and checkpoints all take part in, and what comes out is the same for all where nothing else is said. One rank's
+  /// Callbacks::stop ends run() on all. All calls throw ranks::RankLost where another rank has ended.
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start,
+          ranks::Ranks* ranks = nullptr);
 
-  /// Goes on from a checkpoint of the same scene and settings (checkpoint_info() tells them, prolonged() where there are to be more steps; how often
-  /// something is written may differ). Throws Error when it is another's, damaged or cut short.
-  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& checkpoint, ranks::Ranks* ranks = nullptr);
+  /// Goes on from a checkpoint of the same scene and settings (checkpoint_info() tells them, prolonged() where there
+  /// are to be more steps; how often something is written may differ). Throws Error when it is another's, damaged or
+  /// cut short.
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings,
+          const std::filesystem::path& checkpoint, ranks::Ranks* ranks = nullptr);
 
-  /// Goes on from a model of the same dataset, which `settings` have trained, as if its last step were done: for begin_round().
+  /// Goes on from a model of the same dataset, which `settings` have trained, as if its last step were done: for
+  /// begin_round().
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model);
 
   struct Callbacks {
-    std::function<void(const Progress&)> on_progress;       // about every progress_every steps
-    std::function<void(std::uint64_t step)> on_checkpoint;  // every Settings::checkpoint_every steps, not after the last
-    std::function<void(std::uint64_t step)> on_evaluate;    // every Settings::eval_every steps, not after the last
-    std::function<void(const ParameterFault&)> on_fault;    // a parameter was not a number and has been reset
-    std::function<std::uint64_t(std::uint64_t step)> until;  // asked between steps, the device idle: the step to go on to
-                                                             // before asking again; may wait
+    std::function<void(const Progress&)> on_progress;  // about every progress_every steps
+    std::function<void(std::uint64_t step)>
+        on_checkpoint;                                    // every Settings::checkpoint_every steps, not after the last
+    std::function<void(std::uint64_t step)> on_evaluate;  // every Settings::eval_every steps, not after the last
+    std::function<void(const ParameterFault&)> on_fault;  // a parameter was not a number and has been reset
+    std::function<std::uint64_t(std::uint64_t step)> until;  // asked between steps, the device idle: the step to go on
+                                                             // to before asking again; may wait
     std::uint64_t progress_every = 10;
-    std::uint32_t evaluations_per_decade = 0;               // also evaluate after the steps of next_evaluation()
-    const std::atomic<bool>* stop = nullptr;                // asks to end after the current step
+    std::uint32_t evaluations_per_decade = 0;  // also evaluate after the steps of next_evaluation()
+    const std::atomic<bool>* stop = nullptr;   // asks to end after the current step
   };
 
   /// Trains until the last step, or until asked to stop.
   void run(const Callbacks& callbacks);
 
-  /// Frees what only steps need of textures, for a model that is to be measured beside them. Nothing can be trained or saved after it.
+  /// Frees what only steps need of textures, for a model that is to be measured beside them. Nothing can be trained or
+  /// saved after it.
   void end_training();
 
   bool finished() const { return step_ >= last_step(); }
@@ -86,11 +93,13 @@ class Trainer {
   std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
   /// Of the triangles as they are now, in some_views().
   Importance importance();
-  /// What is trained is again what it was in a checkpoint of this training; the steps so far stay counted. For begin_round() with something to take away,
-  /// which begins the optimiser anew. One rank only. Throws Error where the file cannot be read.
+  /// What is trained is again what it was in a checkpoint of this training; the steps so far stay counted. For
+  /// begin_round() with something to take away, which begins the optimiser anew. One rank only. Throws Error where the
+  /// file cannot be read.
   void go_back(const std::filesystem::path& checkpoint);
-  /// Makes a finished training's soup smaller (train/topology/simplify.h); run() then trains it for Settings::round_steps steps more. Returns false, and begins nothing,
-  /// where it is to be smaller and there is nothing that may go.
+  /// Makes a finished training's soup smaller (train/topology/simplify.h); run() then trains it for
+  /// Settings::round_steps steps more. Returns false, and begins nothing, where it is to be smaller and there is
+  /// nothing that may go.
   bool begin_round(const Shares& shares);
   std::uint64_t step() const { return step_; }
   std::uint64_t photographs_fingerprint() const { return photographs_; }
@@ -114,8 +123,9 @@ class Trainer {
   TrainingFit training_fit();
   /// Of a model of it.
   TrainingFit training_fit(const soup::Model& model);
-  /// What steps take for the exposure of each photograph, [training views][2]: gains and their variance, offsets and a 0, from the model's colours to the
-  /// photograph's. Empty where Settings::exposure is off. A model does not have them: it is saved in the mean of the photographs' exposures.
+  /// What steps take for the exposure of each photograph, [training views][2]: gains and their variance, offsets and a
+  /// 0, from the model's colours to the photograph's. Empty where Settings::exposure is off. A model does not have
+  /// them: it is saved in the mean of the photographs' exposures.
   std::vector<glm::vec4> exposures();
 
  private:
@@ -154,13 +164,13 @@ class Trainer {
   gpu::Device& gpu_;
   const scene::Scene& scene_;
   Settings settings_;
-  std::uint64_t photographs_;          // fingerprint
+  std::uint64_t photographs_;  // fingerprint
   PartTimes own_times_{gpu_};
   PartTimes* times_ = &own_times_;
   Frame frame_;
   SoupBuffers soup_;
-  ranks::Ranks* ranks_ = nullptr;      // null: this process alone
-  std::optional<SharedSoup> shared_;   // where there are several
+  ranks::Ranks* ranks_ = nullptr;     // null: this process alone
+  std::optional<SharedSoup> shared_;  // where there are several
   Photographs photos_;
   std::optional<Exposures> exposures_;  // where settings ask for them
   std::vector<BatchView> views_, half_views_;
@@ -168,15 +178,15 @@ class Trainer {
   Schedule schedule_;
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.
   std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;
-  std::uint64_t step_ = 0;             // completed steps
-  std::uint64_t rounds_ = 0;           // begun after Settings::steps
+  std::uint64_t step_ = 0;    // completed steps
+  std::uint64_t rounds_ = 0;  // begun after Settings::steps
   // Completed steps when the moments of textures, vertices and MLP were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0, mlp_start_ = 0;
   Resampling last_resampling_ = Resampling::done;
-  double uncovered_ = 0;               // of the last step before a report
-  std::vector<bool> masked_out_;       // training views without a pixel to measure
+  double uncovered_ = 0;          // of the last step before a report
+  std::vector<bool> masked_out_;  // training views without a pixel to measure
   double seconds_ = 0, cpu_seconds_ = 0;
-  std::uint64_t epoch_ = ~0ull;        // of order_
+  std::uint64_t epoch_ = ~0ull;  // of order_
   std::vector<std::uint32_t> order_;
 };
 

@@ -11,9 +11,9 @@
 
 #include "base/error.h"
 #include "format/safetensors.h"
-#include "soup/texture_table.h"
 #include "run/checkpoint.h"
 #include "run/trainer.h"
+#include "soup/texture_table.h"
 
 namespace trisoup::train {
 namespace {
@@ -56,16 +56,20 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   std::vector<std::vector<float>> arrays;
   if (shared_) shared_->compare();
   const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
-    arrays.push_back(shared_ && held == Held::by_owners ? shared_->values_on_first(buffer) : gpu_.download_vector<float>(buffer.address(), n));
+    arrays.push_back(shared_ && held == Held::by_owners ? shared_->values_on_first(buffer)
+                                                        : gpu_.download_vector<float>(buffer.address(), n));
   };
   each_array(soup_, download);
   each_array(exposures_, download);
   if (shared_ && !shared_->is_first()) return;
   std::size_t i = 0;
-  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n, Held) { writer.add<float>(name, {n}, arrays[i++]); };
+  const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n, Held) {
+    writer.add<float>(name, {n}, arrays[i++]);
+  };
   each_array(soup_, add);
   each_array(exposures_, add);
-  const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()), 4 * soup_.table.size());
+  const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()),
+                                             4 * soup_.table.size());
   writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
   writer.metadata({{"format", kCheckpointFormat},
                    {"step", std::to_string(step_)},
@@ -83,8 +87,14 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   writer.write(path);
 }
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const std::filesystem::path& path, ranks::Ranks* ranks)
-    : gpu_(gpu), scene_(scene), settings_(settings), photographs_(scene::fingerprint_of_photographs(scene.train)), frame_(gpu), schedule_(gpu) {
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings,
+                 const std::filesystem::path& path, ranks::Ranks* ranks)
+    : gpu_(gpu),
+      scene_(scene),
+      settings_(settings),
+      photographs_(scene::fingerprint_of_photographs(scene.train)),
+      frame_(gpu),
+      schedule_(gpu) {
   ranks_ = ranks;
   if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
   const soup::Safetensors file = soup::Safetensors::open(path);
@@ -92,13 +102,19 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto number = [&](const char* key) { return checkpoint_number(file, path, key); };
   const CheckpointInfo info = checkpoint_info(file, path);
   if (number("scene") != scene.fingerprint)
-    throw Error("{}: belongs to another scene (or another -r or --test-every); choose another -o or train anew with --overwrite",
-                path.string());
+    throw Error(
+        "{}: belongs to another scene (or another -r or --test-every); choose another -o or train anew with "
+        "--overwrite",
+        path.string());
   if (text("background") != background_text(scene))
-    throw Error("{}: was trained on another background; use the same --background, or train anew with --overwrite", path.string());
+    throw Error("{}: was trained on another background; use the same --background, or train anew with --overwrite",
+                path.string());
   // Older checkpoints do not say.
   if (file.metadata().contains("photographs") && number("photographs") != photographs_)
-    throw Error("{}: was trained on other photographs or masks; use the same files and the same --alpha, or train anew with --overwrite", path.string());
+    throw Error(
+        "{}: was trained on other photographs or masks; use the same files and the same --alpha, or train anew with "
+        "--overwrite",
+        path.string());
   Settings then = prolonged(info.settings, info.step, settings_.steps);
   // How often something is written does not change what is computed.
   then.eval_every = settings_.eval_every;
@@ -106,15 +122,16 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0) settings_.most_triangles = then.most_triangles;
   if (const std::string differing = differences(then, settings_); !differing.empty())
-    throw Error("{}: was trained with {}; use the same options, or train anew with --overwrite", path.string(), differing);
+    throw Error("{}: was trained with {}; use the same options, or train anew with --overwrite", path.string(),
+                differing);
   step_ = info.step;
   rounds_ = info.rounds;
   texture_start_ = number("texture_start");
   vertex_start_ = number("vertex_start");
   if (file.metadata().contains("mlp_start")) mlp_start_ = number("mlp_start");
   if (texture_start_ > step_ || vertex_start_ > step_ || mlp_start_ > step_)
-    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(), step_,
-                settings_.steps);
+    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(),
+                step_, settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
   cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
 
@@ -130,7 +147,8 @@ void Trainer::read_soup(const soup::Safetensors& file, const std::filesystem::pa
   std::vector<soup::TextureLevels> levels;
   for (std::size_t t = 0; t < rows.size() / 4; ++t) {
     levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
-    if (levels.back().level_min > levels.back().level_max || levels.back().level_max > static_cast<std::uint32_t>(soup::kMaxLevel))
+    if (levels.back().level_min > levels.back().level_max ||
+        levels.back().level_max > static_cast<std::uint32_t>(soup::kMaxLevel))
       throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
   }
   const soup::TextureTable table = soup::make_texture_table(levels);
@@ -140,7 +158,9 @@ void Trainer::read_soup(const soup::Safetensors& file, const std::filesystem::pa
   each_array(soup_, [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
     const auto values = file.values<float>(name, {n});
     std::uint64_t first = 0, last = n;
-    if (held == Held::by_owners) first = soup_.source_at(soup_.own().first) * soup::kChannels, last = soup_.source_at(soup_.own().last) * soup::kChannels;
+    if (held == Held::by_owners)
+      first = soup_.source_at(soup_.own().first) * soup::kChannels,
+      last = soup_.source_at(soup_.own().last) * soup::kChannels;
     if (last > first) gpu_.upload(buffer.address(), std::as_bytes(std::span(values).subspan(first, last - first)));
   });
 }

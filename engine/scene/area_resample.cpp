@@ -34,7 +34,8 @@ struct Sums {
 };
 
 // Adds one source row, resampled along x, to the sums of a target row.
-void add_row(const Photograph& photograph, int row, float share, const std::vector<Cover>& columns, std::vector<Sums>& sums) {
+void add_row(const Photograph& photograph, int row, float share, const std::vector<Cover>& columns,
+             std::vector<Sums>& sums) {
   const std::size_t start = std::size_t(row) * std::size_t(photograph.width);
   const bool masked = !photograph.inside.empty();
   for (std::size_t x = 0; x < columns.size(); ++x) {

@@ -46,8 +46,8 @@ class ByteCursor {
   std::size_t read_count(std::size_t smallest_record) {
     const auto count = read<std::uint64_t>();
     if (count > remaining() / smallest_record)
-      throw Error("{}: claims {} {} records in {} bytes; the file is cut or damaged, export it again", name_, count, kind_,
-                  remaining());
+      throw Error("{}: claims {} {} records in {} bytes; the file is cut or damaged, export it again", name_, count,
+                  kind_, remaining());
     return static_cast<std::size_t>(count);
   }
 
@@ -63,8 +63,8 @@ class ByteCursor {
     if (remaining() < size) throw truncated();
   }
   Error truncated() const {
-    return Error("{}: ends in the middle of a {} record (byte {}); the file is cut, copy or export it again", name_, kind_,
-                 bytes_.size());
+    return Error("{}: ends in the middle of a {} record (byte {}); the file is cut, copy or export it again", name_,
+                 kind_, bytes_.size());
   }
 
   std::span<const std::byte> bytes_;

@@ -1,9 +1,9 @@
 // The binary encoding: little-endian records without padding, each file starting with a 64-bit count.
 #include "base/error.h"
+#include "base/printable.h"
 #include "scene/byte_cursor.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "base/printable.h"
 
 namespace trisoup::scene {
 
@@ -53,12 +53,14 @@ PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const st
   constexpr std::size_t smallest = 8 + 3 * 8 + 3 + 8 + 8, track_element = 4 + 4;
   const std::size_t count = cursor.read_count(smallest);
   PointCloud cloud;
-  cloud.positions.reserve(count), cloud.colours.reserve(count), cloud.errors.reserve(count), cloud.seen_by.reserve(count);
+  cloud.positions.reserve(count), cloud.colours.reserve(count), cloud.errors.reserve(count),
+      cloud.seen_by.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto id = cursor.read<std::uint64_t>();
     glm::dvec3 position;
     for (int axis = 0; axis < 3; ++axis) position[axis] = cursor.read<double>();
-    if (!is_usable(position)) throw Error("{}: point {} is not finite or beyond 1e18; export the model again", name, id);
+    if (!is_usable(position))
+      throw Error("{}: point {} is not finite or beyond 1e18; export the model again", name, id);
     glm::u8vec3 colour;
     for (int channel = 0; channel < 3; ++channel) colour[channel] = cursor.read<std::uint8_t>();
     const auto error = cursor.read<double>();

@@ -60,7 +60,8 @@ ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t wid
   const std::size_t centre = one_focal ? 1 : 2;
   pinhole.cx = p[centre], pinhole.cy = p[centre + 1];
   if (!(pinhole.fx > 0) || !(pinhole.fy > 0))
-    throw Error("{}: focal length {} x {} is not positive; run the reconstruction again", where, pinhole.fx, pinhole.fy);
+    throw Error("{}: focal length {} x {} is not positive; run the reconstruction again", where, pinhole.fx,
+                pinhole.fy);
 
   const auto distortion = p.subspan(centre + 2);
   Lens& lens = camera.lens;

@@ -38,17 +38,19 @@ struct ColmapModelShape {
   std::size_t parameters;
 };
 
-/// By the number that binary files use, or by name. Throws Error, naming `where` and listing the known ones, on any other.
+/// By the number that binary files use, or by name. Throws Error, naming `where` and listing the known ones, on any
+/// other.
 const ColmapModelShape& colmap_model_shape(int id, const std::string& where);
 const ColmapModelShape& colmap_model_shape(std::string_view name, const std::string& where);
 
-/// A camera from COLMAP's parameters in COLMAP's order; `parameters` has the length that the shape states. Throws Error,
-/// naming `where`, on sizes outside 1..1e6, focal lengths that are not positive and anything that is not finite.
+/// A camera from COLMAP's parameters in COLMAP's order; `parameters` has the length that the shape states. Throws
+/// Error, naming `where`, on sizes outside 1..1e6, focal lengths that are not positive and anything that is not finite.
 ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t width, std::uint64_t height,
                                 std::span<const double> parameters, const std::string& where);
 
 /// cameras.bin, images.bin, points3D.bin. `name` stands in messages. All throw Error on a file that is cut, claims more
-/// records than it has bytes, or holds values that cannot be used. 2D observations are skipped; of tracks the images are kept.
+/// records than it has bytes, or holds values that cannot be used. 2D observations are skipped; of tracks the images
+/// are kept.
 ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, const std::string& name);
 std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name);
 PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name);

@@ -2,9 +2,9 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
-#include "base/printable.h"
 #include "scene/word_reader.h"
 
 namespace trisoup::scene {
@@ -23,16 +23,18 @@ class Records {
     return std::nullopt;
   }
 
-  /// Passes over an image's second line: its observations, x, y and point id each, or nothing. Where exporters left out blank
-  /// lines this is the next image, which must not go missing unnoticed.
+  /// Passes over an image's second line: its observations, x, y and point id each, or nothing. Where exporters left out
+  /// blank lines this is the next image, which must not go missing unnoticed.
   void skip_observations() {
     WordReader line(take_line(text_), fmt::format("{}: line {}", name_, ++number_));
     const std::string_view text = line.remainder();
     const bool observations = text.find_first_not_of("0123456789+-.eE \t\r") == std::string_view::npos;
     if (!observations && !text.starts_with('#'))
-      throw Error("{}: is not the observations of the image before it; every image has two lines, the second one blank where there "
-                  "are none",
-                  line.where());
+      throw Error(
+          "{}: is not the observations of the image before it; every image has two lines, the second one blank where "
+          "there "
+          "are none",
+          line.where());
   }
 
  private:
@@ -75,7 +77,8 @@ std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const s
     const glm::dvec3 translation = read_vector(*line, "translation");
     image.camera_id = line->number<std::uint32_t>("camera id");
     image.name = line->remainder();  // names may hold blanks
-    if (image.name.empty()) throw Error("{}: ends before its image name; correct or export the file again", line->where());
+    if (image.name.empty())
+      throw Error("{}: ends before its image name; correct or export the file again", line->where());
     image.world_to_camera = from_colmap_pose(quaternion, translation, line->where());
     images.push_back(std::move(image));
     records.skip_observations();
@@ -89,7 +92,8 @@ PointCloud parse_colmap_points_text(std::string_view text, const std::string& na
   while (auto line = records.next()) {
     line->number<std::uint64_t>("point id");
     const glm::dvec3 position = read_vector(*line, "position");
-    if (!is_usable(position)) throw Error("{}: point is not finite or beyond 1e18; export the model again", line->where());
+    if (!is_usable(position))
+      throw Error("{}: point is not finite or beyond 1e18; export the model again", line->where());
     glm::u8vec3 colour;
     for (int channel = 0; channel < 3; ++channel) colour[channel] = line->number<std::uint8_t>("colour");
     const double error = line->at_end() ? -1.0 : line->number<double>("error");

@@ -18,7 +18,8 @@ fs::path colmap_model_in(const fs::path& root) {
   return {};
 }
 
-constexpr const char* kFindPoses = "soup-train finds them and leaves a dataset in OUT/colmap, which is to be given here";
+constexpr const char* kFindPoses =
+    "soup-train finds them and leaves a dataset in OUT/colmap, which is to be given here";
 
 }  // namespace
 
@@ -45,8 +46,10 @@ std::optional<PhotographFile> FrameTaker::find(const std::string& path, bool tes
   if (fresh) return photograph;
   // Which of the two it is would depend on their order.
   if ((before->second.by_name || photograph->by_name) && before->second.path != path)
-    throw Error("{}: {} and {} would both be {}, by its name; put the photographs into folders of the names that the paths have", listing.source,
-                printable(before->second.path), printable(path), printable(photograph->name));
+    throw Error(
+        "{}: {} and {} would both be {}, by its name; put the photographs into folders of the names that the paths "
+        "have",
+        listing.source, printable(before->second.path), printable(path), printable(photograph->name));
   listing.again.push_back(photograph->name);
   return std::nullopt;
 }
@@ -62,8 +65,10 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
     if (path.extension() != ".json") throw Error("{}: not a dataset; give its folder or its transforms.json", name);
     root = path.has_parent_path() ? path.parent_path() : fs::path(".");
     const fs::path file = path.filename();
-    const bool split = file == "transforms_train.json" || file == "transforms_val.json" || file == "transforms_test.json";
-    if (!split || !is_file(root / "transforms_train.json")) return read_transforms(path, PhotographFiles(root, downscale, outside));
+    const bool split =
+        file == "transforms_train.json" || file == "transforms_val.json" || file == "transforms_test.json";
+    if (!split || !is_file(root / "transforms_train.json"))
+      return read_transforms(path, PhotographFiles(root, downscale, outside));
   }
 
   const PhotographFiles files(root, downscale, outside);
@@ -72,7 +77,8 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   if (const fs::path model = colmap_model_in(root); !model.empty()) return read_colmap(root, model, files);
   if (find_unposed(root)) throw Error("{}: holds photographs without poses; {}", name, kFindPoses);
   throw Error(
-      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs (PNG, JPEG, WebP or TIFF); give the "
+      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs "
+      "(PNG, JPEG, WebP or TIFF); give the "
       "folder of a dataset",
       name);
 }

@@ -1,9 +1,9 @@
 // Datasets described by a COLMAP model.
 #include "base/error.h"
-#include "scene/colmap_model.h"
-#include "scene/dataset.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "scene/colmap_model.h"
+#include "scene/dataset.h"
 
 namespace trisoup::scene {
 namespace {
@@ -45,9 +45,10 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   for (const ColmapImage& image : images) {
     const auto camera = cameras.find(image.camera_id);
     if (camera == cameras.end())
-      throw Error("{}: {} was taken by camera {}, which {} lacks; export the model again", dataset.source, printable(image.name),
-                  image.camera_id, cameras_file.filename().string());
-    const auto photograph = taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, false);
+      throw Error("{}: {} was taken by camera {}, which {} lacks; export the model again", dataset.source,
+                  printable(image.name), image.camera_id, cameras_file.filename().string());
+    const auto photograph =
+        taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, false);
     if (!photograph) continue;
     Frame frame;
     frame.source = dataset.source;

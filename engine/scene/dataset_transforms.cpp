@@ -3,10 +3,10 @@
 #include <set>
 
 #include "base/error.h"
-#include "scene/dataset.h"
-#include "scene/ply_points.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "scene/dataset.h"
+#include "scene/ply_points.h"
 #include "scene/transforms_json.h"
 
 namespace trisoup::scene {
@@ -14,13 +14,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path mask_of(const TransformsFrame& frame, const std::string& name, const std::string& source, const PhotographFiles& files) {
+fs::path mask_of(const TransformsFrame& frame, const std::string& name, const std::string& source,
+                 const PhotographFiles& files) {
   if (frame.mask_path.empty()) return files.find_mask(name);
   if (const auto mask = files.find_file(frame.mask_path)) return *mask;
   throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(frame.mask_path));
 }
 
-void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source, const PhotographFiles& files) {
+void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source,
+               const PhotographFiles& files) {
   const auto photograph = taker.find(listed.file_path, test);
   if (!photograph) return;
   Frame frame;
@@ -29,9 +31,12 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
   frame.size = image_size(photograph->file);
   frame.mask = mask_of(listed, photograph->name, source, files);
   frame.camera = camera_of(listed, frame.size);
-  if (listed.fx && listed.angle_x) frame.focal_times = 2 * *listed.fx * std::tan(0.5 * *listed.angle_x) / frame.camera.width;
+  if (listed.fx && listed.angle_x)
+    frame.focal_times = 2 * *listed.fx * std::tan(0.5 * *listed.angle_x) / frame.camera.width;
   frame.lens = listed.lens;
-  frame.model = listed.lens.model == Lens::Model::fisheye ? "OPENCV_FISHEYE" : listed.lens.is_pinhole() ? "PINHOLE" : "OPENCV";
+  frame.model = listed.lens.model == Lens::Model::fisheye ? "OPENCV_FISHEYE"
+                : listed.lens.is_pinhole()                ? "PINHOLE"
+                                                          : "OPENCV";
   frame.test = test;
   dataset.frames.push_back(std::move(frame));
 }

@@ -10,13 +10,17 @@ namespace trisoup::scene {
 
 std::size_t usual_validation_views(const Scene& scene) {
   const std::size_t views = scene.train.size();
-  return std::clamp<std::size_t>(std::min(std::clamp<std::size_t>(views / 10, 3, 24), (std::max<std::size_t>(views, 1) - 1) / 2), 1, 24);
+  return std::clamp<std::size_t>(
+      std::min(std::clamp<std::size_t>(views / 10, 3, 24), (std::max<std::size_t>(views, 1) - 1) / 2), 1, 24);
 }
 
 void hold_out(Scene& scene, std::size_t count) {
   const std::size_t views = scene.train.size();
   if (2 * count >= views)
-    throw Error("{}: {} training views are too few to hold {} out for validation; lower --validation-views, or train without a goal", scene.path.string(), views, count);
+    throw Error(
+        "{}: {} training views are too few to hold {} out for validation; lower --validation-views, or train without a "
+        "goal",
+        scene.path.string(), views, count);
   std::vector<bool> held(views);
   for (std::size_t i = 0; i < count; ++i) held[(2 * i + 1) * views / (2 * count)] = true;
   std::vector<std::optional<std::uint32_t>> now(views);  // index of those that stay

@@ -25,15 +25,17 @@ namespace {
 struct Shot {
   Frame frame;
   std::uint32_t index = 0;  // of the dataset's frame
-  Camera source;  // for the photograph as it is on disk
-  Camera camera;  // for the image that the View will hold
+  Camera source;            // for the photograph as it is on disk
+  Camera camera;            // for the image that the View will hold
 };
 
 void check(const LoadOptions& options) {
   if (!(options.downscale >= 1) || !std::isfinite(options.downscale))
     throw Error("-r {}: the downscale factor must be at least 1; images are never enlarged", options.downscale);
-  if (options.test_every < 0) throw Error("--test-every {}: must not be negative; use 0 for no test views", options.test_every);
-  if (options.test_every == 1) throw Error("--test-every 1: every view would be held out; use 0 for none or at least 2");
+  if (options.test_every < 0)
+    throw Error("--test-every {}: must not be negative; use 0 for no test views", options.test_every);
+  if (options.test_every == 1)
+    throw Error("--test-every 1: every view would be held out; use 0 for none or at least 2");
 }
 
 void report_missing(const Dataset& dataset, const LoadOptions& options) {
@@ -43,19 +45,21 @@ void report_missing(const Dataset& dataset, const LoadOptions& options) {
   for (const Listing& listing : dataset.listings) {
     const std::size_t missing = listing.missing.size();
     if (missing > 0 && dataset.frames.empty())
-      throw Error("{}: none of its {} images is there, first: {}; put the images beside it (looked for {})", listing.source, missing,
-                  printable(listing.missing.front()), listing.looked.front());
+      throw Error("{}: none of its {} images is there, first: {}; put the images beside it (looked for {})",
+                  listing.source, missing, printable(listing.missing.front()), listing.looked.front());
     if (missing > 0 && options.warn)
-      options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {} (looked for {})", listing.source, missing, listing.listed,
-                               printable(listing.missing.front()), listing.looked.front()));
+      options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {} (looked for {})",
+                               listing.source, missing, listing.listed, printable(listing.missing.front()),
+                               listing.looked.front()));
     if (!listing.again.empty() && options.warn)
-      options.warn(fmt::format("{}: {} frames list a photograph again, of which the first counts: {}", listing.source, listing.again.size(),
-                               some_names(listing.again)));
+      options.warn(fmt::format("{}: {} frames list a photograph again, of which the first counts: {}", listing.source,
+                               listing.again.size(), some_names(listing.again)));
   }
 }
 
-// Where width and height of the camera are those of the photograph as it is held, it was turned before its pose was found; where they
-// are those of its pixels, or say nothing, it was not: COLMAP and nerfstudio take pixels as they are stored.
+// Where width and height of the camera are those of the photograph as it is held, it was turned before its pose was
+// found; where they are those of its pixels, or say nothing, it was not: COLMAP and nerfstudio take pixels as they are
+// stored.
 void turn_to_camera(Frame& frame) {
   if (frame.size.orientation < 5 || frame.size.width == frame.size.height) return;
   const auto fits = [&](int width, int height) {
@@ -66,8 +70,8 @@ void turn_to_camera(Frame& frame) {
   frame.turned = true;
 }
 
-// A photograph of other proportions than its camera was cropped or turned, and no scale brings them together. Sizes that
-// were rounded to whole pixels are the exception.
+// A photograph of other proportions than its camera was cropped or turned, and no scale brings them together. Sizes
+// that were rounded to whole pixels are the exception.
 void check_aspect(const Frame& frame) {
   const double width_ratio = double(frame.size.width) / frame.camera.width;
   const double height_ratio = double(frame.size.height) / frame.camera.height;
@@ -86,7 +90,8 @@ Shot plan(Frame frame, double downscale) {
   Shot shot;
   shot.source = resized(frame.camera, frame.size.width, frame.size.height);
   shot.camera = shot.source;
-  if (!frame.photograph.prescaled) shot.camera = resized(shot.source, shrunk(frame.size.width), shrunk(frame.size.height));
+  if (!frame.photograph.prescaled)
+    shot.camera = resized(shot.source, shrunk(frame.size.width), shrunk(frame.size.height));
   shot.frame = std::move(frame);
   return shot;
 }
@@ -130,7 +135,8 @@ std::int64_t pixels_of(const Frame& frame) { return std::int64_t(frame.size.widt
 int divisor_of(const Shot& shot) {
   if (pixels_of(shot.frame) <= kLarge) return 1;
   for (const int divisor : {8, 4, 2})
-    if (shot.frame.size.width / divisor >= shot.camera.width && shot.frame.size.height / divisor >= shot.camera.height) return divisor;
+    if (shot.frame.size.width / divisor >= shot.camera.width && shot.frame.size.height / divisor >= shot.camera.height)
+      return divisor;
   return 1;
 }
 
@@ -143,14 +149,17 @@ int threads_for(const std::vector<const Shot*>& shots, int threads) {
   return std::min(most, threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
 }
 
-// Decoded, undistorted, then shrunk: undistortion interpolates between pixels of about the same size and would alias if it
-// had to shrink as well, and shrinking last averages its interpolation away. Compositing on the background comes after
-// both, when it is known for all images; colour is premultiplied until then, so that the order makes no difference.
+// Decoded, undistorted, then shrunk: undistortion interpolates between pixels of about the same size and would alias if
+// it had to shrink as well, and shrinking last averages its interpolation away. Compositing on the background comes
+// after both, when it is known for all images; colour is premultiplied until then, so that the order makes no
+// difference.
 Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   const Frame& frame = shot.frame;
   const int divisor = divisor_of(shot);
   const Image image = turned(read_image(frame.photograph.file, divisor), frame.turned ? frame.size.orientation : 1);
-  const auto is_of = [&](int by) { return image.width == (frame.size.width + by - 1) / by && image.height == (frame.size.height + by - 1) / by; };
+  const auto is_of = [&](int by) {
+    return image.width == (frame.size.width + by - 1) / by && image.height == (frame.size.height + by - 1) / by;
+  };
   if (!is_of(1) && !is_of(divisor))
     throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
   alpha_used = uses_alpha(image);
@@ -158,14 +167,16 @@ Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   if (!frame.mask.empty()) {
     const std::string content = read_file(frame.mask);
     // 0 is out of the loss and some tools write 1 for the rest; what a JPEG stores as 0 may come back as a little more.
-    exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())), is_jpeg(bytes_of(content)) ? 128 : 1);
+    exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())),
+            is_jpeg(bytes_of(content)) ? 128 : 1);
   }
   photograph = undistort(photograph, resized(shot.source, image.width, image.height), frame.lens);
   return area_resample(photograph, shot.camera.width, shot.camera.height);
 }
 
 // Decodes the shots whose images are wanted; returns the grey level of the background they are composited on.
-std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images, const LoadOptions& options) {
+std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
+                    const LoadOptions& options) {
   const int count = static_cast<int>(shots.size());
   std::vector<Photograph> photographs(shots.size());
   std::mutex guard;
@@ -196,7 +207,8 @@ const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
 }
 
 // Without a pixel in the loss nothing is learnt from a photograph, and nothing measured by it.
-void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images, const LoadOptions& options) {
+void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
+                     const LoadOptions& options) {
   for (const bool test : {false, true}) {
     std::size_t all = 0, empty = 0;
     const Frame* first = nullptr;
@@ -207,8 +219,9 @@ void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Im
       if (empty++ == 0) first = &shots[i]->frame;
     }
     if (empty == 0) continue;
-    const std::string what = fmt::format("{}: no pixel is left of {} of {} {} views, first: {}: {}", first->source, empty, all, test ? "test" : "training",
-                                         printable(first->photograph.name), why_nothing_is_left(*first, options.alpha));
+    const std::string what = fmt::format("{}: no pixel is left of {} of {} {} views, first: {}: {}", first->source,
+                                         empty, all, test ? "test" : "training", printable(first->photograph.name),
+                                         why_nothing_is_left(*first, options.alpha));
     if (empty == all) throw Error("{}", what);
     if (options.warn) options.warn(what);
   }

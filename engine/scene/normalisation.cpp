@@ -15,8 +15,8 @@ double mean_distance(std::span<const Camera> cameras, const glm::dvec3& point) {
   return sum / double(cameras.size());
 }
 
-// Minimises the sum of squared distances to the axes: sum (I - d d^T) (x - c) = 0. Nothing if the axes are so parallel that
-// noise decides where they meet.
+// Minimises the sum of squared distances to the axes: sum (I - d d^T) (x - c) = 0. Nothing if the axes are so parallel
+// that noise decides where they meet.
 std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras, const glm::dvec3& mean_centre) {
   glm::dmat3 normal(0.0);
   glm::dvec3 right(0.0);
@@ -28,8 +28,9 @@ std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras, const g
   }
   normal /= double(cameras.size());
   right /= double(cameras.size());
-  // The trace is 2 and no eigenvalue exceeds 1, so where the smallest is small the others are near 1 and the determinant
-  // is the smallest: the mean squared sine between an axis and their common direction. 1e-3 is about two degrees.
+  // The trace is 2 and no eigenvalue exceeds 1, so where the smallest is small the others are near 1 and the
+  // determinant is the smallest: the mean squared sine between an axis and their common direction. 1e-3 is about two
+  // degrees.
   if (glm::determinant(normal) < 1e-3) return std::nullopt;
   return mean_centre + glm::inverse(normal) * right;
 }
@@ -55,8 +56,8 @@ Normalisation find_normalisation(std::span<const Camera> cameras, const PointClo
   const double spread = mean_distance(cameras, mean_centre);
   // Files often hold seven digits, so less than that apart is the same place.
   if (cameras.size() > 1 && spread <= 1e-7 * glm::length(mean_centre))
-    throw Error("{}: all {} cameras are at one spot; depth cannot be told, take photographs from different places", name,
-                cameras.size());
+    throw Error("{}: all {} cameras are at one spot; depth cannot be told, take photographs from different places",
+                name, cameras.size());
 
   Normalisation result;
   if (const auto meeting = meeting_point(cameras, mean_centre)) {

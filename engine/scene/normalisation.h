@@ -17,11 +17,12 @@ struct Normalisation {
   glm::dvec3 to_world(const glm::dvec3& normalised) const { return normalised / scale + centre; }
 };
 
-/// The normalisation after which the cameras lie at mean distance 1 from the origin. The centre is the point nearest to all
-/// optical axes in the least-squares sense. Where axes are too parallel to meet, it lies ahead of the mean camera: at the
-/// median depth of the points in front of it, or without points at four times the cameras' mean distance from their mean.
-/// A single camera has its centre at that median depth, or without points at its own distance from the origin (1 if it
-/// stands there). Throws Error, naming `name`, for several cameras all at one spot. `cameras` must not be empty.
+/// The normalisation after which the cameras lie at mean distance 1 from the origin. The centre is the point nearest to
+/// all optical axes in the least-squares sense. Where axes are too parallel to meet, it lies ahead of the mean camera:
+/// at the median depth of the points in front of it, or without points at four times the cameras' mean distance from
+/// their mean. A single camera has its centre at that median depth, or without points at its own distance from the
+/// origin (1 if it stands there). Throws Error, naming `name`, for several cameras all at one spot. `cameras` must not
+/// be empty.
 Normalisation find_normalisation(std::span<const Camera> cameras, const PointCloud& points, const std::string& name);
 
 /// The camera in normalised coordinates: its picture of the normalised scene is the one it had of the scene.

@@ -10,9 +10,10 @@
 
 namespace trisoup::scene {
 
-/// Colour is premultiplied by alpha, so that it may be averaged: files store straight alpha, often with arbitrary RGB where
-/// alpha is 0, and an average of that RGB would bleed into the outline. The loss mask is apart from alpha, because a pixel
-/// may be outside of the loss for other reasons: a mask file, or undistortion that looked past the photograph.
+/// Colour is premultiplied by alpha, so that it may be averaged: files store straight alpha, often with arbitrary RGB
+/// where alpha is 0, and an average of that RGB would bleed into the outline. The loss mask is apart from alpha,
+/// because a pixel may be outside of the loss for other reasons: a mask file, or undistortion that looked past the
+/// photograph.
 struct Photograph {
   int width = 0, height = 0;
   std::vector<glm::u8vec4> colour;   // height * width, row 0 on top, premultiplied
@@ -30,8 +31,8 @@ Photograph from_coverage(const Image& straight);
 /// The photograph of an image whose alpha says what is in the loss (alpha >= 0.5). RGB stays as it is.
 Photograph from_mask(const Image& straight);
 
-/// Takes every pixel out of the loss where the largest channel of `mask` is below `threshold`. A mask of another size is
-/// looked up at the nearest pixel.
+/// Takes every pixel out of the loss where the largest channel of `mask` is below `threshold`. A mask of another size
+/// is looked up at the nearest pixel.
 void exclude(Photograph& photograph, const Image& mask, int threshold);
 
 /// The finished image of a View: RGB over an opaque background of the grey level `background`, loss mask in A.

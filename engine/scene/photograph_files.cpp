@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 12> extensions{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".webp", ".WEBP", ".tif", ".tiff", ".TIF", ".TIFF"};
+constexpr std::array<const char*, 12> extensions{".png",  ".jpg",  ".jpeg", ".PNG",  ".JPG", ".JPEG",
+                                                 ".webp", ".WEBP", ".tif",  ".tiff", ".TIF", ".TIFF"};
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
@@ -57,11 +58,13 @@ std::string normal_path(const std::string& path) {
 
 bool is_absolute_path(const std::string& path) {
   const std::string turned = normal_path(path);
-  const bool drive = turned.size() > 2 && std::isalpha(static_cast<unsigned char>(turned[0])) && turned[1] == ':' && turned[2] == '/';
+  const bool drive =
+      turned.size() > 2 && std::isalpha(static_cast<unsigned char>(turned[0])) && turned[1] == ':' && turned[2] == '/';
   return drive || turned.starts_with('/');
 }
 
-PhotographFiles::PhotographFiles(fs::path root, double downscale, bool outside) : root_(std::move(root)), outside_(outside) {
+PhotographFiles::PhotographFiles(fs::path root, double downscale, bool outside)
+    : root_(std::move(root)), outside_(outside) {
   for (const int factor : {2, 4, 8}) {
     const fs::path folder = "images_" + std::to_string(factor);
     if (downscale == factor && is_folder(root_ / folder)) prescaled_folder_ = folder;
@@ -72,14 +75,18 @@ PhotographFiles::PhotographFiles(fs::path root, double downscale, bool outside) 
 bool PhotographFiles::each_place(const std::string& path, const Take& take) const {
   fs::path relative = fs::path(path).lexically_normal();
   if (relative.is_absolute())
-    if (const fs::path inside = relative.lexically_relative(fs::absolute(root_).lexically_normal()); !inside.empty() && !leaves(inside)) relative = inside;
+    if (const fs::path inside = relative.lexically_relative(fs::absolute(root_).lexically_normal());
+        !inside.empty() && !leaves(inside))
+      relative = inside;
   const bool beyond = relative.is_absolute() || leaves(relative);
   if ((!beyond || outside_) && take(relative, false)) return true;
   if (beyond && !outside_ && is_file(root_ / relative)) {
     std::error_code ignored;
-    const fs::path inside = fs::weakly_canonical(root_ / relative, ignored).lexically_relative(fs::weakly_canonical(root_, ignored));
+    const fs::path inside =
+        fs::weakly_canonical(root_ / relative, ignored).lexically_relative(fs::weakly_canonical(root_, ignored));
     if (inside.empty() || leaves(inside))
-      throw Error("{}: lies outside of the dataset {}; copy it there, or allow it with --outside", printable(path), printable(root_.string()));
+      throw Error("{}: lies outside of the dataset {}; copy it there, or allow it with --outside", printable(path),
+                  printable(root_.string()));
     return take(inside, false);
   }
   if (!is_foreign(path)) return false;
@@ -94,7 +101,9 @@ bool PhotographFiles::each_place(const std::string& path, const Take& take) cons
     for (const fs::path& place : {tail, "images" / tail})
       if (take(place, place != turned)) return true;
     // The nearest folder of the same name is the one that was meant, and lacks the file.
-    if (tail.has_parent_path() && (is_folder(root_ / tail.parent_path()) || is_folder(root_ / "images" / tail.parent_path()))) return false;
+    if (tail.has_parent_path() &&
+        (is_folder(root_ / tail.parent_path()) || is_folder(root_ / "images" / tail.parent_path())))
+      return false;
   }
   return false;
 }
@@ -106,7 +115,8 @@ std::optional<PhotographFile> PhotographFiles::find(const std::string& path) con
     if (found) found->by_name = by_name;
     return found.has_value();
   };
-  if (!each_place(path, take) && is_foreign(path)) found = only_one_named(fs::path(normal_path(path)).filename().string());
+  if (!each_place(path, take) && is_foreign(path))
+    found = only_one_named(fs::path(normal_path(path)).filename().string());
   return found;
 }
 
@@ -114,11 +124,13 @@ std::string PhotographFiles::looked_for(const std::string& path) const {
   const std::string turned = normal_path(path);
   const std::string name = fs::path(turned).filename().string();
   std::string text = printable((root_ / path).lexically_normal().string());
-  if (!prescaled_folder_.empty()) text += fmt::format(" and {}", printable((root_ / prescaled_folder_ / name).string()));
+  if (!prescaled_folder_.empty())
+    text += fmt::format(" and {}", printable((root_ / prescaled_folder_ / name).string()));
   if (!has_image_extension(turned)) text += ", also with .png, .jpg, .jpeg, .webp, .tif and .tiff";
   if (is_foreign(path))
-    text += fmt::format(", for every end of that path down to {} in {} and its images, and for one photograph of that name below", printable(name),
-                        printable(root_.string()));
+    text += fmt::format(
+        ", for every end of that path down to {} in {} and its images, and for one photograph of that name below",
+        printable(name), printable(root_.string()));
   return text;
 }
 
@@ -135,7 +147,8 @@ std::optional<PhotographFile> PhotographFiles::only_one_named(const std::string&
   if (!by_name_) {
     by_name_.emplace();
     std::error_code ignored;
-    for (fs::recursive_directory_iterator entry(root_, fs::directory_options::skip_permission_denied, ignored), end; entry != end; entry.increment(ignored)) {
+    for (fs::recursive_directory_iterator entry(root_, fs::directory_options::skip_permission_denied, ignored), end;
+         entry != end; entry.increment(ignored)) {
       const fs::path relative = entry->path().lexically_relative(root_);
       const std::string folder = relative.begin()->string();
       if (folder == "masks" || folder == "images_2" || folder == "images_4" || folder == "images_8") {

@@ -19,7 +19,8 @@ struct PhotographFile {
   bool by_name = false;    // not where its path says: found by its name
 };
 
-/// A path as datasets write it, by which two that mean one file are the same: without ./ and ../ within, back-slashes of Windows turned.
+/// A path as datasets write it, by which two that mean one file are the same: without ./ and ../ within, back-slashes
+/// of Windows turned.
 std::string normal_path(const std::string& path);
 
 /// Whether a path names a place on a machine, this one or another: /home/..., C:\..., C:/...
@@ -31,19 +32,21 @@ class PhotographFiles {
   /// images_2/, images_4/ or images_8/ where they are there. `outside`: paths may leave the root.
   PhotographFiles(std::filesystem::path root, double downscale, bool outside = false);
 
-  /// The file of a photograph by its path relative to the root (or absolute); an image extension may be missing. Where nothing is there
-  /// and the path is another machine's (absolute, with back-slashes, or beyond the root), the file below the root, or below
-  /// images/, that has the longest tail of the path; failing that, the only photograph below the root that has the name (those in
-  /// masks/ and images_2/, images_4/, images_8/ are not looked at). Nothing if there is no such file. Throws Error where the path leaves the root.
+  /// The file of a photograph by its path relative to the root (or absolute); an image extension may be missing. Where
+  /// nothing is there and the path is another machine's (absolute, with back-slashes, or beyond the root), the file
+  /// below the root, or below images/, that has the longest tail of the path; failing that, the only photograph below
+  /// the root that has the name (those in masks/ and images_2/, images_4/, images_8/ are not looked at). Nothing if
+  /// there is no such file. Throws Error where the path leaves the root.
   std::optional<PhotographFile> find(const std::string& path) const;
   /// What find() looked for, for a message.
   std::string looked_for(const std::string& path) const;
 
-  /// Another file of the dataset by its path, in the same places but the last. Nothing if there is none; throws Error where it leaves the root.
+  /// Another file of the dataset by its path, in the same places but the last. Nothing if there is none; throws Error
+  /// where it leaves the root.
   std::optional<std::filesystem::path> find_file(const std::string& path) const;
 
-  /// The mask of a photograph by its name: masks/<name>, masks/<name>.png or, with the extension replaced, masks/<stem>.png,
-  /// where <name> is without a leading images/. Empty if there is none.
+  /// The mask of a photograph by its name: masks/<name>, masks/<name>.png or, with the extension replaced,
+  /// masks/<stem>.png, where <name> is without a leading images/. Empty if there is none.
   std::filesystem::path find_mask(const std::string& name) const;
 
  private:
@@ -55,7 +58,8 @@ class PhotographFiles {
 
   std::filesystem::path root_;
   bool outside_ = false;
-  mutable std::optional<std::multimap<std::string, std::filesystem::path>> by_name_;  // photographs below the root, by name with and without extension
+  mutable std::optional<std::multimap<std::string, std::filesystem::path>>
+      by_name_;                             // photographs below the root, by name with and without extension
   std::filesystem::path prescaled_folder_;  // relative; empty: none
   bool has_masks_ = false;
 };

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "scene/byte_cursor.h"
 #include "scene/pose.h"
-#include "base/printable.h"
 #include "scene/word_reader.h"
 
 namespace trisoup::scene {
@@ -65,7 +65,8 @@ struct Header {
 
 TypeName find_type(std::string_view name, const std::string& where) {
   const auto found = std::find_if(types.begin(), types.end(), [&](const TypeName& type) { return type.name == name; });
-  if (found == types.end()) throw Error("{}: unknown property type '{}'; export the points again", where, printable(name));
+  if (found == types.end())
+    throw Error("{}: unknown property type '{}'; export the points again", where, printable(name));
   return *found;
 }
 
@@ -192,7 +193,8 @@ void append(PointCloud& cloud, const std::vector<double>& values, const Header& 
   glm::dvec3 position;
   glm::u8vec3 colour;
   for (int i = 0; i < 3; ++i) position[i] = values[columns.position[std::size_t(i)]];
-  if (!is_usable(position)) throw Error("{}: point {} is not finite or beyond 1e18; remove it", name, cloud.positions.size());
+  if (!is_usable(position))
+    throw Error("{}: point {} is not finite or beyond 1e18; remove it", name, cloud.positions.size());
   cloud.positions.push_back(position);
   if (!columns.has_colour) return;
   for (int i = 0; i < 3; ++i) {
@@ -215,7 +217,8 @@ PointCloud parse_ply_points(std::span<const std::byte> bytes, const std::string&
     ByteCursor cursor(bytes.last(text.size()), name, "vertex");
     for (const Element& element : header.before) cursor.skip(element.count, element.record_size());
     for (std::uint64_t i = 0; i < header.vertex.count; ++i) {
-      for (std::size_t k = 0; k < values.size(); ++k) values[k] = read_binary(cursor, header.vertex.properties[k].type.type);
+      for (std::size_t k = 0; k < values.size(); ++k)
+        values[k] = read_binary(cursor, header.vertex.properties[k].type.type);
       append(cloud, values, header, columns, name);
     }
     return cloud;

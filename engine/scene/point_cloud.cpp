@@ -5,7 +5,8 @@
 
 namespace trisoup::scene {
 
-void PointCloud::add(const glm::dvec3& position, const glm::u8vec3& colour, double error, std::vector<std::uint32_t> track) {
+void PointCloud::add(const glm::dvec3& position, const glm::u8vec3& colour, double error,
+                     std::vector<std::uint32_t> track) {
   std::sort(track.begin(), track.end());
   track.erase(std::unique(track.begin(), track.end()), track.end());
   positions.push_back(position);

@@ -14,8 +14,8 @@ struct PointCloud {
   std::vector<glm::dvec3> positions;
   std::vector<glm::u8vec3> colours;  // same length, or empty
   std::vector<float> errors;         // of reprojection, pixels; same length, or empty; negative: not known
-  // Views in which the point was observed, ascending, no view twice; same length, or empty. COLMAP's readers have image ids here, Dataset
-  // has indices of its frames, Scene those of its training views.
+  // Views in which the point was observed, ascending, no view twice; same length, or empty. COLMAP's readers have image
+  // ids here, Dataset has indices of its frames, Scene those of its training views.
   std::vector<std::vector<std::uint32_t>> seen_by;
 
   /// A point of a cloud that knows all of it. track: in any order; error: what is no number of pixels is not known.

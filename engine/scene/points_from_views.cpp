@@ -13,15 +13,16 @@
 namespace trisoup::scene {
 namespace {
 
-constexpr int kCell = 4;                    // pixels, side of a cell that has one candidate
-constexpr int kLongestSide = 480;           // pixels, of the pictures that are compared
-constexpr std::size_t kNeighbours = 5;      // views that a view is compared with
-constexpr double kNearest = 0.125;          // smallest depth
-constexpr double kStep = 0.75;              // pixels that a step in depth moves the patch at most
-constexpr float kLeastContrast = 0.012f;    // standard deviation of a patch, of 0..1
-constexpr float kAlike = 0.8f, kVoucher = 0.7f, kUnique = 0.06f;  // correlation of the best depth, of a view that counts, and before the second best
-constexpr float kWorthALook = 0.2f;         // correlation at a depth beside one that is looked at
-constexpr double kSameDepth = 2.5;          // steps
+constexpr int kCell = 4;                  // pixels, side of a cell that has one candidate
+constexpr int kLongestSide = 480;         // pixels, of the pictures that are compared
+constexpr std::size_t kNeighbours = 5;    // views that a view is compared with
+constexpr double kNearest = 0.125;        // smallest depth
+constexpr double kStep = 0.75;            // pixels that a step in depth moves the patch at most
+constexpr float kLeastContrast = 0.012f;  // standard deviation of a patch, of 0..1
+constexpr float kAlike = 0.8f, kVoucher = 0.7f,
+                kUnique = 0.06f;     // correlation of the best depth, of a view that counts, and before the second best
+constexpr float kWorthALook = 0.2f;  // correlation at a depth beside one that is looked at
+constexpr double kSameDepth = 2.5;   // steps
 
 /// A patch: 25 places of a quincunx, 7 x 7 pixels across.
 constexpr std::array<std::pair<int, int>, 25> kPatch = [] {
@@ -38,11 +39,13 @@ using Patch = std::array<float, kPatch.size()>;
 struct Picture {
   Camera camera;
   int width = 0, height = 0;
-  std::vector<float> grey;           // 0..1; no number where masked out: no patch there is like another
+  std::vector<float> grey;  // 0..1; no number where masked out: no patch there is like another
   std::vector<std::uint32_t> neighbours;
-  double step = 0;                   // of inverse depth; 0: the view has no neighbours
+  double step = 0;  // of inverse depth; 0: the view has no neighbours
 
-  float at(int x, int y) const { return grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
+  float at(int x, int y) const {
+    return grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
 };
 
 Picture shrink(const View& view) {
@@ -62,12 +65,14 @@ Picture shrink(const View& view) {
       bool masked = false;
       for (int j = 0; j < factor; ++j)
         for (int i = 0; i < factor; ++i) {
-          const std::uint8_t* p = &image.rgba[4 * (static_cast<std::size_t>(y * factor + j) * static_cast<std::size_t>(image.width) +
-                                                   static_cast<std::size_t>(x * factor + i))];
+          const std::uint8_t* p =
+              &image.rgba[4 * (static_cast<std::size_t>(y * factor + j) * static_cast<std::size_t>(image.width) +
+                               static_cast<std::size_t>(x * factor + i))];
           sum += 0.299f * p[0] + 0.587f * p[1] + 0.114f * p[2];
           masked = masked || p[3] < 128;
         }
-      picture.grey.push_back(masked ? std::numeric_limits<float>::quiet_NaN() : sum / (255.0f * static_cast<float>(factor * factor)));
+      picture.grey.push_back(masked ? std::numeric_limits<float>::quiet_NaN()
+                                    : sum / (255.0f * static_cast<float>(factor * factor)));
     }
   return picture;
 }
@@ -91,7 +96,8 @@ void find_neighbours(std::vector<Picture>& pictures) {
     double farthest = 0;
     for (const auto& [rank, i] : found) {
       a.neighbours.push_back(i);
-      farthest = std::max(farthest, glm::length(pictures[i].camera.centre() - centre) * std::max(pictures[i].camera.fx, pictures[i].camera.fy));
+      farthest = std::max(farthest, glm::length(pictures[i].camera.centre() - centre) *
+                                        std::max(pictures[i].camera.fx, pictures[i].camera.fy));
     }
     if (farthest > 0) a.step = kStep / farthest;
   }
@@ -121,8 +127,7 @@ bool normalise(Patch& patch) {
 std::optional<Patch> patch_at(const Picture& p, int x, int y) {
   if (x < 3 || y < 3 || x + 3 >= p.width || y + 3 >= p.height) return std::nullopt;
   Patch patch;
-  for (std::size_t k = 0; k < kPatch.size(); ++k)
-    patch[k] = p.at(x + kPatch[k].first, y + kPatch[k].second);
+  for (std::size_t k = 0; k < kPatch.size(); ++k) patch[k] = p.at(x + kPatch[k].first, y + kPatch[k].second);
   if (!normalise(patch)) return std::nullopt;
   return patch;
 }
@@ -146,15 +151,19 @@ struct Transfer {
 };
 
 /// Correlation of a patch with what another picture shows at a depth; -1 where it shows nothing.
-float correlation(const Patch& patch, const Transfer& transfer, const Picture& other, int x, int y, double inverse_depth) {
+float correlation(const Patch& patch, const Transfer& transfer, const Picture& other, int x, int y,
+                  double inverse_depth) {
   const auto centre = transfer(x + 0.5, y + 0.5, inverse_depth);
-  if (!centre || centre->x < 1 || centre->y < 1 || centre->x > other.width - 1 || centre->y > other.height - 1) return -1;
+  if (!centre || centre->x < 1 || centre->y < 1 || centre->x > other.width - 1 || centre->y > other.height - 1)
+    return -1;
   const auto right = transfer(x + 1.5, y + 0.5, inverse_depth), down = transfer(x + 0.5, y + 1.5, inverse_depth);
   if (!right || !down) return -1;
   const glm::vec2 dx(*right - *centre), dy(*down - *centre), at(*centre - 0.5);
   // With room for what the places of the patch are rounded by: all of them have to be inside.
   const glm::vec2 reach = 3.0f * (glm::abs(dx) + glm::abs(dy)) + 1e-3f;
-  if (!(at.x > reach.x && at.y > reach.y && at.x + reach.x < float(other.width - 1) && at.y + reach.y < float(other.height - 1))) return -1;
+  if (!(at.x > reach.x && at.y > reach.y && at.x + reach.x < float(other.width - 1) &&
+        at.y + reach.y < float(other.height - 1)))
+    return -1;
   Patch there;
   for (std::size_t k = 0; k < kPatch.size(); ++k) {
     const glm::vec2 p = at + float(kPatch[k].first) * dx + float(kPatch[k].second) * dy;
@@ -173,14 +182,15 @@ float correlation(const Patch& patch, const Transfer& transfer, const Picture& o
 /// What a view finds in one of its cells.
 struct Find {
   int x = 0, y = 0;
-  double inverse_depth = 0;              // 0: nothing
+  double inverse_depth = 0;  // 0: nothing
   glm::dvec3 position{0.0};
-  std::vector<std::uint32_t> seen_by;    // itself among them
+  std::vector<std::uint32_t> seen_by;  // itself among them
 };
 
 class Sweep {
  public:
-  Sweep(const std::vector<Picture>& pictures, std::uint32_t view) : pictures_(pictures), view_(view), own_(pictures[view]) {
+  Sweep(const std::vector<Picture>& pictures, std::uint32_t view)
+      : pictures_(pictures), view_(view), own_(pictures[view]) {
     for (const std::uint32_t n : own_.neighbours) transfers_.emplace_back(own_.camera, pictures[n].camera);
     to_world_ = glm::inverse(own_.camera.world_to_camera);
   }
@@ -207,15 +217,18 @@ class Sweep {
   }
 
  private:
-  /// Mean correlation of the two views that agree best: one may have something in between. Where it decides nothing, it may be less.
+  /// Mean correlation of the two views that agree best: one may have something in between. Where it decides nothing, it
+  /// may be less.
   float agreement(const Patch& patch, int x, int y, double inverse_depth) const {
     constexpr float kMatters = kAlike - kUnique;
     float first = -1, second = -1;
     for (std::size_t n = 0; n < transfers_.size(); ++n) {
       if (n + 1 == transfers_.size() && first < 2 * kMatters - 1) break;  // the last one alone cannot make it matter
       const float c = correlation(patch, transfers_[n], pictures_[own_.neighbours[n]], x, y, inverse_depth);
-      if (c > first) second = std::exchange(first, c);
-      else second = std::max(second, c);
+      if (c > first)
+        second = std::exchange(first, c);
+      else
+        second = std::max(second, c);
     }
     return 0.5f * (first + second);
   }
@@ -243,7 +256,8 @@ class Sweep {
     if (find.seen_by.size() < 3) return {};
     const Camera& c = own_.camera;
     const double depth = 1.0 / inverse_depth;
-    find.position = glm::dvec3(to_world_ * glm::dvec4(depth * (x + 0.5 - c.cx) / c.fx, depth * (y + 0.5 - c.cy) / c.fy, depth, 1.0));
+    find.position = glm::dvec3(
+        to_world_ * glm::dvec4(depth * (x + 0.5 - c.cx) / c.fx, depth * (y + 0.5 - c.cy) / c.fy, depth, 1.0));
     return find;
   }
 
@@ -274,24 +288,28 @@ Finds find_in(const std::vector<Picture>& pictures, std::uint32_t view) {
     for (int i = 0; i < finds.across; ++i) {
       int x = i * kCell, y = j * kCell;
       for (int k = 0; k < kCell * kCell; ++k)
-        if (slope(i * kCell + k % kCell, j * kCell + k / kCell) > slope(x, y)) x = i * kCell + k % kCell, y = j * kCell + k / kCell;
+        if (slope(i * kCell + k % kCell, j * kCell + k / kCell) > slope(x, y))
+          x = i * kCell + k % kCell, y = j * kCell + k / kCell;
       finds.cells[static_cast<std::size_t>(j * finds.across + i)] = sweep.at(x, y);
     }
   return finds;
 }
 
-/// Calls visit(find) for what `other` has found at the place of `find`: in the cell that shows it or one beside it, at the same depth.
+/// Calls visit(find) for what `other` has found at the place of `find`: in the cell that shows it or one beside it, at
+/// the same depth.
 template <class Visit>
 void for_each_same(const Find& find, const Picture& picture, Finds& finds, Visit&& visit) {
   const glm::dvec3 c(picture.camera.world_to_camera * glm::dvec4(find.position, 1.0));
   if (!(c.z > 0)) return;
-  const double x = picture.camera.fx * c.x / c.z + picture.camera.cx, y = picture.camera.fy * c.y / c.z + picture.camera.cy;
+  const double x = picture.camera.fx * c.x / c.z + picture.camera.cx,
+               y = picture.camera.fy * c.y / c.z + picture.camera.cy;
   if (!(x >= 0 && y >= 0 && x < picture.width && y < picture.height)) return;
   const int i = static_cast<int>(x) / kCell, j = static_cast<int>(y) / kCell;
   for (int v = std::max(0, j - 1); v <= std::min(finds.down - 1, j + 1); ++v)
     for (int u = std::max(0, i - 1); u <= std::min(finds.across - 1, i + 1); ++u) {
       Find& other = finds.cells[static_cast<std::size_t>(v * finds.across + u)];
-      if (other.inverse_depth > 0 && std::abs(other.inverse_depth - 1.0 / c.z) < kSameDepth * picture.step) visit(other);
+      if (other.inverse_depth > 0 && std::abs(other.inverse_depth - 1.0 / c.z) < kSameDepth * picture.step)
+        visit(other);
     }
 }
 
@@ -317,8 +335,10 @@ Points merged(const std::vector<Picture>& pictures, std::vector<Finds>& finds, s
       std::sort(seen_by.begin(), seen_by.end());
       seen_by.erase(std::unique(seen_by.begin(), seen_by.end()), seen_by.end());
       const Image& image = views[v].image;
-      const int x = std::min(image.width - 1, find.x * image.width / pictures[v].width), y = std::min(image.height - 1, find.y * image.height / pictures[v].height);
-      const std::uint8_t* pixel = &image.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x))];
+      const int x = std::min(image.width - 1, find.x * image.width / pictures[v].width),
+                y = std::min(image.height - 1, find.y * image.height / pictures[v].height);
+      const std::uint8_t* pixel = &image.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                                                   static_cast<std::size_t>(x))];
       points.positions.emplace_back(sum / double(count));
       points.colours.emplace_back(pixel[0], pixel[1], pixel[2]);
       points.seen_by.push_back(std::move(seen_by));
@@ -334,7 +354,8 @@ Points points_from_views(std::span<const View> views, int threads) {
   parallel_for(count, threads, [&](int i) { pictures[std::size_t(i)] = shrink(views[std::size_t(i)]); });
   find_neighbours(pictures);
   std::vector<Finds> finds(views.size());
-  parallel_for(count, threads, [&](int i) { finds[std::size_t(i)] = find_in(pictures, static_cast<std::uint32_t>(i)); });
+  parallel_for(count, threads,
+               [&](int i) { finds[std::size_t(i)] = find_in(pictures, static_cast<std::uint32_t>(i)); });
   return merged(pictures, finds, views);
 }
 

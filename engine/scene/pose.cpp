@@ -35,9 +35,11 @@ bool is_usable(const glm::dvec3& position) {
 
 glm::dmat4 from_opengl_pose(const std::array<double, 16>& m, const std::string& where) {
   for (const double value : m)
-    if (!std::isfinite(value)) throw Error("{}: pose is not finite; remove the frame or estimate its pose again", where);
+    if (!std::isfinite(value))
+      throw Error("{}: pose is not finite; remove the frame or estimate its pose again", where);
   const glm::dvec3 centre(m[3], m[7], m[11]);
-  if (!is_usable(centre)) throw Error("{}: camera lies farther than 1e18 units from the origin; correct its pose", where);
+  if (!is_usable(centre))
+    throw Error("{}: camera lies farther than 1e18 units from the origin; correct its pose", where);
   if (std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1) > 1e-6)
     throw Error("{}: last row of the pose is not 0 0 0 1; write a row-major camera-to-world matrix", where);
 
@@ -45,8 +47,9 @@ glm::dmat4 from_opengl_pose(const std::array<double, 16>& m, const std::string& 
   const double off = distance_from_rotation(axes);
   // Written so that an overflow counts as too far off.
   if (!(off <= rotation_tolerance) || glm::determinant(axes) <= 0)
-    throw Error("{}: pose is not a rotation and a translation (off by {:.2g}); export it without scale, shear or mirroring",
-                where, glm::determinant(axes) <= 0 && off <= rotation_tolerance ? 2.0 : off);
+    throw Error(
+        "{}: pose is not a rotation and a translation (off by {:.2g}); export it without scale, shear or mirroring",
+        where, glm::determinant(axes) <= 0 && off <= rotation_tolerance ? 2.0 : off);
   glm::dmat3 rotation = nearest_rotation(axes);
   rotation[1] = -rotation[1];  // y up, z backward -> y down, z forward
   rotation[2] = -rotation[2];
@@ -57,10 +60,12 @@ glm::dmat4 from_opengl_pose(const std::array<double, 16>& m, const std::string& 
   return result;
 }
 
-glm::dmat4 from_colmap_pose(const std::array<double, 4>& quaternion, const glm::dvec3& translation, const std::string& where) {
+glm::dmat4 from_colmap_pose(const std::array<double, 4>& quaternion, const glm::dvec3& translation,
+                            const std::string& where) {
   double largest = 0;
   for (const double value : quaternion) {
-    if (!std::isfinite(value)) throw Error("{}: pose is not finite; remove the image or estimate its pose again", where);
+    if (!std::isfinite(value))
+      throw Error("{}: pose is not finite; remove the image or estimate its pose again", where);
     largest = std::max(largest, std::abs(value));
   }
   if (!is_usable(translation))

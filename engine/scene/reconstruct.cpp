@@ -13,10 +13,10 @@
 #include "base/atomic_file.h"
 #include "base/child_process.h"
 #include "base/error.h"
-#include "image/image_file.h"
 #include "base/parallel_for.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "image/image_file.h"
 #include "scene/colmap_model.h"
 #include "scene/video_frames.h"
 

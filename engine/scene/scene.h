@@ -10,8 +10,8 @@
 
 #include <glm/glm.hpp>
 
-#include "scene/camera.h"
 #include "image/image.h"
+#include "scene/camera.h"
 #include "scene/normalisation.h"
 
 namespace trisoup::scene {
@@ -25,7 +25,8 @@ struct View {
 struct Points {  // sparse cloud, normalised coordinates; may be empty
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colours;  // same length, or empty
-  std::vector<float> errors;         // of reprojection, pixels of the photograph as reconstructed; same length, or empty; negative: not known
+  std::vector<float>
+      errors;  // of reprojection, pixels of the photograph as reconstructed; same length, or empty; negative: not known
   std::vector<std::vector<std::uint32_t>> seen_by;  // training views, ascending; same length, or empty
 };
 
@@ -38,7 +39,8 @@ struct LoadOptions {
   int test_every = 8;      // held-out views in name order, index 0 first, where no test split is given; 0: none
   BackgroundChoice background = BackgroundChoice::automatic;
   AlphaUse alpha = AlphaUse::composite;
-  bool outside = false;    // photographs, masks and points may lie outside of the dataset's folder, where its files say so
+  bool outside =
+      false;  // photographs, masks and points may lie outside of the dataset's folder, where its files say so
   bool train_images = true, test_images = true;       // which photographs are decoded; all are looked for
   int threads = 0;                                    // 0: one per core
   std::function<void(int done, int total)> progress;  // called from one thread at a time
@@ -59,10 +61,13 @@ struct Scene {
 };
 
 /// Detects the format of `path` (a dataset folder, or one of its transforms*.json) and loads it.
-/// - Photographs are undistorted to pinholes of the same focal length, then shrunk by `downscale`; with a factor of 2, 4 or 8
+/// - Photographs are undistorted to pinholes of the same focal length, then shrunk by `downscale`; with a factor of 2,
+/// 4 or 8
 ///   the copies in images_2/, images_4/ or images_8/ are taken instead where they are there.
-/// - Out of the loss: alpha < 0.5 with AlphaUse::mask, mask_path, files in masks/ that are 0, and what undistortion cannot see.
-/// - The automatic background depends on the photographs that are decoded: with train_images = false, the test views alone.
+/// - Out of the loss: alpha < 0.5 with AlphaUse::mask, mask_path, files in masks/ that are 0, and what undistortion
+/// cannot see.
+/// - The automatic background depends on the photographs that are decoded: with train_images = false, the test views
+/// alone.
 /// - Frames without an image are skipped with one warning. A single view is never held out.
 /// Throws trisoup::Error.
 Scene load(const std::filesystem::path& path, const LoadOptions& options);

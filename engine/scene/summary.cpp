@@ -16,7 +16,9 @@ std::uint64_t intrinsics_of(const Frame& frame) {
   Fingerprint result;
   result.add(frame.model);
   result.add(frame.camera.width), result.add(frame.camera.height);
-  for (const double value : {frame.camera.fx, frame.camera.fy, frame.camera.cx, frame.camera.cy, frame.lens.p1, frame.lens.p2}) result.add(value);
+  for (const double value :
+       {frame.camera.fx, frame.camera.fy, frame.camera.cx, frame.camera.cy, frame.lens.p1, frame.lens.p2})
+    result.add(value);
   for (const double value : frame.lens.radial) result.add(value);
   for (const double value : frame.lens.denominator) result.add(value);
   return result.value();
@@ -44,10 +46,13 @@ std::string cameras_text(const Dataset& dataset) {
   for (const Frame& frame : dataset.frames) by_model[frame.model].insert(intrinsics_of(frame));
   std::string text;
   for (const auto& [model, cameras] : by_model)
-    text += fmt::format("{}{} {} camera{}", text.empty() ? "" : ", ", cameras.size(), model, cameras.size() == 1 ? "" : "s");
+    text += fmt::format("{}{} {} camera{}", text.empty() ? "" : ", ", cameras.size(), model,
+                        cameras.size() == 1 ? "" : "s");
   const std::size_t distorted = count(dataset, [](const Frame& frame) { return !frame.lens.is_pinhole(); });
-  if (distorted == dataset.frames.size()) text += ", distortion taken out";
-  else text += distorted == 0 ? ", no distortion" : fmt::format(", distortion taken out of {}", distorted);
+  if (distorted == dataset.frames.size())
+    text += ", distortion taken out";
+  else
+    text += distorted == 0 ? ", no distortion" : fmt::format(", distortion taken out of {}", distorted);
   return text;
 }
 
@@ -55,20 +60,28 @@ std::string cameras_text(const Dataset& dataset) {
 
 std::string summary_of(const Dataset& dataset, ImageSize shrunk) {
   const std::size_t all = dataset.frames.size();
-  std::string text = dataset.format == Format::blender ? "Blender" : dataset.format == Format::colmap ? "COLMAP" : "transforms.json";
+  std::string text = dataset.format == Format::blender  ? "Blender"
+                     : dataset.format == Format::colmap ? "COLMAP"
+                                                        : "transforms.json";
   text += fmt::format(", {} photograph{}", all, all == 1 ? "" : "s");
   const ImageSize size = dataset.frames.front().size;
-  const bool one_size = std::all_of(dataset.frames.begin(), dataset.frames.end(), [&](const Frame& f) { return f.size.width == size.width && f.size.height == size.height; });
+  const bool one_size = std::all_of(dataset.frames.begin(), dataset.frames.end(), [&](const Frame& f) {
+    return f.size.width == size.width && f.size.height == size.height;
+  });
   text += one_size ? fmt::format(" of {} x {} pixels", size.width, size.height) : " of several sizes";
   const std::size_t prescaled = count(dataset, is_prescaled);
-  if (prescaled > 0) text += fmt::format(" ({}{})", prescaled_folder(dataset), prescaled < all ? fmt::format(" for {}", prescaled) : "");
-  if (one_size && (shrunk.width != size.width || shrunk.height != size.height)) text += fmt::format(", reduced to {} x {}", shrunk.width, shrunk.height);
+  if (prescaled > 0)
+    text += fmt::format(" ({}{})", prescaled_folder(dataset), prescaled < all ? fmt::format(" for {}", prescaled) : "");
+  if (one_size && (shrunk.width != size.width || shrunk.height != size.height))
+    text += fmt::format(", reduced to {} x {}", shrunk.width, shrunk.height);
   text += "; " + cameras_text(dataset);
-  if (const std::size_t masks = count(dataset, is_masked); masks > 0) text += fmt::format("; masks for {} of {}", masks, all);
+  if (const std::size_t masks = count(dataset, is_masked); masks > 0)
+    text += fmt::format("; masks for {} of {}", masks, all);
   const std::size_t turned = count(dataset, [](const Frame& frame) { return frame.turned; });
   const std::size_t held = count(dataset, [](const Frame& frame) { return frame.size.orientation != 1; });
   if (turned > 0) text += fmt::format("; {} turned by EXIF, as their cameras are", turned);
-  if (held > turned) text += fmt::format("; EXIF orientation of {} left alone, as COLMAP and nerfstudio leave it", held - turned);
+  if (held > turned)
+    text += fmt::format("; EXIF orientation of {} left alone, as COLMAP and nerfstudio leave it", held - turned);
   std::size_t missing = 0, again = 0;
   for (const Listing& listing : dataset.listings) missing += listing.missing.size(), again += listing.again.size();
   if (again > 0) text += fmt::format("; {} listed again", again);
@@ -78,16 +91,17 @@ std::string summary_of(const Dataset& dataset, ImageSize shrunk) {
 
 void report_halves(const Dataset& dataset, const std::function<void(const std::string&)>& warn) {
   if (!warn) return;
-  const std::size_t all = dataset.frames.size(), masks = count(dataset, is_masked), prescaled = count(dataset, is_prescaled);
+  const std::size_t all = dataset.frames.size(), masks = count(dataset, is_masked),
+                    prescaled = count(dataset, is_prescaled);
   if (masks > 0 && 2 * masks < all) {
     const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_masked);
-    warn(fmt::format("{}: masks for {} of {} photographs, none for {}; all of what has no mask counts", dataset.source, masks, all,
-                     printable(without->photograph.name)));
+    warn(fmt::format("{}: masks for {} of {} photographs, none for {}; all of what has no mask counts", dataset.source,
+                     masks, all, printable(without->photograph.name)));
   }
   if (prescaled > 0 && prescaled < all) {
     const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_prescaled);
-    warn(fmt::format("{}: {} holds {} of {} photographs, not {}; the others are reduced from their full size", dataset.source, prescaled_folder(dataset),
-                     prescaled, all, printable(without->photograph.name)));
+    warn(fmt::format("{}: {} holds {} of {} photographs, not {}; the others are reduced from their full size",
+                     dataset.source, prescaled_folder(dataset), prescaled, all, printable(without->photograph.name)));
   }
 }
 

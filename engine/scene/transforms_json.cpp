@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "scene/pose.h"
 #include "base/printable.h"
+#include "scene/pose.h"
 
 namespace trisoup::scene {
 namespace {
@@ -22,8 +22,10 @@ json parse_json(std::string_view text, const std::string& name) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(problem.byte, text.size()));
     // The byte is the one after the last that was read; a newline there still belongs to the line it ends.
     const auto line = 1 + std::count(text.begin(), end == text.begin() ? end : end - 1, '\n');
-    throw Error("{}: line {} is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again",
-                name, line);
+    throw Error(
+        "{}: line {} is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
+        "again",
+        name, line);
   } catch (const json::exception&) {
     throw Error("{}: holds a number out of range; correct or export the file again", name);
   }
@@ -122,7 +124,8 @@ std::array<double, 16> read_matrix(const json& frame, const std::string& where) 
   const std::string key = where + ".transform_matrix";
   if (found == frame.end()) throw Error("{} is missing; every frame needs its 4 x 4 camera-to-world matrix", key);
   const auto is_list = [](const json& value, std::size_t size) { return value.is_array() && value.size() == size; };
-  if (!is_list(*found, 4) && !is_list(*found, 3)) throw Error("{} is not a list of 4 rows; export the poses again", key);
+  if (!is_list(*found, 4) && !is_list(*found, 3))
+    throw Error("{} is not a list of 4 rows; export the poses again", key);
   std::array<double, 16> matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   for (std::size_t row = 0; row < found->size(); ++row) {
     if (!is_list((*found)[row], 4)) throw Error("{}: row {} has not 4 numbers; export the poses again", key, row);
@@ -148,7 +151,8 @@ TransformsFrame read_frame(const json& root, const json& value, const std::strin
   constexpr double longest_focal = 1e9, half_turn = 3.14159265358979;
   frame.size = {keys.side("w"), keys.side("h")};
   frame.fx = keys.positive("fl_x", longest_focal), frame.fy = keys.positive("fl_y", longest_focal);
-  frame.angle_x = keys.positive("camera_angle_x", half_turn), frame.angle_y = keys.positive("camera_angle_y", half_turn);
+  frame.angle_x = keys.positive("camera_angle_x", half_turn),
+  frame.angle_y = keys.positive("camera_angle_y", half_turn);
   frame.cx = keys.number("cx"), frame.cy = keys.number("cy");
   if (!frame.fx && !frame.fy && !frame.angle_x && !frame.angle_y)
     throw Error("{} has no focal length; add fl_x or camera_angle_x to it or to the file", where);
@@ -160,7 +164,8 @@ TransformsFrame read_frame(const json& root, const json& value, const std::strin
 
 Transforms parse_transforms(std::string_view text, const std::string& name) {
   const json root = parse_json(text, name);
-  if (!root.is_object()) throw Error("{}: is {}, not an object with frames; give a transforms file", name, root.type_name());
+  if (!root.is_object())
+    throw Error("{}: is {}, not an object with frames; give a transforms file", name, root.type_name());
   const auto frames = root.find("frames");
   if (frames == root.end()) throw Error("{}: frames is missing; give a transforms file", name);
   if (!frames->is_array()) throw Error("{}: frames is {}, not a list; correct it", name, frames->type_name());

@@ -8,8 +8,8 @@
 
 #include <glm/glm.hpp>
 
-#include "scene/camera.h"
 #include "image/image_file.h"
+#include "scene/camera.h"
 #include "scene/lens.h"
 
 namespace trisoup::scene {
@@ -29,9 +29,9 @@ struct Transforms {
   std::vector<std::string> train_files, val_files, test_files;  // nerfstudio's split, by file_path; usually empty
 };
 
-/// Reads the text of a transforms file; `name` stands in messages. Intrinsics of a frame win over those of the file, focal
-/// lengths over angles. Throws Error on malformed JSON (with its line), missing or mistyped keys, poses that are no
-/// rotation, focal lengths that are not positive, and unknown camera models.
+/// Reads the text of a transforms file; `name` stands in messages. Intrinsics of a frame win over those of the file,
+/// focal lengths over angles. Throws Error on malformed JSON (with its line), missing or mistyped keys, poses that are
+/// no rotation, focal lengths that are not positive, and unknown camera models.
 Transforms parse_transforms(std::string_view text, const std::string& name);
 
 /// The pinhole part of a frame's camera, for images of the size that the frame states, else of `photograph`'s size. A

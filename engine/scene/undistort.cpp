@@ -39,7 +39,8 @@ Sample sample(const Photograph& photograph, glm::dvec2 position) {
 
 Photograph undistort(const Photograph& photograph, const Camera& camera, const Lens& lens) {
   if (lens.is_pinhole()) return photograph;
-  const glm::dvec2 focal(camera.fx, camera.fy), principal(camera.cx, camera.cy), size(photograph.width, photograph.height);
+  const glm::dvec2 focal(camera.fx, camera.fy), principal(camera.cx, camera.cy),
+      size(photograph.width, photograph.height);
   const glm::dvec2 farthest = glm::max(glm::abs(principal), glm::abs(size - principal)) / focal;
   const double limit = lens.growing_until(glm::length(farthest));
 
@@ -58,7 +59,8 @@ Photograph undistort(const Photograph& photograph, const Camera& camera, const L
       result.colour[i] = glm::u8vec4(glm::min(found.colour + 0.5f, 255.0f));
       result.inside[i] = found.inside >= 0.5f ? 255 : 0;
     }
-  if (std::all_of(result.inside.begin(), result.inside.end(), [](std::uint8_t a) { return a == 255; })) result.inside.clear();
+  if (std::all_of(result.inside.begin(), result.inside.end(), [](std::uint8_t a) { return a == 255; }))
+    result.inside.clear();
   return result;
 }
 

@@ -8,10 +8,10 @@
 
 #include "base/child_process.h"
 #include "base/error.h"
-#include "image/image_file.h"
 #include "base/parallel_for.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "image/image_file.h"
 #include "scene/unposed.h"
 
 namespace trisoup::scene {

@@ -46,7 +46,8 @@ class WordReader {
     if (problem != std::errc{} || end != text.data() + text.size()) {
       if constexpr (std::is_floating_point_v<T>)  // a number too small to hold is zero, as in every other reader
         if (problem == std::errc::result_out_of_range && end == text.data() + text.size() && is_tiny(text)) return T(0);
-      throw Error("{}: its {} is '{}', not a usable number; correct or export the file again", where_, what, printable(text));
+      throw Error("{}: its {} is '{}', not a usable number; correct or export the file again", where_, what,
+                  printable(text));
     }
     return value;
   }

@@ -4,15 +4,16 @@
 #include <array>
 #include <cmath>
 
-#include "common/host.h"
 #include "base/parallel_for.h"
+#include "common/host.h"
 
 namespace trisoup::soup {
 
 std::vector<std::uint8_t> bake_colours(const Model& model, std::span<const glm::vec3> directions) {
   std::vector<glm::vec3> around;
   if (directions.empty()) {
-    for (int i = 0; i < 8; ++i) around.push_back(glm::normalize(glm::vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
+    for (int i = 0; i < 8; ++i)
+      around.push_back(glm::normalize(glm::vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
     directions = around;
   }
   std::vector<std::array<float, 9>> harmonics(directions.size());

@@ -1,5 +1,5 @@
-// Random numbers that are the same on every machine: counter-based integers, and distributions of our own, because those
-// of the standard library differ between implementations.
+// Random numbers that are the same on every machine: counter-based integers, and distributions of our own, because
+// those of the standard library differ between implementations.
 #pragma once
 
 #include <array>
@@ -26,8 +26,8 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
   return counter;
 }
 
-/// Rotation from three uniforms in [0, 1): a unit quaternion uniform on the 3-sphere, hence a rotation uniform over SO(3).
-/// Shoemake, "Uniform Random Rotations", Graphics Gems III, 1992.
+/// Rotation from three uniforms in [0, 1): a unit quaternion uniform on the 3-sphere, hence a rotation uniform over
+/// SO(3). Shoemake, "Uniform Random Rotations", Graphics Gems III, 1992.
 inline glm::dmat3 rotation_from_uniforms(double u1, double u2, double u3) {
   constexpr double kTwoPi = 6.283185307179586476925;
   const double x = std::sqrt(1.0 - u1) * std::sin(kTwoPi * u2), y = std::sqrt(1.0 - u1) * std::cos(kTwoPi * u2);
@@ -61,7 +61,8 @@ class Random {
   /// Uniform in [low, high).
   float uniform(float low, float high) { return low + (high - low) * uniform01(); }
 
-  /// Uniform integer in [0, bound), without bias; 0 if bound is 0. Lemire, "Fast Random Integer Generation in an Interval", 2019.
+  /// Uniform integer in [0, bound), without bias; 0 if bound is 0. Lemire, "Fast Random Integer Generation in an
+  /// Interval", 2019.
   std::uint32_t below(std::uint32_t bound) {
     std::uint64_t product = std::uint64_t{bits()} * bound;
     if (static_cast<std::uint32_t>(product) < bound) {
@@ -79,8 +80,8 @@ class Random {
     }
   }
 
-  /// Rotation uniform over SO(3). Computed in double and meant to be rounded to float, where differences between maths libraries
-  /// end.
+  /// Rotation uniform over SO(3). Computed in double and meant to be rounded to float, where differences between maths
+  /// libraries end.
   glm::dmat3 rotation() {
     const double u1 = uniform01(), u2 = uniform01(), u3 = uniform01();
     return rotation_from_uniforms(u1, u2, u3);
@@ -89,7 +90,8 @@ class Random {
   /// Fisher-Yates: every order equally likely. At most 2^32 - 1 values.
   template <typename T>
   void shuffle(std::span<T> values) {
-    for (std::size_t k = values.size(); k > 1; --k) std::swap(values[k - 1], values[below(static_cast<std::uint32_t>(k))]);
+    for (std::size_t k = values.size(); k > 1; --k)
+      std::swap(values[k - 1], values[below(static_cast<std::uint32_t>(k))]);
   }
 
  private:

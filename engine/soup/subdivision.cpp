@@ -29,7 +29,8 @@ Resampled unchanged(std::span<const glm::vec3> vertices) {
 /// Cuts edge `index` of a triangle at `t` of its way: one half takes its place, the other comes last.
 void halve(Resampled& soup, std::uint32_t face, int index, float t) {
   const std::size_t first = 3 * std::size_t{face};
-  const std::size_t k[3] = {static_cast<std::size_t>(index), static_cast<std::size_t>((index + 1) % 3), static_cast<std::size_t>((index + 2) % 3)};
+  const std::size_t k[3] = {static_cast<std::size_t>(index), static_cast<std::size_t>((index + 1) % 3),
+                            static_cast<std::size_t>((index + 2) % 3)};
   const glm::vec3 va = soup.vertices[first + k[0]], vb = soup.vertices[first + k[1]], vc = soup.vertices[first + k[2]];
   const Corners parent = soup.corners[face];
   const glm::vec3 ba = parent[k[0]], bb = parent[k[1]], bc = parent[k[2]];
@@ -45,18 +46,19 @@ void halve(Resampled& soup, std::uint32_t face, int index, float t) {
 // Longest-edge bisection with a metric: metric(p, q) is the squared length of an edge, 0 if it must not be cut, and
 // cut(p, q) the fraction of the way from p to q where it is cut.
 //
-// The order of equal lengths (both halves of an edge, the median they share) decides which triangle gets which index. It is that
-// of the binary heap of libstdc++ under exactly this order of pushes, as in the published release; another standard library
-// gives an equally good soup in another order.
+// The order of equal lengths (both halves of an edge, the median they share) decides which triangle gets which index.
+// It is that of the binary heap of libstdc++ under exactly this order of pushes, as in the published release; another
+// standard library gives an equally good soup in another order.
 template <typename Metric, typename Cut>
-void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_squared, std::size_t max_splits, Metric&& metric,
-            Cut&& cut) {
+void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_squared, std::size_t max_splits,
+            Metric&& metric, Cut&& cut) {
   std::vector<std::uint32_t> generation(soup.triangles(), 0);
   std::priority_queue<Edge> longest;
   const auto push = [&](std::uint32_t face) {
     for (int k = 0; k < 3; ++k) {
       const float length = metric(soup.vertices[3 * face + k], soup.vertices[3 * face + (k + 1) % 3]);
-      // Left alone: what the metric says to, infinite edges, which no bisection would shorten, and NaN, which has no order.
+      // Left alone: what the metric says to, infinite edges, which no bisection would shorten, and NaN, which has no
+      // order.
       if (length > 0.0f && std::isfinite(length)) longest.push({length, face, k, generation[face]});
     }
   };
@@ -71,7 +73,8 @@ void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_s
 
     const auto place = static_cast<std::uint32_t>(soup.triangles());
     const std::size_t first = 3 * std::size_t{edge.face};
-    halve(soup, edge.face, edge.index, cut(soup.vertices[first + edge.index], soup.vertices[first + (edge.index + 1) % 3]));
+    halve(soup, edge.face, edge.index,
+          cut(soup.vertices[first + edge.index], soup.vertices[first + (edge.index + 1) % 3]));
     ++generation[edge.face];
     generation.push_back(0);
     push(edge.face);
@@ -85,14 +88,14 @@ float world_length_squared(const glm::vec3& p, const glm::vec3& q) {
   return d.x * d.x + d.y * d.y + d.z * d.z;
 }
 
-// Sums from left to right, whatever order GLM's product has. The two halves of an edge are equally long on screen but for
-// rounding, so the order of bisections hangs on the last bit of these operations.
+// Sums from left to right, whatever order GLM's product has. The two halves of an edge are equally long on screen but
+// for rounding, so the order of bisections hangs on the last bit of these operations.
 glm::vec4 to_clip(const glm::mat4& m, const glm::vec3& p) { return ((m[0] * p.x + m[1] * p.y) + m[2] * p.z) + m[3]; }
 
 constexpr auto kMidpoint = [](const glm::vec3&, const glm::vec3&) { return 0.5f; };
 
-void bisect_on_screen_in_place(Resampled& soup, const ScreenView& view, float fraction, std::span<const std::uint8_t> marked,
-                               std::size_t max_splits) {
+void bisect_on_screen_in_place(Resampled& soup, const ScreenView& view, float fraction,
+                               std::span<const std::uint8_t> marked, std::size_t max_splits) {
   const float aspect = static_cast<float>(view.width) / static_cast<float>(view.height);
   const auto metric = [&](const glm::vec3& p, const glm::vec3& q) {
     glm::vec3 ndc[2];
@@ -107,9 +110,9 @@ void bisect_on_screen_in_place(Resampled& soup, const ScreenView& view, float fr
     const float dx = (ndc[1].x - ndc[0].x) * aspect, dy = ndc[1].y - ndc[0].y;
     return dx * dx + dy * dy;
   };
-  // The t at which (1 - t) p + t q projects to the midpoint m of the projections: t (d.xy - m d.w) = m p.w - p.xy in clip space,
-  // with d = q - p. In exact arithmetic t = p.w / (p.w + q.w); this least-squares form is the one whose rounding the order
-  // follows.
+  // The t at which (1 - t) p + t q projects to the midpoint m of the projections: t (d.xy - m d.w) = m p.w - p.xy in
+  // clip space, with d = q - p. In exact arithmetic t = p.w / (p.w + q.w); this least-squares form is the one whose
+  // rounding the order follows.
   const auto cut = [&](const glm::vec3& p, const glm::vec3& q) {
     const glm::vec4 cp = to_clip(view.clip, p), cq = to_clip(view.clip, q);
     const glm::vec2 middle = 0.5f * (glm::vec2(cp) / cp.w + glm::vec2(cq) / cq.w);
@@ -156,7 +159,8 @@ Resampled bisect_longest(std::span<const glm::vec3> vertices, std::size_t target
   return soup;
 }
 
-Resampled bisect_longer_than(std::span<const glm::vec3> vertices, float longest, std::optional<std::size_t> max_splits) {
+Resampled bisect_longer_than(std::span<const glm::vec3> vertices, float longest,
+                             std::optional<std::size_t> max_splits) {
   Resampled soup = unchanged(vertices);
   bisect(soup, {}, longest * longest, max_splits.value_or(SIZE_MAX), world_length_squared, kMidpoint);
   return soup;
@@ -187,8 +191,11 @@ Resampled bisect_largest(std::span<const glm::vec3> vertices, std::span<const do
                          std::size_t target) {
   Resampled soup = unchanged(vertices);
   // Of equal ones the first.
-  const auto after = [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; };
-  std::priority_queue<std::pair<double, std::uint32_t>, std::vector<std::pair<double, std::uint32_t>>, decltype(after)> largest(after);
+  const auto after = [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second > b.second;
+  };
+  std::priority_queue<std::pair<double, std::uint32_t>, std::vector<std::pair<double, std::uint32_t>>, decltype(after)>
+      largest(after);
   const auto push = [&](double size, std::uint32_t face) {
     if (size >= 2 * smallest && std::isfinite(size)) largest.push({size, face});
   };

@@ -1,4 +1,5 @@
-// Where each triangle's texture lies in the pools of samples: triangles may have different levels, and none pays for another's.
+// Where each triangle's texture lies in the pools of samples: triangles may have different levels, and none pays for
+// another's.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +17,8 @@ struct TextureLevels {
   bool operator==(const TextureLevels&) const = default;
 };
 
-/// `levels` cut off at its first level that has at least `samples` samples, counted as 4^level / 2: those at the border by the half or less.
+/// `levels` cut off at its first level that has at least `samples` samples, counted as 4^level / 2: those at the border
+/// by the half or less.
 TextureLevels as_fine_as(double samples, TextureLevels levels);
 
 struct TextureTable {
@@ -26,8 +28,8 @@ struct TextureTable {
   std::size_t triangles() const { return entries.size(); }
 };
 
-/// Lays out one texture per element of `levels`. Throws Error unless level_min <= level_max <= kMaxLevel for each of them,
-/// or if a pool has more samples than a 32-bit offset can reach.
+/// Lays out one texture per element of `levels`. Throws Error unless level_min <= level_max <= kMaxLevel for each of
+/// them, or if a pool has more samples than a 32-bit offset can reach.
 TextureTable make_texture_table(std::span<const TextureLevels> levels);
 
 /// The same with equal levels for all triangles.

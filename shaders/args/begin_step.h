@@ -11,7 +11,7 @@ struct BeginStepArgs {
   POINTER(Uints) schedule;  // [rows][row_words]
   POINTER(Uints) cursor;    // [1] the next row
   POINTER(Uints) state;
-  POINTER(Uints) views;     // [view_words]
+  POINTER(Uints) views;  // [view_words]
   POINTER(StatisticsRows) statistics;
   uint row_words, view_words;
 };

@@ -7,7 +7,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Which triangles a tile of 8 x 8 pixels may show: count, then offsets, then lists. Of `tiles` tiles from tile_first on: a band.
+/// Which triangles a tile of 8 x 8 pixels may show: count, then offsets, then lists. Of `tiles` tiles from tile_first
+/// on: a band.
 struct BinArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;

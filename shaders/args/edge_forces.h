@@ -13,7 +13,7 @@ struct EdgeForcesArgs {
   POINTER(ScreenTriangles) screen;
   POINTER(Floats) colour;
   POINTER(Float4s) gradient;
-  POINTER(Uints) vertex_low;   // [T][3][3], fixed point, world
+  POINTER(Uints) vertex_low;  // [T][3][3], fixed point, world
   POINTER(Uints) vertex_high;
   uint tiles, view_count, triangles, pad;
 };

@@ -9,7 +9,7 @@ namespace KERNEL_TYPES {
 /// Exposures of a batch's photographs. One workgroup.
 struct FitExposureArgs {
   POINTER(Views) views;
-  POINTER(Uints) sums_low;    // [views of the batch][4][4], from measure_exposure; empty again afterwards
+  POINTER(Uints) sums_low;  // [views of the batch][4][4], from measure_exposure; empty again afterwards
   POINTER(Uints) sums_high;
   POINTER(Float4s) fitted;    // [photographs][2]: against the scene's colours as they are
   POINTER(Float4s) exposure;  // [photographs][2]: what is believed of it beyond the mean of all

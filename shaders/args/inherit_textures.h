@@ -10,7 +10,8 @@ namespace KERNEL_TYPES {
 #define INHERIT_MOMENTS 2  // level by level; otherwise it is the sum of the levels that is kept
 #define INHERIT_SQUARES 4  // second moments: never below zero
 
-/// Textures of a new topology, or their moments: every triangle takes its part of its parent's. One workgroup per triangle.
+/// Textures of a new topology, or their moments: every triangle takes its part of its parent's. One workgroup per
+/// triangle.
 struct InheritTexturesArgs {
   POINTER(Uints) parents;   // [new T]
   POINTER(Floats) corners;  // [new T][3][2]: b0, b1 of the triangle's corners in its parent

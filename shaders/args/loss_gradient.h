@@ -14,7 +14,7 @@ struct LossGradientArgs {
   POINTER(Uints) target;
   POINTER(Floats) float_target;
   POINTER(Floats) partial;
-  POINTER(Uints) same;       // [blocks], from ssim
+  POINTER(Uints) same;        // [blocks], from ssim
   POINTER(Float4s) gradient;  // [pixels]: dL/dC, and sum_c |C - target|, -1 where masked out
   POINTER(Steps) state;
   POINTER(Uints) statistics;  // Statistics, eight words each

@@ -6,7 +6,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// How large each triangle is where it is seen largest, in pixels of the photographs, and in which views it is seen. One workgroup per tile.
+/// How large each triangle is where it is seen largest, in pixels of the photographs, and in which views it is seen.
+/// One workgroup per tile.
 struct MeasureVisibleArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;

@@ -18,9 +18,9 @@ struct OpacityBackwardArgs {
   POINTER(Hits) hits;
   POINTER(Floats) gradient;
   POINTER(Steps) state;
-  POINTER(Uints) gradient_low;   // [lattice samples], fixed point
+  POINTER(Uints) gradient_low;  // [lattice samples], fixed point
   POINTER(Uints) gradient_high;
-  POINTER(Uints) touched;        // [triangles]: as in update_textures, 1 for what is added to
+  POINTER(Uints) touched;  // [triangles]: as in update_textures, 1 for what is added to
   uint triangles, view_count, tile_first, tiles, capacity, pad;
 };
 

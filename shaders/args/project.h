@@ -8,9 +8,9 @@ namespace KERNEL_TYPES {
 
 /// Clip coordinates and pixel box of every triangle in every view. One thread per (view, triangle).
 struct ProjectArgs {
-  POINTER(Floats) vertices;          // [T][3][3], world
+  POINTER(Floats) vertices;  // [T][3][3], world
   POINTER(Views) views;
-  POINTER(ScreenTriangles) screen;   // [views][T]
+  POINTER(ScreenTriangles) screen;  // [views][T]
   uint triangles, view_count;
   uint drop_near, pad;  // 1: as published, what reaches the camera plane is dropped whole
 };

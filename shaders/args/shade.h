@@ -13,9 +13,9 @@ struct ShadeArgs {
   POINTER(Hits) hits;
   POINTER(Textures) textures;
   POINTER(Float4s) lattice;  // [lattice samples][8], after the sigmoid
-  POINTER(Floats) mlp;      // [595]
-  POINTER(Floats) colour;   // [pixels][3]
-  POINTER(Floats) debug;    // [pixels][16]: MLP inputs, where they are asked for
+  POINTER(Floats) mlp;       // [595]
+  POINTER(Floats) colour;    // [pixels][3]
+  POINTER(Floats) debug;     // [pixels][16]: MLP inputs, where they are asked for
   uint blocks, view_count;
   float background_r, background_g, background_b;
   uint groups;

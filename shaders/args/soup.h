@@ -33,9 +33,9 @@ STRUCT DrawFrame {
   vec4 eye;                // world
   vec4 ray, ray_x, ray_y;  // as in ViewRecord
   vec4 background;
-  float pixel_x, pixel_y;  // NDC per pixel
+  float pixel_x, pixel_y;       // NDC per pixel
   float depth_near, depth_far;  // of the depth mode, along the viewing direction
-  uint channel;            // of the channel mode
+  uint channel;                 // of the channel mode
   uint pad0, pad1, pad2;
 };
 

@@ -11,10 +11,10 @@ namespace KERNEL_TYPES {
 struct SsimArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
-  POINTER(Uints) target;    // [pixels]: RGBA8, alpha is the loss mask
+  POINTER(Uints) target;         // [pixels]: RGBA8, alpha is the loss mask
   POINTER(Floats) float_target;  // [pixels][3], where the target is given in float
-  POINTER(Floats) partial;  // [3 channels][d_x, d_xx, d_xy][pixels], at the window's first pixel
-  POINTER(Uints) same;      // [blocks]: 1 where rendering and target are the same in all windows of the block
+  POINTER(Floats) partial;       // [3 channels][d_x, d_xx, d_xy][pixels], at the window's first pixel
+  POINTER(Uints) same;           // [blocks]: 1 where rendering and target are the same in all windows of the block
   POINTER(Steps) state;
   POINTER(Uints) statistics;  // Statistics, eight words each
   uint view_count, blocks, pixels, groups;

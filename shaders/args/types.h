@@ -42,14 +42,15 @@ STRUCT ViewRecord {
   vec4 ray, ray_x, ray_y;
   uint width, height;
   uint tiles_x, tiles_y;
-  uint pixel_offset;   // of its first pixel in the frame buffers
-  uint tile_offset;    // of its first tile
-  uint block_offset;   // of its first block of 16 x 16 pixels
-  uint index;          // of the view in the dataset: part of the thresholds' counter
-  POINTER(Uints) photo;  // RGBA8; alpha is the loss mask
+  uint pixel_offset;        // of its first pixel in the frame buffers
+  uint tile_offset;         // of its first tile
+  uint block_offset;        // of its first block of 16 x 16 pixels
+  uint index;               // of the view in the dataset: part of the thresholds' counter
+  POINTER(Uints) photo;     // RGBA8; alpha is the loss mask
   float photograph_pixels;  // of the photograph, for one of this view
   uint pad0;
-  // Where the photograph is sampled: pixel (x, y) takes those from (x + first_x, y + first_y) on, four by four, with these weights.
+  // Where the photograph is sampled: pixel (x, y) takes those from (x + first_x, y + first_y) on, four by four, with
+  // these weights.
   vec4 taps_x, taps_y;  // multiples of 1/128 whose sum is 1
   int first_x, first_y;
   uint pad1, pad2;
@@ -59,7 +60,7 @@ STRUCT ViewRecord {
 STRUCT ScreenTriangle {
   vec4 p0, p1, p2;  // clip coordinates
   uint box_min, box_max;
-  uint crosses;     // 1: the near plane cuts it
+  uint crosses;  // 1: the near plane cuts it
   uint pad0;
 };
 
@@ -71,9 +72,7 @@ STRUCT Hit {
 };
 
 /// soup::TextureEntry
-STRUCT Texture {
-  uint source_offset, lattice_offset, level_min, level_max;
-};
+STRUCT Texture { uint source_offset, lattice_offset, level_min, level_max; };
 
 /// The texture of one triangle, in a list that is sorted by size.
 STRUCT TextureTask {

@@ -1,8 +1,8 @@
 // Lattices as images (soup::Atlas): where the points of a lattice lie.
 
 struct AtlasSquare {
-  ivec2 at;       // texel of the square's lowest point
-  int step;       // 1, or -1 where the lattice is turned
+  ivec2 at;  // texel of the square's lowest point
+  int step;  // 1, or -1 where the lattice is turned
   int page;
   uint level;
 };
@@ -16,7 +16,8 @@ AtlasSquare atlas_square(uint place, uint layer_level, LatticeSquare square) {
   return s;
 }
 
-/// Weights of the square's points (x + 1, y), (x, y + 1), and of the third, which is (x, y) or, where `upper`, (x + 1, y + 1).
+/// Weights of the square's points (x + 1, y), (x, y + 1), and of the third, which is (x, y) or, where `upper`, (x + 1,
+/// y + 1).
 struct SquareWeights {
   float w0, w1;
   bool upper;

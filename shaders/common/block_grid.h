@@ -15,5 +15,6 @@ FN uvec2 block_corner(Views views, uint view, uint block) {
   return uvec2(local % blocks_x, local / blocks_x) * kBlock;
 }
 
-/// Pixel k (0..3) of a thread (0..63): the same place in each quarter of the block, of four rows: neighbouring threads have neighbouring pixels.
+/// Pixel k (0..3) of a thread (0..63): the same place in each quarter of the block, of four rows: neighbouring threads
+/// have neighbouring pixels.
 FN uvec2 block_pixel(uvec2 corner, uint thread, uint k) { return corner + uvec2(thread % 16u, thread / 16u + 4u * k); }

@@ -1,5 +1,5 @@
-// Edge gradients for vertices (Pidhorskyi et al. 2024, as used by DiffSoup, section 4): what moving a triangle would change
-// where neighbouring pixels differ. Needs coverage.h.
+// Edge gradients for vertices (Pidhorskyi et al. 2024, as used by DiffSoup, section 4): what moving a triangle would
+// change where neighbouring pixels differ. Needs coverage.h.
 
 /// dL / d(clip coordinates) of a triangle's three vertices.
 struct ClipGradient {
@@ -18,15 +18,15 @@ FN void apply_force(vec4 p0, vec4 p1, vec4 p2, real s0, real s1, real s2, vec3 f
   gradient.g2 += s2 * g;
 }
 
-/// Normal of a triangle in NDC, of any length and on either side; its corners may lie behind the camera. origin: an NDC point near
-/// which it is needed. Depth is a linear function of the screen, and its graph the triangle's plane.
+/// Normal of a triangle in NDC, of any length and on either side; its corners may lie behind the camera. origin: an NDC
+/// point near which it is needed. Depth is a linear function of the screen, and its graph the triangle's plane.
 FN vec3 ndc_normal(vec4 p0, vec4 p1, vec4 p2, vec2 origin) {
   const TriangleSetup setup = triangle_setup(p0, p1, p2, origin);
   return vec3(setup.plane.y, setup.plane.z, real(-1));
 }
 
-/// How the line in which A and B meet moves with A: the force along the pixels' axis becomes one along A's normal in the plane
-/// of that axis and z. n_a, n_b: (axis, z) components of the NDC normals. Zero where the planes are parallel.
+/// How the line in which A and B meet moves with A: the force along the pixels' axis becomes one along A's normal in
+/// the plane of that axis and z. n_a, n_b: (axis, z) components of the NDC normals. Zero where the planes are parallel.
 FN vec2 intersection_force(vec2 n_a, vec2 n_b, real force) {
   const real length_a = sqrt(dot(n_a, n_a)), length_b = sqrt(dot(n_b, n_b));
   if (length_a == real(0) || length_b == real(0)) return vec2(0);
@@ -36,9 +36,10 @@ FN vec2 intersection_force(vec2 n_a, vec2 n_b, real force) {
   return a * (force * -b.y / sine);
 }
 
-/// Where the segment from p, at which a triangle is seen, to q, at which it is not, leaves it: the vertices' weights there, that of the
-/// vertex opposite to the edge 0. Corners may lie behind the camera: edge functions are linear on the screen wherever they lie.
-/// crosses: the near plane cuts the triangle. False where that is what the segment meets first: the triangle goes on beyond it.
+/// Where the segment from p, at which a triangle is seen, to q, at which it is not, leaves it: the vertices' weights
+/// there, that of the vertex opposite to the edge 0. Corners may lie behind the camera: edge functions are linear on
+/// the screen wherever they lie. crosses: the near plane cuts the triangle. False where that is what the segment meets
+/// first: the triangle goes on beyond it.
 FN bool silhouette_point(vec4 p0, vec4 p1, vec4 p2, bool crosses, vec2 p, vec2 q, OUT(vec3) s) {
   vec3 at_p = edge_values(p0, p1, p2, p), at_q = edge_values(p0, p1, p2, q);
   s = vec3(0);
@@ -76,12 +77,14 @@ FN bool silhouette_point(vec4 p0, vec4 p1, vec4 p2, bool crosses, vec2 p, vec2 q
 #define EDGE_OPACITY 3       // A covers q but lets it see what is behind
 #define EDGE_SILHOUETTE 4    // A ends between the pixels
 
-/// The force between pixel p, which shows triangle A at depth_p, and its neighbour q, on A's vertices; returns the EDGE_ kind.
-/// q shows A (q_same), nothing (q_empty) or B at depth_q. force: adjoint * (W/2, 0) * dx or (0, H/2) * dy in NDC, where
-/// adjoint = sum_c (g_p + g_q)_c (C_p - C_q)_c / 2 and g = dL/dC. a_crosses: the near plane cuts A. What lies beyond it is not seen, and
-/// where A ends there it has no edge: moving A would show more or less of what the near plane cuts off, not of A.
-FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool a_crosses, bool q_same, bool q_empty, real depth_p,
-                  real depth_q, vec2 p, vec2 q, vec2 force, bool horizontal, INOUT(ClipGradient) gradient) {
+/// The force between pixel p, which shows triangle A at depth_p, and its neighbour q, on A's vertices; returns the
+/// EDGE_ kind. q shows A (q_same), nothing (q_empty) or B at depth_q. force: adjoint * (W/2, 0) * dx or (0, H/2) * dy
+/// in NDC, where adjoint = sum_c (g_p + g_q)_c (C_p - C_q)_c / 2 and g = dL/dC. a_crosses: the near plane cuts A. What
+/// lies beyond it is not seen, and where A ends there it has no edge: moving A would show more or less of what the near
+/// plane cuts off, not of A.
+FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool a_crosses, bool q_same, bool q_empty,
+                  real depth_p, real depth_q, vec2 p, vec2 q, vec2 force, bool horizontal,
+                  INOUT(ClipGradient) gradient) {
   const vec2 middle = real(0.5) * (p + q);
   vec3 s = vec3(0), applied = vec3(force.x, force.y, real(0));
   int kind = EDGE_NONE;

@@ -1,5 +1,6 @@
-// Exposure: how a photograph's colours differ from the scene's, a gain and an offset of each channel that are fitted anew whenever a step shows the
-// photograph (docs/method.md, "Exposure"): least squares with weights (Holland and Welsch 1977), pulled to the identity (Hoerl and Kennard 1970).
+// Exposure: how a photograph's colours differ from the scene's, a gain and an offset of each channel that are fitted
+// anew whenever a step shows the photograph (docs/method.md, "Exposure"): least squares with weights (Holland and
+// Welsch 1977), pulled to the identity (Hoerl and Kennard 1970).
 
 /// A colour c becomes gain c + offset, channel by channel.
 struct Exposure {
@@ -22,10 +23,12 @@ FN vec3 recorded(vec3 colour, vec3 photograph) {
 /// dL/dc of the colour c from d = dL/d(recorded colour); nothing comes back through a channel that is at its end.
 FN vec3 recorded_backward(IN(Exposure) m, vec3 c, vec3 photograph, vec3 d) {
   const vec3 colour = exposed(m, c), shown = recorded(colour, photograph);
-  return m.gain * vec3(shown.x == colour.x ? d.x : real(0), shown.y == colour.y ? d.y : real(0), shown.z == colour.z ? d.z : real(0));
+  return m.gain * vec3(shown.x == colour.x ? d.x : real(0), shown.y == colour.y ? d.y : real(0),
+                       shown.z == colour.z ? d.z : real(0));
 }
 
-/// What m does beyond what is common to all: with a share of 1, first that and then this is m. A lower share is nearer to the identity.
+/// What m does beyond what is common to all: with a share of 1, first that and then this is m. A lower share is nearer
+/// to the identity.
 FN Exposure exposure_beyond(IN(Exposure) m, IN(Exposure) common_part, real share) {
   Exposure rest;
   rest.gain = m.gain / max(common_part.gain, vec3(real(0.01)));
@@ -35,19 +38,23 @@ FN Exposure exposure_beyond(IN(Exposure) m, IN(Exposure) common_part, real share
   return rest;
 }
 
-/// The share of what exposures seem to differ in that is to be believed (James and Stein 1961): none where they spread no more than they are wrong.
-/// spread: variance of gains over the photographs; noise: mean of the gains' own variances.
+/// The share of what exposures seem to differ in that is to be believed (James and Stein 1961): none where they spread
+/// no more than they are wrong. spread: variance of gains over the photographs; noise: mean of the gains' own
+/// variances.
 FN real exposure_share(real spread, real noise) { return spread > noise ? real(1) - noise / spread : real(0); }
 
-// What a fit is computed from: sums over pixels of w (c c, 1), w (c, |e|^2 / 3), w (c d, 0) and w (d, 0), products channel by channel; c the rendered
-// colour, d what the photograph has more than c, e the error of the exposure that the photograph had so far, w the pixel's weight.
+// What a fit is computed from: sums over pixels of w (c c, 1), w (c, |e|^2 / 3), w (c d, 0) and w (d, 0), products
+// channel by channel; c the rendered colour, d what the photograph has more than c, e the error of the exposure that
+// the photograph had so far, w the pixel's weight.
 #define EXPOSURE_SUMS 4
 
-/// Adds a pixel. Where a rendering is wrong (holes, edges, what stands before the camera) it tells nothing of the exposure: of weights
-/// 1 / (|e| + slack) the fit is nearly that of the sum of |e|, which is what the loss is made of.
+/// Adds a pixel. Where a rendering is wrong (holes, edges, what stands before the camera) it tells nothing of the
+/// exposure: of weights 1 / (|e| + slack) the fit is nearly that of the sum of |e|, which is what the loss is made of.
 FN void add_to_exposure(vec3 c, vec3 photograph, IN(Exposure) so_far, INOUT_ARRAY_OF(vec4, sums, EXPOSURE_SUMS)) {
   // Of what a photograph shows as its brightest or darkest only a bound is known.
-  if (min(photograph.x, min(photograph.y, photograph.z)) <= real(0) || max(photograph.x, max(photograph.y, photograph.z)) >= real(1)) return;
+  if (min(photograph.x, min(photograph.y, photograph.z)) <= real(0) ||
+      max(photograph.x, max(photograph.y, photograph.z)) >= real(1))
+    return;
   const real slack = real(0.02);
   const vec3 d = photograph - c, e = exposed(so_far, c) - photograph;
   const real w = slack / (slack + (abs(e.x) + abs(e.y) + abs(e.z)) / real(3));
@@ -57,13 +64,14 @@ FN void add_to_exposure(vec3 c, vec3 photograph, IN(Exposure) so_far, INOUT_ARRA
   sums[3] += w * vec4(d, real(0));
 }
 
-/// For each channel argmin of sum w (gain c + offset - p)^2 / sum w + pull ((gain - 1)^2 + 40 offset^2), pull being 2.5 times the mean squared error so far:
-/// a prior of 0.2 on gains and of 0.03 on offsets, where a photograph tells as much as ten independent pixels would. Errors of a rendering are that much
-/// alike over large parts of a picture.
+/// For each channel argmin of sum w (gain c + offset - p)^2 / sum w + pull ((gain - 1)^2 + 40 offset^2), pull being 2.5
+/// times the mean squared error so far: a prior of 0.2 on gains and of 0.03 on offsets, where a photograph tells as
+/// much as ten independent pixels would. Errors of a rendering are that much alike over large parts of a picture.
 FN Exposure fitted_exposure(IN_ARRAY_OF(vec4, sums, EXPOSURE_SUMS)) {
   const real inverse = real(1) / max(sums[0].w, real(1e-6));
   const real pull = real(2.5) * inverse * sums[1].w + real(1e-5);
-  const vec3 cc = inverse * vec3(sums[0]) + pull, c = inverse * vec3(sums[1]), cd = inverse * vec3(sums[2]), d = inverse * vec3(sums[3]);
+  const vec3 cc = inverse * vec3(sums[0]) + pull, c = inverse * vec3(sums[1]), cd = inverse * vec3(sums[2]),
+             d = inverse * vec3(sums[3]);
   const real one = real(1) + real(40) * pull;
   const vec3 determinant = one * cc - c * c;
   Exposure m;

@@ -1,7 +1,8 @@
 // Exposures in memory, two vec4 for each photograph, and the colours of photographs. Needs exposure.h.
 
 FN Exposure load_exposure(Float4s table, uint photograph) {
-  // Whole vectors: where a last component alone is read through a pointer, Mesa 22.3 with glslang's alignment reads the first.
+  // Whole vectors: where a last component alone is read through a pointer, Mesa 22.3 with glslang's alignment reads the
+  // first.
   const vec4 gain = table.v[photograph * 2u];
   Exposure m;
   m.gain = vec3(gain);

@@ -7,11 +7,11 @@ FN vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint hei
   return normalize(vec3(views.v[view].ray + ndc.x * views.v[view].ray_x + ndc.y * views.v[view].ray_y));
 }
 
-/// The visible fragments of a thread's pixels `first` to first + PIXELS - 1 of four and the MLP's inputs for them, zero where
-/// nothing is visible.
+/// The visible fragments of a thread's pixels `first` to first + PIXELS - 1 of four and the MLP's inputs for them, zero
+/// where nothing is visible.
 struct Fragments {
-  bool inside[PIXELS];  // of the image
-  uint index[PIXELS];   // in the frame buffers
+  bool inside[PIXELS];    // of the image
+  uint index[PIXELS];     // in the frame buffers
   uint triangle[PIXELS];  // index + 1; 0: none
   uint lattice_offset[PIXELS];
   LatticeCell cell[PIXELS];
@@ -30,15 +30,17 @@ FN void load_fragments(Views views, uint view, uvec2 corner, uint thread, uint f
 
 #ifdef LANES_OF_A_CPU
 FN void ask_for(const vec4 words) {}  // what is read and not used is only brought near (engine/gpu/lanes)
-/// Asks memory for the samples that mlp_inputs will read for the thread's pixel `first`, while the one before it is shaded: triangles lie anywhere, and a lane
-/// that waits for its texture lets all others wait.
-FN void ask_for_features(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures, Float4s lattice) {
+/// Asks memory for the samples that mlp_inputs will read for the thread's pixel `first`, while the one before it is
+/// shaded: triangles lie anywhere, and a lane that waits for its texture lets all others wait.
+FN void ask_for_features(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures,
+                         Float4s lattice) {
   if (first >= 4u) return;
   Fragments p;
   load_fragments(views, view, corner, thread, first, hits, p);
   if (p.triangle[0] == 0u) return;
   const uint offset = textures.v[p.triangle[0] - 1u].lattice_offset;
-  const LatticeCell cell = lattice_cell(hits.v[p.index[0]].b0, hits.v[p.index[0]].b1, textures.v[p.triangle[0] - 1u].level_max);
+  const LatticeCell cell =
+      lattice_cell(hits.v[p.index[0]].b0, hits.v[p.index[0]].b1, textures.v[p.triangle[0] - 1u].level_max);
   ask_for(lattice.v[(offset + cell.i0) * 2u]);
   ask_for(lattice.v[(offset + cell.i1) * 2u]);
   ask_for(lattice.v[(offset + cell.i2) * 2u]);
@@ -52,19 +54,18 @@ FN void mlp_inputs(Views views, uint view, uvec2 corner, uint thread, uint first
                    Float4s lattice, bool coarser, INOUT(Fragments) p, OUT_ARRAY_OF(LANES, x, 16)) {
   UNROLL for (int i = 0; i < 16; ++i) x[i] = LANES(0.0f);
   const uint width = views.v[view].width, height = views.v[view].height;
-  UNROLL for (uint k = 0u; k < PIXELS; ++k)
-    if (p.triangle[k] != 0u) {
-      p.lattice_offset[k] = textures.v[p.triangle[k] - 1u].lattice_offset;
-      const float b0 = hits.v[p.index[k]].b0, b1 = hits.v[p.index[k]].b1;
-      const uint level = textures.v[p.triangle[k] - 1u].level_max;
-      if (coarser)
-        p.cell[k] = coarser_cell(b0, b1, level);
-      else
-        p.cell[k] = lattice_cell(b0, b1, level);
-      float f[7], y[9];
-      fragment_features(lattice, p.lattice_offset[k], p.cell[k], f);
-      spherical_harmonics(view_direction(views, view, block_pixel(corner, thread, first + k), width, height), y);
-      UNROLL for (uint i = 0u; i < 7u; ++i) LANE(x[i], k) = f[i];
-      UNROLL for (uint i = 0u; i < 9u; ++i) LANE(x[7u + i], k) = y[i];
-    }
+  UNROLL for (uint k = 0u; k < PIXELS; ++k) if (p.triangle[k] != 0u) {
+    p.lattice_offset[k] = textures.v[p.triangle[k] - 1u].lattice_offset;
+    const float b0 = hits.v[p.index[k]].b0, b1 = hits.v[p.index[k]].b1;
+    const uint level = textures.v[p.triangle[k] - 1u].level_max;
+    if (coarser)
+      p.cell[k] = coarser_cell(b0, b1, level);
+    else
+      p.cell[k] = lattice_cell(b0, b1, level);
+    float f[7], y[9];
+    fragment_features(lattice, p.lattice_offset[k], p.cell[k], f);
+    spherical_harmonics(view_direction(views, view, block_pixel(corner, thread, first + k), width, height), y);
+    UNROLL for (uint i = 0u; i < 7u; ++i) LANE(x[i], k) = f[i];
+    UNROLL for (uint i = 0u; i < 9u; ++i) LANE(x[7u + i], k) = y[i];
+  }
 }

@@ -1,15 +1,19 @@
-// Sums that are the same in any order: 64-bit fixed point in two 32-bit words, added with 32-bit atomics, which every device has.
-// The low words start at 2^31, so that small terms of either sign rarely touch the high word. Words live in two arrays.
+// Sums that are the same in any order: 64-bit fixed point in two 32-bit words, added with 32-bit atomics, which every
+// device has. The low words start at 2^31, so that small terms of either sign rarely touch the high word. Words live in
+// two arrays.
 
-const uint kFixedZero = 0x80000000u;  // low word of an empty sum
-const float kFixedOne = 17592186044416.0f;      // 2^44: resolution 6e-14, range +-5e5
+const uint kFixedZero = 0x80000000u;        // low word of an empty sum
+const float kFixedOne = 17592186044416.0f;  // 2^44: resolution 6e-14, range +-5e5
 const float kFixedInverse = 5.684341886080802e-14f;
 const float kFixedLimit = 64.0f;  // a single term is clamped: 8,192 of them fit. Terms of a mean loss are far below 1
 
 /// x as far as a single term may go, or zero if it is not a number.
-FN float limited(float x) { return abs(x) <= kFixedLimit ? x : x > 0.0f ? kFixedLimit : x < 0.0f ? -kFixedLimit : 0.0f; }
+FN float limited(float x) {
+  return abs(x) <= kFixedLimit ? x : x > 0.0f ? kFixedLimit : x < 0.0f ? -kFixedLimit : 0.0f;
+}
 
-/// Words of x, or of zero if x is not a number. What is left of x after the high word fits in a signed low word exactly.
+/// Words of x, or of zero if x is not a number. What is left of x after the high word fits in a signed low word
+/// exactly.
 FN uvec2 to_fixed(float x) {
   const float scaled = limited(x) * kFixedOne;
   const float high = floor(scaled * 2.3283064365386963e-10f + 0.5f);

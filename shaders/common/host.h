@@ -8,21 +8,21 @@
 #include "common/language.h"
 
 // The bodies are the kernels' own; names that GLSL has built in come from GLM.
-#define TRISOUP_MATHS_TYPES(scalar)                \
-  using real = scalar;                             \
-  using uint = std::uint32_t;                      \
-  using vec2 = glm::vec<2, scalar>;                \
-  using vec3 = glm::vec<3, scalar>;                \
-  using vec4 = glm::vec<4, scalar>;                \
-  using glm::abs;                                  \
-  using glm::clamp;                                \
-  using glm::cross;                                \
-  using glm::dot;                                  \
-  using glm::exp;                                  \
-  using glm::floor;                                \
-  using glm::max;                                  \
-  using glm::min;                                  \
-  using glm::normalize;                            \
+#define TRISOUP_MATHS_TYPES(scalar) \
+  using real = scalar;              \
+  using uint = std::uint32_t;       \
+  using vec2 = glm::vec<2, scalar>; \
+  using vec3 = glm::vec<3, scalar>; \
+  using vec4 = glm::vec<4, scalar>; \
+  using glm::abs;                   \
+  using glm::clamp;                 \
+  using glm::cross;                 \
+  using glm::dot;                   \
+  using glm::exp;                   \
+  using glm::floor;                 \
+  using glm::max;                   \
+  using glm::min;                   \
+  using glm::normalize;             \
   using glm::sqrt;
 
 namespace trisoup::f32 {

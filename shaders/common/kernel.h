@@ -1,5 +1,6 @@
 // What every kernel starts with. A kernel is GLSL; the words in capitals are what a C++ compiler takes for the same
-// (engine/gpu/host/kernel_language.h). ELEMENTS, in args/types.h, is what points to an array of a type with an alignment.
+// (engine/gpu/host/kernel_language.h). ELEMENTS, in args/types.h, is what points to an array of a type with an
+// alignment.
 #ifdef GL_core_profile
 #include "common/language.h"
 #include "args/types.h"
@@ -8,10 +9,11 @@
 #define KERNEL(threads, Args) \
   ARGUMENTS(Args)             \
   KERNEL_MAIN(threads)
-/// The two by themselves, for a kernel with functions that use its arguments: they stand between, as f(TAKES_ARGUMENTS uint x),
-/// and are called as f(GIVES_ARGUMENTS x). An ordinary parameter would be a copy of a structure of pointers, which is more than
-/// SwiftShader can compile.
-#define ARGUMENTS(Args) layout(push_constant) uniform Push { Args a; };
+/// The two by themselves, for a kernel with functions that use its arguments: they stand between, as f(TAKES_ARGUMENTS
+/// uint x), and are called as f(GIVES_ARGUMENTS x). An ordinary parameter would be a copy of a structure of pointers,
+/// which is more than SwiftShader can compile.
+#define ARGUMENTS(Args) \
+  layout(push_constant) uniform Push { Args a; };
 #define KERNEL_MAIN(threads)         \
   layout(local_size_x = threads) in; \
   void main()

@@ -1,5 +1,6 @@
-// The subset in which GLSL, CUDA and C++ share the maths of this folder and the kernels. The maths headers have no include guards
-// and include nothing: kernels include those they need, and common/host.h includes them all twice, in float and in double.
+// The subset in which GLSL, CUDA and C++ share the maths of this folder and the kernels. The maths headers have no
+// include guards and include nothing: kernels include those they need, and common/host.h includes them all twice, in
+// float and in double.
 #ifdef GL_core_profile
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_control_flow_attributes : require

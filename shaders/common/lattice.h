@@ -11,8 +11,8 @@ FN uint lattice_index(uint x, uint y) {
 
 /// (x, y) of a sample's index.
 FN void lattice_point(uint index, OUT(uint) x, OUT(uint) y) {
-  // A diagonal begins where 8 index + 1 is the square of 2 n + 1, and ends 8 below the next one's. Half of one above it the root may be off by 0.003
-  // either way: all that there is up to n = 32, the longest diagonal.
+  // A diagonal begins where 8 index + 1 is the square of 2 n + 1, and ends 8 below the next one's. Half of one above it
+  // the root may be off by 0.003 either way: all that there is up to n = 32, the longest diagonal.
   const uint n = uint((sqrt(real(8) * real(index) + real(1.5)) - real(1)) * real(0.5));
   y = index - n * (n + 1u) / 2u;
   x = n - y;

@@ -1,9 +1,11 @@
-// dL/dW of the MLP: sums of outer products of a layer's inputs and its deltas over the pixels of a workgroup, one per thread, that put_pixel() leaves in
-// shared memory. All ways add a weight's terms pixel by pixel, so the bits are the same. Needs shading.h.
+// dL/dW of the MLP: sums of outer products of a layer's inputs and its deltas over the pixels of a workgroup, one per
+// thread, that put_pixel() leaves in shared memory. All ways add a weight's terms pixel by pixel, so the bits are the
+// same. Needs shading.h.
 #ifdef LANES_OF_A_CPU
-// A lane has one input of each layer and four outputs: what lanes read lies side by side, and a delta is the same for all of them.
-SHARED vec4 s_input[64 * 12];   // [pixel]: x, h1, h2
-const uint kDeltas = 10u;      // d1, d2, d3 of a pixel, and what makes it whole vectors of lanes
+// A lane has one input of each layer and four outputs: what lanes read lies side by side, and a delta is the same for
+// all of them.
+SHARED vec4 s_input[64 * 12];       // [pixel]: x, h1, h2
+const uint kDeltas = 10u;           // d1, d2, d3 of a pixel, and what makes it whole vectors of lanes
 SHARED vec4 s_delta[64 * kDeltas];  // [pixel]
 
 struct MlpSums {
@@ -16,15 +18,15 @@ FN void clear_sums(OUT(MlpSums) sums) {
   sums.bias = 0.0f;
 }
 
-#define PUT_VECTORS(array, first, v, k)         \
+#define PUT_VECTORS(array, first, v, k)                      \
   UNROLL for (uint i = 0u; i < 4u; ++i) array[(first) + i] = \
       vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
-#define PUT_PIXEL(x, h1, h2, d1, d2, d3, k)               \
-  PUT_VECTORS(s_input, thread * 12u, x, k);               \
-  PUT_VECTORS(s_input, thread * 12u + 4u, h1, k);         \
-  PUT_VECTORS(s_input, thread * 12u + 8u, h2, k);         \
-  PUT_VECTORS(s_delta, thread * kDeltas, d1, k);          \
-  PUT_VECTORS(s_delta, thread * kDeltas + 4u, d2, k);     \
+#define PUT_PIXEL(x, h1, h2, d1, d2, d3, k)          \
+  PUT_VECTORS(s_input, thread * 12u, x, k);          \
+  PUT_VECTORS(s_input, thread * 12u + 4u, h1, k);    \
+  PUT_VECTORS(s_input, thread * 12u + 8u, h2, k);    \
+  PUT_VECTORS(s_delta, thread* kDeltas, d1, k);      \
+  PUT_VECTORS(s_delta, thread* kDeltas + 4u, d2, k); \
   s_delta[thread * kDeltas + 8u] = vec4(LANE(d3[0], k), LANE(d3[1], k), LANE(d3[2], k), 0.0f)
 
 FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
@@ -56,14 +58,17 @@ FN void write_sums(Floats partial, uint base, uint thread, IN(MlpSums) sums) {
     partial.v[base + (output0 + i) * 16u + in_index] = sums.w1[i];
     partial.v[base + MLP_W2 + (output0 + i) * 16u + in_index] = sums.w2[i];
   }
-  if (thread < 35u) partial.v[base + (thread < 16u ? MLP_B1 + thread : thread < 32u ? MLP_B2 + thread - 16u : MLP_B3 + thread - 32u)] = sums.bias;
+  if (thread < 35u)
+    partial.v[base + (thread < 16u   ? MLP_B1 + thread
+                      : thread < 32u ? MLP_B2 + thread - 16u
+                                     : MLP_B3 + thread - 32u)] = sums.bias;
   if (output0 != 0u) return;
   UNROLL for (uint i = 0u; i < 3u; ++i) partial.v[base + MLP_W3 + i * 16u + in_index] = sums.w3[i];
 }
 #else
 // Threads 0..35 have a 4 x 4 block of a weight matrix each: 16 of w1, 16 of w2, 4 of w3.
-// Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row). A gap after each puts the same pixel of the four rows
-// that neighbouring threads read into different banks of shared memory.
+// Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row). A gap after
+// each puts the same pixel of the four rows that neighbouring threads read into different banks of shared memory.
 const uint kRow = 65u;
 SHARED vec4 s_row[21 * kRow];
 const uint kD1 = 12u, kD2 = 16u, kD3 = 20u;
@@ -79,8 +84,8 @@ FN void clear_sums(OUT(MlpSums) sums) {
 }
 
 // Pixel k of v[16] as four vectors of the thread's pixel in rows row .. row + 3.
-#define PUT(row, v, k)                                                             \
-  UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * kRow + thread] =          \
+#define PUT(row, v, k)                                                     \
+  UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * kRow + thread] = \
       vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
 /// The thread's pixel k of what the MLP read and what its gradients are.
 #define PUT_PIXEL(x, h1, h2, d1, d2, d3, k) \
@@ -112,7 +117,8 @@ FN void write_sums(Floats partial, uint at, uint thread, IN(MlpSums) sums) {
   const uint base = at + (layer == 0u ? 0u : layer == 1u ? MLP_W2 : MLP_W3);
   const uint bias = at + (layer == 0u ? MLP_B1 : layer == 1u ? MLP_B2 : MLP_B3);
   for (uint o = 0u; o < (layer == 2u ? 3u : 4u); ++o) {
-    for (uint i = 0u; i < 4u; ++i) partial.v[base + (out_block * 4u + o) * 16u + in_block * 4u + i] = sums.weights[o][i];
+    for (uint i = 0u; i < 4u; ++i)
+      partial.v[base + (out_block * 4u + o) * 16u + in_block * 4u + i] = sums.weights[o][i];
     if (in_block == 0u) partial.v[bias + out_block * 4u + o] = sums.biases[o];
   }
 }

@@ -1,5 +1,6 @@
 // Neural shading (DiffSoup, section 3): 7 features and the view direction's spherical harmonics through a small MLP.
-// The includer defines MLP(i), the i-th parameter: w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3], row-major [out][in].
+// The includer defines MLP(i), the i-th parameter: w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3], row-major
+// [out][in].
 
 /// Real spherical harmonics up to degree 2 of the unit vector v from the surface towards the camera.
 FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
@@ -56,26 +57,23 @@ FN void mlp_forward(MLP_PARAMETERS LANES_IN(x, 16), LANES_OUT(h1, 16), LANES_OUT
   }
 }
 
-/// From dL/dy[3]: the gradients before each activation, d1[16], d2[16], d3[3], and dL/dx of the first 7 inputs. The gradient of
-/// a weight is then d[out] times the layer's input, of a bias d[out].
-FN void mlp_backward(MLP_PARAMETERS LANES_IN(h1, 16), LANES_IN(h2, 16), LANES_IN(y, 3), LANES_IN(dy, 3), LANES_OUT(d1, 16),
-                     LANES_OUT(d2, 16), LANES_OUT(d3, 3), LANES_OUT(dx, 7)) {
+/// From dL/dy[3]: the gradients before each activation, d1[16], d2[16], d3[3], and dL/dx of the first 7 inputs. The
+/// gradient of a weight is then d[out] times the layer's input, of a bias d[out].
+FN void mlp_backward(MLP_PARAMETERS LANES_IN(h1, 16), LANES_IN(h2, 16), LANES_IN(y, 3), LANES_IN(dy, 3),
+                     LANES_OUT(d1, 16), LANES_OUT(d2, 16), LANES_OUT(d3, 3), LANES_OUT(dx, 7)) {
   UNROLL for (int o = 0; o < 3; ++o) d3[o] = dy[o] * y[o] * (LANES(1) - y[o]);
   // Row by row, as the weights lie in memory: four at once where the compiler can.
   LANES g[16];
   UNROLL for (int i = 0; i < 16; ++i) g[i] = LANES(0);
-  UNROLL for (int o = 0; o < 3; ++o)
-    UNROLL for (int i = 0; i < 16; ++i) g[i] += MLP(MLP_W3 + o * 16 + i) * d3[o];
+  UNROLL for (int o = 0; o < 3; ++o) UNROLL for (int i = 0; i < 16; ++i) g[i] += MLP(MLP_W3 + o * 16 + i) * d3[o];
   UNROLL for (int i = 0; i < 16; ++i) {
     d2[i] = g[i] * one_where_positive(h2[i]);
     g[i] = LANES(0);
   }
-  UNROLL for (int o = 0; o < 16; ++o)
-    UNROLL for (int i = 0; i < 16; ++i) g[i] += MLP(MLP_W2 + o * 16 + i) * d2[o];
+  UNROLL for (int o = 0; o < 16; ++o) UNROLL for (int i = 0; i < 16; ++i) g[i] += MLP(MLP_W2 + o * 16 + i) * d2[o];
   UNROLL for (int i = 0; i < 16; ++i) d1[i] = g[i] * one_where_positive(h1[i]);
   UNROLL for (int i = 0; i < 7; ++i) dx[i] = LANES(0);
-  UNROLL for (int o = 0; o < 16; ++o)
-    UNROLL for (int i = 0; i < 7; ++i) dx[i] += MLP(o * 16 + i) * d1[o];
+  UNROLL for (int o = 0; o < 16; ++o) UNROLL for (int i = 0; i < 7; ++i) dx[i] += MLP(o * 16 + i) * d1[o];
 }
 
 /// Features 0..2 are a base colour, 3 mixes in the MLP's.

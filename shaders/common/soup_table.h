@@ -1,4 +1,5 @@
-// What the fragment shaders know of a triangle: a column of three texels, from the table that render::upload_model makes.
+// What the fragment shaders know of a triangle: a column of three texels, from the table that render::upload_model
+// makes.
 
 layout(binding = 1) uniform usampler2DArray soup_table;
 
@@ -21,8 +22,9 @@ SoupTriangle soup_triangle(uint triangle) {
 /// Direction from the surface to the camera at a place of the picture; not normalised.
 vec3 to_camera(vec2 ndc) { return frame.ray.xyz + ndc.x * frame.ray_x.xyz + ndc.y * frame.ray_y.xyz; }
 
-/// Barycentrics b0, b1 of the triangle at a place of the picture. From the ray, not interpolated between corners that the rasteriser has snapped
-/// to its grid. With several samples the middle of a pixel may lie outside, and is moved to the edge.
+/// Barycentrics b0, b1 of the triangle at a place of the picture. From the ray, not interpolated between corners that
+/// the rasteriser has snapped to its grid. With several samples the middle of a pixel may lie outside, and is moved to
+/// the edge.
 vec2 barycentrics(SoupTriangle t, vec2 ndc) {
   const Barycentrics b = ray_barycentrics(frame.eye.xyz, to_camera(ndc), t.v2, t.e0, t.e1);
   const float b0 = clamp(b.b0, 0.0, 1.0);

@@ -1,7 +1,8 @@
 // A block of 16 x 16 pixels and its surroundings for the 11-tap SSIM window. Needs block_grid.h.
 const uint kPatch = 26u;  // a block and the 10 pixels that its windows reach beyond it
 // 64 threads walk a patch in two rows of 32 at a time: neighbouring threads stay in one row.
-// kRun: neighbouring pixels of a row that one thread filters. A GPU's thread keeps what they share in registers; a CPU's lanes load what lies side by side in one go.
+// kRun: neighbouring pixels of a row that one thread filters. A GPU's thread keeps what they share in registers; a
+// CPU's lanes load what lies side by side in one go.
 #ifdef LANES_OF_A_CPU
 const uint kRun = 1u;
 #else
@@ -21,7 +22,8 @@ FN vec4 blur_column(uint map, uint x, uint y0) {
 }
 
 /// Colour and target of a pixel, zero where it is masked out; returns the mask.
-FN float masked_pixel(Floats colour, Uints target, Floats float_target, bool is_float, uint index, uint channel, OUT(float) x, OUT(float) y) {
+FN float masked_pixel(Floats colour, Uints target, Floats float_target, bool is_float, uint index, uint channel,
+                      OUT(float) x, OUT(float) y) {
   float mask = 1.0f;
   x = colour.v[index * 3u + channel];
   if (is_float) {

@@ -13,11 +13,11 @@ FN void stage_triangle(uint slot, uint triangle, ScreenTriangles screen, uint fi
   s_texture[slot] = uvec4(textures.v[triangle].lattice_offset, textures.v[triangle].level_max, triangle, 0u);
 }
 
-/// Bit k: the staged triangle first + k covers the pixel at offset d nearer than `limit`, or as near and of an index below
-/// `index_end`: equal depths go to the lower index. At most 32, up to slot `end`.
-/// Only arithmetic, the same for all pixels: each then goes on with its own few fragments, which is where memory is read. A test
-/// inside one loop would read for every triangle of the list that any pixel of a SIMD group is covered by, or, where a branch is a
-/// mask (llvmpipe), for all of them.
+/// Bit k: the staged triangle first + k covers the pixel at offset d nearer than `limit`, or as near and of an index
+/// below `index_end`: equal depths go to the lower index. At most 32, up to slot `end`. Only arithmetic, the same for
+/// all pixels: each then goes on with its own few fragments, which is where memory is read. A test inside one loop
+/// would read for every triangle of the list that any pixel of a SIMD group is covered by, or, where a branch is a mask
+/// (llvmpipe), for all of them.
 FN uint covering(uint first, uint end, vec2 d, float limit, uint index_end) {
   uint bits = 0u;
   for (uint k = first; k < min(first + 32u, end); ++k) {
@@ -25,7 +25,8 @@ FN uint covering(uint first, uint end, vec2 d, float limit, uint index_end) {
     const float depth = at_offset(vec3(s_plane[k]), d);
     // Without && and ?:, which are branches, and none that anybody foresees.
     const bool first_of_equals = all(bvec2(depth == limit, s_texture[k].z < index_end));
-    const bool covers = all(bvec4(min(e0, min(e1, e2)) >= 0.0f, e0 + e1 + e2 > 0.0f, depth > -1.0f, any(bvec2(depth < limit, first_of_equals))));
+    const bool covers = all(bvec4(min(e0, min(e1, e2)) >= 0.0f, e0 + e1 + e2 > 0.0f, depth > -1.0f,
+                                  any(bvec2(depth < limit, first_of_equals))));
     bits |= (0u - uint(covers)) & (1u << (k - first));
   }
   return bits;

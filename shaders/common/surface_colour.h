@@ -1,4 +1,5 @@
-// Second pass: what a picture shows of a visible fragment. Neural shading once per pixel, or what helps to see the soup.
+// Second pass: what a picture shows of a visible fragment. Neural shading once per pixel, or what helps to see the
+// soup.
 
 #define MODE_COLOUR 0u
 #define MODE_TRIANGLES 1u
@@ -10,18 +11,18 @@
 #define MODE_CHANNEL 7u
 
 layout(constant_id = 0) const uint MODE = MODE_COLOUR;
-layout(binding = 2) uniform sampler2DArray features;   // 0..3 of a lattice point; 4..7 lie in the layer after
+layout(binding = 2) uniform sampler2DArray features;  // 0..3 of a lattice point; 4..7 lie in the layer after
 layout(binding = 5) uniform Frame { DrawFrame frame; };
 #include "common/soup_table.h"
 
-// The MLP's parameters: compiled into the shader as specialisation constants, which doubles its speed on a CPU and costs a
-// compilation per model, or in a uniform buffer, for models that are still changing.
+// The MLP's parameters: compiled into the shader as specialisation constants, which doubles its speed on a CPU and
+// costs a compilation per model, or in a uniform buffer, for models that are still changing.
 #ifdef FIXED_MLP
 #include "mlp_constants.h"
 #define MLP(i) fixed_mlp[i]
 #else
 layout(binding = 4) uniform Mlp { vec4 mlp[149]; };
-#define MLP(i) mlp[(i) >> 2][(i) & 3]
+#define MLP(i) mlp[(i) >> 2][(i)&3]
 #endif
 #define LANES float
 #include "common/shading.h"
@@ -34,7 +35,8 @@ void features_at(SoupTriangle t, vec2 b, out float f[8]) {
   const ivec3 i0 = ivec3(s.at + ivec2(s.step, 0), 2 * s.page), i1 = ivec3(s.at + ivec2(0, s.step), 2 * s.page);
   const ivec3 i2 = ivec3(s.at + (w.upper ? ivec2(s.step) : ivec2(0)), 2 * s.page), next = ivec3(0, 0, 1);
   const vec4 a0 = texelFetch(features, i0, 0), a1 = texelFetch(features, i1, 0), a2 = texelFetch(features, i2, 0);
-  const vec4 b0 = texelFetch(features, i0 + next, 0), b1 = texelFetch(features, i1 + next, 0), b2 = texelFetch(features, i2 + next, 0);
+  const vec4 b0 = texelFetch(features, i0 + next, 0), b1 = texelFetch(features, i1 + next, 0),
+             b2 = texelFetch(features, i2 + next, 0);
   const vec4 low = a2 + w.w0 * (a0 - a2) + w.w1 * (a1 - a2), high = b2 + w.w0 * (b0 - b2) + w.w1 * (b1 - b2);
   UNROLL for (int c = 0; c < 4; ++c) {
     f[c] = low[c];
@@ -67,7 +69,8 @@ float edge_distance(SoupTriangle t, vec2 ndc) {
   const TriangleSetup s = triangle_setup(p0, p1, p2, ndc);
   const vec2 pixel = vec2(frame.pixel_x, frame.pixel_y);
   // An edge function over the length of its gradient, per pixel, is the distance to that edge on the screen.
-  return min(abs(s.e0.x) / length(s.e0.yz * pixel), min(abs(s.e1.x) / length(s.e1.yz * pixel), abs(s.e2.x) / length(s.e2.yz * pixel)));
+  return min(abs(s.e0.x) / length(s.e0.yz * pixel),
+             min(abs(s.e1.x) / length(s.e1.yz * pixel), abs(s.e2.x) / length(s.e2.yz * pixel)));
 }
 
 /// hit: as the first pass wrote it, not 0. ndc: of the pixel or sample.

@@ -1,4 +1,5 @@
-// Pixels of a workgroup of 64 threads: a tile of 8 x 8 of one view of the batch. Needs views, tiles and view_count in `a`.
+// Pixels of a workgroup of 64 threads: a tile of 8 x 8 of one view of the batch. Needs views, tiles and view_count in
+// `a`.
 const uint kTile = 8u;
 
 /// The view of tile `tile`; the same for the whole workgroup.

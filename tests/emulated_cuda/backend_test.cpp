@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "base/error.h"
 #include "emulated_cuda/machine.h"
 #include "emulated_cuda/runtime.h"
-#include "base/error.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/out_of_memory.h"
 #include "gpu/small_scene.h"
@@ -77,7 +77,8 @@ TEST_CASE("errors name the call and the kernels that may be to blame", "[cuda]")
              }),
              Contains("launch of kernel 'bin'") && Contains("cudaErrorLaunchFailure"));
   emulated_cuda::fail("cudaStreamSynchronize", cudaErrorIllegalAddress);
-  CHECK_THAT(message_of([&] { gpu->wait(); }), Contains("cudaStreamSynchronize failed") && Contains("project, bin (CUDA"));
+  CHECK_THAT(message_of([&] { gpu->wait(); }),
+             Contains("cudaStreamSynchronize failed") && Contains("project, bin (CUDA"));
   const gpu::Buffer a = gpu->allocate(4096, "a");
   for (const char* call : {"cudaMemcpyAsync", "cudaMemsetAsync"}) {
     emulated_cuda::fail(call, cudaErrorInvalidValue);
@@ -100,8 +101,11 @@ TEST_CASE("a step that cannot become a graph leaves the device as it was", "[cud
     gpu->copy(b.address(), a.address(), 2048);
   });
   using Case = std::pair<const char*, const char*>;
-  for (const auto& [call, named] : {Case{"cudaGraphInstantiate", "cudaGraphInstantiate"}, {"cudaStreamEndCapture", "cudaStreamEndCapture"},
-                                    {"cudaLaunchKernel", "launch of a fill"}, {"cudaMemcpyAsync", "cudaMemcpyAsync on the device"}, {"cudaGraphLaunch", "cudaGraphLaunch"}}) {
+  for (const auto& [call, named] : {Case{"cudaGraphInstantiate", "cudaGraphInstantiate"},
+                                    {"cudaStreamEndCapture", "cudaStreamEndCapture"},
+                                    {"cudaLaunchKernel", "launch of a fill"},
+                                    {"cudaMemcpyAsync", "cudaMemcpyAsync on the device"},
+                                    {"cudaGraphLaunch", "cudaGraphLaunch"}}) {
     emulated_cuda::fail(call, cudaErrorInvalidValue);
     CHECK_THAT(message_of([&] { gpu->replay(list); }), Contains(std::string(named) + " failed"));
     CHECK(gpu->download_vector<std::uint32_t>(b.address(), 1)[0] == 6);
@@ -134,14 +138,16 @@ TEST_CASE("what a driver has no memory for is said, with what would fit", "[cuda
 TEST_CASE("a kernel that leaves its buffers ends the device, and whoever waits is told", "[cuda]") {
   const Recovery recovery;
   auto gpu = cuda_device();
-  auto s = std::make_unique<test::SmallScene>(*gpu, 20, std::vector<soup::TextureLevels>{{0, 0}}, std::vector{test::view_from(0, 32, 32)});
+  auto s = std::make_unique<test::SmallScene>(*gpu, 20, std::vector<soup::TextureLevels>{{0, 0}},
+                                              std::vector{test::view_from(0, 32, 32)});
   gpu->wait();
   // The same addresses, but the memory is another's.
   emulated_cuda::machine.free(s->frame.hits.address());
   s->step.begin(1, 0, 0, {});
   s->step.visibility(train::Thresholds::half, s->inputs);
   CHECK_THAT(message_of([&] { gpu->wait(); }), Contains("cudaErrorIllegalAddress") && Contains("visibility"));
-  CHECK_THAT(message_of([&] { gpu->download_vector<float>(s->frame.colour.address(), 1); }), Contains("cudaErrorIllegalAddress"));
+  CHECK_THAT(message_of([&] { gpu->download_vector<float>(s->frame.colour.address(), 1); }),
+             Contains("cudaErrorIllegalAddress"));
   s.reset();
 }
 
@@ -190,10 +196,12 @@ TEST_CASE("there is PTX of every kernel that the host may launch", "[cuda]") {
     // The namespace that kernel_variants.cmake gives it.
     std::string space = fmt::format("{}_", kernel.name);
     for (std::size_t i = 0; i < kernel.constants.size(); ++i)
-      space += fmt::format("{}{}{}", i > 0 ? "_" : "", kernel.constants[i], kernel.first_is_length && i == 0 ? "_" : "");
+      space +=
+          fmt::format("{}{}{}", i > 0 ? "_" : "", kernel.constants[i], kernel.first_is_length && i == 0 ? "_" : "");
     const std::string mangled = fmt::format("{}{}6kernelE", space.size(), space);
     const auto kernels = emulated_cuda::all_kernels();
-    const auto found = std::ranges::find_if(kernels, [&](const auto* k) { return k->name.find(mangled) != std::string_view::npos; });
+    const auto found =
+        std::ranges::find_if(kernels, [&](const auto* k) { return k->name.find(mangled) != std::string_view::npos; });
     REQUIRE(found != kernels.end());
     CHECK((*found)->most_threads == kernel.threads);
     CHECK((*found)->parameter_bytes == kernel.argument_bytes);

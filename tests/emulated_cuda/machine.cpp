@@ -39,7 +39,8 @@ std::string without_hash(std::string_view name) {
   return std::string(name.substr(0, length_at)) + "_" + std::string(name.substr(start + length));
 }
 
-/// "shade_backward_one" of a mangled name like _ZN7trisoup3gpu4cuda20shade_backward_one_16kernelENS1_17ShadeBackwardArgsE.
+/// "shade_backward_one" of a mangled name like
+/// _ZN7trisoup3gpu4cuda20shade_backward_one_16kernelENS1_17ShadeBackwardArgsE.
 std::string readable(std::string_view name) {
   constexpr std::string_view kScope = "4cuda";
   const std::size_t scope = name.find(kScope);
@@ -89,7 +90,8 @@ bool Machine::reserve_arena() {
   shadow_ = static_cast<Word*>(reserve(kArena / 4 * sizeof(Word)));
   owners_ = static_cast<std::uint32_t*>(reserve(kArena / kBlock * sizeof(std::uint32_t)));
   if (!memory || !shadow_ || !owners_) {
-    std::fprintf(stderr, "emulated CUDA: no %zu GB of address space for its memory and the records of it\n", static_cast<std::size_t>((kArena + kArena / 4 * sizeof(Word)) >> 30));
+    std::fprintf(stderr, "emulated CUDA: no %zu GB of address space for its memory and the records of it\n",
+                 static_cast<std::size_t>((kArena + kArena / 4 * sizeof(Word)) >> 30));
     return false;
   }
   base_ = reinterpret_cast<std::uint64_t>(memory);
@@ -111,14 +113,15 @@ Machine::~Machine() {
   }
   fmt::print(file, "kernel,launches,multiply_add,special,other,shared,global,local,atomic,shared_wavefronts,sectors\n");
   for (const auto& [kernel, c] : counts_)
-    fmt::print(file, "{},{},{},{},{}\n", kernel, c.launches, fmt::join(c.instructions, ","), c.shared_wavefronts, c.sectors);
+    fmt::print(file, "{},{},{},{},{}\n", kernel, c.launches, fmt::join(c.instructions, ","), c.shared_wavefronts,
+               c.sectors);
   std::fclose(file);
 }
 
 std::uint64_t Machine::allocate(std::uint64_t bytes) {
   if (bytes > free_bytes() || !reserve_arena()) return 0;
-  // Space is not taken again before the arena has been gone through, and a block is left between two allocations: what reaches too far or comes too
-  // late finds nobody.
+  // Space is not taken again before the arena has been gone through, and a block is left between two allocations: what
+  // reaches too far or comes too late finds nobody.
   const std::uint64_t length = (bytes + kBlock - 1) / kBlock * kBlock + kBlock;
   const auto fits_at = [&](std::uint64_t from) -> std::uint64_t {
     for (const auto& [address, size] : live_) {
@@ -135,7 +138,8 @@ std::uint64_t Machine::allocate(std::uint64_t bytes) {
   used_ += bytes;
   live_.insert(std::ranges::upper_bound(live_, std::pair(at, bytes)), {at, bytes});
   ends_.push_back(at + bytes);
-  std::fill_n(owners_ + (at - base_) / kBlock, (bytes + kBlock - 1) / kBlock, static_cast<std::uint32_t>(ends_.size() - 1));
+  std::fill_n(owners_ + (at - base_) / kBlock, (bytes + kBlock - 1) / kBlock,
+              static_cast<std::uint32_t>(ends_.size() - 1));
   std::memset(reinterpret_cast<void*>(at), 0xfb, bytes);  // as float -2.6e36, as integer 4.2e9
   return at;
 }
@@ -171,10 +175,12 @@ bool Machine::is_constant(std::uint64_t at, std::size_t bytes) const {
 
 void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t threads, const std::byte* arguments) {
   static gpu::host::Workgroup workgroup;
-  const gpu::host::CompiledKernel compiled{kernel.name, {}, false, kernel.barriers, threads, kernel.parameter_bytes, kernel.run};
+  const gpu::host::CompiledKernel compiled{kernel.name, {}, false, kernel.barriers, threads, kernel.parameter_bytes,
+                                           kernel.run};
   // What the records have room for; a program that runs into the end of the epochs has to be begun anew.
   if (kernel.shared_bytes > kSharedBytes || threads > kMostThreads || group_epoch_ > ~0u / 2) {
-    std::fprintf(stderr, "emulated CUDA: kernel '%s' is too large, or there were too many\n", std::string(kernel.name).c_str());
+    std::fprintf(stderr, "emulated CUDA: kernel '%s' is too large, or there were too many\n",
+                 std::string(kernel.name).c_str());
     std::abort();
   }
   kernel_ = &kernel;
@@ -228,12 +234,13 @@ void Machine::count_access(Site& site, std::uint64_t at, std::uint32_t bytes) {
 }
 
 std::uint64_t Machine::wavefronts(const std::vector<Access>& turn) {
-  // A pass reads one word of every bank. Where a thread takes 8 or 16 bytes, halves and quarters of the warp go one after the other, but two of them together where
-  // all pairs of neighbours, or of threads two apart, take the same.
+  // A pass reads one word of every bank. Where a thread takes 8 or 16 bytes, halves and quarters of the warp go one
+  // after the other, but two of them together where all pairs of neighbours, or of threads two apart, take the same.
   const std::uint32_t words = std::max<std::uint32_t>(turn[0].bytes, 4) / 4;
   const auto paired = [&](std::uint32_t distance) {
     return std::ranges::all_of(turn, [&](const Access& a) {
-      return std::ranges::any_of(turn, [&](const Access& b) { return b.lane == (a.lane ^ distance) && b.at == a.at; }) ||
+      return std::ranges::any_of(turn,
+                                 [&](const Access& b) { return b.lane == (a.lane ^ distance) && b.at == a.at; }) ||
              std::ranges::none_of(turn, [&](const Access& b) { return b.lane == (a.lane ^ distance); });
     });
   };
@@ -279,14 +286,17 @@ void Machine::next_warp() {
 
 void Machine::refuse(const char* what, Place place) { say(Fault::memory, what, place); }
 
-void Machine::hazard(const char* what, const char* space, Place place) { say(Fault::hazard, fmt::format("{} ({})", what, space), place); }
+void Machine::hazard(const char* what, const char* space, Place place) {
+  say(Fault::hazard, fmt::format("{} ({})", what, space), place);
+}
 
 void Machine::say(Fault fault, const std::string& what, Place place) {
   if (fault_ == Fault::none) fault_ = fault;
   if (!said_.emplace(std::string(kernel_->name) + what, place).second) return;
   const auto file = files().find({kernel_->module, static_cast<int>(place >> 20)});
   findings_.push_back(fmt::format("kernel '{}', {}:{}, thread {} of workgroup {}: {}", readable(kernel_->name),
-                                  file == files().end() ? "?" : file->second, place & 0xfffff, thread(), group(), what));
+                                  file == files().end() ? "?" : file->second, place & 0xfffff, thread(), group(),
+                                  what));
   std::fprintf(stderr, "emulated CUDA: %s\n", findings_.back().c_str());
 }
 

@@ -1,5 +1,6 @@
-// A GPU on one thread of the CPU, for what translate_ptx.py makes of PTX. It finds accesses to device, shared or local memory outside of what was allocated or
-// misaligned, accesses of two threads that nothing orders, and barriers that not all threads of a workgroup reach.
+// A GPU on one thread of the CPU, for what translate_ptx.py makes of PTX. It finds accesses to device, shared or local
+// memory outside of what was allocated or misaligned, accesses of two threads that nothing orders, and barriers that
+// not all threads of a workgroup reach.
 #pragma once
 
 #include <algorithm>
@@ -26,8 +27,9 @@ namespace trisoup::emulated_cuda {
 /// Where in the source: number of the file in its PTX << 20 | line.
 using Place = std::uint32_t;
 
-/// Instructions by the unit of a GPU that runs them: float additions and multiplications; division, roots and exponentials; integers, comparisons, jumps;
-/// accesses to shared memory (atomics too), to device memory, to a thread's own; atomics on device memory.
+/// Instructions by the unit of a GPU that runs them: float additions and multiplications; division, roots and
+/// exponentials; integers, comparisons, jumps; accesses to shared memory (atomics too), to device memory, to a thread's
+/// own; atomics on device memory.
 enum class Unit { multiply_add, special, other, shared, global, local, atomic };
 constexpr std::size_t kUnits = 7;
 
@@ -49,7 +51,8 @@ struct Registration {
 struct SourceFile {
   SourceFile(int module, int number, const char* path);
 };
-/// Null where there is none. Names of an anonymous namespace differ between two compilations in its hash, which is passed over.
+/// Null where there is none. Names of an anonymous namespace differ between two compilations in its hash, which is
+/// passed over.
 const Kernel* find_kernel(std::string_view name);
 std::vector<const Kernel*> all_kernels();
 
@@ -70,8 +73,8 @@ class Machine {
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 
-  /// Device memory, filled with bytes that are no sensible value; 0 where `bytes` are more than are free, or there is no room for them and the records of
-  /// who touched them.
+  /// Device memory, filled with bytes that are no sensible value; 0 where `bytes` are more than are free, or there is
+  /// no room for them and the records of who touched them.
   std::uint64_t allocate(std::uint64_t bytes);
   /// False where no allocation begins there.
   bool free(std::uint64_t address);
@@ -86,12 +89,14 @@ class Machine {
   Fault fault() const { return fault_; }
   const std::vector<std::string>& findings() const { return findings_; }
   void forget_findings();
-  /// From now on, at some cost; from the start, and to that file at the end, where the environment has TRISOUP_COUNTS=FILE.
+  /// From now on, at some cost; from the start, and to that file at the end, where the environment has
+  /// TRISOUP_COUNTS=FILE.
   void enable_counts() { counting_ = true; }
   /// By readable name of the kernel.
   const std::map<std::string, Counts>& counts() const { return counts_; }
 
-  // What translated kernels call. Accesses that are refused read zero and write nothing. site: number of the access in the kernel's text.
+  // What translated kernels call. Accesses that are refused read zero and write nothing. site: number of the access in
+  // the kernel's text.
   std::uint32_t thread() const { return gpu::host::invocation.thread; }
   std::uint32_t group() const { return gpu::host::invocation.group; }
   std::uint32_t threads() const { return threads_; }
@@ -115,7 +120,8 @@ class Machine {
   std::array<T, N> load_shared(std::uint64_t at, Place place, std::uint32_t site) {
     if (!in_shared(at, sizeof(T) * N, place)) return {};
     if (counting_) count_access(shared_sites_[site], at, sizeof(T) * N);
-    for (std::uint64_t word = at / 4; word <= (at + sizeof(T) * N - 1) / 4; ++word) note_read(shared_shadow_[word], group_epoch_, "shared memory", place);
+    for (std::uint64_t word = at / 4; word <= (at + sizeof(T) * N - 1) / 4; ++word)
+      note_read(shared_shadow_[word], group_epoch_, "shared memory", place);
     return load<T, N>(reinterpret_cast<std::uint64_t>(shared_) + at);
   }
   template <typename T, std::size_t N>
@@ -178,8 +184,8 @@ class Machine {
   static constexpr std::size_t kMostThreads = 1024;
   static constexpr std::uint64_t kArena = 6ull << 30, kBlock = 256;
 
-  /// The first and the last thread that wrote and read a word. Epochs number what happens between two barriers of a workgroup, and grow from group to group and
-  /// launch to launch.
+  /// The first and the last thread that wrote and read a word. Epochs number what happens between two barriers of a
+  /// workgroup, and grow from group to group and launch to launch.
   struct Touch {
     std::uint32_t epoch;
     std::uint16_t thread;
@@ -190,24 +196,29 @@ class Machine {
   };
 
   std::uint32_t epoch() const { return group_epoch_ + barriers_passed_[thread()]; }
-  /// Nothing orders an earlier access and one of this thread now. scope: the first epoch of the launch for device memory, of the workgroup for shared memory.
+  /// Nothing orders an earlier access and one of this thread now. scope: the first epoch of the launch for device
+  /// memory, of the workgroup for shared memory.
   bool unordered(const Touch& before, std::uint32_t scope) const {
-    return before.epoch >= scope && (before.epoch < group_epoch_ || (before.epoch == epoch() && before.thread != thread()));
+    return before.epoch >= scope &&
+           (before.epoch < group_epoch_ || (before.epoch == epoch() && before.thread != thread()));
   }
   /// The first one of its kind in what later accesses may collide with.
   void note_first(Touch& first, const Touch& now, std::uint32_t scope) const {
     if (first.epoch < scope || (first.epoch >= group_epoch_ && first.epoch != now.epoch)) first = now;
   }
   void note_read(Word& word, std::uint32_t scope, const char* space, Place place) {
-    if (unordered(word.write, scope) || unordered(word.first_write, scope)) hazard("reads what another thread writes", space, place);
+    if (unordered(word.write, scope) || unordered(word.first_write, scope))
+      hazard("reads what another thread writes", space, place);
     const Touch now{epoch(), static_cast<std::uint16_t>(thread()), false};
     note_first(word.first_read, now, scope);
     word.read = now;
   }
   void note_write(Word& word, std::uint32_t scope, bool atomic, bool same, const char* space, Place place) {
     const auto collides = [&](const Touch& before) { return !(atomic && before.atomic) && unordered(before, scope); };
-    if (!same && (collides(word.write) || collides(word.first_write))) hazard("writes what another thread writes", space, place);
-    if (!same && (unordered(word.read, scope) || unordered(word.first_read, scope))) hazard("writes what another thread reads", space, place);
+    if (!same && (collides(word.write) || collides(word.first_write)))
+      hazard("writes what another thread writes", space, place);
+    if (!same && (unordered(word.read, scope) || unordered(word.first_read, scope)))
+      hazard("writes what another thread reads", space, place);
     if (same && unordered(word.write, scope)) return;  // whoever changed it is who later readers depend on
     const Touch now{epoch(), static_cast<std::uint16_t>(thread()), atomic};
     note_first(word.first_write, now, scope);
@@ -222,7 +233,8 @@ class Machine {
   /// The same bits.
   template <typename T, std::size_t N>
   static bool equal(const std::array<T, N>& a, const std::array<T, N>& b) {
-    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint16_t>>;
+    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t,
+                                    std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint16_t>>;
     static_assert(sizeof(T) == sizeof(Bits));
     bool same = true;
     for (std::size_t i = 0; i < N; ++i) same = same && std::bit_cast<Bits>(a[i]) == std::bit_cast<Bits>(b[i]);
@@ -240,7 +252,8 @@ class Machine {
   std::uint32_t atomic_shared(std::uint64_t at, Place place, std::uint32_t site, Change change) {
     if (!in_shared(at, 4, place)) return 0;
     if (counting_) count_access(shared_sites_[site], at, 4);
-    const std::uint32_t before = load<std::uint32_t, 1>(reinterpret_cast<std::uint64_t>(shared_) + at)[0], after = change(before);
+    const std::uint32_t before = load<std::uint32_t, 1>(reinterpret_cast<std::uint64_t>(shared_) + at)[0],
+                        after = change(before);
     note_write(shared_shadow_[at / 4], group_epoch_, true, false, "shared memory", place);
     std::memcpy(shared_ + at, &after, 4);
     return before;
@@ -264,7 +277,8 @@ class Machine {
     refuse(at % bytes ? "a misaligned access to device memory" : "an access outside of every allocation", place);
     return false;
   }
-  /// Accesses by one instruction in a warp between two barriers: those that its threads make for the nth time go together.
+  /// Accesses by one instruction in a warp between two barriers: those that its threads make for the nth time go
+  /// together.
   struct Access {
     std::uint64_t at;
     std::uint32_t bytes, lane;
@@ -286,9 +300,9 @@ class Machine {
   bool reserve_arena();
 
   std::uint64_t base_ = 0, total_ = 4ull << 30, used_ = 0, next_ = 0;
-  Word* shadow_ = nullptr;              // one for every four bytes of device memory
-  std::uint32_t* owners_ = nullptr;     // number of the allocation that a block belongs to, or 0
-  std::vector<std::uint64_t> ends_{0};  // of allocations by number
+  Word* shadow_ = nullptr;                                     // one for every four bytes of device memory
+  std::uint32_t* owners_ = nullptr;                            // number of the allocation that a block belongs to, or 0
+  std::vector<std::uint64_t> ends_{0};                         // of allocations by number
   std::vector<std::pair<std::uint64_t, std::uint64_t>> live_;  // address and bytes, by address
 
   const Kernel* kernel_ = nullptr;
@@ -299,13 +313,14 @@ class Machine {
   std::vector<std::uint32_t> barrier_sites_;  // which barrier the workgroup's threads came to, one after the other
   alignas(16) std::byte shared_[kSharedBytes];
   std::array<Word, kSharedBytes / 4> shared_shadow_{};
-  bool backwards_ = false;  // the last workgroup of a launch first, where the environment has TRISOUP_BACKWARDS: a GPU promises no order
+  bool backwards_ = false;  // the last workgroup of a launch first, where the environment has TRISOUP_BACKWARDS: a GPU
+                            // promises no order
   bool counting_ = false;
   std::map<std::string, Counts> counts_;
-  Counts* counted_ = nullptr;           // of the kernel that runs
+  Counts* counted_ = nullptr;  // of the kernel that runs
   std::uint32_t warp_ = 0, warp_epoch_ = 0;
   std::unordered_map<std::uint32_t, Site> shared_sites_, global_sites_;  // by number in the kernel's text
-  std::vector<std::array<std::uint32_t, 32>> block_runs_;  // of every block by each thread of the warp
+  std::vector<std::array<std::uint32_t, 32>> block_runs_;                // of every block by each thread of the warp
   std::set<std::pair<std::string, Place>> said_;
   std::vector<std::string> findings_;
   Fault fault_ = Fault::none;
@@ -319,7 +334,7 @@ struct Constant {
 };
 
 // What single instructions compute.
-inline float fma_down(float a, float b, float c) {  // towards minus infinity
+inline float fma_down(float a, float b, float c) {                       // towards minus infinity
   const double product = static_cast<double>(a) * b, sum = product + c;  // the product is exact
   const double part = sum - product, lost = (product - (sum - part)) + (c - part);
   const float near = static_cast<float>(sum);
@@ -333,7 +348,9 @@ inline float saturate(float x) { return x > 0 ? (x < 1 ? x : 1.0f) : 0.0f; }  //
 inline std::int32_t to_int32_t(float x) {
   return std::isnan(x) ? 0 : x >= 0x1p31f ? INT32_MAX : x < -0x1p31f ? INT32_MIN : static_cast<std::int32_t>(x);
 }
-inline std::uint32_t to_uint32_t(float x) { return !(x > 0) ? 0 : x >= 0x1p32f ? UINT32_MAX : static_cast<std::uint32_t>(x); }
+inline std::uint32_t to_uint32_t(float x) {
+  return !(x > 0) ? 0 : x >= 0x1p32f ? UINT32_MAX : static_cast<std::uint32_t>(x);
+}
 inline std::uint32_t divide(std::uint32_t a, std::uint32_t b) { return b == 0 ? ~0u : a / b; }
 inline std::uint32_t remainder(std::uint32_t a, std::uint32_t b) { return b == 0 ? a : a % b; }
 template <typename T>
@@ -356,6 +373,8 @@ inline std::uint32_t reverse_bits(std::uint32_t x) {
   for (int i = 0; i < 32; ++i) reversed |= (x >> i & 1) << (31 - i);
   return reversed;
 }
-inline std::uint32_t shift_of_first_bit(std::uint32_t x) { return x == 0 ? ~0u : static_cast<std::uint32_t>(std::countl_zero(x)); }
+inline std::uint32_t shift_of_first_bit(std::uint32_t x) {
+  return x == 0 ? ~0u : static_cast<std::uint32_t>(std::countl_zero(x));
+}
 
 }  // namespace trisoup::emulated_cuda

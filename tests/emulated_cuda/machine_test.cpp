@@ -1,4 +1,5 @@
-// Tests machine.h with the kernels of probes.ptx: what NVIDIA's manuals say of single instructions, and that nothing wrong goes unseen.
+// Tests machine.h with the kernels of probes.ptx: what NVIDIA's manuals say of single instructions, and that nothing
+// wrong goes unseen.
 #include <catch2/catch.hpp>
 
 #include <cstring>
@@ -21,7 +22,8 @@ struct Buffer {
 };
 
 /// Findings of a launch.
-std::vector<std::string> findings(const char* kernel, const Buffer& buffer, std::uint32_t groups = 2, std::uint32_t threads = 64) {
+std::vector<std::string> findings(const char* kernel, const Buffer& buffer, std::uint32_t groups = 2,
+                                  std::uint32_t threads = 64) {
   machine.forget_findings();
   const Kernel* const found = find_kernel(kernel);
   REQUIRE(found);
@@ -112,11 +114,13 @@ TEST_CASE("memory that was given back, or never taken, is nobody's", "[machine]"
 }
 
 TEST_CASE("integer instructions follow the manual", "[machine]") {
-  // shl, shr.u32, shr.s32, min.s32 | min.u32, mul.lo, high half of mul.wide, mad.lo -1 | brev, bfind.shiftamt, bfi 4 8, less | less unsigned, cvt.u16 + 1
-  CHECK(integers(0x80000001u, 4) == std::vector<std::uint32_t>{0x10, 0x08000000, 0xf8000000, 0x80000001, 4, 4, 2, 3, 0x80000001, 0, 0x14, 1, 0, 2});
+  // shl, shr.u32, shr.s32, min.s32 | min.u32, mul.lo, high half of mul.wide, mad.lo -1 | brev, bfind.shiftamt, bfi 4 8,
+  // less | less unsigned, cvt.u16 + 1
+  CHECK(integers(0x80000001u, 4) ==
+        std::vector<std::uint32_t>{0x10, 0x08000000, 0xf8000000, 0x80000001, 4, 4, 2, 3, 0x80000001, 0, 0x14, 1, 0, 2});
   // Shifts clamp at 32; 16 bits wrap around.
-  CHECK(integers(0x8000ffffu, 40) ==
-        std::vector<std::uint32_t>{0, 0, 0xffffffff, 0x8000ffff, 40, 40u * 0x8000ffffu, 20, 40u * 0x8000ffffu - 1, 0xffff0001, 0, 0xff8, 1, 0, 0});
+  CHECK(integers(0x8000ffffu, 40) == std::vector<std::uint32_t>{0, 0, 0xffffffff, 0x8000ffff, 40, 40u * 0x8000ffffu, 20,
+                                                                40u * 0x8000ffffu - 1, 0xffff0001, 0, 0xff8, 1, 0, 0});
   CHECK(integers(0, 0xffffffff)[9] == 0xffffffff);  // bfind of zero
 }
 
@@ -147,7 +151,7 @@ TEST_CASE("float instructions follow the manual", "[machine]") {
   CHECK(floats(-kInfinity, 0).to_signed == std::numeric_limits<std::int32_t>::min());
   CHECK(std::signbit(floats(0.0f, -0.0f).min));
   CHECK_FALSE(std::signbit(floats(-0.0f, 0.0f).max));
-  CHECK(floats(-140, 0).exp2_bits == 0);  // below the smallest normal number
+  CHECK(floats(-140, 0).exp2_bits == 0);                                             // below the smallest normal number
   CHECK(floats(1 + 0x1p-12f, 1 - 0x1p-12f).fma == static_cast<float>(2 - 0x1p-24));  // rounded once
 }
 
@@ -159,14 +163,17 @@ TEST_CASE("instructions, bank conflicts and sectors are those of warps", "[machi
   const Counts counts = machine.counts().at("banks");
   CHECK(counts.launches == before.launches + 1);
   using enum Unit;
-  const auto of = [&](Unit unit) { return counts.instructions[static_cast<std::size_t>(unit)] - before.instructions[static_cast<std::size_t>(unit)]; };
+  const auto of = [&](Unit unit) {
+    return counts.instructions[static_cast<std::size_t>(unit)] - before.instructions[static_cast<std::size_t>(unit)];
+  };
   CHECK(of(shared) == 3 * 3);
   CHECK(of(global) == 3);
   CHECK(of(multiply_add) == 0);
   CHECK(of(other) == 3 * (2 + 2 + 1 + 1 + 1));  // shl, add, mul.wide, add.s64, ret
   CHECK(counts.shared_wavefronts - before.shared_wavefronts == 3 * (1 + 1 + 32));
   CHECK(counts.sectors - before.sectors == 3 * 8);
-  // Two passes bring four words to all, or four: each brings 128 bytes of other words at most. Of eight threads that all hit the same bank each has its own.
+  // Two passes bring four words to all, or four: each brings 128 bytes of other words at most. Of eight threads that
+  // all hit the same bank each has its own.
   const auto passes = machine.counts().contains("vectors") ? machine.counts().at("vectors").shared_wavefronts : 0;
   CHECK(first("vectors", buffer, 1, 32) == "nothing");
   CHECK(machine.counts().at("vectors").shared_wavefronts - passes == 2 + 4 + 32);

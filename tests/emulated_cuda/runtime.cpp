@@ -1,6 +1,6 @@
-// The part of the CUDA runtime that the CUDA backend calls, on the machine of machine.h. A stream runs when somebody waits for it and not before, so a
-// caller that forgets to wait reads what was there; memory is not what a kernel leaves in it by chance; a call that captures of the strictest kind forbid ends
-// any of them.
+// The part of the CUDA runtime that the CUDA backend calls, on the machine of machine.h. A stream runs when somebody
+// waits for it and not before, so a caller that forgets to wait reads what was there; memory is not what a kernel
+// leaves in it by chance; a call that captures of the strictest kind forbid ends any of them.
 #include "emulated_cuda/runtime.h"
 
 #include <algorithm>
@@ -80,9 +80,8 @@ cudaError_t refused(std::string_view call) {
   }
   return r.sticky == cudaSuccess ? cudaSuccess : result(r.sticky);
 }
-#define RETURN_IF_REFUSED(call)                                       \
-  if (const cudaError_t error = refused(call); error != cudaSuccess) \
-  return error
+#define RETURN_IF_REFUSED(call) \
+  if (const cudaError_t error = refused(call); error != cudaSuccess) return error
 
 cudaError_t refuse(const char* what, cudaError_t error) {
   std::fprintf(stderr, "emulated CUDA: %s\n", what);
@@ -99,9 +98,8 @@ cudaError_t forbidden_in_capture(const char* call) {
     }
   return cudaSuccess;
 }
-#define RETURN_IF_CAPTURING(call)                                                 \
-  if (const cudaError_t error = forbidden_in_capture(call); error != cudaSuccess) \
-  return error
+#define RETURN_IF_CAPTURING(call) \
+  if (const cudaError_t error = forbidden_in_capture(call); error != cudaSuccess) return error
 
 cudaError_t run_all(CUstream_st* stream) {
   Runtime& r = runtime();
@@ -109,7 +107,8 @@ cudaError_t run_all(CUstream_st* stream) {
   for (const Operation& operation : operations) {
     if (r.sticky != cudaSuccess) break;
     operation();
-    if (machine.fault() != Fault::none) r.sticky = machine.fault() == Fault::memory ? cudaErrorIllegalAddress : cudaErrorLaunchFailure;
+    if (machine.fault() != Fault::none)
+      r.sticky = machine.fault() == Fault::memory ? cudaErrorIllegalAddress : cudaErrorLaunchFailure;
   }
   return r.sticky == cudaSuccess ? cudaSuccess : result(r.sticky);
 }
@@ -127,7 +126,9 @@ cudaError_t outside(std::uint64_t address, std::uint64_t bytes, const char* call
 
 namespace trisoup::emulated_cuda {
 
-void fail(std::string_view call, cudaError_t error, int after) { runtime().injected[std::string(call)] = {error, after}; }
+void fail(std::string_view call, cudaError_t error, int after) {
+  runtime().injected[std::string(call)] = {error, after};
+}
 void recover() {
   machine.forget_findings();
   runtime().injected.clear();
@@ -146,7 +147,8 @@ void** __cudaRegisterFatBinary(void*) {
 }
 void __cudaRegisterFatBinaryEnd(void**) {}
 void __cudaUnregisterFatBinary(void**) {}
-void __cudaRegisterFunction(void**, const char* host, char*, const char* name, int, uint3*, uint3*, dim3*, dim3*, int*) {
+void __cudaRegisterFunction(void**, const char* host, char*, const char* name, int, uint3*, uint3*, dim3*, dim3*,
+                            int*) {
   runtime().kernels[host].name = name;
 }
 char __cudaInitModule(void**) { return 1; }
@@ -167,17 +169,22 @@ cudaError_t __cudaPopCallConfiguration(dim3* grid, dim3* block, std::size_t* sha
   *static_cast<cudaStream_t*>(stream) = r.stream;
   return cudaSuccess;
 }
-cudaError_t __cudaLaunchKernel(cudaKernel_t handle, dim3 grid, dim3 block, void** arguments, std::size_t shared, cudaStream_t stream) {
+cudaError_t __cudaLaunchKernel(cudaKernel_t handle, dim3 grid, dim3 block, void** arguments, std::size_t shared,
+                               cudaStream_t stream) {
   RETURN_IF_REFUSED("cudaLaunchKernel");
   const Kernel* const kernel = handle ? find_kernel(handle->name) : nullptr;
-  if (!kernel) return refuse(("there is no PTX of kernel " + (handle ? handle->name : "null")).c_str(), cudaErrorInvalidDeviceFunction);
-  if (grid.x == 0 || grid.x > 0x7fffffffu || grid.y != 1 || grid.z != 1 || block.x == 0 || block.x > kernel->most_threads || block.y != 1 || block.z != 1 ||
-      shared != 0 || !stream)
+  if (!kernel)
+    return refuse(("there is no PTX of kernel " + (handle ? handle->name : "null")).c_str(),
+                  cudaErrorInvalidDeviceFunction);
+  if (grid.x == 0 || grid.x > 0x7fffffffu || grid.y != 1 || grid.z != 1 || block.x == 0 ||
+      block.x > kernel->most_threads || block.y != 1 || block.z != 1 || shared != 0 || !stream)
     return refuse("a launch of a shape that there is not", cudaErrorInvalidConfiguration);
   std::vector<std::byte> bytes((kernel->parameter_bytes + 15) / 16 * 16);
   for (std::size_t i = 0; i < kernel->parameters.size(); ++i)
     std::memcpy(bytes.data() + kernel->parameters[i].first, arguments[i], kernel->parameters[i].second);
-  give(stream, [kernel, groups = grid.x, threads = block.x, bytes = std::move(bytes)] { machine.run(*kernel, groups, threads, bytes.data()); });
+  give(stream, [kernel, groups = grid.x, threads = block.x, bytes = std::move(bytes)] {
+    machine.run(*kernel, groups, threads, bytes.data());
+  });
   return cudaSuccess;
 }
 
@@ -245,12 +252,18 @@ cudaError_t cudaSetDevice(int device) {
 cudaError_t cudaGetLastError() { return std::exchange(runtime().last, runtime().sticky); }
 const char* cudaGetErrorName(cudaError_t error) {
   switch (error) {
-    case cudaSuccess: return "cudaSuccess";
-    case cudaErrorInvalidValue: return "cudaErrorInvalidValue";
-    case cudaErrorMemoryAllocation: return "cudaErrorMemoryAllocation";
-    case cudaErrorIllegalAddress: return "cudaErrorIllegalAddress";
-    case cudaErrorLaunchFailure: return "cudaErrorLaunchFailure";
-    default: return "cudaError of another kind";
+    case cudaSuccess:
+      return "cudaSuccess";
+    case cudaErrorInvalidValue:
+      return "cudaErrorInvalidValue";
+    case cudaErrorMemoryAllocation:
+      return "cudaErrorMemoryAllocation";
+    case cudaErrorIllegalAddress:
+      return "cudaErrorIllegalAddress";
+    case cudaErrorLaunchFailure:
+      return "cudaErrorLaunchFailure";
+    default:
+      return "cudaError of another kind";
   }
 }
 const char* cudaGetErrorString(cudaError_t error) { return cudaGetErrorName(error); }
@@ -273,7 +286,8 @@ cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
 cudaError_t cudaFree(void* memory) {
   for (CUstream_st* stream : runtime().streams) run_all(stream);
   RETURN_IF_CAPTURING("cudaFree");
-  if (memory && !machine.free(reinterpret_cast<std::uint64_t>(memory))) return refuse("cudaFree of what is no allocation", cudaErrorInvalidValue);
+  if (memory && !machine.free(reinterpret_cast<std::uint64_t>(memory)))
+    return refuse("cudaFree of what is no allocation", cudaErrorInvalidValue);
   return refused("cudaFree");
 }
 cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind, cudaStream_t stream) {
@@ -281,7 +295,9 @@ cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaM
   const auto target = reinterpret_cast<std::uint64_t>(to), source = reinterpret_cast<std::uint64_t>(from);
   if (kind == cudaMemcpyHostToDevice) {
     if (const cudaError_t error = outside(target, bytes, "cudaMemcpyAsync to where no allocation is")) return error;
-    if (stream->capture) return refuse("a copy from the host's memory is captured, which may be gone when it runs", cudaErrorStreamCaptureUnsupported);
+    if (stream->capture)
+      return refuse("a copy from the host's memory is captured, which may be gone when it runs",
+                    cudaErrorStreamCaptureUnsupported);
     std::vector<std::byte> taken(bytes);
     std::memcpy(taken.data(), from, bytes);
     give(stream, [to, taken = std::move(taken)] { std::memcpy(to, taken.data(), taken.size()); });
@@ -292,14 +308,17 @@ cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaM
   } else {
     if (const cudaError_t error = outside(source, bytes, "cudaMemcpyAsync from where no allocation is")) return error;
     if (const cudaError_t error = outside(target, bytes, "cudaMemcpyAsync to where no allocation is")) return error;
-    if (source < target + bytes && target < source + bytes) return refuse("cudaMemcpyAsync between overlapping memory", cudaErrorInvalidValue);
+    if (source < target + bytes && target < source + bytes)
+      return refuse("cudaMemcpyAsync between overlapping memory", cudaErrorInvalidValue);
     give(stream, [=] { std::memcpy(to, from, bytes); });
   }
   return cudaSuccess;
 }
 cudaError_t cudaMemsetAsync(void* to, int value, std::size_t bytes, cudaStream_t stream) {
   RETURN_IF_REFUSED("cudaMemsetAsync");
-  if (const cudaError_t error = outside(reinterpret_cast<std::uint64_t>(to), bytes, "cudaMemsetAsync where no allocation is")) return error;
+  if (const cudaError_t error =
+          outside(reinterpret_cast<std::uint64_t>(to), bytes, "cudaMemsetAsync where no allocation is"))
+    return error;
   give(stream, [=] { std::memset(to, value, bytes); });
   return cudaSuccess;
 }

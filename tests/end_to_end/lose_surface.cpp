@@ -1,5 +1,6 @@
-// Preloaded into soup-view: every few calls the window's surface is lost or its swapchain out of date, as happens where a display
-// server restarts, a laptop changes its graphics card, or a window moves to a monitor of another one. Says on exit how often.
+// Preloaded into soup-view: every few calls the window's surface is lost or its swapchain out of date, as happens where
+// a display server restarts, a laptop changes its graphics card, or a window moves to a monitor of another one. Says on
+// exit how often.
 #include <atomic>
 #include <cstdio>
 
@@ -28,7 +29,8 @@ struct Report {
 
 extern "C" {
 
-VkResult vkAcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain, uint64_t timeout, VkSemaphore semaphore, VkFence fence, uint32_t* image) {
+VkResult vkAcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain, uint64_t timeout, VkSemaphore semaphore,
+                               VkFence fence, uint32_t* image) {
   const int n = ++acquired;
   if (n % 5 == 0) {
     ++lost;
@@ -48,16 +50,19 @@ VkResult vkQueuePresentKHR(VkQueue queue, const VkPresentInfoKHR* info) {
   return n % 2 ? VK_ERROR_SURFACE_LOST_KHR : VK_ERROR_OUT_OF_DATE_KHR;
 }
 
-VkResult vkGetPhysicalDeviceSurfaceCapabilitiesKHR(VkPhysicalDevice physical, VkSurfaceKHR surface, VkSurfaceCapabilitiesKHR* capabilities) {
+VkResult vkGetPhysicalDeviceSurfaceCapabilitiesKHR(VkPhysicalDevice physical, VkSurfaceKHR surface,
+                                                   VkSurfaceCapabilitiesKHR* capabilities) {
   if (++asked % 4 == 0) {
     ++lost;
     return VK_ERROR_SURFACE_LOST_KHR;
   }
-  static const auto next = real<PFN_vkGetPhysicalDeviceSurfaceCapabilitiesKHR>("vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
+  static const auto next =
+      real<PFN_vkGetPhysicalDeviceSurfaceCapabilitiesKHR>("vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
   return next(physical, surface, capabilities);
 }
 
-VkResult vkGetPhysicalDeviceSurfaceFormatsKHR(VkPhysicalDevice physical, VkSurfaceKHR surface, uint32_t* count, VkSurfaceFormatKHR* formats) {
+VkResult vkGetPhysicalDeviceSurfaceFormatsKHR(VkPhysicalDevice physical, VkSurfaceKHR surface, uint32_t* count,
+                                              VkSurfaceFormatKHR* formats) {
   if (++listed % 7 == 0) {
     ++lost;
     return VK_ERROR_SURFACE_LOST_KHR;

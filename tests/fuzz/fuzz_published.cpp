@@ -1,10 +1,11 @@
-// Fuzzes the reader of the published viewer's files: the first byte says which of a sound scene's files has the rest as its content.
+// Fuzzes the reader of the published viewer's files: the first byte says which of a sound scene's files has the rest as
+// its content.
 #include <array>
 #include <string>
 
 #include "base/read_file.h"
-#include "scene_reader.h"
 #include "format/published.h"
+#include "scene_reader.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
 

@@ -1,5 +1,5 @@
-// The header of a checkpoint must be refused or make sense, whatever the bytes. The first byte stands for the size of the data
-// part.
+// The header of a checkpoint must be refused or make sense, whatever the bytes. The first byte stands for the size of
+// the data part.
 #include <cstdlib>
 
 #include "base/error.h"
@@ -8,8 +8,8 @@
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   if (size == 0) return 0;
   try {
-    const auto header =
-        trisoup::soup::parse_safetensors_header(std::as_bytes(std::span(data + 1, size - 1)), data[0], "fuzz.safetensors");
+    const auto header = trisoup::soup::parse_safetensors_header(std::as_bytes(std::span(data + 1, size - 1)), data[0],
+                                                                "fuzz.safetensors");
     for (const auto& [name, tensor] : header.tensors)
       if (tensor.begin > tensor.end || tensor.end > data[0]) std::abort();
   } catch (const trisoup::Error&) {

@@ -11,18 +11,18 @@
 #include "args/count_visible.h"
 #include "args/edge_forces.h"
 #include "args/lift_textures.h"
+#include "base/error.h"
 #include "common/host.h"
 #include "draws.h"
-#include "base/error.h"
 #include "golden/host_cases.h"
 #include "golden/ties.h"
 #include "lattice_gradient.h"
 #include "npz.h"
-#include "soup/texture_table.h"
 #include "render/renderer.h"
+#include "soup/texture_table.h"
 #include "train/quality/evaluate_renderer.h"
-#include "train/step/fixed_sum.h"
 #include "train/step/batch_buffers.h"
+#include "train/step/fixed_sum.h"
 #include "train/step/forward_pass.h"
 #include "train/step/soup_buffers.h"
 #include "train/step/step.h"
@@ -89,7 +89,8 @@ std::vector<float> opacity_of(std::span<const float> interleaved) {
 
 /// A golden scene on the device. Indexed meshes become soups; their vertex gradients are summed back.
 struct Scene {
-  Scene(gpu::Device& device, const Npz& npz, const std::string& suffix = "") : gpu(device), frame(device, 16), step(gpu, soup, frame) {
+  Scene(gpu::Device& device, const Npz& npz, const std::string& suffix = "")
+      : gpu(device), frame(device, 16), step(gpu, soup, frame) {
     faces = need(npz, "F").i;
     const std::vector<float>& v = need(npz, "V" + suffix).f;
     shared_vertices = v.size() / 3;
@@ -112,7 +113,8 @@ struct Scene {
     const Array& inverse = need(npz, "mvp_inv");
     std::vector<BatchView> batch;
     for (std::size_t b = 0; b < mvp.shape.at(0); ++b)
-      batch.push_back({row_major(&mvp.f[16 * b]), row_major(&inverse.f[16 * b]), width, height, 0, static_cast<std::uint32_t>(b)});
+      batch.push_back(
+          {row_major(&mvp.f[16 * b]), row_major(&inverse.f[16 * b]), width, height, 0, static_cast<std::uint32_t>(b)});
     views = static_cast<std::uint32_t>(batch.size());
     pixels = views * width * height;
     frame.set_batch(batch, triangles, true);
@@ -138,7 +140,9 @@ struct Scene {
     inputs.mlp_gradient = room(soup::Mlp::kParameters);
   }
 
-  train::Thresholds thresholds() const { return inputs.thresholds ? train::Thresholds::given : train::Thresholds::half; }
+  train::Thresholds thresholds() const {
+    return inputs.thresholds ? train::Thresholds::given : train::Thresholds::half;
+  }
 
   /// seen: called when it is known which triangle each pixel shows, before anything is made of it.
   void forward_and_backward(const train::Rates& rates, std::uint32_t slot, const std::function<void()>& seen = {}) {
@@ -150,7 +154,9 @@ struct Scene {
     step.backward(inputs);
   }
 
-  std::vector<float> floats(gpu::Address address, std::size_t count) { return gpu.download_vector<float>(address, count); }
+  std::vector<float> floats(gpu::Address address, std::size_t count) {
+    return gpu.download_vector<float>(address, count);
+  }
 
   /// Per-corner values (n floats each) summed to the mesh's own vertices.
   std::vector<float> to_shared(const std::vector<float>& corners, std::size_t n) const {
@@ -185,12 +191,15 @@ Losses losses(Scene& s, std::uint32_t slot) {
 }
 
 /// The MLP's recorded inputs at a pixel, and how far the device may see others. hit: what it shows.
-std::array<Rounded, 16> mlp_inputs(const Npz& npz, std::size_t pixel, const kernels::Hit& hit, std::uint32_t level, double place_error) {
+std::array<Rounded, 16> mlp_inputs(const Npz& npz, std::size_t pixel, const kernels::Hit& hit, std::uint32_t level,
+                                   double place_error) {
   std::array<Rounded, 16> x;
   const f32::LatticeCell cell = f32::lattice_cell(hit.b0, hit.b1, level);
   const Array& samples = need(npz, "out_feat_acc");
   for (std::size_t c = 0; c < 7; ++c) {
-    const auto sample = [&](std::uint32_t i) { return samples.f[((hit.triangle - 1) * samples.shape.at(1) + i) * 7 + c]; };
+    const auto sample = [&](std::uint32_t i) {
+      return samples.f[((hit.triangle - 1) * samples.shape.at(1) + i) * 7 + c];
+    };
     const auto [low, high] = std::minmax({sample(cell.i0), sample(cell.i1), sample(cell.i2)});
     x[c] = mixed(need(npz, "out_feat").f[7 * pixel + c], double(high) - low, level, place_error);
   }
@@ -201,14 +210,16 @@ std::array<Rounded, 16> mlp_inputs(const Npz& npz, std::size_t pixel, const kern
 /// What the pixels show, once it is settled where rounding decides.
 struct Settled {
   std::vector<kernels::Hit> hits;
-  std::vector<bool> triangles;   // rounding decides on their opacities and edges somewhere
+  std::vector<bool> triangles;       // rounding decides on their opacities and edges somewhere
   std::vector<double> place_errors;  // of the pixels: VisibilityTies
 };
 
-/// Where rounding decides what a pixel shows and the device has chosen otherwise than the recorded arrays, it goes on from the recorded choice: what follows is
-/// then to be the same, sums over all pixels included. Anywhere else another triangle is wrong.
+/// Where rounding decides what a pixel shows and the device has chosen otherwise than the recorded arrays, it goes on
+/// from the recorded choice: what follows is then to be the same, sums over all pixels included. Anywhere else another
+/// triangle is wrong.
 Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
-  Settled settled{s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels), std::vector<bool>(s.triangles), {}};
+  Settled settled{
+      s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels), std::vector<bool>(s.triangles), {}};
   const std::vector<float>& rast = need(npz, "out_rast").f;
   const std::size_t view_pixels = std::size_t(s.width) * s.height;
   std::size_t ties = 0, otherwise = 0, wrong = 0;
@@ -219,8 +230,16 @@ Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
       shown.push_back(static_cast<std::uint32_t>(rast[4 * p + 3]));
       drawn.push_back(settled.hits[p].triangle);
     }
-    SeenSoup seen{std::span(need(npz, "mvp").f).subspan(16 * v, 16), need(npz, "V").f, s.faces, need(npz, "out_alpha_acc").f, s.level_max, s.width, s.height, shown};
-    if (npz.contains("thresh")) seen.thresholds = std::span(need(npz, "thresh").f).subspan(first * s.triangles, view_pixels * s.triangles);
+    SeenSoup seen{std::span(need(npz, "mvp").f).subspan(16 * v, 16),
+                  need(npz, "V").f,
+                  s.faces,
+                  need(npz, "out_alpha_acc").f,
+                  s.level_max,
+                  s.width,
+                  s.height,
+                  shown};
+    if (npz.contains("thresh"))
+      seen.thresholds = std::span(need(npz, "thresh").f).subspan(first * s.triangles, view_pixels * s.triangles);
     const VisibilityTies found = visibility_ties(seen);
     for (std::size_t t = 0; t < s.triangles; ++t) settled.triangles[t] = settled.triangles[t] || found.triangles[t];
     settled.place_errors.insert(settled.place_errors.end(), found.place_errors.begin(), found.place_errors.end());
@@ -241,10 +260,12 @@ Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
   }
   s.gpu.upload(s.frame.hits.address(), settled.hits);
   const std::size_t most = train::most_ties(s.pixels);
-  report.check("visible triangle", wrong == 0 && otherwise <= most && ties <= 3 * most,
-               fmt::format("{} of {} pixels tie, {} are shown otherwise, {} are wrong", ties, s.pixels, otherwise, wrong));
+  report.check(
+      "visible triangle", wrong == 0 && otherwise <= most && ties <= 3 * most,
+      fmt::format("{} of {} pixels tie, {} are shown otherwise, {} are wrong", ties, s.pixels, otherwise, wrong));
   const auto tied = static_cast<std::size_t>(std::count(settled.triangles.begin(), settled.triangles.end(), true));
-  report.check("triangles at ties", tied <= most_tied_triangles(s.triangles), fmt::format("{} of {} are left out where their opacities or edges matter", tied, s.triangles));
+  report.check("triangles at ties", tied <= most_tied_triangles(s.triangles),
+               fmt::format("{} of {} are left out where their opacities or edges matter", tied, s.triangles));
   return settled;
 }
 
@@ -321,13 +342,17 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
     ++hidden;
     few = few && ties.units <= HiddenTies::kMost;
     for (std::size_t i = 0; i < ties.parameters.size(); ++i) mlp_allowance[i] += ties.parameters[i];
-    std::copy(ties.features.begin(), ties.features.end(), feature_allowance.begin() + static_cast<std::ptrdiff_t>(7 * p));
+    std::copy(ties.features.begin(), ties.features.end(),
+              feature_allowance.begin() + static_cast<std::ptrdiff_t>(7 * p));
     tied_features[settled.hits[p].triangle - 1] = true;
   }
-  report.check("hidden units at zero", few && hidden <= train::most_ties(s.pixels), fmt::format("at {} of {} pixels", hidden, s.pixels));
+  report.check("hidden units at zero", few && hidden <= train::most_ties(s.pixels),
+               fmt::format("at {} of {} pixels", hidden, s.pixels));
   const auto left_out = static_cast<std::size_t>(std::count(tied_features.begin(), tied_features.end(), true));
-  report.check("triangles at them", left_out <= most_tied_triangles(s.triangles), fmt::format("{} of {} are left out of features' gradients", left_out, s.triangles));
-  report.array("d_feat", s.floats(s.inputs.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, {}, feature_allowance);
+  report.check("triangles at them", left_out <= most_tied_triangles(s.triangles),
+               fmt::format("{} of {} are left out of features' gradients", left_out, s.triangles));
+  report.array("d_feat", s.floats(s.inputs.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, {},
+               feature_allowance);
 
   const std::vector<bool>& tied_triangle = settled.triangles;
   const auto per_triangle = [](const std::vector<bool>& tied, std::size_t n) {
@@ -339,20 +364,24 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   const std::vector<double> sums = test::lattice_gradient(gpu, s.soup, s.frame);
   const std::vector<float> lattice_gradient(sums.begin(), sums.end());
   const std::size_t lattice_n = soup::samples_at(s.level_max), source_n = soup::samples_in(s.level_min, s.level_max);
-  report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient, per_triangle(tied_features, lattice_n * 7));
-  report.array("d_alpha_acc", opacity_of(lattice_gradient), need(npz, "d_alpha_acc").f, kGradient, per_triangle(tied_triangle, lattice_n));
+  report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient,
+               per_triangle(tied_features, lattice_n * 7));
+  report.array("d_alpha_acc", opacity_of(lattice_gradient), need(npz, "d_alpha_acc").f, kGradient,
+               per_triangle(tied_triangle, lattice_n));
 
   s.step.update(s.inputs);
   const std::vector<float> source_gradient = s.floats(s.inputs.source_gradient, s.soup.source_samples * 8);
-  report.array("d_feat_src", features_of(source_gradient), need(npz, "d_feat_src").f, kGradient, per_triangle(tied_features, source_n * 7));
-  report.array("d_alpha_src", opacity_of(source_gradient), need(npz, "d_alpha_src").f, kGradient, per_triangle(tied_triangle, source_n));
+  report.array("d_feat_src", features_of(source_gradient), need(npz, "d_feat_src").f, kGradient,
+               per_triangle(tied_features, source_n * 7));
+  report.array("d_alpha_src", opacity_of(source_gradient), need(npz, "d_alpha_src").f, kGradient,
+               per_triangle(tied_triangle, source_n));
 
   const std::vector<float> mlp_gradient = s.floats(s.inputs.mlp_gradient, soup::Mlp::kParameters);
   std::size_t at = 0;
   for (const char* name : {"w1", "b1", "w2", "b2", "w3", "b3"}) {
     const std::vector<float>& expected = need(npz, std::string("d_mlp_") + name).f;
-    report.array(std::string("d_mlp_") + name, std::span(mlp_gradient).subspan(at, expected.size()), expected, kGradient, {},
-                 std::span(mlp_allowance).subspan(at, expected.size()));
+    report.array(std::string("d_mlp_") + name, std::span(mlp_gradient).subspan(at, expected.size()), expected,
+                 kGradient, {}, std::span(mlp_allowance).subspan(at, expected.size()));
     at += expected.size();
   }
 
@@ -360,12 +389,13 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   for (std::size_t c = 0; c < s.faces.size(); ++c)
     if (tied_triangle[c / 3])
       for (int k = 0; k < 3; ++k) tied_vertex[s.faces[c] * 3 + k] = true;
-  report.array("d_V", s.to_shared(s.floats(s.inputs.vertex_gradient, s.triangles * 9), 3), need(npz, "d_V").f, kGradient,
-               tied_vertex);
+  report.array("d_V", s.to_shared(s.floats(s.inputs.vertex_gradient, s.triangles * 9), 3), need(npz, "d_V").f,
+               kGradient, tied_vertex);
 
   // The same forces, left in clip space.
   const std::size_t clip_count = std::size_t(s.views) * s.triangles * 12;
-  train::FixedSums clip_sums{gpu.allocate(clip_count * 4, "clip gradients"), gpu.allocate(clip_count * 4, "clip gradients")};
+  train::FixedSums clip_sums{gpu.allocate(clip_count * 4, "clip gradients"),
+                             gpu.allocate(clip_count * 4, "clip gradients")};
   train::clear(gpu, clip_sums);
   gpu.launch({"edge_forces", {1}}, s.frame.batch().tiles,
              kernels::EdgeForcesArgs{s.frame.views.address(), s.frame.hits.address(), s.frame.screen.address(),
@@ -398,7 +428,8 @@ void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
     const std::uint64_t t = i + 1;
     s.forward_and_backward({5e-2 * factors[i], 1e-3 * factors[i], 1e-2 * factors[i], t, t, t}, i);
     const auto hits = gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels);
-    for (std::uint32_t p = 0; p < s.pixels; ++p) different += hits[p].triangle != static_cast<std::uint32_t>(ids.at(std::size_t(i) * s.pixels + p));
+    for (std::uint32_t p = 0; p < s.pixels; ++p)
+      different += hits[p].triangle != static_cast<std::uint32_t>(ids.at(std::size_t(i) * s.pixels + p));
     s.step.update(s.inputs);
     const std::string suffix = fmt::format("_after{}", t);
     if (!npz.contains("V" + suffix)) continue;
@@ -406,16 +437,18 @@ void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
     report.parameters("feat_src" + suffix, features_of(source), need(npz, "feat_src" + suffix).f);
     report.parameters("alpha_src" + suffix, opacity_of(source), need(npz, "alpha_src" + suffix).f);
     report.parameters("V" + suffix, s.floats(s.soup.vertices.address(), s.triangles * 9), need(npz, "V" + suffix).f);
-    report.parameters("mlp" + suffix, s.floats(s.soup.mlp.address(), soup::Mlp::kParameters), mlp_parameters(npz, "mlp_", suffix));
+    report.parameters("mlp" + suffix, s.floats(s.soup.mlp.address(), soup::Mlp::kParameters),
+                      mlp_parameters(npz, "mlp_", suffix));
   }
   double worst = 0;
   for (std::uint32_t i = 0; i < factors.size(); ++i) {
     const Losses l = losses(s, i);
-    for (const auto& [actual, reference] :
-         {std::pair(l.loss, expected[3 * i]), std::pair(l.l1, expected[3 * i + 1]), std::pair(l.half_dssim, expected[3 * i + 2])})
+    for (const auto& [actual, reference] : {std::pair(l.loss, expected[3 * i]), std::pair(l.l1, expected[3 * i + 1]),
+                                            std::pair(l.half_dssim, expected[3 * i + 2])})
       worst = std::max(worst, std::abs(actual - reference) / reference);
   }
-  report.check("visible triangles", different * 1000 <= ids.size(), fmt::format("{} of {} pixels of all steps differ (limit 0.1 %)", different, ids.size()));
+  report.check("visible triangles", different * 1000 <= ids.size(),
+               fmt::format("{} of {} pixels of all steps differ (limit 0.1 %)", different, ids.size()));
   const std::vector<float> m = s.floats(s.soup.source_moment1.address(), s.soup.source_samples * 8),
                            v = s.floats(s.soup.source_moment2.address(), s.soup.source_samples * 8);
   report.parameters("adam_feat_m", features_of(m), need(npz, "adam_feat_m").f);
@@ -463,7 +496,8 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
     const double error = std::sqrt(std::max(1e-30, square[k] - mean[k] * mean[k]) / samples);
     worst = std::max(worst, std::abs(mean[k] - exact[k]) / error);
   }
-  report.check("mean opacity gradient", worst < 4, fmt::format("{} samples, largest difference {:.2f} standard errors (limit 4)", samples, worst));
+  report.check("mean opacity gradient", worst < 4,
+               fmt::format("{} samples, largest difference {:.2f} standard errors (limit 4)", samples, worst));
   const std::vector<float>& probability = need(npz, "winner_prob_exact").f;
   double worst_count = 0;
   for (std::size_t i = 0; i < probability.size(); ++i) {
@@ -474,14 +508,17 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
   report.check("winner counts", worst_count < 5, fmt::format("largest difference {:.2f} sigma (limit 5)", worst_count));
 }
 
-/// Random levels: their sum, and a gradient back through it. The kernel does both through the sigmoid, which is undone here.
-void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels levels, const std::string& source, const std::string& sum,
-                     const std::string& gradient, const std::string& gradient_back, Report& report) {
+/// Random levels: their sum, and a gradient back through it. The kernel does both through the sigmoid, which is undone
+/// here.
+void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels levels, const std::string& source,
+                     const std::string& sum, const std::string& gradient, const std::string& gradient_back,
+                     Report& report) {
   const std::vector<float>& logits = need(npz, source).f;
   const auto triangles = static_cast<std::uint32_t>(need(npz, source).shape.at(0));
   const std::size_t channels = need(npz, source).shape.at(2);
   train::SoupBuffers soup;
-  train::allocate_soup(gpu, soup, std::vector<glm::vec3>(3 * triangles), soup::make_texture_table(triangles, levels).entries);
+  train::allocate_soup(gpu, soup, std::vector<glm::vec3>(3 * triangles),
+                       soup::make_texture_table(triangles, levels).entries);
   train::allocate_mlp(gpu, soup, {});
   std::vector<float> all(soup.source_samples * 8, 0.0f);
   for (std::size_t i = 0; i < logits.size(); ++i) all[i / channels * 8 + i % channels] = logits[i];
@@ -524,7 +561,8 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
 void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   const Array& coarse = need(npz, "feat_l0");
   const auto triangles = static_cast<std::uint32_t>(coarse.shape.at(0));
-  const auto old_table = soup::make_texture_table(triangles, {0, 0}), new_table = soup::make_texture_table(triangles, {2, 5});
+  const auto old_table = soup::make_texture_table(triangles, {0, 0}),
+             new_table = soup::make_texture_table(triangles, {2, 5});
   const auto upload = [&](const auto& values) {
     gpu::Buffer buffer = gpu.allocate(values.size() * sizeof(values[0]), "golden input");
     gpu.upload(buffer.address(), values);
@@ -533,9 +571,11 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   const gpu::Buffer old_rows = upload(old_table.entries), new_rows = upload(new_table.entries);
   Array none;
   none.f.assign(triangles * 3, 1.0f);
-  const gpu::Buffer source = upload(interleave(coarse, none)), lifted = gpu.allocate(new_table.source_samples * 32, "golden output");
+  const gpu::Buffer source = upload(interleave(coarse, none)),
+                    lifted = gpu.allocate(new_table.source_samples * 32, "golden output");
   gpu.launch({"lift_textures"}, triangles,
-             kernels::LiftTexturesArgs{old_rows.address(), new_rows.address(), source.address(), lifted.address(), triangles, 0});
+             kernels::LiftTexturesArgs{old_rows.address(), new_rows.address(), source.address(), lifted.address(),
+                                       triangles, 0});
   const auto all = gpu.download_vector<float>(lifted.address(), new_table.source_samples * 8);
   report.array("feat_2_5", features_of(all), need(npz, "feat_2_5").f, kImage);
   report.array("restarted opacity", opacity_of(all), std::vector<float>(new_table.source_samples, 0.0f), 0.0);
@@ -548,7 +588,9 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   Step(gpu, soup, frame).sum_textures();
   std::vector<float> expected;
   for (const float v : need(npz, "acc_l5").f) expected.push_back(1.0f / (1.0f + std::exp(-v)));
-  report.array("sigmoid of acc_l5", features_of(gpu.download_vector<float>(soup.lattice.address(), soup.lattice_samples * 8)), expected, kImage);
+  report.array("sigmoid of acc_l5",
+               features_of(gpu.download_vector<float>(soup.lattice.address(), soup.lattice_samples * 8)), expected,
+               kImage);
 
   levels_and_back(gpu, npz, {2, 5}, "rand_2_5", "rand_acc_l5", "rand_grad_out", "rand_grad_in", report);
   levels_and_back(gpu, npz, {0, 2}, "rand_0_2", "rand_acc_l2", "rand2_grad_out", "rand2_grad_in", report);
@@ -565,7 +607,8 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
     report.check(name, points == need(npz, name).i, fmt::format("{} samples", points.size() / 2));
   }
   std::vector<std::int32_t> sizes;
-  for (std::uint32_t level = 0; level <= 5; ++level) sizes.push_back(static_cast<std::int32_t>(soup::samples_at(level)));
+  for (std::uint32_t level = 0; level <= 5; ++level)
+    sizes.push_back(static_cast<std::int32_t>(soup::samples_at(level)));
   report.check("texel_count", sizes == need(npz, "texel_count").i, "samples of levels 0 to 5");
 }
 
@@ -577,7 +620,9 @@ void ssim(gpu::Device& gpu, const Npz& npz, Report& report) {
   train::allocate_soup(gpu, soup, std::vector<glm::vec3>(3), soup::make_texture_table(1, {0, 0}).entries);
   Frame frame(gpu, 1);
   std::vector<BatchView> views(image.shape.at(0));
-  for (BatchView& view : views) view.height = static_cast<std::uint32_t>(image.shape.at(1)), view.width = static_cast<std::uint32_t>(image.shape.at(2));
+  for (BatchView& view : views)
+    view.height = static_cast<std::uint32_t>(image.shape.at(1)),
+    view.width = static_cast<std::uint32_t>(image.shape.at(2));
   frame.set_batch(views, 1, true);
   gpu.upload(frame.colour.address(), image.f);
   const gpu::Buffer targets = gpu.allocate(target.size() * 4, "golden input");
@@ -651,11 +696,14 @@ void trained_model(gpu::Device& gpu, const Npz& npz, Report& report) {
       }
     }
   });
-  report.check("visible triangle", ties * 1000 <= ids.size(), fmt::format("{} of {} pixels tie (limit 0.1 %)", ties, ids.size()));
-  // The reference is rounded to half floats (2.4e-4 near 1), and its float32 barycentrics are ill-conditioned on slivers: evaluated
-  // in double its worst pixel is off by 4.2e-4. So the pictures must agree to 60 dB and nowhere differ by 1e-3.
+  report.check("visible triangle", ties * 1000 <= ids.size(),
+               fmt::format("{} of {} pixels tie (limit 0.1 %)", ties, ids.size()));
+  // The reference is rounded to half floats (2.4e-4 near 1), and its float32 barycentrics are ill-conditioned on
+  // slivers: evaluated in double its worst pixel is off by 4.2e-4. So the pictures must agree to 60 dB and nowhere
+  // differ by 1e-3.
   const double psnr = -10.0 * std::log10(std::max(1e-20, squares / (3.0 * static_cast<double>(ids.size() - ties))));
-  report.check("colour", worst <= 1e-3 && psnr > 60, fmt::format("largest difference {:.2e} (limit 1e-3), PSNR {:.1f} dB (limit 60)", worst, psnr));
+  report.check("colour", worst <= 1e-3 && psnr > 60,
+               fmt::format("largest difference {:.2e} (limit 1e-3), PSNR {:.1f} dB (limit 60)", worst, psnr));
 }
 
 /// The same pictures through the real-time renderer.
@@ -680,7 +728,8 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
   std::size_t at = 0, ties = 0;
   double squares = 0;
   for (std::size_t b = 0; b < mvp.shape.at(0); ++b) {
-    const Image image = renderer.picture(drawn, {row_major(&mvp.f[16 * b]), scalar(npz, "W"), scalar(npz, "H")}, options);
+    const Image image =
+        renderer.picture(drawn, {row_major(&mvp.f[16 * b]), scalar(npz, "W"), scalar(npz, "H")}, options);
     const std::vector<std::uint32_t> hits = renderer.hits();
     for (std::size_t p = 0; p < hits.size(); ++p, ++at) {
       if (hits[p] != static_cast<std::uint32_t>(ids.at(at))) {
@@ -694,8 +743,8 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
       }
     }
   }
-  // Vertices are rounded to part of a pixel, and edges move with them: twice as far for every bit that a device has less than
-  // the usual 8.
+  // Vertices are rounded to part of a pixel, and edges move with them: twice as far for every bit that a device has
+  // less than the usual 8.
   const double limit = 0.001 * std::exp2(8 - std::min(8, static_cast<int>(gpu.graphics()->subpixel_bits())));
   report.check("renderer: visible triangle", static_cast<double>(ties) <= limit * static_cast<double>(ids.size()),
                fmt::format("{} of {} pixels tie (limit {:.1f} %)", ties, ids.size(), 100 * limit));
@@ -705,22 +754,27 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
 
 }  // namespace
 
-void Report::array(const std::string& what, std::span<const float> actual, std::span<const float> expected, double tolerance,
-                   const std::vector<bool>& skip, std::span<const double> allowance) {
-  if (actual.size() != expected.size()) return check(what, false, fmt::format("{} values, expected {}", actual.size(), expected.size()));
+void Report::array(const std::string& what, std::span<const float> actual, std::span<const float> expected,
+                   double tolerance, const std::vector<bool>& skip, std::span<const double> allowance) {
+  if (actual.size() != expected.size())
+    return check(what, false, fmt::format("{} values, expected {}", actual.size(), expected.size()));
   const Compared c = compare(actual, expected, tolerance, skip, allowance);
   std::string ties;
   if (c.left_out) ties += fmt::format(", {} of {} left out for ties", c.left_out, expected.size());
   if (c.allowed) ties += fmt::format(", ties allow for more at {} of {}", c.allowed, expected.size());
-  check(what, c.holds, fmt::format("relative error {:.2e} (limit {:.0e}), max {:.3e}, worst at {}{}", c.relative, tolerance, c.largest, c.worst, ties));
+  check(what, c.holds,
+        fmt::format("relative error {:.2e} (limit {:.0e}), max {:.3e}, worst at {}{}", c.relative, tolerance, c.largest,
+                    c.worst, ties));
 }
 
 void Report::parameters(const std::string& what, std::span<const float> actual, std::span<const float> expected) {
-  if (actual.size() != expected.size()) return check(what, false, fmt::format("{} values, expected {}", actual.size(), expected.size()));
+  if (actual.size() != expected.size())
+    return check(what, false, fmt::format("{} values, expected {}", actual.size(), expected.size()));
   double largest = 0;
   for (float e : expected) largest = std::max(largest, std::abs(double(e)));
   std::size_t within = 0;
-  for (std::size_t i = 0; i < expected.size(); ++i) within += std::abs(double(actual[i]) - expected[i]) <= 1e-3 * largest;
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    within += std::abs(double(actual[i]) - expected[i]) <= 1e-3 * largest;
   const double share = double(within) / double(expected.size());
   check(what, share >= 0.999, fmt::format("{:.3f} % within 1e-3 of the maximum", 100 * share));
 }
@@ -734,17 +788,22 @@ void Report::check(const std::string& what, bool ok, const std::string& detail) 
 bool run_case(gpu::Device& gpu, const std::filesystem::path& file, Report& report) {
   const std::string name = file.stem().string();
   try {
-    if (name.starts_with("A_")) training_step(gpu, load_npz(file), report);
-    else if (name.starts_with("B_")) optimiser_steps(gpu, load_npz(file), report);
-    else if (name.starts_with("C_")) opacity_expectation(gpu, load_npz(file), report);
-    else if (name.starts_with("D5_lift")) lift(gpu, load_npz(file), report);
-    else if (name.starts_with("G_")) ssim(gpu, load_npz(file), report);
+    if (name.starts_with("A_"))
+      training_step(gpu, load_npz(file), report);
+    else if (name.starts_with("B_"))
+      optimiser_steps(gpu, load_npz(file), report);
+    else if (name.starts_with("C_"))
+      opacity_expectation(gpu, load_npz(file), report);
+    else if (name.starts_with("D5_lift"))
+      lift(gpu, load_npz(file), report);
+    else if (name.starts_with("G_"))
+      ssim(gpu, load_npz(file), report);
     else if (name.starts_with("M_")) {
       const Npz npz = load_npz(file);
       trained_model(gpu, npz, report);
       if (gpu.graphics()) trained_model_drawn(gpu, npz, report);
-    }
-    else return run_host_case(gpu, name, load_npz(file), report);
+    } else
+      return run_host_case(gpu, name, load_npz(file), report);
   } catch (const Error& e) {
     throw Error("{}: {}", file.string(), e.what());
   }

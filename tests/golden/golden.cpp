@@ -1,5 +1,5 @@
-// golden DIR: runs the published method's golden vectors (../shared/golden/README.md describes the layout) through the kernels
-// of a device and compares array by array.
+// golden DIR: runs the published method's golden vectors (../shared/golden/README.md describes the layout) through the
+// kernels of a device and compares array by array.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -22,7 +22,8 @@ int main(int argc, char** argv) {
   gpu::DeviceOptions options;
   bool quiet = false;
   app.add_option("DIR", folder, "folder of .npz cases")->required();
-  app.add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
+  app.add_option("--backend", options.backend,
+                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
   app.add_option("--device", options.device, "device number or name");
   app.add_option("--only", only, "only cases whose name begins with this");
   app.add_flag("--validation", options.validation, "with the Vulkan validation layers");
@@ -34,7 +35,8 @@ int main(int argc, char** argv) {
     std::printf("device: %s (%s)\n", device->info().name.c_str(), device->info().driver.c_str());
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder))
-      if (entry.path().extension() == ".npz" && entry.path().filename().string().starts_with(only)) files.push_back(entry.path());
+      if (entry.path().extension() == ".npz" && entry.path().filename().string().starts_with(only))
+        files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     if (files.empty()) throw Error("{}: holds no .npz case{}", folder, only.empty() ? "" : " of that name");
     int passed = 0, failed = 0, skipped = 0;

@@ -6,12 +6,12 @@
 #include <fmt/format.h>
 
 #include "common/host.h"
-#include "scene/camera.h"
 #include "mesh/point_spacing.h"
-#include "train/start/random_start.h"
+#include "scene/camera.h"
 #include "soup/random.h"
-#include "soup/texture_table.h"
 #include "soup/subdivision.h"
+#include "soup/texture_table.h"
+#include "train/start/random_start.h"
 #include "train/step/forward_pass.h"
 
 namespace trisoup::test {
@@ -20,7 +20,8 @@ namespace {
 /// Indexed faces as a soup: splitting never moves a vertex, so sharing makes no difference.
 std::vector<glm::vec3> expand(const Array& vertices, const Array& faces) {
   std::vector<glm::vec3> out;
-  for (const std::int32_t v : faces.i) out.emplace_back(vertices.f[3 * v], vertices.f[3 * v + 1], vertices.f[3 * v + 2]);
+  for (const std::int32_t v : faces.i)
+    out.emplace_back(vertices.f[3 * v], vertices.f[3 * v + 1], vertices.f[3 * v + 2]);
   return out;
 }
 
@@ -33,7 +34,8 @@ glm::dmat4 matrix(const Array& row_major, std::size_t index = 0) {
 
 void same_soup(const soup::Resampled& ours, Npz& npz, Report& report) {
   const std::vector<std::int32_t> map(ours.face_map.begin(), ours.face_map.end());
-  report.check("face_map", map == npz["face_map"].i, fmt::format("{} faces, expected {}", map.size(), npz["face_map"].i.size()));
+  report.check("face_map", map == npz["face_map"].i,
+               fmt::format("{} faces, expected {}", map.size(), npz["face_map"].i.size()));
   report.check("vertices", ours.vertices == expand(npz["out_V"], npz["out_F"]), "equal to the last bit");
 }
 
@@ -45,7 +47,8 @@ struct Visible {
     gpu.upload(soup.opacity.address(), npz["alpha_acc"].f);
     for (std::size_t i = 0; i < npz[matrices].shape.at(0); ++i) {
       const glm::dmat4 clip = matrix(npz[matrices], i);
-      views.push_back({clip, glm::inverse(clip), static_cast<std::uint32_t>(npz["W"].i[0]), static_cast<std::uint32_t>(npz["H"].i[0]), 0, 0});
+      views.push_back({clip, glm::inverse(clip), static_cast<std::uint32_t>(npz["W"].i[0]),
+                       static_cast<std::uint32_t>(npz["H"].i[0]), 0, 0});
     }
   }
   std::vector<glm::vec3> vertices;
@@ -80,10 +83,12 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
   } else if (name.starts_with("D4_")) {
     Visible v(gpu, npz, "mvps");
     const auto counts = train::count_visible(gpu, v.soup, v.frame, v.views);
-    report.check("counts", std::equal(counts.begin(), counts.end(), npz["counts"].i.begin(), npz["counts"].i.end()), "pixels won per triangle");
+    report.check("counts", std::equal(counts.begin(), counts.end(), npz["counts"].i.begin(), npz["counts"].i.end()),
+                 "pixels won per triangle");
     const auto equals = [&](const std::vector<std::uint32_t>& ours, const char* what) {
       const auto& expected = npz[what].i;
-      report.check(what, std::equal(ours.begin(), ours.end(), expected.begin(), expected.end()), fmt::format("{} triangles", expected.size()));
+      report.check(what, std::equal(ours.begin(), ours.end(), expected.begin(), expected.end()),
+                   fmt::format("{} triangles", expected.size()));
     };
     equals(soup::visible_at_least(counts), "keep_thresh1");
     equals(soup::most_visible(counts, counts.size() - static_cast<std::size_t>(npz["remove"].i.at(0))), "keep_remove");
@@ -99,7 +104,8 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
       for (std::size_t i = 0; 2 * i < bary.size(); ++i) {
         const f32::LatticeCell cell = f32::lattice_cell(bary[2 * i], bary[2 * i + 1], level);
         for (std::uint32_t c = 0; c < channels; ++c)
-          ours.push_back(f32::lattice_mix(cell, texture[cell.i0 * channels + c], texture[cell.i1 * channels + c], texture[cell.i2 * channels + c]));
+          ours.push_back(f32::lattice_mix(cell, texture[cell.i0 * channels + c], texture[cell.i1 * channels + c],
+                                          texture[cell.i2 * channels + c]));
       }
       report.array(fmt::format("out_l{}", level), ours, npz[fmt::format("out_l{}", level)].f, 1e-4);
     }
@@ -110,7 +116,8 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     const float spacing = static_cast<float>(soup::mean_nearest_distance(points));
     report.array("nn_spacing_mean", {&spacing, 1}, npz["nn_spacing_mean"].f, 1e-5);
     const auto chosen = soup::farthest_points(points, npz["fps_order"].i.size());
-    report.check("fps_order", std::equal(chosen.begin(), chosen.end(), npz["fps_order"].i.begin()), "farthest-point order");
+    report.check("fps_order", std::equal(chosen.begin(), chosen.end(), npz["fps_order"].i.begin()),
+                 "farthest-point order");
     std::vector<float> ours;
     const auto& u = npz["soup_u"].f;
     const std::size_t n = npz["soup_xyz"].shape.at(0);
@@ -122,7 +129,9 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     }
     report.array("soup_V", ours, npz["soup_V"].f, 1e-5);
   } else if (name.starts_with("F_")) {
-    const auto f = [&](const char* key) { return npz[key].f.empty() ? double(npz[key].i.at(0)) : double(npz[key].f.at(0)); };
+    const auto f = [&](const char* key) {
+      return npz[key].f.empty() ? double(npz[key].i.at(0)) : double(npz[key].f.at(0));
+    };
     const auto compare = [&](const std::string& what, const glm::dmat4& clip, const char* key) {
       std::vector<float> ours;
       for (int r = 0; r < 4; ++r)
@@ -140,14 +149,18 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     camera.world_to_camera = matrix(npz["Tcw_opencv"]);
     compare("mvp_from_K (cy mirrored)", scene::clip_from_world(camera, f("z_near"), f("z_far")), "mvp_from_K_flipz");
 
-    // Blender's camera looks along -z with y up, and its pictures are drawn with the last row at NDC y = -1; ours the other way round.
-    const glm::dmat4 turn(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, -1, 0), glm::dvec4(0, 0, 0, 1));
-    const glm::dmat4 upside_down(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(0, 0, 0, 1));
+    // Blender's camera looks along -z with y up, and its pictures are drawn with the last row at NDC y = -1; ours the
+    // other way round.
+    const glm::dmat4 turn(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, -1, 0),
+                          glm::dvec4(0, 0, 0, 1));
+    const glm::dmat4 upside_down(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, 1, 0),
+                                 glm::dvec4(0, 0, 0, 1));
     camera.fx = camera.fy = 0.5 * camera.width / std::tan(0.5 * f("camera_angle_x"));
     camera.cx = 0.5 * camera.width;
     camera.cy = 0.5 * camera.height;
     camera.world_to_camera = turn * glm::inverse(matrix(npz["c2w_blender"]));
-    compare("mvp_blender (rows turned)", upside_down * scene::clip_from_world(camera, f("near"), f("far")), "mvp_blender");
+    compare("mvp_blender (rows turned)", upside_down * scene::clip_from_world(camera, f("near"), f("far")),
+            "mvp_blender");
   } else {
     return false;
   }

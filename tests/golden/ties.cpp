@@ -9,7 +9,7 @@
 namespace trisoup::test {
 namespace {
 
-constexpr double kUnit = 0x1p-24;   // a float's rounding, relative
+constexpr double kUnit = 0x1p-24;  // a float's rounding, relative
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Values up to one that come out of a sigmoid or a normalisation: a few roundings.
 constexpr double kOfOne = 0x1p-22;
@@ -25,13 +25,16 @@ using Point = std::array<Rounded, 4>;  // x, y, z, w in clip space
 Point project(std::span<const float> m, const float* v) {
   Point p;
   for (int r = 0; r < 4; ++r)
-    p[r] = exact(m[4 * r]) * exact(v[0]) + exact(m[4 * r + 1]) * exact(v[1]) + exact(m[4 * r + 2]) * exact(v[2]) + exact(m[4 * r + 3]);
+    p[r] = exact(m[4 * r]) * exact(v[0]) + exact(m[4 * r + 1]) * exact(v[1]) + exact(m[4 * r + 2]) * exact(v[2]) +
+           exact(m[4 * r + 3]);
   return p;
 }
 
 enum class Certain { no, perhaps, yes };
 Certain both(Certain a, Certain b) { return std::min(a, b); }
-Certain at_least_zero(Rounded a) { return a.surely_negative() ? Certain::no : a.value - a.bound() >= 0 ? Certain::yes : Certain::perhaps; }
+Certain at_least_zero(Rounded a) {
+  return a.surely_negative() ? Certain::no : a.value - a.bound() >= 0 ? Certain::yes : Certain::perhaps;
+}
 /// Whether a triangle is drawn at all: no corner at or behind the camera, not all of them outside of one plane.
 Certain drawn(const std::array<Point, 3>& p) {
   Certain in = Certain::yes;
@@ -53,8 +56,8 @@ Certain drawn(const std::array<Point, 3>& p) {
 /// A triangle where a pixel looks at it.
 struct Fragment {
   std::uint32_t triangle = 0;
-  Certain there = Certain::no;   // it covers the pixel, between the near and the far plane
-  Certain kept = Certain::no;    // and its opacity is at least the threshold
+  Certain there = Certain::no;  // it covers the pixel, between the near and the far plane
+  Certain kept = Certain::no;   // and its opacity is at least the threshold
   Rounded depth;
   double place_error = 0;
 };
@@ -67,7 +70,8 @@ struct Place {
 Place place(const std::array<Point, 3>& p, double x, double y) {
   std::array<std::array<Rounded, 2>, 3> q;
   for (int i = 0; i < 3; ++i)
-    for (int axis = 0; axis < 2; ++axis) q[i][axis] = p[i][axis] - rounded(axis ? y : x, kUnit * std::abs(axis ? y : x)) * p[i][3];
+    for (int axis = 0; axis < 2; ++axis)
+      q[i][axis] = p[i][axis] - rounded(axis ? y : x, kUnit * std::abs(axis ? y : x)) * p[i][3];
   const auto cross = [&](int i, int j) { return q[i][0] * q[j][1] - q[i][1] * q[j][0]; };
   const std::array<Rounded, 3> a{cross(1, 2), cross(2, 0), cross(0, 1)};
   const Rounded area = a[0] + a[1] + a[2];
@@ -84,7 +88,8 @@ Place place(const std::array<Point, 3>& p, double x, double y) {
   return at;
 }
 
-/// Opacity between lattice points: linear in each of the level's triangles, and continuous, so it does not matter which of two a place on their edge is in.
+/// Opacity between lattice points: linear in each of the level's triangles, and continuous, so it does not matter which
+/// of two a place on their edge is in.
 Rounded opacity_at(std::span<const float> samples, std::uint32_t level, Rounded b0, Rounded b1) {
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
   const double spread = double(*high) - *low;
@@ -116,11 +121,13 @@ bool VisibilityTies::may_show(std::size_t pixel, std::uint32_t winner) const {
 VisibilityTies visibility_ties(const SeenSoup& soup) {
   const std::size_t triangles = soup.faces.size() / 3, pixels = std::size_t(soup.width) * soup.height;
   const std::size_t samples = soup.opacity.size() / triangles;
-  VisibilityTies ties{std::vector<std::vector<std::uint32_t>>(pixels), std::vector<bool>(triangles), std::vector<double>(pixels)};
+  VisibilityTies ties{std::vector<std::vector<std::uint32_t>>(pixels), std::vector<bool>(triangles),
+                      std::vector<double>(pixels)};
   std::vector<std::vector<Fragment>> fragments(pixels);
   for (std::uint32_t t = 0; t < triangles; ++t) {
     std::array<Point, 3> p;
-    for (int k = 0; k < 3; ++k) p[k] = project(soup.clip_from_world, &soup.vertices[3 * static_cast<std::size_t>(soup.faces[3 * t + k])]);
+    for (int k = 0; k < 3; ++k)
+      p[k] = project(soup.clip_from_world, &soup.vertices[3 * static_cast<std::size_t>(soup.faces[3 * t + k])]);
     const Certain whole = drawn(p);
     if (whole == Certain::no) continue;
     // The pixels around it, one more on every side; all of them where a corner may be anywhere.
@@ -158,7 +165,7 @@ VisibilityTies visibility_ties(const SeenSoup& soup) {
       }
   }
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    double farthest = kInfinity;   // behind that nothing can win
+    double farthest = kInfinity;  // behind that nothing can win
     for (const Fragment& f : fragments[pixel])
       if (f.kept == Certain::yes) farthest = std::min(farthest, f.depth.value + f.depth.bound());
     std::vector<std::uint32_t>& winners = ties.winners[pixel];
@@ -167,34 +174,42 @@ VisibilityTies visibility_ties(const SeenSoup& soup) {
     if (farthest == kInfinity) winners.push_back(0);
     // Opacities learn from what does not lie behind what is shown, and edges ask which of two is in front.
     const std::vector<Fragment>& all = fragments[pixel];
-    const auto shown = std::find_if(all.begin(), all.end(), [&](const Fragment& f) { return f.triangle + 1 == soup.shown[pixel]; });
+    const auto shown =
+        std::find_if(all.begin(), all.end(), [&](const Fragment& f) { return f.triangle + 1 == soup.shown[pixel]; });
     if (shown == all.end()) continue;
     ties.place_errors[pixel] = shown->place_error;
     for (const Fragment& f : all)
-      if (f.triangle != shown->triangle && std::abs(f.depth.value - shown->depth.value) <= f.depth.bound() + shown->depth.bound()) ties.triangles[f.triangle] = true;
+      if (f.triangle != shown->triangle &&
+          std::abs(f.depth.value - shown->depth.value) <= f.depth.bound() + shown->depth.bound())
+        ties.triangles[f.triangle] = true;
   }
   return ties;
 }
 
-Settlement settle(const VisibilityTies& ties, std::span<const std::uint32_t> shown, std::span<const std::uint32_t> drawn) {
+Settlement settle(const VisibilityTies& ties, std::span<const std::uint32_t> shown,
+                  std::span<const std::uint32_t> drawn) {
   Settlement settlement;
   for (std::size_t p = 0; p < shown.size(); ++p) {
     if (drawn[p] == shown[p]) continue;
-    if (ties.may_show(p, shown[p]) && ties.may_show(p, drawn[p])) settlement.otherwise.push_back(p);
-    else ++settlement.wrong;
+    if (ties.may_show(p, shown[p]) && ties.may_show(p, drawn[p]))
+      settlement.otherwise.push_back(p);
+    else
+      ++settlement.wrong;
   }
   return settlement;
 }
 
 Rounded mixed(double value, double spread, std::uint32_t level, double place_error) {
-  // Along b0 or b1 it changes by no more than the spread in one lattice step. Weights are what is left of numbers as large as the level.
+  // Along b0 or b1 it changes by no more than the spread in one lattice step. Weights are what is left of numbers as
+  // large as the level.
   const double steps = double(1u << level) * (place_error + 2 * kUnit);
   return {value, std::hypot(std::min(1.0, steps) * spread, kOfOne)};
 }
 
 Rounded of_direction(double value) { return {value, kOfOne}; }
 
-HiddenTies hidden_ties(std::span<const float> parameters, std::span<const Rounded> x, std::span<const float> colour_gradient) {
+HiddenTies hidden_ties(std::span<const float> parameters, std::span<const Rounded> x,
+                       std::span<const float> colour_gradient) {
   constexpr int kWidth = 16;
   HiddenTies ties;
   std::array<Rounded, kWidth> in, sum[2];
@@ -251,15 +266,16 @@ HiddenTies hidden_ties(std::span<const float> parameters, std::span<const Rounde
       for (int i = 0; i < 7; ++i) feature[i] += d1[o] * parameters[o * kWidth + i];
     }
     for (std::size_t i = 0; i < g.size(); ++i) low[i] = std::min(low[i], g[i]), high[i] = std::max(high[i], g[i]);
-    for (int i = 0; i < 7; ++i) feature_low[i] = std::min(feature_low[i], feature[i]), feature_high[i] = std::max(feature_high[i], feature[i]);
+    for (int i = 0; i < 7; ++i)
+      feature_low[i] = std::min(feature_low[i], feature[i]), feature_high[i] = std::max(feature_high[i], feature[i]);
   }
   for (std::size_t i = 0; i < low.size(); ++i) ties.parameters.push_back(high[i] - low[i]);
   for (int i = 0; i < 7; ++i) ties.features[i] = feature_high[i] - feature_low[i];
   return ties;
 }
 
-Compared compare(std::span<const float> actual, std::span<const float> expected, double tolerance, const std::vector<bool>& skip,
-                 std::span<const double> allowance) {
+Compared compare(std::span<const float> actual, std::span<const float> expected, double tolerance,
+                 const std::vector<bool>& skip, std::span<const double> allowance) {
   Compared c;
   double difference = 0;
   bool finite = true;

@@ -1,4 +1,5 @@
-// Tests shaders/edge_forces.comp: where colours are constant, its vertex gradients are those of a finely supersampled image.
+// Tests shaders/edge_forces.comp: where colours are constant, its vertex gradients are those of a finely supersampled
+// image.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -19,8 +20,8 @@ struct Flat {  // a triangle of one colour, its opacity linear between the corne
   double colour, opacity[3];
 };
 
-/// Weight of the image's colour at a pixel in the loss; smooth, so that sampling between pixels is no issue. The part of its
-/// column and that of its row, since a supersampled image asks for each of them a thousand times.
+/// Weight of the image's colour at a pixel in the loss; smooth, so that sampling between pixels is no issue. The part
+/// of its column and that of its row, since a supersampled image asks for each of them a thousand times.
 double weight_of_column(double x) { return 1e-3 * (1.0 + 0.5 * std::sin(0.15 * x)); }
 double weight_of_row(double y) { return 1e-3 * 0.3 * std::cos(0.1 * y); }
 double weight(double x, double y) { return weight_of_column(x) + weight_of_row(y); }
@@ -42,7 +43,9 @@ double supersampled_loss(const std::vector<Flat>& scene, const glm::dmat4& clip_
       for (std::size_t t = 0; t < scene.size(); ++t) {
         const f64::PlanePoint p = f64::plane_point(clip[t][0], clip[t][1], clip[t][2], ndc);
         const Flat& f = scene[t];
-        if (!p.inside || p.depth < -1 || p.depth >= nearest || p.b0 * f.opacity[0] + p.b1 * f.opacity[1] + p.b2 * f.opacity[2] < 0.5) continue;
+        if (!p.inside || p.depth < -1 || p.depth >= nearest ||
+            p.b0 * f.opacity[0] + p.b1 * f.opacity[1] + p.b2 * f.opacity[2] < 0.5)
+          continue;
         nearest = p.depth;
         colour = f.colour;
       }
@@ -54,10 +57,10 @@ double supersampled_loss(const std::vector<Flat>& scene, const glm::dmat4& clip_
 
 float logit(double v) { return static_cast<float>(std::log(v / (1 - v))); }
 
-/// Slope of the kernel's gradients over the true ones, by least squares, and their correlation, over several random scenes.
-/// Vertices move along the axes of the screen, or along the view direction.
-void compare(const std::function<std::vector<Flat>(soup::Random&)>& make, bool along_depth, double& slope, double& correlation,
-             std::uint64_t scenes = 8) {
+/// Slope of the kernel's gradients over the true ones, by least squares, and their correlation, over several random
+/// scenes. Vertices move along the axes of the screen, or along the view direction.
+void compare(const std::function<std::vector<Flat>(soup::Random&)>& make, bool along_depth, double& slope,
+             double& correlation, std::uint64_t scenes = 8) {
   auto gpu = test::open_device();
   double ab = 0, aa = 0, bb = 0;
   for (std::uint64_t seed = 0; seed < scenes; ++seed) {
@@ -94,8 +97,9 @@ void compare(const std::function<std::vector<Flat>(soup::Random&)>& make, bool a
     gpu->upload(s.frame.gradient.address(), gradient);
     gpu->launch({"edge_forces", {0}}, s.frame.batch().tiles,
                 kernels::EdgeForcesArgs{s.frame.views.address(), s.frame.hits.address(), s.frame.screen.address(),
-                                        s.frame.colour.address(), s.frame.gradient.address(), s.soup.vertex_gradient.low.address(),
-                                        s.soup.vertex_gradient.high.address(), s.frame.batch().tiles, 1, triangles, 0});
+                                        s.frame.colour.address(), s.frame.gradient.address(),
+                                        s.soup.vertex_gradient.low.address(), s.soup.vertex_gradient.high.address(),
+                                        s.frame.batch().tiles, 1, triangles, 0});
     const auto low = gpu->download_vector<std::uint32_t>(s.soup.vertex_gradient.low.address(), triangles * 9);
     const auto high = gpu->download_vector<std::uint32_t>(s.soup.vertex_gradient.high.address(), triangles * 9);
     const glm::dmat4 clip_from_world = s.views[0].clip_from_world;
@@ -128,7 +132,8 @@ void compare(const std::function<std::vector<Flat>(soup::Random&)>& make, bool a
 
 glm::dvec3 in_picture(soup::Random& random, double depth) {
   const glm::dvec3 side(-std::sin(0.3), std::cos(0.3), 0), towards(std::cos(0.3), std::sin(0.3), 0);
-  return side * double(random.uniform(-0.3f, 0.3f)) + glm::dvec3(0, 0, double(random.uniform(-0.3f, 0.3f))) + towards * depth;
+  return side * double(random.uniform(-0.3f, 0.3f)) + glm::dvec3(0, 0, double(random.uniform(-0.3f, 0.3f))) +
+         towards * depth;
 }
 
 }  // namespace
@@ -153,7 +158,8 @@ TEST_CASE("silhouettes of triangles that reach behind the camera move as in a su
         // The camera is at depth 1. They pass it to the side, so that the near plane's cut is out of the picture.
         const glm::dvec3 side(-std::sin(0.3), std::cos(0.3), 0), towards(std::cos(0.3), std::sin(0.3), 0);
         // One draw a statement: compilers differ in the order within one, and then in the scenes.
-        const double left = r.uniform01() < 0.5f ? -1 : 1, aside = r.uniform(0.8f, 1.6f), behind = r.uniform(1.3f, 2.5f);
+        const double left = r.uniform01() < 0.5f ? -1 : 1, aside = r.uniform(0.8f, 1.6f),
+                     behind = r.uniform(1.3f, 2.5f);
         Flat t{{in_picture(r, 0), in_picture(r, -0.3), left * aside * side + behind * towards}, 0.2, {0.9, 0.9, 0.9}};
         return std::vector<Flat>{t};
       },
@@ -183,7 +189,9 @@ std::vector<Flat> crossing_planes(soup::Random& r, double steepness) {
   const glm::dvec3 side(-std::sin(0.3), std::cos(0.3), 0), up(0, 0, 1), towards(std::cos(0.3), std::sin(0.3), 0);
   const auto plane = [&](double colour) {
     const auto depth = [&] { return steepness * double(r.uniform(-1.0f, 1.0f)) * towards; };
-    return Flat{{-2.0 * side - 1.2 * up + depth(), 2.0 * side - 1.2 * up + depth(), 2.4 * up + depth()}, colour, {0.9, 0.9, 0.9}};
+    return Flat{{-2.0 * side - 1.2 * up + depth(), 2.0 * side - 1.2 * up + depth(), 2.4 * up + depth()},
+                colour,
+                {0.9, 0.9, 0.9}};
   };
   return {plane(0.2), plane(0.6)};
 }
@@ -202,8 +210,8 @@ TEST_CASE("intersections move twice as much with depth as in a supersampled imag
   double slope = 0, correlation = 0;
   compare([](soup::Random& r) { return crossing_planes(r, 0.2); }, true, slope, correlation);
   CAPTURE(slope, correlation);
-  // Pairs of pixels along x see all of the line's motion with depth, and those along y see all of it again: the published
-  // estimator counts it twice, and ours is the same. Motion along x reaches the first kind only.
+  // Pairs of pixels along x see all of the line's motion with depth, and those along y see all of it again: the
+  // published estimator counts it twice, and ours is the same. Motion along x reaches the first kind only.
   CHECK(slope == Approx(2).margin(0.25));
   CHECK(correlation > 0.95);
 }

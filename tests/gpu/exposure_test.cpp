@@ -1,5 +1,5 @@
-// Tests exposures of photographs on a device: engine/train/step/exposure.h, shaders/measure_exposure.comp, fit_exposure.comp, expose.comp and what
-// shade_backward.comp makes of them, and trainings with them.
+// Tests exposures of photographs on a device: engine/train/step/exposure.h, shaders/measure_exposure.comp,
+// fit_exposure.comp, expose.comp and what shade_backward.comp makes of them, and trainings with them.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -8,25 +8,33 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
-#include "train/start/random_start.h"
-#include "temporary_folder.h"
 #include "run/trainer.h"
+#include "temporary_folder.h"
+#include "train/start/random_start.h"
 
 using namespace trisoup;
 using test::SmallScene;
 
 namespace {
 
-glm::vec3 colour_of(std::uint32_t rgba) { return glm::vec3(rgba & 255u, (rgba >> 8) & 255u, (rgba >> 16) & 255u) / 255.0f; }
+glm::vec3 colour_of(std::uint32_t rgba) {
+  return glm::vec3(rgba & 255u, (rgba >> 8) & 255u, (rgba >> 16) & 255u) / 255.0f;
+}
 
-glm::vec3 at(const std::vector<float>& colours, std::size_t pixel) { return {colours[3 * pixel], colours[3 * pixel + 1], colours[3 * pixel + 2]}; }
+glm::vec3 at(const std::vector<float>& colours, std::size_t pixel) {
+  return {colours[3 * pixel], colours[3 * pixel + 1], colours[3 * pixel + 2]};
+}
 
-f32::Exposure row(const std::vector<glm::vec4>& table, std::size_t i) { return {glm::vec3(table[2 * i]), glm::vec3(table[2 * i + 1]), table[2 * i].w}; }
+f32::Exposure row(const std::vector<glm::vec4>& table, std::size_t i) {
+  return {glm::vec3(table[2 * i]), glm::vec3(table[2 * i + 1]), table[2 * i].w};
+}
 
 /// A batch of photographs; of `photographs` in all, those of the views' indices.
 struct ExposedScene : SmallScene {
-  ExposedScene(gpu::Device& device, std::vector<train::BatchView> batch, const std::vector<std::vector<std::uint32_t>>& images, std::uint32_t photographs)
-      : SmallScene(device, 40, {{0, 3}}, batch), exposures(train::allocate_exposures(device, photographs, static_cast<std::uint32_t>(batch.size()))) {
+  ExposedScene(gpu::Device& device, std::vector<train::BatchView> batch,
+               const std::vector<std::vector<std::uint32_t>>& images, std::uint32_t photographs)
+      : SmallScene(device, 40, {{0, 3}}, batch),
+        exposures(train::allocate_exposures(device, photographs, static_cast<std::uint32_t>(batch.size()))) {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       buffers.push_back(gpu.allocate(images[i].size() * 4, "photograph"));
       gpu.upload(buffers.back().address(), images[i]);
@@ -43,8 +51,12 @@ struct ExposedScene : SmallScene {
     step.visibility(train::Thresholds::half, inputs);
     step.shade(inputs);
   }
-  std::vector<float> colours() { return gpu.download_vector<float>(frame.colour.address(), 3ull * frame.batch().pixels); }
-  std::vector<glm::vec4> table(const gpu::Buffer& buffer) { return gpu.download_vector<glm::vec4>(buffer.address(), 2ull * exposures.photographs); }
+  std::vector<float> colours() {
+    return gpu.download_vector<float>(frame.colour.address(), 3ull * frame.batch().pixels);
+  }
+  std::vector<glm::vec4> table(const gpu::Buffer& buffer) {
+    return gpu.download_vector<glm::vec4>(buffer.address(), 2ull * exposures.photographs);
+  }
 
   train::Exposures exposures;
   std::vector<gpu::Buffer> buffers;
@@ -63,7 +75,8 @@ train::BatchView view_of(std::uint32_t index, double angle, std::uint32_t width,
   return view;
 }
 
-/// Camera looking at the origin from `angle`, and what it takes of a column there: the same colours from everywhere, times a gain.
+/// Camera looking at the origin from `angle`, and what it takes of a column there: the same colours from everywhere,
+/// times a gain.
 scene::View square_view(double angle, const glm::vec3& gain) {
   constexpr int kSide = 40;
   scene::View v;
@@ -72,14 +85,17 @@ scene::View square_view(double angle, const glm::vec3& gain) {
   v.camera.fx = v.camera.fy = 1.25 * kSide;
   v.camera.cx = v.camera.cy = 0.5 * kSide;
   const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
-  v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
+  v.camera.world_to_camera =
+      glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
   v.image = {kSide, kSide, {}};
   for (int row = 0; row < kSide; ++row)
     for (int column = 0; column < kSide; ++column) {
       const bool inside = std::abs(row - kSide / 2) < 10 && std::abs(column - kSide / 2) < 10;
       const float height = static_cast<float>(row) / kSide;
       const glm::vec3 colour(0.25f + 0.3f * height, 0.5f, row > kSide / 2 ? 0.3f : 0.55f);
-      for (int c = 0; c < 3; ++c) v.image.rgba.push_back(inside ? static_cast<std::uint8_t>(std::lround(255.0f * std::min(1.0f, gain[c] * colour[c]))) : 0);
+      for (int c = 0; c < 3; ++c)
+        v.image.rgba.push_back(
+            inside ? static_cast<std::uint8_t>(std::lround(255.0f * std::min(1.0f, gain[c] * colour[c]))) : 0);
       v.image.rgba.push_back(255);
     }
   return v;
@@ -91,8 +107,10 @@ scene::Scene ring_scene(bool tinted) {
   constexpr int kViews = 12;
   for (int i = 0; i < kViews; ++i) {
     const float angle = 6.2831853f * static_cast<float>(i) / kViews;
-    const glm::vec3 gain = tinted ? glm::vec3(1.0f + 0.5f * (i % 2 ? 1.0f : -1.0f), 1.0f + 0.4f * (i % 2 ? 1.0f : -1.0f), 1.0f + 0.45f * (i % 4 < 2 ? 1.0f : -1.0f))
-                                  : glm::vec3(1);
+    const glm::vec3 gain = tinted
+                               ? glm::vec3(1.0f + 0.5f * (i % 2 ? 1.0f : -1.0f), 1.0f + 0.4f * (i % 2 ? 1.0f : -1.0f),
+                                           1.0f + 0.45f * (i % 4 < 2 ? 1.0f : -1.0f))
+                               : glm::vec3(1);
     scene.train.push_back(square_view(angle, gain));
   }
   for (const double angle : {0.3, 1.9, 4.0}) scene.test.push_back(square_view(angle, glm::vec3(1)));
@@ -122,9 +140,12 @@ std::vector<glm::vec3> ring_start(const train::Settings& s) {
 TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[exposure][each_driver]") {
   auto gpu = test::open_device();
   // Photograph 3 is in the batch twice, 0 and 2 are not.
-  ExposedScene s(*gpu, {view_of(3, 0.2, 40, 30), view_of(1, 2.0, 33, 47), view_of(3, 0.9, 21, 50)}, {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 4);
+  ExposedScene s(*gpu, {view_of(3, 0.2, 40, 30), view_of(1, 2.0, 33, 47), view_of(3, 0.9, 21, 50)},
+                 {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 4);
   std::vector<glm::vec4> before;
-  for (int i = 0; i < 4; ++i) before.insert(before.end(), {glm::vec4(0.7f + 0.4f * i, 1, 1.5f - 0.4f * i, 0), glm::vec4(0.01f * i, 0, -0.01f * i, 0)});
+  for (int i = 0; i < 4; ++i)
+    before.insert(before.end(),
+                  {glm::vec4(0.7f + 0.4f * i, 1, 1.5f - 0.4f * i, 0), glm::vec4(0.01f * i, 0, -0.01f * i, 0)});
   gpu->upload(s.exposures.fitted.address(), before);
   gpu->upload(s.exposures.exposure.address(), before);
   s.render();
@@ -145,9 +166,11 @@ TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[ex
         continue;
       }
       ++seen;
-      const glm::vec3 colour = f32::recorded(f32::exposed(row(exposure, v.index), at(rendered, p)), colour_of(target[p]));
+      const glm::vec3 colour =
+          f32::recorded(f32::exposed(row(exposure, v.index), at(rendered, p)), colour_of(target[p]));
       for (int c = 0; c < 3; ++c) CHECK(at(shown, p)[c] == Approx(colour[c]).margin(1e-5));
-      if (target[p] >= 0x80000000u) f32::add_to_exposure(at(rendered, p), colour_of(target[p]), row(before, v.index), sums[v.index]);
+      if (target[p] >= 0x80000000u)
+        f32::add_to_exposure(at(rendered, p), colour_of(target[p]), row(before, v.index), sums[v.index]);
     }
   CHECK(seen > 500);
   f32::Exposure mean{glm::vec3(0), glm::vec3(0), 0};
@@ -182,8 +205,10 @@ TEST_CASE("a step that will be done again changes no exposure, and leaves nothin
   auto gpu = test::open_device();
   ExposedScene s(*gpu, {view_of(0, 0.2, 40, 30), view_of(1, 2.0, 33, 47)}, {noise(1200, 1), noise(1551, 2)}, 2);
   const auto fitted_after = [&](bool overflow_first) {
-    gpu->upload(s.exposures.fitted.address(), std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
-    gpu->upload(s.exposures.exposure.address(), std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
+    gpu->upload(s.exposures.fitted.address(),
+                std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
+    gpu->upload(s.exposures.exposure.address(),
+                std::vector<glm::vec4>{{1, 1, 1, 0}, {0, 0, 0, 0}, {1, 1, 1, 0}, {0, 0, 0, 0}});
     for (const bool overflow : {true, false}) {
       if (overflow && !overflow_first) continue;
       s.render();
@@ -205,8 +230,8 @@ TEST_CASE("a step that will be done again changes no exposure, and leaves nothin
 
 TEST_CASE("texture gradients through an exposure agree with differences of the loss", "[exposure]") {
   auto gpu = test::open_device();
-  // The first photograph is dark, or at its end where the exposure lifts every colour beyond it; the second is brighter than anything drawn.
-  // So no colour passes its target, where the L1 error has a kink.
+  // The first photograph is dark, or at its end where the exposure lifts every colour beyond it; the second is brighter
+  // than anything drawn. So no colour passes its target, where the L1 error has a kink.
   soup::Random random(8);
   std::vector<std::uint32_t> dark(1600), bright(1600);
   for (std::size_t i = 0; i < dark.size(); ++i) {
@@ -218,7 +243,8 @@ TEST_CASE("texture gradients through an exposure agree with differences of the l
   }
   ExposedScene s(*gpu, {view_of(0, 0, 40, 40), view_of(1, 1, 40, 40)}, {dark, bright}, 2);
   s.inputs.fit_exposures = false;
-  gpu->upload(s.exposures.exposure.address(), std::vector<glm::vec4>{{0.6, 0.9, 0.7, 0}, {1.05, 1.02, 1.1, 0}, {0.5, 0.3, 0.6, 0}, {0.1, 0, -0.1, 0}});
+  gpu->upload(s.exposures.exposure.address(),
+              std::vector<glm::vec4>{{0.6, 0.9, 0.7, 0}, {1.05, 1.02, 1.1, 0}, {0.5, 0.3, 0.6, 0}, {0.1, 0, -0.1, 0}});
   s.frame.reserve_lists(1 << 16);
   const gpu::Buffer gradient = gpu->allocate(s.soup.source_samples * 32, "gradient");
   s.inputs.source_gradient = gradient.address();

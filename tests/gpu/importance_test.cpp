@@ -7,8 +7,8 @@
 #include <set>
 
 #include "gpu/small_scene.h"
-#include "train/topology/importance.h"
 #include "train/step/photographs.h"
+#include "train/topology/importance.h"
 #include "train/topology/refine.h"
 
 using namespace trisoup;

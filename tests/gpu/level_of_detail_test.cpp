@@ -1,4 +1,5 @@
-// Tests how fine each triangle's texture is made: shaders/measure_visible.comp, and what train::lift and train::resample make of it.
+// Tests how fine each triangle's texture is made: shaders/measure_visible.comp, and what train::lift and
+// train::resample make of it.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -15,7 +16,8 @@ using test::SmallScene;
 
 namespace {
 
-const std::vector<train::BatchView> kViews{test::view_from(0.3, 64, 48), test::view_from(1.7, 61, 55), test::view_from(3.9, 40, 70)};
+const std::vector<train::BatchView> kViews{test::view_from(0.3, 64, 48), test::view_from(1.7, 61, 55),
+                                           test::view_from(3.9, 40, 70)};
 
 /// The visible fragments in `frame`, measured in double precision by how barycentrics change from pixel to pixel.
 std::vector<double> areas_by_differences(SmallScene& s, std::span<const train::BatchView> views) {
@@ -28,14 +30,16 @@ std::vector<double> areas_by_differences(SmallScene& s, std::span<const train::B
       for (std::uint32_t x = 0; x < view.width; ++x, ++i) {
         if (hits[i].triangle == 0) continue;
         glm::dvec4 clip[3];
-        for (int k = 0; k < 3; ++k) clip[k] = view.clip_from_world * glm::dvec4(glm::dvec3(vertices[3 * (hits[i].triangle - 1) + k]), 1);
+        for (int k = 0; k < 3; ++k)
+          clip[k] = view.clip_from_world * glm::dvec4(glm::dvec3(vertices[3 * (hits[i].triangle - 1) + k]), 1);
         const auto at = [&](double dx, double dy) {
           const glm::dvec2 ndc{2 * (x + 0.5 + dx) / view.width - 1, 2 * (y + 0.5 + dy) / view.height - 1};
           const f64::PlanePoint p = f64::plane_point(clip[0], clip[1], clip[2], ndc);
           return glm::dvec2(p.b0, p.b1);
         };
         constexpr double kStep = 1e-4;
-        const glm::dvec2 by_x = (at(kStep, 0) - at(-kStep, 0)) / (2 * kStep), by_y = (at(0, kStep) - at(0, -kStep)) / (2 * kStep);
+        const glm::dvec2 by_x = (at(kStep, 0) - at(-kStep, 0)) / (2 * kStep),
+                         by_y = (at(0, kStep) - at(0, -kStep)) / (2 * kStep);
         double& area = areas[hits[i].triangle - 1];
         area = std::max(area, view.photograph_pixels * 0.5 / std::abs(by_x.x * by_y.y - by_x.y * by_y.x));
       }
@@ -76,8 +80,10 @@ TEST_CASE("a photograph's pixels count, not those of the smaller view in which t
   camera.width = 120, camera.height = 100;
   camera.fx = camera.fy = 130;
   camera.cx = 60, camera.cy = 50;
-  camera.world_to_camera = glm::dmat4(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(0, 0, 1, 1));
-  const train::BatchView full = train::batch_view(camera, 0.025, 2.5), half = train::batch_view(camera, 0.025, 2.5, 0.5);
+  camera.world_to_camera =
+      glm::dmat4(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(0, 0, 1, 1));
+  const train::BatchView full = train::batch_view(camera, 0.025, 2.5),
+                         half = train::batch_view(camera, 0.025, 2.5, 0.5);
   CHECK(full.photograph_pixels == 1);
   CHECK(half.photograph_pixels == 4);
   SmallScene s(*gpu, 60, {{0, 0}}, {full}, 9);
@@ -105,8 +111,10 @@ TEST_CASE("the change to fine levels gives every triangle what its pixels ask fo
     CHECK(row.level_min == 2);
     const double wanted = samples * seen.area[t];
     const auto cells = [](std::uint32_t level) { return 0.5 * std::pow(4.0, level); };
-    if (samples == 0) CHECK(row.level_max == 5);
-    else if (row.level_max > 2) CHECK(cells(row.level_max - 1) < wanted);
+    if (samples == 0)
+      CHECK(row.level_max == 5);
+    else if (row.level_max > 2)
+      CHECK(cells(row.level_max - 1) < wanted);
     if (samples > 0 && row.level_max < 5) CHECK(cells(row.level_max) >= wanted);
   }
   if (samples > 0) CHECK(levels.size() > 2);
@@ -147,7 +155,8 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
   settings.split_length = 0.4;
   settings.resample_every = 10;
   settings.resample_until = 0.9;
-  const std::uint64_t step = GENERATE(40u, 50u, 60u, 90u);  // before the change to fine levels at 50, with it, after it; the last one
+  const std::uint64_t step =
+      GENERATE(40u, 50u, 60u, 90u);  // before the change to fine levels at 50, with it, after it; the last one
   REQUIRE(train::resample(*gpu, s.soup, s.frame, {kViews, kViews}, settings, step, 80) == train::Resampling::done);
   const auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   int whole = 0, split = 0, coarser = 0, finer = 0;
@@ -156,16 +165,21 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
     double share = 0;
     std::uint32_t parent = 40;
     for (std::uint32_t p = 0; p < 40; ++p) {
-      const glm::dvec3 a(old_vertices[3 * p]), b(old_vertices[3 * p + 1]), c(old_vertices[3 * p + 2]), n = glm::cross(b - a, c - a);
+      const glm::dvec3 a(old_vertices[3 * p]), b(old_vertices[3 * p + 1]), c(old_vertices[3 * p + 2]),
+          n = glm::cross(b - a, c - a);
       bool inside = true;
       for (int k = 0; k < 3; ++k) {
         const glm::dvec3 q(vertices[3 * t + k]);
-        const double b0 = glm::dot(glm::cross(b - q, c - q), n) / glm::dot(n, n), b1 = glm::dot(glm::cross(c - q, a - q), n) / glm::dot(n, n);
-        inside = inside && std::abs(glm::dot(q - a, n)) < 1e-6 * glm::length(n) && b0 > -1e-5 && b1 > -1e-5 && b0 + b1 < 1 + 1e-5;
+        const double b0 = glm::dot(glm::cross(b - q, c - q), n) / glm::dot(n, n),
+                     b1 = glm::dot(glm::cross(c - q, a - q), n) / glm::dot(n, n);
+        inside = inside && std::abs(glm::dot(q - a, n)) < 1e-6 * glm::length(n) && b0 > -1e-5 && b1 > -1e-5 &&
+                 b0 + b1 < 1 + 1e-5;
       }
       if (!inside) continue;
       parent = p;
-      share = glm::length(glm::cross(glm::dvec3(vertices[3 * t + 1] - vertices[3 * t]), glm::dvec3(vertices[3 * t + 2] - vertices[3 * t]))) / glm::length(n);
+      share = glm::length(glm::cross(glm::dvec3(vertices[3 * t + 1] - vertices[3 * t]),
+                                     glm::dvec3(vertices[3 * t + 2] - vertices[3 * t]))) /
+              glm::length(n);
     }
     REQUIRE(parent < 40);
     ++(share > 0.999 ? whole : split);
@@ -177,7 +191,8 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
     const double wanted = 0.5 * share * seen.area[parent];
     const auto cells = [](std::uint32_t level) { return 0.5 * std::pow(4.0, level); };
     CAPTURE(parent, share, wanted, row.level_max);
-    // Never too coarse; finer than needed only where it was so before and little is missing, or where it is a level coarser than it was.
+    // Never too coarse; finer than needed only where it was so before and little is missing, or where it is a level
+    // coarser than it was.
     if (row.level_max < 5) CHECK(cells(row.level_max) >= 0.999 * wanted);
     if (row.level_max > 2 && cells(row.level_max - 1) >= 1.001 * wanted) {
       CHECK(row.level_max <= before[parent].level_max);
@@ -198,7 +213,8 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
 TEST_CASE("triangles are counted in every view that shows them", "[levels]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views;
-  for (int v = 0; v < 70; ++v) views.push_back(test::view_from(0.09 * v, 24 + v % 3, 20));  // more than the bits of two words
+  for (int v = 0; v < 70; ++v)
+    views.push_back(test::view_from(0.09 * v, 24 + v % 3, 20));  // more than the bits of two words
   SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
   const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
   const auto each = train::visible_in_each(*gpu, s.soup, s.frame, views);
@@ -237,7 +253,8 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
     return std::pair(s.soup.triangles, seen);
   };
   const auto vouched = [](const train::Seen& seen, std::uint32_t least) {
-    return static_cast<std::uint32_t>(std::count_if(seen.views.begin(), seen.views.end(), [&](std::uint32_t n) { return n >= least; }));
+    return static_cast<std::uint32_t>(
+        std::count_if(seen.views.begin(), seen.views.end(), [&](std::uint32_t n) { return n >= least; }));
   };
   for (const auto& [views, least] : {std::pair(60, 4u), {60, 6u}, {30, 3u}, {9, 0u}}) {
     CAPTURE(views, least);
@@ -254,7 +271,8 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
 TEST_CASE("what photographs show largest is split up to the budget, at the last change too", "[levels]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 60, kBudget = 63;
-  const std::vector<train::BatchView> views{test::view_from(0.3, 64, 64), test::view_from(1.7, 64, 64), test::view_from(3.9, 64, 64)};
+  const std::vector<train::BatchView> views{test::view_from(0.3, 64, 64), test::view_from(1.7, 64, 64),
+                                            test::view_from(3.9, 64, 64)};
   SmallScene s(*gpu, kTriangles, {{2, 3}}, views, 5);
   const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
   // What the splits should come to: the largest one again and again.
@@ -284,7 +302,8 @@ TEST_CASE("what photographs show largest is split up to the budget, at the last 
     return glm::length(glm::cross(v[3 * t + 1] - v[3 * t], v[3 * t + 2] - v[3 * t]));
   };
   for (std::size_t t = 0; t < s.soup.triangles; ++t) {
-    const double whole = area(vertices, origin[t]), share = settings.fill_budget ? sizes[t] / seen.area[origin[t]] : 1.0;
+    const double whole = area(vertices, origin[t]),
+                 share = settings.fill_budget ? sizes[t] / seen.area[origin[t]] : 1.0;
     CHECK(area(after, t) == Approx(share * whole).epsilon(1e-4));
   }
   test::require_silence(*gpu);

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "base/read_file.h"
 #include "environment_variable.h"
 #include "gpu/small_scene.h"
 #include "gpu/vulkan/pipeline_cache.h"
-#include "base/read_file.h"
 #include "temporary_folder.h"
 
 using namespace trisoup;
@@ -64,7 +64,8 @@ TEST_CASE("a device leaves its pipelines in a file, whatever was there", "[pipel
   CHECK(files[0].extension() == ".pipelines");
   const std::string whole = test::content_of(files[0]);
   CHECK(gpu::unseal_cache(bytes_of(whole)).has_value());
-  for (const std::string& damaged : {std::string(), whole.substr(0, whole.size() - 1), std::string(whole.size(), 'x')}) {
+  for (const std::string& damaged :
+       {std::string(), whole.substr(0, whole.size() - 1), std::string(whole.size(), 'x')}) {
     std::ofstream(files[0], std::ios::binary) << damaged;
     test::require_silence(*test::open_device());
     CHECK(files_in(folder / "trisoup") == files);

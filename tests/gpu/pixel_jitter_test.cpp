@@ -1,4 +1,5 @@
-// Tests steps that do not look at the centres of pixels: train::sampled_at, train::pixel_jitter and shaders/sample_photographs.comp.
+// Tests steps that do not look at the centres of pixels: train::sampled_at, train::pixel_jitter and
+// shaders/sample_photographs.comp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -23,7 +24,8 @@ Picture render(SmallScene& s, const train::BatchView& view) {
   s.step.visibility(train::Thresholds::half, s.inputs);
   s.step.shade(s.inputs);
   const std::uint32_t pixels = s.frame.batch().pixels;
-  return {s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), pixels), s.gpu.download_vector<float>(s.frame.colour.address(), 3ull * pixels)};
+  return {s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), pixels),
+          s.gpu.download_vector<float>(s.frame.colour.address(), 3ull * pixels)};
 }
 
 /// What the loss takes for the photographs of these views, RGBA8.
@@ -85,7 +87,8 @@ TEST_CASE("a photograph is sampled where the soup is", "[jitter]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kWidth = 40, kHeight = 30;
   SmallScene s(*gpu, 1, {{4, 4}}, {test::view_from(0, kWidth, kHeight)});
-  // One triangle over all of the picture with a texture that is smooth at this size: what the soup shows is a photograph of itself.
+  // One triangle over all of the picture with a texture that is smooth at this size: what the soup shows is a
+  // photograph of itself.
   gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -4, -2}, {0, 4, -2}, {0, 0, 5}});
   std::vector<float> lattice(soup::samples_at(4) * 8);
   soup::Random random(4);
@@ -96,7 +99,8 @@ TEST_CASE("a photograph is sampled where the soup is", "[jitter]") {
     std::vector<std::uint32_t> rgba;
     for (std::size_t p = 0; p < picture.hits.size(); ++p) {
       std::uint32_t value = 0xff000000u;
-      for (int c = 0; c < 3; ++c) value |= static_cast<std::uint32_t>(std::lround(255.0f * picture.colour[3 * p + c])) << (8 * c);
+      for (int c = 0; c < 3; ++c)
+        value |= static_cast<std::uint32_t>(std::lround(255.0f * picture.colour[3 * p + c])) << (8 * c);
       rgba.push_back(value);
     }
     return rgba;
@@ -111,7 +115,8 @@ TEST_CASE("a photograph is sampled where the soup is", "[jitter]") {
     double sum = 0;
     for (std::uint32_t y = 2; y + 2 < kHeight; ++y)  // at the border the photograph ends
       for (std::uint32_t x = 2; x + 2 < kWidth; ++x)
-        for (int c = 0; c < 3; ++c) sum += std::abs(channel(drawn[y * kWidth + x], c) - channel(target[y * kWidth + x], c));
+        for (int c = 0; c < 3; ++c)
+          sum += std::abs(channel(drawn[y * kWidth + x], c) - channel(target[y * kWidth + x], c));
     return sum / (3.0 * (kWidth - 4) * (kHeight - 4));
   };
   for (const glm::dvec2 at : {glm::dvec2(0.5, 0), {0, 0.5}, {-0.4, 0.3}, {0.9, -0.8}}) {
@@ -148,7 +153,9 @@ TEST_CASE("photographs between their pixels are cubic, and the same bits everywh
     CHECK(std::equal(photograph.begin(), photograph.end(), unmoved.begin() + static_cast<std::ptrdiff_t>(first)));
     // Catmull and Rom's spline through the values at -1, 0, 1 and 2, as a cubic in f.
     const auto spline = [](const double* p, double f) {
-      return p[1] + 0.5 * f * (p[2] - p[0] + f * (2 * p[0] - 5 * p[1] + 4 * p[2] - p[3] + f * (3 * (p[1] - p[2]) + p[3] - p[0])));
+      return p[1] +
+             0.5 * f *
+                 (p[2] - p[0] + f * (2 * p[0] - 5 * p[1] + 4 * p[2] - p[3] + f * (3 * (p[1] - p[2]) + p[3] - p[0])));
     };
     const glm::dvec2 whole = glm::floor(offsets[v]), f = offsets[v] - whole;
     double worst = 0;
@@ -159,13 +166,15 @@ TEST_CASE("photographs between their pixels are cubic, and the same bits everywh
           for (int j = 0; j < 4; ++j) {
             double row[4];
             for (int i = 0; i < 4; ++i) {
-              const int px = std::clamp(x + int(whole.x) + i - 1, 0, width - 1), py = std::clamp(y + int(whole.y) + j - 1, 0, height - 1);
+              const int px = std::clamp(x + int(whole.x) + i - 1, 0, width - 1),
+                        py = std::clamp(y + int(whole.y) + j - 1, 0, height - 1);
               row[i] = channel(photograph[static_cast<std::size_t>(py * width + px)], c);
             }
             rows[j] = spline(row, f.x);
           }
           const double expected = std::clamp(spline(rows, f.y), 0.0, 255.0);
-          worst = std::max(worst, std::abs(expected - channel(moved[first + static_cast<std::size_t>(y * width + x)], c)));
+          worst =
+              std::max(worst, std::abs(expected - channel(moved[first + static_cast<std::size_t>(y * width + x)], c)));
         }
     CAPTURE(v, worst);
     CHECK(worst < 4);  // weights are rounded to 1/128, half of it in each of two directions; noise of 8 bits
@@ -179,7 +188,8 @@ TEST_CASE("what is outside a photograph's mask is not mixed in", "[jitter]") {
   constexpr std::uint32_t kSide = 16;
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, kSide, kSide)});
   std::vector<std::uint32_t> photograph(kSide * kSide);
-  for (std::uint32_t p = 0; p < photograph.size(); ++p) photograph[p] = p % kSide < 8 ? 0xff000000u | 0x010101u * (100 + p % 7) : 0x00ffffffu;
+  for (std::uint32_t p = 0; p < photograph.size(); ++p)
+    photograph[p] = p % kSide < 8 ? 0xff000000u | 0x010101u * (100 + p % 7) : 0x00ffffffu;
   const gpu::Buffer buffer = upload(*gpu, photograph);
   train::BatchView view = s.views[0];
   view.photo = buffer.address();

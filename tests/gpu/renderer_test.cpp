@@ -21,7 +21,8 @@ scene::View view_at(double angle, int width, int height) {
 
 /// A random soup of all levels.
 soup::Model random_model(gpu::Device& gpu, std::uint32_t triangles) {
-  test::SmallScene scene(gpu, triangles, {{0, 0}, {2, 5}, {1, 3}, {5, 5}, {0, 1}, {2, 4}}, {test::view_from(0, 16, 16)});
+  test::SmallScene scene(gpu, triangles, {{0, 0}, {2, 5}, {1, 3}, {5, 5}, {0, 1}, {2, 4}},
+                         {test::view_from(0, 16, 16)});
   return train::make_model(gpu, scene.soup, glm::vec3(1.0f, 0.5f, 0.25f), {});
 }
 
@@ -35,7 +36,8 @@ TEST_CASE("the renderer shows what the kernels infer", "[renderer][each_driver]"
   auto gpu = test::open_device();
   const soup::Model model = random_model(*gpu, 40);
   const render::MlpUse use = GENERATE(render::MlpUse::compiled, render::MlpUse::read);
-  for (const train::Agreement& a : train::agreement(*gpu, model, {view_at(0.3, 200, 144), view_at(2.0, 160, 160)}, {}, 0.025, 2.5, use)) {
+  for (const train::Agreement& a :
+       train::agreement(*gpu, model, {view_at(0.3, 200, 144), view_at(2.0, 160, 160)}, {}, 0.025, 2.5, use)) {
     CAPTURE(a.pixels, a.ties, a.psnr);
     CHECK(a.ties * 1000 <= a.pixels);
     CHECK(a.psnr > 60);
@@ -81,13 +83,15 @@ TEST_CASE("anti-aliasing averages what finer pictures show", "[renderer]") {
         for (int c = 0; c < 3; ++c) {
           double sum = 0;
           for (int j = 0; j < 8; ++j)
-            for (int i = 0; i < 8; ++i) sum += fine.rgba[((std::size_t(y) * 8 + j) * 768 + std::size_t(x) * 8 + i) * 4 + c];
+            for (int i = 0; i < 8; ++i)
+              sum += fine.rgba[((std::size_t(y) * 8 + j) * 768 + std::size_t(x) * 8 + i) * 4 + c];
           const double e = sum / 64 - image.rgba[(std::size_t(y) * 96 + x) * 4 + c];
           squares += e * e;
         }
     return squares;
   };
-  const double none = error(render::AntiAliasing::none), msaa = error(render::AntiAliasing::msaa), ssaa = error(render::AntiAliasing::ssaa);
+  const double none = error(render::AntiAliasing::none), msaa = error(render::AntiAliasing::msaa),
+               ssaa = error(render::AntiAliasing::ssaa);
   CAPTURE(none, msaa, ssaa);
   // Four samples for one: a quarter of the variance, less what the grid and the shading leave.
   CHECK(msaa < 0.5 * none);
@@ -115,12 +119,14 @@ TEST_CASE("every mode draws, silently", "[renderer]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("renderer and kernels clip triangles that reach behind the camera alike, and drop them alike", "[renderer][each_driver]") {
+TEST_CASE("renderer and kernels clip triangles that reach behind the camera alike, and drop them alike",
+          "[renderer][each_driver]") {
   auto gpu = test::open_device();
   soup::Model model = random_model(*gpu, 30);
   const std::vector<scene::View> views{view_at(0.3, 160, 120), view_at(2.0, 120, 120)};
   soup::Random random(12);
-  for (glm::vec3& v : model.vertices) v = {random.uniform(-1.6f, 1.6f), random.uniform(-1.6f, 1.6f), random.uniform(-0.8f, 0.8f)};
+  for (glm::vec3& v : model.vertices)
+    v = {random.uniform(-1.6f, 1.6f), random.uniform(-1.6f, 1.6f), random.uniform(-0.8f, 0.8f)};
   std::vector<std::vector<std::uint32_t>> shown;
   for (const bool drop : {false, true}) {
     model.drop_near = drop;
@@ -186,9 +192,12 @@ TEST_CASE("a soup that is visible nowhere gives the background", "[renderer]") {
 TEST_CASE("images that no device can have are refused", "[renderer]") {
   auto gpu = test::open_device();
   gpu::Graphics& graphics = *gpu->graphics();
-  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, graphics.max_side() + 1, 1}, "the wide one"), Catch::Contains("the wide one"));
-  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, 0, 1}, "the empty one"), Catch::Contains("the empty one"));
-  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, 16, 16, 1u << 30}, "the deep one"), Catch::Contains("the deep one"));
+  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, graphics.max_side() + 1, 1}, "the wide one"),
+                    Catch::Contains("the wide one"));
+  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, 0, 1}, "the empty one"),
+                    Catch::Contains("the empty one"));
+  CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, 16, 16, 1u << 30}, "the deep one"),
+                    Catch::Contains("the deep one"));
   test::require_silence(*gpu);
 }
 
@@ -197,14 +206,18 @@ TEST_CASE("a copy of an image is the image, larger ones blend neighbours", "[ren
   gpu::Graphics& graphics = gpu::graphics_of(*gpu);
   std::vector<std::uint8_t> source(4 * 5 * 3);
   for (std::size_t i = 0; i < source.size(); ++i) source[i] = static_cast<std::uint8_t>(i * 37 % 251);
-  const gpu::Image small = graphics.create_image({gpu::Format::rgba8, 5, 3}, "small"), same = graphics.create_image({gpu::Format::rgba8, 5, 3}, "same"),
+  const gpu::Image small = graphics.create_image({gpu::Format::rgba8, 5, 3}, "small"),
+                   same = graphics.create_image({gpu::Format::rgba8, 5, 3}, "same"),
                    large = graphics.create_image({gpu::Format::rgba8, 23, 12}, "large");
   graphics.upload(small, 0, std::as_bytes(std::span(source)));
   graphics.copy(small, same);
   graphics.copy(small, large);
   CHECK(render::download(graphics, same).rgba == source);
   const Image enlarged = render::download(graphics, large);
-  const auto at = [&](int x, int y, int c) { return static_cast<double>(source[static_cast<std::size_t>(4 * (5 * std::clamp(y, 0, 2) + std::clamp(x, 0, 4)) + c)]); };
+  const auto at = [&](int x, int y, int c) {
+    return static_cast<double>(
+        source[static_cast<std::size_t>(4 * (5 * std::clamp(y, 0, 2) + std::clamp(x, 0, 4)) + c)]);
+  };
   double worst = 0;
   for (int y = 0; y < 12; ++y)
     for (int x = 0; x < 23; ++x)
@@ -213,7 +226,8 @@ TEST_CASE("a copy of an image is the image, larger ones blend neighbours", "[ren
         const int x0 = static_cast<int>(i), y0 = static_cast<int>(j);
         const double above = (1 - (u - i)) * at(x0, y0, c) + (u - i) * at(x0 + 1, y0, c);
         const double below = (1 - (u - i)) * at(x0, y0 + 1, c) + (u - i) * at(x0 + 1, y0 + 1, c);
-        worst = std::max(worst, std::abs((1 - (v - j)) * above + (v - j) * below - enlarged.rgba[static_cast<std::size_t>(4 * (23 * y + x) + c)]));
+        worst = std::max(worst, std::abs((1 - (v - j)) * above + (v - j) * below -
+                                         enlarged.rgba[static_cast<std::size_t>(4 * (23 * y + x) + c)]));
       }
   CHECK(worst < 2.5);  // devices may place samples in steps of 1/256 pixel: up to 1 of 255, and rounding
   test::require_silence(*gpu);

@@ -1,36 +1,40 @@
-// Tests engine/train/step/shared_soup.h: that any number of ranks trains the same bits as one, with threads as ranks, each with a device of its own ([repeats]:
-// on a driver that would be compiling most of the time).
+// Tests engine/train/step/shared_soup.h: that any number of ranks trains the same bits as one, with threads as ranks,
+// each with a device of its own ([repeats]: on a driver that would be compiling most of the time).
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
 #include "gpu/small_scene.h"
 #include "ranks_of_threads.h"
-#include "train/topology/importance.h"
 #include "train/step/photographs.h"
-#include "train/topology/hole_guard.h"
-#include "train/topology/refine.h"
 #include "train/step/shared_soup.h"
+#include "train/topology/hole_guard.h"
+#include "train/topology/importance.h"
+#include "train/topology/refine.h"
 
 using namespace trisoup;
 
 namespace {
 
 /// Views of sizes that leave blocks and slices of uneven size.
-std::vector<train::BatchView> views() { return {test::view_from(0.3, 50, 40), test::view_from(2.0, 33, 35), test::view_from(4.0, 16, 9)}; }
+std::vector<train::BatchView> views() {
+  return {test::view_from(0.3, 50, 40), test::view_from(2.0, 33, 35), test::view_from(4.0, 16, 9)};
+}
 
 /// What a rank checks: assertions of the test's own are for one thread alone.
 void expect(bool holds, const char* what) {
   if (!holds) throw Error("{}", what);
 }
 
-/// Puts the second half of the triangles where the first half is: wherever both pass they are equally near, and with ranks each other's.
+/// Puts the second half of the triangles where the first half is: wherever both pass they are equally near, and with
+/// ranks each other's.
 void make_ties(test::SmallScene& scene) {
   const std::uint64_t half = scene.soup.triangles / 2 * 36ull;
   scene.gpu.copy(scene.soup.vertices.address() + half, scene.soup.vertices.address(), half);
 }
 
 /// Every parameter and moment after `steps` steps of one rank.
-std::vector<float> alone(std::uint32_t triangles, std::vector<soup::TextureLevels> levels, std::uint32_t steps, bool ties = false) {
+std::vector<float> alone(std::uint32_t triangles, std::vector<soup::TextureLevels> levels, std::uint32_t steps,
+                         bool ties = false) {
   auto gpu = test::open_device();
   test::SmallScene scene(*gpu, triangles, std::move(levels), views());
   if (ties) make_ties(scene);
@@ -53,7 +57,8 @@ TEST_CASE("triangles are divided by the bytes of their textures, all of them, in
       CHECK(range.first == next);
       next = range.last;
       std::uint64_t samples = 0;
-      for (std::uint32_t t = range.first; t < range.last; ++t) samples += soup::samples_in(table[t].level_min, table[t].level_max);
+      for (std::uint32_t t = range.first; t < range.last; ++t)
+        samples += soup::samples_in(table[t].level_min, table[t].level_max);
       most = std::max(most, samples), all += samples;
     }
     CHECK(next == 100);
@@ -79,7 +84,8 @@ TEST_CASE("one rank and several train the same bits", "[ranks][repeats]") {
         scene.train(i, test::SmallScene::rates(i));
         expect(scene.shared->outcome() == train::SharedSoup::Outcome::done, "a step is not done");
       }
-      bytes[static_cast<std::size_t>(ranks.rank())] = scene.soup.source.bytes() + scene.soup.source_moment1.bytes() + scene.soup.lattice.bytes();
+      bytes[static_cast<std::size_t>(ranks.rank())] =
+          scene.soup.source.bytes() + scene.soup.source_moment1.bytes() + scene.soup.lattice.bytes();
       states[static_cast<std::size_t>(ranks.rank())] = scene.state();
       scene.shared->compare();
     });
@@ -161,8 +167,10 @@ TEST_CASE("lists that do not fit on one rank let no rank take the step", "[ranks
     }
     for (std::uint32_t i = 0; i < 2;) {
       scene.train(i, test::SmallScene::rates(i));
-      if (scene.shared->outcome() == train::SharedSoup::Outcome::done) ++i;
-      else ++again[self], train::grow_lists_if_needed(*gpu, scene.frame);
+      if (scene.shared->outcome() == train::SharedSoup::Outcome::done)
+        ++i;
+      else
+        ++again[self], train::grow_lists_if_needed(*gpu, scene.frame);
     }
     states[self] = scene.state();
     scene.shared->ask_to_stop(self == 2);

@@ -13,13 +13,13 @@
 #include "scene/camera.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
-#include "train/step/fixed_sum.h"
 #include "train/step/batch_buffers.h"
+#include "train/step/fixed_sum.h"
 #include "train/step/forward_pass.h"
-#include "train/step/step_queue.h"
 #include "train/step/shared_soup.h"
 #include "train/step/soup_buffers.h"
 #include "train/step/step.h"
+#include "train/step/step_queue.h"
 
 namespace trisoup::test {
 
@@ -69,7 +69,8 @@ struct SmallScene {
     for (std::uint32_t t = 0; t < triangles; ++t) {
       const glm::vec3 centre{random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25)};
       for (int k = 0; k < 3; ++k)
-        vertices.push_back(centre + glm::vec3{random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)});
+        vertices.push_back(centre +
+                           glm::vec3{random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)});
     }
     levels.resize(triangles, levels.back());
     const soup::TextureTable table = soup::make_texture_table(levels);
@@ -99,8 +100,12 @@ struct SmallScene {
     const std::uint64_t vertices = 3ull * soup.triangles, textures = soup.source_samples * 8, mlp = 595;
     std::vector<float> all;
     const auto add = [&](const std::vector<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
-    for (const auto& [buffer, n] : {std::pair(&soup.vertices, 3 * vertices), {&soup.vertex_moment1, 3 * vertices}, {&soup.vertex_moment2, vertices},
-                                    {&soup.mlp, mlp}, {&soup.mlp_moment1, mlp}, {&soup.mlp_moment2, mlp}})
+    for (const auto& [buffer, n] : {std::pair(&soup.vertices, 3 * vertices),
+                                    {&soup.vertex_moment1, 3 * vertices},
+                                    {&soup.vertex_moment2, vertices},
+                                    {&soup.mlp, mlp},
+                                    {&soup.mlp_moment1, mlp},
+                                    {&soup.mlp_moment2, mlp}})
       add(gpu.download_vector<float>(buffer->address(), n));
     for (const gpu::Buffer* pool : {&soup.source, &soup.source_moment1, &soup.source_moment2})
       add(shared ? shared->all_values(*pool) : gpu.download_vector<float>(pool->address(), textures));

@@ -1,4 +1,5 @@
-// Tests engine/train/start/painting.h and engine/train/topology/hole_guard.h on a device: what a start shows before the first step, and that what it covers stays covered.
+// Tests engine/train/start/painting.h and engine/train/topology/hole_guard.h on a device: what a start shows before the
+// first step, and that what it covers stays covered.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -6,10 +7,10 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "run/trainer.h"
 #include "train/step/photographs.h"
 #include "train/topology/hole_guard.h"
 #include "train/topology/refine.h"
-#include "run/trainer.h"
 
 using namespace trisoup;
 using test::SmallScene;
@@ -24,13 +25,16 @@ scene::View smooth_view() {
   v.camera.width = v.camera.height = kSide;
   v.camera.fx = v.camera.fy = 1.25 * kSide;
   v.camera.cx = v.camera.cy = 0.5 * kSide;
-  v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0), glm::dvec4(-1, 0, 0, 0), glm::dvec4(1, 0, 0, 1)));
+  v.camera.world_to_camera = glm::inverse(
+      glm::dmat4(glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0), glm::dvec4(-1, 0, 0, 0), glm::dvec4(1, 0, 0, 1)));
   v.image = {kSide, kSide, {}};
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x) {
-      const double colour[3] = {0.2 + 0.6 * x / kSide, 0.5 + 0.3 * std::sin(0.2 * y), 0.5 + 0.3 * std::cos(0.15 * (x + y))};
+      const double colour[3] = {0.2 + 0.6 * x / kSide, 0.5 + 0.3 * std::sin(0.2 * y),
+                                0.5 + 0.3 * std::cos(0.15 * (x + y))};
       const bool masked = std::abs(x - 40) < 8 && std::abs(y - 20) < 8;
-      for (const double c : colour) v.image.rgba.push_back(masked ? 255 : static_cast<std::uint8_t>(std::lround(255 * c)));
+      for (const double c : colour)
+        v.image.rgba.push_back(masked ? 255 : static_cast<std::uint8_t>(std::lround(255 * c)));
       v.image.rgba.push_back(masked ? 0 : 255);
     }
   return v;
@@ -58,7 +62,11 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
     settings.paint = paint;
     train::Trainer trainer(*gpu, scene, settings, square);
     float white = 0;
-    const double psnr = trainer.evaluate_float([&](const scene::View&, const std::vector<float>& colour) { white = colour[3 * (20 * 64 + 40)]; }).mean.psnr;
+    const double psnr = trainer
+                            .evaluate_float([&](const scene::View&, const std::vector<float>& colour) {
+                              white = colour[3 * (20 * 64 + 40)];
+                            })
+                            .mean.psnr;
     CHECK(white < 0.8f);  // what is masked out says nothing
     return psnr;
   };
@@ -164,12 +172,13 @@ TEST_CASE("what would open a hole stays", "[start][each_driver]") {
     return kept;
   };
   using List = std::vector<std::uint32_t>;
-  CHECK(plugged({1, 2}, {false, false, true}, 3) == List{1, 2});     // what is behind it does
-  CHECK(plugged({2}, {false, false, true}, 3) == List{0, 2});        // without both the backdrop would show; the second was never seen
-  CHECK(plugged({2}, {false, false, false}, 3) == List{2});          // no backdrop, a triangle like others
-  CHECK(plugged({1}, {false, false, true}, 3) == List{1});           // a backdrop behind it is missed by nobody
-  CHECK(plugged({}, {false, false, false}, 3) == List{0});           // or nothing at all would show
-  CHECK(plugged({2}, {false, false, true}, 1) == List{2});           // no room
+  CHECK(plugged({1, 2}, {false, false, true}, 3) == List{1, 2});  // what is behind it does
+  CHECK(plugged({2}, {false, false, true}, 3) ==
+        List{0, 2});  // without both the backdrop would show; the second was never seen
+  CHECK(plugged({2}, {false, false, false}, 3) == List{2});  // no backdrop, a triangle like others
+  CHECK(plugged({1}, {false, false, true}, 3) == List{1});   // a backdrop behind it is missed by nobody
+  CHECK(plugged({}, {false, false, false}, 3) == List{0});   // or nothing at all would show
+  CHECK(plugged({2}, {false, false, true}, 1) == List{2});   // no room
   CHECK(gpu->download_vector<float>(s.soup.opacity.address(), s.soup.lattice_samples) == before);
   test::require_silence(*gpu);
 }

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <cstddef>
 #include <cstring>
+#include <numeric>
 
+#include "base/error.h"
 #include "common/host.h"
 #include "draws.h"
-#include "base/error.h"
 #include "gpu/small_scene.h"
 #include "lattice_gradient.h"
 
@@ -121,7 +121,9 @@ TEST_CASE("a schedule and a recorded step give the bits of steps given one by on
     if (i == 4) gpu->allocate(1 << 16, "something else");
   }
   CHECK(same_bits(recorded.state(), single.state()));
-  const auto rows = [&](SmallScene& s) { return gpu->download_vector<std::uint32_t>(s.frame.statistics.address(), 8 * 8); };
+  const auto rows = [&](SmallScene& s) {
+    return gpu->download_vector<std::uint32_t>(s.frame.statistics.address(), 8 * 8);
+  };
   CHECK(rows(recorded) == rows(single));
   test::require_silence(*gpu);
 }
@@ -134,7 +136,8 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   for (std::uint32_t t = 0; t < kTriangles; ++t) {
     // The nearest is in the middle of the list. The camera is at x = 1 and looks down the x axis.
     const float x = 0.4f - 1e-5f * std::abs(static_cast<float>(t) - 61'803.0f);
-    for (const glm::vec2 corner : {glm::vec2(-9, -9), glm::vec2(9, -9), glm::vec2(0, 18)}) vertices.emplace_back(x, corner.x, corner.y);
+    for (const glm::vec2 corner : {glm::vec2(-9, -9), glm::vec2(9, -9), glm::vec2(0, 18)})
+      vertices.emplace_back(x, corner.x, corner.y);
   }
   gpu->upload(s.soup.vertices.address(), vertices);
   gpu->upload(s.soup.source.address(), std::vector<float>(kTriangles * 24ull, 3.0f));
@@ -158,7 +161,8 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   };
   gpu::CommandList list = visibility();
   within_bound(list);
-  // One of these bands has more entries than lists may: the device says so, and the bands become smaller until one fits.
+  // One of these bands has more entries than lists may: the device says so, and the bands become smaller until one
+  // fits.
   bool fits = false;
   for (int tries = 0; tries < 4 && !fits; ++tries) {
     gpu::CommandList last;
@@ -205,7 +209,8 @@ TEST_CASE("before the optimiser every buffer of a step is that of the kernels on
       named.emplace_back(name, std::vector<double>(values.begin(), values.end()));
     };
     const auto sums = [&](const char* name, const train::FixedSums& of, std::size_t count) {
-      const auto low = device->download_vector<std::uint32_t>(of.low.address(), count), high = device->download_vector<std::uint32_t>(of.high.address(), count);
+      const auto low = device->download_vector<std::uint32_t>(of.low.address(), count),
+                 high = device->download_vector<std::uint32_t>(of.high.address(), count);
       std::vector<double> values(count);
       for (std::size_t i = 0; i < count; ++i) values[i] = train::fixed_sum(low[i], high[i]);
       named.emplace_back(name, std::move(values));
@@ -222,7 +227,8 @@ TEST_CASE("before the optimiser every buffer of a step is that of the kernels on
     named.emplace_back("lattice gradients", test::lattice_gradient(*device, s.soup, s.frame));
     sums("vertex gradients", s.soup.vertex_gradient, 9ull * s.soup.triangles);
     // Devices cut the sum over pixels into different parts.
-    const auto partial = device->download_vector<float>(s.frame.mlp_partial.address(), std::size_t(s.frame.mlp_groups) * 595);
+    const auto partial =
+        device->download_vector<float>(s.frame.mlp_partial.address(), std::size_t(s.frame.mlp_groups) * 595);
     std::vector<double> mlp(595);
     for (std::size_t i = 0; i < partial.size(); ++i) mlp[i % 595] += partial[i];
     named.emplace_back("MLP gradients", std::move(mlp));
@@ -276,7 +282,9 @@ TEST_CASE("levels of a texture sum up and their gradients go back by the transpo
         std::uint32_t base = 0;
         for (std::uint32_t l = row.level_min; l <= row.level_max; ++l) {
           const f64::LatticeCell cell = f64::lattice_cell(x / r, y / r, l);
-          const auto logit = [&](std::uint32_t i) { return double(s.logits[(std::size_t(row.source_offset) + base + i) * 8 + c]); };
+          const auto logit = [&](std::uint32_t i) {
+            return double(s.logits[(std::size_t(row.source_offset) + base + i) * 8 + c]);
+          };
           sum += cell.w0 * logit(cell.i0) + cell.w1 * logit(cell.i1) + cell.w2 * logit(cell.i2);
           base += soup::samples_at(l);
         }
@@ -383,7 +391,8 @@ TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their 
   auto gpu = test::open_device();
   SmallScene s(*gpu, 2, {{0, 0}}, {test::view_from(0, 16, 16)});
   // From the camera at x = 1 each covers one half of the picture, the second one the half that is masked out.
-  gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, 0}, {0, 9, 0}, {0, 0, 18}, {0, -9, 0}, {0, 9, 0}, {0, 0, -18}});
+  gpu->upload(s.soup.vertices.address(),
+              std::vector<glm::vec3>{{0, -9, 0}, {0, 9, 0}, {0, 0, 18}, {0, -9, 0}, {0, 9, 0}, {0, 0, -18}});
   s.inputs.opacity_baseline = true;
   s.inputs.target = 0;
   const auto gradients = [&](std::uint8_t masked_value) {
@@ -441,30 +450,37 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
   // A view alone weighs as much as in the batch.
   const auto run = [&](SmallScene& s) {
     s.step.begin(1, 0, 0, {});
-    const float weights[2] = {static_cast<float>(1.0 / (3.0 * batch.pixels)), static_cast<float>(1.0 / (3.0 * double(batch.windows)))};
-    gpu->upload(s.frame.state.address() + offsetof(kernels::StepState, pixel_weight), std::as_bytes(std::span(weights)));
+    const float weights[2] = {static_cast<float>(1.0 / (3.0 * batch.pixels)),
+                              static_cast<float>(1.0 / (3.0 * double(batch.windows)))};
+    gpu->upload(s.frame.state.address() + offsetof(kernels::StepState, pixel_weight),
+                std::as_bytes(std::span(weights)));
     s.step.visibility(train::Thresholds::random, s.inputs);
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
     s.step.backward(s.inputs);
   };
   run(together);
-  const auto floats = [&](const gpu::Buffer& buffer, std::size_t count) { return gpu->download_vector<float>(buffer.address(), count); };
-  const auto colours = floats(together.frame.colour, 3ull * batch.pixels), gradients = floats(together.frame.gradient, 4ull * batch.pixels);
+  const auto floats = [&](const gpu::Buffer& buffer, std::size_t count) {
+    return gpu->download_vector<float>(buffer.address(), count);
+  };
+  const auto colours = floats(together.frame.colour, 3ull * batch.pixels),
+             gradients = floats(together.frame.gradient, 4ull * batch.pixels);
   CHECK(all_finite(colours));
   CHECK(all_finite(gradients));
   const auto target = floats(together.target, 3ull * batch.pixels);
 
   const std::size_t lattice_words = together.soup.lattice_samples * 8, vertex_words = 9 * kTriangles;
   const auto sums = [&](const train::FixedSums& words, std::size_t count) {
-    const auto low = gpu->download_vector<std::uint32_t>(words.low.address(), count), high = gpu->download_vector<std::uint32_t>(words.high.address(), count);
+    const auto low = gpu->download_vector<std::uint32_t>(words.low.address(), count),
+               high = gpu->download_vector<std::uint32_t>(words.high.address(), count);
     std::vector<std::uint64_t> out(count);
     for (std::size_t i = 0; i < count; ++i) out[i] = (std::uint64_t(high[i]) << 32 | low[i]) - 0x80000000ull;
     return out;
   };
   const auto losses = [&](SmallScene& s) {
     const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
-    return std::array{train::fixed_sum(r.l1_low, r.l1_high), train::fixed_sum(r.ssim_low, r.ssim_high), train::fixed_sum(r.mse_low, r.mse_high)};
+    return std::array{train::fixed_sum(r.l1_low, r.l1_high), train::fixed_sum(r.ssim_low, r.ssim_high),
+                      train::fixed_sum(r.mse_low, r.mse_high)};
   };
   const auto mlp_gradient = [&](SmallScene& s) {
     const auto partial = floats(s.frame.mlp_partial, 595ull * s.frame.mlp_groups);
@@ -481,7 +497,8 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
     SmallScene alone(*gpu, kTriangles, kFine, {views[v]});
     alone.frame.reserve_lists(1 << 16);
     const std::size_t first = batch.records[v].pixel_offset, n = alone.frame.batch().pixels;
-    gpu->upload(alone.target.address(), std::vector<float>(target.begin() + 3 * first, target.begin() + 3 * (first + n)));
+    gpu->upload(alone.target.address(),
+                std::vector<float>(target.begin() + 3 * first, target.begin() + 3 * (first + n)));
     run(alone);
     const auto colour = floats(alone.frame.colour, 3 * n), gradient = floats(alone.frame.gradient, 4 * n);
     CHECK(std::equal(colour.begin(), colour.end(), colours.begin() + 3 * first));
@@ -500,7 +517,8 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
   CHECK(vertices == sums(together.soup.vertex_gradient, vertex_words));
   const auto whole_mlp = mlp_gradient(together);
   double worst = 0, largest = 0;
-  for (std::size_t i = 0; i < 595; ++i) worst = std::max(worst, std::abs(mlp[i] - whole_mlp[i])), largest = std::max(largest, std::abs(mlp[i]));
+  for (std::size_t i = 0; i < 595; ++i)
+    worst = std::max(worst, std::abs(mlp[i] - whole_mlp[i])), largest = std::max(largest, std::abs(mlp[i]));
   CHECK(largest > 0);
   CHECK(worst < 1e-5 * largest);
   const auto whole_loss = losses(together);
@@ -515,7 +533,8 @@ TEST_CASE("a batch without a single SSIM window trains on L1 alone", "[step]") {
   REQUIRE(s.frame.batch().windows == 0);
   s.train(0, SmallScene::rates(0));
   const std::size_t n = s.frame.batch().pixels;
-  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * n), target = gpu->download_vector<float>(s.target.address(), 3 * n);
+  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * n),
+             target = gpu->download_vector<float>(s.target.address(), 3 * n);
   const auto gradient = gpu->download_vector<float>(s.frame.gradient.address(), 4 * n);
   double worst = 0;
   for (std::size_t i = 0; i < 3 * n; ++i) {
@@ -563,14 +582,15 @@ TEST_CASE("triangles that no rasteriser likes leave every value finite", "[step]
   auto gpu = test::open_device();
   SmallScene s(*gpu, 12, kFine, {test::view_from(0, 48, 48)});
   auto v = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 36);
-  v[0] = v[1] = v[2];                                   // a point
-  v[3] = v[4];                                          // a line
+  v[0] = v[1] = v[2];  // a point
+  v[3] = v[4];         // a line
   v[6] = {0.1f, 0, 0}, v[7] = {0.2f, 0, 0}, v[8] = {0.3f, 0, 0};
   v[9] = {NAN, 0, 0};
   v[12] = {INFINITY, 0, 0};
-  v[15] = {1.0f, 0, 0};                                 // at the camera
-  v[18] = {3.0f, 0, 0};                                 // behind it
-  v[21] = {0.97f, -50, -50}, v[22] = {0.97f, 50, -50}, v[23] = {0.97f, 0, 100};  // before everything, far out of the picture
+  v[15] = {1.0f, 0, 0};  // at the camera
+  v[18] = {3.0f, 0, 0};  // behind it
+  v[21] = {0.97f, -50, -50}, v[22] = {0.97f, 50, -50},
+  v[23] = {0.97f, 0, 100};  // before everything, far out of the picture
   v[24] = {1e6f, 0, 0};
   gpu->upload(s.soup.vertices.address(), v);
   s.frame.reserve_lists(1 << 16);
@@ -594,7 +614,8 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
   s.frame.reserve_lists(1 << 16);
   for (std::uint32_t i = 0; i < 60; ++i) s.train(i, SmallScene::rates(i));
   const auto rows = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 60);
-  const double first = train::fixed_sum(rows[0].l1_low, rows[0].l1_high), last = train::fixed_sum(rows[59].l1_low, rows[59].l1_high);
+  const double first = train::fixed_sum(rows[0].l1_low, rows[0].l1_high),
+               last = train::fixed_sum(rows[59].l1_low, rows[59].l1_high);
   CAPTURE(first, last);
   CHECK(last < 0.3 * first);
   test::require_silence(*gpu);
@@ -633,16 +654,22 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
     s.inputs.opaque = opaque;
     if (run == 3) gpu->upload(s.soup.touched.address(), std::vector<std::uint32_t>(kTriangles, 1));
     if (run > 0) s.train(0, SmallScene::rates(20));
-    if (run > 0) CHECK(gpu->download_vector<std::uint32_t>(s.soup.touched.address(), kTriangles) == std::vector<std::uint32_t>(kTriangles, 0));
-    const auto values = [&](const gpu::Buffer& buffer, std::uint64_t n) { return gpu->download_vector<float>(buffer.address(), n); };
-    after[static_cast<std::size_t>(run)] = {values(s.soup.vertices, 9 * kTriangles), values(s.soup.source, s.soup.source_samples * 8),
-                                            values(s.soup.source_moment1, s.soup.source_samples * 8),
-                                            values(s.soup.source_moment2, s.soup.source_samples * 8), values(s.soup.lattice, s.soup.lattice_samples * 8)};
+    if (run > 0)
+      CHECK(gpu->download_vector<std::uint32_t>(s.soup.touched.address(), kTriangles) ==
+            std::vector<std::uint32_t>(kTriangles, 0));
+    const auto values = [&](const gpu::Buffer& buffer, std::uint64_t n) {
+      return gpu->download_vector<float>(buffer.address(), n);
+    };
+    after[static_cast<std::size_t>(run)] = {
+        values(s.soup.vertices, 9 * kTriangles), values(s.soup.source, s.soup.source_samples * 8),
+        values(s.soup.source_moment1, s.soup.source_samples * 8),
+        values(s.soup.source_moment2, s.soup.source_samples * 8), values(s.soup.lattice, s.soup.lattice_samples * 8)};
   }
   // of(array, t): what belongs to triangle t; all triangles have as much.
   const auto of = [&](const std::vector<float>& all, std::uint32_t t) {
     const std::size_t each = all.size() / kTriangles;
-    return std::vector<float>(all.begin() + static_cast<std::ptrdiff_t>(t * each), all.begin() + static_cast<std::ptrdiff_t>((t + 1) * each));
+    return std::vector<float>(all.begin() + static_cast<std::ptrdiff_t>(t * each),
+                              all.begin() + static_cast<std::ptrdiff_t>((t + 1) * each));
   };
   std::uint32_t learnt = 0;
   std::size_t left_alone = 0;  // values without a gradient in textures that have one
@@ -673,8 +700,8 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
 TEST_CASE("texture and MLP gradients of a whole step agree with differences of its loss", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
-  // One view brighter than anything drawn, the other darker: where a colour passes its target, the L1 error has a kink that
-  // differences step over.
+  // One view brighter than anything drawn, the other darker: where a colour passes its target, the L1 error has a kink
+  // that differences step over.
   auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.frame.batch().pixels);
   for (std::size_t i = 0; i < targets.size(); ++i) targets[i] += i < targets.size() / 2 ? 1.0f : -1.0f;
   gpu->upload(s.target.address(), targets);
@@ -759,12 +786,15 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
   s.step.shade(s.inputs);
   const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3ull * batch.pixels);
   auto target = colour;
-  // A pixel whose windows all begin in its own block and reach into three others, four at the corner of another, a strip at a border.
+  // A pixel whose windows all begin in its own block and reach into three others, four at the corner of another, a
+  // strip at a border.
   soup::Random random(4);
-  for (const auto& [view, x0, y0, x1, y1] : {std::array{0u, 44u, 28u, 45u, 29u}, {0u, 79u, 47u, 81u, 49u}, {1u, 0u, 50u, 40u, 57u}})
+  for (const auto& [view, x0, y0, x1, y1] :
+       {std::array{0u, 44u, 28u, 45u, 29u}, {0u, 79u, 47u, 81u, 49u}, {1u, 0u, 50u, 40u, 57u}})
     for (std::uint32_t y = y0; y < y1; ++y)
       for (std::uint32_t x = x0; x < x1; ++x)
-        for (int c = 0; c < 3; ++c) target[3 * (batch.records[view].pixel_offset + y * batch.records[view].width + x) + c] = random.uniform01();
+        for (int c = 0; c < 3; ++c)
+          target[3 * (batch.records[view].pixel_offset + y * batch.records[view].width + x) + c] = random.uniform01();
   gpu->upload(s.target.address(), target);
   // What a step before left must not be taken for this one's.
   gpu->fill(s.frame.partial.address(), s.frame.partial.bytes(), 0x3f800000u);
@@ -776,7 +806,9 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
   double ssim = 0, largest = 0;
   for (const kernels::ViewRecord& view : batch.records)
     for (std::uint32_t c = 0; c < 3; ++c) {
-      const auto at = [&](std::uint32_t x, std::uint32_t y) { return 3 * (view.pixel_offset + y * view.width + x) + c; };
+      const auto at = [&](std::uint32_t x, std::uint32_t y) {
+        return 3 * (view.pixel_offset + y * view.width + x) + c;
+      };
       for (std::uint32_t y = 0; y < view.height; ++y)
         for (std::uint32_t x = 0; x < view.width; ++x) {
           const double error = double(colour[at(x, y)]) - target[at(x, y)];
@@ -794,7 +826,8 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
           const f64::SsimWindow w = f64::ssim_window(m[0], m[1], m[2], m[3]);
           ssim += w.value / (3.0 * double(batch.windows));
           each([&](double tap, std::size_t p) {
-            expected[p] -= 0.1 / (3.0 * double(batch.windows)) * tap * (w.d_x + 2 * colour[p] * w.d_xx + target[p] * w.d_xy);
+            expected[p] -=
+                0.1 / (3.0 * double(batch.windows)) * tap * (w.d_x + 2 * colour[p] * w.d_xx + target[p] * w.d_xy);
           });
         }
     }

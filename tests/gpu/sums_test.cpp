@@ -1,4 +1,5 @@
-// Tests shaders/common/fixed_point.h and block_sums.h through the kernels that use them: sums are those of double, in whatever order they are made.
+// Tests shaders/common/fixed_point.h and block_sums.h through the kernels that use them: sums are those of double, in
+// whatever order they are made.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -19,7 +20,8 @@ struct Words {
 };
 
 Words download(gpu::Device& gpu, const train::FixedSums& sums, std::size_t count) {
-  return {gpu.download_vector<std::uint32_t>(sums.low.address(), count), gpu.download_vector<std::uint32_t>(sums.high.address(), count)};
+  return {gpu.download_vector<std::uint32_t>(sums.low.address(), count),
+          gpu.download_vector<std::uint32_t>(sums.high.address(), count)};
 }
 
 void forward_and_backward(SmallScene& s, train::Thresholds thresholds) {
@@ -80,8 +82,10 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
       for (int k = 0; k < 3; ++k)
         for (int c = 0; c < 7; ++c) {
           const double value = lattice[k * 8 + c], slope = value * (1 - value);
-          // Half an ulp of every float term, and half a unit each, which is at most 2^-29 of what 3,072 times the largest term comes to.
-          CHECK(std::abs(actual[k * 8 + c] - slope * expected[k][c]) <= slope * (2e-7 * magnitude[k][c] + 0.5 * 3072 * 3072 * 0x1p-29 * largest));
+          // Half an ulp of every float term, and half a unit each, which is at most 2^-29 of what 3,072 times the
+          // largest term comes to.
+          CHECK(std::abs(actual[k * 8 + c] - slope * expected[k][c]) <=
+                slope * (2e-7 * magnitude[k][c] + 0.5 * 3072 * 3072 * 0x1p-29 * largest));
         }
     }
   }
@@ -129,7 +133,8 @@ TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double",
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
     std::vector<float> gradient(4ull * kWidth * kHeight, 0.0f);
-    for (std::size_t i = 3; i < gradient.size(); i += 4) gradient[i] = random.uniform(0, 1) * size * static_cast<float>(alpha / weight);
+    for (std::size_t i = 3; i < gradient.size(); i += 4)
+      gradient[i] = random.uniform(0, 1) * size * static_cast<float>(alpha / weight);
     gpu->upload(s.frame.gradient.address(), gradient);
     s.step.backward(s.inputs);
 
@@ -137,7 +142,9 @@ TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double",
     double expected[3] = {}, magnitude[3] = {};
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
-        const auto error = [&](int column, int row) { return double(gradient[4ull * (std::size_t(row) * kWidth + std::size_t(column)) + 3]); };
+        const auto error = [&](int column, int row) {
+          return double(gradient[4ull * (std::size_t(row) * kWidth + std::size_t(column)) + 3]);
+        };
         double sum = 0;
         int count = 0;
         for (int v = std::max(0, y - 1); v <= std::min(kHeight - 1, y + 1); ++v)
@@ -156,7 +163,8 @@ TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double",
     const Words words = download(*gpu, s.soup.opacity_gradient, 3);
     for (int k = 0; k < 3; ++k) {
       CAPTURE(k, expected[k], magnitude[k]);
-      CHECK(std::abs(train::fixed_sum(words.low[k], words.high[k]) - expected[k]) <= 2e-6 * magnitude[k] + kWidth * kHeight * 0x1p-44);
+      CHECK(std::abs(train::fixed_sum(words.low[k], words.high[k]) - expected[k]) <=
+            2e-6 * magnitude[k] + kWidth * kHeight * 0x1p-44);
       if (size < 1e12f) CHECK(std::abs(expected[k]) < 0.2 * magnitude[k]);  // terms of both signs
     }
   }
@@ -180,7 +188,8 @@ TEST_CASE("gradients have the same bits whatever the order of the triangles", "[
     for (std::uint32_t t = 0; t < kTriangles; ++t) std::copy_n(values.begin() + order[t] * n, n, out.begin() + t * n);
     return out;
   };
-  gpu->upload(b.soup.vertices.address(), permuted(gpu->download_vector<float>(a.soup.vertices.address(), 9 * kTriangles)));
+  gpu->upload(b.soup.vertices.address(),
+              permuted(gpu->download_vector<float>(a.soup.vertices.address(), 9 * kTriangles)));
   gpu->upload(b.soup.source.address(), permuted(a.logits));
   b.step.sum_textures();
 
@@ -188,10 +197,12 @@ TEST_CASE("gradients have the same bits whatever the order of the triangles", "[
   forward_and_backward(a, train::Thresholds::half);
   forward_and_backward(b, train::Thresholds::half);
   CHECK(permuted(test::lattice_quanta(*gpu, a.soup, a.frame)) == test::lattice_quanta(*gpu, b.soup, b.frame));
-  const Words wa = download(*gpu, a.soup.vertex_gradient, 9 * kTriangles), wb = download(*gpu, b.soup.vertex_gradient, 9 * kTriangles);
+  const Words wa = download(*gpu, a.soup.vertex_gradient, 9 * kTriangles),
+              wb = download(*gpu, b.soup.vertex_gradient, 9 * kTriangles);
   CHECK(permuted(wa.low) == wb.low);
   CHECK(permuted(wa.high) == wb.high);
-  CHECK(std::any_of(wa.high.begin(), wa.high.end(), [](std::uint32_t w) { return w != 0; }));  // or the test says little
+  CHECK(
+      std::any_of(wa.high.begin(), wa.high.end(), [](std::uint32_t w) { return w != 0; }));  // or the test says little
   const std::size_t partial = 595ull * a.frame.mlp_groups;
   CHECK(gpu->download_vector<std::uint32_t>(a.frame.mlp_partial.address(), partial) ==
         gpu->download_vector<std::uint32_t>(b.frame.mlp_partial.address(), partial));

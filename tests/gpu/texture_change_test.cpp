@@ -1,12 +1,13 @@
-// Tests shaders/lift_textures.comp and shaders/inherit_textures.comp: what becomes of textures when levels or triangles change.
+// Tests shaders/lift_textures.comp and shaders/inherit_textures.comp: what becomes of textures when levels or triangles
+// change.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 #include "args/inherit_textures.h"
-#include "args/quantise.h"
 #include "args/lift_textures.h"
+#include "args/quantise.h"
 #include "common/host.h"
 #include "gpu/small_scene.h"
 #include "soup/atlas.h"
@@ -18,8 +19,10 @@ namespace {
 
 struct Pool {
   Pool(gpu::Device& gpu, const std::vector<soup::TextureLevels>& levels, soup::Random& random)
-      : table(soup::make_texture_table(levels)), rows(gpu.allocate(table.entries.size() * sizeof(soup::TextureEntry), "table")),
-        source(gpu.allocate(table.source_samples * 32, "logits")), logits(table.source_samples * 8) {
+      : table(soup::make_texture_table(levels)),
+        rows(gpu.allocate(table.entries.size() * sizeof(soup::TextureEntry), "table")),
+        source(gpu.allocate(table.source_samples * 32, "logits")),
+        logits(table.source_samples * 8) {
     gpu.upload(rows.address(), table.entries);
     for (float& v : logits) v = random.uniform(-2, 2);
     gpu.upload(source.address(), logits);
@@ -53,7 +56,8 @@ double sum_of_levels(const soup::TextureEntry& row, const std::vector<float>& lo
 
 }  // namespace
 
-TEST_CASE("lifted textures look the same at the coarsest new level, whatever the levels were", "[textures][each_driver]") {
+TEST_CASE("lifted textures look the same at the coarsest new level, whatever the levels were",
+          "[textures][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(21);
   const std::vector<soup::TextureLevels> before{{0, 0}, {0, 2}, {1, 1}, {2, 5}, {0, 5}, {3, 3}};
@@ -108,9 +112,9 @@ TEST_CASE("triangles that are their whole parent, and copies, inherit its levels
   const gpu::Buffer whole = upload_corners(*gpu, corners);
   const std::uint32_t flags = GENERATE(0u, INHERIT_MOMENTS, INHERIT_COPY);
   gpu->launch({"inherit_textures"}, triangles,
-              kernels::InheritTexturesArgs{map.address(), flags & INHERIT_COPY ? 0 : whole.address(), old_pool.rows.address(),
-                                           new_pool.rows.address(), old_pool.source.address(), new_pool.source.address(), triangles,
-                                           flags});
+              kernels::InheritTexturesArgs{map.address(), flags & INHERIT_COPY ? 0 : whole.address(),
+                                           old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
+                                           new_pool.source.address(), triangles, flags});
   std::vector<float> expected;
   for (const std::uint32_t p : parents) {
     const soup::TextureEntry& row = old_pool.table.entries[p];
@@ -136,12 +140,14 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures][e
   if (finer)
     for (std::size_t t = 0; t < levels.size(); t += 2) levels[t] = {0, 4};  // levels need not be those of the parent
   Pool new_pool(*gpu, levels, random);
-  const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"), corners = upload_corners(*gpu, split.corners);
+  const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"),
+                    corners = upload_corners(*gpu, split.corners);
   gpu->upload(map.address(), split.face_map);
   const auto triangles = static_cast<std::uint32_t>(split.triangles());
-  gpu->launch({"inherit_textures"}, triangles,
-              kernels::InheritTexturesArgs{map.address(), corners.address(), old_pool.rows.address(), new_pool.rows.address(),
-                                           old_pool.source.address(), new_pool.source.address(), triangles, 0});
+  gpu->launch(
+      {"inherit_textures"}, triangles,
+      kernels::InheritTexturesArgs{map.address(), corners.address(), old_pool.rows.address(), new_pool.rows.address(),
+                                   old_pool.source.address(), new_pool.source.address(), triangles, 0});
   const auto actual = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
   double worst = 0, coarse = 0;
   for (std::uint32_t t = 0; t < triangles; ++t) {
@@ -154,15 +160,17 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures][e
       glm::dvec3 b(0);
       for (int k = 0; k < 3; ++k) b += own[k] * glm::dvec3(split.corners[t][k]);
       for (int c = 0; c < 8; ++c)
-        worst = std::max(worst, std::abs(sum_of_levels(to, actual, own[0], own[1], c) - sum_of_levels(from, old_pool.logits, b.x, b.y, c)));
+        worst = std::max(worst, std::abs(sum_of_levels(to, actual, own[0], own[1], c) -
+                                         sum_of_levels(from, old_pool.logits, b.x, b.y, c)));
     }
     // The coarsest level of both is the parent's at its own points: the finest does not do the work of all.
     if (to.level_min == from.level_min && to.level_min < to.level_max)
       for (std::uint32_t k = 0; k < 3; ++k) {
         const soup::TextureEntry first{from.source_offset, 0, from.level_min, from.level_min};
         const std::uint32_t r = 1u << to.level_min, at = f64::lattice_index(k == 0 ? r : 0, k == 1 ? r : 0);
-        coarse = std::max(coarse, std::abs(actual[(std::size_t(to.source_offset) + at) * 8] -
-                                           sum_of_levels(first, old_pool.logits, split.corners[t][k].x, split.corners[t][k].y, 0)));
+        coarse = std::max(
+            coarse, std::abs(actual[(std::size_t(to.source_offset) + at) * 8] -
+                             sum_of_levels(first, old_pool.logits, split.corners[t][k].x, split.corners[t][k].y, 0)));
       }
   }
   CHECK(worst < 1e-5);
@@ -170,12 +178,15 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures][e
   test::require_silence(*gpu);
 }
 
-TEST_CASE("second moments that were never touched stay at zero, and never fall below it, in the halves of a split triangle", "[textures]") {
+TEST_CASE(
+    "second moments that were never touched stay at zero, and never fall below it, in the halves of a split triangle",
+    "[textures]") {
   auto gpu = test::open_device();
   soup::Random random(24);
   // One edge of the parent has not been seen: zeros beside values of every size.
   Pool old_pool(*gpu, {{2, 5}}, random);
-  for (std::uint32_t i = 0; i < old_pool.logits.size(); ++i) old_pool.logits[i] = std::pow(10.0f, random.uniform(-12, 0));
+  for (std::uint32_t i = 0; i < old_pool.logits.size(); ++i)
+    old_pool.logits[i] = std::pow(10.0f, random.uniform(-12, 0));
   std::uint32_t base = 0;
   for (std::uint32_t level = 2; level <= 5; base += soup::samples_at(level++))
     for (std::uint32_t s = 0; s < soup::samples_at(level); ++s) {
@@ -189,20 +200,22 @@ TEST_CASE("second moments that were never touched stay at zero, and never fall b
   const soup::Resampled split = soup::bisect_longest(vertices, 50);
   const std::vector<soup::TextureLevels> levels(split.triangles(), {2, 5});
   Pool new_pool(*gpu, levels, random);
-  const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"), corners = upload_corners(*gpu, split.corners);
+  const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"),
+                    corners = upload_corners(*gpu, split.corners);
   gpu->upload(map.address(), split.face_map);
   const auto triangles = static_cast<std::uint32_t>(split.triangles());
   gpu->launch({"inherit_textures"}, triangles,
-              kernels::InheritTexturesArgs{map.address(), corners.address(), old_pool.rows.address(), new_pool.rows.address(),
-                                           old_pool.source.address(), new_pool.source.address(), triangles,
-                                           INHERIT_MOMENTS | INHERIT_SQUARES});
+              kernels::InheritTexturesArgs{map.address(), corners.address(), old_pool.rows.address(),
+                                           new_pool.rows.address(), old_pool.source.address(),
+                                           new_pool.source.address(), triangles, INHERIT_MOMENTS | INHERIT_SQUARES});
   const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
   CHECK(*std::min_element(moments.begin(), moments.end()) == 0.0f);
   CHECK(*std::max_element(moments.begin(), moments.end()) > 0.1f);
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a level that is new starts with the second moment of the next coarser one, and without a first", "[textures]") {
+TEST_CASE("a level that is new starts with the second moment of the next coarser one, and without a first",
+          "[textures]") {
   auto gpu = test::open_device();
   soup::Random random(25);
   Pool old_pool(*gpu, {{2, 3}, {1, 1}}, random);
@@ -214,22 +227,25 @@ TEST_CASE("a level that is new starts with the second moment of the next coarser
   gpu->upload(map.address(), parents);
   const gpu::Buffer whole = upload_corners(*gpu, std::vector<soup::Corners>(2, soup::kWholeParent));
   const bool second = GENERATE(true, false);
-  gpu->launch({"inherit_textures"}, 2,
-              kernels::InheritTexturesArgs{map.address(), whole.address(), old_pool.rows.address(), new_pool.rows.address(),
-                                           old_pool.source.address(), new_pool.source.address(), 2,
-                                           INHERIT_MOMENTS | (second ? std::uint32_t{INHERIT_SQUARES} : 0u)});
+  gpu->launch(
+      {"inherit_textures"}, 2,
+      kernels::InheritTexturesArgs{map.address(), whole.address(), old_pool.rows.address(), new_pool.rows.address(),
+                                   old_pool.source.address(), new_pool.source.address(), 2,
+                                   INHERIT_MOMENTS | (second ? std::uint32_t{INHERIT_SQUARES} : 0u)});
   const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
   for (std::size_t t = 0; t < 2; ++t) {
     const soup::TextureEntry &from = old_pool.table.entries[t], &to = new_pool.table.entries[t];
     std::uint32_t base = to.source_offset;
     for (std::uint32_t level = to.level_min; level <= to.level_max; ++level) {
       const std::uint32_t like = std::min(level, from.level_max);
-      const soup::TextureEntry one{from.source_offset + (like > from.level_min ? soup::samples_in(from.level_min, like - 1) : 0), 0, like, like};
+      const soup::TextureEntry one{
+          from.source_offset + (like > from.level_min ? soup::samples_in(from.level_min, like - 1) : 0), 0, like, like};
       soup::each_lattice_point(level, [&](int x, int y, std::uint32_t i) {
         const double side = 1u << level;
         for (std::uint32_t c = 0; c < 8; ++c) {
           const bool known = second || level <= from.level_max;
-          const double expected = known ? sum_of_levels(one, old_pool.logits, x / side, y / side, static_cast<int>(c)) : 0.0;
+          const double expected =
+              known ? sum_of_levels(one, old_pool.logits, x / side, y / side, static_cast<int>(c)) : 0.0;
           REQUIRE(moments[(base + i) * 8 + c] == Approx(expected).margin(1e-5));
         }
       });
@@ -241,15 +257,20 @@ TEST_CASE("a level that is new starts with the second moment of the next coarser
 
 TEST_CASE("textures in 8 bits are rounded to the nearest", "[textures][each_driver]") {
   auto gpu = test::open_device();
-  std::vector<float> values{0.0f, 1.0f, -0.0f, -1.0f, 1.5f, NAN, 127.5f / 255.0f, std::nextafter(127.5f / 255.0f, 0.0f)};
+  std::vector<float> values{0.0f, 1.0f, -0.0f,           -1.0f,
+                            1.5f, NAN,  127.5f / 255.0f, std::nextafter(127.5f / 255.0f, 0.0f)};
   // Around the middle between two bytes, and just below it, where adding a half would already round up.
   for (int k = 0; k < 255; ++k)
-    for (float v = (static_cast<float>(k) + 0.5f) / 255.0f, i = 0; i < 8; ++i, v = std::nextafter(v, i < 4 ? 0.0f : 1.0f)) values.push_back(v);
+    for (float v = (static_cast<float>(k) + 0.5f) / 255.0f, i = 0; i < 8;
+         ++i, v = std::nextafter(v, i < 4 ? 0.0f : 1.0f))
+      values.push_back(v);
   values.resize(values.size() / 8 * 8);
   const auto samples = static_cast<std::uint32_t>(values.size() / 8);
-  const gpu::Buffer lattice = gpu->allocate(values.size() * 4, "lattice"), packed = gpu->allocate(values.size(), "bytes");
+  const gpu::Buffer lattice = gpu->allocate(values.size() * 4, "lattice"),
+                    packed = gpu->allocate(values.size(), "bytes");
   gpu->upload(lattice.address(), values);
-  gpu->launch({"quantise"}, (samples + 63) / 64, kernels::QuantiseArgs{lattice.address(), packed.address(), samples, 0});
+  gpu->launch({"quantise"}, (samples + 63) / 64,
+              kernels::QuantiseArgs{lattice.address(), packed.address(), samples, 0});
   const auto bytes = gpu->download_vector<std::uint8_t>(packed.address(), values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     CAPTURE(values[i]);

@@ -20,7 +20,8 @@ void fill_picture(SmallScene& s, const std::vector<double>& opacity, const std::
     const float x = 0.3f - 0.1f * static_cast<float>(place);
     const std::size_t t = order[place];
     vertices[3 * t] = {x, -9, -9}, vertices[3 * t + 1] = {x, 9, -9}, vertices[3 * t + 2] = {x, 0, 18};
-    for (int k = 0; k < 3; ++k) logits[(3 * t + k) * 8 + 7] = static_cast<float>(std::log(opacity[t] / (1 - opacity[t])));
+    for (int k = 0; k < 3; ++k)
+      logits[(3 * t + k) * 8 + 7] = static_cast<float>(std::log(opacity[t] / (1 - opacity[t])));
   }
   s.gpu.upload(s.soup.vertices.address(), vertices);
   s.gpu.upload(s.soup.source.address(), logits);
@@ -45,7 +46,8 @@ TEST_CASE("a triangle wins as often as its opacity and what is before it say", "
   for (std::uint32_t i = 0; i < kSteps; ++i) {
     s.step.begin(f32::hash32(i), i, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
-    gpu->launch({"count_visible", {0}}, (pixels + 63) / 64, kernels::CountVisibleArgs{s.frame.hits.address(), counts.address(), 0, pixels, 0});
+    gpu->launch({"count_visible", {0}}, (pixels + 63) / 64,
+                kernels::CountVisibleArgs{s.frame.hits.address(), counts.address(), 0, pixels, 0});
   }
   const auto won = gpu->download_vector<std::uint32_t>(counts.address(), triangles);
   const double draws = double(pixels) * kSteps;
@@ -62,7 +64,8 @@ TEST_CASE("a triangle wins as often as its opacity and what is before it say", "
   test::require_silence(*gpu);
 }
 
-TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel, and are drawn again the same", "[opacity]") {
+TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel, and are drawn again the same",
+          "[opacity]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views{test::view_from(0, 32, 32), test::view_from(0, 32, 32)};
   views[1].index = 1;
@@ -87,7 +90,7 @@ TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel,
   };
   const auto middle = first.begin() + 1024;
   CHECK(independent(first, second));
-  CHECK(independent({first.begin(), middle}, {middle, first.end()}));               // the two views
+  CHECK(independent({first.begin(), middle}, {middle, first.end()}));                        // the two views
   CHECK(independent({first.begin(), first.end() - 1}, {first.begin() + 1, first.end()}));    // neighbours in a row
   CHECK(independent({first.begin(), first.end() - 32}, {first.begin() + 32, first.end()}));  // and in a column
   test::require_silence(*gpu);

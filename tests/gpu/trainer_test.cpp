@@ -1,4 +1,5 @@
-// Tests engine/run/trainer.h on a device: that evaluation leaves the training alone, how steps are given to the device, and the options that fix opacity and levels.
+// Tests engine/run/trainer.h on a device: that evaluation leaves the training alone, how steps are given to the device,
+// and the options that fix opacity and levels.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -9,14 +10,14 @@
 #include <set>
 #include <thread>
 
-#include "gpu/small_scene.h"
-#include "train/start/random_start.h"
 #include "format/lattice_hierarchy.h"
+#include "gpu/small_scene.h"
+#include "run/trainer.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
-#include "train/step/small_views.h"
+#include "train/start/random_start.h"
 #include "train/start/surface_start.h"
-#include "run/trainer.h"
+#include "train/step/small_views.h"
 
 using namespace trisoup;
 
@@ -29,13 +30,15 @@ scene::View view(double angle, std::uint8_t shade, int side = 24) {
   v.camera.fx = v.camera.fy = 1.25 * side;
   v.camera.cx = v.camera.cy = 0.5 * side;
   const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
-  v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
+  v.camera.world_to_camera =
+      glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
   v.image = {side, side, {}};
   for (int row = 0; row < side; ++row)
     for (int column = 0; column < side; ++column) {
       const bool inside = std::abs(row - side / 2) < 7 && std::abs(column - side / 2) < 7;
       const int green = inside ? 40 + 192 * row / side : 255;
-      for (const int c : {inside ? int(shade) : 255, green, 255, 255}) v.image.rgba.push_back(static_cast<std::uint8_t>(c));
+      for (const int c : {inside ? int(shade) : 255, green, 255, 255})
+        v.image.rgba.push_back(static_cast<std::uint8_t>(c));
     }
   return v;
 }
@@ -106,7 +109,8 @@ TEST_CASE("PSNR on the way is of the steps that had a pixel to measure", "[train
   CHECK(seen[2] == Approx(-10 * std::log10(mse)).epsilon(1e-6));
 }
 
-TEST_CASE("evaluation on the way changes no bit of what is trained, and its time is not that of training", "[trainer][driver]") {
+TEST_CASE("evaluation on the way changes no bit of what is trained, and its time is not that of training",
+          "[trainer][driver]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   const train::Settings settings = short_settings();
@@ -209,8 +213,10 @@ TEST_CASE("rates of vertices fall as they are to, and those of textures as those
     trainer.run({});
     const soup::Model after = trainer.model();
     double vertices = 0, texels = 0;
-    for (std::size_t i = 0; i < after.vertices.size(); ++i) vertices += glm::length(after.vertices[i] - before.vertices[i]);
-    for (std::size_t i = 0; i < after.lattice.size(); ++i) texels += std::abs(int(after.lattice[i]) - int(before.lattice[i]));
+    for (std::size_t i = 0; i < after.vertices.size(); ++i)
+      vertices += glm::length(after.vertices[i] - before.vertices[i]);
+    for (std::size_t i = 0; i < after.lattice.size(); ++i)
+      texels += std::abs(int(after.lattice[i]) - int(before.lattice[i]));
     return std::pair(vertices / double(after.vertices.size()), texels / double(after.lattice.size()));
   };
   constexpr double kFast = 1e-9;  // next to nothing is left after a few steps
@@ -231,22 +237,28 @@ TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and step
   settings.copy_textures = GENERATE(false, true);
   settings.samples_per_pixel = GENERATE(0.0, 4.0);
   // Half of them, in which each three choices still meet in every way.
-  const int choices = settings.opaque + (settings.coarse_share > 0) + settings.copy_textures + (settings.samples_per_pixel > 0);
+  const int choices =
+      settings.opaque + (settings.coarse_share > 0) + settings.copy_textures + (settings.samples_per_pixel > 0);
   if (choices % 2 == 1) return;
   train::Trainer trainer(*gpu, scene, settings, start(settings));
   trainer.run({});
   const soup::Model model = trainer.model();
-  const auto [coarsest, finest] = std::minmax_element(model.textures.begin(), model.textures.end(),
-                                                      [](const auto& x, const auto& y) { return x.level_max < y.level_max; });
-  if (settings.samples_per_pixel > 0) REQUIRE(coarsest->level_max < finest->level_max);
-  else REQUIRE((coarsest->level_max == 4 && finest->level_max == 4));
+  const auto [coarsest, finest] =
+      std::minmax_element(model.textures.begin(), model.textures.end(),
+                          [](const auto& x, const auto& y) { return x.level_max < y.level_max; });
+  if (settings.samples_per_pixel > 0)
+    REQUIRE(coarsest->level_max < finest->level_max);
+  else
+    REQUIRE((coarsest->level_max == 4 && finest->level_max == 4));
   std::uint8_t least = 255, features_least = 255;
   for (std::size_t i = 0; i < model.lattice.size(); ++i) {
     std::uint8_t& which = i % soup::kChannels == soup::kChannels - 1 ? least : features_least;
     which = std::min(which, model.lattice[i]);
   }
-  if (settings.opaque) CHECK(int(least) == 255);
-  else CHECK(int(least) < 255);
+  if (settings.opaque)
+    CHECK(int(least) == 255);
+  else
+    CHECK(int(least) < 255);
   CHECK(int(features_least) < 255);  // the features are trained all the same
   test::require_silence(*gpu);
 }
@@ -255,7 +267,8 @@ TEST_CASE("logits of opaque textures: the coarsest level of each triangle, opaci
   auto gpu = test::open_device();
   const std::vector<soup::TextureLevels> levels{{2, 4}, {0, 0}, {1, 3}, {5, 5}};
   const auto table = soup::make_texture_table(levels);
-  const gpu::Buffer buffer = train::initial_logits(*gpu, table.entries, {}, std::vector<float>(levels.size(), train::kOpaqueLogit));
+  const gpu::Buffer buffer =
+      train::initial_logits(*gpu, table.entries, {}, std::vector<float>(levels.size(), train::kOpaqueLogit));
   const auto logits = gpu->download_vector<float>(buffer.address(), table.source_samples * 8);
   for (const soup::TextureEntry& row : table.entries)
     for (std::uint32_t s = 0; s < soup::samples_in(row.level_min, row.level_max); ++s)
@@ -271,12 +284,14 @@ TEST_CASE("a start's colours and opacity are those of the first picture", "[trai
   train::Settings settings = short_settings();
   settings.init_opacity = 0.9;
   settings.coarse_share = GENERATE(0.0, 0.5);
-  // One large triangle before all cameras of the upper half would be seen from one side only; a box of them is seen by all.
+  // One large triangle before all cameras of the upper half would be seen from one side only; a box of them is seen by
+  // all.
   train::Start coloured(soup::triangles_in_box(200, glm::vec3(-0.2f), glm::vec3(0.2f), 0.2, 3));
   coloured.colours.assign(coloured.vertices.size(), glm::vec3(0.2f, 0.5f, 0.8f));
   train::Trainer trainer(*gpu, scene, settings, coloured);
   trainer.evaluate_float([&](const scene::View& view, const std::vector<float>& colour) {
-    const std::size_t middle = 3 * (std::size_t(view.image.height / 2) * std::size_t(view.image.width) + std::size_t(view.image.width / 2));
+    const std::size_t middle =
+        3 * (std::size_t(view.image.height / 2) * std::size_t(view.image.width) + std::size_t(view.image.width / 2));
     // A quarter of a colour is the MLP's, which has learnt nothing yet.
     for (int c = 0; c < 3; ++c) CHECK(std::abs(colour[middle + std::size_t(c)] - (0.2f + 0.3f * float(c))) < 0.2f);
   });
@@ -295,21 +310,27 @@ TEST_CASE("no change of topology drops the backdrop", "[trainer]") {
   std::vector<glm::vec3> vertices = train::backdrop_triangles(10);
   for (const glm::vec3& v : start(settings)) vertices.push_back(v);
   train::Start start_with_backdrop(vertices);
-  // Those in front, which are the first here, are trained; the backdrop shows black photographs as black, not as a hole.
-  std::rotate(start_with_backdrop.vertices.begin(), start_with_backdrop.vertices.begin() + 240, start_with_backdrop.vertices.end());
+  // Those in front, which are the first here, are trained; the backdrop shows black photographs as black, not as a
+  // hole.
+  std::rotate(start_with_backdrop.vertices.begin(), start_with_backdrop.vertices.begin() + 240,
+              start_with_backdrop.vertices.end());
   start_with_backdrop.opaque = 80;
   train::Trainer trainer(*gpu, scene, settings, start_with_backdrop);
   trainer.run({});
   if (settings.backdrop > 0) CHECK(trainer.training_fit().uncovered == 0);
   const soup::Model model = trainer.model();
   std::size_t behind = 0;
-  const auto area = [](const std::vector<glm::vec3>& v, std::size_t i) { return glm::length(glm::cross(v[i + 1] - v[i], v[i + 2] - v[i])); };
+  const auto area = [](const std::vector<glm::vec3>& v, std::size_t i) {
+    return glm::length(glm::cross(v[i + 1] - v[i], v[i + 2] - v[i]));
+  };
   const float whole = 0.8f * area(train::backdrop_triangles(10), 0);
   for (std::size_t i = 0; i < model.vertices.size(); i += 3)
     behind += glm::length(model.vertices[i]) > 9 && area(model.vertices, i) > whole;  // not split
   // Of a ring of cameras that look inward most of it is never in any picture.
-  if (settings.backdrop > 0) CHECK(behind >= 80);
-  else CHECK(behind < 80);
+  if (settings.backdrop > 0)
+    CHECK(behind >= 80);
+  else
+    CHECK(behind < 80);
 }
 
 TEST_CASE("pixels that no triangle covers are counted where the photograph shows something", "[trainer]") {
@@ -328,7 +349,8 @@ TEST_CASE("pixels that no triangle covers are counted where the photograph shows
 TEST_CASE("what a report says is uncovered is of its own step's views", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
-  for (std::size_t i = 0; i < scene.train.size(); i += 2) std::fill(scene.train[i].image.rgba.begin(), scene.train[i].image.rgba.end(), std::uint8_t(255));
+  for (std::size_t i = 0; i < scene.train.size(); i += 2)
+    std::fill(scene.train[i].image.rgba.begin(), scene.train[i].image.rgba.end(), std::uint8_t(255));
   train::Settings settings = short_settings();
   settings.batch = 1;
   settings.resample_every = 0;
@@ -411,7 +433,8 @@ TEST_CASE("a round that took too much is undone, and the steps stay counted", "[
   CHECK(trainer.model().lattice.size() > 0.8 * double(before.lattice.size()));
 }
 
-TEST_CASE("a training is brought to its knee on the way, and goes on from a checkpoint with the same bits", "[trainer]") {
+TEST_CASE("a training is brought to its knee on the way, and goes on from a checkpoint with the same bits",
+          "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -504,7 +527,8 @@ TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]")
   CHECK(off < model.lattice.size() / 1000);
   CHECK(same.mlp.parameters == model.mlp.parameters);
   again.begin_round({0.8, 1});
-  // Moments that begin at zero are told apart from those of 40 steps: without, Adam's first step would be three times its rate.
+  // Moments that begin at zero are told apart from those of 40 steps: without, Adam's first step would be three times
+  // its rate.
   run_to(again, 41);
   const double rate = settings.rate_mlp * train::rate_factor(settings, settings.rate_end, 41);
   const soup::Model moved = again.model();
@@ -527,7 +551,9 @@ TEST_CASE("the first steps look at smaller pictures, the rest at the photographs
   for (std::size_t i = 0; i < scene.train.size(); ++i) {
     scene.train[i] = view(1.2 * double(i), 0, kSide);
     for (int p = 0; p < kSide * kSide; ++p)
-      for (int c = 0; c < 3; ++c) scene.train[i].image.rgba[4 * static_cast<std::size_t>(p) + static_cast<std::size_t>(c)] = (p + p / kSide) % 2 ? 255 : 0;
+      for (int c = 0; c < 3; ++c)
+        scene.train[i].image.rgba[4 * static_cast<std::size_t>(p) + static_cast<std::size_t>(c)] =
+            (p + p / kSide) % 2 ? 255 : 0;
   }
   train::Settings settings = short_settings();
   settings.resample_every = 0;
@@ -564,7 +590,8 @@ TEST_CASE("the first steps look at smaller pictures, the rest at the photographs
 TEST_CASE("a view whose mask would leave nothing of its smaller picture keeps its size", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
-  for (std::size_t i = 0; i < scene.train.size(); ++i) scene.train[i] = view(1.2 * double(i), static_cast<std::uint8_t>(30 * i), 128);
+  for (std::size_t i = 0; i < scene.train.size(); ++i)
+    scene.train[i] = view(1.2 * double(i), static_cast<std::uint8_t>(30 * i), 128);
   auto& pixels = scene.train[0].image.rgba;
   for (std::size_t p = 0; p < pixels.size() / 4; ++p) pixels[4 * p + 3] = p % 2 && p / 128 % 2 ? 255 : 0;
   train::Settings settings = short_settings();
@@ -577,7 +604,8 @@ TEST_CASE("a view whose mask would leave nothing of its smaller picture keeps it
 TEST_CASE("a training goes on among smaller pictures, and right after them, with the same bits", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
-  for (std::size_t i = 0; i < scene.train.size(); ++i) scene.train[i] = view(1.2 * double(i), static_cast<std::uint8_t>(30 * i), 128);
+  for (std::size_t i = 0; i < scene.train.size(); ++i)
+    scene.train[i] = view(1.2 * double(i), static_cast<std::uint8_t>(30 * i), 128);
   train::Settings settings = short_settings();
   settings.steps = 20;
   settings.coarse_share = 0;
@@ -610,14 +638,18 @@ TEST_CASE("smaller pictures are means by area within their masks, and not below 
   CHECK((smaller.views[1].width == 64 && smaller.views[1].height == 64));
   CHECK((smaller.views[2].width == 24 && smaller.views[2].height == 24));
   CHECK(smaller.images[2].rgba == tiny.image.rgba);
-  const auto at = [](const Image& image, int x, int y, int c) { return int(image.rgba[4 * static_cast<std::size_t>(y * image.width + x) + static_cast<std::size_t>(c)]); };
+  const auto at = [](const Image& image, int x, int y, int c) {
+    return int(image.rgba[4 * static_cast<std::size_t>(y * image.width + x) + static_cast<std::size_t>(c)]);
+  };
   for (const int c : {0, 1, 2}) {
-    const int sum = at(large.image, 90, 96, c) + at(large.image, 91, 96, c) + at(large.image, 90, 97, c) + at(large.image, 91, 97, c);
+    const int sum = at(large.image, 90, 96, c) + at(large.image, 91, 96, c) + at(large.image, 90, 97, c) +
+                    at(large.image, 91, 97, c);
     CHECK(std::abs(4 * at(smaller.images[0], 45, 48, c) - sum) <= 2);
     CHECK(at(smaller.images[0], 7, 0, c) == at(large.image, 14, 1, c));
   }
   for (std::uint32_t i = 0; i < 3; ++i) {
     CHECK(smaller.views[i].index == i);
-    CHECK(gpu->download_vector<std::uint8_t>(smaller.views[i].photo, smaller.images[i].rgba.size()) == smaller.images[i].rgba);
+    CHECK(gpu->download_vector<std::uint8_t>(smaller.views[i].photo, smaller.images[i].rgba.size()) ==
+          smaller.images[i].rgba);
   }
 }

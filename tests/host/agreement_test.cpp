@@ -7,7 +7,8 @@
 
 using trisoup::train::Agreement;
 
-TEST_CASE("a renderer agrees with what was trained but for a share of tied pixels, in small pictures too", "[agreement]") {
+TEST_CASE("a renderer agrees with what was trained but for a share of tied pixels, in small pictures too",
+          "[agreement]") {
   CHECK(Agreement{"", 625, 0, 100}.holds());
   CHECK(Agreement{"", 625, 1, 100}.holds());
   CHECK(Agreement{"", 625, 3, 100}.holds());

@@ -52,7 +52,8 @@ TEST_CASE("a library's training, its pictures and its file agree", "[api]") {
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::vector<float> rgb = model.render(device, views[i].camera).rgb;
     for (std::size_t k = 0; k < rgb.size(); ++k)
-      mae += std::abs(rgb[k] - float(scene.test[i].image.rgba[k / 3 * 4 + k % 3]) / 255.0f) / double(rgb.size() * views.size());
+      mae += std::abs(rgb[k] - float(scene.test[i].image.rgba[k / 3 * 4 + k % 3]) / 255.0f) /
+             double(rgb.size() * views.size());
   }
   CHECK(mae == Approx(model.quality(device, dataset).mae).epsilon(1e-3));
 }
@@ -71,5 +72,6 @@ TEST_CASE("the library refuses what cannot be with one line", "[api]") {
   Training training(device, dataset, {.preset = "fast", .steps = 1, .triangles = 20});
   training.run();
   CHECK_THROWS_WITH(training.model().render(device, Camera{}), Contains("camera: 0 x 0"));
-  CHECK_THROWS_WITH((Picture{4, 4, {}}.write_png(folder.path() / "x.png")), Contains("x.png: the picture has 0 numbers, not 4 x 4 x 3"));
+  CHECK_THROWS_WITH((Picture{4, 4, {}}.write_png(folder.path() / "x.png")),
+                    Contains("x.png: the picture has 0 numbers, not 4 x 4 x 3"));
 }

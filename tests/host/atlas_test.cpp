@@ -107,7 +107,8 @@ TEST_CASE("an atlas that cannot be is refused", "[atlas]") {
   CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{1}, 100), Contains("100 texels"));
   CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{1}, 1 << 20), Contains("atlas side"));
   // Two triangles of level 8 share a block, and a page of 512 x 512 holds one.
-  CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>(514, 8), soup::kMinAtlasSide), Contains("256 atlas pages"));
+  CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>(514, 8), soup::kMinAtlasSide),
+                    Contains("256 atlas pages"));
   CHECK(soup::make_atlas(std::vector<std::uint32_t>(512, 8), soup::kMinAtlasSide).pages.size() == 256);
   CHECK(soup::make_atlas({}).pages.size() == 1);
 }
@@ -116,7 +117,8 @@ TEST_CASE("lattices of mixed levels stay apart in any order", "[atlas]") {
   const std::uint64_t seed = GENERATE(range(0, 20));
   soup::Random random(seed);
   std::vector<std::uint32_t> levels;
-  for (std::uint32_t t = 0, count = 1 + random.below(200); t < count; ++t) levels.push_back(random.below(soup::kMaxLevel + 1));
+  for (std::uint32_t t = 0, count = 1 + random.below(200); t < count; ++t)
+    levels.push_back(random.below(soup::kMaxLevel + 1));
   const soup::Atlas atlas = soup::make_atlas(levels);
   REQUIRE(atlas.places.size() == levels.size());
   std::vector<std::vector<int>> owners;
@@ -148,7 +150,8 @@ TEST_CASE("texture coordinates between the vertices lead to the lattice point of
     for (int i = 0; i < 200; ++i) {
       float b0 = random.uniform01(), b1 = random.uniform01();
       if (b0 + b1 > 1) b0 = 1 - b0, b1 = 1 - b1;
-      const glm::vec2 at = (b0 * uv[0] + b1 * uv[1] + (1 - b0 - b1) * uv[2]) * glm::vec2(atlas.pages[place.page]) - 0.5f;
+      const glm::vec2 at =
+          (b0 * uv[0] + b1 * uv[1] + (1 - b0 - b1) * uv[2]) * glm::vec2(atlas.pages[place.page]) - 0.5f;
       const glm::vec2 point = float(r) * glm::vec2(b0, b1);  // in lattice units; texels are these, perhaps turned
       const glm::vec2 origin = glm::vec2(soup::atlas_texel(place, 0, 0));
       const glm::vec2 expected = place.turned ? origin - point : origin + point;

@@ -52,7 +52,8 @@ std::string in_child(const std::function<std::string()>& test) {
   ::close(pipe_ends[1]);
   std::string text;
   char buffer[1024];
-  for (ssize_t n; (n = ::read(pipe_ends[0], buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<std::size_t>(n));
+  for (ssize_t n; (n = ::read(pipe_ends[0], buffer, sizeof buffer)) > 0;)
+    text.append(buffer, static_cast<std::size_t>(n));
   ::close(pipe_ends[0]);
   int status = 0;
   ::waitpid(child, &status, 0);
@@ -103,7 +104,8 @@ TEST_CASE("failures name the file and the fix", "[atomic_file]") {
   CHECK_THAT(message_of(folder / std::string(300, 'n'), "x"), Contains("too long"));
   CHECK(files_in(folder.path()) == 1);
   if (::geteuid() != 0) {
-    std::filesystem::permissions(folder / "taken", std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+    std::filesystem::permissions(folder / "taken",
+                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
     CHECK_THAT(message_of(folder / "taken/a.txt", "x"), Contains("no permission"));
     std::filesystem::permissions(folder / "taken", std::filesystem::perms::owner_all);
   }

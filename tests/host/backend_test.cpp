@@ -19,7 +19,8 @@ DeviceInfo device(const char* backend, Kind kind) {
 }  // namespace
 
 TEST_CASE("auto is a GPU through Vulkan, else through CUDA, else the CPU's own threads", "[device]") {
-  const DeviceInfo lavapipe = device("vulkan", Kind::cpu), card = device("vulkan", Kind::discrete), phone = device("vulkan", Kind::integrated);
+  const DeviceInfo lavapipe = device("vulkan", Kind::cpu), card = device("vulkan", Kind::discrete),
+                   phone = device("vulkan", Kind::integrated);
   const DeviceInfo cuda = device("cuda", Kind::discrete), cpu = device("cpu", Kind::cpu);
   const DeviceOptions options;
   CHECK(choose_backend(options, {lavapipe, card, cuda, cpu}) == "vulkan");
@@ -51,9 +52,11 @@ TEST_CASE("a backend that was asked for, and what only Vulkan has, decide by the
 }
 
 TEST_CASE("a device is its number in the list, a part of its name, or its backend", "[device]") {
-  std::vector<DeviceInfo> devices{device("vulkan", Kind::cpu), device("vulkan", Kind::discrete), device("cuda", Kind::discrete), device("cpu", Kind::cpu)};
+  std::vector<DeviceInfo> devices{device("vulkan", Kind::cpu), device("vulkan", Kind::discrete),
+                                  device("cuda", Kind::discrete), device("cpu", Kind::cpu)};
   const char* const names[] = {"llvmpipe (LLVM 15.0.6, 256 bits)", "NVIDIA H100", "NVIDIA H100 PCIe", "AMD EPYC 9B45"};
-  for (int i = 0; i < 4; ++i) devices[static_cast<std::size_t>(i)].index = i, devices[static_cast<std::size_t>(i)].name = names[i];
+  for (int i = 0; i < 4; ++i)
+    devices[static_cast<std::size_t>(i)].index = i, devices[static_cast<std::size_t>(i)].name = names[i];
   const auto chosen = [&](const char* name, auto set) {
     DeviceOptions options;
     options.device = name;

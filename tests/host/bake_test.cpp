@@ -16,7 +16,8 @@ namespace {
 soup::Model samples(std::size_t count, std::uint64_t seed) {
   soup::Random random(seed);
   soup::Model model;
-  for (std::size_t i = 0; i < count * soup::kChannels; ++i) model.lattice.push_back(static_cast<std::uint8_t>(random.bits()));
+  for (std::size_t i = 0; i < count * soup::kChannels; ++i)
+    model.lattice.push_back(static_cast<std::uint8_t>(random.bits()));
   for (float& w : model.mlp.parameters) w = 2 * random.uniform01() - 1;
   return model;
 }
@@ -74,7 +75,8 @@ TEST_CASE("without directions colours are baked from eight around the sphere", "
       for (const float z : {-1.0f, 1.0f}) corners.push_back(glm::normalize(glm::vec3(x, y, z)));
   const auto with = soup::bake_colours(model, corners), without = soup::bake_colours(model, {});
   REQUIRE(with.size() == without.size());
-  for (std::size_t i = 0; i < with.size(); ++i) CHECK(std::abs(int(with[i]) - int(without[i])) <= 1);  // another order of sums
+  for (std::size_t i = 0; i < with.size(); ++i)
+    CHECK(std::abs(int(with[i]) - int(without[i])) <= 1);  // another order of sums
 }
 
 TEST_CASE("a texture that leaves nothing to the MLP is baked as it is", "[bake]") {

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "bench_plan.h"
-#include "csv_table.h"
 #include "base/error.h"
 #include "base/read_file.h"
+#include "bench_plan.h"
+#include "csv_table.h"
 #include "temporary_folder.h"
 #include "trainer/command_line.h"
 
@@ -61,9 +61,11 @@ TEST_CASE("what is wrong with a plan is named", "[bench]") {
   refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1]}]})", "steps");
   refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [-1], "steps": [1]}]})", "triangles");
   refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [2.5], "steps": [1]}]})", "triangles");
-  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [5000000000], "steps": [1]}]})", "triangles");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [5000000000], "steps": [1]}]})",
+          "triangles");
   refused(R"({"scenes": {"a": "x"}, "trainings": []})", "'a'");
-  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "colour": 1}]})", "colour");
+  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "colour": 1}]})",
+          "colour");
   refused(R"({"scenes": {"a": []}, "trainings": ["a"]})", "trainings 1");
   refused(R"({"steps": [{"sizes": [], "triangles": [1]}]})", "sizes");
   refused("{\n\"frames\": 2,\n}", "line 3");
@@ -72,21 +74,34 @@ TEST_CASE("what is wrong with a plan is named", "[bench]") {
   refused(R"({"frames": 4294967295})", "at most");
   refused(R"({"frames": 1e999})", "too large");
   refused(R"({"arguments": ["-qr2"]})", "-qr2");
-  for (const char* size : {"banana", "64", "0x48", "64x48x2", "-1x5"}) refused(R"({"frame_size": ")" + std::string(size) + R"("})", "frame_size");
+  for (const char* size : {"banana", "64", "0x48", "64x48x2", "-1x5"})
+    refused(R"({"frame_size": ")" + std::string(size) + R"("})", "frame_size");
   // What the plan's own keys say must be what was run.
-  for (const char* argument : {"--steps", "--steps=3", "--triangles", "--seed", "-r", "-r2", "--resolution", "-o", "--output=x", "--help", "--list-devices"}) {
+  for (const char* argument : {"--steps", "--steps=3", "--triangles", "--seed", "-r", "-r2", "--resolution", "-o",
+                               "--output=x", "--help", "--list-devices"}) {
     CAPTURE(argument);
     const std::string list = R"([")" + std::string(argument) + R"(", "3"])";
     refused(R"({"arguments": )" + list + "}", argument);
-    refused(R"({"scenes": {"a": )" + list + R"(}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1]}]})", argument);
-    refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "arguments": )" + list + "}]}", argument);
-    refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "options": {"x": )" + list + "}}]}", argument);
+    refused(R"({"scenes": {"a": )" + list + R"(}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1]}]})",
+            argument);
+    refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "arguments": )" +
+                list + "}]}",
+            argument);
+    refused(
+        R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "options": {"x": )" +
+            list + "}}]}",
+        argument);
   }
   refused(R"({"steps": [{"sizes": [4], "triangles": [1], "arguments": ["--json=x"]}]})", "--json=x");
   refused(R"({"scenes": {"a": []}, "arguments": ["x\u0000y"], "trainings": []})", "null character");
-  refused(R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "options": {"full": [], "other": []}}]})", "same training");
+  refused(
+      R"({"scenes": {"a": []}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1], "options": {"full": [], "other": []}}]})",
+      "same training");
   // Such as only begin alike are for arguments.
-  CHECK(plan_of(R"({"scenes": {"a": ["--steps-of-another", "--seeds"]}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1]}]})").trainings.size() == 1);
+  CHECK(
+      plan_of(
+          R"({"scenes": {"a": ["--steps-of-another", "--seeds"]}, "trainings": [{"scenes": ["a"], "triangles": [1], "steps": [1]}]})")
+          .trainings.size() == 1);
 }
 
 TEST_CASE("a CSV table grows by whole groups of rows and keeps every character", "[bench]") {
@@ -173,7 +188,9 @@ TEST_CASE("a CSV table goes on with files of fewer columns, of none, and with a 
 // Else the commands of docs/charts.md would measure again what the recorded results hold.
 TEST_CASE("plans of docs/charts are options of today, and their results hold every run of them", "[bench]") {
   const std::filesystem::path charts = std::filesystem::path(TRISOUP_SOURCE_DIR) / "docs/charts";
-  for (const auto& [plan_file, results_file] : {std::pair("cpu_plan.json", "cpu.csv"), {"cpu_steps_plan.json", "cpu.csv"}, {"real/plan.json", "real/results.csv"}}) {
+  for (const auto& [plan_file, results_file] : {std::pair("cpu_plan.json", "cpu.csv"),
+                                                {"cpu_steps_plan.json", "cpu.csv"},
+                                                {"real/plan.json", "real/results.csv"}}) {
     CAPTURE(plan_file);
     const bench::Plan plan = bench::read_plan(charts / plan_file);
     const std::string results = read_file(charts / results_file);

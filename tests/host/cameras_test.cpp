@@ -82,7 +82,8 @@ TEST_CASE("hemisphere views spread evenly over the upper half", "[cameras]") {
 TEST_CASE("framing takes strays and cameras into account", "[cameras]") {
   std::vector<glm::vec3> vertices;
   for (int i = 0; i < 1000; ++i)
-    vertices.push_back({std::sin(i * 12.9898f) * 0.2f + 0.5f, std::sin(i * 78.233f) * 0.2f, std::sin(i * 37.719f) * 0.2f});
+    vertices.push_back(
+        {std::sin(i * 12.9898f) * 0.2f + 0.5f, std::sin(i * 78.233f) * 0.2f, std::sin(i * 37.719f) * 0.2f});
   for (int i = 0; i < 20; ++i) vertices.push_back({100.0f, 100.0f, 100.0f});
   const render::Framing alone = render::frame(vertices, {}, {0, 0, 2});
   CHECK(alone.target.x == Approx(0.5).margin(0.05));

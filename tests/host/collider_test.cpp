@@ -36,11 +36,13 @@ soup::Model floor_of_tiles() {
   return model;
 }
 
-/// Areas of the faces as vectors, summed: 0 where a mesh is closed (triangles without area have been dropped, so edges cannot be counted).
+/// Areas of the faces as vectors, summed: 0 where a mesh is closed (triangles without area have been dropped, so edges
+/// cannot be counted).
 double open_area(const soup::Mesh& mesh) {
   glm::dvec3 sum(0.0);
   for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
-    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]), c(mesh.positions[mesh.indices[k + 2]]);
+    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]),
+        c(mesh.positions[mesh.indices[k + 2]]);
     sum += 0.5 * glm::cross(b - a, c - a);
   }
   return glm::length(sum);
@@ -50,8 +52,11 @@ double open_area(const soup::Mesh& mesh) {
 std::vector<std::pair<float, int>> passes(const soup::Mesh& mesh, glm::dvec2 at) {
   std::vector<std::pair<float, int>> result;
   for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
-    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]), c(mesh.positions[mesh.indices[k + 2]]);
-    const auto area = [](const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& r) { return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x); };
+    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]),
+        c(mesh.positions[mesh.indices[k + 2]]);
+    const auto area = [](const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& r) {
+      return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
+    };
     const double whole = area(a, b, c), u = area(at, b, c) / whole, v = area(a, at, c) / whole;
     if (whole == 0 || u < 0 || v < 0 || u + v > 1) continue;
     result.emplace_back(static_cast<float>(u * a.z + v * b.z + (1 - u - v) * c.z), whole > 0 ? 1 : -1);
@@ -116,7 +121,8 @@ TEST_CASE("a collider's file is a mesh where the soup is; nothing opaque is an e
   const soup::Mesh back = soup::read_gltf(file, "", "collider.glb");
   REQUIRE(back.triangles() == mesh.triangles());
   for (std::size_t i = 0; i < mesh.indices.size(); ++i)
-    REQUIRE(glm::distance(back.positions[back.indices[i]], mesh.positions[mesh.indices[i]] + glm::vec3(1, 2, 3)) < 1e-5f);
+    REQUIRE(glm::distance(back.positions[back.indices[i]], mesh.positions[mesh.indices[i]] + glm::vec3(1, 2, 3)) <
+            1e-5f);
 
   soup::Model clear;
   add(clear, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 127);

@@ -10,8 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "temporary_folder.h"
 #include "run/checkpoint.h"
+#include "temporary_folder.h"
 #include "train/config/settings.h"
 #include "trainer/command_line.h"
 #include "trainer/settings_file.h"
@@ -20,7 +20,8 @@ using namespace trisoup;
 
 namespace {
 
-train::Settings settings_of(std::vector<std::string> options, bool synthetic, bool points = false, std::vector<int> widths = {}) {
+train::Settings settings_of(std::vector<std::string> options, bool synthetic, bool points = false,
+                            std::vector<int> widths = {}) {
   options.insert(options.begin(), {"soup-train", "scene", "-o", "out"});
   std::vector<char*> argv;
   for (std::string& word : options) argv.push_back(word.data());
@@ -29,7 +30,8 @@ train::Settings settings_of(std::vector<std::string> options, bool synthetic, bo
   scene::Scene scene;
   scene.synthetic = synthetic;
   for (int i = 0; points && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
-  for (const int width : widths) scene.train.emplace_back().camera.width = width, scene.train.back().camera.height = 500;
+  for (const int width : widths)
+    scene.train.emplace_back().camera.width = width, scene.train.back().camera.height = 500;
   return line.settings(scene);
 }
 
@@ -70,8 +72,10 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.init_count == 30'000);
     }
   // A quality says itself where to end.
-  CHECK((settings_of({"--target-psnr", "28"}, true).knee == 0.05 && settings_of({"--target-ssim", "0.9"}, true).knee == 0.05));
-  CHECK((settings_of({"--target-psnr", "28", "--knee", "0.3"}, true).knee == 0.3 && settings_of({"--max-mb", "1"}, true).knee == 0.2));
+  CHECK((settings_of({"--target-psnr", "28"}, true).knee == 0.05 &&
+         settings_of({"--target-ssim", "0.9"}, true).knee == 0.05));
+  CHECK((settings_of({"--target-psnr", "28", "--knee", "0.3"}, true).knee == 0.3 &&
+         settings_of({"--max-mb", "1"}, true).knee == 0.2));
   CHECK(settings_of({"--target-psnr", "28", "--preset", "published"}, true).knee == 0);
   // A model that is there is recorded as it was trained.
   CommandLine simplify;
@@ -106,16 +110,24 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     // More steps than published do not slow vertices down.
     CHECK(settings_of({"--preset", "published", "--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);
     // Each can be had back.
-    const train::Settings back = settings_of({"--preset", "published", "--set", "pixel_jitter=0.5", "--set", "copy_textures=false", "--set", "drop_near=false",
-                                              "--set", "update_unseen=false", "--set", "opacity_baseline=true", "--set", "least_views=3"}, synthetic);
+    const train::Settings back = settings_of(
+        {"--preset", "published", "--set", "pixel_jitter=0.5", "--set", "copy_textures=false", "--set",
+         "drop_near=false", "--set", "update_unseen=false", "--set", "opacity_baseline=true", "--set", "least_views=3"},
+        synthetic);
     CHECK(back.pixel_jitter == 0.5);
     CHECK(back.opacity_baseline);
     CHECK_FALSE((back.copy_textures || back.drop_near || back.update_unseen));
     CHECK(back.least_views == 3);
     // Of a flag given twice the last counts.
     CHECK(settings_of({"--set", "copy_textures=false", "--set", "copy_textures=true"}, synthetic).copy_textures);
-    CHECK_FALSE(settings_of({"--set", "copy_textures=true", "--set", "copy_textures=true", "--set", "copy_textures=false"}, synthetic).copy_textures);
-    CHECK(settings_of({"--set", "opacity_baseline=false", "--set", "opacity_baseline=false", "--set", "opacity_baseline=true"}, synthetic).opacity_baseline);
+    CHECK_FALSE(
+        settings_of({"--set", "copy_textures=true", "--set", "copy_textures=true", "--set", "copy_textures=false"},
+                    synthetic)
+            .copy_textures);
+    CHECK(settings_of(
+              {"--set", "opacity_baseline=false", "--set", "opacity_baseline=false", "--set", "opacity_baseline=true"},
+              synthetic)
+              .opacity_baseline);
   }
 }
 
@@ -127,13 +139,15 @@ TEST_CASE("few steps have the published way of vertices, presets their own", "[c
   CHECK(way(settings_of({"--preset", "fast"}, true)) == Approx(1.5).epsilon(0.01));
   CHECK(settings_of({"--preset", "fast", "--steps", "300"}, true).rate_vertex == train::kFastestSynthetic);
   CHECK(settings_of({"--preset", "fast", "--steps", "300"}, false).rate_vertex == train::kFastestVertices);
-  CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--set", "rate_end=0.5"}, true)) == Approx(1.5).epsilon(0.01));
+  CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--set", "rate_end=0.5"}, true)) ==
+        Approx(1.5).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "balanced"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast", "--recipe", "synthetic"}, false)) == Approx(1.5).epsilon(0.01));
   CHECK(settings_of({"--preset", "fast"}, true).rate_end == 0.1);
   // rate_end is for all rates, rate_vertex_end for vertices alone.
   CHECK(settings_of({"--set", "rate_end=0.2"}, true).rate_vertex_end == 0.2);
-  const train::Settings own = settings_of({"--set", "rate_end=0.2", "--set", "rate_vertex_end=0.05", "--set", "huber=0.3", "--texture-bits", "5"}, true);
+  const train::Settings own = settings_of(
+      {"--set", "rate_end=0.2", "--set", "rate_vertex_end=0.05", "--set", "huber=0.3", "--texture-bits", "5"}, true);
   CHECK(own.texture_bits == 5);
   CHECK((own.rate_end == 0.2 && own.rate_vertex_end == 0.05 && own.huber == 0.3));
   CHECK(way(own) == Approx(1.5).epsilon(0.01));
@@ -181,8 +195,10 @@ CommandLine line_of(std::vector<std::string> options) {
   return line;
 }
 
-/// The settings with which a training begun with some options goes on with others, half way; noted: by a program that keeps notes.
-train::Settings resumed(const std::vector<std::string>& begun, const std::vector<std::string>& now, bool synthetic, bool noted = true) {
+/// The settings with which a training begun with some options goes on with others, half way; noted: by a program that
+/// keeps notes.
+train::Settings resumed(const std::vector<std::string>& begun, const std::vector<std::string>& now, bool synthetic,
+                        bool noted = true) {
   scene::Scene scene;
   scene.synthetic = synthetic;
   scene.normalisation.scale = 0.25;
@@ -199,7 +215,19 @@ train::Settings resumed(const std::vector<std::string>& begun, const std::vector
 
 TEST_CASE("a training that goes on has the settings of its checkpoint", "[command_line]") {
   const bool synthetic = GENERATE(true, false);
-  const std::vector<std::string> begun = {"--preset", "fast", "--steps", "700", "--triangles", "500", "--seed", "3", "--init-box", "0.7", "--init-radius", "0.2", "--set", "rate_end=0.2", "--set", "rate_vertex_end=0.3", "--set", "opaque=true", "--set", "huber=0.05", "--far", "70", "--set", "keep_moments=true", "--set", "resample_every=50"};
+  const std::vector<std::string> begun = {"--preset",      "fast",
+                                          "--steps",       "700",
+                                          "--triangles",   "500",
+                                          "--seed",        "3",
+                                          "--init-box",    "0.7",
+                                          "--init-radius", "0.2",
+                                          "--set",         "rate_end=0.2",
+                                          "--set",         "rate_vertex_end=0.3",
+                                          "--set",         "opaque=true",
+                                          "--set",         "huber=0.05",
+                                          "--far",         "70",
+                                          "--set",         "keep_moments=true",
+                                          "--set",         "resample_every=50"};
   const train::Settings first = line_of(begun).settings([&] {
     scene::Scene scene;
     scene.synthetic = synthetic;
@@ -210,7 +238,11 @@ TEST_CASE("a training that goes on has the settings of its checkpoint", "[comman
   for (const bool noted : {true, false}) {
     CHECK(differences(first, resumed(begun, {}, synthetic, noted)).empty());
     CHECK(differences(first, resumed(begun, begun, synthetic, noted)).empty());
-    for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"}, {"--set", "rate_end=0.2"}, {"--init-radius", "0.2"}, {"--set", "opaque=true"}, {"--level-max", "4"}})
+    for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"},
+                                                                                        {"--set", "rate_end=0.2"},
+                                                                                        {"--init-radius", "0.2"},
+                                                                                        {"--set", "opaque=true"},
+                                                                                        {"--level-max", "4"}})
       CHECK(differences(first, resumed(begun, agrees, synthetic, noted)).empty());
   }
   CHECK(differences(first, resumed(begun, {"--preset", "fast"}, synthetic)).empty());
@@ -220,26 +252,35 @@ TEST_CASE("a training that goes on has the settings of its checkpoint", "[comman
 
 TEST_CASE("what contradicts a checkpoint is told with both values, and nothing else is", "[command_line]") {
   using Catch::Equals;
-  const auto told = [](const std::string& what) { return Equals("c: was trained with " + what + "; without these options it goes on as it began, or train anew with --overwrite"); };
+  const auto told = [](const std::string& what) {
+    return Equals("c: was trained with " + what +
+                  "; without these options it goes on as it began, or train anew with --overwrite");
+  };
   const std::vector<std::string> begun = {"--preset", "fast", "--init-box", "0.7", "-r", "2"};
   CHECK_THROWS_WITH(resumed(begun, {"--seed", "5"}, true), told("seed 0 (now 5)"));
-  CHECK_THROWS_WITH(resumed(begun, {"--seed", "0", "--triangles", "7", "--level-max", "5"}, true), told("level_max 4 (now 5), triangles 2000 (now 7)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--seed", "0", "--triangles", "7", "--level-max", "5"}, true),
+                    told("level_max 4 (now 5), triangles 2000 (now 7)"));
   CHECK_THROWS_WITH(resumed(begun, {"--preset", "best"}, true), told("preset \"fast\" (now \"best\")"));
   CHECK_THROWS_WITH(resumed(begun, {"--init-box", "0.75"}, true), told("init_box 0.7 (now 0.75)"));
   CHECK_THROWS_WITH(resumed(begun, {"-r", "1"}, true), told("resolution 2.0 (now 1.0)"));
-  CHECK_THROWS_WITH(resumed(begun, {"--test-every", "3", "--alpha", "mask", "--background", "black"}, true),
-                    told("test_every 8 (now 3), background \"auto\" (now \"black\"), alpha \"composite\" (now \"mask\")"));
+  CHECK_THROWS_WITH(
+      resumed(begun, {"--test-every", "3", "--alpha", "mask", "--background", "black"}, true),
+      told("test_every 8 (now 3), background \"auto\" (now \"black\"), alpha \"composite\" (now \"mask\")"));
   CHECK_THROWS_WITH(resumed(begun, {"--steps", "999"}, true), told("steps 2000 (now 999)"));
   CHECK_THROWS_WITH(resumed(begun, {"--set", "opaque=true"}, true), told("opaque false (now true)"));
   CHECK_THROWS_WITH(resumed(begun, {"--recipe", "real"}, true), told("recipe \"synthetic\" (now \"real\")"));
   CHECK_THROWS_WITH(resumed({}, {"--set", "coarse_share=0"}, true), told("coarse_share 0.5 (now 0.0)"));
   // Without a note a preset is known by what it brings.
-  CHECK_THROWS_WITH(resumed({"--preset", "fast"}, {"--preset", "balanced"}, true, false), Catch::Contains("triangles 2000 (now 5000)"));
-  CHECK(differences(resumed({"--preset", "fast"}, {"--preset", "fast"}, true, false), resumed({"--preset", "fast"}, {}, true)).empty());
+  CHECK_THROWS_WITH(resumed({"--preset", "fast"}, {"--preset", "balanced"}, true, false),
+                    Catch::Contains("triangles 2000 (now 5000)"));
+  CHECK(differences(resumed({"--preset", "fast"}, {"--preset", "fast"}, true, false),
+                    resumed({"--preset", "fast"}, {}, true))
+            .empty());
 }
 
 TEST_CASE("what a checkpoint notes of the dataset's options is taken where they are not given", "[command_line]") {
-  const CommandLine first = line_of({"-r", "4", "--test-every", "5", "--background", "white", "--alpha", "mask", "--feature-size", "800", "--eval-log", "3", "--preset", "published"});
+  const CommandLine first = line_of({"-r", "4", "--test-every", "5", "--background", "white", "--alpha", "mask",
+                                     "--feature-size", "800", "--eval-log", "3", "--preset", "published"});
   CommandLine second = line_of({"--eval-log", "2"});
   second.take(first.note(), "c");
   CHECK(second.load.downscale == 4);
@@ -258,7 +299,9 @@ TEST_CASE("what a checkpoint notes of the dataset's options is taken where they 
 }
 
 TEST_CASE("more steps than a training began with prolong its schedule", "[command_line]") {
-  const train::Settings first = resumed({"--preset", "fast", "--steps", "1000"}, {}, true), longer = resumed({"--preset", "fast", "--steps", "1000"}, {"--preset", "fast", "--steps", "4000"}, true);
+  const train::Settings first = resumed({"--preset", "fast", "--steps", "1000"}, {}, true),
+                        longer = resumed({"--preset", "fast", "--steps", "1000"},
+                                         {"--preset", "fast", "--steps", "4000"}, true);
   CHECK(longer.steps == 4000);
   CHECK(train::lift_step(first) == 500);
   CHECK(train::lift_step(longer) == 500);  // is over in a training that has completed 500 steps
@@ -269,7 +312,8 @@ TEST_CASE("more steps than a training began with prolong its schedule", "[comman
   CHECK(train::is_resampling(longer, 1000));
   CHECK(train::is_last_resampling(longer, 2700));  // before the first step down to the knee
   // What a goal brings is that of the steps before.
-  const std::vector<std::string> goal = {"--preset", "fast", "--steps", "1000", "--target-psnr", "28"}, on = {"--preset", "fast", "--steps", "4000", "--target-psnr", "28"};
+  const std::vector<std::string> goal = {"--preset", "fast", "--steps", "1000", "--target-psnr", "28"},
+                                 on = {"--preset", "fast", "--steps", "4000", "--target-psnr", "28"};
   CHECK((resumed(goal, on, true).round_steps == 50 && resumed(goal, {"--steps", "4000"}, true).round_steps == 50));
   // Before the change of levels that is still to come, and comes at its share.
   const train::Settings early = train::prolonged(first, 499, 4000);
@@ -290,7 +334,8 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   scene.synthetic = synthetic;
   const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "metrics.json").string(), bare = (folder.path() / "settings.json").string();
-  const CommandLine first = line_of({"--preset", "fast", "--steps", "700", "--set", "huber=0.3", "-r", "2", "--alpha", "mask", "--max-mb", "1", "--round-steps", "33"});
+  const CommandLine first = line_of({"--preset", "fast", "--steps", "700", "--set", "huber=0.3", "-r", "2", "--alpha",
+                                     "mask", "--max-mb", "1", "--round-steps", "33"});
   const train::Settings then = first.settings(scene);
   const auto write = [](const std::string& to, const nlohmann::json& json) { std::ofstream(to) << json; };
   write(path, {{"psnr", 27}, {"settings", train::to_json(then)}, {"dataset", first.dataset_note()}});
@@ -315,7 +360,8 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   train::Settings before = then;
   before.small_share = 0, before.small_scale = 0.25;
   CHECK(differences(before, line_of({"--settings", bare}).settings(scene)).empty());
-  again = line_of({"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "rate_end=0.5", "--recipe", "real"});
+  again = line_of({"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "rate_end=0.5",
+                   "--recipe", "real"});
   train::Settings other = then;
   other.steps = 900, other.huber = 0, other.rate_end = 0.5, other.recipe = train::Recipe::real;
   CHECK(differences(other, again.settings(scene)).empty());
@@ -370,10 +416,12 @@ TEST_CASE("an option that has moved says what to write now", "[command_line]") {
   using Catch::Equals;
   CHECK_THAT(said({"--opaque"}), Equals("soup-train: --opaque is now --set opaque=true; see --help\n"));
   CHECK_THAT(said({"--paint=false"}), Equals("soup-train: --paint is now --set paint=false; see --help\n"));
-  CHECK_THAT(said({"--no-opacity-baseline"}), Equals("soup-train: --no-opacity-baseline is now --set opacity_baseline=false; see --help\n"));
+  CHECK_THAT(said({"--no-opacity-baseline"}),
+             Equals("soup-train: --no-opacity-baseline is now --set opacity_baseline=false; see --help\n"));
   CHECK_THAT(said({"--no-opacity-baseline=false"}), Catch::Contains("opacity_baseline=true"));
   CHECK_THAT(said({"--levels", "finest"}), Catch::Contains("--set coarse_share=0 --set level_min=N"));
-  CHECK_THAT(said({"--rate-vertex", "0.01", "--huber=0"}), Catch::Contains("--set rate_vertex=0.01") && Catch::Contains("--set huber=0"));
+  CHECK_THAT(said({"--rate-vertex", "0.01", "--huber=0"}),
+             Catch::Contains("--set rate_vertex=0.01") && Catch::Contains("--set huber=0"));
   // --set takes one word, wherever it stands.
   CHECK(line_of({"--set", "huber=0", "--set", "batch=2"}).experiments.size() == 2);
 }

@@ -3,9 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "run/dataset_match.h"
 #include "scene_temporary_folder.h"
 #include "tiny_scene.h"
-#include "run/dataset_match.h"
 
 using namespace trisoup;
 
@@ -52,7 +52,9 @@ TEST_CASE("a dataset is told from the one that a model was trained on", "[fits]"
   scene::Scene elsewhere = load(larger);
   for (auto* views : {&elsewhere.test, &elsewhere.train})
     for (scene::View& view : *views) view.name = "other/" + view.name;
-  CHECK(train::misfit(model, elsewhere, true, "d").starts_with("d: 8 of 8 views are seen by no camera of the model, and none has a name that it knows, first: other/test/r_0.png; "));
+  CHECK(train::misfit(model, elsewhere, true, "d")
+            .starts_with("d: 8 of 8 views are seen by no camera of the model, and none has a name that it knows, "
+                         "first: other/test/r_0.png; "));
   scene::Scene wide = own;
   for (scene::View& view : wide.test) view.camera.fx *= 1.05;
   CHECK(train::misfit(model, wide, true, "d").starts_with("d: poses or lenses of 2 of 8 views "));
@@ -60,7 +62,8 @@ TEST_CASE("a dataset is told from the one that a model was trained on", "[fits]"
   // The same cameras before something else: as NeRF-Synthetic's scenes have them.
   test::TinyScene green;
   green.plain = {0, 200, 0, 255};
-  CHECK(train::misfit(model, load(green), true, "d").starts_with("d: the cameras are the model's, its test photographs or masks are not; "));
+  CHECK(train::misfit(model, load(green), true, "d")
+            .starts_with("d: the cameras are the model's, its test photographs or masks are not; "));
   CHECK(train::misfit(model, load(green), false, "d").empty());
 
   soup::ModelFile foreign;

@@ -21,7 +21,8 @@ template <typename F>
 soup::Mesh sheet(std::uint32_t n, F&& height) {
   soup::Mesh mesh;
   for (std::uint32_t y = 0; y <= n; ++y)
-    for (std::uint32_t x = 0; x <= n; ++x) mesh.positions.emplace_back(double(x) / n, double(y) / n, height(double(x) / n, double(y) / n));
+    for (std::uint32_t x = 0; x <= n; ++x)
+      mesh.positions.emplace_back(double(x) / n, double(y) / n, height(double(x) / n, double(y) / n));
   for (std::uint32_t y = 0; y < n; ++y)
     for (std::uint32_t x = 0; x < n; ++x) {
       const std::uint32_t a = y * (n + 1) + x, b = a + 1, c = a + n + 1, d = c + 1;
@@ -39,7 +40,9 @@ soup::Mesh ball(std::uint32_t rings, std::uint32_t around) {
       const double a = 3.14159265358979 * i / rings, b = 6.28318530717959 * j / around;
       mesh.positions.emplace_back(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
     }
-  const auto at = [&](std::uint32_t i, std::uint32_t j) { return i == 0 ? 0u : i == rings ? 1u : 2 + (i - 1) * around + j % around; };
+  const auto at = [&](std::uint32_t i, std::uint32_t j) {
+    return i == 0 ? 0u : i == rings ? 1u : 2 + (i - 1) * around + j % around;
+  };
   for (std::uint32_t i = 0; i < rings; ++i)
     for (std::uint32_t j = 0; j < around; ++j) {
       if (i > 0) mesh.indices.insert(mesh.indices.end(), {at(i, j), at(i + 1, j), at(i, j + 1)});
@@ -51,7 +54,8 @@ soup::Mesh ball(std::uint32_t rings, std::uint32_t around) {
 std::vector<double> area_weights(const soup::Mesh& mesh) {
   std::vector<double> weights;
   for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
-    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]), c(mesh.positions[mesh.indices[k + 2]]);
+    const glm::dvec3 a(mesh.positions[mesh.indices[k]]), b(mesh.positions[mesh.indices[k + 1]]),
+        c(mesh.positions[mesh.indices[k + 2]]);
     weights.push_back(glm::length(glm::cross(b - a, c - a)));
   }
   return weights;
@@ -67,7 +71,9 @@ double area(const soup::Mesh& mesh, const std::vector<std::uint32_t>& indices) {
 bool closed(const std::vector<std::uint32_t>& indices) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
   for (std::size_t k = 0; k < indices.size(); ++k) ++sides[{indices[k], indices[k % 3 == 2 ? k - 2 : k + 1]}];
-  return std::all_of(sides.begin(), sides.end(), [&](const auto& s) { return s.second == 1 && sides.count({s.first.second, s.first.first}) == 1; });
+  return std::all_of(sides.begin(), sides.end(), [&](const auto& s) {
+    return s.second == 1 && sides.count({s.first.second, s.first.first}) == 1;
+  });
 }
 
 }  // namespace
@@ -80,7 +86,8 @@ TEST_CASE("a cube is twelve triangles", "[decimate]") {
   for (int axis = 0; axis < 3; ++axis)
     for (const int far : {0, 1})
       for (std::size_t k = 0; k < side.indices.size(); ++k) {
-        const glm::vec3& p = side.positions[side.indices[far == 0 ? k - k % 3 + (3 - k % 3) % 3 : k]];  // turned inside out
+        const glm::vec3& p =
+            side.positions[side.indices[far == 0 ? k - k % 3 + (3 - k % 3) % 3 : k]];  // turned inside out
         std::array<int, 3> at;
         at[std::size_t(axis)] = 12 * far;
         at[std::size_t((axis + 1) % 3)] = int(std::lround(12 * p.x));
@@ -108,8 +115,12 @@ TEST_CASE("a ball stays closed and round", "[decimate]") {
     CHECK(closed(indices));
     double volume = 0;
     for (std::size_t k = 0; k < indices.size(); k += 3)
-      volume += glm::dot(glm::dvec3(mesh.positions[indices[k]]), glm::cross(glm::dvec3(mesh.positions[indices[k + 1]]), glm::dvec3(mesh.positions[indices[k + 2]]))) / 6;
-    // What corners on a ball lack falls with the number of triangles: 46 / n where all are equilateral (8 pi^2 / sqrt(3) / n).
+      volume +=
+          glm::dot(glm::dvec3(mesh.positions[indices[k]]),
+                   glm::cross(glm::dvec3(mesh.positions[indices[k + 1]]), glm::dvec3(mesh.positions[indices[k + 2]]))) /
+          6;
+    // What corners on a ball lack falls with the number of triangles: 46 / n where all are equilateral (8 pi^2 /
+    // sqrt(3) / n).
     CHECK(volume > 4.18879 - 70 / double(budget));
     CHECK(volume < 4.18879);
   }
@@ -121,7 +132,9 @@ TEST_CASE("triangles go where errors are worth most", "[decimate]") {
   std::vector<double> weights = area_weights(mesh);
   const auto left = [&](const std::vector<std::uint32_t>& indices) {
     std::size_t count = 0;
-    for (std::size_t k = 0; k < indices.size(); k += 3) count += mesh.positions[indices[k]].x + mesh.positions[indices[k + 1]].x + mesh.positions[indices[k + 2]].x < 1.5f;
+    for (std::size_t k = 0; k < indices.size(); k += 3)
+      count +=
+          mesh.positions[indices[k]].x + mesh.positions[indices[k + 1]].x + mesh.positions[indices[k + 2]].x < 1.5f;
     return double(count) / double(indices.size() / 3);
   };
   CHECK(left(soup::decimate_views(mesh, weights, 1500)) == Approx(0.5).margin(0.06));
@@ -133,7 +146,9 @@ TEST_CASE("triangles go where errors are worth most", "[decimate]") {
 TEST_CASE("whatever the triangles are, the budget is kept", "[decimate]") {
   soup::Random random(1);
   soup::Mesh mesh;
-  for (int i = 0; i < 60; ++i) mesh.positions.emplace_back(random.uniform01(), random.uniform01(), random.uniform01() < 0.1 ? 0.0 : random.uniform01());
+  for (int i = 0; i < 60; ++i)
+    mesh.positions.emplace_back(random.uniform01(), random.uniform01(),
+                                random.uniform01() < 0.1 ? 0.0 : random.uniform01());
   mesh.positions.insert(mesh.positions.end(), 5, mesh.positions[7]);  // at one place
   for (int k = 0; k < 3 * 400; ++k) mesh.indices.push_back(random.below(65));
   mesh.indices.insert(mesh.indices.end(), {60, 61, 62, 60, 61, 62, 62, 61, 60, 7, 60, 61, 3, 3, 4});
@@ -142,7 +157,9 @@ TEST_CASE("whatever the triangles are, the budget is kept", "[decimate]") {
   for (const std::size_t budget : {300u, 50u, 7u, 1u, 0u}) {
     const auto indices = soup::decimate_views(mesh, weights, budget);
     CHECK(indices.size() <= 3 * budget);
-    for (std::size_t k = 0; k < indices.size(); k += 3) CHECK(std::set<std::uint32_t>(indices.begin() + std::ptrdiff_t(k), indices.begin() + std::ptrdiff_t(k) + 3).size() == 3);
+    for (std::size_t k = 0; k < indices.size(); k += 3)
+      CHECK(std::set<std::uint32_t>(indices.begin() + std::ptrdiff_t(k), indices.begin() + std::ptrdiff_t(k) + 3)
+                .size() == 3);
     CHECK(indices == soup::decimate_views(mesh, weights, budget));
   }
   // The last ones to go are two at a time.
@@ -153,7 +170,8 @@ TEST_CASE("whatever the triangles are, the budget is kept", "[decimate]") {
   }
   // Loose triangles.
   mesh = {};
-  for (std::uint32_t i = 0; i < 300; ++i) mesh.positions.emplace_back(random.uniform01(), random.uniform01(), random.uniform01()), mesh.indices.push_back(i);
+  for (std::uint32_t i = 0; i < 300; ++i)
+    mesh.positions.emplace_back(random.uniform01(), random.uniform01(), random.uniform01()), mesh.indices.push_back(i);
   CHECK(soup::decimate_views(mesh, area_weights(mesh), 1000).size() == 300);
   CHECK(soup::decimate_views(mesh, area_weights(mesh), 40).size() == 120);
   CHECK(soup::decimate_views({}, {}, 10).empty());

@@ -22,7 +22,10 @@ TEST_CASE("each row of the table is a setting, changes that one and is within wh
     CHECK(train::find_experiment(e.name) == &e);
     const bool is_bool = usual[e.name].is_boolean();
     // 1 and 0.5 are allowed wherever a number is; which one is another than the usual value differs.
-    const std::string value = is_bool ? (usual[e.name].get<bool>() ? "false" : "true") : usual[e.name] == 1 ? "3" : usual[e.name] == 0.5 || usual[e.name].is_number_integer() ? "1" : "0.5";
+    const std::string value = is_bool              ? (usual[e.name].get<bool>() ? "false" : "true")
+                              : usual[e.name] == 1 ? "3"
+                              : usual[e.name] == 0.5 || usual[e.name].is_number_integer() ? "1"
+                                                                                          : "0.5";
     train::Settings s;
     try {
       train::assign(s, train::read_assignment(std::string(e.name) + "=" + value));
@@ -41,7 +44,8 @@ TEST_CASE("what is wrong with --set is told, and what would be right", "[experim
     CAPTURE(text);
     CHECK_THROWS_WITH(train::read_assignment(text), matcher);
   };
-  told("pixel_jiter=0.2", Equals("--set pixel_jiter=0.2: there is no such setting; the nearest is pixel_jitter (soup-train --help-all lists all)"));
+  told("pixel_jiter=0.2", Equals("--set pixel_jiter=0.2: there is no such setting; the nearest is pixel_jitter "
+                                 "(soup-train --help-all lists all)"));
   told("keep-moments=true", Contains("nearest is keep_moments"));
   told("step=3", Contains("nearest is steps, which has an option of its own, --steps"));
   told("max_bytes=3", Equals("--set max_bytes=3: has an option of its own, --max-mb"));
@@ -74,5 +78,6 @@ TEST_CASE("settings out of range are told by what sets them", "[experiments]") {
 }
 
 TEST_CASE("docs/method.md quotes the table", "[experiments]") {
-  CHECK_THAT(read_file(std::string(TRISOUP_SOURCE_DIR) + "/docs/method.md"), Contains("```\n" + train::experiments_text() + "```"));
+  CHECK_THAT(read_file(std::string(TRISOUP_SOURCE_DIR) + "/docs/method.md"),
+             Contains("```\n" + train::experiments_text() + "```"));
 }

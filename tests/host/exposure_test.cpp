@@ -1,4 +1,5 @@
-// Tests shaders/common/exposure.h, compiled as C++: its gradient against differences in double, the fit, and what is common to all photographs.
+// Tests shaders/common/exposure.h, compiled as C++: its gradient against differences in double, the fit, and what is
+// common to all photographs.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -57,7 +58,8 @@ TEST_CASE("exposure: the gradient by the colour, also where a photograph is at i
     for (int k = 0; k < 3; ++k) {
       if (r.uniform01() < 0.3) photograph[k] = r.uniform01() < 0.5 ? 0.0 : 1.0;
       ended += (photograph[k] == 1 && shown[k] > 1) || (photograph[k] == 0 && shown[k] < 0);
-      if (std::abs(shown[k]) < 1e-3 || std::abs(shown[k] - 1) < 1e-3) photograph[k] = 0.5;  // no difference across a kink
+      if (std::abs(shown[k]) < 1e-3 || std::abs(shown[k] - 1) < 1e-3)
+        photograph[k] = 0.5;  // no difference across a kink
     }
     const glm::dvec3 gradient = f64::recorded_backward(m, c, photograph, d);
     for (int k = 0; k < 3; ++k) {
@@ -75,7 +77,8 @@ TEST_CASE("exposure: the gradient by the colour, also where a photograph is at i
 TEST_CASE("exposure: a known one is found, also where a fifth of the rendering is wrong", "[exposure]") {
   const f64::Exposure exact = fit(tinted_pixels(0), 30);
   auto wrong = tinted_pixels(0.02);
-  for (std::size_t i = 0; i < wrong.size(); i += 5) wrong[i].colour = glm::dvec3(0.9, 0.1, 0.1);  // as of something that stands in front
+  for (std::size_t i = 0; i < wrong.size(); i += 5)
+    wrong[i].colour = glm::dvec3(0.9, 0.1, 0.1);  // as of something that stands in front
   const f64::Exposure robust = fit(wrong, 30);
   for (int k = 0; k < 3; ++k) {
     CHECK(exact.gain[k] == Approx(kTinted.gain[k]).margin(1e-3));
@@ -90,7 +93,8 @@ TEST_CASE("exposure: where there is nothing to tell it from it is the identity, 
   CHECK(none.gain == glm::dvec3(1));
   CHECK(none.offset == glm::dvec3(0));
   // Photographs at their end tell a bound only.
-  CHECK(fit({{glm::dvec3(0.7), glm::dvec3(0.5, 0.5, 1)}, {glm::dvec3(0.7), glm::dvec3(0, 0.5, 0.5)}}, 3).gain == glm::dvec3(1));
+  CHECK(fit({{glm::dvec3(0.7), glm::dvec3(0.5, 0.5, 1)}, {glm::dvec3(0.7), glm::dvec3(0, 0.5, 0.5)}}, 3).gain ==
+        glm::dvec3(1));
   // One colour leaves open what is gain and what is offset.
   const f64::Exposure plain = fit(std::vector<Pixel>(100, {glm::dvec3(0.5), glm::dvec3(0.6)}), 30);
   for (int k = 0; k < 3; ++k) {
@@ -135,7 +139,8 @@ TEST_CASE("exposure: beyond what is common to all, the mean is the identity and 
     const f64::Exposure rest = f64::exposure_beyond(m, mean, share);
     rest_mean.gain += rest.gain / double(kPhotographs);
     rest_mean.offset += rest.offset / double(kPhotographs);
-    const glm::dvec3 c = random_vector_in(r, 0, 1), again = f64::exposed(rest, f64::exposed(mean, c)), once = f64::exposed(m, c);
+    const glm::dvec3 c = random_vector_in(r, 0, 1), again = f64::exposed(rest, f64::exposed(mean, c)),
+                     once = f64::exposed(m, c);
     for (int k = 0; k < 3; ++k) {
       if (share == 1) CHECK(again[k] == Approx(once[k]).margin(1e-12));
       if (share == 0) CHECK((rest.gain[k] == 1 && rest.offset[k] == 0));

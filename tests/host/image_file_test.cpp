@@ -9,9 +9,9 @@
 #include <random>
 
 #include "base/error.h"
+#include "base/read_file.h"
 #include "image/image_file.h"
 #include "jpeg_of.h"
-#include "base/read_file.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;
@@ -30,7 +30,8 @@ Image noise(int width, int height, bool opaque) {
 
 std::string webp_of(const Image& image) {
   std::uint8_t* bytes = nullptr;
-  const std::size_t size = WebPEncodeLosslessRGBA(image.rgba.data(), image.width, image.height, 4 * image.width, &bytes);
+  const std::size_t size =
+      WebPEncodeLosslessRGBA(image.rgba.data(), image.width, image.height, 4 * image.width, &bytes);
   const std::string content(reinterpret_cast<const char*>(bytes), size);
   WebPFree(bytes);
   return content;
@@ -55,7 +56,8 @@ std::string tiff_of(const Image& image, int bits, int channels, int compression,
     std::string row;
     for (int x = 0; x < image.width; ++x)
       for (int c = 0; c < channels; ++c)
-        for (int byte = 0; byte < bits / 8; ++byte) row.push_back(static_cast<char>(image.rgba[std::size_t(4 * (y * image.width + x) + c)]));
+        for (int byte = 0; byte < bits / 8; ++byte)
+          row.push_back(static_cast<char>(image.rgba[std::size_t(4 * (y * image.width + x) + c)]));
     TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0);
   }
   TIFFClose(tiff);
@@ -96,14 +98,16 @@ TEST_CASE("a JPEG is decoded, its EXIF thumbnail and its trailing bytes do no ha
                                        "xx\xff\xd9xx",
                                        10));  // an APP1 segment with an end marker inside
   CHECK(near_colour(decode_image(bytes_of(with_thumbnail), "photo")));
-  CHECK(decode_message(with_thumbnail.substr(0, with_thumbnail.size() - 30)).starts_with("photo: is cut before its end; "));
+  CHECK(decode_message(with_thumbnail.substr(0, with_thumbnail.size() - 30))
+            .starts_with("photo: is cut before its end; "));
 }
 
 TEST_CASE("an image cut anywhere is an Error of one line", "[scene][image]") {
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", noise(9, 7, false));
   const std::string png = read_file(folder.path() / "a.png"), jpeg = jpeg_of(noise(24, 24, true));
-  const std::string webp = webp_of(noise(9, 7, false)), tiff = tiff_of(noise(9, 7, true), 8, 3, COMPRESSION_ADOBE_DEFLATE);
+  const std::string webp = webp_of(noise(9, 7, false)),
+                    tiff = tiff_of(noise(9, 7, true), 8, 3, COMPRESSION_ADOBE_DEFLATE);
   for (const std::string& whole : {png, jpeg, webp, tiff}) {
     REQUIRE(decode_message(whole).empty());
     for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -133,7 +137,8 @@ TEST_CASE("a changed PNG is noticed by its checksum", "[scene][image]") {
 
 TEST_CASE("other formats and impossible sizes are Errors", "[scene][image]") {
   CHECK(decode_message("") == "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
-  CHECK(decode_message("BM not an image") == "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
+  CHECK(decode_message("BM not an image") ==
+        "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
   const test::SceneFolder folder;
   folder.write("empty.png", std::string());
   CHECK_THROWS_AS(image_size(folder.path() / "empty.png"), Error);
@@ -202,13 +207,15 @@ TEST_CASE("WebP and TIFF are decoded", "[scene][image][formats]") {
   check(plain, webp_of(plain), "plain.webp");
 }
 
-TEST_CASE("images that are too large, and TIFFs that are not photographs, are named as what they are", "[scene][image][formats]") {
+TEST_CASE("images that are too large, and TIFFs that are not photographs, are named as what they are",
+          "[scene][image][formats]") {
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", noise(9, 7, true));
   std::string png = read_file(folder.path() / "a.png");
   png[18] = png[22] = 0x4e, png[19] = png[23] = 0x20;  // 20,000 x 20,000
   folder.write("huge.png", png);
-  const std::string expected = ": is 20000 x 20000 pixels, and an image may have 268 million (2^28); export it at a smaller size";
+  const std::string expected =
+      ": is 20000 x 20000 pixels, and an image may have 268 million (2^28); export it at a smaller size";
   CHECK(test::message_of([&] { image_size(folder.path() / "huge.png"); }).ends_with("huge.png" + expected));
   CHECK(decode_message(png) == "photo" + expected);
   std::string jpeg = jpeg_of(noise(24, 24, true));
@@ -216,10 +223,12 @@ TEST_CASE("images that are too large, and TIFFs that are not photographs, are na
   REQUIRE(frame != std::string::npos);
   jpeg[frame + 5] = jpeg[frame + 7] = '\xee';
   folder.write("huge.jpg", jpeg);
-  CHECK(test::message_of([&] { image_size(folder.path() / "huge.jpg"); }).find("huge.jpg: is 60952 x 60952 pixels, and an image may have ") !=
-        std::string::npos);
+  CHECK(test::message_of([&] {
+          image_size(folder.path() / "huge.jpg");
+        }).find("huge.jpg: is 60952 x 60952 pixels, and an image may have ") != std::string::npos);
   CHECK(decode_message(std::string("II*\0 no directory", 18)).starts_with("photo: cannot be read as TIFF ("));
-  CHECK(decode_message("RIFF....WEBPVP8 and no more") == "photo: its header is damaged, not that of a WebP; export the image again");
+  CHECK(decode_message("RIFF....WEBPVP8 and no more") ==
+        "photo: its header is damaged, not that of a WebP; export the image again");
 }
 
 TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
@@ -252,7 +261,8 @@ TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
     const Image image = turned(numbers, orientation);
     std::string text;
     for (int y = 0; y < image.height; ++y, text += ' ')
-      for (int x = 0; x < image.width; ++x) text += static_cast<char>('0' + image.rgba[std::size_t(4 * (y * image.width + x))]);
+      for (int x = 0; x < image.width; ++x)
+        text += static_cast<char>('0' + image.rgba[std::size_t(4 * (y * image.width + x))]);
     return text;
   };
   CHECK(seen(1) == "123 456 ");
@@ -268,7 +278,8 @@ TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
 TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
   Image image{203, 101, {}};
   for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) image.rgba.insert(image.rgba.end(), {std::uint8_t(x), std::uint8_t(2 * y), std::uint8_t(x / 2 + y), 255});
+    for (int x = 0; x < image.width; ++x)
+      image.rgba.insert(image.rgba.end(), {std::uint8_t(x), std::uint8_t(2 * y), std::uint8_t(x / 2 + y), 255});
   const std::string jpeg = jpeg_of(image);
   CHECK(decode_image(bytes_of(jpeg), "photo", 1).rgba == decode_image(bytes_of(jpeg), "photo").rgba);
   for (const int divisor : {2, 4, 8}) {
@@ -281,8 +292,10 @@ TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
       for (int x = 0; x < 203 / divisor; ++x)
         for (int c = 0; c < 3; ++c) {
           int sum = 0;
-          for (int i = 0; i < divisor * divisor; ++i) sum += image.rgba[std::size_t(4 * ((y * divisor + i / divisor) * 203 + x * divisor + i % divisor) + c)];
-          worst = std::max(worst, std::abs(reduced.rgba[std::size_t(4 * (y * reduced.width + x) + c)] - sum / divisor / divisor));
+          for (int i = 0; i < divisor * divisor; ++i)
+            sum += image.rgba[std::size_t(4 * ((y * divisor + i / divisor) * 203 + x * divisor + i % divisor) + c)];
+          worst = std::max(
+              worst, std::abs(reduced.rgba[std::size_t(4 * (y * reduced.width + x) + c)] - sum / divisor / divisor));
         }
     CHECK(worst <= 6);  // of the compression
     CHECK(reduced.rgba[3] == 255);
@@ -293,5 +306,6 @@ TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
   std::string damaged = jpeg;
   const std::size_t quantisation = damaged.find("\xff\xdb");
   damaged[quantisation + 1] = '\xfe';  // a comment
-  CHECK(test::message_of([&] { decode_image(bytes_of(damaged), "photo", 4); }).starts_with("photo: cannot be decoded ("));
+  CHECK(
+      test::message_of([&] { decode_image(bytes_of(damaged), "photo", 4); }).starts_with("photo: cannot be decoded ("));
 }

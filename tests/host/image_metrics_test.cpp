@@ -1,4 +1,5 @@
-// Tests engine/train/quality/image_metrics.h and the means of engine/train/quality/evaluate.h: what cannot be measured has no value.
+// Tests engine/train/quality/image_metrics.h and the means of engine/train/quality/evaluate.h: what cannot be measured
+// has no value.
 #include <catch2/catch.hpp>
 
 #include <nlohmann/json.hpp>

@@ -18,7 +18,9 @@ namespace trisoup::test {
 inline std::string jpeg_of(const Image& image) {
   std::string content;
   stbi_write_jpg_to_func(
-      [](void* to, void* data, int size) { static_cast<std::string*>(to)->append(static_cast<char*>(data), std::size_t(size)); },
+      [](void* to, void* data, int size) {
+        static_cast<std::string*>(to)->append(static_cast<char*>(data), std::size_t(size));
+      },
       &content, image.width, image.height, 4, image.rgba.data(), 90);
   return content;
 }

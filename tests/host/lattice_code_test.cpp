@@ -6,8 +6,8 @@
 
 #include "base/error.h"
 #include "format/lattice_code.h"
-#include "soup/random.h"
 #include "format/range_coder.h"
+#include "soup/random.h"
 #include "soup/texture_table.h"
 
 using namespace trisoup;
@@ -52,8 +52,10 @@ TEST_CASE("an arithmetic coder gives decisions back in about their entropy", "[r
     for (const bool decision : decisions) wrong += decoder.decision(read) != decision;
     CHECK(wrong == 0);
     CHECK(decoder.missing() == 0);
-    const double entropy = often <= 0 || often >= 1 ? 0 : -often * std::log2(often) - (1 - often) * std::log2(1 - often);
-    // What never happens keeps a chance of 121 / 2^15, from which on its sixteenths round to nothing: 0.0053 bits a decision.
+    const double entropy =
+        often <= 0 || often >= 1 ? 0 : -often * std::log2(often) - (1 - often) * std::log2(1 - often);
+    // What never happens keeps a chance of 121 / 2^15, from which on its sixteenths round to nothing: 0.0053 bits a
+    // decision.
     CHECK(8.0 * double(bytes.size()) < 100000 * (1.02 * entropy + 0.0054) + 80);
   }
 }
@@ -89,7 +91,8 @@ TEST_CASE("lattices come back from their bytes, whatever their steps", "[lattice
 TEST_CASE("textures take the bytes that their noise needs", "[lattice_code]") {
   const auto bits_a_value = [](std::uint32_t noise) {
     const CodedTextures textures = noisy_textures(400, noise, 4);
-    return 8.0 * double(soup::encode_lattices(textures.values, textures.table, soup::kExactTextures).size()) / double(textures.values.size());
+    return 8.0 * double(soup::encode_lattices(textures.values, textures.table, soup::kExactTextures).size()) /
+           double(textures.values.size());
   };
   CHECK(bits_a_value(0) < 0.02);
   // A difference to the mean of two has half as much variance again.
@@ -99,9 +102,12 @@ TEST_CASE("textures take the bytes that their noise needs", "[lattice_code]") {
 
 TEST_CASE("values that steps do not reach are not written, and bytes that end too early not read", "[lattice_code]") {
   const CodedTextures textures = noisy_textures(30, 255, 7);
-  CHECK_THROWS_WITH(soup::encode_lattices(textures.values, textures.table, soup::texture_steps(6)), Contains("round its textures"));
+  CHECK_THROWS_WITH(soup::encode_lattices(textures.values, textures.table, soup::texture_steps(6)),
+                    Contains("round its textures"));
   const std::vector<std::byte> bytes = soup::encode_lattices(textures.values, textures.table, soup::kExactTextures);
   for (std::size_t n = 0; n < bytes.size() - 8; n += 1 + bytes.size() / 50)
-    CHECK_THROWS_WITH(soup::decode_lattices(std::span(bytes).first(n), textures.table.size(), soup::kExactTextures, "x.glb"), Contains("x.glb") && Contains("too early"));
+    CHECK_THROWS_WITH(
+        soup::decode_lattices(std::span(bytes).first(n), textures.table.size(), soup::kExactTextures, "x.glb"),
+        Contains("x.glb") && Contains("too early"));
   CHECK_THROWS_WITH(soup::decode_lattices(bytes, 1u << 30, soup::kExactTextures, "x.glb"), Contains("too early"));
 }

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/host.h"
-#include "soup/random.h"
 #include "format/lattice_hierarchy.h"
+#include "soup/random.h"
 #include "soup/texture_table.h"
 
 using namespace trisoup;
@@ -67,7 +67,8 @@ TEST_CASE("rounded textures are near what they were, and opacities on their side
   }
 }
 
-TEST_CASE("what is opaque all over has one opacity, what is not keeps its edge, and rounding again changes neither", "[refinement]") {
+TEST_CASE("what is opaque all over has one opacity, what is not keeps its edge, and rounding again changes neither",
+          "[refinement]") {
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(2, {3, 3}).entries;
   const std::size_t count = soup::samples_at(3);
   std::vector<std::uint8_t> values(2 * count * 8, 100);
@@ -89,7 +90,8 @@ TEST_CASE("a linear texture with less than a dead zone of noise loses the noise"
   std::vector<std::uint8_t> values(soup::samples_at(4) * 8), plain(values.size());
   for (std::uint32_t s = 0; s < soup::samples_at(4); ++s)
     for (std::size_t c = 0; c < 8; ++c) {
-      plain[s * 8 + c] = static_cast<std::uint8_t>((c < 7 ? 128 : 64) + 4 * point(s).x);  // steps of 64 from corner to corner; nowhere opaque all over
+      plain[s * 8 + c] = static_cast<std::uint8_t>(
+          (c < 7 ? 128 : 64) + 4 * point(s).x);  // steps of 64 from corner to corner; nowhere opaque all over
       values[s * 8 + c] = static_cast<std::uint8_t>(plain[s * 8 + c] + (point(s).x % 16 != 0 && s % 2 ? 2 : 0));
     }
   soup::round_textures(values, table, {4, 4, 4, 4, 4, 4, 4, 4});

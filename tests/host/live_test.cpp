@@ -21,7 +21,8 @@ struct Training {
   /// Steps of a millisecond, for a while or until there are so many models.
   void train(std::chrono::milliseconds time, int enough = 1 << 30) {
     live.report({step, 0.1, 20}, 100, 1.0);
-    for (const auto end = std::chrono::steady_clock::now() + time; std::chrono::steady_clock::now() < end && models < enough;) {
+    for (const auto end = std::chrono::steady_clock::now() + time;
+         std::chrono::steady_clock::now() < end && models < enough;) {
       const std::uint64_t until = live.until(step, [&] {
         ++models;
         return soup::Model();

@@ -1,5 +1,5 @@
-// Tests shaders/common, compiled as C++: every hand-written gradient against central differences in double, and what the kernels
-// take for granted of coverage, lattices, edges and thresholds.
+// Tests shaders/common, compiled as C++: every hand-written gradient against central differences in double, and what
+// the kernels take for granted of coverage, lattices, edges and thresholds.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -172,7 +172,8 @@ TEST_CASE("a pixel's colour: gradients by the features through the MLP and past 
 }
 
 TEST_CASE("spherical harmonics are orthonormal, with the published signs", "[maths]") {
-  // Exact up to rounding: products are of degree 4 in z (Gauss-Legendre of 3 points: 5) and of order 4 in phi (8 midpoints: 7).
+  // Exact up to rounding: products are of degree 4 in z (Gauss-Legendre of 3 points: 5) and of order 4 in phi (8
+  // midpoints: 7).
   const double pi = std::acos(-1.0), node = std::sqrt(0.6);
   double gram[9][9] = {};
   for (const auto& [z, weight] : {std::pair(-node, 5.0 / 9), {0.0, 8.0 / 9}, {node, 5.0 / 9}})
@@ -188,7 +189,8 @@ TEST_CASE("spherical harmonics are orthonormal, with the published signs", "[mat
     for (int b = 0; b < 9; ++b) CHECK(gram[a][b] == Approx(a == b ? 1 : 0).margin(1e-7));
 
   const double s = std::sqrt(0.5);
-  const glm::dvec3 largest[9] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {s, s, 0}, {0, s, s}, {0, 0, 1}, {s, 0, s}, {1, 0, 0}};
+  const glm::dvec3 largest[9] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {s, s, 0},
+                                 {0, s, s}, {0, 0, 1}, {s, 0, s}, {1, 0, 0}};
   const int sign[9] = {1, -1, 1, -1, 1, -1, 1, -1, 1};
   for (int k = 0; k < 9; ++k) {
     double y[9];
@@ -229,8 +231,8 @@ struct SsimImage {
     return sum / windows();
   }
 
-  /// As ssim.comp and loss_gradient.comp do it: maps of the windows' derivatives, known by the window's first pixel and zero where
-  /// the window reaches out of the image, blurred over the windows that a pixel is in.
+  /// As ssim.comp and loss_gradient.comp do it: maps of the windows' derivatives, known by the window's first pixel and
+  /// zero where the window reaches out of the image, blurred over the windows that a pixel is in.
   std::vector<double> gradient() const {
     std::vector<f64::SsimWindow> maps(x.size(), f64::SsimWindow{0, 0, 0, 0});
     for (int j = 0; j < height - 10; ++j)
@@ -279,8 +281,10 @@ TEST_CASE("SSIM: value and derivatives of a window", "[maths]") {
     squares = x * x + var_x + y * y + var_y;
     xy = x * y + covariance;
     const f64::SsimWindow s = f64::ssim_window(x, y, squares, xy);
-    CHECK(s.value == Approx((2 * x * y + 1e-4) * (2 * covariance + 9e-4) / ((x * x + y * y + 1e-4) * (var_x + var_y + 9e-4))));
-    // The moments on which it depends are independent variables here. Short steps: with small variances the curve is steep.
+    CHECK(s.value ==
+          Approx((2 * x * y + 1e-4) * (2 * covariance + 9e-4) / ((x * x + y * y + 1e-4) * (var_x + var_y + 9e-4))));
+    // The moments on which it depends are independent variables here. Short steps: with small variances the curve is
+    // steep.
     const auto value = [&] { return f64::ssim_window(x, y, squares, xy).value; };
     CHECK(s.d_x == Approx(difference(value, x, 3e-6)).epsilon(1e-5).margin(1e-8));
     CHECK(s.d_xx == Approx(difference(value, squares, 3e-6)).epsilon(1e-5).margin(1e-8));
@@ -482,9 +486,11 @@ TEST_CASE("coverage: edge functions about any origin agree with the plane's poin
     const Triangle t = clip_triangle(r, a, b, c);
     const glm::dvec2 at{random_in(r, -1, 1), random_in(r, -1, 1)};
 
-    // The point is the one of the plane that projects there; its barycentrics sum to one; depth is linear on the screen.
+    // The point is the one of the plane that projects there; its barycentrics sum to one; depth is linear on the
+    // screen.
     const f64::PlanePoint point = f64::plane_point(t[0], t[1], t[2], at);
-    const double w0 = f64::cross2(glm::dvec2(b) - at, glm::dvec2(c) - at), w1 = f64::cross2(glm::dvec2(c) - at, glm::dvec2(a) - at);
+    const double w0 = f64::cross2(glm::dvec2(b) - at, glm::dvec2(c) - at),
+                 w1 = f64::cross2(glm::dvec2(c) - at, glm::dvec2(a) - at);
     const double s0 = w0 / area, s1 = w1 / area, s2 = 1 - s0 - s1;  // linear on the screen
     if (std::min({std::abs(s0), std::abs(s1), std::abs(s2)}) < 1e-6) continue;
     CHECK(point.inside == (s0 > 0 && s1 > 0 && s2 > 0));
@@ -518,13 +524,15 @@ TEST_CASE("coverage: edge functions about any origin agree with the plane's poin
   CHECK(clockwise > 200);
 }
 
-TEST_CASE("coverage: a triangle is as large at a point as barycentrics change slowly there, behind the camera too", "[maths]") {
+TEST_CASE("coverage: a triangle is as large at a point as barycentrics change slowly there, behind the camera too",
+          "[maths]") {
   soup::Random r(18);
   int compared = 0, crossing = 0;
   for (int n = 0; n < 2000; ++n) {
     glm::dvec4 p[3];
     for (glm::dvec4& corner : p) {
-      const double x = random_in(r, -1, 1), y = random_in(r, -1, 1), z = random_in(r, -1, 1), w = random_in(r, -0.5, 1.5);
+      const double x = random_in(r, -1, 1), y = random_in(r, -1, 1), z = random_in(r, -1, 1),
+                   w = random_in(r, -0.5, 1.5);
       corner = {x, y, z, w};
     }
     const double x = random_in(r, -1, 1), y = random_in(r, -1, 1);
@@ -535,8 +543,10 @@ TEST_CASE("coverage: a triangle is as large at a point as barycentrics change sl
       return glm::dvec2(q.b0, q.b1);
     };
     constexpr double kStep = 1e-6;
-    const glm::dvec2 by_x = (at(kStep, 0) - at(-kStep, 0)) / (2 * kStep), by_y = (at(0, kStep) - at(0, -kStep)) / (2 * kStep);
-    CHECK(f64::area_at(p[0], p[1], p[2], {random_in(r, -2, 2), 0.3}, point.b0, point.b1) == Approx(0.5 / std::abs(f64::cross2(by_x, by_y))).epsilon(1e-4));
+    const glm::dvec2 by_x = (at(kStep, 0) - at(-kStep, 0)) / (2 * kStep),
+                     by_y = (at(0, kStep) - at(0, -kStep)) / (2 * kStep);
+    CHECK(f64::area_at(p[0], p[1], p[2], {random_in(r, -2, 2), 0.3}, point.b0, point.b1) ==
+          Approx(0.5 / std::abs(f64::cross2(by_x, by_y))).epsilon(1e-4));
     ++compared;
     crossing += std::min({p[0].w, p[1].w, p[2].w}) < 0;
   }
@@ -554,17 +564,21 @@ TEST_CASE("coverage: what has no area is neither valid nor inside", "[maths]") {
   CHECK(!f64::plane_point(a, a, a, {0.2, 0.3}).inside);
 }
 
-TEST_CASE("coverage: a ray's barycentrics are those of the projected triangle, in float too where it is small", "[maths]") {
+TEST_CASE("coverage: a ray's barycentrics are those of the projected triangle, in float too where it is small",
+          "[maths]") {
   soup::Random r(21);
   int small = 0;
   for (int n = 0; n < 2000; ++n) {
     // A camera somewhere that looks at the origin, as the renderer knows it: eye, and the direction of a pixel.
     const glm::dvec3 eye{random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, 1, 2)};
-    const glm::dmat4 clip_from_world = glm::perspective(0.8, 1.3, 0.1, 10.0) * glm::lookAt(eye, glm::dvec3(0), glm::dvec3(0, 1, 0));
+    const glm::dmat4 clip_from_world =
+        glm::perspective(0.8, 1.3, 0.1, 10.0) * glm::lookAt(eye, glm::dvec3(0), glm::dvec3(0, 1, 0));
     const scene::PixelRays rays = scene::pixel_rays(glm::inverse(clip_from_world));
     CHECK(glm::length(scene::eye(glm::inverse(clip_from_world)) - eye) < 1e-9);
     const double size = n % 2 ? 1.0 : 1e-2;
-    const auto corner = [&] { return size * glm::dvec3{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)}; };
+    const auto corner = [&] {
+      return size * glm::dvec3{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+    };
     const glm::dvec3 v0 = corner(), v1 = corner(), v2 = corner();
     const glm::dvec2 at = size * glm::dvec2{random_in(r, -0.5, 0.5), random_in(r, -0.5, 0.5)};
     const auto clip = [&](const glm::dvec3& v) { return clip_from_world * glm::dvec4(v, 1); };
@@ -581,8 +595,8 @@ TEST_CASE("coverage: a ray's barycentrics are those of the projected triangle, i
     if (size == 1.0 || std::abs(glm::dot(normal, glm::normalize(direction))) < 0.2) continue;
     if (glm::length(glm::cross(v0 - v2, v1 - v2)) < 0.2 * size * size) continue;
     ++small;
-    const f32::Barycentrics b =
-        f32::ray_barycentrics(glm::vec3(eye), glm::vec3(direction), glm::vec3(v2), glm::vec3(v0 - v2), glm::vec3(v1 - v2));
+    const f32::Barycentrics b = f32::ray_barycentrics(glm::vec3(eye), glm::vec3(direction), glm::vec3(v2),
+                                                      glm::vec3(v0 - v2), glm::vec3(v1 - v2));
     // A thirtieth of a level 5 cell is 1e-3.
     CHECK(b.b0 == Approx(point.b0).margin(2e-4));
     CHECK(b.b1 == Approx(point.b1).margin(2e-4));
@@ -597,7 +611,8 @@ TEST_CASE("coverage: an origin nearby keeps small triangles exact in float", "[m
   soup::Random r(9);
   double worst = 0;
   for (int n = 0; n < 500; ++n) {
-    const glm::vec2 middle{r.uniform(-1, 1), r.uniform(-1, 1)}, origin = middle + glm::vec2(r.uniform(-0.01f, 0.01f), 0.004f);
+    const glm::vec2 middle{r.uniform(-1, 1), r.uniform(-1, 1)},
+        origin = middle + glm::vec2(r.uniform(-0.01f, 0.01f), 0.004f);
     glm::vec4 p[3];
     for (int k = 0; k < 3; ++k) {
       const float angle = 2.0944f * static_cast<float>(k), w = r.uniform(1, 3);
@@ -639,7 +654,8 @@ TEST_CASE("edges: a force is the derivative of the point it acts on", "[maths]")
 
 namespace {
 
-/// Clip coordinates in perspective, near plane at 0.3, of a point of the camera's own space: x, y and the distance along the axis.
+/// Clip coordinates in perspective, near plane at 0.3, of a point of the camera's own space: x, y and the distance
+/// along the axis.
 glm::dvec4 in_perspective(const glm::dvec3& v) {
   const double near = 0.3, far = 20;
   return {v.x, v.y, (far + near) / (far - near) * v.z - 2 * far * near / (far - near), v.z};
@@ -652,9 +668,12 @@ TEST_CASE("edges: a silhouette is where the segment leaves the triangle, whereve
   int kinds[2][2] = {};  // by whether a corner is behind the camera, and whether the near plane comes first
   for (int n = 0; n < 60000; ++n) {
     Triangle t;
-    for (glm::dvec4& v : t) v = in_perspective({random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, n % 2 ? 0.2 : -3, 4)});
-    const glm::dvec2 p{random_in(r, -1, 1), random_in(r, -1, 1)}, q = p + glm::dvec2{random_in(r, -0.7, 0.7), random_in(r, -0.7, 0.7)};
-    // By the inverse of the rows (x, y, w): weights that are all above 0 in front of the camera, and z + w above 0 before the near plane.
+    for (glm::dvec4& v : t)
+      v = in_perspective({random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, n % 2 ? 0.2 : -3, 4)});
+    const glm::dvec2 p{random_in(r, -1, 1), random_in(r, -1, 1)},
+        q = p + glm::dvec2{random_in(r, -0.7, 0.7), random_in(r, -0.7, 0.7)};
+    // By the inverse of the rows (x, y, w): weights that are all above 0 in front of the camera, and z + w above 0
+    // before the near plane.
     glm::dmat3 m;
     for (int k = 0; k < 3; ++k) m[k] = {t[k].x, t[k].y, t[k].w};
     const auto sides = [&](double along) {
@@ -698,10 +717,12 @@ TEST_CASE("coverage: of triangles that reach behind the camera exactly what is b
     glm::dvec3 v[3];
     for (glm::dvec3& corner : v) corner = {random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, -3, 3)};
     const glm::dvec4 p[3] = {in_perspective(v[0]), in_perspective(v[1]), in_perspective(v[2])};
-    // A point of the triangle, from which its place on the screen follows; behind the camera it is the place of what it mirrors.
+    // A point of the triangle, from which its place on the screen follows; behind the camera it is the place of what it
+    // mirrors.
     const double a = random_in(r, 0.02, 0.98), b = (1 - a) * random_in(r, 0.02, 0.98), c = 1 - a - b;
     const glm::dvec3 point = a * v[0] + b * v[1] + c * v[2];
-    if (std::abs(point.z) < 1e-2 || c < 0.01 || std::abs(glm::determinant(glm::dmat3(v[0], v[1], v[2]))) < 1e-2) continue;
+    if (std::abs(point.z) < 1e-2 || c < 0.01 || std::abs(glm::determinant(glm::dmat3(v[0], v[1], v[2]))) < 1e-2)
+      continue;
     const glm::dvec2 ndc = glm::dvec2(point) / point.z;
     const f64::PlanePoint found = f64::plane_point(p[0], p[1], p[2], ndc);
     CHECK(found.b0 == Approx(a).margin(1e-7));
@@ -733,14 +754,15 @@ TEST_CASE("edges: depth's gradient is the normal that the corners give", "[maths
     }
     const glm::dvec3 expected = glm::normalize(glm::cross(ndc[1] - ndc[0], ndc[2] - ndc[0]));
     if (std::abs(expected.z) < 1e-3) continue;
-    const glm::dvec3 normal = glm::normalize(f64::ndc_normal(t[0], t[1], t[2], {random_in(r, -1, 1), random_in(r, -1, 1)}));
+    const glm::dvec3 normal =
+        glm::normalize(f64::ndc_normal(t[0], t[1], t[2], {random_in(r, -1, 1), random_in(r, -1, 1)}));
     CHECK(std::abs(glm::dot(normal, expected)) == Approx(1).epsilon(1e-9));
   }
 }
 
-// In the plane of the pixels' axis s and z, A is the line a . (s, z) = c and B the line b . (s, z) = d, a and b being unit vectors.
-// If A moves by m along a, the point X where they meet moves with a . dX = m and b . dX = 0, so that
-// ds = m b_z / (a_s b_z - a_z b_s). A force f on s does the work f ds: as much as a force f ds/dm a on A.
+// In the plane of the pixels' axis s and z, A is the line a . (s, z) = c and B the line b . (s, z) = d, a and b being
+// unit vectors. If A moves by m along a, the point X where they meet moves with a . dX = m and b . dX = 0, so that ds =
+// m b_z / (a_s b_z - a_z b_s). A force f on s does the work f ds: as much as a force f ds/dm a on A.
 TEST_CASE("edges: an intersection's force is the motion of the line in which two planes meet", "[maths]") {
   soup::Random r(12);
   int tested = 0;
@@ -798,7 +820,8 @@ struct Plane {
 /// A triangle of that plane that covers the whole neighbourhood, of either winding.
 Triangle covering(soup::Random& r, const Plane& plane, bool flip) {
   const auto corner = [&](double x, double y) { return glm::dvec3(x, y, plane.at({x, y})); };
-  const glm::dvec3 a = corner(-3, random_in(r, -3, -2)), b = corner(3, random_in(r, -3, -2)), c = corner(random_in(r, -1, 1), 4);
+  const glm::dvec3 a = corner(-3, random_in(r, -3, -2)), b = corner(3, random_in(r, -3, -2)),
+                   c = corner(random_in(r, -1, 1), 4);
   return flip ? clip_triangle(r, b, a, c) : clip_triangle(r, a, b, c);
 }
 
@@ -811,7 +834,8 @@ Triangle ending(soup::Random& r, const Plane& plane, glm::dvec2 through, glm::dv
   return clip_triangle(r, corner(0), corner(1), corner(2));
 }
 
-/// Weights of the vertices at an NDC point of a triangle's plane: perspective-correct, from the inverse of the rows (x, y, w).
+/// Weights of the vertices at an NDC point of a triangle's plane: perspective-correct, from the inverse of the rows (x,
+/// y, w).
 glm::dvec3 weights_at(const Triangle& t, glm::dvec2 ndc) {
   glm::dmat3 m;
   for (int k = 0; k < 3; ++k) m[k] = {t[k].x, t[k].y, t[k].w};
@@ -829,8 +853,8 @@ f64::ClipGradient force_at(const Triangle& t, glm::dvec2 ndc, glm::dvec3 force) 
 int edge(const Triangle& a, const Triangle& b, bool same, bool empty, double depth_p, double depth_q, const Pair& pair,
          f64::ClipGradient& g, bool crosses = false) {
   g = no_gradient();
-  return f64::edge_force(a[0], a[1], a[2], b[0], b[1], b[2], crosses, same, empty, depth_p, depth_q, pair.p, pair.q, pair.force,
-                         pair.horizontal, g);
+  return f64::edge_force(a[0], a[1], a[2], b[0], b[1], b[2], crosses, same, empty, depth_p, depth_q, pair.p, pair.q,
+                         pair.force, pair.horizontal, g);
 }
 
 }  // namespace
@@ -860,7 +884,8 @@ TEST_CASE("edges: what is seen through a triangle pulls at it midway between the
       check_same(g, force_at(a, middle, {pair.force, 0}));
       CHECK(edge(a, a, false, true, front.at(pair.p), 0, pair, g) == EDGE_OPACITY);  // the background
       check_same(g, force_at(a, middle, {pair.force, 0}));
-      // A comes nearer towards q, where it lets see B, which is farther than A there and nearer than A at p: nobody's edge.
+      // A comes nearer towards q, where it lets see B, which is farther than A there and nearer than A at p: nobody's
+      // edge.
       const Plane steep{0.5, -(pair.q - pair.p) / 0.01, pair.p}, between{0.1, {0, 0}, pair.p};
       const Triangle sloping = covering(r, steep, flip), seen = covering(r, between, flip);
       REQUIRE(steep.at(pair.q) < -0.4);
@@ -908,8 +933,10 @@ TEST_CASE("edges: where the near plane cuts a triangle off it has no edge", "[ma
     // It ends farther on: that is not where the picture changes. And before that: it is.
     const Plane flat{-0.9, -1.5 * (pair.q - pair.p) / 0.01, pair.p};  // passes -1 at 1/15 of the way
     const glm::dvec2 far_end = pair.p + 0.5 * (pair.q - pair.p), near_end = pair.p + 0.03 * (pair.q - pair.p);
-    CHECK(edge(ending(r, flat, far_end, glm::normalize(pair.p - pair.q), 0), b, false, true, -0.9, 0, pair, g, true) == EDGE_NONE);
-    CHECK(edge(ending(r, flat, near_end, glm::normalize(pair.p - pair.q), 0), b, false, true, -0.9, 0, pair, g, true) == EDGE_SILHOUETTE);
+    CHECK(edge(ending(r, flat, far_end, glm::normalize(pair.p - pair.q), 0), b, false, true, -0.9, 0, pair, g, true) ==
+          EDGE_NONE);
+    CHECK(edge(ending(r, flat, near_end, glm::normalize(pair.p - pair.q), 0), b, false, true, -0.9, 0, pair, g, true) ==
+          EDGE_SILHOUETTE);
   }
 }
 
@@ -936,7 +963,8 @@ TEST_CASE("edges: two triangles that pass through each other move the line in wh
         for (glm::dvec4& v : shifted) v += glm::dvec4(moved * v.w, 0);
         // Depths are linear on the screen, so one step of the secant finds the crossing.
         const auto gap = [&](glm::dvec2 at) {
-          return f64::plane_point(shifted[0], shifted[1], shifted[2], at).depth - f64::plane_point(b[0], b[1], b[2], at).depth;
+          return f64::plane_point(shifted[0], shifted[1], shifted[2], at).depth -
+                 f64::plane_point(b[0], b[1], b[2], at).depth;
         };
         const double at_p = gap(pair.p), at_q = gap(pair.q);
         return pair.force[axis] * (pair.p + (pair.q - pair.p) * (at_p / (at_p - at_q)))[axis];
@@ -1023,7 +1051,8 @@ TEST_CASE("VectorAdam's step turns with the axes", "[maths]") {
   double v = 0, turned_v = 0;
   for (int t = 1; t <= 5; ++t) {
     const glm::dvec3 g{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
-    const glm::dvec3 step = f64::vector_adam(g, 0.1, 2.0, m, v), turned_step = f64::vector_adam(turn * g, 0.1, 2.0, turned_m, turned_v);
+    const glm::dvec3 step = f64::vector_adam(g, 0.1, 2.0, m, v),
+                     turned_step = f64::vector_adam(turn * g, 0.1, 2.0, turned_m, turned_v);
     CHECK(glm::length(turn * step - turned_step) < 1e-12);
   }
 }
@@ -1040,7 +1069,8 @@ double chi_square(const std::vector<int>& bins, int draws) {
   return sum;
 }
 
-/// Five standard deviations above the mean of the statistic for so many bins. Counters are fixed: a test passes always or never.
+/// Five standard deviations above the mean of the statistic for so many bins. Counters are fixed: a test passes always
+/// or never.
 double chi_square_limit(std::size_t bins) {
   const double freedom = static_cast<double>(bins) - 1;
   return freedom + 5 * std::sqrt(2 * freedom);
@@ -1088,7 +1118,8 @@ TEST_CASE("thresholds are uniform over pixels, triangles and steps", "[maths]") 
   for (const std::uint32_t key : {0u, 12345u, 0xdeadbeefu}) {
     check_uniform([&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(key, i), 7); });
     check_uniform([&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(key, 4711), i); });
-    check_uniform([&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(f64::hash32(key + i), 4711), 7); });
+    check_uniform(
+        [&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(f64::hash32(key + i), 4711), 7); });
   }
   // 24 bits: float and double have the same numbers.
   for (std::uint32_t i = 0; i < 1000; ++i) CHECK(f64::threshold_of(i, i * i) == f32::threshold_of(i, i * i));
@@ -1121,10 +1152,13 @@ TEST_CASE("thresholds of different triangles, pixels and steps have nothing to d
   const std::uint32_t key = f64::hash32(99);
   for (const std::uint32_t other : {1u, 2u, 64u, 1000u}) {
     INFO("distance " << other);
-    check_independent([&](std::uint32_t i) { return draw(key, i, 3); }, [&](std::uint32_t i) { return draw(key, i, 3 + other); });
-    check_independent([&](std::uint32_t i) { return draw(key, i, 3); }, [&](std::uint32_t i) { return draw(key, i + other, 3); });
+    check_independent([&](std::uint32_t i) { return draw(key, i, 3); },
+                      [&](std::uint32_t i) { return draw(key, i, 3 + other); });
+    check_independent([&](std::uint32_t i) { return draw(key, i, 3); },
+                      [&](std::uint32_t i) { return draw(key, i + other, 3); });
     check_independent([&](std::uint32_t i) { return draw(key, i, 3); },
                       [&](std::uint32_t i) { return draw(f64::hash32(99 + other), i, 3); });
-    check_independent([&](std::uint32_t i) { return draw(key, 5, i); }, [&](std::uint32_t i) { return draw(key, 5 + other, i); });
+    check_independent([&](std::uint32_t i) { return draw(key, 5, i); },
+                      [&](std::uint32_t i) { return draw(key, 5 + other, i); });
   }
 }

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "run/memory_need.h"
-#include "train/step/soup_buffers.h"
 #include "run/trainer.h"
+#include "train/step/soup_buffers.h"
 
 using namespace trisoup;
 
@@ -95,7 +95,8 @@ TEST_CASE("a rank needs its share of the textures, and all of the rest", "[memor
   train::Settings s = train::published(train::Recipe::synthetic);
   s.init_count = 100;
   s.triangles = 100'000;
-  const std::uint64_t textures = s.triangles * train::texture_bytes(soup::samples_in(s.level_min, s.level_max), soup::samples_at(s.level_max));
+  const std::uint64_t textures =
+      s.triangles * train::texture_bytes(soup::samples_in(s.level_min, s.level_max), soup::samples_at(s.level_max));
   const std::uint64_t rest = train::memory_need(scene, s, 1).soup - textures;
   for (const std::uint32_t ranks : {2u, 4u}) {
     const std::uint64_t need = train::memory_need(scene, s, ranks).soup;

@@ -50,14 +50,16 @@ void put(std::string& to, T value, bool big) {
 
 const std::string kPlyAscii =
     "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 4\r\nproperty float x\r\nproperty float y\r\n"
-    "property float z\r\nproperty uchar red\r\nelement face 1\r\nproperty list uchar int vertex_indices\r\nend_header\r\n"
+    "property float z\r\nproperty uchar red\r\nelement face 1\r\nproperty list uchar int "
+    "vertex_indices\r\nend_header\r\n"
     "0 0 0 255\r\n1 0 0 0\r\n1 1 0.5 0\r\n0 +1 0e0 0\r\n4 0 1 2 3\r\n";
 
 std::string ply_binary(bool big) {
-  std::string text = std::string("ply\nformat binary_") + (big ? "big" : "little") +
-                     "_endian 1.0\nelement face 1\nproperty uchar flags\nproperty list uchar uint vertex_index\n"
-                     "element vertex 4\nproperty double x\nproperty float y\nproperty list ushort char odd\nproperty float z\n"
-                     "end_header\n";
+  std::string text =
+      std::string("ply\nformat binary_") + (big ? "big" : "little") +
+      "_endian 1.0\nelement face 1\nproperty uchar flags\nproperty list uchar uint vertex_index\n"
+      "element vertex 4\nproperty double x\nproperty float y\nproperty list ushort char odd\nproperty float z\n"
+      "end_header\n";
   put<std::uint8_t>(text, 9, big);
   put<std::uint8_t>(text, 4, big);
   for (std::uint32_t k = 0; k < 4; ++k) put(text, k, big);
@@ -79,7 +81,8 @@ std::string gltf_text(const std::string& buffer_uri, const std::string& more = "
              {"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1]}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5},{"attributes":{"POSITION":0},"mode":0}]}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":)" +
-         count + R"(,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},{"bufferView":1,"componentType":5123,"count":4,"type":"SCALAR"}],
+         count +
+         R"(,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},{"bufferView":1,"componentType":5123,"count":4,"type":"SCALAR"}],
     "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":8}],)" +
          more + R"("buffers":[{"byteLength":56,"uri":")" + buffer_uri + "\"}]}";
 }
@@ -98,7 +101,8 @@ void check_strip(const Mesh& mesh) {
 
 TEST_CASE("OBJ: polygons, negative indices, groups and attributes", "[mesh]") {
   check_quad(
-      obj("# quad\nmtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nvt 0 0\nvn 0 0 1\ng a\nusemtl b\nf 1/1/1 2//1 3/1 4\n"));
+      obj("# quad\nmtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nvt 0 0\nvn 0 0 1\ng a\nusemtl b\nf 1/1/1 2//1 "
+          "3/1 4\n"));
   check_quad(obj("v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nf -4 -3 -2 -1\n"));
   check_quad(obj("v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\no a\nf 1 2 3\no b\nf 1 3 4\n"));
 }

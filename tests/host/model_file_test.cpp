@@ -11,19 +11,19 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "common/host.h"
 #include "base/error.h"
-#include "image/image_file.h"
-#include "npz.h"
 #include "base/read_file.h"
-#include "shared_data.h"
-#include "soup/bake.h"
+#include "common/host.h"
 #include "format/glb.h"
-#include "mesh/mesh.h"
+#include "format/lattice_hierarchy.h"
 #include "format/model_bytes.h"
 #include "format/model_file.h"
+#include "image/image_file.h"
+#include "mesh/mesh.h"
+#include "npz.h"
+#include "shared_data.h"
+#include "soup/bake.h"
 #include "soup/random.h"
-#include "format/lattice_hierarchy.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
 
@@ -45,7 +45,8 @@ soup::Model random_model(std::size_t triangles, std::uint64_t seed) {
   const soup::TextureTable table = soup::make_texture_table(levels);
   model.textures = table.entries;
   for (auto& row : model.textures) row.source_offset = row.level_min = 0;
-  for (std::uint64_t i = 0; i < table.lattice_samples * 8; ++i) model.lattice.push_back(static_cast<std::uint8_t>(random.bits()));
+  for (std::uint64_t i = 0; i < table.lattice_samples * 8; ++i)
+    model.lattice.push_back(static_cast<std::uint8_t>(random.bits()));
   for (float& w : model.mlp.parameters) w = random.uniform01() - 0.5f;
   model.background = {0.25f, 0.5f, 1.0f};
   model.centre = {1.0 / 3, -2e5, 1e-9};
@@ -63,7 +64,8 @@ std::vector<std::byte> edited(const std::vector<std::byte>& bytes, F&& edit) {
 
 /// Three triangles, the same in files of all versions; `ending` of its name.
 std::vector<std::byte> three_triangles(const char* ending) {
-  const std::string content = read_file(TRISOUP_SOURCE_DIR "/tests/fuzz/corpus/model_file/three_triangles" + std::string(ending) + ".glb");
+  const std::string content =
+      read_file(TRISOUP_SOURCE_DIR "/tests/fuzz/corpus/model_file/three_triangles" + std::string(ending) + ".glb");
   const auto bytes = std::as_bytes(std::span(content));
   return {bytes.begin(), bytes.end()};
 }
@@ -97,7 +99,8 @@ bool same(const soup::Model& a, const soup::Model& b) {
   if (a.triangles() != b.triangles() || a.vertices.size() != b.vertices.size() || a.lattice != b.lattice) return false;
   if (std::memcmp(a.vertices.data(), b.vertices.data(), a.vertices.size() * 12) != 0) return false;
   if (std::memcmp(a.textures.data(), b.textures.data(), a.textures.size() * 16) != 0) return false;
-  return a.mlp.parameters == b.mlp.parameters && a.background == b.background && a.centre == b.centre && a.scale == b.scale && a.origin == b.origin;
+  return a.mlp.parameters == b.mlp.parameters && a.background == b.background && a.centre == b.centre &&
+         a.scale == b.scale && a.origin == b.origin;
 }
 
 }  // namespace
@@ -153,7 +156,8 @@ TEST_CASE("a model far from its origin says where it is, to every viewer", "[mod
   }
 }
 
-TEST_CASE("what viewers get as +Y is in the root node alone where the dataset does not say what is up", "[model_file]") {
+TEST_CASE("what viewers get as +Y is in the root node alone where the dataset does not say what is up",
+          "[model_file]") {
   soup::Model model = random_model(2, 5);
   model.origin = {4e3, -5e3, 100.125};
   const glm::dvec3 up = glm::normalize(glm::dvec3(0.2, -0.9, 0.4));
@@ -164,7 +168,10 @@ TEST_CASE("what viewers get as +Y is in the root node alone where the dataset do
   CHECK(same(model, file.model));
   CHECK_FALSE(file.up.has_value());
   const auto m = soup::decode_glb(bytes, "memory").document["nodes"][0].at("matrix").get<std::vector<double>>();
-  const auto turned = [&](const glm::dvec3& v) { return glm::dvec3(m[0] * v.x + m[4] * v.y + m[8] * v.z, m[1] * v.x + m[5] * v.y + m[9] * v.z, m[2] * v.x + m[6] * v.y + m[10] * v.z); };
+  const auto turned = [&](const glm::dvec3& v) {
+    return glm::dvec3(m[0] * v.x + m[4] * v.y + m[8] * v.z, m[1] * v.x + m[5] * v.y + m[9] * v.z,
+                      m[2] * v.x + m[6] * v.y + m[10] * v.z);
+  };
   CHECK(glm::length(turned(up) - glm::dvec3(0, 1, 0)) < 1e-12);
   CHECK(glm::length(turned(model.origin) - glm::dvec3(m[12], m[13], m[14])) < 1e-9);
   // An up that is known comes first, and is told to our own readers.
@@ -188,7 +195,8 @@ TEST_CASE("a model is a mesh in its dataset's coordinates, whatever viewers get 
     double furthest = 0;
     for (std::size_t t = 0; t < model.triangles(); ++t)
       for (int k = 0; k < 3; ++k)
-        furthest = std::max(furthest, glm::length(glm::dvec3(mesh.positions[mesh.indices[3 * t + k]]) - glm::dvec3(model.vertices[3 * t + k]) - model.origin));
+        furthest = std::max(furthest, glm::length(glm::dvec3(mesh.positions[mesh.indices[3 * t + k]]) -
+                                                  glm::dvec3(model.vertices[3 * t + k]) - model.origin));
     CHECK(furthest < 1e-4);
   }
 }
@@ -220,20 +228,25 @@ TEST_CASE("a model of several atlas pages gives back what went in, and each prim
 
 TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "[model_file][atlas]") {
   soup::Model model = random_model(40, 21);
-  for (std::uint8_t& value : model.lattice) value = static_cast<std::uint8_t>(100 + value % 50);  // nothing saturates in a gutter
+  for (std::uint8_t& value : model.lattice)
+    value = static_cast<std::uint8_t>(100 + value % 50);  // nothing saturates in a gutter
   const auto bytes = soup::encode_model(model, {});
   const soup::Glb glb = soup::decode_glb(bytes, "memory");
   const Image image = decode_image(view_of(glb, glb.document["images"][0]["bufferView"]), "base colour");
   std::vector<glm::vec2> uv(model.vertices.size());
-  std::memcpy(uv.data(), view_of(glb, glb.document["accessors"][1]["bufferView"]).data(), uv.size() * sizeof(glm::vec2));
+  std::memcpy(uv.data(), view_of(glb, glb.document["accessors"][1]["bufferView"]).data(),
+              uv.size() * sizeof(glm::vec2));
 
   const auto bilinear = [&](const glm::dvec2& at, int channel) {  // as OpenGL defines LINEAR with CLAMP_TO_EDGE
-    const glm::dvec2 texel = at * glm::dvec2(image.width, image.height) - 0.5, corner = glm::floor(texel), f = texel - corner;
+    const glm::dvec2 texel = at * glm::dvec2(image.width, image.height) - 0.5, corner = glm::floor(texel),
+                     f = texel - corner;
     double sum = 0;
     for (int dy = 0; dy < 2; ++dy)
       for (int dx = 0; dx < 2; ++dx) {
-        const int x = glm::clamp(int(corner.x) + dx, 0, image.width - 1), y = glm::clamp(int(corner.y) + dy, 0, image.height - 1);
-        sum += (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * image.rgba[(std::size_t(y) * image.width + x) * 4 + channel];
+        const int x = glm::clamp(int(corner.x) + dx, 0, image.width - 1),
+                  y = glm::clamp(int(corner.y) + dy, 0, image.height - 1);
+        sum +=
+            (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * image.rgba[(std::size_t(y) * image.width + x) * 4 + channel];
       }
     return sum;
   };
@@ -312,7 +325,8 @@ TEST_CASE("without plain colours a model is the same in fewer bytes", "[model_fi
 
 TEST_CASE("with a vertex share a model has no mesh, and its vertices on a grid", "[model_file][model_bytes]") {
   soup::Model model = random_model(60, 36);
-  for (std::size_t i = 0; i < model.vertices.size(); ++i) model.vertices[i] = {float(i % 7), float(i % 5), float(i % 11)};
+  for (std::size_t i = 0; i < model.vertices.size(); ++i)
+    model.vertices[i] = {float(i % 7), float(i % 5), float(i % 11)};
   model.centre = {3, 2, 5};
   model.scale = 0.2;
   soup::ModelFileOptions options;
@@ -339,7 +353,8 @@ TEST_CASE("with a vertex share a model has no mesh, and its vertices on a grid",
       if (texture(model, t) != texture(read, u)) continue;
       ++found;
       // 64 of a hundredth, as seen from 4 units: a sixteenth of a pixel is 0.025.
-      for (std::size_t k = 0; k < 3; ++k) CHECK(glm::distance(model.vertices[3 * t + k], read.vertices[3 * u + k]) < 0.025);
+      for (std::size_t k = 0; k < 3; ++k)
+        CHECK(glm::distance(model.vertices[3 * t + k], read.vertices[3 * u + k]) < 0.025);
     }
   CHECK(found == 60);
   CHECK(read.mlp.parameters == model.mlp.parameters);
@@ -366,7 +381,8 @@ TEST_CASE("with a vertex share a model has no mesh, and its vertices on a grid",
 
 TEST_CASE("cameras come back as they went in, to the rounding of floats", "[model_file][model_cameras]") {
   soup::ModelFileOptions options;
-  for (int i = 0; i < 40; ++i) options.cameras.push_back(some_camera("photographs/" + std::to_string(i), i % 8 == 0, 100 + i));
+  for (int i = 0; i < 40; ++i)
+    options.cameras.push_back(some_camera("photographs/" + std::to_string(i), i % 8 == 0, 100 + i));
   for (const std::size_t lenses : {1u, 3u}) {
     for (std::size_t i = 0; i < options.cameras.size(); ++i) options.cameras[i].camera.fx = 50.25 + double(i % lenses);
     const auto bytes = soup::encode_model(random_model(2, 1), options);
@@ -376,7 +392,8 @@ TEST_CASE("cameras come back as they went in, to the rounding of floats", "[mode
       const scene::Camera &was = options.cameras[i].camera, &is = cameras[i].camera;
       CHECK(cameras[i].name == options.cameras[i].name);
       CHECK(cameras[i].test == options.cameras[i].test);
-      CHECK(std::tuple(is.width, is.height, is.fx, is.fy, is.cx, is.cy) == std::tuple(was.width, was.height, was.fx, was.fy, was.cx, was.cy));
+      CHECK(std::tuple(is.width, is.height, is.fx, is.fy, is.cx, is.cy) ==
+            std::tuple(was.width, was.height, was.fx, was.fy, was.cx, was.cy));
       for (int c = 0; c < 4; ++c)
         for (int r = 0; r < 4; ++r) CHECK(is.world_to_camera[c][r] == Approx(was.world_to_camera[c][r]).margin(3e-7));
     }
@@ -390,8 +407,12 @@ TEST_CASE("cameras of earlier files are read, impossible ones refused", "[model_
   options.cameras = {some_camera("a", true, 1), some_camera("b", false, 2)};
   const auto bytes = soup::encode_model(random_model(2, 1), options);
   using nlohmann::json;
-  const json row = {{"name", "c"}, {"test", true}, {"size", {40, 30}}, {"focal", {50, 51}}, {"centre", {20, 15}}, {"world_to_camera", {1, 0, 0, 4, 0, 0, -1, 5, 0, 1, 0, 6}}};
-  const auto with = [&](const json& rows) { return edited(bytes, [&](json& j) { extension_of(j)["cameras"] = rows; }); };
+  const json row = {{"name", "c"},        {"test", true},
+                    {"size", {40, 30}},   {"focal", {50, 51}},
+                    {"centre", {20, 15}}, {"world_to_camera", {1, 0, 0, 4, 0, 0, -1, 5, 0, 1, 0, 6}}};
+  const auto with = [&](const json& rows) {
+    return edited(bytes, [&](json& j) { extension_of(j)["cameras"] = rows; });
+  };
   const soup::ModelCamera c = soup::decode_model(with(json::array({row})), "memory").cameras.at(0);
   CHECK(c.name == "c");
   CHECK(c.test);
@@ -399,7 +420,9 @@ TEST_CASE("cameras of earlier files are read, impossible ones refused", "[model_
   CHECK(glm::dvec3(c.camera.world_to_camera * glm::dvec4(1, 2, 3, 1)) == glm::dvec3(5, 2, 8));
 
   const auto refuses = [&](const char* what, auto&& edit) {
-    CHECK_THROWS_WITH(soup::decode_model(edited(bytes, [&](json& j) { edit(extension_of(j)["cameras"]); }), "model.glb"), Contains("model.glb") && Contains(what));
+    CHECK_THROWS_WITH(
+        soup::decode_model(edited(bytes, [&](json& j) { edit(extension_of(j)["cameras"]); }), "model.glb"),
+        Contains("model.glb") && Contains(what));
   };
   refuses("number of poses", [](json& cameras) { cameras["names"].push_back("more"); });
   refuses("number of poses", [](json& cameras) { cameras["names"] = "ab"; });
@@ -422,7 +445,8 @@ TEST_CASE("cameras of earlier files are read, impossible ones refused", "[model_
     json document = glb.document;
     const json& view = document["bufferViews"][extension_of(document)["cameras"]["poses"].get<std::size_t>()];
     std::memcpy(&binary[view["byteOffset"].get<std::size_t>()], &value, sizeof value);
-    CHECK_THROWS_WITH(soup::decode_model(soup::encode_glb(document, binary, "memory"), "model.glb"), Contains("impossible camera"));
+    CHECK_THROWS_WITH(soup::decode_model(soup::encode_glb(document, binary, "memory"), "model.glb"),
+                      Contains("impossible camera"));
   }
 }
 
@@ -434,7 +458,9 @@ TEST_CASE("plain colours of a palette are near the whole ones, and what is cut o
   CHECK(few_bytes.size() < whole_bytes.size());
   CHECK(same(model, soup::decode_model(few_bytes, "memory").model));
   const soup::Glb a = soup::decode_glb(whole_bytes, "memory"), b = soup::decode_glb(few_bytes, "memory");
-  const auto image = [](const soup::Glb& glb) { return decode_image(view_of(glb, glb.document["images"][0]["bufferView"]), "picture"); };
+  const auto image = [](const soup::Glb& glb) {
+    return decode_image(view_of(glb, glb.document["images"][0]["bufferView"]), "picture");
+  };
   const Image plain = image(a), reduced = image(b);
   REQUIRE((plain.width == reduced.width && plain.height == reduced.height));
   std::vector<std::uint32_t> levels;
@@ -445,14 +471,19 @@ TEST_CASE("plain colours of a palette are near the whole ones, and what is cut o
   const auto compare = [&](const glm::ivec2& texel) {
     const std::size_t at = (std::size_t(texel.y) * std::size_t(plain.width) + std::size_t(texel.x)) * 4;
     moved += (plain.rgba[at + 3] >= 128) != (reduced.rgba[at + 3] >= 128);
-    for (std::size_t c = 0; c < 3; ++c, ++samples) squares += std::pow(double(plain.rgba[at + c]) - reduced.rgba[at + c], 2);
+    for (std::size_t c = 0; c < 3; ++c, ++samples)
+      squares += std::pow(double(plain.rgba[at + c]) - reduced.rgba[at + c], 2);
   };
   for (const soup::AtlasPlace& place : atlas.places) {
-    soup::each_lattice_point(place.level, [&](int x, int y, std::uint32_t) { compare(soup::atlas_texel(place, x, y)); });
-    soup::each_gutter_texel(place.level, [&](const soup::GutterTexel& gutter) { compare(soup::atlas_texel(place, gutter.at.x, gutter.at.y)); });
+    soup::each_lattice_point(place.level,
+                             [&](int x, int y, std::uint32_t) { compare(soup::atlas_texel(place, x, y)); });
+    soup::each_gutter_texel(place.level, [&](const soup::GutterTexel& gutter) {
+      compare(soup::atlas_texel(place, gutter.at.x, gutter.at.y));
+    });
   }
   CHECK(moved == 0);
-  // Colours that fill the cube: 224 cubes for half of them and 32 for the rest, whose sides are 42 and 80, are 12 and 23 from their middle.
+  // Colours that fill the cube: 224 cubes for half of them and 32 for the rest, whose sides are 42 and 80, are 12 and
+  // 23 from their middle.
   CHECK(std::sqrt(squares / samples) < std::sqrt((12.0 * 12 + 23.0 * 23) / 2));
 }
 
@@ -471,7 +502,8 @@ TEST_CASE("a model file that is cut, damaged or another's is refused", "[model_f
     }
   }
   const auto plain = soup::encode_glb({{"asset", {{"version", "2.0"}}}}, {}, "memory");
-  CHECK_THROWS_WITH(soup::decode_model(plain, "plain.glb"), Contains("plain.glb") && Contains("TRISOUP_neural_textures"));
+  CHECK_THROWS_WITH(soup::decode_model(plain, "plain.glb"),
+                    Contains("plain.glb") && Contains("TRISOUP_neural_textures"));
   CHECK_THROWS_WITH(soup::read_model("no/such/model.glb"), Contains("no/such/model.glb"));
 }
 
@@ -529,7 +561,8 @@ TEST_CASE("a file of version 1 is read, and written again as it is in less", "[m
   soup::ModelFileOptions options;
   options.settings = file.settings;
   CHECK(same(file.model, soup::decode_model(soup::encode_model(file.model, options), "memory").model));
-  for (const char* later : {"_2", "_3"}) CHECK(same(file.model, soup::decode_model(three_triangles(later), "memory").model));
+  for (const char* later : {"_2", "_3"})
+    CHECK(same(file.model, soup::decode_model(three_triangles(later), "memory").model));
 }
 
 TEST_CASE("rounded textures take less, and their steps are told", "[model_file]") {
@@ -607,7 +640,8 @@ TEST_CASE("a small file whose pages unpack to gigabytes is refused before they a
   const std::size_t image = glb.document["images"].size() - 1;
   nlohmann::json& pages = extension_of(glb.document)["pages"];
   for (int i = 0; i < 255; ++i) pages.push_back({{"features", {image, image}}});
-  CHECK_THROWS_WITH(soup::decode_model(soup::encode_glb(glb.document, binary, "memory"), "model.glb"), Contains("more texels"));
+  CHECK_THROWS_WITH(soup::decode_model(soup::encode_glb(glb.document, binary, "memory"), "model.glb"),
+                    Contains("more texels"));
 }
 
 TEST_CASE("a model that could not be read again is not written", "[model_file]") {

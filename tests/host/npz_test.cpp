@@ -87,17 +87,17 @@ std::string zip(const std::vector<Member>& members) {
 
 TEST_CASE("npz arrays of every supported type", "[npz]") {
   const test::TemporaryFolder folder;
-  const auto file =
-      folder.file("file.npz", zip({
-                                  {"f4.npy", npy("<f4", "(2, 3)", bytes<float>({1, 2, 3, 4, 5, 6.5f}))},
-                                  {"f8.npy", npy("<f8", "(1,)", bytes<double>({0.1})), true},
-                                  {"f2.npy", npy("<f2", "(5,)", bytes<std::uint16_t>({0x3c00, 0xc000, 0x0001, 0x7c00, 0x7e00}))},
-                                  {"i4.npy", npy("<i4", "()", bytes<std::int32_t>({-7})), true},
-                                  {"i8.npy", npy("<i8", "(2,)", bytes<std::int64_t>({-1, 2147483647}))},
-                                  {"u1.npy", npy("|u1", "(2,)", bytes<std::uint8_t>({0, 255}))},
-                                  {"u2.npy", npy("<u2", "(1,)", bytes<std::uint16_t>({65535}))},
-                                  {"none.npy", npy("<f4", "(0, 3)", "")},
-                              }));
+  const auto file = folder.file(
+      "file.npz", zip({
+                      {"f4.npy", npy("<f4", "(2, 3)", bytes<float>({1, 2, 3, 4, 5, 6.5f}))},
+                      {"f8.npy", npy("<f8", "(1,)", bytes<double>({0.1})), true},
+                      {"f2.npy", npy("<f2", "(5,)", bytes<std::uint16_t>({0x3c00, 0xc000, 0x0001, 0x7c00, 0x7e00}))},
+                      {"i4.npy", npy("<i4", "()", bytes<std::int32_t>({-7})), true},
+                      {"i8.npy", npy("<i8", "(2,)", bytes<std::int64_t>({-1, 2147483647}))},
+                      {"u1.npy", npy("|u1", "(2,)", bytes<std::uint8_t>({0, 255}))},
+                      {"u2.npy", npy("<u2", "(1,)", bytes<std::uint16_t>({65535}))},
+                      {"none.npy", npy("<f4", "(0, 3)", "")},
+                  }));
   test::Npz npz = test::load_npz(file);
   REQUIRE(npz.size() == 8);
   CHECK(npz["f4"].shape == std::vector<std::size_t>{2, 3});
@@ -128,7 +128,8 @@ TEST_CASE("npz: a damaged archive is an Error wherever it is cut", "[npz]") {
   CHECK_THROWS_AS(test::load_npz("no/such/file.npz"), Error);
   const auto wide = folder.file("wide.npz", zip({{"a.npy", npy("<i8", "()", bytes<std::int64_t>({1ll << 40}))}}));
   CHECK_THROWS_AS(test::load_npz(wide), Error);
-  const auto claims = folder.file("claims.npz", zip({{"a.npy", npy("<f4", "(2000000000, 2000000000)", bytes<float>({1, 2}))}}));
+  const auto claims =
+      folder.file("claims.npz", zip({{"a.npy", npy("<f4", "(2000000000, 2000000000)", bytes<float>({1, 2}))}}));
   CHECK_THROWS_AS(test::load_npz(claims), Error);
 }
 

@@ -26,14 +26,16 @@ TEST_CASE("pictures of few colours keep them, to what a cell of like colours spa
     soup::Random random(static_cast<std::uint64_t>(colours));
     std::vector<glm::ivec4> chosen;
     for (int i = 0; i < colours; ++i)
-      chosen.emplace_back(int(random.uniform01() * 255), int(random.uniform01() * 255), int(random.uniform01() * 255), i % 3 == 2 ? 0 : 255);
+      chosen.emplace_back(int(random.uniform01() * 255), int(random.uniform01() * 255), int(random.uniform01() * 255),
+                          i % 3 == 2 ? 0 : 255);
     const Image image = image_of(40, 30, [&](int i) { return chosen[static_cast<std::size_t>(i) % chosen.size()]; });
     const PaletteImage palette = make_palette(image, std::vector<bool>(1200, true));
     int worst = 0;
     for (std::size_t i = 0; i < 1200; ++i)
       for (int c = 0; c < 4; ++c) {
         const int is = palette.colours[palette.pixels[i]][c], was = image.rgba[4 * i + static_cast<std::size_t>(c)];
-        if (c < 3 && image.rgba[4 * i + 3] < 128 && colours > 90) continue;  // more than 32 that are not seen share theirs
+        if (c < 3 && image.rgba[4 * i + 3] < 128 && colours > 90)
+          continue;  // more than 32 that are not seen share theirs
         worst = std::max(worst, std::abs(is - was));
       }
     CHECK(worst <= 3);

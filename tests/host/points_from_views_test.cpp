@@ -23,7 +23,8 @@ double texture(double x, double y) {
   };
   const double fx = x - std::floor(x), fy = y - std::floor(y);
   const int i = int(std::floor(x)), j = int(std::floor(y));
-  return (1 - fy) * ((1 - fx) * value(i, j) + fx * value(i + 1, j)) + fy * ((1 - fx) * value(i, j + 1) + fx * value(i + 1, j + 1));
+  return (1 - fy) * ((1 - fx) * value(i, j) + fx * value(i + 1, j)) +
+         fy * ((1 - fx) * value(i, j + 1) + fx * value(i + 1, j + 1));
 }
 
 /// Cameras along a line, all looking along z, before a wall with a board in front of its left half.

@@ -7,11 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/host.h"
 #include "base/error.h"
-#include "image/image_file.h"
 #include "base/read_file.h"
+#include "common/host.h"
 #include "format/published.h"
+#include "image/image_file.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
@@ -33,7 +33,8 @@ soup::Model model_of(const std::vector<std::uint32_t>& levels, std::uint64_t see
   const soup::TextureTable table = soup::make_texture_table(all);
   model.textures = table.entries;
   for (auto& row : model.textures) row.source_offset = row.level_min = 0;
-  for (std::uint64_t i = 0; i < table.lattice_samples * 8; ++i) model.lattice.push_back(static_cast<std::uint8_t>(random.bits()));
+  for (std::uint64_t i = 0; i < table.lattice_samples * 8; ++i)
+    model.lattice.push_back(static_cast<std::uint8_t>(random.bits()));
   for (float& w : model.mlp.parameters) w = random.uniform01() - 0.5f;
   model.background = {0.25f, 0.5f, 1.0f};
   model.origin = {10, -20, 0.5};
@@ -52,7 +53,11 @@ TEST_CASE("a soup in the published viewer's files is what they say", "[published
   write_published(folder.path(), "a", model, {0, 0, 1});
   CHECK(json_in(folder / "models.json") == nlohmann::json({"a", "b scene"}));
   const nlohmann::json meta = json_in(folder / "a" / "meta.json"), mlp = json_in(folder / "a" / "mlp_weights.json");
-  CHECK(meta == nlohmann::json({{"up", {0.0, 0.0, 1.0}}, {"level", 2}, {"background", {0.25, 0.5, 1.0}}, {"num_faces", 3}, {"num_verts", 9}}));
+  CHECK(meta == nlohmann::json({{"up", {0.0, 0.0, 1.0}},
+                                {"level", 2},
+                                {"background", {0.25, 0.5, 1.0}},
+                                {"num_faces", 3},
+                                {"num_verts", 9}}));
   // Rows of weights are outputs: W2[1][0] is the 17th of its layer.
   CHECK(mlp["W2"][16].get<float>() == model.mlp.parameters[272 + 16]);
   CHECK(mlp["b3"][2].get<float>() == model.mlp.parameters[594]);
@@ -62,13 +67,15 @@ TEST_CASE("a soup in the published viewer's files is what they say", "[published
     const Image image = read_image(folder / "a" / (half ? "lut1.png" : "lut0.png"));
     CHECK(image.width == 45);
     CHECK(image.height == 1);
-    for (std::size_t i = 0; i < 45; ++i) CHECK(std::memcmp(&image.rgba[4 * i], &model.lattice[8 * i + 4 * half], 4) == 0);
+    for (std::size_t i = 0; i < 45; ++i)
+      CHECK(std::memcmp(&image.rgba[4 * i], &model.lattice[8 * i + 4 * half], 4) == 0);
   }
 
   const std::string ply = read_file(folder / "a" / "mesh.ply"), end = "end_header\n";
   const std::size_t at = ply.find(end) + end.size();
-  CHECK(ply.substr(0, at) == "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\n"
-                             "element face 3\nproperty list uchar int vertex_indices\nend_header\n");
+  CHECK(ply.substr(0, at) ==
+        "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 3\nproperty list uchar int vertex_indices\nend_header\n");
   REQUIRE(ply.size() == at + 9 * 12 + 3 * 13);
   glm::vec3 fifth;
   std::memcpy(&fifth, &ply[at + 4 * 12], 12);
@@ -102,7 +109,8 @@ TEST_CASE("what was written in the published form is read again", "[published]")
   REQUIRE(file.up);
   CHECK(*file.up == glm::dvec3(0, 0, -1));
   REQUIRE(file.model.vertices.size() == 90);
-  for (std::size_t i = 0; i < 90; ++i) CHECK(file.model.vertices[i] == glm::vec3(glm::dvec3(model.vertices[i]) + model.origin));
+  for (std::size_t i = 0; i < 90; ++i)
+    CHECK(file.model.vertices[i] == glm::vec3(glm::dvec3(model.vertices[i]) + model.origin));
   // A model.glb can be made of it, and viewers find it in reach.
   soup::ModelFileOptions options;
   options.bake_directions = {{0, 0, 1}};  // colours are not what this is about
@@ -130,7 +138,8 @@ TEST_CASE("triangles of several levels are brought to the highest", "[published]
     }
   }
   // The one that had the level already is the same.
-  CHECK(std::equal(&even.lattice[3 * 561 * 8], &even.lattice[4 * 561 * 8], &model.lattice[std::size_t(model.textures[3].lattice_offset) * 8]));
+  CHECK(std::equal(&even.lattice[3 * 561 * 8], &even.lattice[4 * 561 * 8],
+                   &model.lattice[std::size_t(model.textures[3].lattice_offset) * 8]));
   CHECK_THROWS_WITH(soup::at_one_level(model, 4), Contains("level 5"));
 }
 
@@ -147,7 +156,8 @@ TEST_CASE("a scene of the published viewer whose files do not belong together is
   SECTION("another level") {
     folder.file("x/meta.json", R"({"level": 2})");
     CHECK_THROWS_WITH(soup::read_published(x), Contains("lut0.png") && Contains("level 2"));
-    for (const char* wrong : {R"({"level": 6})", R"({"level": -1})", R"({"level": "high"})", R"({"up": [1]})", R"({"background": [0, 2, 0]})", "{", "[]"}) {
+    for (const char* wrong : {R"({"level": 6})", R"({"level": -1})", R"({"level": "high"})", R"({"up": [1]})",
+                              R"({"background": [0, 2, 0]})", "{", "[]"}) {
       folder.file("x/meta.json", wrong);
       CHECK_THROWS_WITH(soup::read_published(x), Contains("meta.json"));
     }

@@ -6,12 +6,12 @@
 #include <set>
 
 #include "base/error.h"
-#include "npz.h"
-#include "shared_data.h"
 #include "mesh/decimate.h"
 #include "mesh/point_spacing.h"
-#include "train/start/random_start.h"
+#include "npz.h"
+#include "shared_data.h"
 #include "soup/random.h"
+#include "train/start/random_start.h"
 
 using namespace trisoup;
 using namespace trisoup::soup;
@@ -20,7 +20,8 @@ namespace {
 
 std::vector<glm::vec3> points_of(const test::Array& array) {
   std::vector<glm::vec3> points;
-  for (std::size_t k = 0; k + 2 < array.f.size(); k += 3) points.emplace_back(array.f[k], array.f[k + 1], array.f[k + 2]);
+  for (std::size_t k = 0; k + 2 < array.f.size(); k += 3)
+    points.emplace_back(array.f[k], array.f[k + 1], array.f[k + 2]);
   return points;
 }
 
@@ -67,7 +68,8 @@ Mesh sphere(int rings) {
 TEST_CASE("random numbers: Philox known answers and resumable streams", "[random]") {
   // From the test vectors that come with Random123.
   CHECK(philox({0, 0, 0, 0}, {0, 0}) == std::array<std::uint32_t, 4>{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
-  CHECK(philox({~0u, ~0u, ~0u, ~0u}, {~0u, ~0u}) == std::array<std::uint32_t, 4>{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
+  CHECK(philox({~0u, ~0u, ~0u, ~0u}, {~0u, ~0u}) ==
+        std::array<std::uint32_t, 4>{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
   CHECK(philox({0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344}, {0xa4093822, 0x299f31d0}) ==
         std::array<std::uint32_t, 4>{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1});
   Random a(5), b(5), other_seed(6), other_stream(5, 1);
@@ -134,7 +136,8 @@ TEST_CASE("initial triangles equal the published ones", "[initialise][golden]") 
   for (std::size_t k = 0; k < 40; ++k) {
     const auto triangle =
         equilateral_triangle(centres[k], golden["soup_scale"].f[0], rotation_from_uniforms(u[k], u[40 + k], u[80 + k]));
-    for (int corner = 0; corner < 3; ++corner) worst = std::max(worst, glm::length(triangle[corner] - expected[3 * k + corner]));
+    for (int corner = 0; corner < 3; ++corner)
+      worst = std::max(worst, glm::length(triangle[corner] - expected[3 * k + corner]));
   }
   CHECK(worst <= 1e-5f);
 }
@@ -257,7 +260,8 @@ TEST_CASE("decimation of loose triangles falls back to clustering", "[initialise
   Random random(3);
   for (std::uint32_t t = 0; t < 3000; ++t) {
     const glm::vec3 centre = random.in_sphere();
-    for (int k = 0; k < 3; ++k) mesh.positions.push_back(centre + 0.2f * random.in_sphere()), mesh.indices.push_back(3 * t + k);
+    for (int k = 0; k < 3; ++k)
+      mesh.positions.push_back(centre + 0.2f * random.in_sphere()), mesh.indices.push_back(3 * t + k);
   }
   const auto triangles = triangles_from_mesh(mesh, 500);
   CHECK(triangles.size() <= 1500);

@@ -22,11 +22,16 @@ TEST_CASE("ranks exchange messages of any length, in order of rank, however late
     const auto self = static_cast<std::size_t>(ranks.rank());
     for (int round = 0; round < kRounds; ++round) {
       std::vector<std::string> to;
-      for (int r = 0; r < 3; ++r) to.push_back(fmt::format("{} to {}{}", self, r, std::string(static_cast<std::size_t>(round * (r + 1)), '.')));
+      for (int r = 0; r < 3; ++r)
+        to.push_back(fmt::format("{} to {}{}", self, r, std::string(static_cast<std::size_t>(round * (r + 1)), '.')));
       to[1].clear();  // nothing is a message too
-      const auto received = ranks.exchange(std::vector<ranks::ByteView>{bytes_of(to[0]), bytes_of(to[1]), bytes_of(to[2])});
+      const auto received =
+          ranks.exchange(std::vector<ranks::ByteView>{bytes_of(to[0]), bytes_of(to[1]), bytes_of(to[2])});
       for (std::size_t r = 0; r < 3; ++r) {
-        const std::string expected = self == 1 ? "" : fmt::format("{} to {}{}", r, self, std::string(static_cast<std::size_t>(round) * (self + 1), '.'));
+        const std::string expected =
+            self == 1
+                ? ""
+                : fmt::format("{} to {}{}", r, self, std::string(static_cast<std::size_t>(round) * (self + 1), '.'));
         if (text_of(received[r]) != expected) wrong[self] = text_of(received[r]);
       }
     }
@@ -78,14 +83,16 @@ TEST_CASE("a message that is no list of values is refused", "[ranks]") {
 }
 
 TEST_CASE("where a launcher has started several processes, and there is no plugin, that is an error", "[ranks]") {
-  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS", "PMIX_RANK", "PMI_RANK"}) ::unsetenv(variable);
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS", "PMIX_RANK", "PMI_RANK"})
+    ::unsetenv(variable);
   CHECK(ranks::launched_size() == 1);
   CHECK(ranks::open_launched("/nonexistent")->size() == 1);
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) {
     ::setenv(variable, "3", 1);
     CHECK(ranks::launched_size() == 3);
     const bool slurm = std::string(variable) == "SLURM_STEP_NUM_TASKS";
-    CHECK_THROWS_WITH(ranks::open_launched("/nonexistent"), Catch::Contains("3 processes") && Catch::Contains(slurm ? "--mpi=pmix" : "libopenmpi-dev"));
+    CHECK_THROWS_WITH(ranks::open_launched("/nonexistent"),
+                      Catch::Contains("3 processes") && Catch::Contains(slurm ? "--mpi=pmix" : "libopenmpi-dev"));
     ::setenv(variable, "1", 1);
     CHECK(ranks::open_launched("/nonexistent")->size() == 1);
     ::unsetenv(variable);

@@ -9,11 +9,11 @@
 
 #include "base/child_process.h"
 #include "base/error.h"
-#include "scene/dataset.h"
 #include "base/printable.h"
+#include "packed.h"
+#include "scene/dataset.h"
 #include "scene/reconstruct.h"
 #include "scene/video_frames.h"
-#include "packed.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

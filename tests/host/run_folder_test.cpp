@@ -1,4 +1,5 @@
-// Tests run/run_folder.h, run/folder_lock.h and run/growing_csv.h: who may write into a training's folder, and what is in it when.
+// Tests run/run_folder.h, run/folder_lock.h and run/growing_csv.h: who may write into a training's folder, and what is
+// in it when.
 #include <catch2/catch.hpp>
 
 #include <sys/wait.h>
@@ -38,7 +39,9 @@ std::size_t lines(const std::filesystem::path& path) {
 /// A training that has come to its end.
 void finish(const test::TemporaryFolder& folder) {
   std::filesystem::create_directories(folder / "out/renders");
-  for (const char* name : {"model.glb", "checkpoint.safetensors", "train.csv", "evaluations.csv", "metrics.json", "renders/old.png"}) folder.file("out/" + std::string(name), "old\n");
+  for (const char* name :
+       {"model.glb", "checkpoint.safetensors", "train.csv", "evaluations.csv", "metrics.json", "renders/old.png"})
+    folder.file("out/" + std::string(name), "old\n");
 }
 
 }  // namespace
@@ -51,7 +54,8 @@ TEST_CASE("a folder is one training's at a time, and the second says whose", "[r
     CHECK_FALSE(std::filesystem::exists(out));  // nothing is made before it is known that there is something to train
     first.create();
     for (const Earlier earlier : {Earlier::refuse, Earlier::overwrite, Earlier::resume})
-      CHECK_THROWS_WITH(train::RunFolder(out, earlier), Contains(out.string()) && Contains("process " + std::to_string(::getpid())) && Contains("-o"));
+      CHECK_THROWS_WITH(train::RunFolder(out, earlier),
+                        Contains(out.string()) && Contains("process " + std::to_string(::getpid())) && Contains("-o"));
   }
   CHECK_FALSE(std::filesystem::exists(out / "lock"));
   CHECK_NOTHROW(train::RunFolder(out, Earlier::refuse));
@@ -101,13 +105,15 @@ TEST_CASE("a training is not overwritten unless asked for, and then leaves nothi
   const test::TemporaryFolder folder;
   finish(folder);
   const auto out = folder / "out";
-  CHECK_THROWS_WITH(train::RunFolder(out, Earlier::refuse), Contains(out.string()) && Contains("--overwrite") && Contains("--resume"));
+  CHECK_THROWS_WITH(train::RunFolder(out, Earlier::refuse),
+                    Contains(out.string()) && Contains("--overwrite") && Contains("--resume"));
   train::RunFolder again(out, Earlier::overwrite);
   CHECK_FALSE(again.resumes());
   again.create();
   CHECK(test::content_of(out / "model.glb") == "old\n");  // it may yet turn out that there is nothing to train
   again.begin();
-  for (const char* gone : {"model.glb", "checkpoint.safetensors", "metrics.json", "renders/old.png"}) CHECK_FALSE(std::filesystem::exists(out / gone));
+  for (const char* gone : {"model.glb", "checkpoint.safetensors", "metrics.json", "renders/old.png"})
+    CHECK_FALSE(std::filesystem::exists(out / gone));
   CHECK(lines(out / "train.csv") == 1);
   CHECK(lines(out / "evaluations.csv") == 1);
 }
@@ -123,12 +129,14 @@ TEST_CASE("each thing that a training leaves early says that there is one; poses
   CHECK_NOTHROW(train::RunFolder(folder.path(), Earlier::refuse));
 }
 
-TEST_CASE("a training goes on from a checkpoint, begins without one, and does not take a model's place unasked", "[run_folder]") {
+TEST_CASE("a training goes on from a checkpoint, begins without one, and does not take a model's place unasked",
+          "[run_folder]") {
   const test::TemporaryFolder folder;
   folder.file("train.csv", "step\n");
   CHECK_FALSE(train::RunFolder(folder.path(), Earlier::resume).resumes());
   folder.file("model.glb", "");
-  CHECK_THROWS_WITH(train::RunFolder(folder.path(), Earlier::resume), Contains("no checkpoint") && Contains("--overwrite"));
+  CHECK_THROWS_WITH(train::RunFolder(folder.path(), Earlier::resume),
+                    Contains("no checkpoint") && Contains("--overwrite"));
   folder.file("checkpoint.safetensors", "");
   CHECK(train::RunFolder(folder.path(), Earlier::resume).resumes());
 }
@@ -160,8 +168,9 @@ TEST_CASE("a row whose steps had no pixel to measure has no PSNR", "[run_folder]
   run.log(p);
   p.step = 20, p.psnr = 21.5;
   run.log(p);
-  CHECK_THAT(test::content_of(folder / "out/train.csv"), Contains("10,0.000,7,0.500000,0.000000,0.000000,,0.000,0.000000\n") &&
-                                                            Contains("20,0.000,7,0.500000,0.000000,0.000000,21.5000,0.000,0.000000\n"));
+  CHECK_THAT(test::content_of(folder / "out/train.csv"),
+             Contains("10,0.000,7,0.500000,0.000000,0.000000,,0.000,0.000000\n") &&
+                 Contains("20,0.000,7,0.500000,0.000000,0.000000,21.5000,0.000,0.000000\n"));
 }
 
 TEST_CASE("logs grow by whole lines and are cut where a training goes on", "[run_folder]") {
@@ -192,7 +201,8 @@ TEST_CASE("logs grow by whole lines and are cut where a training goes on", "[run
     run.create();
     run.go_on(50, true);
     CHECK(lines(training) == 5);
-    CHECK(std::filesystem::exists(out / "model.glb"));  // nothing is trained any more: it is the model of this checkpoint
+    CHECK(
+        std::filesystem::exists(out / "model.glb"));  // nothing is trained any more: it is the model of this checkpoint
     run.go_on(30, false);
     CHECK(lines(training) == 4);
     CHECK_FALSE(std::filesystem::exists(out / "model.glb"));

@@ -70,7 +70,8 @@ TEST_CASE("resizing a camera keeps every ray", "[scene][camera]") {
   CHECK(small.width == 213);
   CHECK(small.height == 159);
   const glm::dvec4 world(0.2, 0.1, 1.0, 1.0);
-  const glm::dvec4 a = scene::clip_from_world(camera, 0.1, 10) * world, b = scene::clip_from_world(small, 0.1, 10) * world;
+  const glm::dvec4 a = scene::clip_from_world(camera, 0.1, 10) * world,
+                   b = scene::clip_from_world(small, 0.1, 10) * world;
   CHECK(glm::distance(a, b) < 1e-12);
 }
 
@@ -79,7 +80,9 @@ TEST_CASE("resizing a camera keeps every ray", "[scene][camera]") {
 TEST_CASE("clip space agrees with the published projection", "[scene][camera][golden]") {
   REQUIRE_SHARED_FOLDER(shared);
   test::Npz golden = test::load_npz(shared / "golden" / "F_camera.npz");
-  const auto matrix = [&](const char* name, int row, int column) { return golden[name].f.at(std::size_t(row * 4 + column)); };
+  const auto matrix = [&](const char* name, int row, int column) {
+    return golden[name].f.at(std::size_t(row * 4 + column));
+  };
   const std::vector<float>& k = golden["K"].f;
   Camera camera{golden["W"].i.at(0), golden["H"].i.at(0), k.at(0), k.at(4), k.at(2), k.at(5), glm::dmat4(1.0)};
   for (int row = 0; row < 4; ++row)

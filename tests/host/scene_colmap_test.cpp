@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "base/error.h"
-#include "scene/colmap_model.h"
-#include "scene/pose.h"
 #include "base/read_file.h"
 #include "packed.h"
+#include "scene/colmap_model.h"
+#include "scene/pose.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;
@@ -19,25 +19,27 @@ using test::pack;
 namespace {
 
 std::string cameras_binary() {
-  return pack(std::uint64_t(2), std::uint32_t(1), std::int32_t(1), std::uint64_t(64), std::uint64_t(48), 50.0, 51.0, 31.0, 25.0) +
-         pack(std::uint32_t(7), std::int32_t(4), std::uint64_t(80), std::uint64_t(60), 70.0, 71.0, 40.0, 30.0, 0.1, 0.2, 0.3,
-              0.4);
+  return pack(std::uint64_t(2), std::uint32_t(1), std::int32_t(1), std::uint64_t(64), std::uint64_t(48), 50.0, 51.0,
+              31.0, 25.0) +
+         pack(std::uint32_t(7), std::int32_t(4), std::uint64_t(80), std::uint64_t(60), 70.0, 71.0, 40.0, 30.0, 0.1, 0.2,
+              0.3, 0.4);
 }
 
 std::string images_binary(std::uint64_t observations = 2) {
-  std::string bytes =
-      pack(std::uint64_t(1), std::uint32_t(3), std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0, 1.0, 2.0, 3.0, std::uint32_t(7));
+  std::string bytes = pack(std::uint64_t(1), std::uint32_t(3), std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0, 1.0, 2.0, 3.0,
+                           std::uint32_t(7));
   bytes += std::string("a/b c.jpg") + '\0' + pack(observations);
   for (int i = 0; i < 2; ++i) bytes += pack(1.0, 2.0, std::int64_t(-1));
   return bytes;
 }
 
 std::string points_binary() {
-  return pack(std::uint64_t(1), std::uint64_t(5), 1.0, 2.0, 3.0, std::uint8_t(10), std::uint8_t(20), std::uint8_t(30), 0.5,
-              std::uint64_t(1), std::int32_t(1), std::int32_t(2));
+  return pack(std::uint64_t(1), std::uint64_t(5), 1.0, 2.0, 3.0, std::uint8_t(10), std::uint8_t(20), std::uint8_t(30),
+              0.5, std::uint64_t(1), std::int32_t(1), std::int32_t(2));
 }
 
-const std::string cameras_text = "# Camera list\n\n1 PINHOLE 64 48 50 51 31 25\r\n7 OPENCV 80 60 70 71 40 30 0.1 0.2 0.3 0.4\n";
+const std::string cameras_text =
+    "# Camera list\n\n1 PINHOLE 64 48 50 51 31 25\r\n7 OPENCV 80 60 70 71 40 30 0.1 0.2 0.3 0.4\n";
 const std::string images_text =
     "# Image list\n3 0.70710678118654752 0 0.70710678118654752 0 1 2 3 7 a/b c.jpg\n1 2 -1 1 2 -1\n"
     "4 1 0 0 0 0 0 0 1 second.jpg\n\n5 1 0 0 0 0 0 0 1 third.jpg";
@@ -137,16 +139,20 @@ TEST_CASE("impossible counts are refused before anything is allocated", "[scene]
   const std::uint64_t huge = ~std::uint64_t(0);
   CHECK(message(parse_colmap_cameras_binary, pack(huge) + std::string(100, '\0')) ==
         "file: claims 18446744073709551615 camera records in 100 bytes; the file is cut or damaged, export it again");
-  CHECK(message(parse_colmap_images_binary, pack(huge / 64) + std::string(100, '\0')).find("claims") != std::string::npos);
-  CHECK(message(parse_colmap_points_binary, pack(huge / 24) + std::string(100, '\0')).find("claims") != std::string::npos);
-  CHECK(message(parse_colmap_images_binary, images_binary(huge / 24 + 2)).find("ends in the middle") != std::string::npos);
+  CHECK(message(parse_colmap_images_binary, pack(huge / 64) + std::string(100, '\0')).find("claims") !=
+        std::string::npos);
+  CHECK(message(parse_colmap_points_binary, pack(huge / 24) + std::string(100, '\0')).find("claims") !=
+        std::string::npos);
+  CHECK(message(parse_colmap_images_binary, images_binary(huge / 24 + 2)).find("ends in the middle") !=
+        std::string::npos);
 }
 
 TEST_CASE("bad COLMAP values say what, where and how to mend it", "[scene][colmap]") {
   const auto camera = [](const std::string& line) { return message(parse_colmap_cameras_text, line); };
-  CHECK(
-      camera("1 FOV 64 48 50 51 31 25 1").starts_with("file: line 1: unknown camera model FOV; known models: SIMPLE_PINHOLE, "));
-  CHECK(camera("# x\n1 PINHOLE 64 48 50 51 31") == "file: line 2: ends before its parameters; correct or export the file again");
+  CHECK(camera("1 FOV 64 48 50 51 31 25 1")
+            .starts_with("file: line 1: unknown camera model FOV; known models: SIMPLE_PINHOLE, "));
+  CHECK(camera("# x\n1 PINHOLE 64 48 50 51 31") ==
+        "file: line 2: ends before its parameters; correct or export the file again");
   CHECK(camera("1 PINHOLE 64 48 50 51 31 x").find("its parameters is 'x', not a usable number") != std::string::npos);
   CHECK(camera("-1 PINHOLE 64 48 50 51 31 1").find("its camera id is '-1'") != std::string::npos);
   CHECK(camera("1 PINHOLE 0 48 50 51 31 25").find("0 x 48 pixels") != std::string::npos);
@@ -156,14 +162,17 @@ TEST_CASE("bad COLMAP values say what, where and how to mend it", "[scene][colma
   CHECK(camera("1 PINHOLE 64 48 50 51 31 25\n1 PINHOLE 64 48 50 51 31 25").find("twice") != std::string::npos);
   std::string unknown = cameras_binary();
   unknown[12] = 10;
-  CHECK(message(parse_colmap_cameras_binary, unknown).starts_with("file: camera 1: unknown camera model 10; known models: "));
+  CHECK(message(parse_colmap_cameras_binary, unknown)
+            .starts_with("file: camera 1: unknown camera model 10; known models: "));
   const auto image = [](const std::string& line) { return message(parse_colmap_images_text, line); };
-  CHECK(image("3 0 0 0 0 1 2 3 7 a.jpg\n\n") == "file: line 1: quaternion is zero; remove the image or estimate its pose again");
+  CHECK(image("3 0 0 0 0 1 2 3 7 a.jpg\n\n") ==
+        "file: line 1: quaternion is zero; remove the image or estimate its pose again");
   CHECK(image("3 nan 0 0 0 1 2 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
   CHECK(image("3 1 0 0 0 1 inf 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
   CHECK(image("3 1 0 0 0 1 2 3 7\n\n").find("ends before its image name") != std::string::npos);
   // Blank second lines that an exporter left out: the next image must not pass for observations.
-  CHECK(image("3 1 0 0 0 1 2 3 7 a.jpg\n4 1 0 0 0 1 2 3 7 b.jpg\n").starts_with("file: line 2: is not the observations"));
+  CHECK(
+      image("3 1 0 0 0 1 2 3 7 a.jpg\n4 1 0 0 0 1 2 3 7 b.jpg\n").starts_with("file: line 2: is not the observations"));
   CHECK(message(parse_colmap_points_text, "5 1 2 nan 1 2 3 0 1\n").find("not finite") != std::string::npos);
   CHECK(message(parse_colmap_points_text, "5 1 2 3 1 2 300 0 1\n").find("colour is '300'") != std::string::npos);
 }

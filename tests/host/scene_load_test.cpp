@@ -76,15 +76,18 @@ TEST_CASE("Blender: extension added, given test split, white behind alpha", "[sc
   for (int i : {0, 1, 2, 10})
     folder.write(fmt::format("train/r_{}.png", i), plain(8, 8, 0, 255, 0, std::uint8_t(i == 2 ? 0 : 255)));
   folder.write("test/r_0.png", plain(8, 8, 10, 20, 30));
-  folder.write("transforms_train.json", file_of("\"camera_angle_x\": 0.7,", {frame("./train/r_2", 2), frame("./train/r_10", 3),
-                                                                             frame("./train/r_0", 0), frame("./train/r_1", 1)}));
+  folder.write("transforms_train.json",
+               file_of("\"camera_angle_x\": 0.7,", {frame("./train/r_2", 2), frame("./train/r_10", 3),
+                                                    frame("./train/r_0", 0), frame("./train/r_1", 1)}));
   folder.write("transforms_val.json", file_of("\"camera_angle_x\": 0.7,", {frame("./train/r_1", 1)}));
   folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7,", {frame("./test/r_0", 4)}));
-  for (const auto& path : {folder.path(), folder.path() / "transforms_train.json", folder.path() / "transforms_test.json"}) {
+  for (const auto& path :
+       {folder.path(), folder.path() / "transforms_train.json", folder.path() / "transforms_test.json"}) {
     const Scene scene = load(path, {});
     CHECK(scene.format == Format::blender);
     CHECK(scene.synthetic);
-    CHECK(names(scene.train) == std::vector<std::string>{"train/r_0.png", "train/r_1.png", "train/r_10.png", "train/r_2.png"});
+    CHECK(names(scene.train) ==
+          std::vector<std::string>{"train/r_0.png", "train/r_1.png", "train/r_10.png", "train/r_2.png"});
     CHECK(names(scene.test) == std::vector<std::string>{"test/r_0.png"});
     CHECK(scene.background == glm::vec3(1.0f));
     CHECK(pixel(scene.train[3]) == std::vector<int>{255, 255, 255, 255});
@@ -169,7 +172,9 @@ TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
   const Scene scene = load(folder.path(), options);
   CHECK(scene.train.size() + scene.test.size() == 4);
   REQUIRE(lines.size() == 1);
-  CHECK(lines[0].find("transforms.json: skipped 2 of 6 frames whose image is missing, first: images/01.png (looked for ") != std::string::npos);
+  CHECK(lines[0].find(
+            "transforms.json: skipped 2 of 6 frames whose image is missing, first: images/01.png (looked for ") !=
+        std::string::npos);
   CHECK(lines[0].ends_with((folder.path() / "images/01.png").string() + ")"));
   std::filesystem::remove_all(folder.path() / "images");
   CHECK(message(folder.path()).find("none of its 6 images is there, first: images/00.png; ") != std::string::npos);
@@ -358,14 +363,16 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
   std::filesystem::resize_file(image, std::filesystem::file_size(image) - 9);
   CHECK(message(folder.path()).find("02.png: is cut ") != std::string::npos);
   folder.write("images/02.png", std::string("this is no image at all"));
-  CHECK(message(folder.path()).find("02.png: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF (") != std::string::npos);
+  CHECK(message(folder.path()).find("02.png: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF (") !=
+        std::string::npos);
   write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
   CHECK(message(folder.path()).find("p.ply: no such file; ") != std::string::npos);
 
   const SceneFolder spot;
   for (const char* name : {"a.png", "b.png"}) spot.write(name, plain(4, 4, 0, 0, 0));
   const std::string here = ", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]}";
-  spot.write("transforms.json", file_of("\"fl_x\": 9,", {"{\"file_path\": \"a.png\"" + here, "{\"file_path\": \"b\"" + here}));
+  spot.write("transforms.json",
+             file_of("\"fl_x\": 9,", {"{\"file_path\": \"a.png\"" + here, "{\"file_path\": \"b\"" + here}));
   options = {};
   options.test_every = 0;
   CHECK(message(spot.path(), options).find("transforms.json: all 2 cameras are at one spot; ") != std::string::npos);
@@ -401,8 +408,12 @@ TEST_CASE("intrinsics of the full-size photograph beside a reduced image are tol
   const auto error = [&](const std::string& intrinsics) { return test::message_of([&] { with(intrinsics); }); };
   // Of 64 x 48 pixels.
   const std::string outside = error("\"fl_x\": 80, \"cx\": 32.5, \"cy\": 23.6,");
-  CHECK(outside.find("transforms.json: the principal point (32.5, 23.6) of a.png lies outside its picture of 16 x 12 pixels; ") != std::string::npos);
-  CHECK(outside.find("likely the intrinsics of the photograph at 64 x 48 pixels; state that size") != std::string::npos);
+  CHECK(
+      outside.find(
+          "transforms.json: the principal point (32.5, 23.6) of a.png lies outside its picture of 16 x 12 pixels; ") !=
+      std::string::npos);
+  CHECK(outside.find("likely the intrinsics of the photograph at 64 x 48 pixels; state that size") !=
+        std::string::npos);
   CHECK(error("\"fl_x\": 20, \"cx\": 8, \"cy\": -1,").ends_with("; correct cx and cy"));
   CHECK(error("\"fl_x\": 20, \"cx\": 16, \"cy\": 12,").find("at 32 x 24 pixels") != std::string::npos);
   // Of 24 x 18 and of 8 x 6 pixels: within the picture, far from its middle.
@@ -421,7 +432,8 @@ TEST_CASE("intrinsics of the full-size photograph beside a reduced image are tol
   // What is as it should be: a lens off the middle, a crop of one side, the size stated.
   CHECK(with("\"fl_x\": 20, \"cx\": 8.5, \"cy\": 5.6,").empty());
   CHECK(with("\"fl_x\": 20, \"cx\": 12, \"cy\": 6,").empty());
-  CHECK(with("\"fl_x\": 80, \"cx\": 32, \"cy\": 24, \"w\": 64, \"h\": 48, \"camera_angle_x\": 0.7610127542247298,").empty());
+  CHECK(with("\"fl_x\": 80, \"cx\": 32, \"cy\": 24, \"w\": 64, \"h\": 48, \"camera_angle_x\": 0.7610127542247298,")
+            .empty());
 }
 
 TEST_CASE("views without a pixel are told, and sets of them are refused", "[scene][load][left_out]") {
@@ -434,12 +446,17 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
   folder.write("masks/01.png", plain(16, 12, 0, 0, 0));
   load(folder.path(), options);  // 00 and 08 are held out
   REQUIRE(lines.size() == 3);
-  CHECK(lines[0].ends_with("transforms.json: masks for 2 of 9 photographs, none for images/02.png; all of what has no mask counts"));
+  CHECK(lines[0].ends_with(
+      "transforms.json: masks for 2 of 9 photographs, none for images/02.png; all of what has no mask counts"));
   lines.erase(lines.begin());
-  CHECK(lines[0].find("no pixel is left of 1 of 7 training views, first: images/01.png: its mask leaves out all of it ") != std::string::npos);
+  CHECK(lines[0].find(
+            "no pixel is left of 1 of 7 training views, first: images/01.png: its mask leaves out all of it ") !=
+        std::string::npos);
   CHECK(lines[1].find("no pixel is left of 1 of 2 test views, first: images/00.png: ") != std::string::npos);
   folder.write("masks/08.png", plain(16, 12, 0, 0, 0));
-  CHECK(message(folder.path()).find("no pixel is left of 2 of 2 test views, first: images/00.png: its mask leaves out all of it ") != std::string::npos);
+  CHECK(message(folder.path())
+            .find("no pixel is left of 2 of 2 test views, first: images/00.png: its mask leaves out all of it ") !=
+        std::string::npos);
   options.test_images = false;  // nor looked at
   CHECK(load(folder.path(), options).train.size() == 7);
 
@@ -456,14 +473,17 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
 TEST_CASE("missing test images are blamed on the file that lists them", "[scene][load][listing]") {
   const SceneFolder folder;
   for (int i = 0; i < 3; ++i) folder.write(fmt::format("train/{}.png", i), plain(8, 8, 0, 0, 0));
-  folder.write("transforms_train.json", file_of("\"camera_angle_x\": 0.7,", {frame("train/0", 0), frame("train/1", 1), frame("train/2", 2)}));
+  folder.write("transforms_train.json",
+               file_of("\"camera_angle_x\": 0.7,", {frame("train/0", 0), frame("train/1", 1), frame("train/2", 2)}));
   folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7,", {frame("test/0", 3), frame("test/1", 4)}));
   std::vector<std::string> lines;
   LoadOptions options;
   options.warn = [&](const std::string& line) { lines.push_back(line); };
   CHECK(load(folder.path(), options).test.empty());
   REQUIRE(lines.size() == 1);
-  CHECK(lines[0].find("transforms_test.json: skipped 2 of 2 frames whose image is missing, first: test/0 (looked for ") != std::string::npos);
+  CHECK(
+      lines[0].find("transforms_test.json: skipped 2 of 2 frames whose image is missing, first: test/0 (looked for ") !=
+      std::string::npos);
   CHECK(lines[0].find("test/0, also with .png, .jpg") != std::string::npos);
   // So are pictures that do not fit.
   folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7, \"cx\": 9,", {frame("train/0", 3)}));
@@ -489,11 +509,16 @@ TEST_CASE("frames listed twice are taken once, and leave the split as it is", "[
   CHECK(names(twice.train) == names(once.train));
   CHECK(twice.fingerprint == once.fingerprint);
   REQUIRE(lines.size() == 1);
-  CHECK(lines[0].ends_with("transforms.json: 3 frames list a photograph again, of which the first counts: images/00.png, images/01.png, images/00.png"));
+  CHECK(
+      lines[0].ends_with("transforms.json: 3 frames list a photograph again, of which the first counts: images/00.png, "
+                         "images/01.png, images/00.png"));
 
   const SceneFolder colmap;
   write_colmap(colmap, "sparse/0/", "1 PINHOLE 32 24 40 41 16 12");
-  colmap.write("sparse/0/images.txt", std::string("1 1 0 0 0 0 0 4 1 sub/b.png\n\n2 0.8 0.6 0 0 0 0 4 1 sub/a.png\n\n3 0.6 0.8 0 0 0 0 4 1 sub/b.png\n\n"));
+  colmap.write(
+      "sparse/0/images.txt",
+      std::string(
+          "1 1 0 0 0 0 0 4 1 sub/b.png\n\n2 0.8 0.6 0 0 0 0 4 1 sub/a.png\n\n3 0.6 0.8 0 0 0 0 4 1 sub/b.png\n\n"));
   colmap.write("sparse/0/points3D.txt", std::string("1 0 0 1 255 0 0 0.1 3 0 2 0 1 0\n"));
   for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) colmap.write(name, plain(32, 24, 100, 0, 0));
   options.test_every = 0;
@@ -516,10 +541,12 @@ TEST_CASE("photographs are found by their names where paths are another machine'
   };
   using Names = std::vector<std::string>;
   const auto error = [&](const std::vector<std::string>& paths) { return test::message_of([&] { found(paths); }); };
-  for (const char* name : {"set/images/a.png", "set/images/left/a.png", "set/images/left/c.png", "set/rgb/b.png", "set/masks/d.png", "outside.png"})
+  for (const char* name : {"set/images/a.png", "set/images/left/a.png", "set/images/left/c.png", "set/rgb/b.png",
+                           "set/masks/d.png", "outside.png"})
     folder.write(name, plain(16, 12, 9, 9, 9));
   CHECK(found({"images\\\\left\\\\a.png"}) == Names{"images/left/a.png"});
-  CHECK(found({"D:\\\\shots\\\\images\\\\left\\\\a.png", "D:/shots/images/a.png"}) == Names{"images/a.png", "images/left/a.png"});
+  CHECK(found({"D:\\\\shots\\\\images\\\\left\\\\a.png", "D:/shots/images/a.png"}) ==
+        Names{"images/a.png", "images/left/a.png"});
   CHECK(found({"/home/else/where/left/a"}) == Names{"images/left/a.png"});  // the longest tail
   CHECK(found({"/home/else/where/a.png"}) == Names{"images/a.png"});
   CHECK(found({"/home/else/frames/b.png"}) == Names{"rgb/b.png"});  // nowhere else
@@ -530,23 +557,32 @@ TEST_CASE("photographs are found by their names where paths are another machine'
   CHECK(found({(folder.path() / "link/images/a.png").string()}) == Names{"images/a.png"});
   CHECK(found({"images/../images/a.png"}) == Names{"images/a.png"});
 
-  CHECK(error({"/home/else/nowhere.png"}).find("first: /home/else/nowhere.png; put the images beside it (looked for ") != std::string::npos);
-  CHECK(error({"/home/else/nowhere.png"}).find("for every end of that path down to nowhere.png in ") != std::string::npos);
+  CHECK(
+      error({"/home/else/nowhere.png"}).find("first: /home/else/nowhere.png; put the images beside it (looked for ") !=
+      std::string::npos);
+  CHECK(error({"/home/else/nowhere.png"}).find("for every end of that path down to nowhere.png in ") !=
+        std::string::npos);
   CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images is there") == std::string::npos);
-  CHECK(error({"sub/images/a.png"}).find("none of its 1 images is there") != std::string::npos);  // of this machine: as it stands
-  CHECK(error({"/home/else/d.png"}).find("none of its 1 images is there") != std::string::npos);   // a mask is no photograph
-  CHECK(error({"/home/one/b.png", "/home/two/b.png"}).find("/home/one/b.png and /home/two/b.png would both be rgb/b.png, by its name; ") != std::string::npos);
-  for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"), (folder.path() / "outside.png").string()}) {
+  CHECK(error({"sub/images/a.png"}).find("none of its 1 images is there") !=
+        std::string::npos);  // of this machine: as it stands
+  CHECK(error({"/home/else/d.png"}).find("none of its 1 images is there") !=
+        std::string::npos);  // a mask is no photograph
+  CHECK(error({"/home/one/b.png", "/home/two/b.png"})
+            .find("/home/one/b.png and /home/two/b.png would both be rgb/b.png, by its name; ") != std::string::npos);
+  for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"),
+                                  (folder.path() / "outside.png").string()}) {
     CAPTURE(path);
     CHECK(error({path}).find("outside.png: lies outside of the dataset ") != std::string::npos);
     CHECK(found({path}, true).size() == 1);
   }
   // Masks and points as well.
   folder.write("mask.png", plain(16, 12, 255, 0, 0));
-  folder.write("set/transforms.json", file_of("\"fl_x\": 20,", {frame("images/a.png", 0, ", \"mask_path\": \"../mask.png\"")}));
+  folder.write("set/transforms.json",
+               file_of("\"fl_x\": 20,", {frame("images/a.png", 0, ", \"mask_path\": \"../mask.png\"")}));
   CHECK(message(folder.path() / "set").find("../mask.png: lies outside of the dataset ") != std::string::npos);
   folder.write("points.ply", std::string("x"));
-  folder.write("set/transforms.json", file_of("\"fl_x\": 20, \"ply_file_path\": \"../points.ply\",", {frame("images/a.png", 0)}));
+  folder.write("set/transforms.json",
+               file_of("\"fl_x\": 20, \"ply_file_path\": \"../points.ply\",", {frame("images/a.png", 0)}));
   CHECK(message(folder.path() / "set").find("../points.ply: lies outside of the dataset ") != std::string::npos);
 }
 
@@ -572,7 +608,9 @@ TEST_CASE("a photograph is turned by EXIF where its camera was", "[scene][load][
     folder.write("transforms.json", file_of("\"fl_x\": 20," + size, {frame("a.jpg", 0)}));
     return load(folder.path(), {});
   };
-  const auto white = [](const Scene& scene, int x, int y) { return pixel(scene.train.at(0), y * scene.train.at(0).image.width + x)[0] > 200; };
+  const auto white = [](const Scene& scene, int x, int y) {
+    return pixel(scene.train.at(0), y * scene.train.at(0).image.width + x)[0] > 200;
+  };
   const Scene turned = load_as(6, "\"w\": 16, \"h\": 32,");
   CHECK(turned.train[0].image.width == 16);
   CHECK(white(turned, 13, 29));  // clockwise: the right is below
@@ -586,23 +624,28 @@ TEST_CASE("a photograph is turned by EXIF where its camera was", "[scene][load][
     CHECK(stored.summary.find("; EXIF orientation of 1 left alone") != std::string::npos);
   }
   CHECK(load_as(1, "").summary.find("EXIF") == std::string::npos);
-  CHECK(test::message_of([&] { load_as(1, "\"w\": 16, \"h\": 32,"); }).find("a.jpg: is 32 x 16 but its camera is 16 x 32; ") != std::string::npos);
+  CHECK(test::message_of([&] {
+          load_as(1, "\"w\": 16, \"h\": 32,");
+        }).find("a.jpg: is 32 x 16 but its camera is 16 x 32; ") != std::string::npos);
 }
 
 TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
   const SceneFolder folder;
   write_transforms(folder, 9);
-  CHECK(load(folder.path(), {}).summary == "transforms.json, 9 photographs of 16 x 12 pixels; 1 PINHOLE camera, no distortion");
+  CHECK(load(folder.path(), {}).summary ==
+        "transforms.json, 9 photographs of 16 x 12 pixels; 1 PINHOLE camera, no distortion");
   write_transforms(folder, 10, "\"k1\": 0.01,");
   std::filesystem::remove(folder.path() / "images/07.png");
-  for (const char* mask : {"masks/00.png", "masks/01.png", "masks/02.png"}) folder.write(mask, plain(16, 12, 255, 255, 255));
+  for (const char* mask : {"masks/00.png", "masks/01.png", "masks/02.png"})
+    folder.write(mask, plain(16, 12, 255, 255, 255));
   for (const char* copy : {"images_2/03.png", "images_2/04.png"}) folder.write(copy, plain(8, 6, 9, 9, 9));
   std::vector<std::string> lines;
   LoadOptions options;
   options.warn = [&](const std::string& line) { lines.push_back(line); };
   options.downscale = 2;
   CHECK(load(folder.path(), options).summary ==
-        "transforms.json, 9 photographs of several sizes (images_2 for 2); 1 OPENCV camera, distortion taken out; masks for 3 of 9; 1 without an image");
+        "transforms.json, 9 photographs of several sizes (images_2 for 2); 1 OPENCV camera, distortion taken out; "
+        "masks for 3 of 9; 1 without an image");
   REQUIRE(lines.size() == 3);
   CHECK(lines[1].find("masks for 3 of 9 photographs, none for images/03.png; ") != std::string::npos);
   CHECK(lines[2].find("images_2 holds 2 of 9 photographs, not images/00.png; ") != std::string::npos);
@@ -610,14 +653,16 @@ TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
   for (int i = 0; i < 10; ++i) folder.write(fmt::format("images_2/{:02}.png", i), plain(8, 6, 9, 9, 9));
   for (int i = 3; i < 6; ++i) folder.write(fmt::format("masks/{:02}.png", i), plain(16, 12, 255, 255, 255));
   lines.clear();
-  CHECK(load(folder.path(), options).summary.starts_with("transforms.json, 10 photographs of 8 x 6 pixels (images_2); 1 "));
+  CHECK(load(folder.path(), options)
+            .summary.starts_with("transforms.json, 10 photographs of 8 x 6 pixels (images_2); 1 "));
   CHECK(lines.empty());
 
   const SceneFolder colmap;
   write_colmap(colmap, "sparse/0/", "1 SIMPLE_RADIAL 32 24 30 16 12 0");
   for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) colmap.write(name, plain(32, 24, 100, 0, 0));
   options.downscale = 4;
-  CHECK(load(colmap.path(), options).summary == "COLMAP, 2 photographs of 32 x 24 pixels, reduced to 8 x 6; 1 SIMPLE_RADIAL camera, no distortion");
+  CHECK(load(colmap.path(), options).summary ==
+        "COLMAP, 2 photographs of 32 x 24 pixels, reduced to 8 x 6; 1 SIMPLE_RADIAL camera, no distortion");
 }
 
 namespace {

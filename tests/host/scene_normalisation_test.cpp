@@ -17,8 +17,8 @@ namespace {
 Camera looking(const glm::dvec3& from, const glm::dvec3& at) {
   Camera camera{100, 80, 90, 90, 50, 40, glm::dmat4(1.0)};
   // lookAt has OpenGL axes; the half turn about x makes them OpenCV's.
-  camera.world_to_camera =
-      glm::rotate(glm::dmat4(1.0), glm::radians(180.0), glm::dvec3(1, 0, 0)) * glm::lookAt(from, at, glm::dvec3(0.1, 0.2, 1.0));
+  camera.world_to_camera = glm::rotate(glm::dmat4(1.0), glm::radians(180.0), glm::dvec3(1, 0, 0)) *
+                           glm::lookAt(from, at, glm::dvec3(0.1, 0.2, 1.0));
   return camera;
 }
 
@@ -49,7 +49,8 @@ TEST_CASE("cameras around a point: it becomes the origin, at mean distance 1", "
   CHECK(b.w == Approx(a.w * n.scale));
 }
 
-TEST_CASE("parallel axes: the centre lies ahead, at the points' median depth if there are any", "[scene][normalisation]") {
+TEST_CASE("parallel axes: the centre lies ahead, at the points' median depth if there are any",
+          "[scene][normalisation]") {
   std::vector<Camera> cameras;
   for (int i = 0; i < 5; ++i) cameras.push_back(looking({i * 0.1, 0, 0}, {i * 0.1 + 1e-4 * (i % 2), 10, 0}));
   PointCloud points;
@@ -82,7 +83,8 @@ TEST_CASE("a single camera", "[scene][normalisation]") {
 
 TEST_CASE("several cameras at one spot are an Error", "[scene][normalisation]") {
   for (const glm::dvec3 spot : {glm::dvec3(0), glm::dvec3(100, 20, 3)}) {
-    const std::vector<Camera> cameras{looking(spot, spot + glm::dvec3(1, 0, 0)), looking(spot, spot + glm::dvec3(0, 1, 0)),
+    const std::vector<Camera> cameras{looking(spot, spot + glm::dvec3(1, 0, 0)),
+                                      looking(spot, spot + glm::dvec3(0, 1, 0)),
                                       looking(spot, spot + glm::dvec3(1, 1, 1))};
     CHECK(test::message_of([&] {
             find_normalisation(cameras, {}, "scene");

@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
-#include "scene/ply_points.h"
 #include "base/read_file.h"
 #include "packed.h"
+#include "scene/ply_points.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;
@@ -26,12 +26,14 @@ std::string ply_message(const std::string& content) {
 
 TEST_CASE("ASCII and binary PLY hold the same points", "[scene][ply]") {
   const std::string ascii = "ply\r\nformat ascii 1.0\r\ncomment made up\r\nelement vertex 2\r\n" + position_properties +
-                            colour_properties + "element face 1\nproperty list uchar int vertex_indices\nend_header\r\n" +
+                            colour_properties +
+                            "element face 1\nproperty list uchar int vertex_indices\nend_header\r\n" +
                             "1 2 3 10 20 30\n\n-4 5e-1 6 255 0 1\n3 0 1 1\n";
-  const std::string binary = "ply\nformat binary_little_endian 1.0\nelement camera 2\nproperty double f\nelement vertex 2\n" +
-                             colour_properties + "property double nx\n" + position_properties + "end_header\n" + pack(1.0, 2.0) +
-                             pack(std::uint8_t(10), std::uint8_t(20), std::uint8_t(30), 9.0, 1.0f, 2.0f, 3.0f) +
-                             pack(std::uint8_t(255), std::uint8_t(0), std::uint8_t(1), 9.0, -4.0f, 0.5f, 6.0f) + "more";
+  const std::string binary =
+      "ply\nformat binary_little_endian 1.0\nelement camera 2\nproperty double f\nelement vertex 2\n" +
+      colour_properties + "property double nx\n" + position_properties + "end_header\n" + pack(1.0, 2.0) +
+      pack(std::uint8_t(10), std::uint8_t(20), std::uint8_t(30), 9.0, 1.0f, 2.0f, 3.0f) +
+      pack(std::uint8_t(255), std::uint8_t(0), std::uint8_t(1), 9.0, -4.0f, 0.5f, 6.0f) + "more";
   for (const PointCloud& cloud : {parse(ascii), parse(binary)}) {
     CHECK(cloud.positions == std::vector<glm::dvec3>{{1, 2, 3}, {-4, 0.5, 6}});
     CHECK(cloud.colours == std::vector<glm::u8vec3>{{10, 20, 30}, {255, 0, 1}});
@@ -43,7 +45,8 @@ TEST_CASE("PLY colours of other types, or none", "[scene][ply]") {
       parse("ply\nformat ascii 1.0\nelement vertex 1\n" + position_properties +
             "property float red\nproperty float green\nproperty ushort blue\nend_header\n1 2 3 1.0 0.5 65535\n");
   CHECK(floats.colours == std::vector<glm::u8vec3>{{255, 128, 255}});
-  const PointCloud none = parse("ply\nformat ascii 1.0\nelement vertex 1\n" + position_properties + "end_header\n1 2 3\n");
+  const PointCloud none =
+      parse("ply\nformat ascii 1.0\nelement vertex 1\n" + position_properties + "end_header\n1 2 3\n");
   CHECK(none.colours.empty());
   CHECK(none.positions.size() == 1);
   CHECK(parse("ply\nformat ascii 1.0\nelement vertex 0\n" + position_properties + "end_header\n").positions.empty());
@@ -55,20 +58,27 @@ TEST_CASE("bad PLY files say what and how to mend it", "[scene][ply]") {
   CHECK(ply_message("plx\n") == "p.ply: does not start with 'ply'; give a PLY file");
   CHECK(ply_message("ply\nformat binary_big_endian 1.0\n") ==
         "p.ply: format binary_big_endian; export the points as ascii or binary_little_endian");
-  CHECK(ply_message("ply\nelement vertex 2\n" + position_properties + "end_header\n").find("names no format") != std::string::npos);
-  CHECK(ply_message(start + "property float x\nproperty float y\nend_header\n1 2\n").find("no x, y, z") != std::string::npos);
+  CHECK(ply_message("ply\nelement vertex 2\n" + position_properties + "end_header\n").find("names no format") !=
+        std::string::npos);
+  CHECK(ply_message(start + "property float x\nproperty float y\nend_header\n1 2\n").find("no x, y, z") !=
+        std::string::npos);
   CHECK(ply_message("ply\nformat ascii 1.0\nend_header\n").find("no element vertex") != std::string::npos);
   CHECK(ply_message("ply\nproperty float x\n").find("before any element") != std::string::npos);
-  CHECK(ply_message(start + "property quad x\n") == "p.ply: line 4: unknown property type 'quad'; export the points again");
+  CHECK(ply_message(start + "property quad x\n") ==
+        "p.ply: line 4: unknown property type 'quad'; export the points again");
   CHECK(ply_message(start + "property list uchar int x\nend_header\n").find("holds lists") != std::string::npos);
-  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n").find("ends before its last point") != std::string::npos);
+  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n").find("ends before its last point") !=
+        std::string::npos);
   CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2\n").find("ends before its vertex values") !=
         std::string::npos);
-  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2 nan\n").find("point 1 is not finite") != std::string::npos);
-  CHECK(ply_message("ply\nformat ascii 1.0\nelement vertex 18446744073709551615\n" + position_properties + "end_header\n1 2 3\n")
+  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2 nan\n").find("point 1 is not finite") !=
+        std::string::npos);
+  CHECK(ply_message("ply\nformat ascii 1.0\nelement vertex 18446744073709551615\n" + position_properties +
+                    "end_header\n1 2 3\n")
             .find("ends before") != std::string::npos);
-  const std::string binary =
-      "ply\nformat binary_little_endian 1.0\nelement vertex 1\n" + position_properties + "end_header\n" + pack(1.0f, 2.0f, 3.0f);
+  const std::string binary = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n" + position_properties +
+                             "end_header\n" + pack(1.0f, 2.0f, 3.0f);
   REQUIRE(ply_message(binary).empty());
-  for (std::size_t size = 0; size < binary.size(); ++size) CHECK(ply_message(binary.substr(0, size)).starts_with("p.ply: "));
+  for (std::size_t size = 0; size < binary.size(); ++size)
+    CHECK(ply_message(binary.substr(0, size)).starts_with("p.ply: "));
 }

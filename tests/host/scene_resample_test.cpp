@@ -21,13 +21,16 @@ Photograph random_photograph(int width, int height, bool masked) {
   return photograph;
 }
 
-double overlap(double a0, double a1, double b0, double b1) { return std::max(0.0, std::min(a1, b1) - std::max(a0, b0)); }
+double overlap(double a0, double a1, double b0, double b1) {
+  return std::max(0.0, std::min(a1, b1) - std::max(a0, b0));
+}
 
 }  // namespace
 
 TEST_CASE("area resampling covers exactly, at any factor", "[scene][resample]") {
   const bool masked = GENERATE(false, true);
-  const auto [width, height] = GENERATE(std::pair(5, 3), std::pair(13, 9), std::pair(7, 9), std::pair(1, 1), std::pair(12, 8));
+  const auto [width, height] =
+      GENERATE(std::pair(5, 3), std::pair(13, 9), std::pair(7, 9), std::pair(1, 1), std::pair(12, 8));
   const Photograph source = random_photograph(13, 9, masked);
   const Photograph target = area_resample(source, width, height);
   REQUIRE(target.width == width);
@@ -67,7 +70,8 @@ TEST_CASE("RGB under zero alpha does not bleed into the outline", "[scene][resam
   CHECK(small.colour[0] == glm::u8vec4(128, 0, 0, 128));
   CHECK(small.colour[1] == glm::u8vec4(0, 0, 0, 0));
   const Image white = composite(small, 255);
-  CHECK(std::vector<int>(white.rgba.begin(), white.rgba.begin() + 8) == std::vector<int>{255, 127, 127, 255, 255, 255, 255, 255});
+  CHECK(std::vector<int>(white.rgba.begin(), white.rgba.begin() + 8) ==
+        std::vector<int>{255, 127, 127, 255, 255, 255, 255, 255});
   CHECK(int(composite(small, 0).rgba[0]) == 128);
 }
 
@@ -75,7 +79,8 @@ TEST_CASE("compositing without resampling is exact", "[scene][resample]") {
   for (int alpha = 0; alpha < 256; ++alpha) {
     const Image image{1, 1, {200, 13, 255, std::uint8_t(alpha)}};
     const Image result = composite(from_coverage(image), 255);
-    for (std::size_t c = 0; c < 3; ++c) CHECK(int(result.rgba[c]) == int(image.rgba[c] * alpha / 255.0 + 255 - alpha + 0.5));
+    for (std::size_t c = 0; c < 3; ++c)
+      CHECK(int(result.rgba[c]) == int(image.rgba[c] * alpha / 255.0 + 255 - alpha + 0.5));
     CHECK(result.rgba[3] == 255);
   }
 }

@@ -6,8 +6,8 @@
 #include <map>
 
 #include "base/error.h"
-#include "scene/colmap_model.h"
 #include "base/read_file.h"
+#include "scene/colmap_model.h"
 #include "scene/scene.h"
 #include "shared_data.h"
 
@@ -67,7 +67,8 @@ TEST_CASE("fox: phone photographs, undistorted", "[scene][shared]") {
   CHECK(double(outside) / double(pixels) < 0.03);
 }
 
-// COLMAP's own observations say where points were seen; their root mean square distance is what it calls reprojection error.
+// COLMAP's own observations say where points were seen; their root mean square distance is what it calls reprojection
+// error.
 TEST_CASE("bonsai: points project to where COLMAP observed them", "[scene][shared]") {
   REQUIRE_SHARED_FOLDER(shared);
   LoadOptions options;
@@ -113,9 +114,11 @@ TEST_CASE("bonsai: points project to where COLMAP observed them", "[scene][share
       const double x = get(images, at, 0.0), y = get(images, at, 0.0);
       const auto point = get(images, at, std::int64_t());
       if (point < 0) continue;
-      const glm::dvec4 clip = clip_from_world * glm::dvec4(glm::dvec3(scene.points.positions.at(index_of.at(point))), 1.0);
+      const glm::dvec4 clip =
+          clip_from_world * glm::dvec4(glm::dvec3(scene.points.positions.at(index_of.at(point))), 1.0);
       behind += clip.w <= 0;
-      const double px = (clip.x / clip.w + 1) / 2 * view->camera.width, py = (clip.y / clip.w + 1) / 2 * view->camera.height;
+      const double px = (clip.x / clip.w + 1) / 2 * view->camera.width,
+                   py = (clip.y / clip.w + 1) / 2 * view->camera.height;
       out_of_frame += px < -5 || py < -5 || px > view->camera.width + 5 || py > view->camera.height + 5;
       squares += (px - x) * (px - x) + (py - y) * (py - y);
       ++seen;

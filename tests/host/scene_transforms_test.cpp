@@ -17,7 +17,8 @@ namespace {
 const std::string identity = "[[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]";
 
 std::string one_frame(const std::string& shared, const std::string& own = "", const std::string& matrix = identity) {
-  return "{" + shared + "\"frames\": [{\"file_path\": \"./images/a\"" + own + ", \"transform_matrix\": " + matrix + "}]}";
+  return "{" + shared + "\"frames\": [{\"file_path\": \"./images/a\"" + own + ", \"transform_matrix\": " + matrix +
+         "}]}";
 }
 
 std::string json_message(const std::string& text) {
@@ -81,15 +82,17 @@ TEST_CASE("camera models and their coefficients", "[scene][transforms]") {
   CHECK(lens(one_frame(coefficients + "\"camera_model\": \"OPENCV_FISHEYE\",")).model == scene::Lens::Model::fisheye);
   CHECK(lens(one_frame(coefficients + "\"is_fisheye\": true,")).model == scene::Lens::Model::fisheye);
   CHECK(lens(one_frame("\"fl_x\": 9,")).is_pinhole());
-  CHECK(json_message(one_frame(coefficients + "\"camera_model\": \"EQUIRECTANGULAR\",")) ==
-        "t.json: camera_model is EQUIRECTANGULAR; known models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, "
-        "OPENCV_FISHEYE");
+  CHECK(
+      json_message(one_frame(coefficients + "\"camera_model\": \"EQUIRECTANGULAR\",")) ==
+      "t.json: camera_model is EQUIRECTANGULAR; known models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, "
+      "OPENCV_FISHEYE");
 }
 
 TEST_CASE("masks, points and splits", "[scene][transforms]") {
-  const auto t = parse_transforms(
-      one_frame("\"fl_x\": 9, \"ply_file_path\": \"p.ply\", \"test_filenames\": [\"images/a\"],", ", \"mask_path\": \"m.png\""),
-      "t");
+  const auto t =
+      parse_transforms(one_frame("\"fl_x\": 9, \"ply_file_path\": \"p.ply\", \"test_filenames\": [\"images/a\"],",
+                                 ", \"mask_path\": \"m.png\""),
+                       "t");
   CHECK(t.ply_file_path == "p.ply");
   CHECK(t.test_files == std::vector<std::string>{"images/a"});
   CHECK(t.frames[0].mask_path == "m.png");
@@ -97,34 +100,48 @@ TEST_CASE("masks, points and splits", "[scene][transforms]") {
 }
 
 TEST_CASE("bad transforms files say what, where and how to mend it", "[scene][transforms]") {
-  CHECK(json_message("{\n\"frames\": [\n oops ]}") == "t.json: line 3 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
-  CHECK(json_message("") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
-  CHECK(json_message("{\"frames\": [NaN]}") == "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file again");
-  CHECK(json_message("{\"fl_x\": 1e999, \"frames\": []}") == "t.json: holds a number out of range; correct or export the file again");
+  CHECK(json_message("{\n\"frames\": [\n oops ]}") ==
+        "t.json: line 3 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
+        "again");
+  CHECK(json_message("") ==
+        "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
+        "again");
+  CHECK(json_message("{\"frames\": [NaN]}") ==
+        "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
+        "again");
+  CHECK(json_message("{\"fl_x\": 1e999, \"frames\": []}") ==
+        "t.json: holds a number out of range; correct or export the file again");
   CHECK(json_message("[]") == "t.json: is array, not an object with frames; give a transforms file");
   CHECK(json_message("{}") == "t.json: frames is missing; give a transforms file");
   CHECK(json_message("{\"frames\": 3}") == "t.json: frames is number, not a list; correct it");
   CHECK(json_message("{\"frames\": [3]}") == "t.json: frames[0] is number, not an object; correct it");
-  CHECK(json_message("{\"frames\": [{}]}") == "t.json: frames[0].file_path is missing; every frame needs the path of its image");
-  CHECK(json_message("{\"frames\": [{\"file_path\": 7}]}") == "t.json: frames[0].file_path is number, not a string; correct it");
+  CHECK(json_message("{\"frames\": [{}]}") ==
+        "t.json: frames[0].file_path is missing; every frame needs the path of its image");
+  CHECK(json_message("{\"frames\": [{\"file_path\": 7}]}") ==
+        "t.json: frames[0].file_path is number, not a string; correct it");
   CHECK(json_message("{\"frames\": [{\"file_path\": \"\"}]}").starts_with("t.json: frames[0].file_path is empty; "));
-  CHECK(json_message("{\"frames\": [{\"file_path\": \"a\\u0000b\"}]}").starts_with("t.json: frames[0].file_path holds a zero "));
+  CHECK(json_message("{\"frames\": [{\"file_path\": \"a\\u0000b\"}]}")
+            .starts_with("t.json: frames[0].file_path holds a zero "));
   CHECK(json_message("{\"frames\": [{\"file_path\": \"a\"}]}") ==
         "t.json: frames[0].transform_matrix is missing; every frame needs its 4 x 4 camera-to-world matrix");
-  CHECK(json_message(one_frame("")) == "t.json: frames[0] has no focal length; add fl_x or camera_angle_x to it or to the file");
+  CHECK(json_message(one_frame("")) ==
+        "t.json: frames[0] has no focal length; add fl_x or camera_angle_x to it or to the file");
   CHECK(json_message(one_frame("\"fl_x\": -4,")) == "t.json: fl_x is -4, but must lie between 0 and 1e+09; correct it");
   CHECK(json_message(one_frame("\"fl_x\": 0,", "")).starts_with("t.json: fl_x is 0, "));
-  CHECK(json_message(one_frame("", ", \"fl_x\": \"7\"")) == "t.json: frames[0].fl_x is string, not a number; correct it");
+  CHECK(json_message(one_frame("", ", \"fl_x\": \"7\"")) ==
+        "t.json: frames[0].fl_x is string, not a number; correct it");
   CHECK(json_message(one_frame("\"camera_angle_x\": 3.2,")).starts_with("t.json: camera_angle_x is 3.2, "));
   CHECK(json_message(one_frame("\"fl_x\": 9, \"w\": 1e12,")).starts_with("t.json: w is "));
   CHECK(json_message(one_frame("\"fl_x\": 9, \"test_filenames\": 3,")).starts_with("t.json: test_filenames is number"));
   CHECK(json_message(one_frame("\"fl_x\": 9, \"is_fisheye\": 1,")).starts_with("t.json: is_fisheye is number"));
   const auto matrix = [](const std::string& m) { return json_message(one_frame("\"fl_x\": 9,", "", m)); };
-  CHECK(matrix("[[1,0,0],[0,1,0],[0,0,1]]").starts_with("t.json: frames[0].transform_matrix: row 0 has not 4 numbers; "));
+  CHECK(
+      matrix("[[1,0,0],[0,1,0],[0,0,1]]").starts_with("t.json: frames[0].transform_matrix: row 0 has not 4 numbers; "));
   CHECK(matrix("[1,2]").starts_with("t.json: frames[0].transform_matrix is not a list of 4 rows; "));
   CHECK(matrix("[[1,0,0,null],[0,1,0,0],[0,0,1,0],[0,0,0,1]]") ==
         "t.json: frames[0].transform_matrix[0][3] is null, not a number; correct it");
-  CHECK(matrix("[[1,0.1,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").starts_with("t.json: frames[0]: pose is not a rotation and a tr"));
+  CHECK(matrix("[[1,0.1,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]")
+            .starts_with("t.json: frames[0]: pose is not a rotation and a tr"));
   CHECK(matrix("[[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]").find("mirroring") != std::string::npos);
   CHECK(matrix("[[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]]").find("off by 3") != std::string::npos);
   CHECK(matrix("[[1,0,0,0],[0,1,0,0],[0,0,1,0],[1,2,3,1]]").find("last row") != std::string::npos);

@@ -23,7 +23,8 @@ TEST_CASE("vertices travel equally far in few steps", "[settings]") {
   train::Settings s = train::published(recipe);
   const auto way = [&] {
     double sum = 0;
-    for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::rate_factor(s, s.rate_vertex_end, step);
+    for (std::uint64_t step = 1; step <= s.steps; ++step)
+      sum += s.rate_vertex * train::rate_factor(s, s.rate_vertex_end, step);
     return sum;
   };
   CHECK(way() == Approx(train::published_way(recipe)).epsilon(0.001));

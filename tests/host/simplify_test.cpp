@@ -1,4 +1,5 @@
-// Tests engine/train/topology/simplify.h and engine/scene/hold_out.h: what goes first, when it ends, and which views judge.
+// Tests engine/train/topology/simplify.h and engine/scene/hold_out.h: what goes first, when it ends, and which views
+// judge.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -16,10 +17,12 @@ using namespace trisoup::train;
 
 namespace {
 
-std::vector<soup::TextureEntry> table_of(const std::vector<soup::TextureLevels>& levels) { return soup::make_texture_table(levels).entries; }
+std::vector<soup::TextureEntry> table_of(const std::vector<soup::TextureLevels>& levels) {
+  return soup::make_texture_table(levels).entries;
+}
 
-/// Rounds of an imagined soup: a halving of the bytes costs more dB each time, by its power `curve`; a removal is a tenth more or less
-/// than what it was meant to be.
+/// Rounds of an imagined soup: a halving of the bytes costs more dB each time, by its power `curve`; a removal is a
+/// tenth more or less than what it was meant to be.
 std::vector<Round> simulate(const Settings& s, double best_psnr, double curve = 2) {
   std::vector<Round> rounds{{s.steps, 8'000'000, 5000, best_psnr, 0.9}};
   double wobble = 0.1;
@@ -30,7 +33,9 @@ std::vector<Round> simulate(const Settings& s, double best_psnr, double curve = 
     r.smaller = shares != Shares{};
     r.step += s.round_steps;
     r.triangles = static_cast<std::uint32_t>(r.triangles * std::min(shares.triangles, 0.5 + 0.5 * shares.bytes));
-    r.bytes = static_cast<std::uint64_t>(double(r.bytes) * std::min(r.smaller ? 1 - (1 - shares.bytes) * (1 + (wobble = -wobble)) : 1.001, shares.triangles));
+    r.bytes = static_cast<std::uint64_t>(
+        double(r.bytes) *
+        std::min(r.smaller ? 1 - (1 - shares.bytes) * (1 + (wobble = -wobble)) : 1.001, shares.triangles));
     const double halvings = std::log2(8e6 / double(r.bytes));
     r.psnr = best_psnr - 0.15 * std::pow(std::max(0.0, halvings), curve);
     r.ssim = 1 - 0.1 * std::exp2(0.1 * halvings);
@@ -55,7 +60,8 @@ TEST_CASE("what is worth least for its bytes goes first", "[simplify]") {
   importance.triangle = {9.0, 8.0, 0.001, 0.5, 7.0};
   importance.finest = {0.01, 6.0, 0.9, 0.0, 5.0};
   const std::vector<bool> none(5);
-  // The third triangle, of 15 samples, costs next to nothing, then the first one's finest level: 108 of the 480 samples that five triangles are worth.
+  // The third triangle, of 15 samples, costs next to nothing, then the first one's finest level: 108 of the 480 samples
+  // that five triangles are worth.
   Shrunk a = least_important_removed(importance, table, none, {0.96, 1});
   CHECK(a.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
   CHECK(a.levels == std::vector<soup::TextureLevels>{{2, 4}, {2, 4}, {0, 0}, {2, 4}});
@@ -79,7 +85,8 @@ TEST_CASE("what is worth least for its bytes goes first", "[simplify]") {
 }
 
 TEST_CASE("at the knee stays what brings enough for twice the samples", "[simplify]") {
-  // Two triangles of one level, 18 samples with what vertices take. What the first one brings for its 9 is, per doubling, 0.01 / 9 * 18 / 0.3322 dB of 1.
+  // Two triangles of one level, 18 samples with what vertices take. What the first one brings for its 9 is, per
+  // doubling, 0.01 / 9 * 18 / 0.3322 dB of 1.
   Importance importance{1, {5, 5}, {0.01, 0.9}, {0, 0}, {}};
   const auto two = table_of({{0, 0}, {0, 0}});
   const std::vector<bool> none(2);
@@ -91,7 +98,8 @@ TEST_CASE("at the knee stays what brings enough for twice the samples", "[simpli
   CHECK(down_to_knee(importance, two, none, 0.061).kept.size() == 2);
   importance.pixels[0] = 5;
   CHECK(down_to_knee(importance, two, {true, false}, 0.061).kept.size() == 2);
-  // Each removal is measured by the error and the samples that those before have left: the second pays with them, and would not without.
+  // Each removal is measured by the error and the samples that those before have left: the second pays with them, and
+  // would not without.
   Importance three{1, {5, 5, 5}, {0.001, 0.02, 5}, {0, 0, 0}, {}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}});
   CHECK(down_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{2});
@@ -103,7 +111,8 @@ TEST_CASE("at the knee stays what brings enough for twice the samples", "[simpli
 }
 
 TEST_CASE("of triangles that stand in for each other one stays", "[simplify]") {
-  // Two layers cost nothing without each other, all would cost everything; the third leans on the second, the fourth on none.
+  // Two layers cost nothing without each other, all would cost everything; the third leans on the second, the fourth on
+  // none.
   Importance importance{1, {5, 5, 5, 5}, {0, 0, 1e-9, 0}, {0, 0, 0, 0}, {{0, 1}, {1, 0}, {2, 1}}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}, {0, 0}});
   const std::vector<bool> none(4);
@@ -208,7 +217,8 @@ TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
   s.target_psnr = 27.9;
   rounds = simulate(s, 28.0);
   CHECK(rounds[best_round(rounds, s)].triangles <= 700);
-  CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("a larger --max-mb or --max-triangles"));
+  CHECK_THAT(outcome(rounds, s),
+             Catch::StartsWith("goal missed") && Catch::Contains("a larger --max-mb or --max-triangles"));
   // Nothing more can go, or there is no round left.
   s.max_triangles = 1;
   CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("nothing more can go"));
@@ -240,7 +250,8 @@ TEST_CASE("rounds go through a checkpoint", "[simplify]") {
   REQUIRE(again.size() == rounds.size());
   CHECK(to_json(again) == to_json(rounds));
   CHECK(next_round(again, s) == next_round(rounds, s));
-  for (std::size_t i = 1; i < rounds.size(); ++i) CHECK(next_round(std::span(again).first(i), s) == next_round(std::span(rounds).first(i), s));
+  for (std::size_t i = 1; i < rounds.size(); ++i)
+    CHECK(next_round(std::span(again).first(i), s) == next_round(std::span(rounds).first(i), s));
   auto damaged = to_json(rounds);
   damaged[1]["from"] = 1;
   CHECK_THROWS_AS(rounds_from_json(damaged), Error);
@@ -263,7 +274,8 @@ TEST_CASE("rates rise for a round and fall to where they ended", "[simplify][set
     }
     CHECK(last == Approx(end));
     // Vertices come to rest again: how close depends on the steps of a round.
-    CHECK(vertex_rate_factor(s, 1000 + (round + 1) * s.round_steps) < 0.02 * vertex_rate_factor(s, 1000 + round * s.round_steps + 1));
+    CHECK(vertex_rate_factor(s, 1000 + (round + 1) * s.round_steps) <
+          0.02 * vertex_rate_factor(s, 1000 + round * s.round_steps + 1));
     CHECK(vertex_rate_factor(s, 1000 + (round + 1) * s.round_steps) > 0);
   }
 }

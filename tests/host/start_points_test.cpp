@@ -26,7 +26,8 @@ scene::Scene ring(int cameras, int side = 32) {
     v.camera.fx = v.camera.fy = side;
     v.camera.cx = v.camera.cy = 0.5 * side;
     const glm::dvec3 z(-std::cos(angle), -std::sin(angle), 0), y(0, 0, -1), x = glm::cross(y, z);
-    v.camera.world_to_camera = glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
+    v.camera.world_to_camera =
+        glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(-z, 1)));
     v.image = {side, side, {}};
     for (int p = 0; p < side * side; ++p)
       for (const int c : {200, 100, 50, 255}) v.image.rgba.push_back(static_cast<std::uint8_t>(c));
@@ -151,7 +152,8 @@ TEST_CASE("a surface start has its triangles where photographs show most of it",
       const glm::dvec3 p(0.3f * normal + glm::vec3(0, 0, z));
       add(scene.points, p, 0, 0.5f);
       for (std::uint32_t v = 0; v < 8; ++v)
-        if (glm::dot(scene.train[v].camera.centre() - p, glm::dvec3(normal)) > 0) scene.points.seen_by.back().push_back(v);
+        if (glm::dot(scene.train[v].camera.centre() - p, glm::dvec3(normal)) > 0)
+          scene.points.seen_by.back().push_back(v);
     }
   }
   Settings settings = published(Recipe::real);

@@ -17,7 +17,8 @@ namespace {
 // Indexed faces as a soup: vertices never move in a split, so sharing them makes no difference.
 std::vector<glm::vec3> expand(const test::Array& vertices, const test::Array& faces) {
   std::vector<glm::vec3> out;
-  for (const std::int32_t v : faces.i) out.emplace_back(vertices.f[3 * v], vertices.f[3 * v + 1], vertices.f[3 * v + 2]);
+  for (const std::int32_t v : faces.i)
+    out.emplace_back(vertices.f[3 * v], vertices.f[3 * v + 1], vertices.f[3 * v + 2]);
   return out;
 }
 
@@ -50,7 +51,8 @@ void check_corners(const Resampled& result, const std::vector<glm::vec3>& parent
       const float scale = 1 + glm::length(p[0]) + glm::length(p[1]) + glm::length(p[2]);
       REQUIRE(glm::length(b.x * p[0] + b.y * p[1] + b.z * p[2] - result.vertices[3 * t + k]) <= tolerance * scale);
     }
-    area[result.face_map[t]] += glm::determinant(glm::mat3(result.corners[t][0], result.corners[t][1], result.corners[t][2]));
+    area[result.face_map[t]] +=
+        glm::determinant(glm::mat3(result.corners[t][0], result.corners[t][1], result.corners[t][2]));
   }
   for (const double a : area) REQUIRE(a == Approx(1.0).margin(1e-4));
 }
@@ -69,9 +71,10 @@ std::vector<glm::vec3> random_soup(std::size_t triangles, std::uint64_t seed) {
   return v;
 }
 
-// Pixels won per triangle at threshold 0.5, for level-0 opacity (samples: corner 2, 0, 1), as the published rasteriser counts.
-std::vector<std::uint32_t> pixels_won(const std::vector<glm::vec3>& v, const std::vector<float>& alpha, const glm::mat4& clip,
-                                      int width, int height) {
+// Pixels won per triangle at threshold 0.5, for level-0 opacity (samples: corner 2, 0, 1), as the published rasteriser
+// counts.
+std::vector<std::uint32_t> pixels_won(const std::vector<glm::vec3>& v, const std::vector<float>& alpha,
+                                      const glm::mat4& clip, int width, int height) {
   std::vector<std::uint32_t> counts(v.size() / 3, 0);
   std::vector<glm::vec4> c;
   for (const glm::vec3& p : v) c.push_back(clip * glm::vec4(p, 1));
@@ -167,7 +170,8 @@ TEST_CASE("dropping by visibility equals the published choice", "[topology][gold
 
   std::vector<std::uint32_t> own(counts.size(), 0);
   for (std::size_t k = 0; k < 5; ++k) {
-    const auto won = pixels_won(soup, golden["alpha_acc"].f, matrix(golden["mvps"], k), golden["W"].i[0], golden["H"].i[0]);
+    const auto won =
+        pixels_won(soup, golden["alpha_acc"].f, matrix(golden["mvps"], k), golden["W"].i[0], golden["H"].i[0]);
     for (std::size_t t = 0; t < counts.size(); ++t) own[t] += won[t];
   }
   CHECK(own == counts);
@@ -220,8 +224,11 @@ TEST_CASE("bisection reaches its target and keeps winding, area and barycentrics
 TEST_CASE("the largest triangles are bisected, until their halves would be too small", "[topology]") {
   std::vector<glm::vec3> three;
   for (const float x : {0.0f, 10.0f, 20.0f}) three.insert(three.end(), {{x, 0, 0}, {x + 2, 0, 0}, {x, 1, 0}});
-  const auto count = [](const Resampled& r, std::uint32_t face) { return std::count(r.face_map.begin(), r.face_map.end(), face); };
-  // Sizes are what is given, not what lengths say: 80 becomes 4 of 20, one of which two of 10, after 30 has become 15 and 15.
+  const auto count = [](const Resampled& r, std::uint32_t face) {
+    return std::count(r.face_map.begin(), r.face_map.end(), face);
+  };
+  // Sizes are what is given, not what lengths say: 80 becomes 4 of 20, one of which two of 10, after 30 has become 15
+  // and 15.
   const std::vector<double> sizes{30, 0, 80};
   const Resampled split = bisect_largest(three, sizes, 1, 8);
   REQUIRE(split.triangles() == 8);

@@ -7,8 +7,8 @@
 
 #include "base/error.h"
 #include "mesh/delaunay.h"
-#include "soup/random.h"
 #include "mesh/surface.h"
+#include "soup/random.h"
 
 using namespace trisoup;
 using namespace trisoup::soup;
@@ -24,7 +24,8 @@ bool within_sphere(const std::vector<glm::dvec3>& points, const std::array<std::
   const glm::dvec3 o = points[c[0]];
   const glm::dmat3 rows = glm::transpose(glm::dmat3(points[c[1]] - o, points[c[2]] - o, points[c[3]] - o));
   glm::dvec3 right;
-  for (int k = 0; k < 3; ++k) right[k] = 0.5 * glm::dot(points[c[std::size_t(k) + 1]] - o, points[c[std::size_t(k) + 1]] - o);
+  for (int k = 0; k < 3; ++k)
+    right[k] = 0.5 * glm::dot(points[c[std::size_t(k) + 1]] - o, points[c[std::size_t(k) + 1]] - o);
   const glm::dvec3 centre = glm::inverse(rows) * right;
   return glm::length(p - o - centre) < glm::length(centre) * (1 - 1e-6);
 }

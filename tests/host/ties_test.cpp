@@ -38,8 +38,10 @@ Flat crossed(float crossing) {
   return flat;
 }
 
-/// The gradients of an MLP's parameters in floats, summed over pixels, with every hidden unit that is exactly zero on or off.
-std::vector<float> float_gradient(const std::vector<float>& mlp, const std::vector<std::vector<float>>& pixels, const float* colour_gradient, bool on) {
+/// The gradients of an MLP's parameters in floats, summed over pixels, with every hidden unit that is exactly zero on
+/// or off.
+std::vector<float> float_gradient(const std::vector<float>& mlp, const std::vector<std::vector<float>>& pixels,
+                                  const float* colour_gradient, bool on) {
   std::vector<float> sum(MLP_COUNT, 0.0f);
   for (const std::vector<float>& x : pixels) {
     float h[3][16], d[2][16] = {};
@@ -114,7 +116,8 @@ TEST_CASE("a pixel on an edge, and one at its threshold, may show what is behind
   Flat flat;
   flat.add({-3, -3, 0.5f, 0.4f, -3, 0.5f, 0.4f, 9, 0.5f});  // to the left of x = 0.4
   const VisibilityTies edge = flat.ties();
-  for (std::size_t p = 0; p < 25; ++p) CHECK(edge.winners[p] == (p % 5 < 3 ? Winners{1} : p % 5 > 3 ? Winners{0} : Winners{1, 0}));
+  for (std::size_t p = 0; p < 25; ++p)
+    CHECK(edge.winners[p] == (p % 5 < 3 ? Winners{1} : p % 5 > 3 ? Winners{0} : Winners{1, 0}));
   CHECK(edge.triangles[0]);
   Flat half;
   half.add({-3, -3, 0.25f, 5, -3, 0.25f, -3, 5, 0.25f}, 0.5f);

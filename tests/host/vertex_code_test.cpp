@@ -9,10 +9,10 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/error.h"
-#include "soup/random.h"
-#include "soup/texture_table.h"
 #include "format/vertex_code.h"
 #include "format/vertex_grid.h"
+#include "soup/random.h"
+#include "soup/texture_table.h"
 
 using namespace trisoup;
 using Catch::Matchers::Contains;
@@ -25,14 +25,18 @@ std::vector<soup::GridTriangle> sheet(std::size_t triangles, std::uint32_t side,
   std::vector<soup::GridTriangle> all;
   for (std::size_t t = 0; t < triangles; ++t) {
     const glm::ivec3 corner(int(side * t), int(random.below(side)), int(random.below(side / 4)));
-    const auto away = [&] { return glm::ivec3(int(random.below(2 * side)) - int(side), int(random.below(2 * side)) - int(side), int(random.below(side / 4))); };
+    const auto away = [&] {
+      return glm::ivec3(int(random.below(2 * side)) - int(side), int(random.below(2 * side)) - int(side),
+                        int(random.below(side / 4)));
+    };
     all.push_back({12, {corner, corner + away(), corner + away()}});
   }
   return all;
 }
 
 bool same(std::span<const soup::GridTriangle> a, std::span<const soup::GridTriangle> b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return x.exponent == y.exponent && x.corners == y.corners; });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const auto& x, const auto& y) { return x.exponent == y.exponent && x.corners == y.corners; });
 }
 
 bool come_back(std::span<const soup::GridTriangle> triangles) {
@@ -52,7 +56,8 @@ soup::ModelCamera camera_at(const glm::dvec3& place, double focal) {
 soup::Model ball_of(std::size_t triangles) {
   soup::Random random(5);
   soup::Model model;
-  for (std::size_t i = 0; i < 3 * triangles; ++i) model.vertices.emplace_back(random.uniform01() - 0.5, random.uniform01() - 0.5, 2.5 + random.uniform01());
+  for (std::size_t i = 0; i < 3 * triangles; ++i)
+    model.vertices.emplace_back(random.uniform01() - 0.5, random.uniform01() - 0.5, 2.5 + random.uniform01());
   model.textures = soup::make_texture_table(std::vector<soup::TextureLevels>(triangles, {0, 0})).entries;
   return model;
 }
@@ -70,13 +75,15 @@ TEST_CASE("vertices on a grid come back from their bytes", "[vertex_code]") {
     triangle.exponent = int(random.below(2 * soup::kMostExponent + 1)) - soup::kMostExponent;
     for (auto& corner : triangle.corners)
       for (int axis = 0; axis < 3; ++axis)
-        corner[axis] = t % 3 == 0 ? (random.below(2) ? soup::kMostSteps : -soup::kMostSteps) : int(random.bits() >> (8 + random.below(24))) * (random.below(2) ? 1 : -1);
+        corner[axis] = t % 3 == 0 ? (random.below(2) ? soup::kMostSteps : -soup::kMostSteps)
+                                  : int(random.bits() >> (8 + random.below(24))) * (random.below(2) ? 1 : -1);
   }
   CHECK(come_back(wild));
 }
 
 TEST_CASE("vertices take the bytes that their sides need", "[vertex_code]") {
-  // Five numbers of 2 side, one of side, three of side / 4 or less, some of which twice as wide around the middle of the one before.
+  // Five numbers of 2 side, one of side, three of side / 4 or less, some of which twice as wide around the middle of
+  // the one before.
   const auto triangles = sheet(2000, 128, 3);
   const double bits = 8.0 * double(soup::encode_vertices(triangles).size()) / 2000;
   CHECK(bits > 4 * 8 + 7 + 2 * 5);
@@ -102,7 +109,8 @@ TEST_CASE("vertices beyond their grid are not written, and damaged ones not read
     for (std::byte& b : noise) b = std::byte(random.below(256));
     try {
       for (const auto& t : soup::decode_vertices(noise, 20, "x"))
-        for (const glm::ivec3& corner : t.corners) CHECK(glm::all(glm::lessThanEqual(glm::abs(corner), glm::ivec3(soup::kMostSteps))));
+        for (const glm::ivec3& corner : t.corners)
+          CHECK(glm::all(glm::lessThanEqual(glm::abs(corner), glm::ivec3(soup::kMostSteps))));
     } catch (const Error&) {
       ++refused;
     }
@@ -117,7 +125,9 @@ TEST_CASE("vertices beyond their grid are not written, and damaged ones not read
 TEST_CASE("a grid is as fine as the photograph that shows a triangle closest", "[vertex_grid]") {
   soup::Model model = ball_of(1);
   model.vertices = {{0, 0, 2}, {0.5f, 0, 2.5f}, {0, 0.5f, 2}};
-  const auto exponent = [&](std::vector<soup::ModelCamera> cameras, double share) { return soup::on_grid(model, cameras, share)[0].exponent; };
+  const auto exponent = [&](std::vector<soup::ModelCamera> cameras, double share) {
+    return soup::on_grid(model, cameras, share)[0].exponent;
+  };
   // A pixel is 2 / 100 wide, an eighth of it 1 / 400: steps of 1 / 512.
   CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.125) == 9);
   CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.25) == 8);
@@ -164,7 +174,9 @@ TEST_CASE("along the curve neighbours follow each other, textures with them", "[
   soup::Model model = ball_of(3000);
   model.vertices[100].x = 1e30f;  // others keep their places
   const soup::Model sorted = soup::along_curve(model);
-  const auto middle = [](const soup::Model& m, std::size_t t) { return (m.vertices[3 * t] + m.vertices[3 * t + 1] + m.vertices[3 * t + 2]) / 3.0f; };
+  const auto middle = [](const soup::Model& m, std::size_t t) {
+    return (m.vertices[3 * t] + m.vertices[3 * t + 1] + m.vertices[3 * t + 2]) / 3.0f;
+  };
   std::vector<bool> seen(3000, false);
   double before = 0, after = 0;
   for (std::size_t i = 0; i < 3000; ++i) {

@@ -1,4 +1,5 @@
-// The translator of kernels to lanes (engine/gpu/lanes): probe.comp with 4, 8 and 16 lanes against the same file compiled as C++.
+// The translator of kernels to lanes (engine/gpu/lanes): probe.comp with 4, 8 and 16 lanes against the same file
+// compiled as C++.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -26,7 +27,8 @@ namespace {
 constexpr std::size_t kRoom = 64, kCount = 90;
 
 struct Memory {
-  std::vector<std::uint32_t> numbers = std::vector<std::uint32_t>(64 + 2 * kRoom), result = std::vector<std::uint32_t>(256 + 2 * kRoom, 77);
+  std::vector<std::uint32_t> numbers = std::vector<std::uint32_t>(64 + 2 * kRoom),
+                             result = std::vector<std::uint32_t>(256 + 2 * kRoom, 77);
   std::vector<float> vectors = std::vector<float>(8 + kCount + 2 * kRoom);
 };
 
@@ -39,7 +41,7 @@ Memory after(const CompiledKernel& kernel, std::uint32_t seed) {
   }
   for (std::size_t i = 0; i < memory.vectors.size(); ++i) memory.vectors[i] = static_cast<float>(i);
   struct {
-    std::uint32_t *numbers;
+    std::uint32_t* numbers;
     float* vectors;
     std::uint32_t* result;
     std::uint32_t count, pad;

@@ -142,7 +142,8 @@ KERNEL_MAIN(64) {
     second = s_words[thread & 3u];
   }
   if (CASE == 9u) {
-    // Eight words in a row for every eight threads, from places that follow from the eight's number; eights that take no part may name any place.
+    // Eight words in a row for every eight threads, from places that follow from the eight's number; eights that take
+    // no part may name any place.
     s_words[thread] = n;
     barrier();
     const uint eight = thread / 8u;

@@ -1,16 +1,16 @@
-// Stability of the optimiser against parameters that are not numbers (shaders/common/faults.h, engine/train/step/non_finite.h): reported with their place,
-// kept from spreading, reset, and training goes on.
+// Stability of the optimiser against parameters that are not numbers (shaders/common/faults.h,
+// engine/train/step/non_finite.h): reported with their place, kept from spreading, reset, and training goes on.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <cstring>
 #include <limits>
 
-#include "gpu/small_scene.h"
 #include "format/safetensors.h"
+#include "gpu/small_scene.h"
+#include "run/trainer.h"
 #include "temporary_folder.h"
 #include "train/step/non_finite.h"
-#include "run/trainer.h"
 
 using namespace trisoup;
 using test::SmallScene;
@@ -30,13 +30,15 @@ bool all_finite(const std::vector<float>& values) {
 }
 
 double loss(SmallScene& s, std::uint32_t slot) {
-  const auto row = s.gpu.download_vector<kernels::Statistics>(s.frame.statistics.address() + slot * sizeof(kernels::Statistics), 1)[0];
+  const auto row = s.gpu.download_vector<kernels::Statistics>(
+      s.frame.statistics.address() + slot * sizeof(kernels::Statistics), 1)[0];
   return train::fixed_sum(row.l1_low, row.l1_high);
 }
 
 /// Two scenes alike, trained for some steps; the first is to be injured.
 struct Twins {
-  explicit Twins(gpu::Device& gpu) : injured(gpu, kTriangles, kMixed, views()), healthy(gpu, kTriangles, kMixed, views()) {
+  explicit Twins(gpu::Device& gpu)
+      : injured(gpu, kTriangles, kMixed, views()), healthy(gpu, kTriangles, kMixed, views()) {
     for (SmallScene* s : {&injured, &healthy}) {
       s->frame.reserve_lists(1 << 16);
       s->inputs.opacity_baseline = true;
@@ -81,10 +83,12 @@ struct Twins {
   std::uint32_t done = 0;
 };
 
-/// Through a driver (or on an emulated device), where a step takes long, the two ends: what is no number, and the largest that is one.
+/// Through a driver (or on an emulated device), where a step takes long, the two ends: what is no number, and the
+/// largest that is one.
 float bad_number(const gpu::Device& device) {
   if (device.info().backend != "cpu") return GENERATE(std::numeric_limits<float>::quiet_NaN(), 3e38f);
-  return GENERATE(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(), 3e38f);
+  return GENERATE(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                  -std::numeric_limits<float>::infinity(), 3e38f);
 }
 
 }  // namespace
@@ -149,7 +153,8 @@ TEST_CASE("a texel that is not a number is reset before it is seen", "[faults]")
 TEST_CASE("a weight that is not a number costs the others one step", "[faults]") {
   auto gpu = test::open_device();
   // In the first layer, in the last, and a bias.
-  const auto [index, bad] = GENERATE(table<std::uint32_t, float>({{37u, NAN}, {560u, std::numeric_limits<float>::infinity()}, {593u, -3e38f}, {37u, 3e38f}}));
+  const auto [index, bad] = GENERATE(table<std::uint32_t, float>(
+      {{37u, NAN}, {560u, std::numeric_limits<float>::infinity()}, {593u, -3e38f}, {37u, 3e38f}}));
   CAPTURE(index, bad);
   Twins t(*gpu);
   const auto before = gpu->download_vector<float>(t.injured.soup.mlp.address(), 595);
@@ -168,14 +173,16 @@ TEST_CASE("a weight that is not a number costs the others one step", "[faults]")
   CHECK(all_finite(t.injured.state()));
   // No image of it is left in the next step.
   t.step(1);
-  const auto colour = gpu->download_vector<float>(t.injured.frame.colour.address(), 3ull * t.injured.frame.batch().pixels);
+  const auto colour =
+      gpu->download_vector<float>(t.injured.frame.colour.address(), 3ull * t.injured.frame.batch().pixels);
   CHECK(all_finite(colour));
   t.check_goes_on();
 }
 
 TEST_CASE("optimiser state that is not a number restarts where it was", "[faults]") {
   auto gpu = test::open_device();
-  const auto [second, bad] = GENERATE(table<bool, float>({{false, NAN}, {true, NAN}, {false, std::numeric_limits<float>::infinity()}, {true, 3e38f}}));
+  const auto [second, bad] = GENERATE(
+      table<bool, float>({{false, NAN}, {true, NAN}, {false, std::numeric_limits<float>::infinity()}, {true, 3e38f}}));
   CAPTURE(second, bad);
   Twins t(*gpu);
   const std::uint64_t texel = 8ull * t.injured.soup.table[2].source_offset + 1;
@@ -219,7 +226,9 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
   std::vector<glm::vec3> vertices;
   for (int i = 0; i < 30; ++i) {
     const glm::vec3 centre{random.uniform(-0.3f, 0.3f), random.uniform(-0.3f, 0.3f), random.uniform(-0.3f, 0.3f)};
-    for (int k = 0; k < 3; ++k) vertices.push_back(centre + glm::vec3{random.uniform(-0.1f, 0.1f), random.uniform(-0.1f, 0.1f), random.uniform(-0.1f, 0.1f)});
+    for (int k = 0; k < 3; ++k)
+      vertices.push_back(
+          centre + glm::vec3{random.uniform(-0.1f, 0.1f), random.uniform(-0.1f, 0.1f), random.uniform(-0.1f, 0.1f)});
   }
   test::TemporaryFolder folder;
   const auto path = folder.path() / "checkpoint.safetensors";
@@ -240,8 +249,8 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
     const auto file = soup::Safetensors::open(path);
     soup::SafetensorsWriter writer;
     std::vector<std::vector<float>> arrays;
-    for (const char* name : {"vertices", "vertices.moment1", "vertices.moment2", "textures", "textures.moment1", "textures.moment2", "mlp",
-                             "mlp.moment1", "mlp.moment2"}) {
+    for (const char* name : {"vertices", "vertices.moment1", "vertices.moment2", "textures", "textures.moment1",
+                             "textures.moment2", "mlp", "mlp.moment1", "mlp.moment2"}) {
       const auto values = file.values<float>(name);
       arrays.emplace_back(values.begin(), values.end());
     }
@@ -249,8 +258,8 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
     arrays[3][8 * 3 * 4 + 7] = INFINITY;
     arrays[6][594] = NAN;
     std::size_t i = 0;
-    for (const char* name : {"vertices", "vertices.moment1", "vertices.moment2", "textures", "textures.moment1", "textures.moment2", "mlp",
-                             "mlp.moment1", "mlp.moment2"}) {
+    for (const char* name : {"vertices", "vertices.moment1", "vertices.moment2", "textures", "textures.moment1",
+                             "textures.moment2", "mlp", "mlp.moment1", "mlp.moment2"}) {
       writer.add<float>(name, {arrays[i].size()}, arrays[i]);
       ++i;
     }
@@ -284,6 +293,7 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
   for (const glm::vec3& v : model.vertices) CHECK((std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)));
   // The point went when the topology changed: every triangle that is left has an area.
   for (std::size_t t = 0; t < model.triangles(); ++t)
-    CHECK(glm::length(glm::cross(model.vertices[3 * t + 1] - model.vertices[3 * t], model.vertices[3 * t + 2] - model.vertices[3 * t])) > 0);
+    CHECK(glm::length(glm::cross(model.vertices[3 * t + 1] - model.vertices[3 * t],
+                                 model.vertices[3 * t + 2] - model.vertices[3 * t])) > 0);
   test::require_silence(*gpu);
 }

@@ -1,5 +1,6 @@
-// Stability of projection, coverage and edge forces (shaders/project.comp, common/coverage.h, common/edges.h): for triangles that no rasteriser
-// likes the picture is that of double precision, gradients are bounded, and a step leaves every parameter finite.
+// Stability of projection, coverage and edge forces (shaders/project.comp, common/coverage.h, common/edges.h): for
+// triangles that no rasteriser likes the picture is that of double precision, gradients are bounded, and a step leaves
+// every parameter finite.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -62,7 +63,8 @@ void check_training(SmallScene& s) {
   for (std::uint32_t i = 0; i < 4; ++i) {
     s.train(i, SmallScene::rates(i));
     const auto gradient = s.gpu.download_vector<float>(seen.address(), s.soup.triangles * 9ull);
-    // A corner moves what is seen by at most 2 / near in NDC per unit, and the mean error by a few times that of the picture's own height.
+    // A corner moves what is seen by at most 2 / near in NDC per unit, and the mean error by a few times that of the
+    // picture's own height.
     const double bound = 5 / kNear;
     double largest = 0;
     for (const float g : gradient) largest = std::max(largest, std::isfinite(g) ? double(std::abs(g)) : INFINITY);
@@ -81,8 +83,8 @@ struct Tally {
   std::size_t pixels = 0, covered = 0, ties = 0, wrong = 0, astray = 0;
 };
 
-/// Several random scenes: no pixel that is not a tie shows another triangle than it should. exact = false: float cannot place them so well;
-/// no pixel shows one that is not within a pixel and a half of it.
+/// Several random scenes: no pixel that is not a tie shows another triangle than it should. exact = false: float cannot
+/// place them so well; no pixel shows one that is not within a pixel and a half of it.
 Tally check_family(int scenes, const std::function<Vertices(soup::Random&)>& make, bool exact = true) {
   auto gpu = test::open_device();
   Tally all;
@@ -97,14 +99,18 @@ Tally check_family(int scenes, const std::function<Vertices(soup::Random&)>& mak
       all.covered += right[p].triangle != 0;
       all.ties += right[p].tie;
       if (shown[p] != 0 && !right[p].tie)
-        all.astray += !test::near_by(vertices, s.views[0], shown[p] - 1, static_cast<std::uint32_t>(p % kWidth), static_cast<std::uint32_t>(p / kWidth));
+        all.astray += !test::near_by(vertices, s.views[0], shown[p] - 1, static_cast<std::uint32_t>(p % kWidth),
+                                     static_cast<std::uint32_t>(p / kWidth));
       if (!right[p].tie && shown[p] != right[p].triangle) {
-        if (all.wrong++ < 5) UNSCOPED_INFO("scene " << n << ", pixel " << p % kWidth << " " << p / kWidth << ": " << shown[p] << " for " << right[p].triangle);
+        if (all.wrong++ < 5)
+          UNSCOPED_INFO("scene " << n << ", pixel " << p % kWidth << " " << p / kWidth << ": " << shown[p] << " for "
+                                 << right[p].triangle);
       }
     }
     check_training(s);
   }
-  UNSCOPED_INFO(all.pixels << " pixels, " << all.covered << " covered, " << all.ties << " ties, " << all.wrong << " wrong, " << all.astray << " astray");
+  UNSCOPED_INFO(all.pixels << " pixels, " << all.covered << " covered, " << all.ties << " ties, " << all.wrong
+                           << " wrong, " << all.astray << " astray");
   CHECK(all.astray == 0);
   if (exact) CHECK(all.wrong == 0);
   test::require_silence(*gpu);
@@ -126,22 +132,31 @@ Vertices triangles_in_view(soup::Random& r, int count, int copies = 1) {
   return v;
 }
 
-glm::vec3 direction(soup::Random& r) { return glm::normalize(glm::vec3{r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)}); }
+glm::vec3 direction(soup::Random& r) {
+  return glm::normalize(glm::vec3{r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)});
+}
 
 }  // namespace
 
 TEST_CASE("slivers show where they are and nowhere else", "[geometry]") {
-  // Of aspect 1e6: thinner than any pixel, and of a pixel's width but 50,000 units long. Of aspect 1e3: visible, within the scene.
-  const auto [length, width, exact] = GENERATE(std::tuple(0.5f, 5e-7f, true), std::tuple(5e4f, 0.05f, false), std::tuple(20.0f, 0.02f, true));
+  // Of aspect 1e6: thinner than any pixel, and of a pixel's width but 50,000 units long. Of aspect 1e3: visible, within
+  // the scene.
+  const auto [length, width, exact] =
+      GENERATE(std::tuple(0.5f, 5e-7f, true), std::tuple(5e4f, 0.05f, false), std::tuple(20.0f, 0.02f, true));
   CAPTURE(length, width);
-  const Tally t = check_family(12, [length = length, width = width](soup::Random& r) {
-    Vertices v;
-    for (int i = 0; i < 30; ++i) {
-      const glm::vec3 a = in_view(r), along = direction(r), across = glm::normalize(glm::cross(along, direction(r)));
-      v.insert(v.end(), {a - 0.3f * length * along, a + 0.7f * length * along, a + 0.5f * length * along + width * across});
-    }
-    return v;
-  }, exact);
+  const Tally t = check_family(
+      12,
+      [length = length, width = width](soup::Random& r) {
+        Vertices v;
+        for (int i = 0; i < 30; ++i) {
+          const glm::vec3 a = in_view(r), along = direction(r),
+                          across = glm::normalize(glm::cross(along, direction(r)));
+          v.insert(v.end(),
+                   {a - 0.3f * length * along, a + 0.7f * length * along, a + 0.5f * length * along + width * across});
+        }
+        return v;
+      },
+      exact);
   if (width > 1e-3f) CHECK(t.covered > t.pixels / 100);
 }
 
@@ -156,8 +171,10 @@ TEST_CASE("triangles without area cover nothing", "[geometry]") {
   with = ordinary;
   for (int i = 0; i < 30; ++i) {
     const glm::vec3 a = in_view(r), b = in_view(r);
-    if (i % 3 == 0) with.insert(with.end(), {a, a, a});
-    else if (i % 3 == 1) with.insert(with.end(), {a, b, i % 2 ? a : b});
+    if (i % 3 == 0)
+      with.insert(with.end(), {a, a, a});
+    else if (i % 3 == 1)
+      with.insert(with.end(), {a, b, i % 2 ? a : b});
     else {
       // Three points of a line, exactly: multiples of a power of two of one another.
       const glm::vec3 step = glm::round(256.0f * direction(r)) / 256.0f, start = glm::round(256.0f * a) / 256.0f;
@@ -186,14 +203,19 @@ TEST_CASE("triangles smaller than a pixel show where they hold its centre", "[ge
 TEST_CASE("triangles that fill the picture and far more cover all of it", "[geometry]") {
   for (const float size : {2.0f, 100.0f, 1e3f, 1e4f, 1e6f}) {
     CAPTURE(size);
-    const Tally t = check_family(4, [&](soup::Random& r) {
-      Vertices v;
-      for (int i = 0; i < 6; ++i) {
-        const glm::vec3 a = in_view(r), along = direction(r), across = glm::normalize(glm::cross(along, direction(r)));
-        v.insert(v.end(), {a - size * along - 0.6f * size * across, a + size * along - 0.6f * size * across, a + 1.2f * size * across});
-      }
-      return v;
-    }, size < 500.0f);
+    const Tally t = check_family(
+        4,
+        [&](soup::Random& r) {
+          Vertices v;
+          for (int i = 0; i < 6; ++i) {
+            const glm::vec3 a = in_view(r), along = direction(r),
+                            across = glm::normalize(glm::cross(along, direction(r)));
+            v.insert(v.end(), {a - size * along - 0.6f * size * across, a + size * along - 0.6f * size * across,
+                               a + 1.2f * size * across});
+          }
+          return v;
+        },
+        size < 500.0f);
     CHECK(t.covered > t.pixels / 2);
   }
 }
@@ -238,18 +260,30 @@ TEST_CASE("vertices at, behind and on the camera plane leave what is before the 
       glm::vec3 corner[3] = {in_view(r), in_view(r), in_view(r)};
       const float side = r.uniform01() < 0.5f ? -1.0f : 1.0f;
       switch (i % 8) {
-        case 0: corner[0] = {side * r.uniform(0.0f, 2.0f), r.uniform(-2, 2), 0.0f}; break;   // on the camera plane, w = 0
-        case 1: corner[0] = glm::vec3(0.0f); break;                                          // the camera itself
-        case 2: corner[0] = {r.uniform(-3, 3), r.uniform(-3, 3), r.uniform(-4.0f, -0.01f)}; break;  // one behind
-        case 3:                                                                              // two behind
+        case 0:
+          corner[0] = {side * r.uniform(0.0f, 2.0f), r.uniform(-2, 2), 0.0f};
+          break;  // on the camera plane, w = 0
+        case 1:
+          corner[0] = glm::vec3(0.0f);
+          break;  // the camera itself
+        case 2:
+          corner[0] = {r.uniform(-3, 3), r.uniform(-3, 3), r.uniform(-4.0f, -0.01f)};
+          break;  // one behind
+        case 3:   // two behind
           for (int k = 0; k < 2; ++k) corner[k] = {r.uniform(-3, 3), r.uniform(-3, 3), r.uniform(-4.0f, -0.01f)};
           break;
-        case 4: corner[0] = {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(0.0f, 0.025f)}; break;   // between camera and near plane
-        case 5: corner[0] = corner[1] = {0.5f, 0.5f, 0.0f}; corner[1].x = -0.5f; break;      // an edge on the camera plane
-        case 6:                                                                              // the ground, far behind the camera
-          corner[0] = {-40, 0.3f, -30}, corner[1] = {40, 0.3f, -30}, corner[2] = {r.uniform(-9, 9), r.uniform(0.3f, 0.6f), 60};
+        case 4:
+          corner[0] = {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(0.0f, 0.025f)};
+          break;  // between camera and near plane
+        case 5:
+          corner[0] = corner[1] = {0.5f, 0.5f, 0.0f};
+          corner[1].x = -0.5f;
+          break;  // an edge on the camera plane
+        case 6:   // the ground, far behind the camera
+          corner[0] = {-40, 0.3f, -30}, corner[1] = {40, 0.3f, -30},
+          corner[2] = {r.uniform(-9, 9), r.uniform(0.3f, 0.6f), 60};
           break;
-        default:                                                                             // all behind: never seen
+        default:  // all behind: never seen
           for (glm::vec3& c : corner) c.z = -c.z;
       }
       v.insert(v.end(), corner, corner + 3);
@@ -284,9 +318,12 @@ TEST_CASE("a million triangles off the screen change nothing of what is on it", 
   Vertices many = few;
   for (int i = 0; i < 1'000'000; ++i) {
     glm::vec3 a{r.uniform(-9, 9), r.uniform(-9, 9), r.uniform(-9, 9)};
-    if (i % 3 == 0) a.z = -0.5f - std::abs(a.z);
-    else if (i % 3 == 1) a.x = (a.x < 0 ? -1.0f : 1.0f) * (2.0f + std::abs(a.z));
-    else a.z = 11.0f + std::abs(a.z);
+    if (i % 3 == 0)
+      a.z = -0.5f - std::abs(a.z);
+    else if (i % 3 == 1)
+      a.x = (a.x < 0 ? -1.0f : 1.0f) * (2.0f + std::abs(a.z));
+    else
+      a.z = 11.0f + std::abs(a.z);
     many.insert(many.end(), {a, a + 0.3f * direction(r), a + 0.3f * direction(r)});
   }
   OpaqueScene one(*gpu, few), all(*gpu, many);

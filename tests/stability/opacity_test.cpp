@@ -1,5 +1,5 @@
-// Stability of shaders/visibility.comp and opacity_backward.comp where opacities are at their limits and where many layers lie in one pixel: the
-// gradient is that of exact enumeration, finite, and bounded.
+// Stability of shaders/visibility.comp and opacity_backward.comp where opacities are at their limits and where many
+// layers lie in one pixel: the gradient is that of exact enumeration, finite, and bounded.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -64,7 +64,8 @@ Gradients measure_on(gpu::Device& device, const Layers& layers, int samples, boo
       behind[t - 1] = g.opacity[t - 1] * std::abs(layers.grey[t - 1] - y) + (1 - g.opacity[t - 1]) * behind[t];
     for (std::uint32_t t = 0; t < n; ++t) {
       through[t + 1] = through[t] * (1 - g.opacity[t]);
-      g.exact[t] += through[t] * (std::abs(layers.grey[t] - y) - behind[t + 1]) / (3.0 * kPixels) * g.opacity[t] * (1 - g.opacity[t]);
+      g.exact[t] += through[t] * (std::abs(layers.grey[t] - y) - behind[t + 1]) / (3.0 * kPixels) * g.opacity[t] *
+                    (1 - g.opacity[t]);
     }
   }
   std::vector<double> sum(n, 0.0), squares(n, 0.0);
@@ -94,8 +95,8 @@ Gradients measure_on(gpu::Device& device, const Layers& layers, int samples, boo
   return g;
 }
 
-/// On the CPU's own threads. A launch through a driver, watched by the validation layers, costs a hundred times as much: there a fiftieth of the
-/// draws, and the same ones on the CPU, whose mean is known to be right.
+/// On the CPU's own threads. A launch through a driver, watched by the validation layers, costs a hundred times as
+/// much: there a fiftieth of the draws, and the same ones on the CPU, whose mean is known to be right.
 Gradients measure(const Layers& layers, int samples, bool baseline) {
   auto gpu = test::open_device();
   if (gpu->info().backend == "cpu") return measure_on(*gpu, layers, samples, baseline);
@@ -107,11 +108,12 @@ Gradients measure(const Layers& layers, int samples, bool baseline) {
   return g;
 }
 
-/// A pixel's weight times its error over three channels is at most 1 / pixels, and alpha (1 - alpha) / max(alpha, 1e-5) at most 1: so is the
-/// gradient by a logit, whatever the opacity. Against a baseline an error may count twice.
+/// A pixel's weight times its error over three channels is at most 1 / pixels, and alpha (1 - alpha) / max(alpha, 1e-5)
+/// at most 1: so is the gradient by a logit, whatever the opacity. Against a baseline an error may count twice.
 void check_bounded(const Gradients& g) { CHECK(g.largest <= 1.0); }
 
-/// At opacities nearer to 0 or 1 than 1e-5 one of the two outcomes is all but never drawn; what it would have said is worth no more than 1e-5.
+/// At opacities nearer to 0 or 1 than 1e-5 one of the two outcomes is all but never drawn; what it would have said is
+/// worth no more than 1e-5.
 void check_unbiased(const Gradients& g) {
   for (std::size_t t = 0; t < g.same_draws.size(); ++t) {
     CAPTURE(t, g.mean[t], g.same_draws[t]);
@@ -132,7 +134,8 @@ TEST_CASE("opacities of exactly 0 and 1 and saturated logits teach nothing wrong
   const bool baseline = GENERATE(false, true);
   CAPTURE(baseline);
   // -200 is an opacity of exactly 0, 30 one of exactly 1: of what lies behind that nothing is ever seen.
-  const Gradients g = measure({{-200, -30, -0.8, 0.4, -30, 1.5, 30, 0.3, 200}, {0.2, 0.9, 0.4, 0.8, 0.1, 0.3, 0.6, 0.5, 0.2}}, 4000, baseline);
+  const Gradients g = measure(
+      {{-200, -30, -0.8, 0.4, -30, 1.5, 30, 0.3, 200}, {0.2, 0.9, 0.4, 0.8, 0.1, 0.3, 0.6, 0.5, 0.2}}, 4000, baseline);
   REQUIRE(g.opacity[0] == 0);
   REQUIRE(g.opacity[6] == 1);
   check_bounded(g);
@@ -157,7 +160,8 @@ TEST_CASE("a saturated opacity moves again when its logit does", "[opacity]") {
   // Colours of what is seen are learnt all the same, and saturated opacities do not run away from where they are.
   const auto after = gpu->download_vector<float>(s.soup.source.address(), logits.size());
   double moved = 0, opacity = 0;
-  for (std::size_t i = 0; i < logits.size(); ++i) (i % 8 == 7 ? opacity : moved) = std::max(i % 8 == 7 ? opacity : moved, double(std::abs(after[i] - logits[i])));
+  for (std::size_t i = 0; i < logits.size(); ++i)
+    (i % 8 == 7 ? opacity : moved) = std::max(i % 8 == 7 ? opacity : moved, double(std::abs(after[i] - logits[i])));
   CAPTURE(moved, opacity);
   CHECK(moved > 0.1);
   CHECK(opacity <= 50 * 5e-2 * 1.1);
@@ -199,6 +203,7 @@ TEST_CASE("two hundred layers in one pixel have the gradient of enumeration", "[
     size += std::abs(g.exact[t]);
   }
   CAPTURE(difference, variance, size);
-  CHECK(std::abs(difference) < 8 * std::sqrt(variance));  // layers of one pixel go together: their covariance is not in it
+  CHECK(std::abs(difference) <
+        8 * std::sqrt(variance));  // layers of one pixel go together: their covariance is not in it
   CHECK(size > 20 * std::sqrt(variance));
 }

@@ -1,4 +1,5 @@
-// What is right: the nearest opaque triangle of every pixel, in double precision, and where rounding may decide otherwise.
+// What is right: the nearest opaque triangle of every pixel, in double precision, and where rounding may decide
+// otherwise.
 #pragma once
 
 #include <cmath>
@@ -44,15 +45,18 @@ inline std::vector<Seen> reference_picture(std::span<const glm::vec3> vertices, 
       double depth, second, ignored;
       Seen seen{winner(ndc, depth, second), false};
       seen.tie = seen.triangle != 0 && second - depth < 1e-5;
-      for (const glm::dvec2& to : {glm::dvec2(1, 0), {-1, 0}, {0, 1}, {0, -1}, {0.7, 0.7}, {-0.7, 0.7}, {0.7, -0.7}, {-0.7, -0.7}})
-        seen.tie = seen.tie || winner(ndc + 0.1 * to / glm::dvec2(view.width, view.height), ignored, ignored) != seen.triangle;
+      for (const glm::dvec2& to :
+           {glm::dvec2(1, 0), {-1, 0}, {0, 1}, {0, -1}, {0.7, 0.7}, {-0.7, 0.7}, {0.7, -0.7}, {-0.7, -0.7}})
+        seen.tie =
+            seen.tie || winner(ndc + 0.1 * to / glm::dvec2(view.width, view.height), ignored, ignored) != seen.triangle;
       picture.push_back(seen);
     }
   return picture;
 }
 
 /// Whether a triangle covers anything within a pixel and a half of a pixel's centre.
-inline bool near_by(std::span<const glm::vec3> vertices, const train::BatchView& view, std::uint32_t triangle, std::uint32_t x, std::uint32_t y) {
+inline bool near_by(std::span<const glm::vec3> vertices, const train::BatchView& view, std::uint32_t triangle,
+                    std::uint32_t x, std::uint32_t y) {
   glm::dvec4 clip[3];
   for (int k = 0; k < 3; ++k) clip[k] = view.clip_from_world * glm::dvec4(glm::dvec3(vertices[3 * triangle + k]), 1);
   const glm::dvec2 size(view.width, view.height), centre = f64::pixel_ndc(x, y, view.width, view.height);

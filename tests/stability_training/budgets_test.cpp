@@ -9,8 +9,10 @@ namespace {
 /// The synthetic recipe's budget is a floor where there are pixels for it, the real one's a ceiling.
 void check_budget(const Outcome& outcome, const train::Settings& settings) {
   CHECK(outcome.triangles > 0);
-  if (settings.recipe == train::Recipe::synthetic) CHECK(outcome.triangles >= settings.triangles);
-  else CHECK(outcome.triangles <= settings.triangles);
+  if (settings.recipe == train::Recipe::synthetic)
+    CHECK(outcome.triangles >= settings.triangles);
+  else
+    CHECK(outcome.triangles <= settings.triangles);
 }
 
 /// PSNR of pictures of the background alone over the training views, dB.
@@ -18,7 +20,8 @@ double empty_psnr(const scene::Scene& scene) {
   double squares = 0, values = 0;
   for (const scene::View& view : scene.train)
     for (std::size_t i = 0; i < view.image.rgba.size(); ++i)
-      if (i % 4 < 3) squares += std::pow(view.image.rgba[i] / 255.0 - scene.background[static_cast<int>(i % 4)], 2), ++values;
+      if (i % 4 < 3)
+        squares += std::pow(view.image.rgba[i] / 255.0 - scene.background[static_cast<int>(i % 4)], 2), ++values;
   return -10 * std::log10(squares / values);
 }
 
@@ -35,8 +38,8 @@ TEST_CASE("a start and a budget of any size", "[budgets]") {
   settings.triangles = budget;
   if (start < 100) settings.init_radius = 0.15, settings.init_box = 0.02;
   const Outcome outcome = train_through(*gpu, scene, settings);
-  WARN(start << " to " << budget << ", " << train::to_string(recipe) << ": " << outcome.triangles << " triangles, training " << outcome.fit.psnr
-             << " dB, empty " << empty_psnr(scene));
+  WARN(start << " to " << budget << ", " << train::to_string(recipe) << ": " << outcome.triangles
+             << " triangles, training " << outcome.fit.psnr << " dB, empty " << empty_psnr(scene));
   check_budget(outcome, settings);
   if (start >= 10) CHECK(outcome.fit.psnr > empty_psnr(scene));
 }
@@ -51,7 +54,8 @@ TEST_CASE("a hundred thousand triangles", "[budgets][slow]") {
     settings.triangles = 100;
     settings.init_radius = 0.01;
     const Outcome outcome = train_through(*gpu, scene, settings);
-    WARN("100000 to 100: " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty " << empty_psnr(scene));
+    WARN("100000 to 100: " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty "
+                           << empty_psnr(scene));
     check_budget(outcome, settings);
     CHECK_FALSE(outcome.fit.nothing_learnt());
   }
@@ -59,7 +63,8 @@ TEST_CASE("a hundred thousand triangles", "[budgets][slow]") {
     settings.init_count = 200;
     settings.triangles = 100'000;
     const Outcome outcome = train_through(*gpu, scene, settings);
-    WARN("200 to 100000: " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty " << empty_psnr(scene));
+    WARN("200 to 100000: " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty "
+                           << empty_psnr(scene));
     // Not the budget, for which there are no pixels: what the counted pictures, of 64 x 64, can show.
     CHECK(outcome.triangles > settings.init_count);
     CHECK(outcome.triangles <= scene.train.size() * 64 * 64 / 4);
@@ -74,5 +79,6 @@ TEST_CASE("a start that no view shows", "[budgets]") {
   train::Settings settings = small_settings(40);
   settings.recipe = recipe;
   settings.init_centre = {0, 0, 10};
-  CHECK_THROWS_WITH(train_through(*gpu, scene, settings), Catch::Matchers::Contains("no training view shows a single triangle; check the poses"));
+  CHECK_THROWS_WITH(train_through(*gpu, scene, settings),
+                    Catch::Matchers::Contains("no training view shows a single triangle; check the poses"));
 }

@@ -1,4 +1,5 @@
-// Tests engine/scene/normalisation.h by its end: how large a scene is and where it lies make no difference to what is learnt.
+// Tests engine/scene/normalisation.h by its end: how large a scene is and where it lies make no difference to what is
+// learnt.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;
@@ -24,8 +25,10 @@ double farthest_apart(const Placed& here, const Placed& there, double scale, con
   REQUIRE(here.outcome.model.vertices.size() == there.outcome.model.vertices.size());
   double most = 0;
   for (std::size_t i = 0; i < here.outcome.model.vertices.size(); ++i)
-    most = std::max(most, glm::distance(scale * glm::dvec3(here.outcome.model.vertices[i]),
-                                        glm::dvec3(there.outcome.model.vertices[i]) + (there.outcome.model.origin - centre)) / scale);
+    most = std::max(most,
+                    glm::distance(scale * glm::dvec3(here.outcome.model.vertices[i]),
+                                  glm::dvec3(there.outcome.model.vertices[i]) + (there.outcome.model.origin - centre)) /
+                        scale);
   return most / 1.2;
 }
 
@@ -34,10 +37,13 @@ double farthest_apart(const Placed& here, const Placed& there, double scale, con
 TEST_CASE("the size of a scene and its place make no difference", "[extent]") {
   static const Placed usual = placed(1, glm::dvec3(0));
   CHECK_FALSE(usual.outcome.fit.nothing_learnt());
-  const auto [scale, centre] = GENERATE(table<double, glm::dvec3>({{1e-3, glm::dvec3(0)}, {1e4, glm::dvec3(0)}, {1, glm::dvec3(1e5, -1e5, 1e5)}, {1, glm::dvec3(4e5, 5e6, 100)}}));
+  const auto [scale, centre] = GENERATE(table<double, glm::dvec3>(
+      {{1e-3, glm::dvec3(0)}, {1e4, glm::dvec3(0)}, {1, glm::dvec3(1e5, -1e5, 1e5)}, {1, glm::dvec3(4e5, 5e6, 100)}}));
   const Placed there = placed(scale, centre);
-  WARN("scale " << scale << ", centre " << centre.y << ": test " << there.outcome.test_psnr << " dB, usual " << usual.outcome.test_psnr);
-  // At 5,000 km poses have lost what decides the last bits of a step, and with them which of two equal triangles goes: other seeds.
+  WARN("scale " << scale << ", centre " << centre.y << ": test " << there.outcome.test_psnr << " dB, usual "
+                << usual.outcome.test_psnr);
+  // At 5,000 km poses have lost what decides the last bits of a step, and with them which of two equal triangles goes:
+  // other seeds.
   const bool far = glm::length(centre) > 1e6;
   CHECK(std::abs(there.outcome.test_psnr - usual.outcome.test_psnr) < (far ? 0.6 : 0.01));
   if (!far) CHECK(farthest_apart(usual, there, scale, centre) < 1e-5);

@@ -1,4 +1,5 @@
-// Tests engine/run/trainer.h: memory that runs out and a device that is lost. The last checkpoint leads to the same bits.
+// Tests engine/run/trainer.h: memory that runs out and a device that is lost. The last checkpoint leads to the same
+// bits.
 #include <set>
 
 #include "base/error.h"
@@ -31,8 +32,10 @@ Run run(gpu::Device& gpu, const train::Settings& settings, const TemporaryFolder
   Run run;
   try {
     std::unique_ptr<train::Trainer> trainer;
-    if (std::filesystem::exists(folder / "checkpoint")) trainer = std::make_unique<train::Trainer>(gpu, cube(), settings, folder / "checkpoint");
-    else trainer = std::make_unique<train::Trainer>(gpu, cube(), settings, train::initial_triangles(cube(), settings));
+    if (std::filesystem::exists(folder / "checkpoint"))
+      trainer = std::make_unique<train::Trainer>(gpu, cube(), settings, folder / "checkpoint");
+    else
+      trainer = std::make_unique<train::Trainer>(gpu, cube(), settings, train::initial_triangles(cube(), settings));
     run.checkpoint = trainer->step();
     train::Trainer::Callbacks callbacks;
     callbacks.progress_every = 10;
@@ -83,7 +86,8 @@ TEST_CASE("device memory that runs out in the middle of a resampling", "[failure
       CHECK(resumed.state == whole.state);
     }
   for (const std::string& place : places) WARN(train::to_string(recipe) << ": " << place);
-  // Textures that go first leave room enough for what a change takes, unless there are more triangles after it: in the synthetic recipe.
+  // Textures that go first leave room enough for what a change takes, unless there are more triangles after it: in the
+  // synthetic recipe.
   CHECK(places.size() >= (recipe == train::Recipe::synthetic ? 6 : 5));
 }
 

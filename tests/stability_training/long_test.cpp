@@ -19,11 +19,13 @@ TEST_CASE("long trainings do not learn by heart what lies at the centres of pixe
     settings.rate_vertex = train::vertex_rate(settings, 0.3);
     settings.pixel_jitter = jitter;
     const Outcome outcome = train_through(*gpu, scene, settings);
-    WARN(steps << " steps, seed " << seed << ", pixel_jitter " << jitter << ": test " << outcome.test_psnr << ", training " << outcome.fit.psnr << " dB");
+    WARN(steps << " steps, seed " << seed << ", pixel_jitter " << jitter << ": test " << outcome.test_psnr
+               << ", training " << outcome.fit.psnr << " dB");
     return outcome;
   };
   const double usual = train::published(train::Recipe::synthetic).pixel_jitter;
-  // One seed says little: of six, the test views gained 0.2 to 0.9 dB (mean 0.5) and the gap to training views shrank by 0.2 to 0.9 (mean 0.7).
+  // One seed says little: of six, the test views gained 0.2 to 0.9 dB (mean 0.5) and the gap to training views shrank
+  // by 0.2 to 0.9 (mean 0.7).
   constexpr std::uint64_t kSeeds = 2;
   double gained = 0, closer = 0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {

@@ -1,5 +1,6 @@
-// make-wheel-scene DIR [SIZE]: a spoked wheel on a ground that reaches a thousand times as far, in the layout of instant-ngp, with
-// points as structure from motion would leave them. transforms_wheel.json are the same views with all but the wheel masked out.
+// make-wheel-scene DIR [SIZE]: a spoked wheel on a ground that reaches a thousand times as far, in the layout of
+// instant-ngp, with points as structure from motion would leave them. transforms_wheel.json are the same views with all
+// but the wheel masked out.
 #include <CLI/CLI.hpp>
 
 #include <cmath>
@@ -12,8 +13,8 @@
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 
-#include "image/image_file.h"
 #include "base/parallel_for.h"
+#include "image/image_file.h"
 #include "soup/random.h"
 
 namespace fs = std::filesystem;
@@ -23,8 +24,10 @@ namespace {
 using trisoup::soup::Random;
 
 constexpr double kPi = 3.14159265358979;
-// The wheel stands in the xz plane; its rim has radius 1. A spoke is some 1.5 pixels wide where the picture is 160 wide.
-constexpr double kRim = 1.0, kRimThickness = 0.04, kHub = 0.12, kSpoke = 0.012, kAxle = kRim + kRimThickness, kFarthest = 1000.0;
+// The wheel stands in the xz plane; its rim has radius 1. A spoke is some 1.5 pixels wide where the picture is 160
+// wide.
+constexpr double kRim = 1.0, kRimThickness = 0.04, kHub = 0.12, kSpoke = 0.012, kAxle = kRim + kRimThickness,
+                 kFarthest = 1000.0;
 constexpr int kSpokes = 20, kSamples = 4;  // along each side of a pixel
 const glm::dvec3 kCentre(0, 0, kAxle);
 
@@ -38,7 +41,9 @@ Surface wheel(const glm::dvec3& p) {
   Surface best{std::hypot(radius - kRim, p.y) - kRimThickness, 0};
   const double sector = 2 * kPi / kSpokes, angle = std::remainder(std::atan2(p.z, p.x), sector);
   const double along = glm::clamp(radius * std::cos(angle), 0.0, kRim);
-  const double spoke = std::sqrt(std::pow(radius * std::cos(angle) - along, 2) + std::pow(radius * std::sin(angle), 2) + p.y * p.y) - kSpoke;
+  const double spoke =
+      std::sqrt(std::pow(radius * std::cos(angle) - along, 2) + std::pow(radius * std::sin(angle), 2) + p.y * p.y) -
+      kSpoke;
   if (spoke < best.distance) best = {spoke, 1};
   if (const double hub = glm::length(p) - kHub; hub < best.distance) best = {hub, 2};
   return best;
@@ -54,12 +59,14 @@ glm::dvec3 wheel_colour(int part, const glm::dvec3& p) {
 glm::dvec3 ground_colour(double x, double y) {
   const double r = std::hypot(x, y);
   const bool near = r < 4;
-  const int a = static_cast<int>(std::floor(near ? x : 6 * std::log2(r))), b = static_cast<int>(std::floor(near ? y : std::atan2(y, x) / kPi * 16));
+  const int a = static_cast<int>(std::floor(near ? x : 6 * std::log2(r))),
+            b = static_cast<int>(std::floor(near ? y : std::atan2(y, x) / kPi * 16));
   return ((a + b) & 1) ? glm::dvec3(0.25, 0.35, 0.2) : glm::dvec3(0.45, 0.42, 0.32);
 }
 
 glm::dvec3 sky_colour(const glm::dvec3& direction) {
-  const double cloud = 0.5 + 0.5 * std::sin(9 * direction.x + 4 * direction.z) * std::sin(7 * direction.y - 5 * direction.z);
+  const double cloud =
+      0.5 + 0.5 * std::sin(9 * direction.x + 4 * direction.z) * std::sin(7 * direction.y - 5 * direction.z);
   return glm::mix(glm::dvec3(0.35, 0.55, 0.9), glm::dvec3(0.85, 0.88, 0.92), cloud);
 }
 
@@ -126,7 +133,9 @@ std::vector<glm::dvec3> points() {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app{"Writes 35 views of a spoked wheel on a ground that reaches a thousand times as far, in the layout of instant-ngp."};
+  CLI::App app{
+      "Writes 35 views of a spoked wheel on a ground that reaches a thousand times as far, in the layout of "
+      "instant-ngp."};
   fs::path folder;
   int width = 160;
   app.add_option("DIR", folder, "folder to write")->required();
@@ -135,7 +144,11 @@ int main(int argc, char** argv) try {
   const int height = width * 3 / 4, views = 35;
   const double focal = 0.5 * width / std::tan(0.4);
   for (const char* name : {"images", "on_wheel"}) fs::create_directories(folder / name);
-  nlohmann::json json{{"fl_x", focal}, {"w", width}, {"h", height}, {"ply_file_path", "points.ply"}, {"frames", nlohmann::json::array()}};
+  nlohmann::json json{{"fl_x", focal},
+                      {"w", width},
+                      {"h", height},
+                      {"ply_file_path", "points.ply"},
+                      {"frames", nlohmann::json::array()}};
   nlohmann::json on_wheel = json;
   for (int i = 0; i < views; ++i) {
     const Camera c = camera(i, views);
@@ -146,13 +159,15 @@ int main(int argc, char** argv) try {
         bool hit = false;
         for (int s = 0; s < kSamples * kSamples; ++s) {
           const double u = x + (s % kSamples + 0.5) / kSamples, v = y + (s / kSamples + 0.5) / kSamples;
-          const Seen seen = cast(c.position, glm::normalize((u - 0.5 * width) / focal * c.right - (v - 0.5 * height) / focal * c.up - c.back));
+          const Seen seen = cast(c.position, glm::normalize((u - 0.5 * width) / focal * c.right -
+                                                            (v - 0.5 * height) / focal * c.up - c.back));
           sum += seen.colour;
           hit = hit || seen.wheel;
         }
         for (int channel = 0; channel < 4; ++channel) {
           const std::size_t at = 4ull * (static_cast<std::size_t>(y) * width + x) + channel;
-          image.rgba[at] = channel == 3 ? 255 : static_cast<std::uint8_t>(std::lround(255 * sum[channel] / (kSamples * kSamples)));
+          image.rgba[at] =
+              channel == 3 ? 255 : static_cast<std::uint8_t>(std::lround(255 * sum[channel] / (kSamples * kSamples)));
           mask.rgba[at] = channel == 3 || hit ? 255 : 0;
         }
       }
@@ -172,7 +187,8 @@ int main(int argc, char** argv) try {
   std::ofstream(folder / "transforms_wheel.json") << on_wheel.dump(1) << "\n";
   const std::vector<glm::dvec3> cloud = points();
   std::ofstream ply(folder / "points.ply");
-  ply << "ply\nformat ascii 1.0\nelement vertex " << cloud.size() << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  ply << "ply\nformat ascii 1.0\nelement vertex " << cloud.size()
+      << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
   for (const glm::dvec3& p : cloud) ply << p.x << " " << p.y << " " << p.z << "\n";
 } catch (const std::exception& e) {
   std::fprintf(stderr, "make-wheel-scene: %s\n", e.what());

@@ -6,7 +6,7 @@ using namespace trisoup::test;
 
 namespace {
 
-train::Settings faster(double train::Settings::* rate, double factor) {
+train::Settings faster(double train::Settings::*rate, double factor) {
   train::Settings settings = small_settings();
   settings.*rate *= factor;
   return settings;
@@ -17,8 +17,10 @@ train::Settings faster(double train::Settings::* rate, double factor) {
 TEST_CASE("learning rates ten and a hundred times too high", "[rates]") {
   auto gpu = open_device();
   static const double usual = train_through(*gpu, cube(), small_settings()).test_psnr;
-  const auto [name, rate] = GENERATE(table<const char*, double train::Settings::*>(
-      {{"textures", &train::Settings::rate_texture}, {"MLP", &train::Settings::rate_mlp}, {"vertices", &train::Settings::rate_vertex}}));
+  const auto [name, rate] =
+      GENERATE(table<const char*, double train::Settings::*>({{"textures", &train::Settings::rate_texture},
+                                                              {"MLP", &train::Settings::rate_mlp},
+                                                              {"vertices", &train::Settings::rate_vertex}}));
   const double factor = GENERATE(10.0, 100.0);
   const Outcome outcome = train_through(*gpu, cube(), faster(rate, factor));
   WARN(name << " x " << factor << ": test " << outcome.test_psnr << " dB, usual " << usual);
@@ -28,7 +30,8 @@ TEST_CASE("learning rates ten and a hundred times too high", "[rates]") {
 
 TEST_CASE("learning rates a million times too high", "[rates]") {
   auto gpu = open_device();
-  // Adam's steps have the length of the rate whatever the gradient, and rates fall to a hundredth: textures saturate and come back.
+  // Adam's steps have the length of the rate whatever the gradient, and rates fall to a hundredth: textures saturate
+  // and come back.
   for (const auto rate : {&train::Settings::rate_texture, &train::Settings::rate_mlp}) {
     const Outcome outcome = train_through(*gpu, cube(), faster(rate, 1e6));
     WARN("x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
@@ -40,6 +43,7 @@ TEST_CASE("learning rates a million times too high", "[rates]") {
     WARN("vertices x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
     CHECK(outcome.fit.nothing_learnt());
   } catch (const Error& e) {
-    CHECK_THAT(e.what(), Catch::Matchers::Contains("shows a single triangle") && Catch::Matchers::Contains("rate_vertex"));
+    CHECK_THAT(e.what(),
+               Catch::Matchers::Contains("shows a single triangle") && Catch::Matchers::Contains("rate_vertex"));
   }
 }

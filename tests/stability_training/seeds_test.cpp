@@ -22,7 +22,9 @@ TEST_CASE("seeds make little difference", "[seeds]") {
     sum += psnr, squares += psnr * psnr;
     low = std::min(low, psnr), high = std::max(high, psnr);
   }
-  const double n = static_cast<double>(seeds), mean = sum / n, deviation = std::sqrt(std::max(0.0, (squares - n * mean * mean) / (n - 1)));
-  WARN(seeds << " seeds: test PSNR " << mean << " dB, standard deviation " << deviation << ", " << low << " to " << high);
+  const double n = static_cast<double>(seeds), mean = sum / n,
+               deviation = std::sqrt(std::max(0.0, (squares - n * mean * mean) / (n - 1)));
+  WARN(seeds << " seeds: test PSNR " << mean << " dB, standard deviation " << deviation << ", " << low << " to "
+             << high);
   CHECK(deviation < 0.3);
 }

@@ -12,15 +12,15 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
+#include "format/safetensors.h"
 #include "gpu/device.h"
 #include "gpu/small_scene.h"
+#include "run/trainer.h"
 #include "scene/scene.h"
-#include "format/safetensors.h"
 #include "temporary_folder.h"
 #include "tiny_scene.h"
 #include "train/quality/evaluate.h"
 #include "train/start/initial_triangles.h"
-#include "run/trainer.h"
 
 namespace trisoup::test {
 

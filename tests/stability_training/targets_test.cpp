@@ -52,7 +52,8 @@ TEST_CASE("photographs that are one colour", "[targets]") {
   train::Settings settings = small_settings();
   settings.init_radius = 0.25, settings.init_box = 0.4;  // so that the pictures are full of triangles
   const Outcome outcome = train_through(*gpu, scene, settings);
-  WARN(name << ": training " << outcome.fit.psnr << " dB, test " << outcome.test_psnr << " dB, " << outcome.triangles << " triangles");
+  WARN(name << ": training " << outcome.fit.psnr << " dB, test " << outcome.test_psnr << " dB, " << outcome.triangles
+            << " triangles");
   CHECK(outcome.fit.psnr > 40);
   // Where the colour is the background's, triangles that no view pulls at may stay, but not so that they are seen.
   CHECK(outcome.test_psnr > 30);
@@ -60,15 +61,16 @@ TEST_CASE("photographs that are one colour", "[targets]") {
 
 TEST_CASE("photographs of odd sizes", "[targets]") {
   // SSIM has windows of 11 x 11.
-  const auto [width, height, least] =
-      GENERATE(table<int, int, double>({{1, 1, 30}, {7, 5, 13}, {5, 7, 13}, {10, 10, 18}, {11, 10, 18}, {11, 11, 18}, {1, 40, 18}}));
+  const auto [width, height, least] = GENERATE(table<int, int, double>(
+      {{1, 1, 30}, {7, 5, 13}, {5, 7, 13}, {10, 10, 18}, {11, 10, 18}, {11, 11, 18}, {1, 40, 18}}));
   INFO(width << " x " << height);
   TinyScene tiny;
   tiny.width = width, tiny.height = height;
   const scene::Scene scene = load_tiny(tiny);
   auto gpu = open_device();
   const Outcome outcome = train_through(*gpu, scene, small_settings());
-  WARN(width << " x " << height << ": training " << outcome.fit.psnr << " dB, plain " << outcome.fit.plain_psnr << ", test " << outcome.test_psnr);
+  WARN(width << " x " << height << ": training " << outcome.fit.psnr << " dB, plain " << outcome.fit.plain_psnr
+             << ", test " << outcome.test_psnr);
   CHECK(outcome.fit.psnr > least);
 }
 
@@ -82,6 +84,7 @@ TEST_CASE("photographs of 17 x 4001 and 4001 x 17 pixels", "[targets]") {
   train::Settings settings = small_settings(50);
   settings.batch = 1;
   const Outcome outcome = train_through(*gpu, scene, settings);
-  WARN(tiny.width << " x " << tiny.height << ": training " << outcome.fit.psnr << " dB, plain " << outcome.fit.plain_psnr);
+  WARN(tiny.width << " x " << tiny.height << ": training " << outcome.fit.psnr << " dB, plain "
+                  << outcome.fit.plain_psnr);
   CHECK_FALSE(outcome.fit.nothing_learnt());
 }

@@ -17,8 +17,9 @@ struct DatasetOptions {
 /// A copy is another name for the same dataset.
 class Dataset {
  public:
-  /// A folder, or transforms .json, of Blender (NeRF-Synthetic), instant-ngp, nerfstudio or COLMAP. Photographs are undistorted. Where a real scene has
-  /// no points to start from, they are looked for in the photographs. Throws where anything is missing or damaged.
+  /// A folder, or transforms .json, of Blender (NeRF-Synthetic), instant-ngp, nerfstudio or COLMAP. Photographs are
+  /// undistorted. Where a real scene has no points to start from, they are looked for in the photographs. Throws where
+  /// anything is missing or damaged.
   explicit Dataset(const std::filesystem::path& path, const DatasetOptions& options = {});
 
   std::vector<View> training_views() const;

@@ -30,7 +30,8 @@ class Model {
   std::size_t triangles() const;
   std::size_t bytes() const;  // of the file
 
-  /// By the kernels of training, as soup-eval does. camera: in the coordinates of the dataset that the model was trained on.
+  /// By the kernels of training, as soup-eval does. camera: in the coordinates of the dataset that the model was
+  /// trained on.
   Picture render(Device& device, const Camera& camera) const;
   /// Throws where the dataset has no test views.
   Quality quality(Device& device, const Dataset& dataset) const;

@@ -37,7 +37,8 @@ class Training {
   Training& operator=(Training&&) noexcept;
   ~Training();
 
-  /// Trains until the last step, or until `on_progress`, called about every `every` steps, returns false. It may be called again to go on.
+  /// Trains until the last step, or until `on_progress`, called about every `every` steps, returns false. It may be
+  /// called again to go on.
   void run(const std::function<bool(const TrainingProgress&)>& on_progress = {}, std::uint64_t every = 10);
   bool finished() const;
   /// As it is now.

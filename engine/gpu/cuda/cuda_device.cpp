@@ -32,7 +32,8 @@ DeviceInfo describe(int index) {
   info.index = index;
   info.backend = "cuda";
   info.name = properties.name;
-  info.driver = fmt::format("driver for CUDA {}.{}, runtime {}.{}", driver / 1000, driver % 1000 / 10, runtime / 1000, runtime % 1000 / 10);
+  info.driver = fmt::format("driver for CUDA {}.{}, runtime {}.{}", driver / 1000, driver % 1000 / 10, runtime / 1000,
+                            runtime % 1000 / 10);
   info.kind = properties.integrated ? Kind::integrated : Kind::discrete;
   info.memory_bytes = info.free_bytes = properties.totalGlobalMem;
   info.subgroup_size = static_cast<std::uint32_t>(properties.warpSize);
@@ -51,7 +52,8 @@ int count_devices() {
 
 class CudaDevice final : public Device {
  public:
-  CudaDevice(int index, const DeviceOptions& options) : info_(describe(index)), lose_after_(options.lose_after_launches) {
+  CudaDevice(int index, const DeviceOptions& options)
+      : info_(describe(index)), lose_after_(options.lose_after_launches) {
     load_kernels(index);
     std::size_t free = 0, total = 0;
     check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
@@ -84,12 +86,14 @@ class CudaDevice final : public Device {
       return;
     }
     // From pageable memory: the bytes have been taken when the call returns.
-    check(cudaMemcpyAsync(target, bytes.data(), bytes.size(), cudaMemcpyHostToDevice, stream_), "cudaMemcpyAsync to the device");
+    check(cudaMemcpyAsync(target, bytes.data(), bytes.size(), cudaMemcpyHostToDevice, stream_),
+          "cudaMemcpyAsync to the device");
   }
   void submit() override {}  // a stream begins by itself
   void wait() override {
     if (!lost_.empty())
-      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume", info_.name, lost_);
+      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume",
+                  info_.name, lost_);
     check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize");
     since_wait_.clear();
   }
@@ -218,15 +222,18 @@ class CudaDevice final : public Device {
     check(cudaGetLastError(), "launch of a fill");
   }
   void run(const CommandList::Copy& copy) override {
-    check(cudaMemcpyAsync(memory(copy.to, copy.bytes), memory(copy.from, copy.bytes), copy.bytes, cudaMemcpyDeviceToDevice, stream_),
+    check(cudaMemcpyAsync(memory(copy.to, copy.bytes), memory(copy.from, copy.bytes), copy.bytes,
+                          cudaMemcpyDeviceToDevice, stream_),
           "cudaMemcpyAsync on the device");
   }
   void run(const CommandList::Launch& launch) override {
     const char* name = launch.kernel.name;
     if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = name;
     if (!lost_.empty()) return;
-    const cuda::CompiledKernel& found = find_compiled(std::span(cuda::compiled_kernels()), launch.kernel, launch.argument_bytes);
-    if (launch.groups > 0x7fffffffu) throw Error("{}: {} workgroups are more than a launch may have", name, launch.groups);
+    const cuda::CompiledKernel& found =
+        find_compiled(std::span(cuda::compiled_kernels()), launch.kernel, launch.argument_bytes);
+    if (launch.groups > 0x7fffffffu)
+      throw Error("{}: {} workgroups are more than a launch may have", name, launch.groups);
     remember(name);
     Timed timed{name, nullptr, nullptr};
     if (timing_) {
@@ -256,14 +263,17 @@ class CudaDevice final : public Device {
       cudaGetLastError();
       std::size_t free = 0, total = 0;
       cudaMemGetInfo(&free, &total);
-      throw OutOfMemory(allocated_bytes(), allocated_bytes() - bytes + free,
-                        "device memory: {} needs {} MB, {} of {} MB are free; use fewer triangles or a lower resolution (-r)", what,
-                        (bytes >> 20) + 1, free >> 20, total >> 20);
+      throw OutOfMemory(
+          allocated_bytes(), allocated_bytes() - bytes + free,
+          "device memory: {} needs {} MB, {} of {} MB are free; use fewer triangles or a lower resolution (-r)", what,
+          (bytes >> 20) + 1, free >> 20, total >> 20);
     }
     check(result, "cudaMalloc");
     return reinterpret_cast<Address>(taken);
   }
-  void free_raw(Address address) override { cudaFree(reinterpret_cast<void*>(address)); }  // waits for what still reads it
+  void free_raw(Address address) override {
+    cudaFree(reinterpret_cast<void*>(address));
+  }  // waits for what still reads it
   void* memory(Address address, std::uint64_t bytes) const {
     find(address, bytes);
     return reinterpret_cast<void*>(address);
@@ -273,8 +283,11 @@ class CudaDevice final : public Device {
     cudaGetLastError();  // or the next launch would be blamed for it
     std::string kernels;
     for (const std::string& kernel : since_wait_) kernels += (kernels.empty() ? "" : ", ") + kernel;
-    throw Error("CUDA: {} failed on {} ({}: {}){}", call, info_.name, cudaGetErrorName(result), cudaGetErrorString(result),
-                kernels.empty() ? std::string() : fmt::format("; kernels that may be to blame: {} (CUDA_LAUNCH_BLOCKING=1 names the one)", kernels));
+    throw Error(
+        "CUDA: {} failed on {} ({}: {}){}", call, info_.name, cudaGetErrorName(result), cudaGetErrorString(result),
+        kernels.empty()
+            ? std::string()
+            : fmt::format("; kernels that may be to blame: {} (CUDA_LAUNCH_BLOCKING=1 names the one)", kernels));
   }
 
   DeviceInfo info_;
@@ -284,7 +297,7 @@ class CudaDevice final : public Device {
   std::vector<Timed> timed_;
   std::map<std::string, KernelTiming> timings_;
   std::uint64_t lose_after_ = 0, launches_ = 0;
-  std::string lost_;                    // the kernel that was running
+  std::string lost_;  // the kernel that was running
 };
 
 }  // namespace
@@ -306,11 +319,13 @@ std::vector<DeviceInfo> list_cuda_devices() {
 
 std::unique_ptr<Device> open_cuda_device(const DeviceOptions& options) {
   const std::vector<DeviceInfo> devices = list_cuda_devices();
-  if (devices.empty()) throw Error("--backend cuda: there is no NVIDIA driver or no NVIDIA GPU here; use vulkan or cpu");
+  if (devices.empty())
+    throw Error("--backend cuda: there is no NVIDIA driver or no NVIDIA GPU here; use vulkan or cpu");
   if (options.device.empty()) return std::make_unique<CudaDevice>(0, options);
   int number = -1;
   const char* end = options.device.data() + options.device.size();
-  if (const auto [rest, problem] = std::from_chars(options.device.data(), end, number); rest != end || problem != std::errc()) {
+  if (const auto [rest, problem] = std::from_chars(options.device.data(), end, number);
+      rest != end || problem != std::errc()) {
     number = -1;
     for (const DeviceInfo& d : devices)
       if (number < 0 && d.name.find(options.device) != std::string::npos) number = d.index;

@@ -7,11 +7,13 @@
 
 namespace trisoup::gpu::cuda {
 
-/// An array in device memory whose elements lie where GLSL's std430 has them. GLM's vectors are only as aligned as floats, and nvcc reads four words at once
-/// only where it knows that they are aligned.
+/// An array in device memory whose elements lie where GLSL's std430 has them. GLM's vectors are only as aligned as
+/// floats, and nvcc reads four words at once only where it knows that they are aligned.
 template <typename T, std::size_t alignment>
 struct Elements {
-  __device__ T& operator[](std::size_t i) const { return *static_cast<T*>(__builtin_assume_aligned(first + i, alignment)); }
+  __device__ T& operator[](std::size_t i) const {
+    return *static_cast<T*>(__builtin_assume_aligned(first + i, alignment));
+  }
   T* first;
 };
 

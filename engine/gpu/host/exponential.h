@@ -1,4 +1,5 @@
-// e^x for one number or for a vector of them, with the same bits for both and on every machine, which no library promises.
+// e^x for one number or for a vector of them, with the same bits for both and on every machine, which no library
+// promises.
 #pragma once
 
 #include <bit>
@@ -7,10 +8,12 @@
 
 namespace trisoup::gpu::host {
 
-/// F: float or a vector of floats; U: as many unsigned words. Within 2 units in the last place; 0 below -87.33, infinite above 88.72.
+/// F: float or a vector of floats; U: as many unsigned words. Within 2 units in the last place; 0 below -87.33,
+/// infinite above 88.72.
 template <typename F, typename U>
 [[gnu::always_inline]] inline F exponential_of(F x) {
-  // x = n ln 2 + r, |r| <= ln 2 / 2: what is added leaves n in the lowest bits. ln 2 is in two parts, of which n times the first is exact.
+  // x = n ln 2 + r, |r| <= ln 2 / 2: what is added leaves n in the lowest bits. ln 2 is in two parts, of which n times
+  // the first is exact.
   constexpr float kRound = 12582912.0f;
   const F low = x < -87.33f ? F{} - 87.33f : x;
   const F kept = low > 88.72f ? F{} + 88.72f : low;

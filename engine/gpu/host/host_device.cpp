@@ -30,7 +30,8 @@ using host::CompiledKernel;
 class Pool {
  public:
   Pool() {
-    for (unsigned i = 1; i < std::max(1u, std::thread::hardware_concurrency()); ++i) threads_.emplace_back([this] { serve(); });
+    for (unsigned i = 1; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+      threads_.emplace_back([this] { serve(); });
   }
   ~Pool() {
     {
@@ -100,7 +101,9 @@ DeviceInfo describe(int index) {
       break;
     }
   const host::LaneKernels& kernels = host::chosen_lane_kernels();
-  info.driver = kernels.lanes > 1 ? fmt::format("kernels compiled as C++ for {} lanes of {}", kernels.lanes, kernels.instructions) : "kernels compiled as C++";
+  info.driver = kernels.lanes > 1
+                    ? fmt::format("kernels compiled as C++ for {} lanes of {}", kernels.lanes, kernels.instructions)
+                    : "kernels compiled as C++";
   info.kind = Kind::cpu;
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
@@ -113,7 +116,6 @@ class HostDevice final : public Device {
  public:
   explicit HostDevice(const DeviceOptions& options) : info_(describe(0)), lose_after_(options.lose_after_launches) {
     ceiling_ = info_.free_bytes / 10 * 9;
-
   }
   const DeviceInfo& info() const override { return info_; }
 
@@ -124,7 +126,8 @@ class HostDevice final : public Device {
   void submit() override {}
   void wait() override {
     if (!lost_.empty())
-      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume", info_.name, lost_);
+      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume",
+                  info_.name, lost_);
   }
   void enable_timings(bool on) override { timed_ = on; }
   std::map<std::string, KernelTiming> timings() override { return timings_; }
@@ -139,7 +142,9 @@ class HostDevice final : public Device {
   void run(const CommandList::Fill& fill) override {
     std::fill_n(reinterpret_cast<std::uint32_t*>(memory(fill.to, fill.bytes)), fill.bytes / 4, fill.value);
   }
-  void run(const CommandList::Copy& copy) override { std::memmove(memory(copy.to, copy.bytes), memory(copy.from, copy.bytes), copy.bytes); }
+  void run(const CommandList::Copy& copy) override {
+    std::memmove(memory(copy.to, copy.bytes), memory(copy.from, copy.bytes), copy.bytes);
+  }
   void run(const CommandList::Launch& launch) override {
     // As an API would tell it: not before somebody waits.
     if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = launch.kernel.name;
@@ -156,9 +161,10 @@ class HostDevice final : public Device {
     // Lanes read a run of words whole, with up to 15 on either side that are not theirs.
     void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64 + 2 * kRoom);
     if (!memory)
-      throw OutOfMemory(allocated_bytes(), allocated_bytes() - bytes,
-                        "memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)", what,
-                        (bytes >> 20) + 1);
+      throw OutOfMemory(
+          allocated_bytes(), allocated_bytes() - bytes,
+          "memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)",
+          what, (bytes >> 20) + 1);
     return reinterpret_cast<Address>(memory) + kRoom;
   }
   void free_raw(Address address) override { std::free(reinterpret_cast<void*>(address - kRoom)); }

@@ -1,5 +1,5 @@
-// The kernels' language for a C++ compiler: a workgroup's threads take turns on one thread of the CPU (workgroup.h), one lane each.
-// Included before any kernel; common/kernel.h says what the words in capitals mean.
+// The kernels' language for a C++ compiler: a workgroup's threads take turns on one thread of the CPU (workgroup.h),
+// one lane each. Included before any kernel; common/kernel.h says what the words in capitals mean.
 #pragma once
 
 #include <atomic>
@@ -21,8 +21,12 @@ inline void memoryBarrierBuffer() {}
 inline uint group_index() { return invocation.group; }
 inline uint thread_index() { return invocation.group * 64u + invocation.thread; }
 inline int findLSB(uint x) { return x == 0 ? -1 : std::countr_zero(x); }
-inline uint atomicAdd(uint& x, uint value) { return std::atomic_ref<uint>(x).fetch_add(value, std::memory_order_relaxed); }
-inline uint atomicOr(uint& x, uint value) { return std::atomic_ref<uint>(x).fetch_or(value, std::memory_order_relaxed); }
+inline uint atomicAdd(uint& x, uint value) {
+  return std::atomic_ref<uint>(x).fetch_add(value, std::memory_order_relaxed);
+}
+inline uint atomicOr(uint& x, uint value) {
+  return std::atomic_ref<uint>(x).fetch_or(value, std::memory_order_relaxed);
+}
 inline uint atomicCompSwap(uint& x, uint expected, uint value) {
   std::atomic_ref<uint>(x).compare_exchange_strong(expected, value, std::memory_order_relaxed);
   return expected;
@@ -30,7 +34,8 @@ inline uint atomicCompSwap(uint& x, uint expected, uint value) {
 inline uint atomicMax(uint& x, uint value) {
   const std::atomic_ref<uint> word(x);
   uint before = word.load(std::memory_order_relaxed);
-  while (before < value && !word.compare_exchange_weak(before, value, std::memory_order_relaxed)) {}
+  while (before < value && !word.compare_exchange_weak(before, value, std::memory_order_relaxed)) {
+  }
   return before;
 }
 
@@ -40,6 +45,7 @@ inline uint atomicMax(uint& x, uint value) {
 #define KERNEL_MAIN(threads)         \
   constexpr uint kThreads = threads; \
   inline void kernel([[maybe_unused]] const KernelArgs& a)
-#define RUN_KERNEL void run(const std::byte* arguments) { kernel(*reinterpret_cast<const KernelArgs*>(arguments)); }
+#define RUN_KERNEL \
+  void run(const std::byte* arguments) { kernel(*reinterpret_cast<const KernelArgs*>(arguments)); }
 #define SHARED [[maybe_unused]] static thread_local
 #define MARK(word) std::atomic_ref<uint>(word).store(1u, std::memory_order_relaxed)

@@ -21,18 +21,20 @@ void barrier() { running->pass_on(); }
 void Workgroup::make_fibers(std::size_t count) {
   for (std::size_t i = waiting_.size(); i < count; ++i)
     // A fiber lives as long as the workgroup and runs its threads of kernel after kernel.
-    waiting_.emplace_back(std::allocator_arg, boost::context::fixedsize_stack(kStackBytes), [this, i](boost::context::fiber&& from) {
-      arrived(static_cast<std::uint32_t>(i), std::move(from));
-      for (;;) {
-        kernel_->run(arguments_);
-        --left_;
-        const std::uint64_t own_run = run_;
-        // Others of a kernel that is wrong may have barriers left: the machine that looks for that runs on fibers too.
-        do pass_on();
-        while (run_ == own_run);
-      }
-      return std::move(caller_);
-    });
+    waiting_.emplace_back(std::allocator_arg, boost::context::fixedsize_stack(kStackBytes),
+                          [this, i](boost::context::fiber&& from) {
+                            arrived(static_cast<std::uint32_t>(i), std::move(from));
+                            for (;;) {
+                              kernel_->run(arguments_);
+                              --left_;
+                              const std::uint64_t own_run = run_;
+                              // Others of a kernel that is wrong may have barriers left: the machine that looks for
+                              // that runs on fibers too.
+                              do pass_on();
+                              while (run_ == own_run);
+                            }
+                            return std::move(caller_);
+                          });
 }
 
 /// from: whoever had its turn before.

@@ -1,4 +1,5 @@
-// A workgroup on one thread of the CPU: its threads, or as many at once as the kernel has lanes, are fibers that take turns at barriers.
+// A workgroup on one thread of the CPU: its threads, or as many at once as the kernel has lanes, are fibers that take
+// turns at barriers.
 #pragma once
 
 #include <cstddef>

@@ -6,7 +6,7 @@
 
 namespace trisoup::gpu::host {
 
-#define LANE_KERNELS(width)                                \
+#define LANE_KERNELS(width)                                   \
   std::span<const CompiledKernel> lane_kernels_##width##_0(); \
   std::span<const CompiledKernel> lane_kernels_##width##_1();
 #if defined(TRISOUP_LANES_4)
@@ -22,7 +22,8 @@ LANE_KERNELS(16)
 
 namespace {
 
-[[maybe_unused]] LaneKernels joined(std::uint32_t lanes, const char* instructions, bool usable, std::span<const CompiledKernel> a, std::span<const CompiledKernel> b) {
+[[maybe_unused]] LaneKernels joined(std::uint32_t lanes, const char* instructions, bool usable,
+                                    std::span<const CompiledKernel> a, std::span<const CompiledKernel> b) {
   LaneKernels set{lanes, instructions, usable, {a.begin(), a.end()}};
   set.kernels.insert(set.kernels.end(), b.begin(), b.end());
   // What has no variant of so many lanes runs one at a time.
@@ -35,8 +36,8 @@ std::vector<LaneKernels> find_lane_kernels() {
   std::vector<LaneKernels> sets;
 #if defined(TRISOUP_LANES_16)
   sets.push_back(joined(16, "AVX-512",
-                        __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
-                            __builtin_cpu_supports("avx512bw"),
+                        __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+                            __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"),
                         lane_kernels_16_0(), lane_kernels_16_1()));
 #endif
 #if defined(TRISOUP_LANES_8)

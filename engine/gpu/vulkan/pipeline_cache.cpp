@@ -9,8 +9,8 @@
 #include <zlib.h>
 
 #include "base/atomic_file.h"
-#include "gpu/vulkan/vulkan_call.h"
 #include "base/read_file.h"
+#include "gpu/vulkan/vulkan_call.h"
 
 namespace trisoup::gpu {
 namespace {
@@ -36,7 +36,8 @@ std::string file_name(VkPhysicalDevice physical) {
   auto id = structure<VkPhysicalDeviceIDProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES);
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &id, {}};
   vkGetPhysicalDeviceProperties2(physical, &properties);
-  return fmt::format("{}-{}-{}.pipelines", hexadecimal(id.deviceUUID), hexadecimal(id.driverUUID), hexadecimal(properties.properties.pipelineCacheUUID));
+  return fmt::format("{}-{}-{}.pipelines", hexadecimal(id.deviceUUID), hexadecimal(id.driverUUID),
+                     hexadecimal(properties.properties.pipelineCacheUUID));
 }
 
 }  // namespace
@@ -63,7 +64,9 @@ std::optional<std::vector<std::byte>> unseal_cache(std::span<const std::byte> fi
   if (file.size() < sizeof seal) return std::nullopt;
   std::memcpy(&seal, file.data(), sizeof seal);
   const std::span<const std::byte> data = file.subspan(sizeof seal);
-  if (std::memcmp(seal.magic, expected.magic, sizeof seal.magic) != 0 || seal.bytes != data.size() || seal.checksum != checksum_of(data)) return std::nullopt;
+  if (std::memcmp(seal.magic, expected.magic, sizeof seal.magic) != 0 || seal.bytes != data.size() ||
+      seal.checksum != checksum_of(data))
+    return std::nullopt;
   return std::vector<std::byte>(data.begin(), data.end());
 }
 

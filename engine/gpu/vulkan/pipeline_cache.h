@@ -12,7 +12,8 @@
 
 namespace trisoup::gpu {
 
-/// The folder of files that can be made again: XDG_CACHE_HOME/trisoup, or .cache/trisoup in HOME. Empty where neither is set to an absolute path.
+/// The folder of files that can be made again: XDG_CACHE_HOME/trisoup, or .cache/trisoup in HOME. Empty where neither
+/// is set to an absolute path.
 std::filesystem::path cache_folder();
 
 /// A file's content around a driver's data, with its length and checksum: drivers believe what they are given.
@@ -25,8 +26,9 @@ std::string read_word(const std::filesystem::path& file);
 /// Writes the file atomically, and ignores all errors: the word can be found again.
 void write_word(const std::filesystem::path& file, const std::string& word) noexcept;
 
-/// A VkPipelineCache that begins with what is in its file and leaves there what has been compiled. Devices and versions of drivers have files of their own. A
-/// file that is missing, damaged or cannot be written is none: everything is compiled then, which takes longer and changes nothing.
+/// A VkPipelineCache that begins with what is in its file and leaves there what has been compiled. Devices and versions
+/// of drivers have files of their own. A file that is missing, damaged or cannot be written is none: everything is
+/// compiled then, which takes longer and changes nothing.
 class PipelineCache {
  public:
   PipelineCache() = default;

@@ -76,7 +76,9 @@ class VulkanDevice::CommandBuffers final : public CommandList::Prepared {
   CommandBuffers(VulkanDevice& device) : generation(device.generation()), device_(device) {}
   ~CommandBuffers() override {
     device_.finish();
-    if (!commands.empty()) vkFreeCommandBuffers(device_.device_, device_.pool_, static_cast<std::uint32_t>(commands.size()), commands.data());
+    if (!commands.empty())
+      vkFreeCommandBuffers(device_.device_, device_.pool_, static_cast<std::uint32_t>(commands.size()),
+                           commands.data());
   }
   const std::uint64_t generation;  // of the device's memory
   std::vector<VkCommandBuffer> commands;
@@ -155,7 +157,8 @@ bool VulkanDevice::begin_work(const char* name) {
   }
   timed_now_ = timing_ && recording_->timed.size() < kMaxTimed;
   if (timed_now_)
-    vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, recording_->queries, 2 * recording_->timed.size());
+    vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, recording_->queries,
+                        2 * recording_->timed.size());
   return true;
 }
 
@@ -171,7 +174,8 @@ void VulkanDevice::run(const CommandList::Launch& launch) {
   if (!begin_work(launch.kernel.name)) return;
   VkCommandBuffer commands = begin();
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<std::uint32_t>(launch.argument_bytes), launch.arguments.data());
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                     static_cast<std::uint32_t>(launch.argument_bytes), launch.arguments.data());
   constexpr std::uint64_t kRow = 32768;
   const std::uint32_t x = static_cast<std::uint32_t>(std::min(launch.groups, kRow));
   const std::uint32_t y = static_cast<std::uint32_t>((launch.groups + x - 1) / x);
@@ -216,7 +220,8 @@ void VulkanDevice::create_device(bool kernel_statistics) {
   vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, families.data());
   // A family that draws as well, if there is one: every GPU with graphics has it.
   family_ = count;
-  for (const VkQueueFlags wanted : {VkQueueFlags(VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT), VkQueueFlags(VK_QUEUE_COMPUTE_BIT)})
+  for (const VkQueueFlags wanted :
+       {VkQueueFlags(VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT), VkQueueFlags(VK_QUEUE_COMPUTE_BIT)})
     for (std::uint32_t i = 0; i < count && family_ == count; ++i)
       if ((families[i].queueFlags & wanted) == wanted) family_ = i;
   if (family_ == count) throw Error("Vulkan: {} has no compute queue; choose another with --device", info_.name);
@@ -314,8 +319,8 @@ VkPipeline VulkanDevice::compile(const Kernel& kernel, VkPipelineLayout layout) 
 
   std::vector<VkSpecializationMapEntry> entries;
   for (std::uint32_t i = 0; i < kernel.constants.size(); ++i) entries.push_back({i, i * 4, 4});
-  VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(), kernel.constants.size() * 4,
-                                 kernel.constants.data()};
+  VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(),
+                                 kernel.constants.size() * 4, kernel.constants.data()};
   auto info = structure<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
   info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
   info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
@@ -386,8 +391,9 @@ VkCommandBuffer VulkanDevice::make_commands() {
 
 VulkanDevice::Recording& VulkanDevice::free_recording() {
   if (in_flight_.size() == recordings_.size()) retire();
-  return *std::find_if(recordings_.begin(), recordings_.end(),
-                       [&](Recording& r) { return std::find(in_flight_.begin(), in_flight_.end(), &r) == in_flight_.end(); });
+  return *std::find_if(recordings_.begin(), recordings_.end(), [&](Recording& r) {
+    return std::find(in_flight_.begin(), in_flight_.end(), &r) == in_flight_.end();
+  });
 }
 
 VkCommandBuffer VulkanDevice::begin() {
@@ -399,21 +405,24 @@ VkCommandBuffer VulkanDevice::begin() {
   check(vkBeginCommandBuffer(recording_->commands, &info), "vkBeginCommandBuffer");
   recording_->timed.clear();
   recording_->sets = 0;
-  if (recording_->descriptors) check(vkResetDescriptorPool(device_, recording_->descriptors, 0), "vkResetDescriptorPool");
+  if (recording_->descriptors)
+    check(vkResetDescriptorPool(device_, recording_->descriptors, 0), "vkResetDescriptorPool");
   if (timing_) vkCmdResetQueryPool(recording_->commands, recording_->queries, 0, 2 * kMaxTimed);
   return recording_->commands;
 }
 
 /// In-order semantics: whatever follows sees whatever came before.
-void VulkanDevice::barrier() { memory_barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
-                                VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                                    VK_ACCESS_TRANSFER_WRITE_BIT); }
+void VulkanDevice::barrier() {
+  memory_barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
+                 VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
+                     VK_ACCESS_TRANSFER_WRITE_BIT);
+}
 void VulkanDevice::host_barrier() { memory_barrier(VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT); }
 void VulkanDevice::memory_barrier(VkPipelineStageFlags stages, VkAccessFlags access) {
   VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr,
                          VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT, access};
-  vkCmdPipelineBarrier(begin(), VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT, stages, 0, 1, &memory, 0,
-                       nullptr, 0, nullptr);
+  vkCmdPipelineBarrier(begin(), VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT, stages, 0, 1,
+                       &memory, 0, nullptr, 0, nullptr);
 }
 
 void VulkanDevice::retire() {
@@ -429,7 +438,8 @@ void VulkanDevice::retire() {
   for (std::size_t i = 0; i < r.timed.size(); ++i) {
     KernelTiming& t = timings_[r.timed[i]];
     ++t.launches;
-    t.milliseconds += static_cast<double>((ticks[2 * i + 1] - ticks[2 * i]) & timestamp_mask_) * timestamp_period_ * 1e-6;
+    t.milliseconds +=
+        static_cast<double>((ticks[2 * i + 1] - ticks[2 * i]) & timestamp_mask_) * timestamp_period_ * 1e-6;
   }
 }
 
@@ -459,8 +469,9 @@ std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options) {
   BorrowedInstance instance = borrow_instance(options.validation, options.window_extensions);
   const auto devices = usable_devices(*instance);
   if (devices.empty())
-    throw Error("Vulkan: no device with Vulkan 1.3, buffer device addresses and 32 KB of shared memory; install a driver "
-                "(Debian: mesa-vulkan-drivers also runs on the CPU), or give --backend cpu");
+    throw Error(
+        "Vulkan: no device with Vulkan 1.3, buffer device addresses and 32 KB of shared memory; install a driver "
+        "(Debian: mesa-vulkan-drivers also runs on the CPU), or give --backend cpu");
   const std::pair<VkPhysicalDevice, DeviceInfo>* chosen = nullptr;
   if (options.device.empty()) {
     chosen = &*std::min_element(devices.begin(), devices.end(),

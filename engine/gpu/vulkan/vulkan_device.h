@@ -90,7 +90,8 @@ class VulkanDevice final : public Device {
   void submit(VkCommandBuffer commands, Recording& recording, VkSemaphore wait_for, VkSemaphore signal);
   /// The command buffer that is being recorded.
   VkCommandBuffer begin();
-  /// Names what runs next: in the message if the device is lost there, and in the timings. False: the device is lost already.
+  /// Names what runs next: in the message if the device is lost there, and in the timings. False: the device is lost
+  /// already.
   bool begin_work(const char* name);
   void end_work(const char* name);
   /// In-order semantics: whatever follows sees whatever came before.
@@ -106,7 +107,7 @@ class VulkanDevice final : public Device {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   std::uint32_t family_ = 0;
-  bool draws_ = false;  // the queue takes graphics too
+  bool draws_ = false;       // the queue takes graphics too
   bool statistics_ = false;  // of kernels: the driver keeps them
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkPipelineLayout layout_ = VK_NULL_HANDLE;
@@ -118,7 +119,7 @@ class VulkanDevice final : public Device {
   std::map<std::pair<std::string, std::vector<std::uint32_t>>, VkPipeline> pipelines_;
   std::unique_ptr<VulkanGraphics> graphics_;
   Memory staging_, crumbs_;
-  std::vector<std::string> crumb_names_;  // the crumb n + 1 is that of crumb_names_[n]
+  std::vector<std::string> crumb_names_;   // the crumb n + 1 is that of crumb_names_[n]
   VkCommandBuffer kept_ = VK_NULL_HANDLE;  // is recorded in place of recording_, to be kept
   std::uint64_t launches_ = 0, lose_after_ = 0;
   bool lost_now_ = false;

@@ -18,7 +18,8 @@ VkPipelineColorBlendAttachmentState blending(bool blends) {
   b.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
   b.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
   b.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
-  b.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
+  b.colorWriteMask =
+      VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
   return b;
 }
 
@@ -107,8 +108,8 @@ VkPipelineLayout VulkanGraphics::make_pipeline_layout(VkShaderStageFlags stages,
 
 VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& targets) {
   const std::uint32_t samples = (targets.depth ? targets.depth : targets.colour.at(0))->shape().samples;
-  PipelineKey key{static_cast<std::uint32_t>(draw.depth), draw.blend, draw.vertices != 0 ? draw.vertex_vectors : 0, samples,
-                  targets.depth != nullptr};
+  PipelineKey key{static_cast<std::uint32_t>(draw.depth), draw.blend, draw.vertices != 0 ? draw.vertex_vectors : 0,
+                  samples, targets.depth != nullptr};
   for (const Image* image : targets.colour) key.push_back(static_cast<std::uint32_t>(stored(*image).format));
   key.push_back(~0u);
   key.insert(key.end(), draw.constants.begin(), draw.constants.end());
@@ -117,8 +118,8 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
 
   std::vector<VkSpecializationMapEntry> entries;
   for (std::uint32_t i = 0; i < draw.constants.size(); ++i) entries.push_back({i, i * 4, 4});
-  const VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(), draw.constants.size() * 4,
-                                       draw.constants.data()};
+  const VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(),
+                                       draw.constants.size() * 4, draw.constants.data()};
   VkPipelineShaderStageCreateInfo stages[2];
   for (int i = 0; i < 2; ++i) {
     stages[i] = structure<VkPipelineShaderStageCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO);
@@ -130,25 +131,31 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   const VkVertexInputBindingDescription binding{0, 16 * draw.vertex_vectors, VK_VERTEX_INPUT_RATE_VERTEX};
   std::vector<VkVertexInputAttributeDescription> attributes;
   for (std::uint32_t i = 0; i < draw.vertex_vectors; ++i)
-    attributes.push_back({i, 0, i + 1 == draw.vertex_vectors ? VK_FORMAT_R32G32B32A32_UINT : VK_FORMAT_R32G32B32A32_SFLOAT, 16 * i});
-  auto input = structure<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
+    attributes.push_back(
+        {i, 0, i + 1 == draw.vertex_vectors ? VK_FORMAT_R32G32B32A32_UINT : VK_FORMAT_R32G32B32A32_SFLOAT, 16 * i});
+  auto input =
+      structure<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
   if (draw.vertices != 0) {
     input.vertexBindingDescriptionCount = 1;
     input.pVertexBindingDescriptions = &binding;
     input.vertexAttributeDescriptionCount = static_cast<std::uint32_t>(attributes.size());
     input.pVertexAttributeDescriptions = attributes.data();
   }
-  auto assembly = structure<VkPipelineInputAssemblyStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO);
+  auto assembly =
+      structure<VkPipelineInputAssemblyStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO);
   assembly.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
   auto viewport = structure<VkPipelineViewportStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO);
   viewport.viewportCount = viewport.scissorCount = 1;
-  auto raster = structure<VkPipelineRasterizationStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO);
+  auto raster =
+      structure<VkPipelineRasterizationStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO);
   raster.polygonMode = VK_POLYGON_MODE_FILL;
   raster.cullMode = VK_CULL_MODE_NONE;
   raster.lineWidth = 1.0f;
-  auto multisample = structure<VkPipelineMultisampleStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO);
+  auto multisample =
+      structure<VkPipelineMultisampleStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO);
   multisample.rasterizationSamples = static_cast<VkSampleCountFlagBits>(samples);
-  auto depth = structure<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
+  auto depth =
+      structure<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
   depth.depthTestEnable = draw.depth != Depth::off;
   depth.depthWriteEnable = draw.depth == Depth::nearest;
   depth.depthCompareOp = draw.depth == Depth::nearest ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_LESS;
@@ -184,7 +191,8 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   return pipeline;
 }
 
-VkPipeline VulkanGraphics::compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages, const Draw& draw) {
+VkPipeline VulkanGraphics::compile(const VkGraphicsPipelineCreateInfo& info,
+                                   std::span<VkPipelineShaderStageCreateInfo, 2> stages, const Draw& draw) {
   stages[0].module = device_.make_shader(fmt::format("{}.vert", draw.vertex).c_str());
   stages[1].module = VK_NULL_HANDLE;
   VkPipeline pipeline = VK_NULL_HANDLE;
@@ -198,7 +206,8 @@ VkPipeline VulkanGraphics::compile(const VkGraphicsPipelineCreateInfo& info, std
   }
   for (const auto& stage : stages) vkDestroyShaderModule(device_.device_, stage.module, nullptr);
   if (result != VK_SUCCESS)
-    throw Error("Vulkan: shaders {} {} do not compile on {} ({})", draw.vertex, draw.fragment, device_.info_.name, result_name(result));
+    throw Error("Vulkan: shaders {} {} do not compile on {} ({})", draw.vertex, draw.fragment, device_.info_.name,
+                result_name(result));
   return pipeline;
 }
 
@@ -281,7 +290,8 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
     if (d.vertices != 0) p.vertices = device_.buffer_of(d.vertices, 16ull * d.vertex_vectors);
     if (d.indices != 0) p.indices = device_.buffer_of(d.indices, 4ull * (d.first + d.count));
   }
-  if (draws.size() > kSetsPerRecording) throw Error("gpu: {} draws at once; {} are possible", draws.size(), kSetsPerRecording);
+  if (draws.size() > kSetsPerRecording)
+    throw Error("gpu: {} draws at once; {} are possible", draws.size(), kSetsPerRecording);
   device_.begin();
   if (device_.recording_->sets + draws.size() > kSetsPerRecording) device_.submit();
   const char* name = draws.empty() ? "clear" : draws.back().fragment;
@@ -329,7 +339,8 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   vkCmdEndRendering(commands);
   // What follows may write what was read here.
   vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_GRAPHICS_BIT,
-                       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, nullptr, 0, nullptr, 0, nullptr);
+                       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, nullptr, 0, nullptr,
+                       0, nullptr);
   device_.end_work(name);
 }
 

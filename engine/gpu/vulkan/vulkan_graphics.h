@@ -66,7 +66,8 @@ class VulkanGraphics final : public Graphics {
   void move_to(Stored& image, VkImageLayout layout);
   VkPipeline find_pipeline(const Draw& draw, const Targets& targets);
   /// stages: of vertices and of fragments, whose modules it makes.
-  VkPipeline compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages, const Draw& draw);
+  VkPipeline compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages,
+                     const Draw& draw);
   VkPipeline find_pipeline(const Compute& call);
   /// Destroys all pipelines if there are too many: a model may have its own, and those of old models must not pile up.
   void limit_pipelines();

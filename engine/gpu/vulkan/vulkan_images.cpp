@@ -12,12 +12,18 @@ namespace {
 
 VkFormat vk_format(Format format) {
   switch (format) {
-    case Format::r8: return VK_FORMAT_R8_UNORM;
-    case Format::rgba8: return VK_FORMAT_R8G8B8A8_UNORM;
-    case Format::r32_uint: return VK_FORMAT_R32_UINT;
-    case Format::rgba32_uint: return VK_FORMAT_R32G32B32A32_UINT;
-    case Format::depth32: return VK_FORMAT_D32_SFLOAT;
-    case Format::window: break;
+    case Format::r8:
+      return VK_FORMAT_R8_UNORM;
+    case Format::rgba8:
+      return VK_FORMAT_R8G8B8A8_UNORM;
+    case Format::r32_uint:
+      return VK_FORMAT_R32_UINT;
+    case Format::rgba32_uint:
+      return VK_FORMAT_R32G32B32A32_UINT;
+    case Format::depth32:
+      return VK_FORMAT_D32_SFLOAT;
+    case Format::window:
+      break;
   }
   return VK_FORMAT_UNDEFINED;
 }
@@ -26,7 +32,9 @@ VkImageAspectFlags aspect(Format format) {
   return format == Format::depth32 ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 }
 
-VkImageSubresourceRange whole(const ImageShape& shape) { return {aspect(shape.format), 0, 1, 0, std::max(1u, shape.layers)}; }
+VkImageSubresourceRange whole(const ImageShape& shape) {
+  return {aspect(shape.format), 0, 1, 0, std::max(1u, shape.layers)};
+}
 
 /// Rows first.. of a layer, tightly packed at the beginning of a buffer.
 VkBufferImageCopy rows_of(const ImageShape& shape, std::uint32_t layer, std::uint32_t first, std::uint32_t count) {
@@ -41,17 +49,18 @@ VkBufferImageCopy rows_of(const ImageShape& shape, std::uint32_t layer, std::uin
 
 bool VulkanGraphics::can_multisample(Format format, std::uint32_t samples) const {
   VkImageUsageFlags usage = VK_IMAGE_USAGE_SAMPLED_BIT;
-  usage |= format == Format::depth32 ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+  usage |=
+      format == Format::depth32 ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
   VkImageFormatProperties properties;
-  return vkGetPhysicalDeviceImageFormatProperties(device_.physical_, vk_format(format), VK_IMAGE_TYPE_2D, VK_IMAGE_TILING_OPTIMAL,
-                                                  usage, 0, &properties) == VK_SUCCESS &&
+  return vkGetPhysicalDeviceImageFormatProperties(device_.physical_, vk_format(format), VK_IMAGE_TYPE_2D,
+                                                  VK_IMAGE_TILING_OPTIMAL, usage, 0, &properties) == VK_SUCCESS &&
          (properties.sampleCounts & samples);
 }
 
 Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view what) {
   if (shape.width == 0 || shape.height == 0 || std::max(shape.width, shape.height) > max_side_)
-    throw Error("{}: {} x {} pixels are not possible on {}; choose 1 to {}", what, shape.width, shape.height, device_.info_.name,
-                max_side_);
+    throw Error("{}: {} x {} pixels are not possible on {}; choose 1 to {}", what, shape.width, shape.height,
+                device_.info_.name, max_side_);
   Stored s;
   s.shape = shape;
   auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
@@ -73,11 +82,15 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
     info.usage |= VK_IMAGE_USAGE_STORAGE_BIT;
   VkDevice device = device_.device_;
   VkImageFormatProperties can;
-  const VkResult possible = vkGetPhysicalDeviceImageFormatProperties(device_.physical_, info.format, info.imageType, info.tiling, info.usage, 0, &can);
-  const std::uint64_t bytes = std::uint64_t(shape.width) * shape.height * info.arrayLayers * shape.samples * bytes_per_pixel(shape.format);
-  if (possible != VK_SUCCESS || info.arrayLayers > can.maxArrayLayers || bytes > can.maxResourceSize || !(can.sampleCounts & shape.samples))
-    throw Error("{}: {} x {} pixels in {} layers ({} MB) are not possible on {}; use fewer triangles or a smaller picture", what,
-                shape.width, shape.height, info.arrayLayers, bytes >> 20, device_.info_.name);
+  const VkResult possible = vkGetPhysicalDeviceImageFormatProperties(device_.physical_, info.format, info.imageType,
+                                                                     info.tiling, info.usage, 0, &can);
+  const std::uint64_t bytes =
+      std::uint64_t(shape.width) * shape.height * info.arrayLayers * shape.samples * bytes_per_pixel(shape.format);
+  if (possible != VK_SUCCESS || info.arrayLayers > can.maxArrayLayers || bytes > can.maxResourceSize ||
+      !(can.sampleCounts & shape.samples))
+    throw Error(
+        "{}: {} x {} pixels in {} layers ({} MB) are not possible on {}; use fewer triangles or a smaller picture",
+        what, shape.width, shape.height, info.arrayLayers, bytes >> 20, device_.info_.name);
   check(vkCreateImage(device, &info, nullptr, &s.image), "vkCreateImage");
   try {
     VkMemoryRequirements requirements;
@@ -151,8 +164,8 @@ void VulkanGraphics::move_to(Stored& image, VkImageLayout layout) {
   barrier.image = image.image;
   barrier.subresourceRange = whole(image.shape);
   // A frame has a handful of these; finer stages would save nothing that can be measured.
-  vkCmdPipelineBarrier(device_.begin(), VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, nullptr, 0,
-                       nullptr, 1, &barrier);
+  vkCmdPipelineBarrier(device_.begin(), VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0,
+                       nullptr, 0, nullptr, 1, &barrier);
   image.layout = layout;
 }
 
@@ -194,11 +207,13 @@ bool VulkanGraphics::scale_on_host(const Image& from, const Image& to) {
   Stored& target = stored(to);
   const auto bytes_of = [](const Stored& s) { return 4ull * s.shape.width * s.shape.height; };
   const auto in_bytes = [](VkFormat f) { return f == VK_FORMAT_R8G8B8A8_UNORM || f == VK_FORMAT_B8G8R8A8_UNORM; };
-  if (!in_bytes(source.format) || !in_bytes(target.format) || bytes_of(target) > VulkanDevice::kStagingBytes) return false;
+  if (!in_bytes(source.format) || !in_bytes(target.format) || bytes_of(target) > VulkanDevice::kStagingBytes)
+    return false;
   std::vector<std::uint8_t> pixels(bytes_of(source));
   download(from, 0, std::as_writable_bytes(std::span(pixels)));
-  scale_bilinear({pixels, source.shape.width, source.shape.height}, {static_cast<std::uint8_t*>(device_.staging().mapped), bytes_of(target)},
-                 target.shape.width, target.shape.height, source.format != target.format);
+  scale_bilinear({pixels, source.shape.width, source.shape.height},
+                 {static_cast<std::uint8_t*>(device_.staging().mapped), bytes_of(target)}, target.shape.width,
+                 target.shape.height, source.format != target.format);
   move_to(target, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
   const VkBufferImageCopy region = rows_of(target.shape, 0, 0, target.shape.height);
   vkCmdCopyBufferToImage(device_.begin(), device_.staging_.buffer, target.image, target.layout, 1, &region);

@@ -27,15 +27,17 @@ Error no_driver(const char* call, VkResult result) {
 
 std::size_t vulkan_instances_made() { return instances_made; }
 
-VKAPI_ATTR VkBool32 VKAPI_CALL Instance::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
-                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+VKAPI_ATTR VkBool32 VKAPI_CALL Instance::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                                    VkDebugUtilsMessageTypeFlagsEXT,
+                                                    const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
   auto* log = static_cast<MessageLog*>(user);
   std::lock_guard lock(log->mutex);
   log->messages.emplace_back(data->pMessage);
   return VK_FALSE;
 }
 
-Instance::Instance(bool validation, const std::vector<std::string>& extensions) : draws_to_windows_(!extensions.empty()) {
+Instance::Instance(bool validation, const std::vector<std::string>& extensions)
+    : draws_to_windows_(!extensions.empty()) {
   std::uint32_t version = 0;
   check(vkEnumerateInstanceVersion(&version), "vkEnumerateInstanceVersion");
   if (version < VK_API_VERSION_1_3)
@@ -51,10 +53,12 @@ Instance::Instance(bool validation, const std::vector<std::string>& extensions) 
   auto features = structure<VkValidationFeaturesEXT>(VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT);
   features.enabledValidationFeatureCount = 1;
   features.pEnabledValidationFeatures = enabled;
-  auto messenger = structure<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
+  auto messenger =
+      structure<VkDebugUtilsMessengerCreateInfoEXT>(VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
   messenger.messageSeverity =
       VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-  messenger.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+  messenger.messageType =
+      VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
   messenger.pfnUserCallback = on_message;
   messenger.pUserData = &log_;
   if (validation) {
@@ -177,9 +181,10 @@ bool usable(VkPhysicalDevice device) {
   VkPhysicalDeviceProperties properties;
   vkGetPhysicalDeviceProperties(device, &properties);
   if (properties.apiVersion < VK_API_VERSION_1_3) return false;
-  // What the largest kernels take (shade_backward: 24 KB, bin_scan: 256 threads). Vulkan promises 16 KB and 128; desktop and
-  // phone GPUs of today have more.
-  if (properties.limits.maxComputeSharedMemorySize < kSharedMemoryBytes || properties.limits.maxComputeWorkGroupInvocations < 256)
+  // What the largest kernels take (shade_backward: 24 KB, bin_scan: 256 threads). Vulkan promises 16 KB and 128;
+  // desktop and phone GPUs of today have more.
+  if (properties.limits.maxComputeSharedMemorySize < kSharedMemoryBytes ||
+      properties.limits.maxComputeWorkGroupInvocations < 256)
     return false;
   auto v12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
   VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &v12, {}};
@@ -189,7 +194,8 @@ bool usable(VkPhysicalDevice device) {
 
 DeviceInfo describe(VkPhysicalDevice device, int index) {
   auto driver = structure<VkPhysicalDeviceDriverProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES);
-  auto subgroup = structure<VkPhysicalDeviceSubgroupProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES, &driver);
+  auto subgroup =
+      structure<VkPhysicalDeviceSubgroupProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES, &driver);
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroup, {}};
   vkGetPhysicalDeviceProperties2(device, &properties);
 
@@ -200,18 +206,28 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
   info.driver = driver.driverName;
   if (driver.driverInfo[0] != '\0') info.driver += fmt::format(" {}", driver.driverInfo);
   switch (properties.properties.deviceType) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: info.kind = Kind::discrete; break;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: info.kind = Kind::integrated; break;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: info.kind = Kind::virtual_gpu; break;
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: info.kind = Kind::cpu; break;
-    default: info.kind = Kind::other;
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      info.kind = Kind::discrete;
+      break;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      info.kind = Kind::integrated;
+      break;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      info.kind = Kind::virtual_gpu;
+      break;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      info.kind = Kind::cpu;
+      break;
+    default:
+      info.kind = Kind::other;
   }
   info.subgroup_size = subgroup.subgroupSize;
 
   const bool has_budget = has_extension(device, VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
-  auto budget = structure<VkPhysicalDeviceMemoryBudgetPropertiesEXT>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_BUDGET_PROPERTIES_EXT);
-  VkPhysicalDeviceMemoryProperties2 memory{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_PROPERTIES_2,
-                                           has_budget ? &budget : nullptr, {}};
+  auto budget = structure<VkPhysicalDeviceMemoryBudgetPropertiesEXT>(
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_BUDGET_PROPERTIES_EXT);
+  VkPhysicalDeviceMemoryProperties2 memory{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_PROPERTIES_2, has_budget ? &budget : nullptr, {}};
   vkGetPhysicalDeviceMemoryProperties2(device, &memory);
   for (std::uint32_t h = 0; h < memory.memoryProperties.memoryHeapCount; ++h) {
     const VkMemoryHeap& heap = memory.memoryProperties.memoryHeaps[h];

@@ -9,9 +9,9 @@
 namespace trisoup::gpu {
 namespace {
 
-constexpr VkBufferUsageFlags kAddressed = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                                          VK_BUFFER_USAGE_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT |
-                                          VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
+constexpr VkBufferUsageFlags kAddressed =
+    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_VERTEX_BUFFER_BIT |
+    VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
 
 }  // namespace
 
@@ -21,9 +21,10 @@ Address VulkanDevice::allocate_raw(std::uint64_t bytes, std::string_view what) {
     memory = create(bytes, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, true);
   } catch (const Error&) {
     const std::uint64_t held = allocated_bytes() - bytes;
-    throw OutOfMemory(allocated_bytes(), held,
-                      "device memory: {} ({} MB) cannot be had, {} MB are in use; use fewer triangles or a lower resolution (-r)",
-                      what, (bytes >> 20) + 1, held >> 20);
+    throw OutOfMemory(
+        allocated_bytes(), held,
+        "device memory: {} ({} MB) cannot be had, {} MB are in use; use fewer triangles or a lower resolution (-r)",
+        what, (bytes >> 20) + 1, held >> 20);
   }
   VkBufferDeviceAddressInfo info{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, memory.buffer};
   const Address address = vkGetBufferDeviceAddress(device_, &info);
@@ -77,8 +78,8 @@ VkDeviceMemory VulkanDevice::allocate_memory(const VkMemoryRequirements& require
                                              VkMemoryPropertyFlags preferred, bool addressed) {
   VkPhysicalDeviceMemoryProperties properties;
   vkGetPhysicalDeviceMemoryProperties(physical_, &properties);
-  VkMemoryAllocateFlagsInfo flags{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO, nullptr, VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-                                  0};
+  VkMemoryAllocateFlagsInfo flags{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO, nullptr,
+                                  VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT, 0};
   auto allocate = structure<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, addressed ? &flags : nullptr);
   allocate.allocationSize = requirements.size;
   VkDeviceMemory memory = VK_NULL_HANDLE;
@@ -98,13 +99,13 @@ VkDeviceMemory VulkanDevice::allocate_memory(const VkMemoryRequirements& require
   return memory;
 }
 
-VulkanDevice::Memory VulkanDevice::create(std::uint64_t bytes, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred, bool addressed) {
+VulkanDevice::Memory VulkanDevice::create(std::uint64_t bytes, VkMemoryPropertyFlags wanted,
+                                          VkMemoryPropertyFlags preferred, bool addressed) {
   Memory m;
   m.bytes = bytes;
   auto info = structure<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
   info.size = bytes;
-  info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-               (addressed ? kAddressed : 0);
+  info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | (addressed ? kAddressed : 0);
   check(vkCreateBuffer(device_, &info, nullptr, &m.buffer), "vkCreateBuffer");
   VkMemoryRequirements requirements;
   vkGetBufferMemoryRequirements(device_, m.buffer, &requirements);

@@ -38,7 +38,8 @@ void VulkanSurface::open() {
   if (!stands(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical_, device_.family_, surface_, &supported),
               "vkGetPhysicalDeviceSurfaceSupportKHR"))
     return;  // lost already: the next picture opens another
-  if (!supported) throw Error("Vulkan: {} cannot show pictures in this window; choose another with --device", device_.info_.name);
+  if (!supported)
+    throw Error("Vulkan: {} cannot show pictures in this window; choose another with --device", device_.info_.name);
 }
 
 void VulkanSurface::close() {
@@ -74,7 +75,8 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
     open();
     if (lost_) return false;
   }
-  if (!stands(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical_, surface_, &can), "vkGetPhysicalDeviceSurfaceCapabilitiesKHR"))
+  if (!stands(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical_, surface_, &can),
+              "vkGetPhysicalDeviceSurfaceCapabilitiesKHR"))
     return false;
   extent_ = can.currentExtent;
   // Some window systems leave the size to the program.
@@ -87,32 +89,41 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
 
   std::uint32_t count = 0;
   constexpr const char* kFormats = "vkGetPhysicalDeviceSurfaceFormatsKHR";
-  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, nullptr), kFormats)) return false;
+  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, nullptr), kFormats))
+    return false;
   std::vector<VkSurfaceFormatKHR> formats(count);
-  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()), kFormats)) return false;
+  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()), kFormats))
+    return false;
   // Colours are display values already, so they must not be encoded once more.
   const auto fits = [&](const VkSurfaceFormatKHR& f) {
     VkFormatProperties properties;
     vkGetPhysicalDeviceFormatProperties(device_.physical_, f.format, &properties);
-    constexpr VkFormatFeatureFlags kNeeded = VK_FORMAT_FEATURE_BLIT_DST_BIT | VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT;
-    return (properties.optimalTilingFeatures & kNeeded) == kNeeded && f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR &&
-           (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM || f.format == VK_FORMAT_A8B8G8R8_UNORM_PACK32 ||
-            f.format == VK_FORMAT_A2B10G10R10_UNORM_PACK32 || f.format == VK_FORMAT_R5G6B5_UNORM_PACK16);
+    constexpr VkFormatFeatureFlags kNeeded =
+        VK_FORMAT_FEATURE_BLIT_DST_BIT | VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT;
+    return (properties.optimalTilingFeatures & kNeeded) == kNeeded &&
+           f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR &&
+           (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM ||
+            f.format == VK_FORMAT_A8B8G8R8_UNORM_PACK32 || f.format == VK_FORMAT_A2B10G10R10_UNORM_PACK32 ||
+            f.format == VK_FORMAT_R5G6B5_UNORM_PACK16);
   };
   const auto found = std::find_if(formats.begin(), formats.end(), fits);
-  if (found == formats.end()) throw Error("Vulkan: this window takes no plain 8-bit colours; choose another device with --device");
+  if (found == formats.end())
+    throw Error("Vulkan: this window takes no plain 8-bit colours; choose another device with --device");
   const VkSurfaceFormatKHR format = *found;
 
   auto info = structure<VkSwapchainCreateInfoKHR>(VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR);
   info.surface = surface_;
-  info.minImageCount = can.maxImageCount > 0 ? std::min(can.minImageCount + 1, can.maxImageCount) : can.minImageCount + 1;
+  info.minImageCount =
+      can.maxImageCount > 0 ? std::min(can.minImageCount + 1, can.maxImageCount) : can.minImageCount + 1;
   info.imageFormat = format.format;
   info.imageColorSpace = format.colorSpace;
   info.imageExtent = extent_;
   info.imageArrayLayers = 1;
   info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
   info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
-  info.preTransform = can.supportedTransforms & VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR ? VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR : can.currentTransform;
+  info.preTransform = can.supportedTransforms & VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR
+                          ? VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR
+                          : can.currentTransform;
   info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
   if (!(can.supportedCompositeAlpha & info.compositeAlpha)) info.compositeAlpha = VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR;
   info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
@@ -140,7 +151,8 @@ const Image* VulkanSurface::next(std::uint32_t width, std::uint32_t height) {
   device_.wait();
   if (!fits && !open_swapchain(width, height)) return nullptr;
   std::uint32_t index = 0;
-  const VkResult result = vkAcquireNextImageKHR(device_.device_, swapchain_, kPatience, acquired_, VK_NULL_HANDLE, &index);
+  const VkResult result =
+      vkAcquireNextImageKHR(device_.device_, swapchain_, kPatience, acquired_, VK_NULL_HANDLE, &index);
   // A window that nobody can see may be given no image at all.
   if (result == VK_TIMEOUT || result == VK_NOT_READY) return nullptr;
   if (!stands(result, "vkAcquireNextImageKHR")) return nullptr;

@@ -26,7 +26,8 @@ class VulkanSurface final : public Surface {
   void close_swapchain();
   /// False where the window has no area now, or its surface was lost.
   bool open_swapchain(std::uint32_t width, std::uint32_t height);
-  /// False where the surface was lost or its swapchain no longer fits: the next picture opens another. Else as VulkanDevice::guard.
+  /// False where the surface was lost or its swapchain no longer fits: the next picture opens another. Else as
+  /// VulkanDevice::guard.
   bool stands(VkResult result, const char* call);
 
   VulkanDevice& device_;
@@ -37,7 +38,7 @@ class VulkanSurface final : public Surface {
   VkExtent2D asked_{}, extent_{};
   std::vector<Image> images_;
   std::optional<std::uint32_t> held_;  // the image that is being drawn on
-  std::vector<VkSemaphore> drawn_;  // per image: it may be presented
+  std::vector<VkSemaphore> drawn_;     // per image: it may be presented
   VkSemaphore acquired_ = VK_NULL_HANDLE;
   bool lost_ = false, stale_ = false;  // the surface, the swapchain
 };

@@ -79,7 +79,9 @@ void each_member(S& s, F&& f) {
 }
 
 /// Of the vertices' rate, at a share t of all steps.
-double still_to_go(const Settings& s, double t) { return s.rest_share > 0 ? std::min(1.0, (1 - t) / s.rest_share) : 1.0; }
+double still_to_go(const Settings& s, double t) {
+  return s.rest_share > 0 ? std::min(1.0, (1 - t) / s.rest_share) : 1.0;
+}
 
 /// How far the schedule is after `step` steps, 0..1. Each round after the last step goes through its end once more.
 double progress(const Settings& s, double step) {
@@ -168,30 +170,34 @@ std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step) {
   if (per_decade == 0) return 0;
   // Two may round to the same step.
   for (std::uint32_t i = 0;; ++i)
-    if (const auto at = static_cast<std::uint64_t>(std::llround(std::pow(10.0, 1.0 + double(i) / per_decade))); at > step) return at;
+    if (const auto at = static_cast<std::uint64_t>(std::llround(std::pow(10.0, 1.0 + double(i) / per_decade)));
+        at > step)
+      return at;
 }
 
-/// The steps after which the soup is brought to its knee, as shares of all. What is left has the rest of them to get over it.
+/// The steps after which the soup is brought to its knee, as shares of all. What is left has the rest of them to get
+/// over it.
 constexpr std::array kPrunings = {0.7, 0.8, 0.9};
 
 /// The last step that may change the topology by the budget.
 double last_by_budget(const Settings& s) {
   const auto steps = static_cast<double>(s.steps);
   // Splits would fill up what the knee has left empty.
-  return s.knee > 0 ? std::min(s.resample_until * steps, kPrunings.front() * steps - 1) : s.resample_until * steps + 1e-9;
+  return s.knee > 0 ? std::min(s.resample_until * steps, kPrunings.front() * steps - 1)
+                    : s.resample_until * steps + 1e-9;
 }
 
 std::uint64_t only_resampling(const Settings& s) {
   const double until = last_by_budget(s);
-  const bool too_short = s.resample_every > 0 && (static_cast<double>(s.resample_every) > until || s.resample_every >= s.steps);
+  const bool too_short =
+      s.resample_every > 0 && (static_cast<double>(s.resample_every) > until || s.resample_every >= s.steps);
   // Half of the time to get over it.
   return too_short && s.init_count > s.triangles ? static_cast<std::uint64_t>(until / 2) : 0;
 }
 
 bool is_resampling(const Settings& s, std::uint64_t step) {
   if (s.resample_every == 0 || step == 0 || step >= s.steps) return false;
-  return step == only_resampling(s) ||
-         (step % s.resample_every == 0 && static_cast<double>(step) <= last_by_budget(s));
+  return step == only_resampling(s) || (step % s.resample_every == 0 && static_cast<double>(step) <= last_by_budget(s));
 }
 
 bool is_last_resampling(const Settings& s, std::uint64_t step) {
@@ -202,7 +208,9 @@ std::uint64_t next_pruning(const Settings& s, std::uint64_t step) {
   if (s.knee <= 0) return 0;
   // What fine levels are worth shows when there are some.
   for (const double share : kPrunings)
-    if (const auto at = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(s.steps))); at > step && at > lift_step(s) && at < s.steps) return at;
+    if (const auto at = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(s.steps)));
+        at > step && at > lift_step(s) && at < s.steps)
+      return at;
   return 0;
 }
 
@@ -221,7 +229,8 @@ std::string differences(const Settings& then, const Settings& now) {
   const nlohmann::json before = to_json(then), after = to_json(now);
   std::string text;
   for (const auto& [key, value] : after.items())
-    if (before.at(key) != value) text += fmt::format("{}{} {} (now {})", text.empty() ? "" : ", ", key, before.at(key).dump(), value.dump());
+    if (before.at(key) != value)
+      text += fmt::format("{}{} {} (now {})", text.empty() ? "" : ", ", key, before.at(key).dump(), value.dump());
   return text;
 }
 
@@ -234,10 +243,12 @@ void check(const Settings& s) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>)
       // Kernels compute in float: what it cannot hold would only show as a training that diverges.
       if (!(std::abs(value) < 1e37) || (value != 0 && std::abs(value) < 1e-37))
-        throw Error("settings: {} is not a number of a size that can be computed with", as_given(name, fmt::format("{}", value)));
+        throw Error("settings: {} is not a number of a size that can be computed with",
+                    as_given(name, fmt::format("{}", value)));
   });
   for (const Experiment& e : experiments())
-    if (!e.range.has(e.value(s))) throw Error("settings: {} must be {}", as_given(e.name, fmt::format("{}", e.value(s))), allowed(e));
+    if (!e.range.has(e.value(s)))
+      throw Error("settings: {} must be {}", as_given(e.name, fmt::format("{}", e.value(s))), allowed(e));
   need(s.steps > 0, "--steps 0 trains nothing; use 1 or more");
   need(s.triangles > 0, "--triangles 0 leaves no model; use a budget of 1 or more");
   need(s.init_count > 0, "--init-count 0 starts with nothing; use 1 or more");
@@ -249,20 +260,25 @@ void check(const Settings& s) {
   need(s.test_near > 0 && s.far > s.test_near, "0 < --test-near < --far must hold");
   need(s.init_box > 0 && s.init_radius > 0, "--init-box and --init-radius must be above 0");
   need(s.backdrop < s.far, "--set backdrop is not before --far; lower it");
-  need(s.most_triangles == 0 || s.most_triangles >= s.triangles, "--set most_triangles is below --triangles; use at least the budget");
+  need(s.most_triangles == 0 || s.most_triangles >= s.triangles,
+       "--set most_triangles is below --triangles; use at least the budget");
   need(s.target_psnr >= 0 && s.target_psnr <= 99, "--target-psnr must be within 0 and 99 dB");
   need(s.target_ssim >= 0 && s.target_ssim < 1, "--target-ssim must be from 0 to below 1");
-  need(s.round_steps > 0 || (s.target_psnr == 0 && s.target_ssim == 0 && s.max_bytes == 0 && s.max_triangles == 0), "--round-steps 0 leaves no step after a removal; use 1 or more");
+  need(s.round_steps > 0 || (s.target_psnr == 0 && s.target_ssim == 0 && s.max_bytes == 0 && s.max_triangles == 0),
+       "--round-steps 0 leaves no step after a removal; use 1 or more");
   need(s.round_steps <= 1'000'000'000, "--round-steps is more than a billion; use fewer");
-  need(s.validation_views > 0 || (s.target_psnr == 0 && s.target_ssim == 0), "--validation-views 0 leaves nothing to judge a quality by; use 1 or more");
+  need(s.validation_views > 0 || (s.target_psnr == 0 && s.target_ssim == 0),
+       "--validation-views 0 leaves nothing to judge a quality by; use 1 or more");
 }
 
 nlohmann::json to_json(const Settings& settings) {
   nlohmann::json json;
   json["recipe"] = to_string(settings.recipe);
   each_member(settings, [&](const char* name, const auto& value) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, std::string>) json[name] = utf8(value);
-    else json[name] = value;
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, std::string>)
+      json[name] = utf8(value);
+    else
+      json[name] = value;
   });
   return json;
 }
@@ -277,7 +293,8 @@ Settings settings_from_json(const nlohmann::json& json) {
       using T = std::remove_cvref_t<decltype(value)>;
       if constexpr (std::is_unsigned_v<T> && !std::is_same_v<T, bool>)
         if (!given.is_number_unsigned() || given.get<std::uint64_t>() > std::numeric_limits<T>::max())
-          throw Error("settings: {} is {}, not a whole number from 0 to {}", name, printable(given.dump()), std::numeric_limits<T>::max());
+          throw Error("settings: {} is {}, not a whole number from 0 to {}", name, printable(given.dump()),
+                      std::numeric_limits<T>::max());
       given.get_to(value);
     });
   } catch (const nlohmann::json::exception& e) {

@@ -75,13 +75,15 @@ namespace {
 
 std::vector<glm::vec3> normalised_vertices(const soup::Model& model, const scene::Normalisation& normalisation) {
   std::vector<glm::vec3> vertices;
-  for (const glm::vec3& v : model.vertices) vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v) + model.origin));
+  for (const glm::vec3& v : model.vertices)
+    vertices.emplace_back(normalisation.to_normalised(glm::dvec3(v) + model.origin));
   return vertices;
 }
 
 }  // namespace
 
-void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation) {
+void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model,
+                      const scene::Normalisation& normalisation) {
   std::vector<soup::TextureLevels> levels;
   for (const soup::TextureEntry& row : model.textures) levels.push_back({row.level_max, row.level_max});
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(levels).entries;
@@ -116,20 +118,26 @@ void upload_lattice(gpu::Device& gpu, SoupBuffers& soup, std::span<const std::ui
   gpu.upload(soup.opacity.address(), opacity);
 }
 
-void load_into(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation) {
+void load_into(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model,
+               const scene::Normalisation& normalisation) {
   soup.triangles = static_cast<std::uint32_t>(model.triangles());
   soup.table = model.textures;
   soup.drop_near = model.drop_near;
   for (const soup::TextureEntry& row : soup.table)
-    soup.lattice_samples = std::max<std::uint64_t>(soup.lattice_samples, std::uint64_t(row.lattice_offset) + soup::samples_at(row.level_max));
+    soup.lattice_samples = std::max<std::uint64_t>(soup.lattice_samples,
+                                                   std::uint64_t(row.lattice_offset) + soup::samples_at(row.level_max));
   const std::vector<glm::vec3> vertices = normalised_vertices(model, normalisation);
   soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
   gpu.upload(soup.vertices.address(), vertices);
   if (soup.shared) soup.ranges = divided(soup.table, soup.shared->size());
   soup.textures = gpu.allocate(soup.table.size() * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(soup.textures.address(), soup.shared ? local_rows(soup.table, soup.own()) : soup.table);
-  if (soup.shared) upload_lattice(gpu, soup, ranks::values_of<std::uint8_t>(soup.shared->own_of_first(ranks::bytes_of(model.lattice), soup::kChannels)));
-  else upload_lattice(gpu, soup, model.lattice);
+  if (soup.shared)
+    upload_lattice(
+        gpu, soup,
+        ranks::values_of<std::uint8_t>(soup.shared->own_of_first(ranks::bytes_of(model.lattice), soup::kChannels)));
+  else
+    upload_lattice(gpu, soup, model.lattice);
   allocate_mlp(gpu, soup, model.mlp);
 }
 
@@ -141,14 +149,16 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
   return soup;
 }
 
-LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks, Frame* in)
+LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation,
+                         ranks::Ranks* ranks, Frame* in)
     : frame(in ? *in : own_frame_.emplace(gpu)) {
   if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, frame, *ranks);
   load_into(gpu, soup, model, normalisation);
 }
 
-Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, const std::vector<scene::View>& views, double near, double far,
-                    const OnRender& on_render, ranks::Ranks* ranks) {
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
+                    const std::vector<scene::View>& views, double near, double far, const OnRender& on_render,
+                    ranks::Ranks* ranks) {
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
   return evaluate(gpu, loaded.soup, loaded.frame, views, model.background, near, far, on_render);
 }
@@ -177,10 +187,12 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
   model.lattice.resize(samples * 8);
   for (std::uint64_t first = 0; first < samples; first += kPiece) {
     const auto count = static_cast<std::uint32_t>(std::min(kPiece, samples - first));
-    gpu.launch({"quantise"}, (count + 63) / 64, kernels::QuantiseArgs{soup.lattice.address() + 32 * first, packed.address(), count, 0});
+    gpu.launch({"quantise"}, (count + 63) / 64,
+               kernels::QuantiseArgs{soup.lattice.address() + 32 * first, packed.address(), count, 0});
     gpu.download(packed.address(), std::as_writable_bytes(std::span(model.lattice).subspan(8 * first, 8ull * count)));
   }
-  if (soup.shared) model.lattice = ranks::values_of<std::uint8_t>(soup.shared->on_first(ranks::bytes_of(model.lattice)));
+  if (soup.shared)
+    model.lattice = ranks::values_of<std::uint8_t>(soup.shared->on_first(ranks::bytes_of(model.lattice)));
   model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
   model.background = background;
   model.drop_near = soup.drop_near;

@@ -12,8 +12,8 @@
 #include "ranks/ranks.h"
 #include "scene/scene.h"
 #include "soup/soup.h"
-#include "train/step/batch_buffers.h"
 #include "train/quality/image_metrics.h"
+#include "train/step/batch_buffers.h"
 #include "train/step/shared_soup.h"
 #include "train/step/soup_buffers.h"
 
@@ -48,11 +48,13 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
 /// A model as the kernels render it: 8-bit textures, normalised coordinates. No gradients and no moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
 
-/// The same with a frame to render it in: `in`, or one of its own. With several ranks each has a part of the triangles, as in training, and all make the same
-/// calls; the first has the textures, `model` of the others may be without. ranks: null: this process alone.
+/// The same with a frame to render it in: `in`, or one of its own. With several ranks each has a part of the triangles,
+/// as in training, and all make the same calls; the first has the textures, `model` of the others may be without.
+/// ranks: null: this process alone.
 class LoadedModel {
  public:
-  LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation, ranks::Ranks* ranks = nullptr, Frame* in = nullptr);
+  LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation,
+              ranks::Ranks* ranks = nullptr, Frame* in = nullptr);
 
  private:
   std::optional<Frame> own_frame_;
@@ -64,16 +66,19 @@ class LoadedModel {
 };
 
 /// The same to be trained on: logits of the finest level alone, moments of zero. What is opaque stays so.
-void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model, const scene::Normalisation& normalisation);
+void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model,
+                      const scene::Normalisation& normalisation);
 
 /// The same from a model as it is in its file: 8-bit textures, dataset coordinates. views: of `scene`.
-Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, const std::vector<scene::View>& views, double near, double far,
-                    const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr);
+Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
+                    const std::vector<scene::View>& views, double near, double far, const OnRender& on_render = {},
+                    ranks::Ranks* ranks = nullptr);
 /// Of the test views.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
                     const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr);
 
-/// 8-bit model of a soup in training: value = round(255 * sigmoid). `normalisation` takes it back to the dataset's coordinates.
+/// 8-bit model of a soup in training: value = round(255 * sigmoid). `normalisation` takes it back to the dataset's
+/// coordinates.
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);
 

@@ -8,8 +8,8 @@
 
 namespace trisoup::train {
 
-Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                          render::AntiAliasing aa, const OnRender& on_render) {
+Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
+                          double far, render::AntiAliasing aa, const OnRender& on_render) {
   check_clip_planes(near, far);
   render::Renderer renderer(gpu);
   const render::GpuModel drawn = render::upload_model(gpu, model);
@@ -19,7 +19,8 @@ Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scen
   options.drop_behind = model.drop_near;
   Evaluation evaluation;
   for (const scene::View& view : scene.test) {
-    const Image image = renderer.picture(drawn, render::view_of(view.camera, scene.normalisation, drawn, near, far), options);
+    const Image image =
+        renderer.picture(drawn, render::view_of(view.camera, scene.normalisation, drawn, near, far), options);
     std::vector<float> colour;
     colour.reserve(image.rgba.size() / 4 * 3);
     for (std::size_t i = 0; i < image.rgba.size(); ++i)
@@ -36,7 +37,8 @@ std::size_t most_ties(std::size_t pixels) { return std::max<std::size_t>(pixels 
 bool Agreement::holds() const { return ties <= most_ties(pixels) && psnr > 60; }
 
 std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& views,
-                                 const scene::Normalisation& normalisation, double near, double far, render::MlpUse mlp) {
+                                 const scene::Normalisation& normalisation, double near, double far,
+                                 render::MlpUse mlp) {
   check_clip_planes(near, far);
   SoupBuffers soup = load_model(gpu, model, normalisation);
   Frame frame(gpu);
@@ -54,7 +56,8 @@ std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, con
     const std::size_t pixels = frame.batch().pixels;
     const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
     const auto colour = gpu.download_vector<float>(frame.colour.address(), 3 * pixels);
-    const Image image = renderer.picture(drawn, render::view_of(views[first].camera, normalisation, drawn, near, far), options);
+    const Image image =
+        renderer.picture(drawn, render::view_of(views[first].camera, normalisation, drawn, near, far), options);
     const std::vector<std::uint32_t> ours = renderer.hits();
     Agreement a{views[first].name, pixels, 0, 0};
     double squares = 0;
@@ -68,7 +71,8 @@ std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, con
         squares += e * e;
       }
     }
-    a.psnr = -10 * std::log10(std::max(1e-10, squares / (3.0 * static_cast<double>(std::max<std::size_t>(1, pixels - a.ties)))));
+    a.psnr = -10 * std::log10(std::max(
+                       1e-10, squares / (3.0 * static_cast<double>(std::max<std::size_t>(1, pixels - a.ties)))));
     result.push_back(a);
   });
   return result;

@@ -7,8 +7,8 @@
 #include <glm/glm.hpp>
 
 #include "gpu/device.h"
-#include "train/step/batch_buffers.h"
 #include "train/quality/image_metrics.h"
+#include "train/step/batch_buffers.h"
 
 namespace trisoup::train {
 

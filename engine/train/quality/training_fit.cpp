@@ -4,8 +4,8 @@
 #include <numeric>
 #include <vector>
 
-#include "image/image.h"
 #include "base/parallel_for.h"
+#include "image/image.h"
 #include "train/quality/image_sums.h"
 #include "train/step/forward_pass.h"
 #include "train/step/step.h"
@@ -27,7 +27,8 @@ double squares_around_mean(const Image& photo) {
   }
   double result = 0;
   for (int c = 0; count > 0 && c < 3; ++c)
-    result += static_cast<double>(squares[c]) - static_cast<double>(sum[c]) * static_cast<double>(sum[c]) / static_cast<double>(count);
+    result += static_cast<double>(squares[c]) -
+              static_cast<double>(sum[c]) * static_cast<double>(sum[c]) / static_cast<double>(count);
   return result / (255.0 * 255.0);
 }
 

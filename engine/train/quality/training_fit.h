@@ -5,10 +5,10 @@
 
 #include "gpu/device.h"
 #include "scene/scene.h"
-#include "train/step/exposure.h"
 #include "train/step/batch_buffers.h"
-#include "train/step/soup_buffers.h"
 #include "train/step/batch_view.h"
+#include "train/step/exposure.h"
+#include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
 
@@ -18,8 +18,9 @@ struct TrainingFit {
   double psnr = 0;        // of the model, thresholds 0.5, in each photograph's exposure where those are fitted
   double plain_psnr = 0;  // of each photograph painted over with its own mean colour
   double uncovered = 0;   // share of the pixels that no triangle covers although the photograph shows something there
-  /// A training has diverged, or has come to nothing for want of triangles or steps, when its model shows the photographs no better
-  /// than plain colours would, and not well either (below 30 dB: photographs that are plain themselves leave nothing to be better than).
+  /// A training has diverged, or has come to nothing for want of triangles or steps, when its model shows the
+  /// photographs no better than plain colours would, and not well either (below 30 dB: photographs that are plain
+  /// themselves leave nothing to be better than).
   bool nothing_learnt() const { return !(psnr > plain_psnr || psnr >= 30.0); }
 };
 

@@ -1,8 +1,8 @@
 #include "train/start/initial_triangles.h"
 
 #include "base/error.h"
-#include "train/start/random_start.h"
 #include "mesh/mesh.h"
+#include "train/start/random_start.h"
 #include "train/start/surface_start.h"
 
 namespace trisoup::train {
@@ -11,7 +11,8 @@ Start initial_triangles(const scene::Scene& scene, const Settings& settings) {
   if (settings.init == "random") {
     const glm::vec3 centre(settings.init_centre[0], settings.init_centre[1], settings.init_centre[2]);
     const glm::vec3 half(static_cast<float>(settings.init_box));
-    return soup::triangles_in_box(settings.init_count, centre - half, centre + half, settings.init_radius, settings.seed);
+    return soup::triangles_in_box(settings.init_count, centre - half, centre + half, settings.init_radius,
+                                  settings.seed);
   }
   if (settings.init == "surface") return surface_start(scene, settings);
   if (settings.init == "points") {

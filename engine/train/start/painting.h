@@ -6,8 +6,8 @@
 
 #include "gpu/device.h"
 #include "train/step/batch_buffers.h"
-#include "train/step/soup_buffers.h"
 #include "train/step/batch_view.h"
+#include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
 

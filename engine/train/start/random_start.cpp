@@ -23,7 +23,8 @@ std::vector<glm::vec3> equilateral_triangle(const glm::vec3& centre, double circ
   const double half_side = std::sqrt(3.0) / 2.0;
   const glm::dvec3 corners[] = {{1, 0, 0}, {-0.5, half_side, 0}, {-0.5, -half_side, 0}};
   std::vector<glm::vec3> triangle;
-  for (const glm::dvec3& corner : corners) triangle.emplace_back(glm::dvec3(centre) + circumradius * (rotation * corner));
+  for (const glm::dvec3& corner : corners)
+    triangle.emplace_back(glm::dvec3(centre) + circumradius * (rotation * corner));
   return triangle;
 }
 
@@ -47,8 +48,7 @@ std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, 
   std::vector<glm::vec3> centres;
   for (const std::uint32_t k : chosen) centres.push_back(finite[k]);
   std::vector<double> nearest = nearest_distances(centres, 1);
-  const double spacing =
-      std::accumulate(nearest.begin(), nearest.end(), 0.0) / static_cast<double>(nearest.size());
+  const double spacing = std::accumulate(nearest.begin(), nearest.end(), 0.0) / static_cast<double>(nearest.size());
   if (!(spacing > 0)) throw Error("points: all {} coincide; choose --init random or --init mesh", centres.size());
   std::vector<double> spacings(centres.size(), spacing);
   std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2), nearest.end());
@@ -63,8 +63,8 @@ std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, 
   return triangles;
 }
 
-std::vector<glm::vec3> triangles_in_box(std::size_t count, const glm::vec3& low, const glm::vec3& high, double circumradius,
-                                        std::uint64_t seed) {
+std::vector<glm::vec3> triangles_in_box(std::size_t count, const glm::vec3& low, const glm::vec3& high,
+                                        double circumradius, std::uint64_t seed) {
   Random random(seed);
   std::vector<glm::vec3> triangles;
   triangles.reserve(3 * count);
@@ -80,7 +80,8 @@ std::vector<glm::vec3> triangles_from_mesh(const Mesh& mesh, std::size_t budget)
   check_mesh(mesh, "mesh");
   const Mesh decimated = decimate(mesh, budget);
   if (decimated.indices.empty())
-    throw Error("mesh: has no triangle with an area, or none that {} triangles can stand for; give another mesh", budget);
+    throw Error("mesh: has no triangle with an area, or none that {} triangles can stand for; give another mesh",
+                budget);
   std::vector<glm::vec3> triangles;
   triangles.reserve(decimated.indices.size());
   for (const std::uint32_t index : decimated.indices) triangles.push_back(decimated.positions[index]);

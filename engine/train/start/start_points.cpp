@@ -29,7 +29,8 @@ void drop(std::vector<std::uint32_t>& chosen, std::size_t cloud, Bad&& bad) {
 }
 
 /// The point of every cell of a grid over the contracted room that most views saw, of equals the one of lower index.
-std::vector<std::uint32_t> one_per_cell(const scene::Points& points, const std::vector<std::uint32_t>& chosen, double cell) {
+std::vector<std::uint32_t> one_per_cell(const scene::Points& points, const std::vector<std::uint32_t>& chosen,
+                                        double cell) {
   std::map<std::array<int, 3>, std::uint32_t> best;
   const auto views = [&](std::uint32_t i) { return points.seen_by.empty() ? 0 : points.seen_by[i].size(); };
   for (const std::uint32_t i : chosen) {
@@ -56,7 +57,8 @@ std::optional<Sighted> seen_at(const scene::Camera& camera, const glm::dvec3& p)
 }
 
 /// For a cloud without tracks: nearest points in each of 32 cells across a picture, and who is not well behind them.
-std::vector<std::vector<std::uint32_t>> guessed_sightings(const scene::Scene& scene, const std::vector<std::uint32_t>& chosen) {
+std::vector<std::vector<std::uint32_t>> guessed_sightings(const scene::Scene& scene,
+                                                          const std::vector<std::uint32_t>& chosen) {
   constexpr int kAcross = 32;
   constexpr double kBehind = 1.1;
   constexpr std::size_t kMost = 8;
@@ -74,7 +76,8 @@ std::vector<std::vector<std::uint32_t>> guessed_sightings(const scene::Scene& sc
         nearest[places[i].first] = std::min(nearest[places[i].first], seen->depth);
       }
     for (std::size_t i = 0; i < chosen.size(); ++i)
-      if (places[i].second > 0 && places[i].second <= kBehind * nearest[places[i].first]) candidates[i].emplace_back(places[i].second, v);
+      if (places[i].second > 0 && places[i].second <= kBehind * nearest[places[i].first])
+        candidates[i].emplace_back(places[i].second, v);
   }
   std::vector<std::vector<std::uint32_t>> result(chosen.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) {
@@ -98,7 +101,8 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
   std::vector<std::uint32_t> chosen;
   std::vector<double> distances;
   for (std::uint32_t i = 0; i < cloud; ++i)
-    if (const double d = glm::length(glm::dvec3(points.positions[i])); std::isfinite(d)) chosen.push_back(i), distances.push_back(d);
+    if (const double d = glm::length(glm::dvec3(points.positions[i])); std::isfinite(d))
+      chosen.push_back(i), distances.push_back(d);
   const double horizon = 3.0 * percentile(distances, 0.99);
   drop(chosen, cloud, [&](std::uint32_t i) { return glm::length(glm::dvec3(points.positions[i])) > horizon; });
   if (!points.errors.empty()) {
@@ -132,18 +136,22 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
 Reach reach_of(const scene::Scene& scene) {
   const std::vector<std::uint32_t> chosen = usable_points(scene.points, scene.points.positions.size());
   Reach reach;
-  for (const scene::View& view : scene.train) reach.farthest = std::max(reach.farthest, glm::length(view.camera.centre()));
-  for (const std::uint32_t i : chosen) reach.farthest = std::max(reach.farthest, glm::length(glm::dvec3(scene.points.positions[i])));
+  for (const scene::View& view : scene.train)
+    reach.farthest = std::max(reach.farthest, glm::length(view.camera.centre()));
+  for (const std::uint32_t i : chosen)
+    reach.farthest = std::max(reach.farthest, glm::length(glm::dvec3(scene.points.positions[i])));
   const auto sightings = sightings_of(scene, chosen);
   std::vector<double> depths;
   for (std::size_t i = 0; i < chosen.size(); ++i)
     for (const std::uint32_t v : sightings[i])
-      if (const auto seen = seen_at(scene.train[v].camera, glm::dvec3(scene.points.positions[chosen[i]]))) depths.push_back(seen->depth);
+      if (const auto seen = seen_at(scene.train[v].camera, glm::dvec3(scene.points.positions[chosen[i]])))
+        depths.push_back(seen->depth);
   if (!depths.empty()) reach.nearest = std::clamp(0.5 * percentile(depths, 0.001), 0.0025, 0.125);
   return reach;
 }
 
-std::vector<std::vector<std::uint32_t>> sightings_of(const scene::Scene& scene, const std::vector<std::uint32_t>& chosen) {
+std::vector<std::vector<std::uint32_t>> sightings_of(const scene::Scene& scene,
+                                                     const std::vector<std::uint32_t>& chosen) {
   if (scene.points.seen_by.empty()) return guessed_sightings(scene, chosen);
   std::vector<std::vector<std::uint32_t>> result;
   for (const std::uint32_t i : chosen) result.push_back(scene.points.seen_by[i]);

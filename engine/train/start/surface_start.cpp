@@ -29,7 +29,8 @@ glm::dvec3 on_sphere(int i, int count) {
 }
 
 /// Mean colour of the photographs at `p`, of all of `views` that have it in their picture; nothing where none has.
-bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views, const glm::dvec3& p, glm::dvec3& colour) {
+bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views, const glm::dvec3& p,
+                 glm::dvec3& colour) {
   glm::dvec3 sum(0.0);
   int count = 0;
   for (const std::uint32_t v : views) {
@@ -39,7 +40,8 @@ bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views
     if (!(c.z > 0) || image.rgba.empty()) continue;
     const double x = std::floor(camera.fx * c.x / c.z + camera.cx), y = std::floor(camera.fy * c.y / c.z + camera.cy);
     if (!(x >= 0 && y >= 0 && x < image.width && y < image.height)) continue;
-    const std::uint8_t* pixel = &image.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x))];
+    const std::uint8_t* pixel = &image.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                                                 static_cast<std::size_t>(x))];
     if (pixel[3] < 128) continue;
     sum += glm::dvec3(pixel[0], pixel[1], pixel[2]) / 255.0;
     ++count;
@@ -66,10 +68,12 @@ class Colours {
   std::vector<std::uint32_t> all_;
 };
 
-/// What an error of the surface is worth, per triangle: moved by h along its normal it shifts what a camera at distance d shows of it by
-/// up to focal h / d pixels, over area (focal / d)^2 pixels, so a squared error grows with area (focal / d)^4, summed over the views that saw
-/// its corners. A corner that nobody saw (of the sphere) may be seen by any view, and counts a hundredth.
-std::vector<double> picture_weights(const scene::Scene& scene, const soup::Mesh& mesh, std::span<const std::vector<std::uint32_t>> seen_by) {
+/// What an error of the surface is worth, per triangle: moved by h along its normal it shifts what a camera at distance
+/// d shows of it by up to focal h / d pixels, over area (focal / d)^2 pixels, so a squared error grows with area (focal
+/// / d)^4, summed over the views that saw its corners. A corner that nobody saw (of the sphere) may be seen by any
+/// view, and counts a hundredth.
+std::vector<double> picture_weights(const scene::Scene& scene, const soup::Mesh& mesh,
+                                    std::span<const std::vector<std::uint32_t>> seen_by) {
   constexpr double kUnseen = 0.01, kNearest = 0.05;
   const auto from_view = [&](std::size_t view, const glm::dvec3& p) {
     const scene::Camera& camera = scene.train[view].camera;
@@ -95,8 +99,18 @@ std::vector<double> picture_weights(const scene::Scene& scene, const soup::Mesh&
 
 std::vector<glm::vec3> backdrop_triangles(double radius) {
   const double g = (1.0 + std::sqrt(5.0)) / 2.0;
-  const std::array<glm::dvec3, 12> corners{{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                                            {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}}};
+  const std::array<glm::dvec3, 12> corners{{{-1, g, 0},
+                                            {1, g, 0},
+                                            {-1, -g, 0},
+                                            {1, -g, 0},
+                                            {0, -1, g},
+                                            {0, 1, g},
+                                            {0, -1, -g},
+                                            {0, 1, -g},
+                                            {g, 0, -1},
+                                            {g, 0, 1},
+                                            {-g, 0, -1},
+                                            {-g, 0, 1}}};
   std::vector<glm::vec3> triangles;
   const auto add = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
     for (const glm::dvec3& p : {a, b, c}) triangles.emplace_back(radius * glm::normalize(p));
@@ -128,8 +142,10 @@ Start surface_start(const scene::Scene& scene, const Settings& settings) {
   seen_by.resize(points.size());
 
   const soup::Mesh mesh = soup::surface_from_sightings({points, seen_by, cameras}, {});
-  const std::vector<glm::vec3> backdrop = settings.backdrop > 0 ? backdrop_triangles(settings.backdrop) : std::vector<glm::vec3>{};
-  const std::size_t behind = backdrop.size() / 3, budget = settings.triangles > 4 * behind ? settings.triangles - behind : settings.triangles;
+  const std::vector<glm::vec3> backdrop =
+      settings.backdrop > 0 ? backdrop_triangles(settings.backdrop) : std::vector<glm::vec3>{};
+  const std::size_t behind = backdrop.size() / 3,
+                    budget = settings.triangles > 4 * behind ? settings.triangles - behind : settings.triangles;
   const Colours colours(scene);
   std::vector<std::optional<glm::vec3>> colour_of(points.size());
   Start start;

@@ -6,10 +6,13 @@ namespace trisoup::train {
 
 namespace {
 
-// A GPU wants many workgroups in flight. A CPU wants each to run long: what it must do once per workgroup, it does often otherwise.
-// Their shared memory lets some nine of shade_backward's stand on one of the 132 processors of an H200, four on one of the 128 of an RTX 4090.
+// A GPU wants many workgroups in flight. A CPU wants each to run long: what it must do once per workgroup, it does
+// often otherwise. Their shared memory lets some nine of shade_backward's stand on one of the 132 processors of an
+// H200, four on one of the 128 of an RTX 4090.
 constexpr std::uint32_t kGpuGroups = 1024, kCpuGroups = 64;
-std::uint32_t usual_groups(const gpu::Device& gpu) { return gpu.info().kind == gpu::Kind::cpu ? kCpuGroups : kGpuGroups; }
+std::uint32_t usual_groups(const gpu::Device& gpu) {
+  return gpu.info().kind == gpu::Kind::cpu ? kCpuGroups : kGpuGroups;
+}
 
 }  // namespace
 
@@ -77,7 +80,8 @@ void Frame::make_room(std::uint32_t peak) {
   const std::uint64_t now = bands();
   if (now >= batch_.tiles) return reserve_lists(wanted);  // one tile alone has more
   // Tiles differ: where an even cut does not do, the next overflow cuts again.
-  bands_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(batch_.tiles, now * ((wanted + most_entries - 1) / most_entries)));
+  bands_ = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(batch_.tiles, now * ((wanted + most_entries - 1) / most_entries)));
 }
 
 void Frame::reserve_lists(std::uint64_t entries) { grow(lists, entries * 4, "tile lists"); }

@@ -16,7 +16,8 @@ class Frame {
   /// mlp_groups: workgroups over which shade_backward splits a batch; 0: what suits the device.
   Frame(gpu::Device& gpu, std::uint32_t mlp_groups = 0);
 
-  /// Makes room for batches of up to `views` views, `pixels` pixels in all and `triangles` triangles. Buffers only grow.
+  /// Makes room for batches of up to `views` views, `pixels` pixels in all and `triangles` triangles. Buffers only
+  /// grow.
   void reserve(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles, bool training);
 
   /// Takes a batch whose records the device has or will get; reserves what it needs.
@@ -33,17 +34,20 @@ class Frame {
   std::uint32_t bands() const;
   std::uint32_t list_capacity() const { return static_cast<std::uint32_t>(lists.bytes() / 4); }
 
-  /// Bound of one submission, so that no watchdog (Windows and amdgpu: 2 s) ends it: a band has at most kMostPairs pairs of a tile and a
-  /// triangle to compare, and most_entries = kMostPairs / 64 entries in its tiles' lists, each of 64 pairs of a pixel and a triangle,
-  /// unless a single tile has more. Kernels over more than kMostPixels pixels have submissions of their own.
+  /// Bound of one submission, so that no watchdog (Windows and amdgpu: 2 s) ends it: a band has at most kMostPairs
+  /// pairs of a tile and a triangle to compare, and most_entries = kMostPairs / 64 entries in its tiles' lists, each of
+  /// 64 pairs of a pixel and a triangle, unless a single tile has more. Kernels over more than kMostPixels pixels have
+  /// submissions of their own.
   static constexpr std::uint64_t kMostPairs = 1ull << 30;
   static constexpr std::uint32_t kMostPixels = 1u << 23;
   std::uint64_t most_entries = kMostPairs / 64;  // tests lower it
 
   gpu::Buffer views, screen, counts, offsets, lists, hits, colour, target, gradient, partial, same, mlp_partial,
       image_sums, statistics, state, control;
-  gpu::Buffer shown, ranks;  // pixels of each triangle and their places (place_pixels); number of each pixel among its triangle's
-  /// [9][pixels]: gradients of the features and barycentrics of the pixels, sorted by triangle. The SSIM derivatives are no longer needed then.
+  gpu::Buffer shown,
+      ranks;  // pixels of each triangle and their places (place_pixels); number of each pixel among its triangle's
+  /// [9][pixels]: gradients of the features and barycentrics of the pixels, sorted by triangle. The SSIM derivatives
+  /// are no longer needed then.
   gpu::Address sorted() const { return partial.address(); }
   std::uint32_t mlp_groups;
   bool wide_textures;  // large textures have workgroups of 256 threads; what suits the device

@@ -10,11 +10,12 @@
 namespace trisoup::train {
 namespace {
 
-/// Weights of the pixels at -1, 0, 1 and 2 for what lies at f in [0, 1): a cubic through the pixels (Catmull and Rom 1974; Keys 1981 with a = -1/2),
-/// in whole multiples of 1/128.
+/// Weights of the pixels at -1, 0, 1 and 2 for what lies at f in [0, 1): a cubic through the pixels (Catmull and Rom
+/// 1974; Keys 1981 with a = -1/2), in whole multiples of 1/128.
 glm::vec4 taps_at(double f) {
   const auto rounded = [](double weight) { return std::round(weight * 128.0) / 128.0; };
-  const double before = rounded(-0.5 * f * (1 - f) * (1 - f)), after = rounded(-0.5 * f * f * (1 - f)), next = rounded(f * (0.5 + f * (2.0 - 1.5 * f)));
+  const double before = rounded(-0.5 * f * (1 - f) * (1 - f)), after = rounded(-0.5 * f * f * (1 - f)),
+               next = rounded(f * (0.5 + f * (2.0 - 1.5 * f)));
   return {before, 1.0 - before - next - after, next, after};
 }
 
@@ -52,15 +53,18 @@ BatchLayout lay_out(std::span<const BatchView> views) {
   layout.views = static_cast<std::uint32_t>(views.size());
   for (const BatchView& view : views) {
     kernels::ViewRecord record{};
-    // Rounded to floats before they are moved: what a step sees must not hang on digits of a pose that a far origin took away.
+    // Rounded to floats before they are moved: what a step sees must not hang on digits of a pose that a far origin
+    // took away.
     const glm::dvec2 ndc = 2.0 * view.offset / glm::dvec2(view.width, view.height);
     record.clip_from_world = glm::mat4(view.clip_from_world);
-    record.clip_from_world = glm::mat4(glm::translate(glm::dmat4(1.0), glm::dvec3(-ndc, 0.0)) * glm::dmat4(record.clip_from_world));
+    record.clip_from_world =
+        glm::mat4(glm::translate(glm::dmat4(1.0), glm::dvec3(-ndc, 0.0)) * glm::dmat4(record.clip_from_world));
     const scene::PixelRays rays = scene::pixel_rays(view.world_from_clip);
     record.ray_x = glm::vec4(rays.x, 0.0);
     record.ray_y = glm::vec4(rays.y, 0.0);
     record.ray = glm::vec4(rays.centre, 0.0);
-    record.ray = glm::vec4(glm::dvec4(record.ray) + ndc.x * glm::dvec4(record.ray_x) + ndc.y * glm::dvec4(record.ray_y));
+    record.ray =
+        glm::vec4(glm::dvec4(record.ray) + ndc.x * glm::dvec4(record.ray_x) + ndc.y * glm::dvec4(record.ray_y));
     record.width = view.width;
     record.height = view.height;
     record.tiles_x = (view.width + 7) / 8;

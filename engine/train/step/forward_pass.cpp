@@ -42,7 +42,8 @@ std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, Frame& frame
 }
 
 void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, bool colours,
-                    const StepInputs& inputs, std::size_t most, const std::function<void(std::size_t, std::size_t)>& visit) {
+                    const StepInputs& inputs, std::size_t most,
+                    const std::function<void(std::size_t, std::size_t)>& visit) {
   Step step(gpu, soup, frame);
   const std::uint64_t screen_bytes = std::max(frame.screen.bytes(), kPassScreenBytes);
   for (std::size_t first = 0; first < views.size();) {
@@ -51,22 +52,27 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span
     while (first + count < views.size() && count < most) {
       const BatchView& view = views[first + count];
       pixels += std::uint64_t(view.width) * view.height;
-      if (count > 0 && (pixels > kPassPixels || (count + 1) * soup.triangles * sizeof(kernels::ScreenTriangle) > screen_bytes)) break;
+      if (count > 0 &&
+          (pixels > kPassPixels || (count + 1) * soup.triangles * sizeof(kernels::ScreenTriangle) > screen_bytes))
+        break;
       ++count;
     }
     do {
       frame.set_batch(views.subspan(first, count), soup.triangles, false);
       step.visibility(Thresholds::half, inputs);
-    } while (grow_lists_if_needed(gpu, frame) || (soup.shared && soup.shared->outcome() == SharedSoup::Outcome::overflow));
+    } while (grow_lists_if_needed(gpu, frame) ||
+             (soup.shared && soup.shared->outcome() == SharedSoup::Outcome::overflow));
     if (colours) step.shade(inputs);
     visit(first, count);
     first += count;
   }
 }
 
-std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views) {
+std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
+                                         std::span<const BatchView> views) {
   const gpu::Buffer counts = zeroes(gpu, soup);
-  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) { count(gpu, frame, counts); });
+  for_each_batch(gpu, soup, frame, views, false, {}, views.size(),
+                 [&](std::size_t, std::size_t) { count(gpu, frame, counts); });
   return gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
 }
 
@@ -85,11 +91,13 @@ Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::spa
   for_each_batch(gpu, soup, frame, views, false, {}, kBits, [&](std::size_t, std::size_t) {
     count(gpu, frame, counts);
     const BatchLayout& batch = frame.batch();
-    gpu.launch({"measure_visible"}, batch.tiles,
-               kernels::MeasureVisibleArgs{frame.views.address(), frame.screen.address(), frame.hits.address(), areas.address(), shown.address(),
-                                           soup.triangles, batch.views, batch.tiles, 0});
+    gpu.launch(
+        {"measure_visible"}, batch.tiles,
+        kernels::MeasureVisibleArgs{frame.views.address(), frame.screen.address(), frame.hits.address(),
+                                    areas.address(), shown.address(), soup.triangles, batch.views, batch.tiles, 0});
     const auto of_batch = gpu.download_vector<std::uint32_t>(shown.address(), soup.triangles);
-    for (std::uint32_t t = 0; t < soup.triangles; ++t) in_views[t] += static_cast<std::uint32_t>(std::popcount(of_batch[t]));
+    for (std::uint32_t t = 0; t < soup.triangles; ++t)
+      in_views[t] += static_cast<std::uint32_t>(std::popcount(of_batch[t]));
     gpu.fill(shown.address(), shown.bytes(), 0);
   });
   return {gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles),

@@ -18,14 +18,16 @@ inline constexpr std::uint64_t kPassPixels = 1u << 20;
 /// Room for projected triangles that a pass may take where training has not taken more.
 inline constexpr std::uint64_t kPassScreenBytes = 32u << 20;
 
-/// Calls visit(first, count) after the visible fragments (and, with colours, Frame::colour) of views first .. first + count - 1
-/// are in `frame`. Thresholds are 0.5. A batch has at most `most` views, and no more than have room. Lists that do not fit are grown and the batch is done
-/// again before it is visited.
+/// Calls visit(first, count) after the visible fragments (and, with colours, Frame::colour) of views first .. first +
+/// count - 1 are in `frame`. Thresholds are 0.5. A batch has at most `most` views, and no more than have room. Lists
+/// that do not fit are grown and the batch is done again before it is visited.
 void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, bool colours,
-                    const StepInputs& inputs, std::size_t most, const std::function<void(std::size_t, std::size_t)>& visit);
+                    const StepInputs& inputs, std::size_t most,
+                    const std::function<void(std::size_t, std::size_t)>& visit);
 
 /// Pixels that each triangle wins over all views together. [T]
-std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views);
+std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
+                                         std::span<const BatchView> views);
 
 /// Share of the triangles, 0..1, that win a pixel of one view of the batch in `frame`. record: that view's place there.
 /// counts: room for a word for each triangle.
@@ -35,8 +37,9 @@ double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const Frame& frame
 /// What training views show of each triangle.
 struct Seen {
   std::vector<std::uint32_t> pixels;  // [T] that it wins over all views together
-  std::vector<std::uint32_t> area;    // [T] pixels of a photograph that it would cover, were all of it as large as where it is seen largest; 0: nowhere
-  std::vector<std::uint32_t> views;   // [T] in which it wins a pixel
+  std::vector<std::uint32_t> area;   // [T] pixels of a photograph that it would cover, were all of it as large as where
+                                     // it is seen largest; 0: nowhere
+  std::vector<std::uint32_t> views;  // [T] in which it wins a pixel
 };
 Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views);
 

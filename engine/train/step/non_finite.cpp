@@ -15,8 +15,8 @@ std::uint32_t collapse_lost(gpu::Device& gpu, SoupBuffers& soup) {
   const gpu::Buffer count = gpu.allocate(4, "triangles taken out");
   gpu.fill(count.address(), count.bytes(), 0);
   gpu.launch({"collapse_lost"}, (soup.triangles + 63) / 64,
-             kernels::CollapseLostArgs{soup.vertices.address(), soup.vertex_moment1.address(), soup.vertex_moment2.address(),
-                                       count.address(), soup.triangles, 0});
+             kernels::CollapseLostArgs{soup.vertices.address(), soup.vertex_moment1.address(),
+                                       soup.vertex_moment2.address(), count.address(), soup.triangles, 0});
   return gpu.download_vector<std::uint32_t>(count.address(), 1)[0];
 }
 
@@ -25,15 +25,19 @@ std::uint32_t collapse_lost(gpu::Device& gpu, SoupBuffers& soup) {
 std::string to_string(const ParameterFault& f) {
   using Kind = ParameterFault::Kind;
   if (f.kind == Kind::weight)
-    return fmt::format("step {}: weight {} of the MLP or its optimiser state was not a number and has been reset ({} in all)", f.step, f.place,
-                       f.count);
+    return fmt::format(
+        "step {}: weight {} of the MLP or its optimiser state was not a number and has been reset ({} in all)", f.step,
+        f.place, f.count);
   if (f.kind == Kind::texel)
-    return fmt::format("step {}: texel {}, channel {}, of triangle {} or its optimiser state was not a number and has been reset ({} in all)",
-                       f.step, f.place, f.channel, f.triangle, f.count);
+    return fmt::format(
+        "step {}: texel {}, channel {}, of triangle {} or its optimiser state was not a number and has been reset ({} "
+        "in all)",
+        f.step, f.place, f.channel, f.triangle, f.count);
   if (f.count == 0)
-    return fmt::format("step {}: the optimiser state of vertex {} of triangle {} was not a number and has been reset", f.step, f.place, f.triangle);
-  return fmt::format("step {}: vertex {} of triangle {} was not a number; the triangle is taken out ({} in all)", f.step, f.place, f.triangle,
-                     f.count);
+    return fmt::format("step {}: the optimiser state of vertex {} of triangle {} was not a number and has been reset",
+                       f.step, f.place, f.triangle);
+  return fmt::format("step {}: vertex {} of triangle {} was not a number; the triangle is taken out ({} in all)",
+                     f.step, f.place, f.triangle, f.count);
 }
 
 std::vector<ParameterFault> take_faults(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) {
@@ -55,7 +59,8 @@ std::vector<ParameterFault> take_faults(gpu::Device& gpu, SoupBuffers& soup, Fra
       f.channel = fault.index % 8;
       for (std::uint32_t t = 0; t < soup.triangles; ++t) {
         const soup::TextureEntry& row = soup.table[t];
-        if (sample < row.source_offset || sample >= row.source_offset + soup::samples_in(row.level_min, row.level_max)) continue;
+        if (sample < row.source_offset || sample >= row.source_offset + soup::samples_in(row.level_min, row.level_max))
+          continue;
         f.triangle = t;
         f.place = sample - row.source_offset;
       }

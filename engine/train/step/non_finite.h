@@ -11,9 +11,10 @@
 
 namespace trisoup::train {
 
-/// The first of its kind since the last look. Kernels reset what they find in the step in which they find it (shaders/common/faults.h): a texel's
-/// logit or a weight becomes 0, its optimiser state starts anew. A triangle with such a vertex is drawn by no view; it becomes a point,
-/// which the next change of topology that drops unseen triangles drops.
+/// The first of its kind since the last look. Kernels reset what they find in the step in which they find it
+/// (shaders/common/faults.h): a texel's logit or a weight becomes 0, its optimiser state starts anew. A triangle with
+/// such a vertex is drawn by no view; it becomes a point, which the next change of topology that drops unseen triangles
+/// drops.
 struct ParameterFault {
   enum class Kind { vertex, texel, weight };  // FAULT_
   Kind kind = Kind::vertex;

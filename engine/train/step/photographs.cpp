@@ -11,7 +11,8 @@ Photographs upload(gpu::Device& gpu, std::size_t count, const ImageOf& image_of)
   for (std::size_t first = 0; first < count;) {
     std::uint64_t bytes = 0;
     std::size_t last = first;
-    while (last < count && (last == first || bytes + image_of(last).rgba.size() <= kPoolBytes)) bytes += image_of(last++).rgba.size();
+    while (last < count && (last == first || bytes + image_of(last).rgba.size() <= kPoolBytes))
+      bytes += image_of(last++).rgba.size();
     photos.pools.push_back(gpu.allocate(bytes, "photographs"));
     gpu::Address address = photos.pools.back().address();
     for (; first < last; ++first) {

@@ -9,8 +9,8 @@
 namespace trisoup::train {
 
 struct Photographs {
-  std::vector<gpu::Buffer> pools;        // RGBA8, alpha is the loss mask; several photographs each
-  std::vector<gpu::Address> addresses;   // per view, of its first pixel
+  std::vector<gpu::Buffer> pools;       // RGBA8, alpha is the loss mask; several photographs each
+  std::vector<gpu::Address> addresses;  // per view, of its first pixel
 };
 
 /// Uploads the images, or those of the views, one after the other. Throws gpu::OutOfMemory when they do not fit.

@@ -19,12 +19,14 @@ constexpr std::size_t kMlp = soup::Mlp::kParameters;
 /// What every message of the first exchange begins with.
 enum Flag : std::uint32_t { kOverflow = 1, kStop = 2 };
 
-/// The order that visibility.comp keeps within one rank: the nearest, and of equals the lower number. Both of a triangle.
+/// The order that visibility.comp keeps within one rank: the nearest, and of equals the lower number. Both of a
+/// triangle.
 bool wins(const Hit& a, const Hit& b) { return a.depth < b.depth || (a.depth == b.depth && a.triangle < b.triangle); }
 
 /// Pixels that `rank` finds the winners of.
 std::pair<std::size_t, std::size_t> slice_of(std::size_t pixels, int rank, int ranks) {
-  return {pixels * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks), pixels * (static_cast<std::size_t>(rank) + 1) / static_cast<std::size_t>(ranks)};
+  return {pixels * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks),
+          pixels * (static_cast<std::size_t>(rank) + 1) / static_cast<std::size_t>(ranks)};
 }
 
 template <typename T>
@@ -33,15 +35,18 @@ void append(ranks::Bytes& to, std::span<const T> values) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
-std::vector<ranks::ByteView> views_of(const std::vector<ranks::Bytes>& messages) { return {messages.begin(), messages.end()}; }
+std::vector<ranks::ByteView> views_of(const std::vector<ranks::Bytes>& messages) {
+  return {messages.begin(), messages.end()};
+}
 
-/// Values of a message, one group after the other. The sender and this rank have found what comes from the same pictures, so that
-/// a message which ends early is another build's.
+/// Values of a message, one group after the other. The sender and this rank have found what comes from the same
+/// pictures, so that a message which ends early is another build's.
 class Reader {
  public:
   explicit Reader(ranks::ByteView bytes) : bytes_(bytes) {}
   void take(std::span<float> values) {
-    if (bytes_.size() < values.size_bytes()) throw Error("ranks: a message is too short; all ranks have to run the same build");
+    if (bytes_.size() < values.size_bytes())
+      throw Error("ranks: a message is too short; all ranks have to run the same build");
     std::memcpy(values.data(), bytes_.data(), values.size_bytes());
     bytes_ = bytes_.subspan(values.size_bytes());
   }
@@ -55,7 +60,9 @@ class Reader {
 std::vector<TriangleRange> divided(std::span<const soup::TextureEntry> table, int ranks) {
   // Logits and moments in floats, and what a triangle has besides them.
   constexpr std::uint64_t kBesides = 8;
-  const auto size_of = [&](const soup::TextureEntry& row) { return kBesides + soup::samples_in(row.level_min, row.level_max); };
+  const auto size_of = [&](const soup::TextureEntry& row) {
+    return kBesides + soup::samples_in(row.level_min, row.level_max);
+  };
   std::uint64_t total = 0, so_far = 0;
   for (const soup::TextureEntry& row : table) total += size_of(row);
   std::vector<TriangleRange> ranges;
@@ -77,7 +84,8 @@ std::vector<std::uint16_t> shaders_of(const BatchLayout& batch, std::uint32_t gr
     for (std::uint32_t y = 0; y < view.height; ++y)
       for (std::uint32_t x = 0; x < view.width; ++x) {
         const std::uint32_t block = view.block_offset + y / kBlock * blocks_x + x / kBlock;
-        shaders[view.pixel_offset + std::size_t(y) * view.width + x] = static_cast<std::uint16_t>(block % groups % static_cast<std::uint32_t>(ranks));
+        shaders[view.pixel_offset + std::size_t(y) * view.width + x] =
+            static_cast<std::uint16_t>(block % groups % static_cast<std::uint32_t>(ranks));
       }
   }
   return shaders;
@@ -125,8 +133,10 @@ void SharedSoup::place_stand_in() {
 }
 
 ShadedFrom SharedSoup::stand_in() const {
-  // A fragment at barycentrics 0, 0 of a texture of level 0 is that texture's first sample, the other two having no weight.
-  return {hits_here_.address(), textures_here_.address(), features_.address(), places_.address(), zeroes_.address(), gradient_.address()};
+  // A fragment at barycentrics 0, 0 of a texture of level 0 is that texture's first sample, the other two having no
+  // weight.
+  return {hits_here_.address(), textures_here_.address(), features_.address(),
+          places_.address(),    zeroes_.address(),        gradient_.address()};
 }
 
 void SharedSoup::agree_on_winners() {
@@ -148,7 +158,8 @@ void SharedSoup::agree_on_winners() {
   }
   const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
   std::uint32_t all_flags = 0;
-  for (const ranks::Bytes& message : received) all_flags |= ranks::values_of<std::uint32_t>(ranks::ByteView(message).first(4))[0];
+  for (const ranks::Bytes& message : received)
+    all_flags |= ranks::values_of<std::uint32_t>(ranks::ByteView(message).first(4))[0];
   outcome_ = all_flags & kStop ? Outcome::stopped : all_flags & kOverflow ? Outcome::overflow : Outcome::done;
   if (outcome_ != Outcome::done) return;
 
@@ -156,7 +167,8 @@ void SharedSoup::agree_on_winners() {
   std::vector<Hit> winners(last - first);
   for (const ranks::Bytes& message : received)
     for (const Candidate& c : ranks::values_of<Candidate>(ranks::ByteView(message).subspan(4))) {
-      if (c.pixel < first || c.pixel >= last) throw Error("ranks: a message is about other pixels; all ranks have to run the same build");
+      if (c.pixel < first || c.pixel >= last)
+        throw Error("ranks: a message is about other pixels; all ranks have to run the same build");
       Hit& winner = winners[c.pixel - first];
       if (winner.triangle == 0 || wins(c.hit, winner)) winner = c.hit;
     }
@@ -165,7 +177,8 @@ void SharedSoup::agree_on_winners() {
   for (const ranks::Bytes& slice : slices) to = std::copy(slice.begin(), slice.end(), to);
   gpu_.upload(frame_.hits.address(), hits_);
   const auto owner_of = [&](std::uint32_t triangle) {
-    const auto above = std::upper_bound(soup_.ranges.begin(), soup_.ranges.end(), triangle, [](std::uint32_t t, const TriangleRange& range) { return t < range.last; });
+    const auto above = std::upper_bound(soup_.ranges.begin(), soup_.ranges.end(), triangle,
+                                        [](std::uint32_t t, const TriangleRange& range) { return t < range.last; });
     return static_cast<std::uint16_t>(above - soup_.ranges.begin());
   };
   for (std::size_t p = 0; p < hits_.size(); ++p)
@@ -183,7 +196,8 @@ ShadedFrom SharedSoup::fetch_features(bool coarser) {
   gpu_.download(features_.address(), std::as_writable_bytes(std::span(features_here_)));
   std::vector<ranks::Bytes> messages(static_cast<std::size_t>(ranks_.size()));
   each_pixel([&](std::size_t p, std::uint16_t owner, std::uint16_t shader) {
-    if (owner == self && shader != self) append<float>(messages[shader], {&features_here_[p * kFeatureStride], kFeatures});
+    if (owner == self && shader != self)
+      append<float>(messages[shader], {&features_here_[p * kFeatureStride], kFeatures});
   });
   const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
   std::vector<Reader> readers(received.begin(), received.end());
@@ -221,7 +235,8 @@ void SharedSoup::send_gradients() {
     for (std::size_t g = rank; g < groups; g += ranks) visit(std::span(sums).subspan(g * kMlp, kMlp));
   };
   std::vector<ranks::Bytes> messages(ranks);
-  for (ranks::Bytes& message : messages) each_group_of(self, [&](std::span<float> row) { append<float>(message, row); });
+  for (ranks::Bytes& message : messages)
+    each_group_of(self, [&](std::span<float> row) { append<float>(message, row); });
   std::array<float, kFeatures> own{};
   each_pixel([&](std::size_t p, std::uint16_t owner, std::uint16_t shader) {
     if (shader != self || owner == self) return;
@@ -239,25 +254,30 @@ void SharedSoup::send_gradients() {
   gpu_.upload(frame_.mlp_partial.address(), sums);
   gpu_.upload(gradient_.address(), gradient);
   gpu_.launch({"sort_gradients"}, (pixels + 63) / 64,
-              kernels::SortGradientsArgs{frame_.hits.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull), frame_.ranks.address(),
-                                         gradient_.address(), frame_.sorted(), static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
+              kernels::SortGradientsArgs{frame_.hits.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull),
+                                         frame_.ranks.address(), gradient_.address(), frame_.sorted(),
+                                         static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
 }
 
-SharedSoup::Parents SharedSoup::parents_of(std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) const {
+SharedSoup::Parents SharedSoup::parents_of(std::span<const std::uint32_t> parents,
+                                           std::span<const TriangleRange> ranges) const {
   Parents found;
   for (const TriangleRange& range : ranges) {
-    std::vector<std::uint32_t>& all = found.needed.emplace_back(parents.begin() + range.first, parents.begin() + range.last);
+    std::vector<std::uint32_t>& all =
+        found.needed.emplace_back(parents.begin() + range.first, parents.begin() + range.last);
     std::sort(all.begin(), all.end());
     all.erase(std::unique(all.begin(), all.end()), all.end());
   }
   const auto self = static_cast<std::size_t>(rank());
   const std::vector<std::uint32_t>& here = found.needed[self];
   for (const std::uint32_t t : here) {
-    found.rows.push_back({static_cast<std::uint32_t>(found.samples), 0, soup_.table[t].level_min, soup_.table[t].level_max});
+    found.rows.push_back(
+        {static_cast<std::uint32_t>(found.samples), 0, soup_.table[t].level_min, soup_.table[t].level_max});
     found.samples += soup_.source_at(t + 1) - soup_.source_at(t);
   }
   for (std::uint32_t t = ranges[self].first; t < ranges[self].last; ++t)
-    found.numbers.push_back(static_cast<std::uint32_t>(std::lower_bound(here.begin(), here.end(), parents[t]) - here.begin()));
+    found.numbers.push_back(
+        static_cast<std::uint32_t>(std::lower_bound(here.begin(), here.end(), parents[t]) - here.begin()));
   return found;
 }
 
@@ -268,7 +288,8 @@ gpu::Buffer SharedSoup::bring(const Parents& parents, gpu::Buffer pool) {
   {
     const std::vector<float> mine = own_values(pool);
     const auto values_at = [&](std::uint32_t t) {
-      return std::span(mine).subspan((soup_.source_at(t) - soup_.source_at(own.first)) * kChannels, (soup_.source_at(t + 1) - soup_.source_at(t)) * kChannels);
+      return std::span(mine).subspan((soup_.source_at(t) - soup_.source_at(own.first)) * kChannels,
+                                     (soup_.source_at(t + 1) - soup_.source_at(t)) * kChannels);
     };
     for (std::size_t r = 0; r < messages.size(); ++r)
       for (const std::uint32_t t : parents.needed[r])
@@ -284,7 +305,8 @@ gpu::Buffer SharedSoup::bring(const Parents& parents, gpu::Buffer pool) {
     if (!message.empty()) gpu_.upload(brought.address() + bytes, message);
     bytes += message.size();
   }
-  if (bytes != parents.samples * kChannels * 4) throw Error("ranks: a message is of other textures; all ranks have to run the same build");
+  if (bytes != parents.samples * kChannels * 4)
+    throw Error("ranks: a message is of other textures; all ranks have to run the same build");
   return brought;
 }
 
@@ -317,20 +339,28 @@ std::vector<float> SharedSoup::own_values(const gpu::Buffer& pool) {
   return count > 0 ? gpu_.download_vector<float>(pool.address(), count) : std::vector<float>{};
 }
 
-std::vector<float> SharedSoup::all_values(const gpu::Buffer& pool) { return ranks::values_of<float>(on_all(ranks::bytes_of(own_values(pool)))); }
-std::vector<float> SharedSoup::values_on_first(const gpu::Buffer& pool) { return ranks::values_of<float>(on_first(ranks::bytes_of(own_values(pool)))); }
+std::vector<float> SharedSoup::all_values(const gpu::Buffer& pool) {
+  return ranks::values_of<float>(on_all(ranks::bytes_of(own_values(pool))));
+}
+std::vector<float> SharedSoup::values_on_first(const gpu::Buffer& pool) {
+  return ranks::values_of<float>(on_first(ranks::bytes_of(own_values(pool))));
+}
 
 void SharedSoup::compare() {
   std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
   const auto add = [&](const gpu::Buffer& buffer, std::uint64_t words) {
-    for (const std::uint32_t word : gpu_.download_vector<std::uint32_t>(buffer.address(), words)) hash = (hash ^ word) * 0x100000001b3u;
+    for (const std::uint32_t word : gpu_.download_vector<std::uint32_t>(buffer.address(), words))
+      hash = (hash ^ word) * 0x100000001b3u;
   };
   add(soup_.vertices, 9ull * soup_.triangles);
   add(soup_.mlp, kMlp);
   const std::vector<ranks::Bytes> all = ranks_.gather(ranks::bytes_of(std::vector{hash}));
   for (std::size_t r = 1; r < all.size(); ++r)
     if (all[r] != all[0])
-      throw Error("rank {} of {}: its vertices or MLP are no longer those of rank 0; all ranks need devices of one kind, with the same driver", r, all.size());
+      throw Error(
+          "rank {} of {}: its vertices or MLP are no longer those of rank 0; all ranks need devices of one kind, with "
+          "the same driver",
+          r, all.size());
 }
 
 }  // namespace trisoup::train

@@ -1,7 +1,7 @@
-// A soup that several ranks share (docs/several_machines.md). Each owns some triangles: it lists and tests them, and has their textures,
-// opacities and moments, alone. Vertices, MLP and pictures are with every rank. The bits are those of one rank: a minimum and sums in
-// fixed point do not know who made their terms, and the MLP's sums, which do depend on an order, are made by blocks of the picture that
-// are whole with one rank.
+// A soup that several ranks share (docs/several_machines.md). Each owns some triangles: it lists and tests them, and
+// has their textures, opacities and moments, alone. Vertices, MLP and pictures are with every rank. The bits are those
+// of one rank: a minimum and sums in fixed point do not know who made their terms, and the MLP's sums, which do depend
+// on an order, are made by blocks of the picture that are whole with one rank.
 #pragma once
 
 #include <cstdint>
@@ -20,15 +20,18 @@ namespace trisoup::train {
 /// Whose triangles are whose: a range of their numbers for each rank, of about as many bytes. [ranks]
 std::vector<TriangleRange> divided(std::span<const soup::TextureEntry> table, int ranks);
 
-/// For each pixel of a batch which rank shades it: whole blocks of 16 x 16, and all that shade_backward.comp sums up in one workgroup.
-/// groups: Frame::mlp_groups. [pixels]
+/// For each pixel of a batch which rank shades it: whole blocks of 16 x 16, and all that shade_backward.comp sums up in
+/// one workgroup. groups: Frame::mlp_groups. [pixels]
 std::vector<std::uint16_t> shaders_of(const BatchLayout& batch, std::uint32_t groups, int ranks);
 
 /// All ranks make the same calls, in the same order, and find the same; Step makes most of them.
 class SharedSoup {
  public:
   /// The soup becomes shared, before it is allocated. All must outlive this object.
-  SharedSoup(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, ranks::Ranks& ranks) : gpu_(gpu), soup_(soup), frame_(frame), ranks_(ranks) { soup.shared = this; }
+  SharedSoup(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, ranks::Ranks& ranks)
+      : gpu_(gpu), soup_(soup), frame_(frame), ranks_(ranks) {
+    soup.shared = this;
+  }
   SharedSoup(const SharedSoup&) = delete;
   SharedSoup& operator=(const SharedSoup&) = delete;
 
@@ -50,23 +53,24 @@ class SharedSoup {
   void ask_to_stop(bool stop) { stop_ = stop; }
 
   // Parts of a step, of the batch in the frame.
-  void agree_on_winners();        // Frame::hits, of all ranks
+  void agree_on_winners();  // Frame::hits, of all ranks
   ShadedFrom fetch_features(
-      bool coarser = false);      // of the pixels that this rank shades; coarser: without textures' finest levels
-  void send_colours();            // Frame::colour, of all ranks
-  ShadedFrom stand_in() const;    // the same as fetch_features() returned
-  void send_gradients();          // to Frame::sorted, of own triangles; Frame::mlp_partial, of all ranks
+      bool coarser = false);    // of the pixels that this rank shades; coarser: without textures' finest levels
+  void send_colours();          // Frame::colour, of all ranks
+  ShadedFrom stand_in() const;  // the same as fetch_features() returned
+  void send_gradients();        // to Frame::sorted, of own triangles; Frame::mlp_partial, of all ranks
 
   /// Triangles of this soup that those of a new one are made of.
   struct Parents {
     std::vector<std::vector<std::uint32_t>> needed;  // by each rank, ascending, each once. [ranks]
-    std::vector<kernels::Texture> rows;              // texture table of those that this rank needs, in pools by themselves
-    std::vector<std::uint32_t> numbers;              // for each of its new triangles: its parent's row. [range]
-    std::uint64_t samples = 0;                       // in such a pool
+    std::vector<kernels::Texture> rows;  // texture table of those that this rank needs, in pools by themselves
+    std::vector<std::uint32_t> numbers;  // for each of its new triangles: its parent's row. [range]
+    std::uint64_t samples = 0;           // in such a pool
   };
   /// parents: of every triangle of the new soup, which is divided as `ranges` say.
   Parents parents_of(std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) const;
-  /// Samples that this rank needs, of a pool (source or a moment) of which each has its own triangles' part. That part goes before the samples come.
+  /// Samples that this rank needs, of a pool (source or a moment) of which each has its own triangles' part. That part
+  /// goes before the samples come.
   gpu::Buffer bring(const Parents& parents, gpu::Buffer pool);
 
   /// Bytes that each rank has a part of, one after the other: on the first rank, and nothing on the others.
@@ -91,7 +95,8 @@ class SharedSoup {
   void place_batch();
   void place_stand_in();
   std::vector<float> own_values(const gpu::Buffer& pool);
-  /// Calls visit(pixel, rank that owns what it shows, rank that shades it) for every pixel that shows a triangle, in order.
+  /// Calls visit(pixel, rank that owns what it shows, rank that shades it) for every pixel that shows a triangle, in
+  /// order.
   template <typename Visit>
   void each_pixel(Visit&& visit) const;
   void grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what);
@@ -108,7 +113,7 @@ class SharedSoup {
   std::vector<std::uint16_t> owners_;       // [pixels], of what they show
   // What stands for the soup where pixels are shaded: of each pixel a texture of one sample that is its features.
   gpu::Buffer hits_here_, textures_here_, features_, places_, zeroes_;
-  gpu::Buffer gradient_;                    // [9][pixels]: of the features, by pixel
+  gpu::Buffer gradient_;  // [9][pixels]: of the features, by pixel
   std::vector<float> features_here_;
 };
 

@@ -20,7 +20,8 @@ SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, 
     const auto i = static_cast<std::size_t>(index);
     const scene::View& v = views[i];
     BatchView view = batch_view(v.camera, settings.near, settings.far, small_scale(v.camera, settings));
-    const scene::Photograph smaller = scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
+    const scene::Photograph smaller =
+        scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
     small.images[i] = scene::composite(smaller, 0);
     // A pixel is in the mask where half of its area is, so a mask of specks would leave none.
     if (!has_pixels(small.images[i]) && has_pixels(v.image)) {

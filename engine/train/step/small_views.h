@@ -3,24 +3,26 @@
 
 #include <vector>
 
-#include "train/step/photographs.h"
 #include "train/config/settings.h"
 #include "train/step/batch_view.h"
+#include "train/step/photographs.h"
 
 namespace trisoup::train {
 
-/// What the first steps of a training look at (small_end): how a surface lies, and colours of corners, show in fewer pixels.
+/// What the first steps of a training look at (small_end): how a surface lies, and colours of corners, show in fewer
+/// pixels.
 struct SmallViews {
   std::vector<Image> images;  // of each training view, RGBA8, alpha the loss mask
   Photographs photographs;    // the same in device memory
   std::vector<BatchView> views;
 };
 
-/// Sides of a view's smaller picture, as a share of its own: Settings::small_scale, but not below 64 x 64 pixels, between which triangles
-/// would fall through.
+/// Sides of a view's smaller picture, as a share of its own: Settings::small_scale, but not below 64 x 64 pixels,
+/// between which triangles would fall through.
 double small_scale(const scene::Camera& camera, const Settings& settings);
 
-/// Every view by area (scene/area_resample.h); one whose mask would leave nothing keeps its size. Throws gpu::OutOfMemory.
+/// Every view by area (scene/area_resample.h); one whose mask would leave nothing keeps its size. Throws
+/// gpu::OutOfMemory.
 SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, const Settings& settings);
 
 }  // namespace trisoup::train

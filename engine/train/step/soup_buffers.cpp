@@ -13,7 +13,8 @@
 namespace trisoup::train {
 namespace {
 
-/// Features of sample `i` of a level that show the mixture of the corners' colours, with a share of the MLP's in it that it can grow from.
+/// Features of sample `i` of a level that show the mixture of the corners' colours, with a share of the MLP's in it
+/// that it can grow from.
 void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32_t i, std::uint32_t level) {
   constexpr float kMlpShare = -1.0f;  // a logit
   std::uint32_t x = 0, y = 0;
@@ -26,10 +27,14 @@ void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32
 
 }  // namespace
 
-TriangleRange SoupBuffers::own() const { return shared ? ranges[static_cast<std::size_t>(shared->rank())] : TriangleRange{0, triangles}; }
+TriangleRange SoupBuffers::own() const {
+  return shared ? ranges[static_cast<std::size_t>(shared->rank())] : TriangleRange{0, triangles};
+}
 
-std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max, std::uint32_t ranks) {
-  return triangle_bytes(triangles) + triangles * texture_bytes(soup::samples_in(level_min, level_max), soup::samples_at(level_max)) / ranks;
+std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max,
+                         std::uint32_t ranks) {
+  return triangle_bytes(triangles) +
+         triangles * texture_bytes(soup::samples_in(level_min, level_max), soup::samples_at(level_max)) / ranks;
 }
 
 void clear(gpu::Device& gpu, const FixedSums& sums) {
@@ -40,7 +45,8 @@ void clear(gpu::Device& gpu, const FixedSums& sums) {
 std::uint64_t source_samples(std::span<const soup::TextureEntry> table) {
   std::uint64_t samples = 0;
   for (const soup::TextureEntry& row : table)
-    samples = std::max<std::uint64_t>(samples, std::uint64_t(row.source_offset) + soup::samples_in(row.level_min, row.level_max));
+    samples = std::max<std::uint64_t>(
+        samples, std::uint64_t(row.source_offset) + soup::samples_in(row.level_min, row.level_max));
   return samples;
 }
 
@@ -54,7 +60,8 @@ std::vector<soup::TextureEntry> local_rows(std::span<const soup::TextureEntry> t
   return rows;
 }
 
-gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, TriangleRange own, const std::function<void(std::size_t, float*)>& write) {
+gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, TriangleRange own,
+                          const std::function<void(std::size_t, float*)>& write) {
   const auto at = [&](std::uint32_t t) { return t < table.size() ? table[t].source_offset : source_samples(table); };
   const std::uint64_t begins = at(own.first), bytes = (at(own.last) - begins) * soup::kChannels * 4;
   gpu::Buffer logits = gpu.allocate(bytes, "textures");
@@ -77,8 +84,8 @@ gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> 
   return logits;
 }
 
-gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table, std::span<const glm::vec3> colours,
-                           std::span<const float> opacities, TriangleRange own) {
+gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> table,
+                           std::span<const glm::vec3> colours, std::span<const float> opacities, TriangleRange own) {
   own.last = std::min(own.last, all_of(table).last);
   // Finer levels than the coarsest stay zero.
   return upload_logits(gpu, table, own, [&](std::size_t t, float* sample) {
@@ -125,8 +132,8 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
   soup.lattice_samples = 0;
   soup.level_max = 0;
   for (const soup::TextureEntry& entry : table) {
-    soup.lattice_samples =
-        std::max<std::uint64_t>(soup.lattice_samples, std::uint64_t(entry.lattice_offset) + soup::samples_at(entry.level_max));
+    soup.lattice_samples = std::max<std::uint64_t>(
+        soup.lattice_samples, std::uint64_t(entry.lattice_offset) + soup::samples_at(entry.level_max));
     soup.level_max = std::max(soup.level_max, entry.level_max);
   }
   soup.table = std::move(table);
@@ -174,9 +181,9 @@ soup::Mlp initial_mlp(std::uint64_t seed) {
     for (int i = first; i < first + count; ++i)
       mlp.parameters[i] = static_cast<float>((2.0 * random.uniform01() - 1.0) * bound);
   };
-  uniform(0, 256, std::sqrt(6.0 / 16));           // w1: He
-  uniform(272, 256, std::sqrt(6.0 / 16));         // w2: He
-  uniform(544, 48, std::sqrt(6.0 / (16 + 3)));    // w3: Xavier
+  uniform(0, 256, std::sqrt(6.0 / 16));         // w1: He
+  uniform(272, 256, std::sqrt(6.0 / 16));       // w2: He
+  uniform(544, 48, std::sqrt(6.0 / (16 + 3)));  // w3: Xavier
   return mlp;
 }
 

@@ -35,8 +35,8 @@ constexpr std::uint64_t groups_of(std::uint64_t threads) { return (threads + 63)
 
 }  // namespace
 
-kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch,
-                               double huber) {
+kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates,
+                               const BatchLayout& batch, double huber) {
   constexpr float kSign = 3e38f;  // all but an error of 0 are beyond 1
   const auto first = [](double rate, std::uint64_t t) { return static_cast<float>(rate / (1.0 - std::pow(0.9, t))); };
   const auto second = [](std::uint64_t t) { return static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(0.999, t))); };
@@ -56,7 +56,8 @@ kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, 
   return state;
 }
 
-void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber) {
+void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates,
+                 double huber) {
   const StepState row = state(threshold_key, step, slot, rates, frame_.batch(), huber);
   gpu_.upload(frame_.state.address(), std::as_bytes(std::span(&row, 1)));
   Statistics zero{};
@@ -94,7 +95,8 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
 void Step::for_each_band(const std::function<void(const Band&)>& visit) {
   const std::uint64_t tiles = frame_.batch().tiles, bands = frame_.bands();
   for (std::uint64_t b = 0; b < bands; ++b) {
-    const auto first = static_cast<std::uint32_t>(tiles * b / bands), last = static_cast<std::uint32_t>(tiles * (b + 1) / bands);
+    const auto first = static_cast<std::uint32_t>(tiles * b / bands),
+               last = static_cast<std::uint32_t>(tiles * (b + 1) / bands);
     visit({first, last - first});
     if (bands > 1) gpu_.cut();
   }
@@ -103,9 +105,19 @@ void Step::for_each_band(const std::function<void(const Band&)>& visit) {
 void Step::list_triangles(const Band& band) {
   const std::uint32_t triangles = soup_.triangles, views = frame_.batch().views;
   const std::uint64_t projected = views * groups_of(triangles);
-  const BinArgs bin{frame_.views.address(), frame_.screen.address(), frame_.counts.address(), frame_.offsets.address(),
-                    frame_.lists.address(), frame_.control.address(), frame_.state.address(), triangles, views, band.first,
-                    band.tiles, frame_.list_capacity(), 0};
+  const BinArgs bin{frame_.views.address(),
+                    frame_.screen.address(),
+                    frame_.counts.address(),
+                    frame_.offsets.address(),
+                    frame_.lists.address(),
+                    frame_.control.address(),
+                    frame_.state.address(),
+                    triangles,
+                    views,
+                    band.first,
+                    band.tiles,
+                    frame_.list_capacity(),
+                    0};
   gpu_.fill(frame_.counts.address() + 4ull * band.first, 4ull * band.tiles, 0);
   gpu_.launch({"bin", {0}}, projected, bin);
   gpu_.launch({"bin_scan"}, (band.tiles + BIN_SCAN_TILES - 1) / BIN_SCAN_TILES, bin);
@@ -121,8 +133,9 @@ std::uint32_t Step::groups_over(std::uint32_t blocks) const {
 }
 
 ShadedFrom Step::of_soup() const {
-  return {frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull),
-          frame_.ranks.address(), frame_.sorted()};
+  return {frame_.hits.address(),   soup_.textures.address(),
+          soup_.lattice.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull),
+          frame_.ranks.address(),  frame_.sorted()};
 }
 
 void Step::shade(const StepInputs& inputs) {
@@ -156,28 +169,32 @@ void Step::loss(const StepInputs& inputs) {
   const std::uint32_t groups = groups_over(batch.blocks);
   if (!float_target) photographs(inputs);
   gpu_.launch({"ssim", {float_target}}, groups,
-              SsimArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target, frame_.partial.address(),
-                       frame_.same.address(), frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks,
-                       batch.pixels, groups});
+              SsimArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target,
+                       frame_.partial.address(), frame_.same.address(), frame_.state.address(),
+                       frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
   end_kernel();
   gpu_.launch({"loss_gradient", {float_target}}, groups,
               LossGradientArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target,
-                               frame_.partial.address(), frame_.same.address(), frame_.gradient.address(), frame_.state.address(),
-                               frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
+                               frame_.partial.address(), frame_.same.address(), frame_.gradient.address(),
+                               frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks,
+                               batch.pixels, groups});
 }
 
 void Step::expose(const StepInputs& inputs) {
   if (!inputs.exposures) return;
   const BatchLayout& batch = frame_.batch();
   const Exposures& e = *inputs.exposures;
-  const auto views = frame_.views.address(), hits = frame_.hits.address(), colour = frame_.colour.address(), target = frame_.target.address(),
-             exposure = e.exposure.address(), low = e.sums.low.address(), high = e.sums.high.address();
+  const auto views = frame_.views.address(), hits = frame_.hits.address(), colour = frame_.colour.address(),
+             target = frame_.target.address(), exposure = e.exposure.address(), low = e.sums.low.address(),
+             high = e.sums.high.address();
   if (inputs.fit_exposures) {
     const std::uint32_t groups = groups_over(batch.blocks);
-    gpu_.launch({"measure_exposure"}, groups,
-                MeasureExposureArgs{views, hits, colour, target, exposure, low, high, batch.blocks, batch.views, groups, 0});
+    gpu_.launch(
+        {"measure_exposure"}, groups,
+        MeasureExposureArgs{views, hits, colour, target, exposure, low, high, batch.blocks, batch.views, groups, 0});
     gpu_.launch({"fit_exposure"}, 1,
-                FitExposureArgs{views, low, high, e.fitted.address(), exposure, frame_.control.address(), batch.views, e.photographs});
+                FitExposureArgs{views, low, high, e.fitted.address(), exposure, frame_.control.address(), batch.views,
+                                e.photographs});
     end_kernel();
   }
   gpu_.launch({"expose"}, batch.blocks, ExposeArgs{views, hits, colour, target, exposure, batch.blocks, batch.views});
@@ -188,7 +205,8 @@ void Step::sort_pixels() {
   const auto pixels = static_cast<std::uint32_t>(frame_.batch().pixels);
   const auto shown = frame_.shown.address();
   gpu_.fill(shown, 4 * (soup_.triangles + 1ull), 0);
-  gpu_.launch({"count_visible", {1}}, groups_of(pixels), CountVisibleArgs{frame_.hits.address(), shown, frame_.ranks.address(), pixels, 0});
+  gpu_.launch({"count_visible", {1}}, groups_of(pixels),
+              CountVisibleArgs{frame_.hits.address(), shown, frame_.ranks.address(), pixels, 0});
   gpu_.launch({"place_pixels"}, groups_of(soup_.triangles), PlacePixelsArgs{shown, soup_.triangles, 0});
 }
 
@@ -203,20 +221,22 @@ void Step::backward(const StepInputs& inputs) {
 void Step::shade_backward(const StepInputs& inputs, const ShadedFrom& to) {
   const BatchLayout& batch = frame_.batch();
   const bool exposed = inputs.exposures && inputs.target == 0;
-  gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}}, frame_.mlp_groups,
-              ShadeBackwardArgs{frame_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(), frame_.gradient.address(), to.places,
-                                to.ranks, to.sorted, frame_.mlp_partial.address(), inputs.feature_gradient, frame_.target.address(),
-                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, frame_.mlp_groups, batch.views, exposed,
-                                static_cast<std::uint32_t>(batch.pixels), 0});
+  gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}},
+              frame_.mlp_groups,
+              ShadeBackwardArgs{frame_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
+                                frame_.gradient.address(), to.places, to.ranks, to.sorted, frame_.mlp_partial.address(),
+                                inputs.feature_gradient, frame_.target.address(),
+                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, frame_.mlp_groups,
+                                batch.views, exposed, static_cast<std::uint32_t>(batch.pixels), 0});
   end_kernel();
 }
 
 void Step::edge_forces() {
   const BatchLayout& batch = frame_.batch();
   gpu_.launch({"edge_forces", {0}}, batch.tiles,
-              EdgeForcesArgs{frame_.views.address(), frame_.hits.address(), frame_.screen.address(), frame_.colour.address(),
-                             frame_.gradient.address(), soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(), batch.tiles,
-                             batch.views, soup_.triangles, 0});
+              EdgeForcesArgs{frame_.views.address(), frame_.hits.address(), frame_.screen.address(),
+                             frame_.colour.address(), frame_.gradient.address(), soup_.vertex_gradient.low.address(),
+                             soup_.vertex_gradient.high.address(), batch.tiles, batch.views, soup_.triangles, 0});
 }
 
 void Step::opacity_backward(const StepInputs& inputs) {
@@ -226,10 +246,12 @@ void Step::opacity_backward(const StepInputs& inputs) {
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
     gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,
-                OpacityBackwardArgs{frame_.views.address(), frame_.screen.address(), frame_.offsets.address(), frame_.lists.address(),
-                                    soup_.textures.address(), soup_.opacity.address(), frame_.hits.address(), frame_.gradient.address(),
-                                    frame_.state.address(), soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
-                                    soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles, frame_.list_capacity(), 0});
+                OpacityBackwardArgs{frame_.views.address(), frame_.screen.address(), frame_.offsets.address(),
+                                    frame_.lists.address(), soup_.textures.address(), soup_.opacity.address(),
+                                    frame_.hits.address(), frame_.gradient.address(), frame_.state.address(),
+                                    soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
+                                    soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles,
+                                    frame_.list_capacity(), 0});
   });
 }
 
@@ -252,13 +274,14 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
 void Step::update(const StepInputs& inputs) {
   update_textures(true, inputs);
   gpu_.launch({"update_vertices", {inputs.vertex_gradient != 0}}, groups_of(3ull * soup_.triangles),
-              UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(), soup_.vertex_moment2.address(),
-                                 soup_.vertex_gradient.low.address(), soup_.vertex_gradient.high.address(),
-                                 frame_.state.address(), frame_.control.address(), inputs.vertex_gradient, 3 * soup_.triangles, 0});
+              UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(),
+                                 soup_.vertex_moment2.address(), soup_.vertex_gradient.low.address(),
+                                 soup_.vertex_gradient.high.address(), frame_.state.address(), frame_.control.address(),
+                                 inputs.vertex_gradient, 3 * soup_.triangles, 0});
   gpu_.launch({"update_mlp", {inputs.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
               UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
-                            frame_.mlp_partial.address(), frame_.state.address(), frame_.control.address(), inputs.mlp_gradient,
-                            frame_.mlp_groups, 0});
+                            frame_.mlp_partial.address(), frame_.state.address(), frame_.control.address(),
+                            inputs.mlp_gradient, frame_.mlp_groups, 0});
 }
 
 void Step::sum_textures() { update_textures(false, {}); }

@@ -7,8 +7,8 @@
 #include <glm/glm.hpp>
 
 #include "gpu/device.h"
-#include "train/step/exposure.h"
 #include "train/step/batch_buffers.h"
+#include "train/step/exposure.h"
 #include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
@@ -30,13 +30,14 @@ enum class Layer : std::uint32_t {
 /// Where a step reads what it does not own. Addresses that are not used stay 0.
 struct StepInputs {
   glm::vec3 background{0.0f};
-  gpu::Address target = 0;      // [pixels][3] float targets in place of photographs
-  gpu::Address thresholds = 0;  // [pixels][T]
+  gpu::Address target = 0;        // [pixels][3] float targets in place of photographs
+  gpu::Address thresholds = 0;    // [pixels][T]
   bool opacity_baseline = false;  // Settings::opacity_baseline
   bool update_unseen = true;      // Settings::update_unseen
   bool opaque = false;            // Settings::opaque: opacities are 1 and stay so
-  const Exposures* exposures = nullptr;  // of the photographs; null: they are taken as they are, and so are float targets
-  bool fit_exposures = true;             // to what is rendered, before they are used
+  const Exposures* exposures =
+      nullptr;                // of the photographs; null: they are taken as they are, and so are float targets
+  bool fit_exposures = true;  // to what is rendered, before they are used
   Layer layer = Layer::nearest;
   bool listed = false;  // reuse the tile lists of the last rendering of this batch; ignored if there are several bands
   gpu::Address first = 0;   // [pixels] Hit: another rendering of the batch, for Layer::behind
@@ -52,7 +53,8 @@ struct StepInputs {
 /// Learning rates of a step with their bias corrections (shaders/common/optimiser.h).
 struct Rates {
   double texture = 0, vertex = 0, mlp = 0;
-  std::uint64_t texture_updates = 1, vertex_updates = 1, mlp_updates = 1;  // since the moments were zero, this one included
+  std::uint64_t texture_updates = 1, vertex_updates = 1,
+                mlp_updates = 1;  // since the moments were zero, this one included
 };
 
 /// Where shade() and shade_backward() find what a pixel shows: in the frame and the soup, or in what stands for them.
@@ -68,25 +70,26 @@ class Step {
   Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : gpu_(gpu), soup_(soup), frame_(frame) {}
 
   /// What changes from step to step. slot: row of Frame::statistics. huber: Settings::huber.
-  static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, const BatchLayout& batch,
-                                  double huber = 0);
+  static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot,
+                                  const Rates& rates, const BatchLayout& batch, double huber = 0);
 
   /// Uploads the state of a step with the frame's batch and clears its row of Frame::statistics.
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
-  void visibility(Thresholds thresholds, const StepInputs& inputs);  // project .. Frame::hits, unless SharedSoup::outcome() says otherwise
-  void shade(const StepInputs& inputs);                              // .. Frame::colour
+  void visibility(Thresholds thresholds,
+                  const StepInputs& inputs);  // project .. Frame::hits, unless SharedSoup::outcome() says otherwise
+  void shade(const StepInputs& inputs);       // .. Frame::colour
   void shade(const StepInputs& inputs, const ShadedFrom& from);
-  void photographs(const StepInputs& inputs);                        // Frame::target; exposes Frame::colour
-  void expose(const StepInputs& inputs);  // Frame::colour alone, with photographs() before; nothing without exposures
-  void loss(const StepInputs& inputs);                               // .. Frame::gradient, Frame::statistics, with photographs() before
-  void backward(const StepInputs& inputs);                           // .. gradients of textures, vertices, MLP
+  void photographs(const StepInputs& inputs);  // Frame::target; exposes Frame::colour
+  void expose(const StepInputs& inputs);    // Frame::colour alone, with photographs() before; nothing without exposures
+  void loss(const StepInputs& inputs);      // .. Frame::gradient, Frame::statistics, with photographs() before
+  void backward(const StepInputs& inputs);  // .. gradients of textures, vertices, MLP
   // backward() is these four.
-  void sort_pixels();                                                // places of each pixel's gradients
+  void sort_pixels();  // places of each pixel's gradients
   void shade_backward(const StepInputs& inputs, const ShadedFrom& to);
   void edge_forces();
   void opacity_backward(const StepInputs& inputs);
-  void update(const StepInputs& inputs);                             // .. parameters
+  void update(const StepInputs& inputs);  // .. parameters
 
   /// Sums the levels of every texture and applies the sigmoid.
   void sum_textures();
@@ -106,7 +109,8 @@ class Step {
   void list_triangles(const Band& band);
   /// Ends the submission after a kernel that visits every pixel of a very large batch.
   void end_kernel();
-  /// Workgroups for kernels that go over blocks. One each on a GPU; on a CPU fewer that run long and pass over empty ones.
+  /// Workgroups for kernels that go over blocks. One each on a GPU; on a CPU fewer that run long and pass over empty
+  /// ones.
   std::uint32_t groups_over(std::uint32_t blocks) const;
   gpu::Device& gpu_;
   SoupBuffers& soup_;

@@ -30,10 +30,11 @@ void Schedule::upload() {
 }
 
 void Schedule::begin_step(Frame& frame) {
-  gpu_.launch({"begin_step"}, 1,
-              kernels::BeginStepArgs{schedule_.address(), cursor_.address(), frame.state.address(), frame.views.address(),
-                                     frame.statistics.address(), static_cast<std::uint32_t>(sizeof(kernels::StepState) / 4) + view_words_,
-                                     view_words_});
+  gpu_.launch(
+      {"begin_step"}, 1,
+      kernels::BeginStepArgs{schedule_.address(), cursor_.address(), frame.state.address(), frame.views.address(),
+                             frame.statistics.address(),
+                             static_cast<std::uint32_t>(sizeof(kernels::StepState) / 4) + view_words_, view_words_});
 }
 
 }  // namespace trisoup::train

@@ -7,14 +7,15 @@
 
 #include "gpu/device.h"
 #include "train/step/batch_buffers.h"
-#include "train/step/soup_buffers.h"
 #include "train/step/batch_view.h"
+#include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
 
-/// `kept` are the triangles that a change of topology leaves, ascending. Adds those of the others behind which `views` would show the backdrop
-/// (backdrop[t]: triangle t is of it) or nothing at all, those that hide most of it first, until there are `most`.
-void add_plugs(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const std::vector<bool>& backdrop,
-               std::size_t most, std::vector<std::uint32_t>& kept);
+/// `kept` are the triangles that a change of topology leaves, ascending. Adds those of the others behind which `views`
+/// would show the backdrop (backdrop[t]: triangle t is of it) or nothing at all, those that hide most of it first,
+/// until there are `most`.
+void add_plugs(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+               const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept);
 
 }  // namespace trisoup::train

@@ -9,10 +9,10 @@
 #include <glm/glm.hpp>
 
 #include "gpu/device.h"
-#include "train/step/exposure.h"
 #include "train/step/batch_buffers.h"
-#include "train/step/soup_buffers.h"
 #include "train/step/batch_view.h"
+#include "train/step/exposure.h"
+#include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
 

@@ -8,19 +8,19 @@
 #include "args/lift_textures.h"
 #include "args/paint_textures.h"
 #include "soup/random.h"
-#include "soup/texture_table.h"
 #include "soup/subdivision.h"
+#include "soup/texture_table.h"
 #include "train/start/painting.h"
-#include "train/topology/hole_guard.h"
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/step.h"
+#include "train/topology/hole_guard.h"
 
 namespace trisoup::train {
 namespace {
 
-/// Splitting stops where a triangle would win fewer pixels than this over all views, on average: the next change of topology would find
-/// most of its halves in no picture and drop them, and once more, until none is left.
+/// Splitting stops where a triangle would win fewer pixels than this over all views, on average: the next change of
+/// topology would find most of its halves in no picture and drop them, and once more, until none is left.
 constexpr std::uint64_t kPixelsPerTriangle = 4;
 
 std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& soup) {
@@ -33,7 +33,7 @@ soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& fra
                                  std::uint32_t most_triangles) {
   const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
   if (room == 0) return soup::bisect_longest(vertices, 0);  // as it is
-  constexpr std::uint64_t kStream = 0x73706c69740000;  // "split"
+  constexpr std::uint64_t kStream = 0x73706c69740000;       // "split"
   soup::Random random(settings.seed, kStream + step);
   std::vector<std::uint32_t> order(views.full.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -80,24 +80,27 @@ double share_of_parent(const soup::Corners& c) {
 std::vector<double> areas_of(const soup::Resampled& change, std::span<const double> parents) {
   std::vector<double> areas;
   areas.reserve(change.triangles());
-  for (std::size_t t = 0; t < change.triangles(); ++t) areas.push_back(share_of_parent(change.corners[t]) * parents[change.face_map[t]]);
+  for (std::size_t t = 0; t < change.triangles(); ++t)
+    areas.push_back(share_of_parent(change.corners[t]) * parents[change.face_map[t]]);
   return areas;
 }
 
-/// The levels that a texture of `area` pixels should have where it has `now`. It loses its finest only where there is some way to go until it
-/// would have it back, since triangles move a little all the time, and one at a time, since one pixel decides; of what no pixel shows, nothing is known.
+/// The levels that a texture of `area` pixels should have where it has `now`. It loses its finest only where there is
+/// some way to go until it would have it back, since triangles move a little all the time, and one at a time, since one
+/// pixel decides; of what no pixel shows, nothing is known.
 soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings& settings) {
   constexpr double kMargin = 1.5;
   const soup::TextureLevels all{settings.level_min, settings.level_max};
   const double samples = settings.samples_per_pixel * area;
   const soup::TextureLevels least = soup::as_fine_as(samples, all), most = soup::as_fine_as(kMargin * samples, all);
   const std::uint32_t lowest = area > 0 ? std::max(now.level_max, 1u) - 1 : now.level_max;
-  return {settings.level_min, std::max(std::clamp(now.level_max, least.level_max, most.level_max), std::clamp(lowest, all.level_min, all.level_max))};
+  return {settings.level_min, std::max(std::clamp(now.level_max, least.level_max, most.level_max),
+                                       std::clamp(lowest, all.level_min, all.level_max))};
 }
 
 /// The levels of the triangles of `change`. areas: of those triangles; empty: they have their parents'.
-std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::Resampled& change, std::span<const double> areas,
-                                           const Settings& settings) {
+std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::Resampled& change,
+                                           std::span<const double> areas, const Settings& settings) {
   std::vector<soup::TextureLevels> levels;
   for (const std::uint32_t parent : change.face_map) {
     const soup::TextureLevels now{soup.table[parent].level_min, soup.table[parent].level_max};
@@ -106,15 +109,18 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
   return levels;
 }
 
-/// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this rank's. What a change does not
-/// read, opacities and lattices, and the moments unless they are kept, goes before it, so that it needs no more memory than the soup before and after.
+/// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this
+/// rank's. What a change does not read, opacities and lattices, and the moments unless they are kept, goes before it,
+/// so that it needs no more memory than the soup before and after.
 class Heirs {
  public:
   /// parents: for each triangle of the new soup. `soup` must outlive it.
-  Heirs(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents, bool keep_moments)
+  Heirs(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents,
+        bool keep_moments)
       : gpu_(gpu), soup_(soup), table_(table), own_(all_of(table.entries)) {
     gpu.wait();
-    for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high}) *buffer = {};
+    for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high})
+      *buffer = {};
     if (!keep_moments) soup.source_moment1 = {}, soup.source_moment2 = {};
     std::span<const std::uint32_t> numbers = parents;
     if (soup.shared) {
@@ -139,8 +145,11 @@ class Heirs {
   /// launch(from, to) writes what becomes of a pool of the soup, which goes: source or a moment.
   template <typename Launch>
   gpu::Buffer take(gpu::Buffer& pool, Launch&& launch) const {
-    const gpu::Buffer from = soup_.shared ? soup_.shared->bring(brought_, std::move(pool)) : gpu::Buffer(std::move(pool));
-    const auto at = [&](std::uint32_t t) { return t < table_.entries.size() ? table_.entries[t].source_offset : table_.source_samples; };
+    const gpu::Buffer from =
+        soup_.shared ? soup_.shared->bring(brought_, std::move(pool)) : gpu::Buffer(std::move(pool));
+    const auto at = [&](std::uint32_t t) {
+      return t < table_.entries.size() ? table_.entries[t].source_offset : table_.source_samples;
+    };
     gpu::Buffer to = gpu_.allocate((at(own_.last) - at(own_.first)) * 32, "textures");
     launch(from.address(), to.address());
     gpu_.wait();
@@ -157,8 +166,8 @@ class Heirs {
 };
 
 /// Replaces the soup by `change` of it, with textures of `levels`.
-void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change, std::span<const soup::TextureLevels> levels,
-           const Settings& settings) {
+void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change,
+           std::span<const soup::TextureLevels> levels, const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
   const Heirs heirs(gpu, soup, table, change.face_map, settings.keep_moments);
   const TriangleRange own = heirs.own();
@@ -173,8 +182,9 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
   const auto inherit = [&](gpu::Buffer& pool, std::uint32_t flags) {
     return heirs.take(pool, [&](gpu::Address from, gpu::Address to) {
       gpu.launch({"inherit_textures"}, own.count(),
-                 kernels::InheritTexturesArgs{heirs.parents(), settings.copy_textures ? gpu::Address{0} : corners.address(), heirs.old_rows(),
-                                              heirs.rows(), from, to, own.count(), (settings.copy_textures ? INHERIT_COPY : 0u) | flags});
+                 kernels::InheritTexturesArgs{
+                     heirs.parents(), settings.copy_textures ? gpu::Address{0} : corners.address(), heirs.old_rows(),
+                     heirs.rows(), from, to, own.count(), (settings.copy_textures ? INHERIT_COPY : 0u) | flags});
     });
   };
   Textures textures;
@@ -188,11 +198,13 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
 }
 
 /// Textures of level_min..level_max, or as much of it as `views` show.
-soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
+soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+                               const Settings& settings) {
   std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
   if (settings.samples_per_pixel > 0) {
     const Seen seen = measure_visible(gpu, soup, frame, views);
-    for (std::uint32_t t = 0; t < soup.triangles; ++t) levels[t] = soup::as_fine_as(settings.samples_per_pixel * seen.area[t], levels[t]);
+    for (std::uint32_t t = 0; t < soup.triangles; ++t)
+      levels[t] = soup::as_fine_as(settings.samples_per_pixel * seen.area[t], levels[t]);
   }
   return soup::make_texture_table(levels);
 }
@@ -204,7 +216,8 @@ struct Kept {
 };
 
 /// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
-std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings, std::size_t views) {
+std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings,
+                                        std::size_t views) {
   const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.least_views, views / 10));
   std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
   if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
@@ -219,14 +232,16 @@ std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool
   return kept;
 }
 
-Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const std::vector<bool>& backdrop,
-             const Settings& settings) {
+Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+             const std::vector<bool>& backdrop, const Settings& settings) {
   Seen seen = measure_visible(gpu, soup, frame, views);
   const auto total = [&] { return std::accumulate(seen.pixels.begin(), seen.pixels.end(), std::uint64_t{0}); };
   const auto areas = [&] { return std::vector<double>(seen.area.begin(), seen.area.end()); };
   const std::uint64_t pixels = total();
   if (pixels > 0)
-    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels) : most_visible(seen, backdrop, settings, views.size()), pixels, areas()};
+    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels)
+                                                 : most_visible(seen, backdrop, settings, views.size()),
+            pixels, areas()};
   // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   seen = measure_visible(gpu, soup, frame, views);
@@ -243,13 +258,15 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
   const auto behind = [&](const glm::vec3& v) { return glm::length(v) > 0.8 * settings.backdrop; };
   for (std::size_t t = 0; t < backdrop.size(); ++t)
     backdrop[t] = behind(vertices[3 * t]) && behind(vertices[3 * t + 1]) && behind(vertices[3 * t + 2]);
-  if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles)) backdrop.assign(backdrop.size(), false);
+  if (4 * std::count(backdrop.begin(), backdrop.end(), true) > std::ptrdiff_t(settings.triangles))
+    backdrop.assign(backdrop.size(), false);
   return backdrop;
 }
 
-Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings,
-              std::uint64_t step, std::uint32_t most_triangles) {
-  // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand at 0.5 now.
+Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views,
+                    const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
+  // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand
+  // at 0.5 now.
   const std::uint64_t lifted = lift_step(settings);
   const bool fit_levels = settings.samples_per_pixel > 0 && (step > lifted || lifted == 0);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
@@ -257,7 +274,8 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   Kept kept = to_keep(gpu, soup, frame, views.half, backdrop, settings);
   if (kept.triangles.empty()) return Resampling::nothing_seen;
   // A start that does not cover the scene has nothing to keep shut, and strays where nothing is behind them.
-  if (settings.backdrop > 0 && settings.recipe == Recipe::real && kept.triangles.size() < std::min(soup.triangles, settings.triangles))
+  if (settings.backdrop > 0 && settings.recipe == Recipe::real &&
+      kept.triangles.size() < std::min(soup.triangles, settings.triangles))
     add_plugs(gpu, soup, frame, views.half, backdrop, settings.triangles, kept.triangles);
   soup::Resampled change = soup::keep(vertices, kept.triangles);
   const auto areas = [&](const soup::Resampled& c, std::span<const double> parents) {
@@ -265,7 +283,8 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   };
   if (settings.recipe == Recipe::synthetic) {
     const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
-    change = soup::compose(change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
+    change = soup::compose(
+        change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
     apply(gpu, soup, frame, change, levels_of(soup, change, areas(change, kept.areas), settings), settings);
     return worth_showing < settings.triangles ? Resampling::out_of_pixels : Resampling::done;
   }
@@ -273,7 +292,8 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   const bool last = is_last_resampling(settings, step);
   const bool splits = !last || settings.fill_budget;
   // Where splits follow, only they say what is needed.
-  apply(gpu, soup, frame, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings), settings);
+  apply(gpu, soup, frame, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings),
+        settings);
   if (!splits) return Resampling::done;
   // What edges ask for is not asked for by the last change, after which nothing is dropped any more.
   soup::Resampled split =
@@ -293,7 +313,8 @@ void shrink(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Shrunk& shr
   apply(gpu, soup, frame, soup::keep(download_vertices(gpu, soup), shrunk.kept), shrunk.levels, settings);
 }
 
-void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, const Settings& settings) {
+void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+          const Settings& settings) {
   const soup::TextureTable table = shown_table(gpu, soup, frame, views, settings);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
@@ -301,7 +322,8 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const Bat
   Textures textures;
   textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"lift_textures"}, heirs.own().count(),
-               kernels::LiftTexturesArgs{heirs.old_rows(), heirs.rows(), from, to, heirs.own().count(), settings.keep_opacity || settings.opaque});
+               kernels::LiftTexturesArgs{heirs.old_rows(), heirs.rows(), from, to, heirs.own().count(),
+                                         settings.keep_opacity || settings.opaque});
   });
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));

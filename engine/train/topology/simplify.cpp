@@ -25,7 +25,8 @@ constexpr double kNextGain = 0.8;
 /// Where the quality is nearly met already, a round is for more of the bytes than this.
 constexpr double kWorthARound = 0.04;
 constexpr double kNearlyMet = 0.2;  // dB
-/// Where the quality is met, so much less is tried before it is the smallest; and not where something larger than this share has missed it.
+/// Where the quality is met, so much less is tried before it is the smallest; and not where something larger than this
+/// share has missed it.
 constexpr double kProbe = 0.15, kSurelyMissed = 0.7;
 /// So often a training goes back to its best round.
 constexpr std::ptrdiff_t kMostReturns = 5;
@@ -45,7 +46,8 @@ Removal coarser(const Importance& importance, const soup::TextureEntry& row, std
           double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
 }
 
-/// Of a triangle the removal that costs less for what it saves; a backdrop's triangle stays, and what cannot be coarser has none then.
+/// Of a triangle the removal that costs less for what it saves; a backdrop's triangle stays, and what cannot be coarser
+/// has none then.
 std::optional<Removal> cheaper(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t,
                                bool stays) {
   const Removal whole{std::max(0.0, importance.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t,
@@ -80,7 +82,8 @@ double slope(const Round& larger, const Round& smaller, const Settings& s) {
 double slope(std::span<const Round> rounds, const Settings& s) {
   for (std::size_t i = rounds.size() - 1; i > 0; --i) {
     const Round& before = rounds[rounds[i].from];
-    if (double(before.bytes) > 1.035 * double(rounds[i].bytes)) return std::clamp(slope(before, rounds[i], s), 0.3, 6.0);
+    if (double(before.bytes) > 1.035 * double(rounds[i].bytes))
+      return std::clamp(slope(before, rounds[i], s), 0.3, 6.0);
   }
   return kUsualSlope;
 }
@@ -97,7 +100,8 @@ bool got_there(std::span<const Round> rounds, const Round& round, const Settings
 const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const Settings& s) {
   const Round* found = nullptr;
   for (const Round& r : rounds)
-    if (above(r, s) < 0 && r.bytes < least && !got_there(rounds, r, s) && (!found || r.bytes >= found->bytes)) found = &r;
+    if (above(r, s) < 0 && r.bytes < least && !got_there(rounds, r, s) && (!found || r.bytes >= found->bytes))
+      found = &r;
   return found;
 }
 
@@ -106,8 +110,9 @@ std::ptrdiff_t returns(std::span<const Round> rounds) {
   return std::count_if(rounds.begin() + 1, rounds.end(), [&](const Round& r) { return &rounds[r.from] + 1 != &r; });
 }
 
-/// On from a round that is above the quality, with as much less as is expected to end at it. Each halving costs more than the one before, so on a line to a
-/// round that is known to miss it one ends above it; half of the way at least, for that round had been trained on for less long. Once there it is forgotten.
+/// On from a round that is above the quality, with as much less as is expected to end at it. Each halving costs more
+/// than the one before, so on a line to a round that is known to miss it one ends above it; half of the way at least,
+/// for that round had been trained on for less long. Once there it is forgotten.
 std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::size_t from, const Settings& s) {
   const Round& r = rounds[from];
   const double margin = above(r, s);
@@ -118,7 +123,11 @@ std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::siz
   }
   const bool nearly = margin < kNearlyMet;
   const Round* miss = next_miss(rounds, std::uint64_t(double(r.bytes) * (nearly ? 1 : 1 - kWorthARound)), s);
-  if (!miss) return NextRound{from, {std::clamp(std::exp2(-margin / std::max(slope(rounds, s), returns(rounds) > 0 ? kUsualSlope : 0)), 0.5, 0.97), 1}};
+  if (!miss)
+    return NextRound{
+        from,
+        {std::clamp(std::exp2(-margin / std::max(slope(rounds, s), returns(rounds) > 0 ? kUsualSlope : 0)), 0.5, 0.97),
+         1}};
   const double way = std::max(0.5, margin / (margin - above(*miss, s)));
   const double stays = std::pow(double(miss->bytes) / double(r.bytes), way);
   if (nearly && stays > 1 - kWorthARound) return std::nullopt;
@@ -128,10 +137,12 @@ std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::siz
 /// Removals, one of each triangle, those that cost least for what they save first.
 class Removals {
  public:
-  explicit Removals(std::span<const soup::TextureEntry> table) : table_(table), goes_(table.size()), coarser_(table.size()), left_(table.size()) {}
+  explicit Removals(std::span<const soup::TextureEntry> table)
+      : table_(table), goes_(table.size()), coarser_(table.size()), left_(table.size()) {}
 
   void add(const Removal& removal) { all_.push_back(removal); }
-  /// Of two triangles one of which stands in for the other no more than one goes: what each costs is true as long as the other is there.
+  /// Of two triangles one of which stands in for the other no more than one goes: what each costs is true as long as
+  /// the other is there.
   void keep_stand_ins(const Importance& importance) { behind_ = importance.behind, stands_in_.resize(table_.size()); }
   /// Takes one after the other as long as `pays` says so, but for the last triangle.
   template <typename Pays>
@@ -140,8 +151,10 @@ class Removals {
     for (const Removal& r : all_) {
       if (r.whole && (left_ == 1 || is_leant_on(r.triangle))) continue;
       if (!pays(r)) break;
-      if (r.whole) remove(r.triangle);
-      else coarser_[r.triangle] = true;
+      if (r.whole)
+        remove(r.triangle);
+      else
+        coarser_[r.triangle] = true;
     }
     Shrunk shrunk;
     for (std::uint32_t t = 0; t < table_.size(); ++t) {
@@ -162,7 +175,8 @@ class Removals {
   bool is_leant_on(std::uint32_t t) const {
     if (behind_.empty()) return false;
     const auto pairs = behind(t);
-    return stands_in_[t] || std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) { return goes_[pair.second]; });
+    return stands_in_[t] ||
+           std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) { return goes_[pair.second]; });
   }
   void remove(std::uint32_t t) {
     goes_[t] = true, --left_;
@@ -210,7 +224,8 @@ Shrunk least_important_removed(const Importance& importance, std::span<const sou
     if (!triangles)
       if (const auto removal = cheaper(importance, table[t], t, backdrop[t])) removals.add(*removal);
   }
-  const double to_save = triangles ? (1 - shares.triangles) * double(table.size()) : (1 - shares.bytes) * samples_of(table);
+  const double to_save =
+      triangles ? (1 - shares.triangles) * double(table.size()) : (1 - shares.bytes) * samples_of(table);
   double saved = 0;
   return removals.take([&](const Removal& r) {
     if (saved >= to_save) return false;
@@ -221,10 +236,13 @@ Shrunk least_important_removed(const Importance& importance, std::span<const sou
 
 bool takes_away(const Shrunk& shrunk, std::span<const soup::TextureEntry> table) {
   return shrunk.kept.size() < table.size() ||
-         !std::equal(table.begin(), table.end(), shrunk.levels.begin(), [](const auto& row, const auto& level) { return row.level_max == level.level_max; });
+         !std::equal(table.begin(), table.end(), shrunk.levels.begin(),
+                     [](const auto& row, const auto& level) { return row.level_max == level.level_max; });
 }
 
-bool has_goal(const Settings& s) { return s.target_psnr > 0 || s.target_ssim > 0 || s.max_bytes > 0 || s.max_triangles > 0; }
+bool has_goal(const Settings& s) {
+  return s.target_psnr > 0 || s.target_ssim > 0 || s.max_bytes > 0 || s.max_triangles > 0;
+}
 
 bool meets(const Round& r, const Settings& s) { return above(r, s) >= 0 && too_large(r, s) <= 1; }
 
@@ -236,8 +254,10 @@ std::optional<NextRound> next_round(std::span<const Round> rounds, const Setting
   if (const double factor = too_large(last, s); factor > 1) {
     // In halves: what is worth least is looked at anew after each.
     Shares shares;
-    if (s.max_triangles > 0 && double(last.triangles) > s.max_triangles) shares.triangles = std::max(0.5, double(s.max_triangles) / last.triangles);
-    else shares.bytes = std::max(0.5, 0.99 * double(s.max_bytes) / double(last.bytes));
+    if (s.max_triangles > 0 && double(last.triangles) > s.max_triangles)
+      shares.triangles = std::max(0.5, double(s.max_triangles) / last.triangles);
+    else
+      shares.bytes = std::max(0.5, 0.99 * double(s.max_bytes) / double(last.bytes));
     return NextRound{from, shares};
   }
   if (!quality) return std::nullopt;
@@ -271,22 +291,34 @@ std::size_t best_round(std::span<const Round> rounds, const Settings& s) {
 std::string outcome(std::span<const Round> rounds, const Settings& s) {
   const std::size_t best = best_round(rounds, s);
   const Round& r = rounds[best];
-  std::string text = fmt::format("goal {}: {} triangles, {:.2f} MB", meets(r, s) ? "met" : "missed", r.triangles, double(r.bytes) / 1048576.0);
-  if (s.validation_views > 0) text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f} over {} validation views", r.psnr, r.ssim, s.validation_views);
+  std::string text = fmt::format("goal {}: {} triangles, {:.2f} MB", meets(r, s) ? "met" : "missed", r.triangles,
+                                 double(r.bytes) / 1048576.0);
+  if (s.validation_views > 0)
+    text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f} over {} validation views", r.psnr, r.ssim, s.validation_views);
   if (meets(r, s)) return text;
   if (too_large(r, s) > 1)
-    return text + (rounds.size() > s.most_rounds ? "; there are no more rounds in which it could shrink; fewer --triangles do, of soup-train"
-                                                 : "; nothing more can go: one triangle stays, and the backdrop");
-  if (too_large(rounds.front(), s) > 1) return text + "; the ceiling of size leaves no more: a larger --max-mb or --max-triangles";
-  if (best == 0) return text + "; training itself ends below it: soup-train with more --steps, more --triangles, or larger photographs (a smaller -r)";
+    return text + (rounds.size() > s.most_rounds
+                       ? "; there are no more rounds in which it could shrink; fewer --triangles do, of soup-train"
+                       : "; nothing more can go: one triangle stays, and the backdrop");
+  if (too_large(rounds.front(), s) > 1)
+    return text + "; the ceiling of size leaves no more: a larger --max-mb or --max-triangles";
+  if (best == 0)
+    return text +
+           "; training itself ends below it: soup-train with more --steps, more --triangles, or larger photographs (a "
+           "smaller -r)";
   return text;
 }
 
 nlohmann::json to_json(std::span<const Round> rounds) {
   nlohmann::json json = nlohmann::json::array();
   for (const Round& r : rounds)
-    json.push_back({{"step", r.step}, {"bytes", r.bytes}, {"triangles", r.triangles}, {"validation_psnr", r.psnr}, {"validation_ssim", r.ssim},
-                    {"from", r.from}, {"smaller", r.smaller}});
+    json.push_back({{"step", r.step},
+                    {"bytes", r.bytes},
+                    {"triangles", r.triangles},
+                    {"validation_psnr", r.psnr},
+                    {"validation_ssim", r.ssim},
+                    {"from", r.from},
+                    {"smaller", r.smaller}});
   return json;
 }
 
@@ -295,11 +327,13 @@ std::vector<Round> rounds_from_json(const nlohmann::json& json) {
   try {
     for (const nlohmann::json& r : json)
       // Files from before rounds could go back do not say where they began: each with what the one before had left.
-      rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(), r.at("triangles").get<std::uint32_t>(),
-                        r.at("validation_psnr").get<double>(), r.at("validation_ssim").get<double>(),
+      rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(),
+                        r.at("triangles").get<std::uint32_t>(), r.at("validation_psnr").get<double>(),
+                        r.at("validation_ssim").get<double>(),
                         r.value("from", std::max<std::size_t>(rounds.size(), 1) - 1), r.value("smaller", true)});
     for (std::size_t i = 0; i < rounds.size(); ++i)
-      if (rounds[i].from > (i > 0 ? i - 1 : 0)) throw Error("rounds: round {} cannot begin with round {}", i, rounds[i].from);
+      if (rounds[i].from > (i > 0 ? i - 1 : 0))
+        throw Error("rounds: round {} cannot begin with round {}", i, rounds[i].from);
   } catch (const nlohmann::json::exception& e) {
     throw Error("rounds: {}", e.what());
   }

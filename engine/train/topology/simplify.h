@@ -10,9 +10,9 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "soup/soup.h"
+#include "train/config/settings.h"
 #include "train/topology/importance.h"
 #include "train/topology/refine.h"
-#include "train/config/settings.h"
 
 namespace trisoup::train {
 
@@ -23,8 +23,8 @@ struct Shares {
   double bytes = 1, triangles = 1;
   bool operator==(const Shares&) const = default;
 };
-/// The soup without what is worth least for the bytes that it takes: of each triangle at most the whole or its finest level goes, the backdrop's triangles
-/// stay. At least one triangle is kept. backdrop: [T].
+/// The soup without what is worth least for the bytes that it takes: of each triangle at most the whole or its finest
+/// level goes, the backdrop's triangles stay. At least one triangle is kept. backdrop: [T].
 Shrunk least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
                                const std::vector<bool>& backdrop, const Shares& shares);
 
@@ -48,8 +48,8 @@ struct Round {
   bool smaller = false;       // and whether something was taken from it
 };
 
-/// What the round to come begins with: the soup that was there after round `from`, of which so much is to stay. The shares are 1 where the same soup is to be
-/// trained on.
+/// What the round to come begins with: the soup that was there after round `from`, of which so much is to stay. The
+/// shares are 1 where the same soup is to be trained on.
 struct NextRound {
   std::size_t from = 0;
   Shares shares;
@@ -60,10 +60,11 @@ struct NextRound {
 bool meets(const Round& round, const Settings& settings);
 /// Whether `settings` have a goal.
 bool has_goal(const Settings& settings);
-/// What to do after the rounds so far, or nothing where there is no next one. Either the last round goes on, or, where too much was taken, the best one does.
+/// What to do after the rounds so far, or nothing where there is no next one. Either the last round goes on, or, where
+/// too much was taken, the best one does.
 std::optional<NextRound> next_round(std::span<const Round> rounds, const Settings& settings);
-/// The round whose model is the result: of those that meet the goal the one of fewest bytes (of triangles, where these are the goal); where none does the one
-/// that comes closest. Throws nothing; rounds must not be empty.
+/// The round whose model is the result: of those that meet the goal the one of fewest bytes (of triangles, where these
+/// are the goal); where none does the one that comes closest. Throws nothing; rounds must not be empty.
 std::size_t best_round(std::span<const Round> rounds, const Settings& settings);
 /// In one line how far it got, and what is in the way where the goal is not met.
 std::string outcome(std::span<const Round> rounds, const Settings& settings);
