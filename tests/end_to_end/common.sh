@@ -7,7 +7,7 @@ trap 'rm -rf "$scratch"' EXIT
 device=()   # of what draws
 [ -n "${TRISOUP_DEVICE:-}" ] && device=(--device "$TRISOUP_DEVICE")
 compute=(--backend "${TRISOUP_BACKEND:-vulkan}" "${device[@]}")  # of what trains and measures
-tiny=(--steps 60 --triangles 40 --init-count 120 --init-radius 0.2 --init-box 0.7 --set resample_every=20 --checkpoint-every 10)
+tiny=(--steps 60 --triangles 40 --init-count 120 --init-radius 0.2 --init-box 0.7 --set refine_every=20 --checkpoint-every 10)
 short=("${tiny[@]}" "${compute[@]}")
 fail() {
   echo "FAIL: $*" >&2

@@ -32,7 +32,7 @@ TEST_CASE("a library's training, its pictures and its file agree", "[api]") {
     CHECK(std::abs(seen) < 1e-9);
   }
 
-  Training training(device, dataset, {.preset = "fast", .steps = 20, .triangles = 60, .set = {"resample_every=10"}});
+  Training training(device, dataset, {.preset = "fast", .steps = 20, .triangles = 60, .set = {"refine_every=10"}});
   int calls = 0;
   training.run([&](const TrainingProgress& p) { return ++calls, p.step < 10; }, 5);
   CHECK((calls == 2 && !training.finished()));

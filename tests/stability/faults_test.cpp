@@ -10,6 +10,7 @@
 #include "gpu/small_scene.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
+#include "recipe_settings.h"
 #include "train/step/non_finite.h"
 
 using namespace trisoup;
@@ -215,13 +216,13 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
     for (int p = 0; p < 32 * 32; ++p) view.image.rgba.insert(view.image.rgba.end(), {200, 60, 30, 255});
     scene.train.push_back(view);
   }
-  train::Settings settings = train::published(train::Recipe::synthetic);
+  train::Settings settings = test::settings_of_recipe(train::Recipe::synthetic);
   settings.init = "random";
   settings.steps = 60;
   settings.batch = 2;
   settings.triangles = 30;
-  settings.resample_every = 30;
-  settings.rate_vertex = 1e-3;
+  settings.refine_every = 30;
+  settings.lr_vertex = 1e-3;
   settings.level_max = 3;
   std::vector<glm::vec3> vertices;
   for (int i = 0; i < 30; ++i) {

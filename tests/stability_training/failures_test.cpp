@@ -13,7 +13,7 @@ namespace {
 train::Settings settings_of(train::Recipe recipe) {
   train::Settings s = small_settings(80);
   s.recipe = recipe;
-  s.resample_every = 20;
+  s.refine_every = 20;
   s.checkpoint_every = 10;
   s.split_length = 0.05;
   s.most_triangles = 400;

@@ -20,6 +20,7 @@
 #include "temporary_folder.h"
 #include "tiny_scene.h"
 #include "train/quality/evaluate.h"
+#include "recipe_settings.h"
 #include "train/start/initial_triangles.h"
 
 namespace trisoup::test {
@@ -39,16 +40,16 @@ inline const scene::Scene& cube() {
 
 /// A start around the cube, whose half side of 0.6 is 0.158 in normalised units, and a vertex rate for few steps.
 inline train::Settings small_settings(std::uint64_t steps = 300) {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.steps = steps;
   s.triangles = 100;
   s.init = "random";
   s.init_count = 200;
   s.init_box = 0.158;
   s.init_radius = 0.079;
-  s.rate_vertex = 2.5e-3;
+  s.lr_vertex = 2.5e-3;
   s.level_max = 3;
-  s.resample_every = std::max<std::uint64_t>(1, steps / 10);
+  s.refine_every = std::max<std::uint64_t>(1, steps / 10);
   s.checkpoint_every = 0;
   return s;
 }

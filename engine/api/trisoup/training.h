@@ -14,11 +14,11 @@
 namespace trisoup {
 
 struct TrainingOptions {
-  std::string preset = "best";     // "fast", "balanced", "best" or "published", as soup-train --preset
+  std::string preset = "best";     // "fast", "balanced", "best" or "published"
   std::uint64_t steps = 0;         // schedules scale with them; 0: the preset's
   std::uint32_t triangles = 0;     // budget; 0: the preset's
   std::uint64_t seed = 0;          // same seed, same device: the same model, bit for bit
-  std::vector<std::string> set{};  // "name=value", as soup-train --set
+  std::vector<std::string> set{};  // "name=value" of any setting (docs/settings.md)
 };
 
 /// Means over the steps since the report before, of training views.
