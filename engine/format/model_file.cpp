@@ -390,8 +390,8 @@ std::vector<std::byte> encode_model(const Model& unsorted, const ModelFileOption
   gltf["asset"] = {{"version", "2.0"}, {"generator", "trisoup"}};
   gltf["extensionsUsed"] = json::array({kExtension});
   gltf["scene"] = 0;
-  gltf["nodes"] = json::array(
-      {node_json(model, options)});  // json::array because {node} alone is an array with GCC and a copy with Clang
+  // {node} without json::array is an array with GCC and a copy with Clang.
+  gltf["nodes"] = json::array({node_json(model, options)});
   gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
 
   if (codes_vertices(options))
