@@ -33,7 +33,7 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   const scene::Scene& scene = dataset.impl().scene;
   train::Settings settings = settings_of(options, scene);
   if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())
-    throw Error("device memory: {} triangles need {} MB and {} MB may be used; {} triangles would fit",
+    throw Error("device memory: {} triangles need {} MB, {} MB are available; use at most {} triangles",
                 settings.triangles, need.total() >> 20, gpu.ceiling() >> 20,
                 train::triangles_that_fit(scene, settings, gpu.ceiling()));
   if (settings.recipe == train::Recipe::real && settings.most_triangles == 0)

@@ -73,5 +73,5 @@ TEST_CASE("the library refuses what cannot be with one line", "[api]") {
   training.run();
   CHECK_THROWS_WITH(training.model().render(device, Camera{}), Contains("camera: 0 x 0"));
   CHECK_THROWS_WITH((Picture{4, 4, {}}.write_png(folder.path() / "x.png")),
-                    Contains("x.png: the picture has 0 numbers, not 4 x 4 x 3"));
+                    Contains("x.png: the picture has 0 values, expected 4 x 4 x 3"));
 }

@@ -1,4 +1,4 @@
-// Tests engine/train/quality/training_fit.h and the optimisers: learning rates that are far too high.
+// Tests engine/train/quality/training_fit.h and the optimisers with learning rates that are far too high.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;
@@ -30,14 +30,15 @@ TEST_CASE("learning rates ten and a hundred times too high", "[rates]") {
 
 TEST_CASE("learning rates a million times too high", "[rates]") {
   auto gpu = open_device();
-  // Adam's steps have the length of the rate whatever the gradient, and rates fall to a hundredth: textures saturate
-  // and come back.
+  // Adam's steps have the length of the learning rate for any gradient, and rates fall to a hundredth: textures
+  // saturate and recover.
   for (const auto rate : {&train::Settings::lr_texture, &train::Settings::lr_mlp}) {
     const Outcome outcome = train_through(*gpu, cube(), faster(rate, 1e6));
     WARN("x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
     CHECK_FALSE(outcome.fit.nothing_learnt());
   }
-  // Triangles thousands of scenes away do not; it is told, at the resampling that finds none left or at the end.
+  // Triangles thousands of scene sizes away do not recover. It is reported at the refinement that finds none left, or
+  // at the end.
   try {
     const Outcome outcome = train_through(*gpu, cube(), faster(&train::Settings::lr_vertex, 1e6));
     WARN("vertices x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
