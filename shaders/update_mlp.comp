@@ -24,7 +24,7 @@ KERNEL(64, UpdateMlpArgs) {
   float weight = a.mlp.v[i], m = a.moment1.v[i], v = a.moment2.v[i];
   const float before = weight;
   // One non-finite weight makes all gradients non-finite. The other weights are not updated until it has been reset.
-  if (usable(gradient, 1e18f)) weight -= adam(gradient, a.state.v[0].rate_mlp, a.state.v[0].second_mlp, m, v);
+  if (usable(gradient, 1e18f)) weight -= adam(gradient, a.state.v[0].lr_mlp, a.state.v[0].second_mlp, m, v);
   if (!usable(weight, kLargestWeight) || !usable(m, 1e30f) || !usable(v, 1e37f)) {
     weight = usable(before, kLargestWeight) ? before : 0.0f;
     m = v = 0.0f;

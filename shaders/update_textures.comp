@@ -163,7 +163,7 @@ KERNEL_MAIN(THREADS) {
     }
   }
 
-  const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;
+  const float rate = a.state.v[0].lr_texture, second = a.state.v[0].second_texture;
   const uint elements = source_count * kElements;
   for (uint i = 0u; i < ELEMENT_STEPS(elements); ++i) {
     const uint e = ELEMENT_OF(i, elements), first = row.source_offset * QUADS;

@@ -85,9 +85,9 @@ STRUCT TextureTask {
 STRUCT StepState {
   uint threshold_key;  // hash of seed and step
   uint step;
-  float rate_texture, second_texture;  // see common/optimiser.h
-  float rate_vertex, second_vertex;
-  float rate_mlp, second_mlp;
+  float lr_texture, second_texture;  // see common/optimiser.h
+  float lr_vertex, second_vertex;
+  float lr_mlp, second_mlp;
   float pixel_weight;   // 1 / (3 x pixels of the batch)
   float window_weight;  // 1 / (3 x SSIM windows of the batch); 0 when no view is large enough for one
   uint slot;            // row of the statistics
