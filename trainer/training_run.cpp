@@ -10,10 +10,10 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "cli/option_names.h"
 #include "base/machine.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "cli/option_names.h"
 #include "format/model_bytes.h"
 #include "gpu/out_of_memory.h"
 #include "prepare.h"

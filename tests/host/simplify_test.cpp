@@ -240,7 +240,7 @@ TEST_CASE("a quality that training does not reach is told, and the best there is
   const auto rounds = simulate(s, 28.0);
   CHECK(rounds.size() == 1);
   CHECK(best_round(rounds, s) == 0);
-  CHECK(outcome(rounds, s).find("more --steps") != std::string::npos);
+  CHECK(outcome(rounds, s).find("more `steps`") != std::string::npos);
 }
 
 TEST_CASE("rounds go through a checkpoint", "[simplify]") {
