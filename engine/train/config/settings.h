@@ -10,7 +10,7 @@
 
 namespace trisoup::train {
 
-/// How triangles are dropped and added (docs/method.md, "Resampling").
+/// How triangles are dropped and added (docs/method.md, "Refinement").
 enum class Recipe {
   synthetic,  // drop what is never seen, bisect the longest world edges up to the budget
   real        // drop the least seen down to the budget, bisect edges that are long on the screen
