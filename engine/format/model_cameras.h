@@ -1,4 +1,4 @@
-// The cameras of a model.glb, in its extension (docs/format.md).
+// The cameras of a model.glb, in its extension (docs/formats.md).
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// model.glb: a glTF 2.0 file that any viewer opens, with the neural textures in an extension (docs/format.md).
+// model.glb: a glTF 2.0 file that any viewer opens, with the neural textures in an extension (docs/formats.md).
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The files of the published viewer: a mesh, two look-up textures, the MLP and a few numbers as JSON (docs/web.md).
+// The files of the published viewer: a mesh, two look-up textures, the MLP and a few numbers as JSON (docs/viewer.md).
 // Every triangle has the same texture level there, and vertices are in dataset coordinates.
 #pragma once
 

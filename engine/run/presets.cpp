@@ -65,7 +65,7 @@ Settings of_preset(const PresetChoice& choice, const scene::Scene& scene) {
   if (as_published)
     s = without_our_changes(s);
   else {
-    // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
+    // Points of the Pareto front in docs/benchmarks.md, "Training time". All of its trainings share these rates.
     s.rate_end = s.rate_vertex_end = 0.1;
     s.huber = 0.1;
     s.texture_bits = 6;

@@ -24,7 +24,7 @@ class Model {
  public:
   /// Of soup-train or of write(). Throws where it is no model of this format, or damaged.
   static Model read(const std::filesystem::path& path);
-  /// A glTF 2.0 file that any viewer opens (docs/format.md), whole or not at all. Throws where it cannot be written.
+  /// A glTF 2.0 file that any viewer opens (docs/formats.md), whole or not at all. Throws where it cannot be written.
   void write(const std::filesystem::path& path) const;
 
   std::size_t triangles() const;

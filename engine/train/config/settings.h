@@ -102,7 +102,7 @@ Settings without_our_changes(Settings settings);
 inline constexpr double kFastestVertices = 1e-2, kFastestSynthetic = 5e-3;
 /// The vertex rate with which the rates of all steps add up to `way`, normalised units; at most `fastest`. VectorAdam
 /// moves a vertex by about its rate in every step, however small the gradient is, so `way` is how far it can travel:
-/// too little leaves triangles near where they started, too much tears them (docs/charts.md).
+/// too little leaves triangles near where they started, too much tears them (docs/benchmarks.md, "Ablations").
 double vertex_rate(const Settings& settings, double way, double fastest = kFastestVertices);
 /// The way that a vertex has in a published training.
 double published_way(Recipe recipe);
