@@ -1,4 +1,4 @@
-// Pages that show a soup in a browser (docs/web.md): what stands in them, and the module that they need.
+// Pages that show a soup in a browser (docs/viewer.md): what stands in them, and the module that they need.
 #pragma once
 
 #include <map>

@@ -1,4 +1,4 @@
-// A plan of measurements (docs/charts.md, "Plans"): a matrix written down shortly, and the runs that it stands for.
+// A plan of measurements (docs/charts/README.md, "Plans"): a matrix, and the runs that it stands for.
 #pragma once
 
 #include <cstdint>

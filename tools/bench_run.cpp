@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 using Row = CsvTable::Row;
 
-// What the columns hold stands in docs/charts.md.
+// What the columns hold stands in docs/charts/README.md.
 const std::vector<std::string> kColumns = {
     "record",    "scene",       "options",        "resolution",   "budget",  "steps", "seed",
     "command",   "revision",    "device",         "driver",       "host",    "date",  "step",

@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   bench::RunOptions plan;
   auto* run_sub = app.add_subcommand(
       "run", "the measurements of a plan into one CSV file; what is in it already is not measured again");
-  run_sub->add_option("PLAN", plan.plan, "JSON, see docs/charts.md")->required();
+  run_sub->add_option("PLAN", plan.plan, "JSON, see docs/charts/README.md")->required();
   run_sub->add_option("-o,--output", plan.results, "results.csv")->required();
   run_sub->add_option("--scenes", plan.scenes, "folder of the plan's scenes [here]");
   run_sub->add_option("--work", plan.work, "folder of trainings in progress [beside the results]");

@@ -185,7 +185,7 @@ TEST_CASE("a CSV table goes on with files of fewer columns, of none, and with a 
   CHECK(read_file(path) == "x,y\n,1\n2,\n");
 }
 
-// Else the commands of docs/charts.md would measure again what the recorded results hold.
+// Else the commands of docs/charts/README.md would measure again what the recorded results hold.
 TEST_CASE("plans of docs/charts are options of today, and their results hold every run of them", "[bench]") {
   const std::filesystem::path charts = std::filesystem::path(TRISOUP_SOURCE_DIR) / "docs/charts";
   for (const auto& [plan_file, results_file] : {std::pair("cpu_plan.json", "cpu.csv"),

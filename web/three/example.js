@@ -1,4 +1,4 @@
-// A soup with a ring around it: docs/web.md says what has to lie where.
+// A soup with a ring around it: docs/viewer.md says what has to lie where.
 import { Box3, Mesh, MeshNormalMaterial, PerspectiveCamera, Scene, TorusGeometry, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";

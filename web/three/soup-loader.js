@@ -1,4 +1,4 @@
-// A soup in a three.js scene: a plugin of GLTFLoader for model.glb, and the object that it makes. See docs/web.md.
+// A soup in a three.js scene: a plugin of GLTFLoader for model.glb, and the object that it makes. See docs/viewer.md.
 //
 // The two passes of the page's renderer become two meshes of one geometry: the first writes depth alone and reads no more than opacity,
 // the second shades what has exactly that depth, so the MLP runs once per pixel however many triangles lie behind. All else (depth
