@@ -69,7 +69,7 @@ TEST_CASE("what is wrong with a plan is named", "[bench]") {
   refused(R"({"scenes": {"a": []}, "trainings": ["a"]})", "trainings 1");
   refused(R"({"steps": [{"sizes": [], "triangles": [1]}]})", "sizes");
   refused("{\n\"frames\": 2,\n}", "line 3");
-  refused(R"({"frames": )" + std::string(100'000, '[') + std::string(100'000, ']') + "}", "deeper");
+  refused(R"({"frames": )" + std::string(100'000, '[') + std::string(100'000, ']') + "}", "too deeply");
   refused(R"({"two\nlines": 1})", "two?lines");
   refused(R"({"frames": 4294967295})", "at most");
   refused(R"({"frames": 1e999})", "too large");
