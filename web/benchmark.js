@@ -35,7 +35,8 @@ export function statistics(ms) {
   if (ms.length === 0) return null;
   const sorted = [...ms].sort((a, b) => a - b), quantile = (q) => sorted[Math.floor(q * (sorted.length - 1) + 0.5)];
   return {
-    frames: ms.length, mean_ms: ms.reduce((sum, value) => sum + value, 0) / ms.length, p50_ms: quantile(0.5), p90_ms: quantile(0.9), p99_ms: quantile(0.99),
+    frames: ms.length, mean_ms: ms.reduce((sum, value) => sum + value, 0) / ms.length, p50_ms: quantile(0.5),
+    p90_ms: quantile(0.9), p99_ms: quantile(0.99),
   };
 }
 
@@ -67,14 +68,17 @@ export class Benchmark {
   }
 
   /**
-   * @param {{width: number, height: number, views: number, warmup: number, aa: "none" | "msaa" | "ssaa"}} options width, height: of all, pixels
+   * @param {{width: number, height: number, views: number, warmup: number, aa: "none" | "msaa" | "ssaa"}} options
+   *   width, height: of all, pixels
    * @param {(done: number) => void} onProgress 0..1
    * @returns {Promise<object>} what the JSON file holds; times in milliseconds
    * @throws {SoupError} when the graphics device was lost
    */
   async run({ width, height, views, warmup, aa }, onProgress) {
     const most = this.#renderer.largestSide;
-    if (width > most || height > most) throw new SoupError(`${width} x ${height} pixels are too many for this device, which ends at ${most}; give fewer`);
+    if (width > most || height > most)
+      throw new SoupError(
+        `${width} x ${height} pixels are too many for this device, which ends at ${most}; give fewer`);
     this.#canvas.width = width;
     this.#canvas.height = height;
     const grid = gridOf(this.#drawn.length, width, height), sets = this.#views(views, grid);
@@ -87,7 +91,8 @@ export class Benchmark {
       result[name] = await this.#measure(list.length, draw);
       result[name].display = await this.#displayed(list.length, draw);
     }
-    result.gpu_bytes = this.#drawn.reduce((sum, drawn) => sum + drawn.bytes, 0) + this.#renderer.targetBytes + 4 * width * height;
+    result.gpu_bytes = this.#drawn.reduce((sum, drawn) => sum + drawn.bytes, 0) + this.#renderer.targetBytes +
+      4 * width * height;
     result.heap_bytes = performance.memory?.usedJSHeapSize ?? null;
     return result;
   }
@@ -101,18 +106,26 @@ export class Benchmark {
   }
 
   #check() {
-    if (this.#lost || this.#gl.isContextLost()) throw new SoupError("the graphics device was lost: too much memory or too long a picture; load the page again with less");
+    if (this.#lost || this.#gl.isContextLost())
+      throw new SoupError(
+        "the graphics device was lost: too much memory or too long a picture; load the page again with less");
   }
 
-  /** Lists of views, one of each scene in each: from the models' cameras where all have some, and from the upper hemisphere. */
+  /**
+   * Lists of views, one of each scene in each: from the models' cameras where all have some, and from the upper
+   * hemisphere.
+   */
   #views(count, { width, height }) {
     const clip = (drawn, camera) => viewOf(camera, drawn.model.near, drawn.model.far);
-    const sky = this.#drawn.map((drawn) => hemisphere(framingOf(drawn.model), count, width, height).map((camera) => clip(drawn, camera)));
+    const sky = this.#drawn
+      .map((drawn) => hemisphere(framingOf(drawn.model), count, width, height).map((camera) => clip(drawn, camera)));
     const sets = { hemisphere: Array.from({ length: count }, (_, i) => sky.map((views) => views[i])) };
     const most = Math.max(...this.#drawn.map(({ model }) => model.cameras.length));
     if (this.#drawn.some(({ model }) => model.cameras.length === 0)) return sets;
-    const photographs = this.#drawn.map((drawn) => drawn.model.cameras.map((camera) => clip(drawn, reshaped(camera, width, height))));
-    return { cameras: Array.from({ length: most }, (_, i) => photographs.map((views) => views[i % views.length])), ...sets };
+    const photographs = this.#drawn
+      .map((drawn) => drawn.model.cameras.map((camera) => clip(drawn, reshaped(camera, width, height))));
+    return { cameras: Array.from({ length: most }, (_, i) => photographs.map((views) => views[i % views.length])),
+      ...sets };
   }
 
   #draw(views, grid, aa) {
@@ -122,7 +135,9 @@ export class Benchmark {
     });
   }
 
-  /** Draws, waits for the picture, and returns how long both took. Reading a pixel is what a browser really waits for. */
+  /**
+   * Draws, waits for the picture, and returns how long both took. Reading a pixel is what a browser really waits for.
+   */
   async #timed(draw) {
     const gl = this.#gl, start = performance.now();
     draw();
@@ -153,9 +168,10 @@ export class Benchmark {
   async #queried(queries) {
     const gl = this.#gl;
     if (queries.length === 0) return null;
-    for (let tries = 0; tries < 200 && !queries.every((query) => gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE)); ++tries)
+    const available = () => queries.every((query) => gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE));
+    for (let tries = 0; tries < 200 && !available(); ++tries)
       await new Promise((resolve) => setTimeout(resolve, 10));
-    const whole = queries.every((query) => gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE)) && !gl.getParameter(this.#timer.GPU_DISJOINT_EXT);
+    const whole = available() && !gl.getParameter(this.#timer.GPU_DISJOINT_EXT);
     const ms = whole ? queries.map((query) => gl.getQueryParameter(query, gl.QUERY_RESULT) / 1e6) : null;
     for (const query of queries) gl.deleteQuery(query);
     return ms;
@@ -177,9 +193,11 @@ export class Benchmark {
   #about({ width, height, warmup, aa, grid }) {
     const gl = this.#gl, info = gl.getExtension("WEBGL_debug_renderer_info");
     return {
-      device: gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER), browser: navigator.userAgent, width, height, aa, warmup,
+      device: gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER), browser: navigator.userAgent, width,
+      height, aa, warmup,
       scene_width: grid.width, scene_height: grid.height, timer: this.#timer !== null,
-      scenes: this.#drawn.map(({ model, opaque, masked, bytes }) => ({ model: model.name, triangles: model.triangles, opaque, masked, gpu_bytes: bytes })),
+      scenes: this.#drawn.map(({ model, opaque, masked, bytes }) =>
+        ({ model: model.name, triangles: model.triangles, opaque, masked, gpu_bytes: bytes })),
     };
   }
 }

@@ -1,8 +1,10 @@
-// Cameras: their projection, framing a soup, and how mouse, touch and keys move one (engine/scene/camera.cpp, engine/render/cameras.cpp,
-// viewer/navigation.cpp). Normalised coordinates, radians, doubles until the shaders get them.
+// Cameras: their projection, framing a soup, and how mouse, touch and keys move one (engine/scene/camera.cpp,
+// engine/render/cameras.cpp, viewer/navigation.cpp). Normalised coordinates, radians, doubles until the shaders get
+// them.
 
 /**
- * @typedef {object} Camera pinhole, OpenCV axes: x right, y down, z forward; pixel (i, j) has its middle at (i + 0.5, j + 0.5), row 0 on top
+ * @typedef {object} Camera pinhole, OpenCV axes: x right, y down, z forward; pixel (i, j) has its middle at (i + 0.5, j
+ *   + 0.5), row 0 on top
  * @property {string} [name] of its photograph
  * @property {boolean} [test]
  * @property {number} width pixels
@@ -51,7 +53,8 @@ export function reshaped(camera, width, height) {
  * @property {number} height
  * @property {Float32Array} clipFromWorld OpenGL clip space, column after column
  * @property {number[]} eye world
- * @property {number[]} ray direction from the surface to the camera at NDC (x, y): ray + x rayX + y rayY, not normalised
+ * @property {number[]} ray direction from the surface to the camera at NDC (x, y): ray + x rayX + y rayY, not
+ *   normalised
  * @property {number[]} rayX
  * @property {number[]} rayY
  */
@@ -80,7 +83,9 @@ function meanUp(cameras) {
   return cameras.length > 0 && length(sum) > 1e-3 * cameras.length ? normalize(sum) : [0, 1, 0];
 }
 
-/** The box that most vertices lie in: axis by axis without the share `leftOut` at either end, since soups have strays. */
+/**
+ * The box that most vertices lie in: axis by axis without the share `leftOut` at either end, since soups have strays.
+ */
 function innerBox(vertices, leftOut) {
   const count = vertices.length / 3, left = Math.floor(leftOut * (count - 1));
   const axes = [0, 1, 2].map((axis) => Float32Array.from({ length: count }, (_, i) => vertices[3 * i + axis]).sort());
@@ -100,7 +105,8 @@ export function framingOf(model) {
     return { target: [0, 0, 0], up, distance, fov: mean((camera) => 2 * Math.atan((0.5 * camera.height) / camera.fy)) };
   }
   const { low, high } = innerBox(model.vertices, 0.05), fov = 0.7;
-  return { target: times(add(low, high), 0.5), up, distance: Math.max(1e-3, (0.65 * length(add(high, low, -1))) / Math.tan(0.5 * fov)), fov };
+  return { target: times(add(low, high), 0.5), up,
+    distance: Math.max(1e-3, (0.65 * length(add(high, low, -1))) / Math.tan(0.5 * fov)), fov };
 }
 
 /** Two unit vectors that complete a unit `up` to a right-handed basis. */
@@ -126,14 +132,18 @@ export function hemisphere({ target, up, distance, fov }, count, width, height) 
   return Array.from({ length: count }, (_, i) => {
     const elevation = Math.asin((i + 0.5) / count), towards = direction(axes, up, goldenAngle * i, elevation);
     // From straight above, any direction on the ground will do for up.
-    return lookAt(add(target, towards, distance), target, Math.abs(Math.sin(elevation)) > 0.9999 ? axes[1] : up, fov, width, height);
+    return lookAt(add(target, towards, distance), target, Math.abs(Math.sin(elevation)) > 0.9999 ? axes[1] : up, fov,
+      width, height);
   });
 }
 
 const STEEPEST = 1.55;  // straight up and down have no level
 const START_AZIMUTH = 0.6, START_ELEVATION = 0.35;
 
-/** A camera on a turntable: it orbits a target, level with the ground. Or, after snap(), exactly a given camera, until it is moved. */
+/**
+ * A camera on a turntable: it orbits a target, level with the ground. Or, after snap(), exactly a given camera, until
+ * it is moved.
+ */
 export class Navigation {
   #home; #target; #up; #axes; #azimuth; #elevation; #distance; #fov; #snapped = null;
 

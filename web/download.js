@@ -2,9 +2,10 @@
 import { SoupError } from "./error.js";
 
 /**
- * @param {string} source an address, or "#id" of an element of the page that holds the file as base64 text: pages of one file, opened
- *   from a disk, may load nothing else
- * @param {{signal: AbortSignal, onProgress: (loaded: number, total: number | null) => void}} options bytes; total: where it is known
+ * @param {string} source an address, or "#id" of an element of the page that holds the file as base64 text: pages of
+ *   one file, opened from a disk, may load nothing else
+ * @param {{signal: AbortSignal, onProgress: (loaded: number, total: number | null) => void}} options bytes; total:
+ *   where it is known
  * @returns {Promise<Uint8Array>}
  * @throws {SoupError} when it cannot be had
  */

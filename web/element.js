@@ -11,16 +11,24 @@ const LOST = "The graphics device was lost. The picture comes back with it; if n
 
 // Constructed style sheets are what a strict Content-Security-Policy lets a component have.
 const style = `
-:host { display: block; position: relative; aspect-ratio: 16 / 9; overflow: hidden; touch-action: none; cursor: grab; user-select: none; -webkit-user-select: none }
+:host {
+  display: block; position: relative; aspect-ratio: 16 / 9; overflow: hidden; touch-action: none; cursor: grab;
+  user-select: none; -webkit-user-select: none
+}
 :host(:active) { cursor: grabbing }
 :host([hidden]) { display: none }
 canvas, img { position: absolute; inset: 0; width: 100%; height: 100%; display: block }
 img { object-fit: cover }
-progress { position: absolute; left: 10%; bottom: 5%; width: 80%; height: 4px; appearance: none; border: 0; background: #8886 }
+progress {
+  position: absolute; left: 10%; bottom: 5%; width: 80%; height: 4px; appearance: none; border: 0; background: #8886
+}
 progress::-webkit-progress-bar { background: #8886 }
 progress::-webkit-progress-value { background: #fffc }
 progress::-moz-progress-bar { background: #fffc }
-p { position: absolute; left: 0; right: 0; bottom: 0; margin: 0; padding: 0.75em 1em; font: 14px/1.4 system-ui, sans-serif; color: #fff; background: #000c; overflow-wrap: anywhere }
+p {
+  position: absolute; left: 0; right: 0; bottom: 0; margin: 0; padding: 0.75em 1em; overflow-wrap: anywhere;
+  font: 14px/1.4 system-ui, sans-serif; color: #fff; background: #000c
+}
 [hidden] { display: none }
 `;
 let sheet = null;
@@ -68,7 +76,8 @@ export class TriSoup extends HTMLElement {
     this.#poster.alt = "";
     this.#poster.draggable = false;
     this.#message.setAttribute("role", "alert");
-    for (const [part, node] of Object.entries({ canvas: this.#canvas, poster: this.#poster, progress: this.#progress, message: this.#message })) {
+    const parts = { canvas: this.#canvas, poster: this.#poster, progress: this.#progress, message: this.#message };
+    for (const [part, node] of Object.entries(parts)) {
       node.part = part;
       node.hidden = true;
       root.append(node);
@@ -160,7 +169,10 @@ export class TriSoup extends HTMLElement {
     if (this.#dirty) this.#guard(() => this.#draw(drawn));
   }
 
-  /** The element has as many CSS pixels as before, and each has others of the screen: not every observer of sizes tells that. */
+  /**
+   * The element has as many CSS pixels as before, and each has others of the screen: not every observer of sizes tells
+   * that.
+   */
   ratioChanged() { this.#fit(this.#box); }
 
   contextLost() {
@@ -190,7 +202,8 @@ export class TriSoup extends HTMLElement {
       this.#stage ??= theStage();
       this.#stage.join(this);
       // An address is the same model however it is written.
-      resident = this.#resident = this.#stage.take(this.src.startsWith("#") ? this.src : new URL(this.src, document.baseURI).href);
+      resident = this.#resident =
+        this.#stage.take(this.src.startsWith("#") ? this.src : new URL(this.src, document.baseURI).href);
       resident.listeners.add(onProgress);
       await resident.ready;
       if (this.#resident !== resident) return;  // it has another by now
@@ -212,7 +225,10 @@ export class TriSoup extends HTMLElement {
     this.#canvas.hidden = this.#progress.hidden = true;
   }
 
-  /** Without the attribute it begins as the desktop viewer does: with the first test view, right way up and framed by a photographer. */
+  /**
+   * Without the attribute it begins as the desktop viewer does: with the first test view, right way up and framed by a
+   * photographer.
+   */
   #snapToAttribute() {
     if (!this.#navigation) return;
     const { cameras, name } = this.#resident.model, which = this.camera || "0";
@@ -221,7 +237,9 @@ export class TriSoup extends HTMLElement {
       return;
     }
     const index = /^\d+$/.test(which) ? Number(which) : cameras.findIndex((camera) => camera.name === which);
-    if (!cameras[index]) throw new SoupError(`${name}: has no camera ${which}; it has ${cameras.length}, counted from 0, test views first`);
+    if (!cameras[index])
+      throw new SoupError(
+        `${name}: has no camera ${which}; it has ${cameras.length}, counted from 0, test views first`);
     this.#snapTo(index);
   }
 
@@ -263,7 +281,10 @@ export class TriSoup extends HTMLElement {
     this.#fit(this.#box, entry.devicePixelContentBoxSize?.[0]);
   }
 
-  /** device: the box in the screen's pixels, where the browser knows them (an emulated screen does not, and tells something else). */
+  /**
+   * device: the box in the screen's pixels, where the browser knows them (an emulated screen does not, and tells
+   * something else).
+   */
   #fit(css, device) {
     this.#ratio = devicePixelRatio;
     const size = [[css.width, device?.inlineSize], [css.height, device?.blockSize]].map(([side, exact]) =>
@@ -298,7 +319,8 @@ export class TriSoup extends HTMLElement {
   /** What a person can mend is told; a fault of this module goes on to the console as well. */
   #fail(error) {
     if (!(error instanceof SoupError)) console.error(error);
-    const message = error instanceof SoupError ? error.message : `the picture cannot be drawn (${error.message}); load the page again`;
+    const message = error instanceof SoupError ? error.message
+      : `the picture cannot be drawn (${error.message}); load the page again`;
     this.#show(message);
     this.dispatchEvent(new ErrorEvent("error", { message, error }));
   }

@@ -11,8 +11,10 @@ const UNIFORMS = ["move", "offset", "drop_behind", "layer", "triangles"];
  * @throws {SoupError} without WebGL2
  */
 export function makeContext(canvas) {
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, stencil: false, powerPreference: "high-performance" });
-  if (!gl) throw new SoupError("this browser has no WebGL2, or it is switched off; use a newer one, or allow hardware acceleration");
+  const gl = canvas.getContext("webgl2",
+    { alpha: false, antialias: false, depth: false, stencil: false, powerPreference: "high-performance" });
+  if (!gl) throw new SoupError(
+    "this browser has no WebGL2, or it is switched off; use a newer one, or allow hardware acceleration");
   return gl;
 }
 
@@ -50,7 +52,8 @@ export function layerTarget(gl, texture, layer) {
  * @param {WebGL2RenderingContext} gl
  * @param {string} vertex GLSL
  * @param {string} fragment
- * @returns {{program: WebGLProgram, uniforms: Record<string, WebGLUniformLocation | null>}} its textures are those of UNITS
+ * @returns {{program: WebGLProgram, uniforms: Record<string, WebGLUniformLocation | null>}} its textures are those of
+ *   UNITS
  * @throws {SoupError} where it cannot be compiled
  */
 export function makeProgram(gl, vertex, fragment) {
@@ -64,8 +67,10 @@ export function makeProgram(gl, vertex, fragment) {
   });
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-    const log = [gl.getProgramInfoLog(program), ...shaders.map((shader) => gl.getShaderInfoLog(shader))].filter(Boolean).join(" ");
-    throw new SoupError(`this browser's WebGL2 cannot compile the shaders (${log.trim().slice(0, 200)}); try another browser`);
+    const log = [gl.getProgramInfoLog(program), ...shaders.map((shader) => gl.getShaderInfoLog(shader))].filter(Boolean)
+      .join(" ");
+    throw new SoupError(
+      `this browser's WebGL2 cannot compile the shaders (${log.trim().slice(0, 200)}); try another browser`);
   }
   for (const shader of shaders) gl.deleteShader(shader);
   const uniforms = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(program, name)]));

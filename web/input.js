@@ -2,7 +2,8 @@
 
 const RADIANS_PER_PIXEL = 0.008, ZOOM_PER_NOTCH = 1.15, PIXELS_PER_NOTCH = 100, LINES_PER_NOTCH = 3;
 const ARROW_RADIANS = 0.1;
-const FLY_KEYS = { KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0], KeyW: [0, 0, 1], KeyS: [0, 0, -1] };
+const FLY_KEYS = { KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0], KeyW: [0, 0, 1],
+  KeyS: [0, 0, -1] };
 const ARROWS = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /**
@@ -79,7 +80,8 @@ export class Input {
     if (!navigation) return;
     event.preventDefault();
     // Trackpads tell of two fingers spreading as of a wheel with Control, in small steps.
-    const notches = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY / PIXELS_PER_NOTCH : event.deltaY / LINES_PER_NOTCH;
+    const notches = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL
+      ? event.deltaY / PIXELS_PER_NOTCH : event.deltaY / LINES_PER_NOTCH;
     navigation.zoom(ZOOM_PER_NOTCH ** (-notches * (event.ctrlKey ? 5 : 1)));
     this.#to.moved();
   }

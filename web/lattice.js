@@ -4,14 +4,19 @@ import { RangeDecoder } from "./range_decoder.js";
 
 const CHANNELS = 8, FINEST_LEVEL = 5;
 /** Where the chances of each kind of decision begin. */
-const LEVELS = 0, ZERO = 64, SIGN = ZERO + 4 * CHANNELS * 16 * 8, BITS = SIGN + CHANNELS * 9, REST = BITS + 4 * 16 * 8 * 7;
+const LEVELS = 0, ZERO = 64, SIGN = ZERO + 4 * CHANNELS * 16 * 8, BITS = SIGN + CHANNELS * 9,
+  REST = BITS + 4 * 16 * 8 * 7;
 const CHANCES = REST + 8 * CHANNELS * 64;
 
 const latticeIndex = (x, y) => ((x + y) * (x + y + 1)) / 2 + y;
 
-/** Samples of a lattice, those that each lies between before it: sample, a, b, depth of each. The first has -1 for a and b. */
+/**
+ * Samples of a lattice, those that each lies between before it: sample, a, b, depth of each. The first has -1 for a and
+ * b.
+ */
 const refinements = Array.from({ length: FINEST_LEVEL + 1 }, (_, level) => {
-  const r = 1 << level, right = latticeIndex(r, 0), all = [0, -1, -1, 0, right, 0, 0, 0, latticeIndex(0, r), 0, right, 0];
+  const r = 1 << level, right = latticeIndex(r, 0),
+    all = [0, -1, -1, 0, right, 0, 0, 0, latticeIndex(0, r), 0, right, 0];
   for (let depth = 1; depth <= level; ++depth)
     for (let h = r >> depth, y = 0; y <= r; y += h)
       for (let x = 0; x + y <= r; x += h) {
@@ -39,7 +44,8 @@ function difference(decoder, kind, channel, near, beside, signs) {
   const negative = decoder.decide(SIGN + channel * 9 + signs), bits = BITS + ((kind * 16 + near) * 8 + beside) * 7;
   let n = 0, number = 1;
   while (n < 7 && decoder.decide(bits + n)) ++n;
-  for (let bit = 0; bit < n; ++bit) number = (number << 1) | decoder.decide(REST + (n * CHANNELS + channel) * 64 + Math.min(number, 63));
+  for (let bit = 0; bit < n; ++bit)
+    number = (number << 1) | decoder.decide(REST + (n * CHANNELS + channel) * 64 + Math.min(number, 63));
   return negative ? -number : number;
 }
 
@@ -47,7 +53,8 @@ function difference(decoder, kind, channel, near, beside, signs) {
 function decodeTriangle(decoder, level, steps, differences, values, begin) {
   const samples = refinements[level], recent = new Int32Array(CHANNELS).fill(32);
   for (let i = 0; i < samples.length; i += 4) {
-    const here = samples[i] * CHANNELS, a = samples[i + 1] * CHANNELS, b = samples[i + 2] * CHANNELS, depth = samples[i + 3];
+    const here = samples[i] * CHANNELS, a = samples[i + 1] * CHANNELS, b = samples[i + 2] * CHANNELS,
+      depth = samples[i + 3];
     const kind = depth === 0 ? 3 : Math.min(level - depth, 2);
     for (let c = 0; c < CHANNELS; ++c) {
       const between = depth === 0 ? 0 : Math.abs(differences[a + c]) + Math.abs(differences[b + c]);
@@ -68,7 +75,8 @@ function decodeTriangle(decoder, level, steps, differences, values, begin) {
  * @param {Uint8Array} bytes
  * @param {number} triangles
  * @param {number[]} steps of each feature
- * @returns {{levels: Uint8Array, offsets: Uint32Array, values: Uint8Array} | null} offsets count samples, of eight values each
+ * @returns {{levels: Uint8Array, offsets: Uint32Array, values: Uint8Array} | null} offsets count samples, of eight
+ *   values each
  */
 export function decodeLattices(bytes, triangles, steps) {
   const decoder = new RangeDecoder(bytes, CHANCES), differences = new Int32Array(samplesAt(FINEST_LEVEL) * CHANNELS);
@@ -136,13 +144,17 @@ export function makeAtlas(levels, side) {
  * @returns {{width: number, height: number, features: {rgba: Uint8Array}[]}[]}
  */
 export function fillAtlas({ levels, offsets, values }, { places, pages }) {
-  const filled = pages.map(({ width, height }) => ({ width, height, features: [0, 1].map(() => ({ rgba: new Uint8Array(4 * width * height) })) }));
+  const filled = pages
+    .map(({ width, height }) =>
+      ({ width, height, features: [0, 1].map(() => ({ rgba: new Uint8Array(4 * width * height) })) }));
   for (let t = 0; t < levels.length; ++t) {
-    const x0 = places.getUint16(8 * t, true), y0 = places.getUint16(8 * t + 2, true), page = filled[places.getUint8(8 * t + 5)];
+    const x0 = places.getUint16(8 * t, true), y0 = places.getUint16(8 * t + 2, true),
+      page = filled[places.getUint8(8 * t + 5)];
     const sign = places.getUint8(8 * t + 6) ? -1 : 1, r = 1 << levels[t];
     for (let y = 0; y <= r; ++y)
       for (let x = 0; x + y <= r; ++x) {
-        const from = (offsets[t] + latticeIndex(x, y)) * CHANNELS, to = 4 * ((y0 + sign * y) * page.width + x0 + sign * x);
+        const from = (offsets[t] + latticeIndex(x, y)) * CHANNELS,
+          to = 4 * ((y0 + sign * y) * page.width + x0 + sign * x);
         for (let c = 0; c < 4; ++c) {
           page.features[0].rgba[to + c] = values[from + c];
           page.features[1].rgba[to + c] = values[from + 4 + c];

@@ -12,7 +12,8 @@ export const MAX_LEVEL = 5;  // of a lattice
 export const MLP_PARAMETERS = 595;
 
 /**
- * Where a triangle's lattice lies in the atlas: lattice point (x, y) is texel (x0 + x, y0 + y), or (x0 - x, y0 - y) if it is turned.
+ * Where a triangle's lattice lies in the atlas: lattice point (x, y) is texel (x0 + x, y0 + y), or (x0 - x, y0 - y) if
+ * it is turned.
  * @param {DataView} places 8 bytes a triangle
  * @param {number} triangle
  */
@@ -28,15 +29,16 @@ export function placeOf(places, triangle) {
 }
 
 /**
- * @typedef {object} Model what decodeModel makes of a file. Normalised coordinates: cameras at mean distance 1 from the origin.
+ * @typedef {object} Model what decodeModel makes of a file. Normalised coordinates: cameras at mean distance 1 from the
+ *   origin.
  * @property {string} name
  * @property {number} triangles
  * @property {{scale: number, middle: number[]}} normalisation normalised = scale (vertex of the file - middle)
  * @property {Float32Array} vertices x y z of three vertices a triangle, normalised
  * @property {DataView} places see placeOf
  * @property {Float32Array} mlp w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3]
- * @property {{width: number, height: number, features: (Uint8Array | {rgba: Uint8Array})[]}[]} pages two pictures each, PNG files or
- *   their RGBA bytes: features 0..3; 4..6 and opacity
+ * @property {{width: number, height: number, features: (Uint8Array | {rgba: Uint8Array})[]}[]} pages two pictures each,
+ *   PNG files or their RGBA bytes: features 0..3; 4..6 and opacity
  * @property {number[]} background RGB 0..1
  * @property {number[] | null} up where it is known
  * @property {number} near clip planes of the model's own cameras, normalised
@@ -66,7 +68,8 @@ export function decodeModel(bytes, name) {
  * @throws {SoupError} on anything that is no whole model
  */
 export function decodeDocument(document, binary, name) {
-  if (!document?.extensions?.[EXTENSION]) throw new SoupError(`${name}: has no ${EXTENSION} extension; it is not a trisoup model`);
+  if (!document?.extensions?.[EXTENSION])
+    throw new SoupError(`${name}: has no ${EXTENSION} extension; it is not a trisoup model`);
   try {
     return new Reader(document, binary, name).model();
   } catch (error) {
@@ -90,7 +93,8 @@ class Reader {
   }
 
   whole(value) {
-    if (!Number.isSafeInteger(value) || value < 0) throw this.damaged("has something else where a whole number belongs");
+    if (!Number.isSafeInteger(value) || value < 0)
+      throw this.damaged("has something else where a whole number belongs");
     return value;
   }
 
@@ -107,7 +111,8 @@ class Reader {
   view(index) {
     const view = this.document.bufferViews[this.whole(index)];
     const offset = this.whole(view.byteOffset ?? 0), length = this.whole(view.byteLength);
-    if (offset > this.binary.length || length > this.binary.length - offset) throw this.damaged("has a bufferView beyond its end");
+    if (offset > this.binary.length || length > this.binary.length - offset)
+      throw this.damaged("has a bufferView beyond its end");
     return this.binary.subarray(offset, offset + length);
   }
 
@@ -121,11 +126,14 @@ class Reader {
     const { extension } = this;
     const version = this.whole(extension.version);
     if (version < 1 || version > VERSIONS)
-      throw new SoupError(`${this.name}: is of version ${version}, this page reads versions 1 to ${VERSIONS}; use a newer one`);
+      throw new SoupError(
+        `${this.name}: is of version ${version}, this page reads versions 1 to ${VERSIONS}; use a newer one`);
     if (extension.sphericalHarmonicsDegree !== 2)
-      throw new SoupError(`${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
+      throw new SoupError(
+        `${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
     const triangles = this.whole(extension.triangles), normalisation = this.normalisation();
-    const vertices = version >= 4 && extension.vertices !== undefined ? this.codedVertices(triangles) : this.vertices(triangles, normalisation);
+    const vertices = version >= 4 && extension.vertices !== undefined
+      ? this.codedVertices(triangles) : this.vertices(triangles, normalisation);
     const { places, pages } = version === 1 ? this.atlas(triangles) : this.textures(triangles);
     return {
       name: this.name,
@@ -187,7 +195,8 @@ class Reader {
   /** Textures of all versions after the first. */
   textures(triangles) {
     const { steps } = this.extension.textures, bytes = this.coded(this.extension.textures, "textures");
-    if (!Array.isArray(steps) || steps.length !== 8 || !steps.every((step) => this.whole(step) >= 1 && step <= MAX_STEP))
+    if (!Array.isArray(steps) || steps.length !== 8 ||
+      !steps.every((step) => this.whole(step) >= 1 && step <= MAX_STEP))
       throw this.damaged("has impossible texture steps");
     const lattices = decodeLattices(bytes, triangles, steps);
     if (!lattices) throw this.damaged("has textures that end too early");
@@ -219,13 +228,15 @@ class Reader {
       if (!features.every(isWholePng)) throw this.damaged("has a damaged texture");
       return { ...low, features };
     });
-    // One page of the usual largest size, however little it holds, and room for every place: a header may claim any number.
+    // One page of the usual largest size, however little it holds, and room for every place: a header may claim any
+    // number.
     let texels = 8192 * 8192;
     for (let t = 0; t < triangles; ++t) {
       const place = placeOf(places, t), page = pages[place.page], side = (1 << place.level) * (place.turned ? -1 : 1);
       if (place.level > MAX_LEVEL || !page || place.turned > 1) throw this.damaged("has an impossible texture table");
       const outside = (from, size) => from >= size || from + side < 0 || from + side >= size;
-      if (outside(place.x0, page.width) || outside(place.y0, page.height)) throw this.damaged("has a texture outside its page");
+      if (outside(place.x0, page.width) || outside(place.y0, page.height))
+        throw this.damaged("has a texture outside its page");
       texels += 2 * ((1 << place.level) + 3) * ((1 << place.level) + 2);
     }
     for (const page of pages) texels -= page.width * page.height;
@@ -246,18 +257,23 @@ class Reader {
     return up.map((x) => x / length);
   }
 
-  /** Clip planes of the model's cameras, as viewer/subject.cpp has them: settings of another program are passed over. */
+  /**
+   * Clip planes of the model's cameras, as viewer/subject.cpp has them: settings of another program are passed over.
+   */
   planes() {
     const settings = this.extension.settings ?? {};
     const number = (value, otherwise) => (typeof value === "number" ? value : otherwise);
     const near = number(settings.test_near, 0.025), far = number(settings.far, 2.5);
-    if (!(near >= 1e-6 && near < far && far < 1e37)) throw new SoupError(`${this.name}: its clip planes are impossible; train it again`);
-    return { near, far, dropNear: typeof settings.drop_near === "boolean" ? settings.drop_near : "steps" in Object(settings) };
+    if (!(near >= 1e-6 && near < far && far < 1e37))
+      throw new SoupError(`${this.name}: its clip planes are impossible; train it again`);
+    return { near, far, dropNear: typeof settings.drop_near === "boolean"
+      ? settings.drop_near : "steps" in Object(settings) };
   }
 
   cameras() {
     const { cameras = [] } = this.extension;
-    const read = Array.isArray(cameras) ? cameras.map((row) => this.camera(row, row.name, row.test === true, this.pose(row))) : this.table(cameras);
+    const read = Array.isArray(cameras)
+      ? cameras.map((row) => this.camera(row, row.name, row.test === true, this.pose(row))) : this.table(cameras);
     if (!read.every(possible)) throw this.damaged("has an impossible camera");
     // Array.sort is stable: beyond that the order is the file's.
     return read.sort((a, b) => Number(b.test) - Number(a.test));
@@ -278,10 +294,12 @@ class Reader {
   /** Cameras of version 3: what photographs of one lens have in common is told once. */
   table({ names, test, lenses, lens, poses }) {
     const bytes = this.view(poses);
-    if (!Array.isArray(names) || bytes.length !== 4 * POSE_FLOATS * names.length) throw this.damaged("has another number of poses than of cameras");
+    if (!Array.isArray(names) || bytes.length !== 4 * POSE_FLOATS * names.length)
+      throw this.damaged("has another number of poses than of cameras");
     const numbers = this.floats(bytes), ofTest = new Set(test.map((index) => this.whole(index)));
     if (!numbers) throw this.damaged("has an impossible camera");
-    if ([...ofTest].some((index) => index >= names.length)) throw this.damaged("has a test view that it has no camera of");
+    if ([...ofTest].some((index) => index >= names.length))
+      throw this.damaged("has a test view that it has no camera of");
     return names.map((name, i) => {
       const its = lenses[lens ? this.whole(lens[i]) : 0];
       return this.camera(its, name, ofTest.has(i), poseOf(numbers.subarray(POSE_FLOATS * i, POSE_FLOATS * (i + 1))));
@@ -305,7 +323,9 @@ function possible({ width, height, fx, fy, cx, cy, pose }) {
   const largest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
   const row = (i) => pose.slice(4 * i, 4 * i + 3);
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  const rotates = [0, 1, 2].every((i) => [0, 1, 2].every((j) => Math.abs(dot(row(i), row(j)) - (i === j ? 1 : 0)) < 1e-3));
-  return width > 0 && height > 0 && width <= 65535 && height <= 65535 && [fx, fy].every((f) => f > 1e-3 && f < largest) &&
+  const rotates = [0, 1, 2]
+    .every((i) => [0, 1, 2].every((j) => Math.abs(dot(row(i), row(j)) - (i === j ? 1 : 0)) < 1e-3));
+  return width > 0 && height > 0 && width <= 65535 && height <= 65535 &&
+    [fx, fy].every((f) => f > 1e-3 && f < largest) &&
     [cx, cy, pose[3], pose[7], pose[11]].every((x) => Math.abs(x) < largest) && rotates;
 }

@@ -26,7 +26,8 @@ export class Renderer {
   /** Longest side of a picture in pixels. */
   get largestSide() {
     const gl = this.#gl;
-    return Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
+    return Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), gl.getParameter(gl.MAX_RENDERBUFFER_SIZE),
+      ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
   }
 
   /** Bytes of the targets of the first pass: a number for each sample, one depth. */
@@ -36,7 +37,8 @@ export class Renderer {
    * Draws a picture to the canvas, which has to have room for it.
    * @param {import("./upload.js").GpuModel} drawn
    * @param {import("./camera.js").View} view
-   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean, left?: number, top?: number}} options left, top: where it lies, pixels
+   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean, left?: number, top?: number}} options left, top: where
+   *   it lies, pixels
    */
   draw(drawn, view, { aa, dropBehind, left = 0, top = 0 }) {
     const gl = this.#gl, { width, height } = view;
@@ -79,8 +81,8 @@ export class Renderer {
   }
 
   /**
-   * What the first pass of the last picture found: per pixel, rows downwards, the number (from 1) of the visible triangle, 0 where
-   * there is none.
+   * What the first pass of the last picture found: per pixel, rows downwards, the number (from 1) of the visible
+   * triangle, 0 where there is none.
    * @param {number} width of the last picture
    * @param {number} height
    * @param {number} [sample] which of the pixel's samples

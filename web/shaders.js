@@ -1,7 +1,9 @@
 // The two passes in GLSL ES 3.00, line by line as shaders/ has them for Vulkan. Where they differ, WebGL2 is why:
-//  - it can neither multisample integers nor read single samples, so a pass is drawn once for every sample, moved by the sample's
-//    distance from the middle of the pixel, into a layer of its own. A pixel then sees the same samples as the native renderer's;
-//  - it has no textureGather, so opacity takes three fetches, and no specialisation constants, so the MLP is written into the text.
+//  - it can neither multisample integers nor read single samples, so a pass is drawn once for every sample, moved by
+//    the sample's distance from the middle of the pixel, into a layer of its own. A pixel then sees the same samples as
+//    the native renderer's;
+//  - it has no textureGather, so opacity takes three fetches, and no specialisation constants, so the MLP is written
+//    into the text.
 // Pictures are drawn with their rows downwards, as in Vulkan, and turned over on the way to the canvas.
 
 export const TABLE_WIDTH = 1024;  // triangle t is the column (t % 1024, t / 1024) of the table of triangles
@@ -9,7 +11,8 @@ export const UNITS = { table: 0, features: 1, opacities: 2, hits: 3 };  // textu
 
 /**
  * Anti-aliasing: where the samples of a pixel lie, in pixels from its middle.
- * `shadeAll`: opacity is read and colour computed at each sample; else in the middle, and opacity continued by its slope.
+ * `shadeAll`: opacity is read and colour computed at each sample; else in the middle, and opacity continued by its
+ * slope.
  */
 export const SAMPLES = {
   none: { at: [[0, 0]], shadeAll: false },
@@ -66,8 +69,8 @@ struct LatticeCell {
 
 vec3 to_camera(vec2 ndc) { return ray.xyz + ndc.x * ray_x.xyz + ndc.y * ray_y.xyz; }
 
-// From the ray, not interpolated between corners that the rasteriser has snapped to its grid. With several samples the middle of a
-// pixel may lie outside, and is moved to the edge.
+// From the ray, not interpolated between corners that the rasteriser has snapped to its grid. With several samples the
+// middle of a pixel may lie outside, and is moved to the edge.
 vec2 barycentrics(SoupTriangle t, vec2 ndc) {
   vec3 direction = to_camera(ndc), s = eye.xyz - t.v2, p = cross(direction, t.e1);
   float det = dot(p, t.e0), scale = det != 0.0 ? 1.0 / det : 0.0;
@@ -91,8 +94,8 @@ LatticeCell lattice_cell(SoupTriangle t, vec2 b) {
 `;
 
 /**
- * Depth in clip space. `reversed` and `zeroToOne` are 1 near and 0 far as in Vulkan, where floats are dense near 0; the latter needs
- * EXT_clip_control. `usual` is what clip_from_world makes it.
+ * Depth in clip space. `reversed` and `zeroToOne` are 1 near and 0 far as in Vulkan, where floats are dense near 0; the
+ * latter needs EXT_clip_control. `usual` is what clip_from_world makes it.
  */
 export const DEPTHS = { usual: "p.z", reversed: "-p.z", zeroToOne: "0.5 * (p.w - p.z)" };
 
@@ -101,7 +104,8 @@ export const soupVertex = (depth) => `${HEADER}${FRAME}${TRIANGLES}
 layout(location = 0) in vec3 position;  // world
 layout(location = 1) in uint number;    // of the triangle, from 1
 uniform vec2 move;         // NDC from the sample to the middle of the pixel
-uniform bool drop_behind;  // leave out a triangle that reaches behind the camera, as in training, instead of clipping it
+// Leave out a triangle that reaches behind the camera, as in training, instead of clipping it.
+uniform bool drop_behind;
 flat out uint triangle;
 
 float depth_of(vec3 v) { return (clip_from_world * vec4(v, 1.0)).w; }
@@ -112,7 +116,8 @@ void main() {
   gl_Position = vec4(p.xy + move * p.w, ${depth}, p.w);
   if (drop_behind) {
     SoupTriangle t = soup_triangle(number - 1u);
-    if (min(depth_of(t.v2), min(depth_of(t.v2 + t.e0), depth_of(t.v2 + t.e1))) <= 0.0) gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
+    if (min(depth_of(t.v2), min(depth_of(t.v2 + t.e0), depth_of(t.v2 + t.e1))) <= 0.0)
+      gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
   }
 }
 `;
@@ -185,7 +190,8 @@ export function layer(weights, biases, input) {
 /** A 16 -> 16 -> 16 -> 3 MLP with ReLU, ReLU and sigmoid, its weights compiled in. */
 export function mlpFunction(mlp) {
   const hidden = (weights, input) =>
-    layer(mlp.subarray(weights, weights + 256), mlp.subarray(weights + 256, weights + 272), input).map((sum) => `max(${sum}, 0.0)`).join(",\n");
+    layer(mlp.subarray(weights, weights + 256), mlp.subarray(weights + 256, weights + 272), input)
+      .map((sum) => `max(${sum}, 0.0)`).join(",\n");
   return `
 vec3 mlp(vec4 x[4]) {
   vec4 h[4] = vec4[4](${hidden(0, "x")});
@@ -202,7 +208,8 @@ uniform sampler2DArray features;  // 0..3 of a lattice point; 4..7 lie in the la
 vec4 mixed(LatticeCell c, int half_page) {
   ivec3 scale = ivec3(1, 1, 2), layer = ivec3(0, 0, half_page);
   vec4 v2 = texelFetch(features, c.i2 * scale + layer, 0);
-  return v2 + c.w.x * (texelFetch(features, c.i0 * scale + layer, 0) - v2) + c.w.y * (texelFetch(features, c.i1 * scale + layer, 0) - v2);
+  return v2 + c.w.x * (texelFetch(features, c.i0 * scale + layer, 0) - v2) +
+    c.w.y * (texelFetch(features, c.i1 * scale + layer, 0) - v2);
 }
 
 vec3 surface_colour(uint hit, vec2 ndc) {
@@ -280,7 +287,10 @@ layout(location = 0) out float opacity;
 void main() { opacity = texelFetch(features, ivec3(gl_FragCoord.xy, layer), 0).a; }
 `;
 
-/** A pixel for each triangle, in the table's places: the least and the greatest opacity of its lattice. Between points it is a mixture. */
+/**
+ * A pixel for each triangle, in the table's places: the least and the greatest opacity of its lattice. Between points
+ * it is a mixture.
+ */
 export const rangeFragment = `${HEADER}${TRIANGLES}
 uniform sampler2DArray features;
 uniform uint triangles;
@@ -291,7 +301,8 @@ void main() {
   range = vec4(0.0);
   if (t >= triangles) return;
   SoupTriangle s = soup_triangle(t);
-  int r = 1 << int(s.layer_level & 255u), side = (s.layer_level >> 16) != 0u ? -1 : 1, page = int((s.layer_level >> 8) & 255u);
+  int r = 1 << int(s.layer_level & 255u), side = (s.layer_level >> 16) != 0u ? -1 : 1;
+  int page = int((s.layer_level >> 8) & 255u);
   ivec2 at = ivec2(int(s.place & 65535u), int(s.place >> 16));
   range.x = 1.0;
   for (int y = 0; y <= r; ++y)

@@ -1,10 +1,11 @@
 // What all soups of a page share: one WebGL context, the models in it, and one clock.
 //
-// Browsers allow a page some 16 contexts (8 on phones), and each would hold its shaders and targets anew. So there is one canvas that
-// nobody sees; each element has a 2D canvas, to which its part of a picture is copied. drawImage between canvases stays on the GPU,
-// is exact (both are opaque, of one colour space and size) and works in every browser with WebGL2. Two other ways lost:
-// transferToImageBitmap makes a new drawing buffer for every picture, and needs OffscreenCanvas with WebGL (Safari 17); one canvas
-// behind the whole page scrolls late and cannot lie in two layers.
+// Browsers allow a page some 16 contexts (8 on phones), and each would hold its shaders and targets anew. So there is
+// one canvas that nobody sees; each element has a 2D canvas, to which its part of a picture is copied. drawImage
+// between canvases stays on the GPU, is exact (both are opaque, of one colour space and size) and works in every
+// browser with WebGL2. Two other ways lost: transferToImageBitmap makes a new drawing buffer for every picture, and
+// needs OffscreenCanvas with WebGL (Safari 17); one canvas behind the whole page scrolls late and cannot lie in two
+// layers.
 import { decodeModel } from "./model.js";
 import { download, nameOf } from "./download.js";
 import { makeContext } from "./gpu.js";
@@ -64,7 +65,10 @@ class Stage {
     this.#watchRatio();
   }
 
-  /** A window that moves to another screen, or a page that is zoomed: a query knows one ratio, so each change wants a new one. */
+  /**
+   * A window that moves to another screen, or a page that is zoomed: a query knows one ratio, so each change wants a
+   * new one.
+   */
   #watchRatio() {
     matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
       for (const element of this.#elements) element.ratioChanged();
@@ -94,8 +98,8 @@ class Stage {
   }
 
   /**
-   * A model by its address, loaded once however many show it: its `ready` becomes itself, or a SoupError. Whoever takes one gives it
-   * back with release().
+   * A model by its address, loaded once however many show it: its `ready` becomes itself, or a SoupError. Whoever takes
+   * one gives it back with release().
    * @param {string} source absolute address or "#id"
    */
   take(source) {

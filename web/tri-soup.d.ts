@@ -3,8 +3,8 @@ export type AntiAliasing = "none" | "msaa" | "ssaa";
 
 /**
  * A soup of triangles in a page: `<tri-soup src="model.glb" poster="poster.png" camera="3" autorotate></tri-soup>`.
- * Its size is that of any block; without a height it is 16 to 9. Drag, wheel, touch and keys move the camera as in soup-view.
- * Shadow parts for styles: canvas, poster, progress, message.
+ * Its size is that of any block; without a height it is 16 to 9. Drag, wheel, touch and keys move the camera as in
+ * soup-view. Shadow parts for styles: canvas, poster, progress, message.
  */
 export class TriSoup extends HTMLElement {
   /** Address of a model.glb, or "#id" of an element whose text is one as base64. */
@@ -23,9 +23,10 @@ export class TriSoup extends HTMLElement {
   /** Whether a picture of `src` has been drawn. */
   readonly loaded: boolean;
 
-  addEventListener<K extends keyof TriSoupEventMap>(type: K, listener: (this: TriSoup, event: TriSoupEventMap[K]) => void,
+  addEventListener<K extends keyof TriSoupEventMap>(type: K,
+    listener: (this: TriSoup, event: TriSoupEventMap[K]) => void, options?: boolean | AddEventListenerOptions): void;
+  addEventListener(type: string, listener: EventListenerOrEventListenerObject,
     options?: boolean | AddEventListenerOptions): void;
-  addEventListener(type: string, listener: EventListenerOrEventListenerObject, options?: boolean | AddEventListenerOptions): void;
 }
 
 export interface TriSoupEventMap extends Omit<HTMLElementEventMap, "load" | "progress" | "error"> {

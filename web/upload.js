@@ -30,21 +30,25 @@ export function uploadModel(gl, model, pages) {
   const most = gl.getParameter(gl.MAX_TEXTURE_SIZE), rows = Math.ceil(model.triangles / TABLE_WIDTH);
   const { cuts, count, width, height } = cutPages(model.pages, most);
   if (rows > most || count > MOST_TILES || 2 * count > gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS))
-    throw new SoupError(`${model.name}: its textures are too large for this device, which ends at ${most} texels; use a smaller model`);
+    throw new SoupError(
+      `${model.name}: its textures are too large for this device, which ends at ${most} texels; use a smaller model`);
   while (gl.getError() !== gl.NO_ERROR);  // of others
   const features = makeTexture(gl, gl.RGBA8, width, height, 2 * count);
   cuts.forEach((cut) => fillTiles(gl, cut, pages[cut.page], width, height));
   const table = makeTexture(gl, gl.RGBA32UI, TABLE_WIDTH, rows, 3);
   tableLayers(model, cuts, rows).forEach((texels, layer) =>
-    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, layer, TABLE_WIDTH, rows, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texels));
+    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, layer, TABLE_WIDTH, rows, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT,
+      texels));
   const opacities = opacityLayers(gl, features, width, height, count);
   const ranges = opacityRanges(gl, model, table, features, rows);
   const corners = uploadCorners(gl, model, ranges), vertexBytes = 48 * (corners.opaque + corners.masked);
   const bytes = width * height * count * 9 + TABLE_WIDTH * rows * 48 + vertexBytes;
-  const drawn = { model, table, features, opacities, programs: {}, width, height, tiles: count, rows, bytes, ...corners };
+  const drawn = { model, table, features, opacities, programs: {}, width, height, tiles: count, rows, bytes,
+    ...corners };
   if (gl.getError() === gl.OUT_OF_MEMORY) {
     releaseModel(gl, drawn);
-    throw new SoupError(`${model.name}: does not fit the memory of this device; close other pages or use a smaller model`);
+    throw new SoupError(
+      `${model.name}: does not fit the memory of this device; close other pages or use a smaller model`);
   }
   return drawn;
 }
@@ -83,7 +87,8 @@ function fillTiles(gl, { first, across, down, strideX, strideY }, pictures, widt
     gl.pixelStorei(gl.UNPACK_SKIP_ROWS, y);
     pictures.forEach((picture, half) => {
       const w = Math.min(width, picture.width - x), h = Math.min(height, picture.height - y);
-      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, 2 * (first + tile) + half, w, h, 1, gl.RGBA, gl.UNSIGNED_BYTE, picture);
+      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, 2 * (first + tile) + half, w, h, 1, gl.RGBA, gl.UNSIGNED_BYTE,
+        picture);
     });
   }
   gl.pixelStorei(gl.UNPACK_SKIP_PIXELS, 0);
@@ -124,7 +129,8 @@ function opacityRanges(gl, model, table, features, rows) {
   const ranges = makeTexture(gl, gl.RGBA8, TABLE_WIDTH, rows, 1), target = layerTarget(gl, ranges, 0);
   const bytes = new Uint8Array(4 * TABLE_WIDTH * rows);
   bindTextures(gl, { table, features });
-  drawOnce(gl, rangeFragment, target, TABLE_WIDTH, rows, (uniforms) => gl.uniform1ui(uniforms.triangles, model.triangles));
+  drawOnce(gl, rangeFragment, target, TABLE_WIDTH, rows,
+    (uniforms) => gl.uniform1ui(uniforms.triangles, model.triangles));
   gl.readPixels(0, 0, TABLE_WIDTH, rows, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.deleteFramebuffer(target);

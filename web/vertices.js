@@ -1,4 +1,5 @@
-// The vertices of a model.glb without a mesh: steps on a grid of each triangle's own, arithmetically coded (engine/format/vertex_code.cpp).
+// The vertices of a model.glb without a mesh: steps on a grid of each triangle's own, arithmetically coded
+// (engine/format/vertex_code.cpp).
 import { RangeDecoder } from "./range_decoder.js";
 
 const MOST_BITS = 26, MOST_EXPONENT = 30, MOST_STEPS = 1 << 24;
@@ -12,14 +13,16 @@ function wholeNumber(decoder, chances) {
   while (bits < MOST_BITS && decoder.decide(chances + bits)) ++bits;
   if (bits === 0) return 0;
   const negative = decoder.decide(chances + SIGN_OF_NUMBER);
-  for (let bit = bits - 2; bit >= 0; --bit) number = (number << 1) | decoder.decide(chances + REST_OF_NUMBER + (bit === bits - 2 ? bits - 1 : 0));
+  for (let bit = bits - 2; bit >= 0; --bit)
+    number = (number << 1) | decoder.decide(chances + REST_OF_NUMBER + (bit === bits - 2 ? bits - 1 : 0));
   return negative ? -number : number;
 }
 
 const bitsOf = (number) => 32 - Math.clz32(Math.abs(number));
 
 /**
- * Corners of all triangles in normalised coordinates; null where the bytes end too early or a number lies beyond its limits.
+ * Corners of all triangles in normalised coordinates; null where the bytes end too early or a number lies beyond its
+ * limits.
  * @param {Uint8Array} bytes
  * @param {number} triangles
  * @returns {Float32Array | null} x y z of three corners a triangle
@@ -42,7 +45,8 @@ export function decodeVertices(bytes, triangles) {
     for (let corner = 0; corner < 3; ++corner) {
       let bits = side;
       for (let axis = 0; axis < 3; ++axis) {
-        const away = wholeNumber(decoder, NUMBER * (1 + (3 * corner + axis) * (MOST_BITS + 1) + bits)), steps = from[axis] + away;
+        const away = wholeNumber(decoder, NUMBER * (1 + (3 * corner + axis) * (MOST_BITS + 1) + bits)),
+          steps = from[axis] + away;
         if (Math.abs(steps) > MOST_STEPS) return null;
         corners[3 * corner + axis] = steps;
         bits = axis === 0 ? bitsOf(away) : Math.max(bits, bitsOf(away));

@@ -8,7 +8,8 @@ const message = document.getElementById("message");
 
 async function main() {
   const loader = new GLTFLoader().register((parser) => new SoupLoader(parser));
-  const { scene: model } = await loader.loadAsync(new URLSearchParams(location.search).get("model") ?? "../../model.glb");
+  const { scene: model } =
+    await loader.loadAsync(new URLSearchParams(location.search).get("model") ?? "../../model.glb");
   let soup;
   model.traverse((object) => { if (object.isSoup) soup = object; });
   if (!soup) throw new Error("model.glb has no neural textures; give one that soup-train wrote");

@@ -1,7 +1,9 @@
 import type { Color, Group, PerspectiveCamera } from "three";
 import type { GLTFLoaderPlugin, GLTFParser } from "three/addons/loaders/GLTFLoader.js";
 
-/** For GLTFLoader: `loader.register((parser) => new SoupLoader(parser))`. Files without our extension are left alone. */
+/**
+ * For GLTFLoader: `loader.register((parser) => new SoupLoader(parser))`. Files without our extension are left alone.
+ */
 export class SoupLoader implements GLTFLoaderPlugin {
   constructor(parser: GLTFParser);
   readonly name: "TRISOUP_neural_textures";
@@ -15,8 +17,8 @@ export class Soup extends Group {
   /** What lay behind the soup in training. */
   readonly background: Color;
   /**
-   * Puts a camera where a photograph was taken: its place, direction and field of view. Its `aspect` and its clip planes stay.
-   * Throws an error where the model has no such camera.
+   * Puts a camera where a photograph was taken: its place, direction and field of view. Its `aspect` and its clip
+   * planes stay. Throws an error where the model has no such camera.
    */
   lookThrough(camera: PerspectiveCamera, which?: number | string): void;
   /** Frees what lies on the GPU, of all clones too. */

@@ -1,18 +1,24 @@
 // A soup in a three.js scene: a plugin of GLTFLoader for model.glb, and the object that it makes. See docs/web.md.
 //
-// The two passes of the page's renderer become two meshes of one geometry: the first writes depth alone and reads no more than opacity,
-// the second shades what has exactly that depth, so the MLP runs once per pixel however many triangles lie behind. All else (depth
-// against other meshes, render targets, XR, a context that was lost) is three.js' own.
+// The two passes of the page's renderer become two meshes of one geometry: the first writes depth alone and reads no
+// more than opacity, the second shades what has exactly that depth, so the MLP runs once per pixel however many
+// triangles lie behind. All else (depth against other meshes, render targets, XR, a context that was lost) is three.js'
+// own.
 import {
-  BufferAttribute, BufferGeometry, Color, DataArrayTexture, DoubleSide, EqualDepth, GLSL3, Group, LinearSRGBColorSpace, Matrix4, Mesh,
-  RGBAFormat, RGBAIntegerFormat, RawShaderMaterial, RedFormat, SRGBColorSpace, UnsignedByteType, UnsignedIntType, Vector2, Vector3, Vector4,
+  BufferAttribute, BufferGeometry, Color, DataArrayTexture, DoubleSide, EqualDepth, GLSL3, Group, LinearSRGBColorSpace,
+  Matrix4, Mesh,
+  RGBAFormat, RGBAIntegerFormat, RawShaderMaterial, RedFormat, SRGBColorSpace, UnsignedByteType, UnsignedIntType,
+  Vector2, Vector3, Vector4,
 } from "three";
 import { SoupError } from "../error.js";
 import { EXTENSION, decodeDocument } from "../model.js";
-import { DEPTHS, TABLE_WIDTH, maskedFragment, meshFragment, opaqueFragment, soupVertex, withPlainUniforms } from "../shaders.js";
+import { DEPTHS, TABLE_WIDTH, maskedFragment, meshFragment, opaqueFragment, soupVertex,
+  withPlainUniforms } from "../shaders.js";
 import { unpackModel } from "./unpack.js";
 
-/** For GLTFLoader: `loader.register((parser) => new SoupLoader(parser))`. Files without our extension are left alone. */
+/**
+ * For GLTFLoader: `loader.register((parser) => new SoupLoader(parser))`. Files without our extension are left alone.
+ */
 export class SoupLoader {
   name = EXTENSION;
 
@@ -55,7 +61,8 @@ export class Soup extends Group {
     // The meshes have normalised coordinates, as cameras and shaders do.
     this.scale.setScalar(1 / model.normalisation.scale);
     this.position.fromArray(model.normalisation.middle);
-    const depth = new SoupMesh(parts.geometry, [parts.opaque, parts.masked]), surface = new SoupMesh(parts.geometry, parts.surface);
+    const depth = new SoupMesh(parts.geometry, [parts.opaque, parts.masked]),
+      surface = new SoupMesh(parts.geometry, parts.surface);
     depth.name = "depth";
     surface.name = "surface";
     surface.renderOrder = 1;
@@ -74,14 +81,16 @@ export class Soup extends Group {
   get cameras() { return this.model.cameras.map((camera) => camera.name); }
 
   /**
-   * Puts a camera where a photograph was taken: its place, direction and field of view. Its `aspect` stays, and so do its clip planes.
+   * Puts a camera where a photograph was taken: its place, direction and field of view. Its `aspect` stays, and so do
+   * its clip planes.
    * @param {import("three").PerspectiveCamera} camera without a parent, or one that has not been moved
    * @param {number | string} which number or name of one of `cameras`
    * @throws {SoupError} where there is none of this name
    */
   lookThrough(camera, which = 0) {
     const { cameras, name } = this.model, found = cameras[which] ?? cameras.find((other) => other.name === which);
-    if (!found) throw new SoupError(`${name}: has no camera ${which}; it has ${cameras.length}, counted from 0, test views first`);
+    if (!found) throw new SoupError(
+      `${name}: has no camera ${which}; it has ${cameras.length}, counted from 0, test views first`);
     const { pose, width, height, fy, cx, cy } = found, [a, b, c, x, d, e, f, y, g, h, i, z] = pose;
     // OpenCV's axes are x right, y down, z ahead.
     const view = new Matrix4().set(a, b, c, x, -d, -e, -f, -y, -g, -h, -i, -z, 0, 0, 0, 1);
@@ -110,27 +119,34 @@ const modelView = new Matrix4(), toModel = new Matrix4(), viewport = new Vector4
 class SoupMesh extends Mesh {
   onBeforeRender(renderer, scene, camera, geometry, material) {
     if (!material.isSoupMaterial) return;  // another one for all of the scene
-    if (camera.isOrthographicCamera) throw new SoupError("a soup is drawn with a PerspectiveCamera; give the renderer one");
+    if (camera.isOrthographicCamera)
+      throw new SoupError("a soup is drawn with a PerspectiveCamera; give the renderer one");
     if (renderer.capabilities.logarithmicDepthBuffer)
-      throw new SoupError("a soup has no logarithmic depth; make the renderer with reversedDepthBuffer instead of logarithmicDepthBuffer");
+      throw new SoupError(
+        "a soup has no logarithmic depth; " +
+        "make the renderer with reversedDepthBuffer instead of logarithmicDepthBuffer");
     const { clip_from_world, eye, ray, ray_x, ray_y, pixel, linear } = material.uniforms;
     modelView.multiplyMatrices(camera.matrixWorldInverse, this.matrixWorld);
     clip_from_world.value.multiplyMatrices(camera.projectionMatrix, modelView);
     // three reverses a camera's depth when it first draws with it, which is after this.
-    if (renderer.capabilities.reversedDepthBuffer && !camera.reversedDepth) reverseDepth(clip_from_world.value.elements);
+    if (renderer.capabilities.reversedDepthBuffer && !camera.reversedDepth)
+      reverseDepth(clip_from_world.value.elements);
     toModel.copy(modelView).invert();
     eye.value.set(0, 0, 0, 1).applyMatrix4(toModel);
     // NDC (x, y) looks along ((x + cx) / ax, (y + cy) / ay, -1) of the camera's axes.
-    const projection = camera.projectionMatrix.elements, ax = projection[0], ay = projection[5], cx = projection[8], cy = projection[9];
+    const projection = camera.projectionMatrix.elements, ax = projection[0], ay = projection[5], cx = projection[8],
+      cy = projection[9];
     ray_x.value.set(-1 / ax, 0, 0, 0).applyMatrix4(toModel);
     ray_y.value.set(0, -1 / ay, 0, 0).applyMatrix4(toModel);
     ray.value.set(-cx / ax, -cy / ay, 1, 0).applyMatrix4(toModel);
     // The shader counts pixels from the target's corner.
     renderer.getCurrentViewport(viewport);
     pixel.value.set(2 / viewport.z, 2 / viewport.w);
-    ray.value.addScaledVector(ray_x.value, -viewport.x * pixel.value.x).addScaledVector(ray_y.value, -viewport.y * pixel.value.y);
+    ray.value.addScaledVector(ray_x.value, -viewport.x * pixel.value.x)
+      .addScaledVector(ray_y.value, -viewport.y * pixel.value.y);
     const target = renderer.getRenderTarget();
-    const space = target === null ? renderer.outputColorSpace : target.isXRRenderTarget ? target.texture.colorSpace : LinearSRGBColorSpace;
+    const space = target === null ? renderer.outputColorSpace : target.isXRRenderTarget
+      ? target.texture.colorSpace : LinearSRGBColorSpace;
     linear.value = space !== SRGBColorSpace;
     material.uniformsNeedUpdate = true;
   }
@@ -146,14 +162,16 @@ class SoupMaterial extends RawShaderMaterial {
   type = "SoupMaterial";
 }
 
-function makeParts({ model, width, height, tiles, rows, features, opacities, table, position, number, opaque, masked }) {
+function makeParts({ model, width, height, tiles, rows, features, opacities, table, position, number, opaque,
+  masked }) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(position, 3));
   geometry.setAttribute("number", new BufferAttribute(number, 1));
   geometry.addGroup(0, 3 * opaque, 0);
   geometry.addGroup(3 * opaque, 3 * masked, 1);
   const uniforms = {
-    clip_from_world: { value: new Matrix4() }, eye: { value: new Vector4() }, ray: { value: new Vector4() }, ray_x: { value: new Vector4() },
+    clip_from_world: { value: new Matrix4() }, eye: { value: new Vector4() }, ray: { value: new Vector4() },
+    ray_x: { value: new Vector4() },
     ray_y: { value: new Vector4() }, pixel: { value: new Vector2() }, linear: { value: false },
     move: { value: new Vector2() }, offset: { value: new Vector2() }, drop_behind: { value: false },
     features: { value: arrayTexture(features, width, height, 2 * tiles, RGBAFormat, UnsignedByteType) },

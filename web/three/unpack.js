@@ -21,8 +21,8 @@ import { releaseModel, uploadModel } from "../upload.js";
  */
 
 /**
- * Makes the textures in a context of its own and reads them back: browsers hand over a picture's pixels as they are stored in no other
- * way, and an engine gets the very values that <tri-soup> draws with.
+ * Makes the textures in a context of its own and reads them back: browsers hand over a picture's pixels as they are
+ * stored in no other way, and an engine gets the very values that <tri-soup> draws with.
  * @param {import("../model.js").Model} model
  * @returns {Promise<Unpacked>}
  * @throws {import("../error.js").SoupError} when a texture is damaged or the device cannot hold them
@@ -43,7 +43,8 @@ export async function unpackModel(model) {
 }
 
 function readBack(gl, { model, width, height, tiles, rows, opaque, masked, features, table, buffer }) {
-  const texels = width * height, layers = new Uint8Array(8 * texels * tiles), opacities = new Uint8Array(texels * tiles);
+  const texels = width * height, layers = new Uint8Array(8 * texels * tiles),
+    opacities = new Uint8Array(texels * tiles);
   readLayers(gl, features, width, height, 2 * tiles, gl.RGBA, gl.UNSIGNED_BYTE, layers);
   for (let tile = 0; tile < tiles; ++tile) {
     // The opacity is the last of features 4..7.
@@ -52,7 +53,8 @@ function readBack(gl, { model, width, height, tiles, rows, opaque, masked, featu
   }
   const triangles = new Uint32Array(12 * TABLE_WIDTH * rows);
   readLayers(gl, table, TABLE_WIDTH, rows, 3, gl.RGBA_INTEGER, gl.UNSIGNED_INT, triangles);
-  const count = 3 * (opaque + masked), vertices = new Uint32Array(4 * count), coordinates = new Float32Array(vertices.buffer);
+  const count = 3 * (opaque + masked), vertices = new Uint32Array(4 * count),
+    coordinates = new Float32Array(vertices.buffer);
   gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
   gl.getBufferSubData(gl.ARRAY_BUFFER, 0, vertices);
   const position = new Float32Array(3 * count), number = new Uint32Array(count);
@@ -60,7 +62,8 @@ function readBack(gl, { model, width, height, tiles, rows, opaque, masked, featu
     position.set(coordinates.subarray(4 * i, 4 * i + 3), 3 * i);
     number[i] = vertices[4 * i + 3];
   }
-  return { model, width, height, tiles, rows, opaque, masked, features: layers, opacities, table: triangles, position, number };
+  return { model, width, height, tiles, rows, opaque, masked, features: layers, opacities, table: triangles, position,
+    number };
 }
 
 function readLayers(gl, texture, width, height, layers, format, type, values) {
