@@ -1,4 +1,4 @@
-// Times pictures of any number of scenes at once, side by side on one canvas, from the views of soup-view --benchmark.
+// Measures frame times of one or more scenes, side by side on one canvas, from the views of soup-view --benchmark.
 import { framingOf, hemisphere, reshaped, viewOf } from "./camera.js";
 import { SoupError } from "./error.js";
 import { makeContext } from "./gpu.js";
@@ -7,7 +7,7 @@ import { checkDecoder, decodePages } from "./pictures.js";
 import { Renderer } from "./renderer.js";
 import { uploadModel } from "./upload.js";
 
-/** Lets the browser do what else it has to, without the 4 ms that timers wait. */
+/** Yields to the browser without the 4 ms delay of timers. */
 const pause = () => new Promise((resolve) => {
   const { port1, port2 } = new MessageChannel();
   port1.onmessage = () => { port1.close(); resolve(); };
@@ -15,8 +15,8 @@ const pause = () => new Promise((resolve) => {
 });
 
 /**
- * Where `count` pictures lie in one: in rows and columns that have room for the largest squares.
- * @returns {{width: number, height: number, columns: number}} of each, pixels
+ * Arranges `count` scenes in a grid such that the largest square that fits in a cell is as large as possible.
+ * @returns {{width: number, height: number, columns: number}} width, height: of a cell, pixels
  */
 export function gridOf(count, width, height) {
   const grids = Array.from({ length: count }, (_, i) => {
@@ -28,22 +28,23 @@ export function gridOf(count, width, height) {
 }
 
 /**
- * Mean and percentiles as soup-view --benchmark has them; null of none.
+ * Mean and percentiles, computed as in soup-view --benchmark; null if `ms` is empty.
  * @param {number[]} ms
  */
 export function statistics(ms) {
   if (ms.length === 0) return null;
   const sorted = [...ms].sort((a, b) => a - b), quantile = (q) => sorted[Math.floor(q * (sorted.length - 1) + 0.5)];
   return {
-    frames: ms.length, mean_ms: ms.reduce((sum, value) => sum + value, 0) / ms.length, p50_ms: quantile(0.5), p90_ms: quantile(0.9), p99_ms: quantile(0.99),
+    frames: ms.length, mean_ms: ms.reduce((sum, value) => sum + value, 0) / ms.length, p50_ms: quantile(0.5),
+    p90_ms: quantile(0.9), p99_ms: quantile(0.99),
   };
 }
 
-/** Scenes on a canvas. */
+/** Draws scenes on a canvas and measures the time. */
 export class Benchmark {
   #canvas; #gl; #renderer; #timer; #drawn = []; #lost = false;
 
-  /** @param {HTMLCanvasElement} canvas @throws {SoupError} without WebGL2 */
+  /** @param {HTMLCanvasElement} canvas @throws {SoupError} if WebGL2 is not available */
   constructor(canvas) {
     this.#canvas = canvas;
     this.#gl = makeContext(canvas);
@@ -53,9 +54,10 @@ export class Benchmark {
   }
 
   /**
-   * @param {Uint8Array} bytes of a model.glb
-   * @param {string} name
-   * @throws {SoupError} where it is none, or does not fit
+   * Adds a scene.
+   * @param {Uint8Array} bytes a model.glb file
+   * @param {string} name file name for messages
+   * @throws {SoupError} if the file is invalid or the device cannot hold it
    */
   async add(bytes, name) {
     const model = decodeModel(bytes, name);
@@ -67,14 +69,17 @@ export class Benchmark {
   }
 
   /**
-   * @param {{width: number, height: number, views: number, warmup: number, aa: "none" | "msaa" | "ssaa"}} options width, height: of all, pixels
-   * @param {(done: number) => void} onProgress 0..1
-   * @returns {Promise<object>} what the JSON file holds; times in milliseconds
-   * @throws {SoupError} when the graphics device was lost
+   * @param {{width: number, height: number, views: number, warmup: number, aa: "none" | "msaa" | "ssaa"}} options
+   *   width, height: size of the whole canvas, pixels; views: number of views of the hemisphere
+   * @param {(done: number) => void} onProgress called with the completed fraction, 0 to 1
+   * @returns {Promise<object>} contents of the JSON file; times in milliseconds
+   * @throws {SoupError} if the canvas is too large or the graphics device is lost
    */
   async run({ width, height, views, warmup, aa }, onProgress) {
     const most = this.#renderer.largestSide;
-    if (width > most || height > most) throw new SoupError(`${width} x ${height} pixels are too many for this device, which ends at ${most}; give fewer`);
+    if (width > most || height > most)
+      throw new SoupError(
+        `${width} x ${height} pixels exceed the limit of this device, ${most} a side; give a smaller size`);
     this.#canvas.width = width;
     this.#canvas.height = height;
     const grid = gridOf(this.#drawn.length, width, height), sets = this.#views(views, grid);
@@ -87,12 +92,13 @@ export class Benchmark {
       result[name] = await this.#measure(list.length, draw);
       result[name].display = await this.#displayed(list.length, draw);
     }
-    result.gpu_bytes = this.#drawn.reduce((sum, drawn) => sum + drawn.bytes, 0) + this.#renderer.targetBytes + 4 * width * height;
+    result.gpu_bytes = this.#drawn.reduce((sum, drawn) => sum + drawn.bytes, 0) + this.#renderer.targetBytes +
+      4 * width * height;
     result.heap_bytes = performance.memory?.usedJSHeapSize ?? null;
     return result;
   }
 
-  /** Draws one of the views of the hemisphere, as run() does. */
+  /** Draws one view of the hemisphere, as run() does. */
   show({ width, height, views, aa }, index) {
     this.#canvas.width = width;
     this.#canvas.height = height;
@@ -101,18 +107,26 @@ export class Benchmark {
   }
 
   #check() {
-    if (this.#lost || this.#gl.isContextLost()) throw new SoupError("the graphics device was lost: too much memory or too long a picture; load the page again with less");
+    if (this.#lost || this.#gl.isContextLost())
+      throw new SoupError(
+        "the graphics device was lost (out of memory or a frame took too long); reload the page and measure less");
   }
 
-  /** Lists of views, one of each scene in each: from the models' cameras where all have some, and from the upper hemisphere. */
+  /**
+   * Views of the hemisphere and, if all models have cameras, views of these cameras. Each entry of a list has one view
+   * per scene.
+   */
   #views(count, { width, height }) {
     const clip = (drawn, camera) => viewOf(camera, drawn.model.near, drawn.model.far);
-    const sky = this.#drawn.map((drawn) => hemisphere(framingOf(drawn.model), count, width, height).map((camera) => clip(drawn, camera)));
+    const sky = this.#drawn
+      .map((drawn) => hemisphere(framingOf(drawn.model), count, width, height).map((camera) => clip(drawn, camera)));
     const sets = { hemisphere: Array.from({ length: count }, (_, i) => sky.map((views) => views[i])) };
     const most = Math.max(...this.#drawn.map(({ model }) => model.cameras.length));
     if (this.#drawn.some(({ model }) => model.cameras.length === 0)) return sets;
-    const photographs = this.#drawn.map((drawn) => drawn.model.cameras.map((camera) => clip(drawn, reshaped(camera, width, height))));
-    return { cameras: Array.from({ length: most }, (_, i) => photographs.map((views) => views[i % views.length])), ...sets };
+    const photographs = this.#drawn
+      .map((drawn) => drawn.model.cameras.map((camera) => clip(drawn, reshaped(camera, width, height))));
+    return { cameras: Array.from({ length: most }, (_, i) => photographs.map((views) => views[i % views.length])),
+      ...sets };
   }
 
   #draw(views, grid, aa) {
@@ -122,7 +136,9 @@ export class Benchmark {
     });
   }
 
-  /** Draws, waits for the picture, and returns how long both took. Reading a pixel is what a browser really waits for. */
+  /**
+   * Draws a frame and returns the time until it is complete. Browsers wait for completion only when a pixel is read.
+   */
   async #timed(draw) {
     const gl = this.#gl, start = performance.now();
     draw();
@@ -135,7 +151,7 @@ export class Benchmark {
 
   async #measure(count, draw) {
     const gl = this.#gl, timer = this.#timer, queries = [], ms = [];
-    if (timer) gl.getParameter(timer.GPU_DISJOINT_EXT);  // forgets what was before
+    if (timer) gl.getParameter(timer.GPU_DISJOINT_EXT);  // clears the flag
     for (let i = 0; i < count; ++i) {
       const query = timer ? gl.createQuery() : null;
       ms.push(await this.#timed(() => {
@@ -149,19 +165,20 @@ export class Benchmark {
     return { ...statistics(ms), frame_ms: ms, gpu: gpu && { ...statistics(gpu), frame_ms: gpu } };
   }
 
-  /** Times of the GPU; null where there is no timer, or the clock was disturbed (as by saving power). */
+  /** GPU times; null if there is no timer or its clock was disturbed, for example by power saving. */
   async #queried(queries) {
     const gl = this.#gl;
     if (queries.length === 0) return null;
-    for (let tries = 0; tries < 200 && !queries.every((query) => gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE)); ++tries)
+    const available = () => queries.every((query) => gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE));
+    for (let tries = 0; tries < 200 && !available(); ++tries)
       await new Promise((resolve) => setTimeout(resolve, 10));
-    const whole = queries.every((query) => gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE)) && !gl.getParameter(this.#timer.GPU_DISJOINT_EXT);
+    const whole = available() && !gl.getParameter(this.#timer.GPU_DISJOINT_EXT);
     const ms = whole ? queries.map((query) => gl.getQueryParameter(query, gl.QUERY_RESULT) / 1e6) : null;
     for (const query of queries) gl.deleteQuery(query);
     return ms;
   }
 
-  /** Pictures a second that are shown, which the display limits. */
+  /** Frames shown per second, limited by the refresh rate of the display. */
   async #displayed(count, draw) {
     const refresh = () => new Promise((resolve) => requestAnimationFrame(resolve));
     const start = await refresh();
@@ -177,9 +194,11 @@ export class Benchmark {
   #about({ width, height, warmup, aa, grid }) {
     const gl = this.#gl, info = gl.getExtension("WEBGL_debug_renderer_info");
     return {
-      device: gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER), browser: navigator.userAgent, width, height, aa, warmup,
+      device: gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER), browser: navigator.userAgent, width,
+      height, aa, warmup,
       scene_width: grid.width, scene_height: grid.height, timer: this.#timer !== null,
-      scenes: this.#drawn.map(({ model, opaque, masked, bytes }) => ({ model: model.name, triangles: model.triangles, opaque, masked, gpu_bytes: bytes })),
+      scenes: this.#drawn.map(({ model, opaque, masked, bytes }) =>
+        ({ model: model.name, triangles: model.triangles, opaque, masked, gpu_bytes: bytes })),
     };
   }
 }

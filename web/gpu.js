@@ -1,25 +1,27 @@
-// WebGL2 objects as all passes make them: arrays of textures that are fetched, targets of one layer, programs.
+// Helpers for WebGL2 objects: texture arrays, framebuffers of one layer, programs.
 import { SoupError } from "./error.js";
 import { UNITS, screenVertex } from "./shaders.js";
 
-export const FRAME_BINDING = 0;  // of the block Frame
+export const FRAME_BINDING = 0;  // binding of the uniform block Frame
 const UNIFORMS = ["move", "offset", "drop_behind", "layer", "triangles"];
 
 /**
  * @param {HTMLCanvasElement} canvas
  * @returns {WebGL2RenderingContext}
- * @throws {SoupError} without WebGL2
+ * @throws {SoupError} if WebGL2 is not available
  */
 export function makeContext(canvas) {
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, stencil: false, powerPreference: "high-performance" });
-  if (!gl) throw new SoupError("this browser has no WebGL2, or it is switched off; use a newer one, or allow hardware acceleration");
+  const gl = canvas.getContext("webgl2",
+    { alpha: false, antialias: false, depth: false, stencil: false, powerPreference: "high-performance" });
+  if (!gl) throw new SoupError(
+    "this browser has no WebGL2, or it is switched off; use a newer one, or allow hardware acceleration");
   return gl;
 }
 
 /**
- * Binds arrays of textures to their units.
+ * Binds texture arrays to their units.
  * @param {WebGL2RenderingContext} gl
- * @param {Record<string, WebGLTexture | null>} textures by the names of UNITS
+ * @param {Record<string, WebGLTexture | null>} textures keys: names in UNITS
  */
 export function bindTextures(gl, textures) {
   for (const [name, texture] of Object.entries(textures)) {
@@ -28,7 +30,7 @@ export function bindTextures(gl, textures) {
   }
 }
 
-/** A new array of textures that are fetched and never filtered, bound to the unit of `features`. */
+/** Creates a texture array without filtering and binds it to the unit of `features`. */
 export function makeTexture(gl, format, width, height, layers) {
   const texture = gl.createTexture();
   bindTextures(gl, { features: texture });
@@ -38,7 +40,7 @@ export function makeTexture(gl, format, width, height, layers) {
   return texture;
 }
 
-/** A new framebuffer whose colour is a layer of an array of textures; it is bound. */
+/** Creates and binds a framebuffer that draws to one layer of a texture array. */
 export function layerTarget(gl, texture, layer) {
   const target = gl.createFramebuffer();
   gl.bindFramebuffer(gl.FRAMEBUFFER, target);
@@ -49,9 +51,10 @@ export function layerTarget(gl, texture, layer) {
 /**
  * @param {WebGL2RenderingContext} gl
  * @param {string} vertex GLSL
- * @param {string} fragment
- * @returns {{program: WebGLProgram, uniforms: Record<string, WebGLUniformLocation | null>}} its textures are those of UNITS
- * @throws {SoupError} where it cannot be compiled
+ * @param {string} fragment GLSL
+ * @returns {{program: WebGLProgram, uniforms: Record<string, WebGLUniformLocation | null>}} its textures are those of
+ *   UNITS
+ * @throws {SoupError} if it cannot be compiled
  */
 export function makeProgram(gl, vertex, fragment) {
   const program = gl.createProgram();
@@ -64,8 +67,10 @@ export function makeProgram(gl, vertex, fragment) {
   });
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-    const log = [gl.getProgramInfoLog(program), ...shaders.map((shader) => gl.getShaderInfoLog(shader))].filter(Boolean).join(" ");
-    throw new SoupError(`this browser's WebGL2 cannot compile the shaders (${log.trim().slice(0, 200)}); try another browser`);
+    const log = [gl.getProgramInfoLog(program), ...shaders.map((shader) => gl.getShaderInfoLog(shader))].filter(Boolean)
+      .join(" ");
+    throw new SoupError(
+      `this browser's WebGL2 cannot compile the shaders (${log.trim().slice(0, 200)}); try another browser`);
   }
   for (const shader of shaders) gl.deleteShader(shader);
   const uniforms = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(program, name)]));
@@ -76,7 +81,7 @@ export function makeProgram(gl, vertex, fragment) {
   return { program, uniforms };
 }
 
-/** Draws one pixel for each of a target's, with a program that is needed once. */
+/** Draws all pixels of a target with a program that is used only once. */
 export function drawOnce(gl, fragment, target, width, height, setUniforms) {
   const { program, uniforms } = makeProgram(gl, screenVertex, fragment);
   gl.useProgram(program);

@@ -9,6 +9,8 @@ if (!file) {
 }
 const report = await validator.validateBytes(new Uint8Array(readFileSync(file)), { uri: file });
 const { numErrors, numWarnings, numInfos, messages } = report.issues;
-for (const message of messages) console.log(`${["error", "warning", "info", "hint"][message.severity]}: ${message.code} ${message.pointer ?? ""} ${message.message}`);
+for (const message of messages)
+  console.log(`${["error", "warning", "info", "hint"][message.severity]}: ` +
+    `${message.code} ${message.pointer ?? ""} ${message.message}`);
 console.log(`${file}: ${numErrors} errors, ${numWarnings} warnings, ${numInfos} infos`);
 process.exit(numErrors + numWarnings > 0 ? 1 : 0);

@@ -1,4 +1,4 @@
-// Tests engine/run/dataset_match.h: the wrong dataset is told from the model's own.
+// Tests engine/run/dataset_match.h: datasets that do not belong to a model are recognised.
 #include <catch2/catch.hpp>
 
 #include <nlohmann/json.hpp>
@@ -29,12 +29,12 @@ soup::ModelFile model_of(const scene::Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("a dataset is told from the one that a model was trained on", "[fits]") {
+TEST_CASE("a dataset other than that of the training is recognised", "[fits]") {
   const scene::Scene own = load(test::TinyScene{});
   const soup::ModelFile model = model_of(own);
   CHECK(train::misfit(model, own, true, "d").empty());
 
-  // Reduced, split in another way, its photographs under other names.
+  // The same dataset at a lower resolution, with another split or other file names matches.
   scene::LoadOptions half;
   half.downscale = 2;
   CHECK(train::misfit(model, load(test::TinyScene{}, half), false, "d").empty());
@@ -59,7 +59,7 @@ TEST_CASE("a dataset is told from the one that a model was trained on", "[fits]"
   for (scene::View& view : wide.test) view.camera.fx *= 1.05;
   CHECK(train::misfit(model, wide, true, "d").starts_with("d: poses or lenses of 2 of 8 views "));
 
-  // The same cameras before something else: as NeRF-Synthetic's scenes have them.
+  // The scenes of NeRF-Synthetic have the same cameras with different photographs.
   test::TinyScene green;
   green.plain = {0, 200, 0, 255};
   CHECK(train::misfit(model, load(green), true, "d")

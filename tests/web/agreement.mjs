@@ -15,7 +15,8 @@ function randomColour(triangle) {
  * @param {Uint8Array} native RGB
  * @param {Uint8Array} triangles RGB, the native picture of `--mode triangles` with the same anti-aliasing
  * @param {number[]} background 0..1
- * @returns {{pixels: number, covered: number, ties: number, psnr: number}} psnr: in dB, of the pixels that are no ties; infinite where all are the same
+ * @returns {{pixels: number, covered: number, ties: number, psnr: number}} psnr: in dB, of the pixels that are no ties;
+ *   infinite where all are the same
  */
 export function compare(ours, hits, native, triangles, background) {
   const pixels = native.length / 3, colours = new Map([[0, background.map((c) => 255 * c)]]);

@@ -15,16 +15,20 @@ async function difference(page, options, index, expected) {
   const text = await page.run(async (o, i) => {
     const { benchmark } = await (await import("/web/benchmark_page.js")).measured;
     benchmark.show(o, i);
-    const canvas = document.querySelector("#picture canvas"), copy = document.createElement("canvas"), context = copy.getContext("2d");
+    const canvas = document.querySelector("#picture canvas"), copy = document.createElement("canvas"),
+      context = copy.getContext("2d");
     Object.assign(copy, { width: canvas.width, height: canvas.height });
     context.drawImage(canvas, 0, 0);
-    return btoa(Array.from(context.getImageData(0, 0, copy.width, copy.height).data, (byte) => String.fromCharCode(byte)).join(""));
+    return btoa(Array.from(context.getImageData(0, 0, copy.width, copy.height).data,
+      (byte) => String.fromCharCode(byte)).join(""));
   }, options, index);
   const rgba = Buffer.from(text, "base64");
   return { rgba, others: expected ? others(rgba, expected, options.width) : null };
 }
 
-/** Pixels that differ by more than two steps: rgba is `width` wide, `expected` (RGB) is a part of it from `left`, `top`. */
+/**
+ * Pixels that differ by more than two steps: rgba is `width` wide, `expected` (RGB) is a part of it from `left`, `top`.
+ */
 function others(rgba, { width, height, rgb }, stride, left = 0, top = 0) {
   let count = 0;
   for (let y = 0; y < height; ++y)
@@ -37,7 +41,8 @@ function others(rgba, { width, height, rgb }, stride, left = 0, top = 0) {
 
 function views(path, size, frames) {
   const out = join(scratch, "hemisphere");
-  native("soup-view", path, "--path", "hemisphere", "--frames", String(frames), "-o", out, "--size", size, "--aa", "none");
+  native("soup-view", path, "--path", "hemisphere", "--frames", String(frames), "-o", out, "--size", size, "--aa",
+    "none");
   return readdirSync(out).sort().slice(0, frames).map((name) => readPng(join(out, name)));
 }
 
@@ -50,21 +55,24 @@ test("views are those of soup-view --benchmark, and the JSON says what was measu
       const { others: share } = await difference(page, options, i, expected[i]);
       assert.ok(share <= 0.001, `view ${i}: ${share} of the pixels are others`);
     }
-    native("soup-view", modelPath, "--benchmark", "--frames", "7", "--size", `${SIZE}x${SIZE}`, "--json", join(scratch, "native.json"));
+    native("soup-view", modelPath, "--benchmark", "--frames", "7", "--size", `${SIZE}x${SIZE}`, "--json",
+      join(scratch, "native.json"));
     const theirs = JSON.parse(readFileSync(join(scratch, "native.json"), "utf8"));
     for (const key of ["triangles", "opaque", "masked"]) assert.equal(result.scenes[0][key], theirs[key], key);
     for (const set of ["cameras", "hemisphere"]) {
       const ours = result[set];
       assert.equal(ours.frames, theirs[set].frames, `${set}: as many views`);
       assert.equal(ours.frame_ms.length, ours.frames);
-      assert.ok(0 < ours.p50_ms && ours.p50_ms <= ours.p90_ms && ours.p90_ms <= ours.p99_ms && ours.p99_ms <= Math.max(...ours.frame_ms));
+      assert.ok(0 < ours.p50_ms && ours.p50_ms <= ours.p90_ms && ours.p90_ms <= ours.p99_ms &&
+        ours.p99_ms <= Math.max(...ours.frame_ms));
       assert.ok(Math.min(...ours.frame_ms) <= ours.mean_ms && ours.mean_ms <= Math.max(...ours.frame_ms));
       assert.ok(ours.display.per_second > 0.1 && ours.display.per_second < 1000, `${ours.display.per_second}`);
       if (result.timer && ours.gpu) assert.ok(ours.gpu.frame_ms.every((ms) => ms >= 0), `${ours.gpu.frame_ms}`);
     }
     assert.ok(result.gpu_bytes > result.scenes[0].gpu_bytes && result.scenes[0].gpu_bytes > model.length / 4);
     assert.deepEqual([result.width, result.height, result.aa, result.warmup], [SIZE, SIZE, "none", 2]);
-    assert.deepEqual(JSON.parse(await page.run(() => window.blobs.at(-1).text())), result, "what is saved is what was measured");
+    assert.deepEqual(JSON.parse(await page.run(() => window.blobs.at(-1).text())), result,
+      "what is saved is what was measured");
     assert.match(await page.run(() => document.getElementById("json").href), /^blob:/);
     mkdirSync(join(scratch, "pictures"), { recursive: true });
     writeFileSync(join(scratch, "pictures", "benchmark.png"), await page.screenshot());
@@ -83,7 +91,8 @@ test("three scenes at once lie side by side, each as it is alone", () => {
   const size = { width: 240, height: 120 }, grid = gridOf(3, size.width, size.height);
   assert.deepEqual(grid, { width: 80, height: 120, columns: 3 });
   const alone = [modelPath, largePath].map((path) => views(path, `${grid.width}x${grid.height}`, 3)[2]);
-  return on("/web/benchmark.html?model=/model.glb&model=/large.glb&model=/model.glb&width=240&height=120&views=3&warmup=1&run", async (page) => {
+  const models = "model=/model.glb&model=/large.glb&model=/model.glb";
+  return on(`/web/benchmark.html?${models}&width=240&height=120&views=3&warmup=1&run`, async (page) => {
     const result = await measured(page);
     assert.deepEqual(result.scenes.map((scene) => scene.model), ["model.glb", "large.glb", "model.glb"]);
     const { rgba } = await difference(page, { ...size, views: 3, aa: "none" }, 2, null);
@@ -95,8 +104,8 @@ test("three scenes at once lie side by side, each as it is alone", () => {
 });
 
 test("what cannot be measured is said in one line", async () => {
-  const cases = [["model=/none.glb", /none\.glb: the server answers 404/], ["model=", /there is no model/], ["model=/model.glb&width=99999", /^width: /],
-    ["model=/icon.png", /icon\.png: is not a binary glTF file/]];
+  const cases = [["model=/none.glb", /none\.glb: the server answers 404/], ["model=", /there is no model/],
+    ["model=/model.glb&width=99999", /^width: /], ["model=/icon.png", /icon\.png: is not a binary glTF file/]];
   for (const [query, line] of cases)
     await on(`/web/benchmark.html?${query}&views=1&warmup=0&run`, async (page) => {
       const said = await page.run(async () => {
@@ -110,7 +119,8 @@ test("what cannot be measured is said in one line", async () => {
 test("scenes are laid out as square as can be, and percentiles are those of soup-view", () => {
   assert.deepEqual(gridOf(14, 2000, 1000), { width: 400, height: 333, columns: 5 });
   assert.deepEqual(gridOf(1, 300, 200), { width: 300, height: 200, columns: 1 });
-  const { frames, mean_ms: mean, p50_ms: p50, p90_ms: p90, p99_ms: p99 } = statistics(Array.from({ length: 101 }, (_, i) => 100 - i));
+  const { frames, mean_ms: mean, p50_ms: p50, p90_ms: p90, p99_ms: p99 } =
+    statistics(Array.from({ length: 101 }, (_, i) => 100 - i));
   assert.deepEqual([frames, mean, p50, p90, p99], [101, 50, 50, 90, 99]);
   assert.equal(statistics([]), null);
 });

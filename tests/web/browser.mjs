@@ -4,7 +4,8 @@ import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-const CANDIDATES = [process.env.TRISOUP_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+const CANDIDATES = [process.env.TRISOUP_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser",
+  "/usr/bin/google-chrome"];
 const PATIENCE_MS = 60_000;
 
 /** Path of a Chromium; null where there is none. TRISOUP_CHROMIUM names another than Debian's. */
@@ -16,10 +17,12 @@ export class Browser {
   static async launch(switches = []) {
     const browser = new Browser();
     browser.#profile = mkdtempSync(join(tmpdir(), "trisoup-web-"));
-    const fixed = ["--headless=new", "--remote-debugging-pipe", `--user-data-dir=${browser.#profile}`, "--no-first-run", "--no-sandbox",
-      "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog", "--hide-scrollbars",
-      "--disable-background-networking", "--disable-component-update", "--force-color-profile=srgb", "--disable-dev-shm-usage"];
-    browser.#process = spawn(findChromium(), [...fixed, ...switches, "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+    const fixed = ["--headless=new", "--remote-debugging-pipe", `--user-data-dir=${browser.#profile}`, "--no-first-run",
+      "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+      "--disable-gpu-watchdog", "--hide-scrollbars", "--disable-background-networking", "--disable-component-update",
+      "--force-color-profile=srgb", "--disable-dev-shm-usage"];
+    browser.#process = spawn(findChromium(), [...fixed, ...switches, "about:blank"],
+      { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
     browser.#process.stdio[4].setEncoding("utf8").on("data", (text) => browser.#receive(text));
     browser.#process.on("exit", (code) => {
       for (const { reject } of browser.#waiting.values()) reject(new Error(`chromium ended (${code})`));
@@ -44,7 +47,8 @@ export class Browser {
   send(method, params = {}, sessionId = undefined) {
     const id = this.#next++;
     return new Promise((resolve, reject) => {
-      const late = setTimeout(() => reject(new Error(`${method} takes more than ${PATIENCE_MS / 1000} s`)), PATIENCE_MS);
+      const late = setTimeout(() => reject(new Error(`${method} takes more than ${PATIENCE_MS / 1000} s`)),
+        PATIENCE_MS);
       const settle = (how) => (value) => { clearTimeout(late); how(value); };
       this.#waiting.set(id, { resolve: settle(resolve), reject: settle(reject), method });
       this.#process.stdio[3].write(JSON.stringify({ id, method, params, sessionId }) + "\0");
@@ -89,8 +93,10 @@ export class Page {
   receive({ method, params }) {
     if (method === "Runtime.consoleAPICalled" && ["error", "warning", "assert"].includes(params.type))
       this.complaints.push(params.args.map((a) => a.value ?? a.description).join(" "));
-    if (method === "Runtime.exceptionThrown") this.complaints.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
-    if (method === "Log.entryAdded" && ["error", "warning"].includes(params.entry.level)) this.complaints.push(`${params.entry.text} ${params.entry.url ?? ""}`);
+    if (method === "Runtime.exceptionThrown")
+      this.complaints.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
+    if (method === "Log.entryAdded" && ["error", "warning"].includes(params.entry.level))
+      this.complaints.push(`${params.entry.text} ${params.entry.url ?? ""}`);
     if (method === "Network.requestWillBeSent") this.requests.push(params.request.url);
     if (method === "Page.loadEventFired") this.#loaded?.();
   }
@@ -105,7 +111,8 @@ export class Page {
   /** Runs a function in the page; arguments and result go as JSON, promises are awaited. */
   async run(action, ...values) {
     const expression = `(${action})(...${JSON.stringify(values)})`;
-    const { result, exceptionDetails } = await this.send("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });
+    const { result, exceptionDetails } = await this.send("Runtime.evaluate",
+      { expression, awaitPromise: true, returnByValue: true });
     if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
     return result.value;
   }

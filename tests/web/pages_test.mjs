@@ -7,22 +7,26 @@ import { before, test } from "node:test";
 import { decodeGlb } from "../../web/glb.js";
 import { Browser } from "./browser.mjs";
 import { edited } from "./edit_glb.mjs";
-import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
+import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native, on, pages, picture, scratch,
+  server } from "./harness.mjs";
 import { readPng } from "./png.mjs";
 
 /** Of every version of the format. */
-const corpus = ["three_triangles.glb", "three_triangles_2.glb", "three_triangles_3.glb", "three_triangles_4.glb"].map((name) => readFileSync(new URL(`../fuzz/corpus/model_file/${name}`, import.meta.url)));
+const corpus = ["three_triangles.glb", "three_triangles_2.glb", "three_triangles_3.glb", "three_triangles_4.glb"]
+  .map((name) => readFileSync(new URL(`../fuzz/corpus/model_file/${name}`, import.meta.url)));
 const firstCamera = decodeGlb(model, "x").document.extensions.TRISOUP_neural_textures.cameras.names[0];
 
 before(() => {
-  native("soup-export", modelPath, "-o", join(scratch, "page"), "--title", `A "page" & <more>`, "--camera", "1", "--overwrite");
+  native("soup-export", modelPath, "-o", join(scratch, "page"), "--title", `A "page" & <more>`, "--camera", "1",
+    "--overwrite");
   native("soup-export", modelPath, "-o", join(scratch, "page.html"), "--single-file", "--overwrite");
   pages["/page/"] = join(scratch, "page");
 });
 
 test("ten views are those of soup-view", () => on("/one.html", async (page) => {
   for (let camera = 0; camera < 10; ++camera)
-    agrees(await picture(page, 0, { samples: 1, settings: { aa: "none", camera } }), "none", 0.001, "--camera", String(camera));
+    agrees(await picture(page, 0, { samples: 1, settings: { aa: "none", camera } }), "none", 0.001, "--camera",
+      String(camera));
 }));
 
 test("ten views of 15,000 triangles are those of soup-view", () => {
@@ -30,7 +34,8 @@ test("ten views of 15,000 triangles are those of soup-view", () => {
   pages["/large.html"] = html('<tri-soup src="/large.glb" aa="none"></tri-soup>');
   return on("/large.html", async (page) => {
     for (let camera = 0; camera < 10; ++camera)
-      agreesOn(largePath, await picture(page, 0, { samples: 1, settings: { camera } }), "none", 0.001, "--camera", String(camera));
+      agreesOn(largePath, await picture(page, 0, { samples: 1, settings: { camera } }), "none", 0.001, "--camera",
+        String(camera));
   });
 });
 
@@ -39,7 +44,10 @@ test("a page's model, whose vertices are coded, is what soup-view makes of it", 
   assert.equal(decodeGlb(readFileSync(path), "x").document.meshes, undefined);
   pages["/coded.html"] = html('<tri-soup src="/page/model.glb" aa="none"></tri-soup>');
   return on("/coded.html", async (page) => {
-    for (const camera of [0, 4, 8]) agreesOn(path, await picture(page, 0, { samples: 1, settings: { camera } }), "none", 0.001, "--camera", String(camera));
+    for (const camera of [0, 4, 8]) {
+      const shown = await picture(page, 0, { samples: 1, settings: { camera } });
+      agreesOn(path, shown, "none", 0.001, "--camera", String(camera));
+    }
   });
 });
 
@@ -53,7 +61,8 @@ test("amid the soup: triangles that reach behind the camera are left out or clip
     }));
     return path;
   });
-  pages["/amid.html"] = html('<tri-soup src="/amid-true.glb" aa="none"></tri-soup><tri-soup src="/amid-false.glb" aa="none"></tri-soup>');
+  pages["/amid.html"] =
+    html('<tri-soup src="/amid-true.glb" aa="none"></tri-soup><tri-soup src="/amid-false.glb" aa="none"></tri-soup>');
   for (const [i, name] of ["/amid-true.glb", "/amid-false.glb"].entries()) pages[name] = readFileSync(paths[i]);
   await on("/amid.html", async (page) => {
     const seen = [];
@@ -66,15 +75,18 @@ test("amid the soup: triangles that reach behind the camera are left out or clip
   });
 });
 
-// Four samples see another triangle four times as often; 2 x 2 are rasterised on half the grid there, and SwiftShader's depth of single samples is its own.
+// Four samples see another triangle four times as often; 2 x 2 are rasterised on half the grid there, and SwiftShader's
+// depth of single samples is its own.
 test("smooth edges are those of soup-view", () => on("/one.html", async (page) => {
   for (const [aa, mostTies] of [["msaa", 0.008], ["ssaa", 0.015]])
     for (const camera of [0, 5])
-      agrees(await picture(page, 0, { samples: 4, settings: { aa, camera } }), aa, mostTies, "--camera", String(camera));
+      agrees(await picture(page, 0, { samples: 4, settings: { aa, camera } }), aa, mostTies, "--camera",
+        String(camera));
 }));
 
 test("four soups in one page, one context", () => {
-  pages["/four.html"] = html([2, 3, 4, 5].map((camera) => `<tri-soup src="/model.glb" camera="${camera}" aa="none"></tri-soup>`).join(""));
+  pages["/four.html"] =
+    html([2, 3, 4, 5].map((camera) => `<tri-soup src="/model.glb" camera="${camera}" aa="none"></tri-soup>`).join(""));
   const count = () => {
     const { getContext } = HTMLCanvasElement.prototype;
     window.contexts = 0;
@@ -126,7 +138,8 @@ test("in a frame of another page", async () => {
   const shown = () => {
     const soup = (window.frames[0] ?? window).document.querySelector("tri-soup");
     return new Promise((resolve) => {
-      const look = () => (soup?.loaded ? resolve(soup.shadowRoot.querySelector("canvas").toDataURL()) : setTimeout(look, 20));
+      const look = () =>
+        (soup?.loaded ? resolve(soup.shadowRoot.querySelector("canvas").toDataURL()) : setTimeout(look, 20));
       look();
     });
   };
@@ -158,7 +171,8 @@ test("keys turn the scene as far as soup-view does", () => on("/one.html", async
   agrees(next, "none", 0.001, "--camera", "1");
 }));
 
-test("the wheel and the mouse move the camera, and nothing is drawn without a change", () => on("/one.html", async (page) => {
+test("the wheel and the mouse move the camera, and nothing is drawn without a change",
+  () => on("/one.html", async (page) => {
   const drawings = () => page.run(async () => {
     const { count } = window;
     await new Promise((resolve) => setTimeout(resolve, 300));
@@ -168,7 +182,8 @@ test("the wheel and the mouse move the camera, and nothing is drawn without a ch
   assert.ok(idle > 0);
   assert.equal(later, idle, "drawn while nothing changed");
   const seen = [Buffer.from((await picture(page, 0)).rgba)];
-  const mouse = (type, x, y, rest = {}) => page.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1, ...rest });
+  const mouse = (type, x, y, rest = {}) => page.send("Input.dispatchMouseEvent",
+    { type, x, y, button: "left", clickCount: 1, ...rest });
   await page.send("Input.dispatchMouseEvent", { type: "mouseWheel", x: 50, y: 50, deltaX: 0, deltaY: -300 });
   seen.push(Buffer.from((await picture(page, 0)).rgba));
   for (const modifiers of [0, 8, 2]) {
@@ -234,10 +249,12 @@ test("damaged files give one line", () => {
     return damaged;
   };
   // In the middle of the textures, and in a run of places through both files.
-  const { document, binary } = decodeGlb(model, "model.glb"), { bufferView } = document.extensions.TRISOUP_neural_textures.textures;
+  const { document, binary } = decodeGlb(model, "model.glb"),
+    { bufferView } = document.extensions.TRISOUP_neural_textures.textures;
   const { byteOffset, byteLength } = document.bufferViews[bufferView];
   const middle = model.length - binary.length + byteOffset + (byteLength >> 1);
-  const files = [[], ["no model at all"], model.subarray(0, 1000), model.subarray(0, model.length - 1), model.subarray(0, model.length >> 1),
+  const files = [[], ["no model at all"], model.subarray(0, 1000), model.subarray(0, model.length - 1),
+    model.subarray(0, model.length >> 1),
     flipped(model, 0), flipped(model, 9), flipped(model, 30), flipped(model, middle)];
   for (const file of corpus) {
     for (let at = 40; at < file.length; at += 613) files.push(flipped(file, at));
@@ -268,13 +285,16 @@ test("what the network does is told", () => {
     response.write(model.subarray(0, 100000), () => setTimeout(() => response.destroy(), 100));
   };
   return on("/none.html", async (page) => {
-    for (const [address, line] of [["/gone.glb", /gone\.glb: the server answers 410/], ["/cut.glb", /cut\.glb: .*(broke off|cannot be reached)/],
-      ["http://127.0.0.1:1/away.glb", /away\.glb: cannot be reached/], ["#nowhere", /#nowhere: the page has no such model/]]) {
+    for (const [address, line] of [["/gone.glb", /gone\.glb: the server answers 410/],
+      ["/cut.glb", /cut\.glb: .*(broke off|cannot be reached)/],
+      ["http://127.0.0.1:1/away.glb", /away\.glb: cannot be reached/],
+      ["#nowhere", /#nowhere: the page has no such model/]]) {
       const [event, shown] = await verdict(page, address);
       assert.match(event, line);
       assert.equal(shown, event);
     }
-  }, { allowed: [/Failed to load resource/, /violates the following Content Security Policy directive.*connect-src/, /Fetch API cannot load/] });
+  }, { allowed: [/Failed to load resource/, /violates the following Content Security Policy directive.*connect-src/,
+    /Fetch API cannot load/] });
 });
 
 test("loading is shown: a poster, then progress", () => {
@@ -288,16 +308,19 @@ test("loading is shown: a poster, then progress", () => {
   pages["/slow.html"] = html('<tri-soup src="/slow.glb" poster="/icon.png"></tri-soup>');
   const state = () => {
     const part = (name) => document.querySelector("tri-soup").shadowRoot.querySelector(`[part=${name}]`);
-    return { poster: !part("poster").hidden, progress: !part("progress").hidden, canvas: !part("canvas").hidden, value: part("progress").value };
+    return { poster: !part("poster").hidden, progress: !part("progress").hidden, canvas: !part("canvas").hidden,
+      value: part("progress").value };
   };
   return on("/slow.html", async (page) => {
     // All of the first half is there, and the other one has not been sent.
     await page.run(async (expected) => {
       const soup = document.querySelector("tri-soup"), bar = soup.shadowRoot.querySelector("[part=progress]");
       while (!(bar.value >= expected)) await new Promise((resolve) => setTimeout(resolve, 10));
-      soup.addEventListener("progress", (event) => { window.last = [event.loaded, event.total, event.lengthComputable]; });
+      soup.addEventListener("progress",
+        (event) => { window.last = [event.loaded, event.total, event.lengthComputable]; });
     }, half / model.length);
-    assert.deepEqual(await page.run(state), { poster: true, progress: true, canvas: false, value: half / model.length });
+    assert.deepEqual(await page.run(state),
+      { poster: true, progress: true, canvas: false, value: half / model.length });
     finish();
     await page.run(async () => {
       while (!document.querySelector("tri-soup").loaded) await new Promise((resolve) => setTimeout(resolve, 10));
@@ -338,15 +361,18 @@ test("a browser that alters pixels is told of, not drawn with", () => {
 
 test("an exported page on a phone: its camera, its policy, touch", () => on("/page/", async (page) => {
   assert.equal(await page.run(() => document.title), 'A "page" & <more>');
-  const own = page.requests.filter((url) => url.startsWith(`${server.url}/page/`)).map((url) => url.slice(server.url.length + 6));
+  const own = page.requests.filter((url) => url.startsWith(`${server.url}/page/`))
+    .map((url) => url.slice(server.url.length + 6));
   assert.deepEqual([...new Set(own)].sort(), ["", "model.glb", "page.css", "poster.webp", "tri-soup.js"]);
-  assert.deepEqual(["", "model.glb", "tri-soup.js"].map((name) => own.filter((other) => other === name).length), [1, 1, 1]);
+  assert.deepEqual(["", "model.glb", "tri-soup.js"].map((name) => own.filter((other) => other === name).length),
+    [1, 1, 1]);
   const before = await picture(page, 0);
   assert.deepEqual([before.width, before.height], [1170, 2532]);
   mkdirSync(join(scratch, "pictures"), { recursive: true });
   writeFileSync(join(scratch, "pictures", "phone.png"), await page.screenshot());
   // As soup-view draws it, but for ties along edges.
-  native("soup-view", modelPath, "--screenshot", join(scratch, "native.png"), "--camera", "1", "--size", "1170x2532", "--aa", "msaa");
+  native("soup-view", modelPath, "--screenshot", join(scratch, "native.png"), "--camera", "1", "--size", "1170x2532",
+    "--aa", "msaa");
   const expected = readPng(join(scratch, "native.png")).rgb;
   let far = 0;
   for (let p = 0; p < expected.length / 3; ++p)
@@ -356,7 +382,8 @@ test("an exported page on a phone: its camera, its policy, touch", () => on("/pa
 
 // With a ratio of 1: a ninth of the work, for the same CSS pixels.
 test("fingers on an exported page turn, move and near the scene, and not the page", () => on("/page/", async (page) => {
-  const touch = (type, ...points) => page.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  const touch = (type, ...points) => page.send("Input.dispatchTouchEvent",
+    { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
   // Apart without moving their middle, then together without coming nearer.
   const moves = {
     "one finger": [[[200, 400]], [[240, 420]]], "a pinch": [[[150, 400], [250, 400]], [[100, 400], [300, 400]]],
@@ -378,14 +405,16 @@ test("fingers on an exported page turn, move and near the scene, and not the pag
 // An emulated screen tells nobody of its new ratio, so this is what a page finds when it draws next.
 test("on a screen of another ratio there are as many pixels as it has", () => on("/one.html", async (page) => {
   for (const [camera, ratio] of [2, 1, 1.5].entries()) {
-    await page.send("Emulation.setDeviceMetricsOverride", { width: 800, height: 600, deviceScaleFactor: ratio, mobile: false });
+    await page.send("Emulation.setDeviceMetricsOverride",
+      { width: 800, height: 600, deviceScaleFactor: ratio, mobile: false });
     const { width, height, rgba } = await picture(page, 0, { settings: { camera } });
     assert.deepEqual([width, height], [ratio * SIZE, ratio * SIZE]);
     assert.ok(rgba.some((value) => value < 100), "it is drawn anew");
   }
 }));
 
-test("a page of one file opens from a disk and asks for nothing", () => on(`file://${join(scratch, "page.html")}`, async (page) => {
+test("a page of one file opens from a disk and asks for nothing",
+  () => on(`file://${join(scratch, "page.html")}`, async (page) => {
   const shown = await picture(page, 0);
   assert.deepEqual([shown.width, shown.height], [SIZE, SIZE]);
   assert.ok(shown.rgba.some((value) => value < 100));
@@ -393,10 +422,12 @@ test("a page of one file opens from a disk and asks for nothing", () => on(`file
 }, { screen: { width: SIZE, height: SIZE } }));
 
 test("soup-view --serve shows the page, and its benchmark measures", async () => {
-  const served = spawn(join(bin, "soup-view"), [modelPath, "--serve", "--port", "0", "--camera", "1"], { stdio: ["ignore", "pipe", "inherit"] });
+  const served = spawn(join(bin, "soup-view"), [modelPath, "--serve", "--port", "0", "--camera", "1"],
+    { stdio: ["ignore", "pipe", "inherit"] });
   const ended = new Promise((resolve) => served.once("exit", (code) => resolve(code)));
   try {
-    const [, url] = /^(http:\/\/127\.0\.0\.1:\d+)\//.exec(await new Promise((resolve) => served.stdout.once("data", (text) => resolve(String(text)))));
+    const [, url] = /^(http:\/\/127\.0\.0\.1:\d+)\//
+      .exec(await new Promise((resolve) => served.stdout.once("data", (text) => resolve(String(text)))));
     let ours;
     await on("/one.html", async (page) => { ours = await picture(page, 0, { settings: { camera: 1 } }); });
     await on(`${url}/`, async (page) => {

@@ -1,8 +1,10 @@
-// The pass structure of the published web viewer, written from its description, so that it can be timed beside ours in the same browser:
-//  - first pass: every fragment of every triangle fetches all eight channels from two look-up tables, drops what is below a half and
-//    writes the other seven and its opacity to two targets;
+// The pass structure of the published web viewer, written from its description, so that it can be timed beside ours in
+// the same browser:
+//  - first pass: every fragment of every triangle fetches all eight channels from two look-up tables, drops what is
+//    below a half and writes the other seven and its opacity to two targets;
 //  - second pass: spherical harmonics and the MLP, from uniform matrices, for every pixel of the picture.
-// It reads what `soup-export --format published` writes. Not in it: three.js, whose work on the host is a draw call or two a picture.
+// It reads what `soup-export --format published` writes. Not in it: three.js, whose work on the host is a draw call or
+// two a picture.
 const PASS_ONE_VERTEX = `#version 300 es
 precision highp float;
 layout(location = 0) in vec3 position;
@@ -54,7 +56,8 @@ void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2
 `;
 
 /** A layer without loops, whose indices a driver would have to work out: four vectors in, vectors of four out. */
-const layer = (weights, biases, from, to, outputs) => Array.from({ length: outputs }, (_, i) => `  vec4 ${to}${i} = ${biases(i)}` +
+const layer = (weights, biases, from, to, outputs) => Array.from({ length: outputs }, (_, i) =>
+  `  vec4 ${to}${i} = ${biases(i)}` +
   [0, 1, 2, 3].map((j) => ` + ${weights}[${4 * i + j}] * ${from}${j}`).join("") + ";").join("\n");
 const relu = (name) => [0, 1, 2, 3].map((i) => `  ${name}${i} = max(${name}${i}, 0.0);`).join("\n");
 
@@ -71,14 +74,15 @@ uniform vec4 b1[4], b2[4], b3;
 layout(location = 0) out vec4 colour;
 
 void main() {
-  vec4 low = texelFetch(low_target, ivec2(gl_FragCoord.xy), 0), high = texelFetch(high_target, ivec2(gl_FragCoord.xy), 0);
+  vec4 low = texelFetch(low_target, ivec2(gl_FragCoord.xy), 0);
+  vec4 high = texelFetch(high_target, ivec2(gl_FragCoord.xy), 0);
   vec2 ndc = 2.0 * gl_FragCoord.xy / size - 1.0;
   vec4 far = world_from_clip * vec4(ndc.x, up * ndc.y, 1.0, 1.0);
   vec3 v = normalize(eye - far.xyz / far.w);
   vec4 x0 = low, x1 = vec4(high.xyz, 0.28209479);
   vec4 x2 = vec4(-0.48860251 * v.y, 0.48860251 * v.z, -0.48860251 * v.x, 1.09254843 * v.x * v.y);
-  vec4 x3 = vec4(-1.09254843 * v.y * v.z, 0.31539157 * (2.0 * v.z * v.z - v.x * v.x - v.y * v.y), -1.09254843 * v.x * v.z,
-                 0.54627422 * (v.x * v.x - v.y * v.y));
+  vec4 x3 = vec4(-1.09254843 * v.y * v.z, 0.31539157 * (2.0 * v.z * v.z - v.x * v.x - v.y * v.y),
+                 -1.09254843 * v.x * v.z, 0.54627422 * (v.x * v.x - v.y * v.y));
 ${layer("w1", (i) => `b1[${i}]`, "x", "h", 4)}
 ${relu("h")}
 ${layer("w2", (i) => `b2[${i}]`, "h", "g", 4)}
@@ -107,25 +111,32 @@ function texture(gl, unit, width, height, picture = null) {
   gl.activeTexture(gl.TEXTURE0 + unit);
   gl.bindTexture(gl.TEXTURE_2D, made);
   gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, width, height);
-  for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+  for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+    gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
   if (picture) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, picture);
   return made;
 }
 
 /** Corners of all faces, three after three, of a binary little-endian PLY of float vertices and triangles. */
 export function cornersOf(bytes) {
-  const end = "end_header\n", text = new TextDecoder("latin1").decode(bytes.subarray(0, 4096)), header = text.slice(0, text.indexOf(end) + end.length);
-  const count = (element) => Number(new RegExp(`element ${element} (\\d+)`).exec(header)[1]), vertices = count("vertex"), faces = count("face");
+  const end = "end_header\n", text = new TextDecoder("latin1").decode(bytes.subarray(0, 4096)),
+    header = text.slice(0, text.indexOf(end) + end.length);
+  const count = (element) => Number(new RegExp(`element ${element} (\\d+)`).exec(header)[1]),
+    vertices = count("vertex"), faces = count("face");
   const data = new DataView(bytes.buffer, bytes.byteOffset + header.length), corners = new Float32Array(9 * faces);
   for (let f = 0; f < faces; ++f)
     for (let c = 0; c < 3; ++c) {
       const vertex = data.getInt32(12 * vertices + 13 * f + 1 + 4 * c, true);
-      for (let axis = 0; axis < 3; ++axis) corners[9 * f + 3 * c + axis] = data.getFloat32(12 * vertex + 4 * axis, true);
+      for (let axis = 0; axis < 3; ++axis)
+        corners[9 * f + 3 * c + axis] = data.getFloat32(12 * vertex + 4 * axis, true);
     }
   return corners;
 }
 
-/** 4 x 4 matrices, column after column, of a matrix [rows][16] whose rows are filled up to fours with zeros: matrix 4 i + j takes inputs 4 j.. to outputs 4 i... */
+/**
+ * A matrix [rows][16] as 4 x 4 matrices, each column after column. Missing rows are zero. Matrix 4 i + j maps inputs
+ * 4 j to 4 j + 3 to outputs 4 i to 4 i + 3.
+ */
 function matrices(weights) {
   const rows = weights.length / 16, blocks = Math.ceil(rows / 4), values = new Float32Array(64 * blocks);
   for (let row = 0; row < rows; ++row)
@@ -136,9 +147,11 @@ function matrices(weights) {
 
 /** The inverse of a 4 x 4 matrix, column after column, by Gauss and Jordan. */
 function inverse(matrix) {
-  const rows = Array.from({ length: 4 }, (_, r) => [...[0, 1, 2, 3].map((c) => matrix[4 * c + r]), ...[0, 1, 2, 3].map((c) => Number(c === r))]);
+  const rows = Array.from({ length: 4 },
+    (_, r) => [...[0, 1, 2, 3].map((c) => matrix[4 * c + r]), ...[0, 1, 2, 3].map((c) => Number(c === r))]);
   for (let c = 0; c < 4; ++c) {
-    const pivot = rows.slice(c).reduce((best, row, i) => (Math.abs(row[c]) > Math.abs(rows[best][c]) ? c + i : best), c);
+    const pivot =
+      rows.slice(c).reduce((best, row, i) => (Math.abs(row[c]) > Math.abs(rows[best][c]) ? c + i : best), c);
     [rows[c], rows[pivot]] = [rows[pivot], rows[c]];
     rows[c] = rows[c].map((value) => value / rows[c][c]);
     for (let r = 0; r < 4; ++r) if (r !== c) rows[r] = rows[r].map((value, k) => value - rows[r][c] * rows[c][k]);
@@ -160,13 +173,15 @@ export class PublishedStructure {
     const picture = async (name) => createImageBitmap(new Blob([await get(name)], { type: "image/png" }), plain);
     const json = async (name) => JSON.parse(new TextDecoder().decode(await get(name)));
     const made = new PublishedStructure();
-    await made.#upload(canvas, cornersOf(new Uint8Array(await get("mesh.ply"))).map((value, i) => scale * (value - middle[i % 3])), [await picture("lut0.png"), await picture("lut1.png")],
+    await made.#upload(canvas, cornersOf(new Uint8Array(await get("mesh.ply")))
+      .map((value, i) => scale * (value - middle[i % 3])), [await picture("lut0.png"), await picture("lut1.png")],
       await json("mlp_weights.json"), await json("meta.json"));
     return made;
   }
 
   #upload(canvas, corners, tables, mlp, meta) {
-    const gl = this.#gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
+    const gl = this.#gl = canvas.getContext("webgl2",
+      { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
     this.#faces = corners.length / 9;
     this.#meta = meta;
     tables.forEach((table, unit) => texture(gl, unit, table.width, table.height, table));
@@ -179,7 +194,8 @@ export class PublishedStructure {
       pointer();
     };
     attribute(0, corners, () => gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0));
-    attribute(1, Uint32Array.from({ length: 3 * this.#faces }, (_, i) => Math.floor(i / 3)), () => gl.vertexAttribIPointer(1, 1, gl.UNSIGNED_INT, 4, 0));
+    attribute(1, Uint32Array.from({ length: 3 * this.#faces }, (_, i) => Math.floor(i / 3)),
+      () => gl.vertexAttribIPointer(1, 1, gl.UNSIGNED_INT, 4, 0));
     this.#first = program(gl, PASS_ONE_VERTEX, PASS_ONE_FRAGMENT);
     gl.useProgram(this.#first.made);
     gl.uniform1i(this.#first.at("lut1"), 1);
@@ -231,7 +247,8 @@ export class PublishedStructure {
     for (const old of this.#targets?.textures ?? []) gl.deleteTexture(old);
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     const textures = [0, 1].map((i) => texture(gl, 2 + i, width, height));
-    textures.forEach((made, i) => gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, made, 0));
+    textures.forEach((made, i) => gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, gl.TEXTURE_2D, made,
+      0));
     gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
     gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
     gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, width, height);

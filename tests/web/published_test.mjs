@@ -1,5 +1,5 @@
-// The published viewer's pass structure beside ours (published_structure.js), of the same soup: that it shows the same, so that their times
-// can be compared (page_times.mjs).
+// The published viewer's pass structure beside ours (published_structure.js), of the same soup: that it shows the same,
+// so that their times can be compared (page_times.mjs).
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { writeFileSync, mkdirSync } from "node:fs";
@@ -21,11 +21,14 @@ function difference(a, b, most) {
 
 test("the published structure shows what ours shows, and its directions are upside down where asked", async () => {
   const folder = join(scratch, "published");
-  execFileSync(join(bin, "soup-export"), [modelPath, "-o", folder, "--format", "published", "--title", "garden", "--overwrite"]);
-  Object.assign(pages, { "/published/": join(folder, "garden"), "/tests/": fileURLToPath(new URL(".", import.meta.url)), "/two.html": html("") });
+  execFileSync(join(bin, "soup-export"),
+    [modelPath, "-o", folder, "--format", "published", "--title", "garden", "--overwrite"]);
+  Object.assign(pages, { "/published/": join(folder, "garden"), "/tests/": fileURLToPath(new URL(".", import.meta.url)),
+    "/two.html": html("") });
   await on("/two.html", async (page) => {
     const texts = await page.run(async () => {
-      const { TwoStructures } = await import("/tests/two_structures.js"), two = await TwoStructures.load("/model.glb", "/published/");
+      const { TwoStructures } = await import("/tests/two_structures.js"),
+        two = await TwoStructures.load("/model.glb", "/published/");
       const view = two.views(5, 320, 240)[1];
       return [two.rgba(0, view), two.rgba(1, view), two.rgba(1, view, true)];
     });

@@ -1,12 +1,14 @@
 // Draws a soup with three.js for three_test.mjs.
 import {
-  DataUtils, DoubleSide, HalfFloatType, Mesh, MeshBasicMaterial, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, Vector2,
+  DataUtils, DoubleSide, HalfFloatType, Mesh, MeshBasicMaterial, OrthographicCamera, PerspectiveCamera, PlaneGeometry,
+  Raycaster, Scene, Vector2,
   Vector3, WebGLRenderTarget, WebGLRenderer,
 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { SoupLoader } from "/web/three/soup-loader.js";
 
-const load = async (address) => (await new GLTFLoader().register((parser) => new SoupLoader(parser)).loadAsync(address)).scene;
+const load = async (address) => (await new GLTFLoader().register((parser) => new SoupLoader(parser))
+  .loadAsync(address)).scene;
 const model = load("/model.glb");
 
 function find(root) {
@@ -28,7 +30,8 @@ function rendererOf(size, options) {
 /** Rows from the top, RGBA, as base64. */
 function encoded(rgba, [width, height]) {
   let text = "";
-  for (let y = height - 1; y >= 0; --y) text += String.fromCharCode(...rgba.subarray(4 * width * y, 4 * width * (y + 1)));
+  for (let y = height - 1; y >= 0; --y)
+    text += String.fromCharCode(...rgba.subarray(4 * width * y, 4 * width * (y + 1)));
   return btoa(text);
 }
 
@@ -40,7 +43,8 @@ function onCanvas(renderer, size) {
 
 /** Drawn to a target that holds light; as sRGB. */
 function throughTarget(renderer, draw, size) {
-  const target = new WebGLRenderTarget(...size, { type: HalfFloatType }), halves = new Uint16Array(4 * size[0] * size[1]);
+  const target = new WebGLRenderTarget(...size, { type: HalfFloatType }),
+    halves = new Uint16Array(4 * size[0] * size[1]);
   renderer.setRenderTarget(target);
   draw();
   renderer.readRenderTargetPixels(target, 0, 0, ...size, halves);
@@ -52,7 +56,8 @@ function throughTarget(renderer, draw, size) {
 
 async function loseContext(renderer) {
   const lost = renderer.getContext().getExtension("WEBGL_lose_context");
-  const event = (name) => new Promise((resolve) => renderer.domElement.addEventListener(name, () => setTimeout(resolve), { once: true }));
+  const event = (name) => new Promise((resolve) => renderer.domElement.addEventListener(name, () => setTimeout(resolve),
+    { once: true }));
   const gone = event("webglcontextlost"), back = event("webglcontextrestored");
   lost.loseContext();
   await gone;
@@ -63,7 +68,8 @@ async function loseContext(renderer) {
 
 /** In normalised coordinates of the model: all points with normal * x = distance, red. */
 function planeOf({ normal, distance }) {
-  const mesh = new Mesh(new PlaneGeometry(100, 100), new MeshBasicMaterial({ color: 0xff0000, side: DoubleSide })), n = new Vector3(...normal);
+  const mesh = new Mesh(new PlaneGeometry(100, 100), new MeshBasicMaterial({ color: 0xff0000, side: DoubleSide })),
+    n = new Vector3(...normal);
   mesh.position.copy(n).multiplyScalar(distance);
   mesh.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), n);
   return mesh;
@@ -71,11 +77,13 @@ function planeOf({ normal, distance }) {
 
 /**
  * A picture through one of the model's cameras, as base64 of RGBA.
- * @param {{address?: string, camera: number, size: number[], options?: object, plane?: object, moved?: boolean, cloned?: boolean, part?: number[], target?: boolean, lost?: boolean}} wanted
- *   options of the renderer; moved: soup and camera together; part: x y width height of the canvas that is drawn to
+ * @param {{address?: string, camera: number, size: number[], options?: object, plane?: object, moved?: boolean,
+ *   cloned?: boolean, part?: number[], target?: boolean, lost?: boolean}} wanted options of the renderer; moved: soup
+ *   and camera together; part: x y width height of the canvas that is drawn to
  */
 window.draw = async ({ address, camera: which, size, options = {}, plane, moved, cloned, part, target, lost }) => {
-  const original = await (address ? load(address) : model), root = cloned ? original.clone() : original, soup = find(root), renderer = rendererOf(size, options);
+  const original = await (address ? load(address) : model), root = cloned ? original.clone() : original,
+    soup = find(root), renderer = rendererOf(size, options);
   const scene = new Scene().add(root), camera = new PerspectiveCamera(40, size[0] / size[1]);
   scene.background = soup.background;
   root.position.set(...(moved ? [3, -2, 5] : [0, 0, 0]));

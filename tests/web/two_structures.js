@@ -1,4 +1,5 @@
-// In a page: one soup drawn by our two passes and by those of the published viewer (published_structure.js), view by view in turn.
+// In a page: one soup drawn by our two passes and by those of the published viewer (published_structure.js), view by
+// view in turn.
 import { framingOf, hemisphere, viewOf } from "/web/camera.js";
 import { makeContext } from "/web/gpu.js";
 import { decodeModel } from "/web/model.js";
@@ -40,16 +41,24 @@ export class TwoStructures {
     else this.#published.draw(view, { mirrored });
   }
 
-  /** RGBA of a picture, as base64; it is also to be seen in the page. which: 0 ours, 1 the published structure's; mirrored: see PublishedStructure.draw(). */
+  /**
+   * RGBA of a picture, as base64; it is also to be seen in the page. which: 0 ours, 1 the published structure's;
+   * mirrored: see PublishedStructure.draw().
+   */
   rgba(which, view, mirrored = false) {
     this.#draw(which, view, mirrored);
-    const copy = Object.assign(document.createElement("canvas"), { width: view.width, height: view.height }), context = copy.getContext("2d");
+    const copy = Object.assign(document.createElement("canvas"), { width: view.width, height: view.height }),
+      context = copy.getContext("2d");
     context.drawImage(this.#canvases[which], 0, 0);
     document.body.append(copy);
-    return btoa(Array.from(context.getImageData(0, 0, view.width, view.height).data, (byte) => String.fromCharCode(byte)).join(""));
+    return btoa(Array.from(context.getImageData(0, 0, view.width, view.height).data,
+      (byte) => String.fromCharCode(byte)).join(""));
   }
 
-  /** Milliseconds until a picture is there: [ours, published] of every view, each drawn in turn; the first `warmup` are drawn and not told. */
+  /**
+   * Milliseconds until a picture is there: [ours, published] of every view, each drawn in turn; the first `warmup` are
+   * drawn and not told.
+   */
   times(views, warmup) {
     const timed = (which, view) => {
       const gl = this.#canvases[which].getContext("webgl2"), start = performance.now();
@@ -57,6 +66,8 @@ export class TwoStructures {
       gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
       return performance.now() - start;
     };
-    return [...views.slice(0, warmup), ...views].map((view, i) => (i % 2 === 0 ? [timed(0, view), timed(1, view)] : [timed(1, view), timed(0, view)].reverse())).slice(warmup);
+    return [...views.slice(0, warmup), ...views]
+      .map((view, i) => (i % 2 === 0 ? [timed(0, view), timed(1, view)] : [timed(1, view), timed(0, view)].reverse()))
+      .slice(warmup);
   }
 }

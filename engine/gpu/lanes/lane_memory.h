@@ -5,7 +5,7 @@
 
 #include "gpu/lanes/lanes.h"
 
-namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH) {
+namespace trisoup::gpu::host::LANES_NAMESPACE {
   namespace {
 
   typedef float four __attribute__((vector_size(16)));
@@ -239,4 +239,4 @@ namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH) {
   }
 
   }  // namespace
-}  // namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH)
+}  // namespace trisoup::gpu::host::LANES_NAMESPACE

@@ -22,10 +22,11 @@
 #include "gpu/host/exponential.h"
 #include "gpu/host/invocation.h"
 
-#define LANES_NAMESPACE_OF(width) lanes##width
-#define LANES_NAMESPACE(width) LANES_NAMESPACE_OF(width)
+#define LANES_NAMESPACE_OF_(width) lanes##width
+#define LANES_NAMESPACE_OF(width) LANES_NAMESPACE_OF_(width)
+#define LANES_NAMESPACE LANES_NAMESPACE_OF(WIDTH)
 
-namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH) {
+namespace trisoup::gpu::host::LANES_NAMESPACE {
   namespace {
 
   typedef float vf __attribute__((vector_size(4 * WIDTH)));
@@ -166,10 +167,12 @@ namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH) {
   LANES_BINARY(-)
   LANES_BINARY(*)
   LANES_BINARY(/)
-  LANES_BINARY(&) LANES_BINARY(|) LANES_BINARY(^)
+  LANES_BINARY(&)
+  LANES_BINARY(|)
+  LANES_BINARY(^)
 #undef LANES_BINARY
-      template <typename T, int N>
-      inline vec<T, N> operator-(const vec<T, N>& a) {
+  template <typename T, int N>
+  inline vec<T, N> operator-(const vec<T, N>& a) {
     return each(a, [](auto x) { return -x; });
   }
   template <typename T, typename S, int N>
@@ -247,10 +250,11 @@ namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH) {
   LANES_TWO(umin_, lesser)
   LANES_TWO(smin_, lesser)
   LANES_TWO(fmax_, greater)
-  LANES_TWO(umax_, greater) LANES_TWO(smax_, greater)
+  LANES_TWO(umax_, greater)
+  LANES_TWO(smax_, greater)
 #undef LANES_TWO
-      template <typename T>
-      inline T fclamp_(const T& x, const T& low, const T& high) {
+  template <typename T>
+  inline T fclamp_(const T& x, const T& low, const T& high) {
     return fmin_(fmax_(x, low), high);
   }
   template <typename T>
@@ -305,11 +309,12 @@ namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH) {
   LANES_ONE(fsign)
   LANES_ONE(sqrt)
   LANES_ONE(floor)
-  LANES_ONE(ceil) LANES_ONE(exp)
+  LANES_ONE(ceil)
+  LANES_ONE(exp)
 #undef LANES_ONE
 
-      template <typename T>
-      inline T dot_(const vec<T, 2>& a, const vec<T, 2>& b) {
+  template <typename T>
+  inline T dot_(const vec<T, 2>& a, const vec<T, 2>& b) {
     return a.c[0] * b.c[0] + a.c[1] * b.c[1];
   }
   template <typename T>
@@ -446,4 +451,4 @@ namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH) {
   }
 
   }  // namespace
-}  // namespace trisoup::gpu::host::LANES_NAMESPACE(WIDTH)
+}  // namespace trisoup::gpu::host::LANES_NAMESPACE
