@@ -1,6 +1,6 @@
-# cmake -DFOLDER=web -DSOURCE=web_module.cpp -P bundle.cmake: the modules as one, without comments, and that as C++.
-# A page then loads the module in one request, and one file can hold it. The modules see each other's names in it: these differ, and
-# an import or export is a statement of its own at the beginning of a line.
+# cmake -DFOLDER=web -DSOURCE=web_module.cpp -P bundle.cmake: joins the modules to one without comments, and writes it
+# as a string in C++. A page then loads the module in one request, and a page of one file can embed it. All modules
+# share one scope in it. So their top-level names must differ, and each import or export must begin a line.
 function(bundle variable)
   set(bundle "\n")
   foreach(module IN LISTS ARGN)
@@ -16,24 +16,25 @@ function(bundle variable)
   set(${variable} "// trisoup: soups of triangles in a page. MIT licence.${bundle}" PARENT_SCOPE)
 endfunction()
 
-set(shared error glb png range_decoder lattice vertices model camera shaders tiles gpu upload pictures renderer download)
+set(shared
+  error glb png range_decoder lattice vertices model camera shaders tiles gpu upload pictures renderer download)
 bundle(module_text ${shared} stage input element tri-soup)
 bundle(benchmark_module_text ${shared} benchmark benchmark_page)
 file(READ ${FOLDER}/benchmark.html benchmark_text)
 file(READ ${FOLDER}/benchmark.css benchmark_style_text)
 
-# What would end the text that a module is embedded in, in a page or here.
+# Texts that would end the element or the string literal that a module is embedded in.
 foreach(text module_text benchmark_module_text)
   string(FIND "${${text}}" "</script" at)
   if(NOT at EQUAL -1)
-    message(FATAL_ERROR "web/: \"</script\" would end the element that the module stands in; write it in two parts")
+    message(FATAL_ERROR "web/: \"</script\" would end the script element of a page; split the string in two")
   endif()
 endforeach()
 set(source "#include \"web_page.h\"\n\nnamespace trisoup::web {\n")
 foreach(text module_text benchmark_module_text benchmark_text benchmark_style_text)
   string(FIND "${${text}}" ")JS\"" at)
   if(NOT at EQUAL -1)
-    message(FATAL_ERROR "web/: \")JS\"\" would end the string that a file stands in; write it in two parts")
+    message(FATAL_ERROR "web/: \")JS\"\" would end the string literal of the file; split the string in two")
   endif()
   string(APPEND source "const std::string_view ${text} = R\"JS(${${text}})JS\";\n")
 endforeach()
