@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
     bench::steps(*device, base);
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "soup-bench: %s\n", e.what());
+    print_error("soup-bench", e);
     return 1;
   }
 }

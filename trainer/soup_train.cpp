@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "cli/option_names.h"
 #include "command_line.h"
 #include "prepare.h"
 #include "ranks/launched.h"
@@ -92,7 +93,7 @@ int main(int argc, char** argv) {
     // Several processes are told once that they have no window, by those that know of each other.
     if (options.view && (options.by_itself || ranks::launched_size() == 1)) return run_with_window(options);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "soup-train: %s\n", e.what());
+    print_error(kProgram, e);
     return 1;
   }
   return run_guarded(kProgram, options, nullptr);

@@ -7,7 +7,7 @@ trap 'rm -rf "$scratch"' EXIT
 device=()   # options for programs that draw
 [ -n "${TRISOUP_DEVICE:-}" ] && device=(--device "$TRISOUP_DEVICE")
 compute=(--backend "${TRISOUP_BACKEND:-vulkan}" "${device[@]}")  # options for programs that train or measure
-tiny=(--steps 60 --triangles 40 --init-count 120 --init-radius 0.2 --init-box 0.7 --set resample_every=20
+tiny=(--steps 60 --triangles 40 --init-count 120 --init-radius 0.2 --init-box 0.7 --set refine_every=20
   --checkpoint-every 10)
 short=("${tiny[@]}" "${compute[@]}")
 fail() {

@@ -12,8 +12,10 @@
 
 #include "run/checkpoint.h"
 #include "temporary_folder.h"
+#include "train/config/schedule.h"
 #include "train/config/settings.h"
 #include "trainer/command_line.h"
+#include "recipe_settings.h"
 #include "trainer/settings_file.h"
 
 using namespace trisoup;
@@ -37,7 +39,7 @@ train::Settings settings_of(std::vector<std::string> options, bool synthetic, bo
 
 double way(const train::Settings& s) {
   double sum = 0;
-  for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.rate_vertex * train::vertex_rate_factor(s, step);
+  for (std::uint64_t step = 1; step <= s.steps; ++step) sum += s.lr_vertex * train::vertex_lr_factor(s, step);
   return sum;
 }
 
@@ -67,7 +69,7 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.least_views == 4);
       CHECK(s.exposure == !synthetic);
       CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
-      CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6 && s.knee == 0.2));
+      CHECK((s.lr_end == 0.1 && s.lr_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6 && s.knee == 0.2));
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
       CHECK(s.init_count == 30'000);
     }
@@ -93,14 +95,14 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
 
 TEST_CASE("as published is everything that has an option", "[command_line]") {
   for (const bool synthetic : {true, false}) {
-    const train::Settings published = train::published(synthetic ? train::Recipe::synthetic : train::Recipe::real),
+    const train::Settings published = test::settings_of_recipe(synthetic ? train::Recipe::synthetic : train::Recipe::real),
                           s = settings_of({"--preset", "published"}, synthetic);
     CHECK(s.steps == 10'000);
     CHECK(s.triangles == 15'000);
     CHECK(s.level_max == 5);
     CHECK(s.init_count == (synthetic ? 100'000 : 30'000));  // of a real one without points
-    CHECK(s.rate_vertex == published.rate_vertex);
-    CHECK((s.rate_end == 0.01 && s.rate_vertex_end == 0.01 && s.huber == 0 && s.texture_bits == 8 && s.knee == 0));
+    CHECK(s.lr_vertex == published.lr_vertex);
+    CHECK((s.lr_end == 0.01 && s.lr_vertex_end == 0.01 && s.huber == 0 && s.texture_bits == 8 && s.knee == 0));
     CHECK(s.samples_per_pixel == 0);
     CHECK(s.pixel_jitter == 0);
     CHECK(s.least_views == 0);
@@ -108,7 +110,7 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK(settings_of({"--preset", "published", "--exposure"}, synthetic).exposure);
     CHECK((s.copy_textures && s.drop_near && s.update_unseen));
     // More steps than published do not slow vertices down.
-    CHECK(settings_of({"--preset", "published", "--steps", "30000"}, synthetic).rate_vertex == published.rate_vertex);
+    CHECK(settings_of({"--preset", "published", "--steps", "30000"}, synthetic).lr_vertex == published.lr_vertex);
     // Each can be had back.
     const train::Settings back = settings_of(
         {"--preset", "published", "--set", "pixel_jitter=0.5", "--set", "copy_textures=false", "--set",
@@ -133,23 +135,23 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
 
 TEST_CASE("few steps have the published way of vertices, presets their own", "[command_line]") {
   CHECK(way(settings_of({"--preset", "published", "--steps", "1000"}, true)) == Approx(0.537).epsilon(0.01));
-  CHECK(settings_of({"--preset", "published", "--steps", "1000"}, false).rate_vertex == train::kFastestVertices);
+  CHECK(settings_of({"--preset", "published", "--steps", "1000"}, false).lr_vertex == train::kMaxVertexLr);
   CHECK(way(settings_of({"--preset", "published", "--steps", "5000"}, false)) == Approx(5.37).epsilon(0.01));
   CHECK(way(settings_of({"--steps", "5000"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast"}, true)) == Approx(1.5).epsilon(0.01));
-  CHECK(settings_of({"--preset", "fast", "--steps", "300"}, true).rate_vertex == train::kFastestSynthetic);
-  CHECK(settings_of({"--preset", "fast", "--steps", "300"}, false).rate_vertex == train::kFastestVertices);
-  CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--set", "rate_end=0.5"}, true)) ==
+  CHECK(settings_of({"--preset", "fast", "--steps", "300"}, true).lr_vertex == train::kMaxVertexLrSynthetic);
+  CHECK(settings_of({"--preset", "fast", "--steps", "300"}, false).lr_vertex == train::kMaxVertexLr);
+  CHECK(way(settings_of({"--preset", "fast", "--steps", "700", "--set", "lr_end=0.5"}, true)) ==
         Approx(1.5).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "balanced"}, false)) == Approx(4.0).epsilon(0.01));
   CHECK(way(settings_of({"--preset", "fast", "--recipe", "synthetic"}, false)) == Approx(1.5).epsilon(0.01));
-  CHECK(settings_of({"--preset", "fast"}, true).rate_end == 0.1);
-  // rate_end is for all rates, rate_vertex_end for vertices alone.
-  CHECK(settings_of({"--set", "rate_end=0.2"}, true).rate_vertex_end == 0.2);
+  CHECK(settings_of({"--preset", "fast"}, true).lr_end == 0.1);
+  // lr_end is for all rates, lr_vertex_end for vertices alone.
+  CHECK(settings_of({"--set", "lr_end=0.2"}, true).lr_vertex_end == 0.2);
   const train::Settings own = settings_of(
-      {"--set", "rate_end=0.2", "--set", "rate_vertex_end=0.05", "--set", "huber=0.3", "--texture-bits", "5"}, true);
+      {"--set", "lr_end=0.2", "--set", "lr_vertex_end=0.05", "--set", "huber=0.3", "--texture-bits", "5"}, true);
   CHECK(own.texture_bits == 5);
-  CHECK((own.rate_end == 0.2 && own.rate_vertex_end == 0.05 && own.huber == 0.3));
+  CHECK((own.lr_end == 0.2 && own.lr_vertex_end == 0.05 && own.huber == 0.3));
   CHECK(way(own) == Approx(1.5).epsilon(0.01));
 }
 
@@ -167,11 +169,11 @@ TEST_CASE("preset fast takes more steps of fewer views from random triangles", "
 TEST_CASE("from a surface vertices come to rest before textures do", "[command_line]") {
   const train::Settings s = settings_of({"--preset", "balanced"}, false, true);
   REQUIRE(s.init == "surface");
-  CHECK((s.rate_end == 0.1 && s.rate_vertex_end == 0.03 && s.huber == 0.1));
+  CHECK((s.lr_end == 0.1 && s.lr_vertex_end == 0.03 && s.huber == 0.1));
   CHECK(way(s) == Approx(4.0).epsilon(0.01));
-  CHECK(settings_of({"--set", "rate_end=0.5"}, false, true).rate_vertex_end == 0.5);
-  CHECK(settings_of({"--set", "rate_vertex_end=0.5"}, false, true).rate_vertex_end == 0.5);
-  CHECK(settings_of({"--preset", "published"}, false, true).rate_vertex_end == 0.01);
+  CHECK(settings_of({"--set", "lr_end=0.5"}, false, true).lr_vertex_end == 0.5);
+  CHECK(settings_of({"--set", "lr_vertex_end=0.5"}, false, true).lr_vertex_end == 0.5);
+  CHECK(settings_of({"--preset", "published"}, false, true).lr_vertex_end == 0.01);
   CHECK((s.rest_share == 0.2 && settings_of({"--set", "rest_share=0"}, false, true).rest_share == 0));
   CHECK((settings_of({"--preset", "published"}, false, true).rest_share == 0 && settings_of({}, true).rest_share == 0));
   // Nor has it a coarse part, but the photographs' colours.
@@ -180,8 +182,8 @@ TEST_CASE("from a surface vertices come to rest before textures do", "[command_l
   // Its budget is filled.
   CHECK((s.fill_budget && !settings_of({"--set", "fill_budget=false"}, false, true).fill_budget));
   CHECK_FALSE((settings_of({}, false).fill_budget || settings_of({"--preset", "published"}, false, true).fill_budget));
-  CHECK(settings_of({"--preset", "fast", "--set", "rate_vertex=0.02"}, true).rate_vertex == 0.02);
-  CHECK(settings_of({"--set", "rate_vertex=0.00025", "--steps", "1000"}, true).rate_vertex == 0.00025);
+  CHECK(settings_of({"--preset", "fast", "--set", "lr_vertex=0.02"}, true).lr_vertex == 0.02);
+  CHECK(settings_of({"--set", "lr_vertex=0.00025", "--steps", "1000"}, true).lr_vertex == 0.00025);
 }
 
 namespace {
@@ -221,13 +223,13 @@ TEST_CASE("a training that goes on has the settings of its checkpoint", "[comman
                                           "--seed",        "3",
                                           "--init-box",    "0.7",
                                           "--init-radius", "0.2",
-                                          "--set",         "rate_end=0.2",
-                                          "--set",         "rate_vertex_end=0.3",
+                                          "--set",         "lr_end=0.2",
+                                          "--set",         "lr_vertex_end=0.3",
                                           "--set",         "opaque=true",
                                           "--set",         "huber=0.05",
                                           "--far",         "70",
                                           "--set",         "keep_moments=true",
-                                          "--set",         "resample_every=50"};
+                                          "--set",         "refine_every=50"};
   const train::Settings first = line_of(begun).settings([&] {
     scene::Scene scene;
     scene.synthetic = synthetic;
@@ -239,7 +241,7 @@ TEST_CASE("a training that goes on has the settings of its checkpoint", "[comman
     CHECK(differences(first, resumed(begun, {}, synthetic, noted)).empty());
     CHECK(differences(first, resumed(begun, begun, synthetic, noted)).empty());
     for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"},
-                                                                                        {"--set", "rate_end=0.2"},
+                                                                                        {"--set", "lr_end=0.2"},
                                                                                         {"--init-radius", "0.2"},
                                                                                         {"--set", "opaque=true"},
                                                                                         {"--level-max", "4"}})
@@ -303,27 +305,27 @@ TEST_CASE("more steps than a training began with prolong its schedule", "[comman
                         longer = resumed({"--preset", "fast", "--steps", "1000"},
                                          {"--preset", "fast", "--steps", "4000"}, true);
   CHECK(longer.steps == 4000);
-  CHECK(train::lift_step(first) == 500);
-  CHECK(train::lift_step(longer) == 500);  // is over in a training that has completed 500 steps
-  CHECK(train::rate_factor(longer, longer.rate_end, 4000) == Approx(0.1));
-  CHECK(train::rate_factor(longer, longer.rate_end, 1000) == Approx(std::pow(0.1, 0.25)));
-  CHECK(longer.rate_vertex == first.rate_vertex);
-  CHECK_FALSE(train::is_resampling(first, 1000));
-  CHECK(train::is_resampling(longer, 1000));
-  CHECK(train::is_last_resampling(longer, 2700));  // before the first step down to the knee
+  CHECK(train::coarse_end(first) == 500);
+  CHECK(train::coarse_end(longer) == 500);  // is over in a training that has completed 500 steps
+  CHECK(train::lr_factor(longer, longer.lr_end, 4000) == Approx(0.1));
+  CHECK(train::lr_factor(longer, longer.lr_end, 1000) == Approx(std::pow(0.1, 0.25)));
+  CHECK(longer.lr_vertex == first.lr_vertex);
+  CHECK_FALSE(train::is_refinement(first, 1000));
+  CHECK(train::is_refinement(longer, 1000));
+  CHECK(train::is_last_refinement(longer, 2700));  // before the first step down to the knee
   // What a goal brings is that of the steps before.
   const std::vector<std::string> goal = {"--preset", "fast", "--steps", "1000", "--target-psnr", "28"},
                                  on = {"--preset", "fast", "--steps", "4000", "--target-psnr", "28"};
   CHECK((resumed(goal, on, true).round_steps == 50 && resumed(goal, {"--steps", "4000"}, true).round_steps == 50));
   // Before the change of levels that is still to come, and comes at its share.
-  const train::Settings early = train::prolonged(first, 499, 4000);
-  CHECK(train::lift_step(early) == 2000);
-  CHECK(differences(train::prolonged(first, 10, 1000), first).empty());
+  const train::Settings early = train::extended(first, 499, 4000);
+  CHECK(train::coarse_end(early) == 2000);
+  CHECK(differences(train::extended(first, 10, 1000), first).empty());
   // Smaller pictures, too, do not come again.
   train::Settings small = first;
   small.coarse_share = 0, small.small_share = 0.75;
-  CHECK(train::small_end(train::prolonged(small, 750, 4000)) == 750);
-  CHECK(train::small_end(train::prolonged(small, 749, 4000)) == 3000);
+  CHECK(train::small_end(train::extended(small, 750, 4000)) == 750);
+  CHECK(train::small_end(train::extended(small, 749, 4000)) == 3000);
   small.coarse_share = 0.8;
   CHECK(train::small_end(small) == 800);
 }
@@ -360,10 +362,10 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   train::Settings before = then;
   before.small_share = 0, before.small_scale = 0.25;
   CHECK(differences(before, line_of({"--settings", bare}).settings(scene)).empty());
-  again = line_of({"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "rate_end=0.5",
+  again = line_of({"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "lr_end=0.5",
                    "--recipe", "real"});
   train::Settings other = then;
-  other.steps = 900, other.huber = 0, other.rate_end = 0.5, other.recipe = train::Recipe::real;
+  other.steps = 900, other.huber = 0, other.lr_end = 0.5, other.recipe = train::Recipe::real;
   CHECK(differences(other, again.settings(scene)).empty());
   CHECK(again.settings(scene).recipe == train::Recipe::real);
   CHECK(again.load.downscale == 1);
@@ -421,7 +423,7 @@ TEST_CASE("an option that has moved says what to write now", "[command_line]") {
   CHECK_THAT(said({"--no-opacity-baseline=false"}), Catch::Contains("opacity_baseline=true"));
   CHECK_THAT(said({"--levels", "finest"}), Catch::Contains("--set coarse_share=0 --set level_min=N"));
   CHECK_THAT(said({"--rate-vertex", "0.01", "--huber=0"}),
-             Catch::Contains("--set rate_vertex=0.01") && Catch::Contains("--set huber=0"));
+             Catch::Contains("--set lr_vertex=0.01") && Catch::Contains("--set huber=0"));
   // --set takes one word, wherever it stands.
   CHECK(line_of({"--set", "huber=0", "--set", "batch=2"}).experiments.size() == 2);
 }

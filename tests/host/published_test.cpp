@@ -175,7 +175,7 @@ TEST_CASE("a scene of the published viewer whose files do not belong together is
     nlohmann::json mlp = json_in(x / "mlp_weights.json");
     mlp["W2"].erase(3);
     folder.file("x/mlp_weights.json", mlp.dump());
-    CHECK_THROWS_WITH(soup::read_published(x), Contains("W2 has 255 numbers instead of 256"));
+    CHECK_THROWS_WITH(soup::read_published(x), Contains("W2 has 255 values instead of 256"));
   }
   SECTION("a file that is not there") {
     for (const char* name : {"mesh.ply", "lut1.png", "mlp_weights.json"}) {
