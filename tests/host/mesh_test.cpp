@@ -76,13 +76,16 @@ const char* kBuffer = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAACAPwAAg
 std::string gltf_text(const std::string& buffer_uri, const std::string& more = "", const std::string& count = "4",
                       const std::string& child = "1") {
   return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
-    "nodes":[{"translation":[10,0,0],"rotation":[0,0,0.7071067811865476,0.7071067811865476],"scale":[2,2,2],"children":[)" +
+    "nodes":[{"translation":[10,0,0],"rotation":[0,0,0.7071067811865476,0.7071067811865476],
+              "scale":[2,2,2],"children":[)" +
          child + R"(]},
              {"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1]}],
-    "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5},{"attributes":{"POSITION":0},"mode":0}]}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5},
+                             {"attributes":{"POSITION":0},"mode":0}]}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":)" +
          count +
-         R"(,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},{"bufferView":1,"componentType":5123,"count":4,"type":"SCALAR"}],
+         R"(,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+                 {"bufferView":1,"componentType":5123,"count":4,"type":"SCALAR"}],
     "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":8}],)" +
          more + R"("buffers":[{"byteLength":56,"uri":")" + buffer_uri + "\"}]}";
 }

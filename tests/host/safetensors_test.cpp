@@ -138,21 +138,18 @@ TEST_CASE("safetensors: a header that cannot be is an error", "[safetensors]") {
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[3],"data_offsets":[0,8]}})"), Contains("shape"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[4294967296,4294967296,4294967298],"data_offsets":[0,8]}})"),
              Contains("shape"));
-  CHECK_THAT(
-      message(
-          R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]},"b":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
-      Contains("overlap"));
+  CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]},)"
+                     R"("b":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
+             Contains("overlap"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[4,8]}})"), Contains("gap"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}})"), Contains("belong to no array"));
-  CHECK_THAT(
-      message(
-          R"({"a":{"dtype":"U8","shape":[2],"data_offsets":[0,2]},"b":{"dtype":"F32","shape":[1],"data_offsets":[2,6]}})",
-          6),
-      Contains("aligned"));
-  CHECK_THAT(
-      message(
-          R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
-      Contains("twice"));
+  CHECK_THAT(message(R"({"a":{"dtype":"U8","shape":[2],"data_offsets":[0,2]},)"
+                     R"("b":{"dtype":"F32","shape":[1],"data_offsets":[2,6]}})",
+                     6),
+             Contains("aligned"));
+  CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},)"
+                     R"("a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
+             Contains("twice"));
   CHECK_THAT(message(R"({"__metadata__":{"step":7},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
              Contains("'step'"));
   CHECK_THAT(message_of(folder.file("f", std::string(8, '\xff') + "{}")), Contains("its header should have"));
