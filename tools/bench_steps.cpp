@@ -108,7 +108,7 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   const auto vertices = soup::triangles_in_box(c.triangles, -half, half, radius, 1);
   train::allocate_soup(gpu, soup, vertices, soup::make_texture_table(c.triangles, {c.level_min, c.level_max}).entries);
   train::allocate_mlp(gpu, soup, train::initial_mlp(1));
-  train::Frame frame(gpu);
+  train::BatchBuffers buffers(gpu);
   std::vector<train::BatchView> views = cameras(c);
   const std::uint64_t pixels_each = std::uint64_t(c.side) * c.side, pixels = pixels_each * views.size();
   gpu::Buffer photos = gpu.allocate(pixels * 4, "photographs");
@@ -119,18 +119,18 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
     views[i].photo = photos.address() + 4 * pixels_each * i;
     views[i] = train::sampled_at(views[i], {0.2, -0.1});  // as steps do
   }
-  frame.set_batch(views, c.triangles, true);
+  buffers.set_batch(views, c.triangles, true);
   train::StepInputs inputs;  // every texture is updated, so that the number of bytes is known
-  train::Step step(gpu, soup, frame);
+  train::Step step(gpu, soup, buffers);
   step.sum_textures();
 
   const auto one = [&](std::uint32_t i) {
-    step.begin(i * 7919u, i, i % train::Frame::kStatisticsRows, {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1});
+    step.begin(i * 7919u, i, i % train::BatchBuffers::kStatisticsRows, {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1});
     step.train(inputs);
     gpu.submit();
   };
   do one(0);
-  while (train::grow_lists_if_needed(gpu, frame));
+  while (train::grow_lists_if_needed(gpu, buffers));
 
   std::map<std::string, std::vector<double>> samples;
   for (int i = 1; i <= c.repeats; ++i) {
@@ -144,18 +144,18 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   }
   gpu.enable_timings(false);
 
-  const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
+  const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
   const double views_now = c.views;
   const Counts counts{
       .triangles = double(c.triangles),
       .pixels = double(pixels),
       .views = views_now,
       .covered = double(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; })),
-      .listed = double(gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0].list_total),
+      .listed = double(gpu.download_vector<kernels::Control>(buffers.control.address(), 1)[0].list_total),
       .source = double(soup.source_samples),
       .lattice = double(soup.lattice_samples),
-      .tiles = double(frame.batch().tiles),
-      .mlp_groups = double(frame.mlp_groups),
+      .tiles = double(buffers.batch().tiles),
+      .mlp_groups = double(buffers.mlp_groups),
       .windows = views_now * std::pow(std::max(0.0, c.side - 10.0), 2)};
   const std::map<std::string, double> bytes = bytes_of(counts), operations = operations_of(counts);
   Costs costs;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/option_names.h"
 #include "bench_frames.h"
 #include "bench_kernels.h"
 #include "bench_run.h"

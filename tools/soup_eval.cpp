@@ -129,7 +129,7 @@ void evaluate(Options& o) {
   const scene::Scene scene = scene::load(o.dataset, o.load);
   if (scene.test.empty()) throw Error("{}: has no test views; give --test-every K", o.dataset);
   const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha;
-  if (const std::string line = train::misfit(file, scene, as_trained, printable(o.dataset)); !line.empty())
+  if (const std::string line = train::mismatch(file, scene, as_trained, printable(o.dataset)); !line.empty())
     o.load.warn(line);
   o.device_options.draws = o.with_renderer || o.agreement;
   auto device = gpu::open_device(o.device_options);
@@ -145,7 +145,7 @@ void evaluate(Options& o) {
     return;
   }
   const train::Evaluation evaluation = o.with_renderer
-                                           ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now,
+                                           ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
                                                                    *render::anti_aliasing_from(o.aa), on_render)
                                            : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
   if (pictures) pictures->finish();

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/option_names.h"
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"

@@ -39,7 +39,7 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene) {
   return cameras;
 }
 
-soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& settings,
+soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
                                     const scene::LoadOptions& load) {
   soup::ModelFileOptions options;
   options.settings = to_json(settings);
