@@ -1,6 +1,7 @@
-# each_file_alone(TARGET...): with TRISOUP_EACH_FILE_ALONE the target each-file-alone, to which this adds the .cpp files of each TARGET. The compiler
-# warns of each by itself and makes no code of it: so that a file lives on nothing that another one includes, where a build joins a dozen of them.
-# To be called in the folder of the TARGETs, whose packages it sees.
+# each_file_alone(TARGET...): adds the .cpp files of each TARGET to the target each-file-alone, if
+# TRISOUP_EACH_FILE_ALONE is on. The compiler checks each file on its own and writes no code. This finds files that
+# compile only because a unity build joins them with files that include what they need.
+# Call it in the folder of the TARGETs: it needs the packages that were found there.
 if(TRISOUP_EACH_FILE_ALONE)
   add_custom_target(each-file-alone)
 endif()
@@ -26,13 +27,15 @@ function(each_file_alone)
       endif()
     endforeach()
     target_compile_options(${target}-alone PRIVATE -fno-sanitize=all)
-    # Half of the time went into reading these again. The price: nobody notices who forgets one of them.
+    # Precompiling these halves the time. A file that forgets to include one of them is not found.
     if(target STREQUAL trisoup)
-      target_precompile_headers(trisoup-alone PRIVATE <CLI/CLI.hpp> <filesystem> <fmt/format.h> <glm/glm.hpp> <nlohmann/json.hpp>)
+      target_precompile_headers(trisoup-alone
+        PRIVATE <CLI/CLI.hpp> <filesystem> <fmt/format.h> <glm/glm.hpp> <nlohmann/json.hpp>)
     else()
       target_precompile_headers(${target}-alone REUSE_FROM trisoup-alone)
     endif()
-    set_target_properties(${target}-alone PROPERTIES UNITY_BUILD OFF CXX_COMPILER_LAUNCHER "" RULE_LAUNCH_COMPILE "${PROJECT_SOURCE_DIR}/cmake/only_look <OBJECT>")
+    set_target_properties(${target}-alone PROPERTIES UNITY_BUILD OFF CXX_COMPILER_LAUNCHER ""
+      RULE_LAUNCH_COMPILE "${PROJECT_SOURCE_DIR}/cmake/only_look <OBJECT>")
     if(TARGET revision)
       add_dependencies(${target}-alone revision)
     endif()

@@ -1,4 +1,5 @@
-# cmake --install build --prefix P: the programs, and the library with its public headers (engine/api/trisoup) for find_package(trisoup).
+# cmake --install build --prefix P installs the programs and the library with its public headers (engine/api/trisoup),
+# for find_package(trisoup).
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -9,14 +10,16 @@ if(TRISOUP_CUDA)
   list(APPEND libraries cuda_kernels)
 endif()
 install(TARGETS ${libraries} EXPORT trisoup-targets ARCHIVE COMPONENT development)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/engine/api/trisoup DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
-install(FILES ${PROJECT_BINARY_DIR}/engine/api/trisoup/version.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trisoup COMPONENT development)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/engine/api/trisoup DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT development)
+install(FILES ${PROJECT_BINARY_DIR}/engine/api/trisoup/version.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trisoup
+  COMPONENT development)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/trisoup)
 install(EXPORT trisoup-targets NAMESPACE trisoup:: DESTINATION ${package} COMPONENT development)
-configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/trisoup-config.cmake.in ${PROJECT_BINARY_DIR}/trisoup-config.cmake
-                              INSTALL_DESTINATION ${package})
-# Before 1.0 another minor version may be another interface.
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/trisoup-config.cmake.in
+                              ${PROJECT_BINARY_DIR}/trisoup-config.cmake INSTALL_DESTINATION ${package})
+# Before 1.0 a minor version may change the interface.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/trisoup-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/trisoup-config.cmake ${PROJECT_BINARY_DIR}/trisoup-config-version.cmake
         DESTINATION ${package} COMPONENT development)

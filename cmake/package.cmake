@@ -1,8 +1,8 @@
-# cpack -G DEB in the build folder: a Debian package of the programs, with man pages made of what they say of themselves, a desktop entry of the
-# viewer, and dependencies as dpkg-shlibdeps finds them. tools/make_packages does it, and the source archive.
+# cpack -G DEB in the build folder makes a Debian package of the programs, with man pages from their --help, a desktop
+# entry for the viewer, and dependencies from dpkg-shlibdeps. tools/make_packages makes it and the source archive.
 set(CPACK_PACKAGE_NAME trisoup)
-# Whoever makes packages for others says who they are, as Debian's tools take it: DEBFULLNAME and DEBEMAIL, or -DCPACK_PACKAGE_CONTACT. Else it is
-# the project, with an address that by RFC 2606 belongs to nobody and takes no mail.
+# The maintainer of the package: DEBFULLNAME and DEBEMAIL, as for Debian's tools, or -DCPACK_PACKAGE_CONTACT. The
+# default is the project with an address under .invalid, which belongs to nobody (RFC 2606).
 if(NOT CPACK_PACKAGE_CONTACT)
   set(CPACK_PACKAGE_CONTACT "trisoup <noreply@trisoup.invalid>")
   if("$ENV{DEBEMAIL}" MATCHES "<.+>")
@@ -17,7 +17,10 @@ if(NOT CPACK_PACKAGE_CONTACT)
 endif()
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "photographs to a few thousand textured triangles, drawn in real time")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-    "Turns photographs of a scene into a few thousand opaque, textured\ntriangles that any GPU draws in real time. Training runs in Vulkan\ncompute on any vendor's GPU, or on the CPU. Programs: soup-train,\nsoup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
+"Turns photographs of a scene into a few thousand opaque, textured
+triangles that any GPU draws in real time. Training runs in Vulkan
+compute on any vendor's GPU, or on the CPU. Programs: soup-train,
+soup-simplify, soup-view, soup-eval, soup-export, soup-bench.")
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};trisoup;programs;/")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
@@ -51,23 +54,29 @@ if(HELP2MAN)
     install(CODE "
       set(page \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1/${program}.1\")
       file(MAKE_DIRECTORY \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1\")
-      execute_process(COMMAND ${HELP2MAN} --no-info --help-option=${help} \"--name=${name}\" --output=\${page} $<TARGET_FILE:${program}>
+      execute_process(COMMAND ${HELP2MAN} --no-info --help-option=${help} \"--name=${name}\" --output=\${page}
+                              $<TARGET_FILE:${program}>
                       COMMAND_ERROR_IS_FATAL ANY)
       execute_process(COMMAND gzip -9nf \${page} COMMAND_ERROR_IS_FATAL ANY)" COMPONENT programs)
   endforeach()
 else()
-  message(STATUS "help2man is not here: what is installed has no man pages")
+  message(STATUS "Man pages: not built; there is no help2man")
 endif()
 
-install(FILES ${PROJECT_SOURCE_DIR}/viewer/soup-view.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT programs)
-install(FILES ${PROJECT_SOURCE_DIR}/viewer/trisoup.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT programs)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/trisoup RENAME copyright COMPONENT programs)
-# Debian's policy asks for a changelog of the package itself; what users want to know is in NEWS.gz.
+install(FILES ${PROJECT_SOURCE_DIR}/viewer/soup-view.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
+  COMPONENT programs)
+install(FILES ${PROJECT_SOURCE_DIR}/viewer/trisoup.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps
+  COMPONENT programs)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/trisoup RENAME copyright
+  COMPONENT programs)
+# Debian's policy requires a changelog of the package. The changes of the programs are in NEWS.gz.
 string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
 file(WRITE ${PROJECT_BINARY_DIR}/packages.changelog
-     "trisoup (${PROJECT_VERSION}) bookworm; urgency=medium\n\n  * See NEWS.gz.\n\n -- ${CPACK_PACKAGE_CONTACT}  ${now}\n")
+     "trisoup (${PROJECT_VERSION}) bookworm; urgency=medium\n\n  * See NEWS.gz.\n\n"
+     " -- ${CPACK_PACKAGE_CONTACT}  ${now}\n")
 install(CODE "
   set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/doc/trisoup\")
   file(COPY_FILE ${PROJECT_BINARY_DIR}/packages.changelog \"\${folder}/changelog\")
   file(COPY_FILE ${PROJECT_SOURCE_DIR}/CHANGELOG.md \"\${folder}/NEWS\")
-  execute_process(COMMAND gzip -9nf \"\${folder}/changelog\" \"\${folder}/NEWS\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT programs)
+  execute_process(COMMAND gzip -9nf \"\${folder}/changelog\" \"\${folder}/NEWS\" COMMAND_ERROR_IS_FATAL ANY)"
+  COMPONENT programs)

@@ -1,14 +1,15 @@
-# present_gpu_architectures(VARIABLE NVCC): CMAKE_CUDA_ARCHITECTURES for a machine with NVIDIA GPUs: code for each of
-# their kinds, so that nothing is compiled when a program first starts, and PTX of 75 for all other cards. Empty if
-# there is no GPU, no driver, or no GPU that this nvcc makes code for.
+# present_gpu_architectures(VARIABLE NVCC): sets VARIABLE to a value of CMAKE_CUDA_ARCHITECTURES for the NVIDIA GPUs of
+# this machine: code for each of their architectures, so that programs need not compile when they first start, and PTX
+# of 75 for all other GPUs. Empty if there is no GPU, no driver, or no GPU that NVCC can compile for.
 function(present_gpu_architectures variable nvcc)
   set(${variable} "" PARENT_SCOPE)
   find_program(smi nvidia-smi NO_CACHE)
   if(NOT smi)
     return()
   endif()
-  # It fails where the driver is not loaded, and has been seen to hang where the driver is broken.
-  execute_process(COMMAND ${smi} --query-gpu=compute_cap --format=csv,noheader TIMEOUT 20 RESULT_VARIABLE status OUTPUT_VARIABLE capabilities ERROR_QUIET)
+  # nvidia-smi fails if the driver is not loaded, and may hang if the driver is broken.
+  execute_process(COMMAND ${smi} --query-gpu=compute_cap --format=csv,noheader TIMEOUT 20
+    RESULT_VARIABLE status OUTPUT_VARIABLE capabilities ERROR_QUIET)
   if(NOT status STREQUAL "0")
     return()
   endif()

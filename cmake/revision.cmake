@@ -1,4 +1,4 @@
-# Writes revision.h with the git revision of the sources; run at every build, rewritten only when it changed.
+# Writes revision.h with the git revision of the sources. Runs at every build; the file is rewritten only if it changes.
 execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=12
                 OUTPUT_VARIABLE revision OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT revision)

@@ -1,4 +1,4 @@
-// Pages that show a soup in a browser (docs/web.md), and their JavaScript module.
+// Pages that show a soup in a browser (docs/viewer.md), and their JavaScript module.
 #pragma once
 
 #include <map>

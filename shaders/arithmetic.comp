@@ -1,11 +1,12 @@
-// For soup-bench alone: multiplications and additions that wait for nothing but each other, to find the rate that no
-// kernel exceeds.
+// Used only by soup-bench: multiplications and additions without other dependencies, to measure the peak rate of the
+// device.
 #include "common/kernel.h"
 #include "args/arithmetic.h"
 
 KERNEL(64, ArithmeticArgs) {
   const uint i = thread_index();
-  // As many numbers as hide the latency of one, and no more than 16 registers hold beside the two that all share.
+  // Enough numbers to hide the latency of one operation, and few enough for 16 registers together with the two shared
+  // operands.
   float x[14];
   UNROLL for (uint c = 0u; c < 14u; ++c) x[c] = float(i & 63u) * 0.001f + float(c);
   for (uint k = 0u; k < a.rounds; ++k) {

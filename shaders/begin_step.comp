@@ -1,11 +1,11 @@
-// Brings what the next step needs from its row of the schedule, so that the commands of a step are the same every time
-// and the host need not come between two steps. One workgroup.
+// Copies the next step's row of the step queue to fixed addresses. The commands of all steps are therefore identical,
+// and the host does not have to intervene between steps. One workgroup.
 #include "common/kernel.h"
 #include "args/begin_step.h"
 #include "common/fixed_point.h"
 
-const uint kStateWords = 12u;  // of a StepState
-const uint kSlotWord = 10u;    // where its slot is
+const uint kStateWords = 12u;  // size of a StepState
+const uint kSlotWord = 10u;    // position of its slot
 
 KERNEL(64, BeginStepArgs) {
   const uint thread = gl_LocalInvocationIndex;

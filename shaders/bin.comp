@@ -1,4 +1,4 @@
-// Which triangles may cover a tile: counts them, or with FILL writes them into the tiles' lists.
+// Finds the triangles that may cover each tile: counts them, or writes them into the tiles' lists with FILL.
 #include "common/kernel.h"
 #include "args/bin.h"
 #include "common/coverage.h"
@@ -8,7 +8,7 @@ CONSTANT(0, bool, FILL, false);
 const uint kTile = 8u;
 
 KERNEL(64, BinArgs) {
-  // A group is of one view.
+  // A group belongs to one view.
   const uint groups = (a.triangles + 63u) / 64u;
   const uint view = group_index() / groups, triangle = group_index() % groups * 64u + gl_LocalInvocationIndex;
   if (view >= a.view_count || triangle >= a.triangles) return;
@@ -19,18 +19,18 @@ KERNEL(64, BinArgs) {
   const uint tiles_x = a.views.v[view].tiles_x, first_tile = a.views.v[view].tile_offset;
   const uvec2 t0 = uvec2(low & 0xffffu, low >> 16) / kTile, t1 = uvec2(high & 0xffffu, high >> 16) / kTile;
 
-  // Counting and filling are two pipelines and must find the same.
+  // Counting and filling are separate pipelines and must agree exactly.
   PRECISE const vec2 step = 2.0f * float(kTile) / size;  // NDC per tile
   PRECISE const vec2 origin = (vec2(t0) + 0.5f) * step - 1.0f;
   const TriangleSetup setup = triangle_setup(a.screen.v[i].p0, a.screen.v[i].p1, a.screen.v[i].p2, origin);
   if (!setup.valid) return;
-  // A tile is out if one edge function is negative in all of it. Half a tile's width is half a pixel more than its
-  // pixel centres need: that covers rounding.
+  // A tile is outside if an edge function is negative everywhere in it. Half a tile's width exceeds the distance to the
+  // outer pixel centres by half a pixel, which covers rounding.
   const vec2 half_tile = 0.5f * step;
   PRECISE const vec3 reach = vec3(abs(setup.e0.y) * half_tile.x + abs(setup.e0.z) * half_tile.y,
                                   abs(setup.e1.y) * half_tile.x + abs(setup.e1.z) * half_tile.y,
                                   abs(setup.e2.y) * half_tile.x + abs(setup.e2.z) * half_tile.y);
-  // The rows of this view that the band has tiles in.
+  // The rows of this view in which the band has tiles.
   const uint tile_end = a.tile_first + a.tiles;
   if (tile_end <= first_tile || a.tile_first >= first_tile + tiles_x * a.views.v[view].tiles_y) return;
   const uint y0 = a.tile_first > first_tile ? (a.tile_first - first_tile) / tiles_x : 0u;

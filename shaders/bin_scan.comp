@@ -1,11 +1,11 @@
-// Offsets of the tiles' lists: exclusive sums of their counts. A workgroup finds those of BIN_SCAN_TILES tiles and
-// adds up all counts before them itself, which is less than a second launch would take.
+// Offsets of the tiles' lists: exclusive prefix sums of their counts. Each workgroup handles BIN_SCAN_TILES tiles and
+// sums all counts before them itself, which takes less time than a second launch.
 #include "common/kernel.h"
 #include "args/bin.h"
 
 const uint kTilesPerThread = BIN_SCAN_TILES / 256u;
 
-SHARED uvec2 s_sum[256];  // of a thread's tiles; of its share of the tiles before the workgroup's
+SHARED uvec2 s_sum[256];  // sum of a thread's tiles; sum of its share of the tiles before the workgroup's
 
 KERNEL(256, BinArgs) {
   const uint thread = gl_LocalInvocationIndex, chunk = group_index() * BIN_SCAN_TILES;

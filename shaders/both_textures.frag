@@ -1,5 +1,5 @@
-// For comparison in soup-bench alone: the first pass of the published viewer, which fetches both textures for every fragment,
-// hidden ones too, and writes both.
+// Used only by soup-bench for comparison: the first pass of the published viewer. It reads and writes both textures for
+// every fragment, including hidden ones.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/language.h"

@@ -1,5 +1,5 @@
-// A triangle with a vertex that is not a number (common/faults.h) becomes a point: it has no area, is seen nowhere, and
-// the next change of topology that drops what is not seen drops it.
+// Collapses triangles with a non-finite vertex (common/faults.h) to a point. They have no area, are never visible, and
+// the next refinement that drops invisible triangles removes them.
 #include "common/kernel.h"
 #include "args/collapse_lost.h"
 #include "common/faults.h"

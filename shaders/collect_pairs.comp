@@ -1,6 +1,6 @@
-// The set of (triangle, triangle behind it) over all pixels of a batch: a hash table with open addressing. A slot
-// holds 1 + a pixel that shows the pair. Earlier launches wrote the pixels, so one compare-and-swap per slot is
-// enough.
+// Collects the set of (triangle, triangle behind it) over all pixels of a batch in a hash table with open addressing. A
+// slot holds 1 + a pixel that shows the pair. The pixels were written by earlier launches, so one compare-and-swap per
+// slot is enough.
 #include "common/kernel.h"
 #include "args/collect_pairs.h"
 #include "common/random.h"
@@ -12,7 +12,7 @@ KERNEL(64, CollectPairsArgs) {
   if (i >= a.pixels) return;
   const uint first = a.first.v[i].triangle, behind = a.behind.v[i].triangle;
   if (first == 0u || behind == 0u) return;
-  // Neighbouring pixels mostly show the same two.
+  // Neighbouring pixels usually show the same pair.
   if (i > 0u && a.first.v[i - 1u].triangle == first && a.behind.v[i - 1u].triangle == behind) return;
   uint slot = hash32(first ^ hash32(behind)) & (a.slots - 1u);
   uint probe = 0u;
@@ -29,6 +29,6 @@ KERNEL(64, CollectPairsArgs) {
     if (a.first.v[taken - 1u].triangle == first && a.behind.v[taken - 1u].triangle == behind) break;
     slot = (slot + 1u) & (a.slots - 1u);
   }
-  // No room: the table is to be larger.
+  // The table is full: the host must retry with a larger one.
   if (probe == kMostProbes) atomicOr(a.found.v[0], 0x80000000u);
 }

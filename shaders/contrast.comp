@@ -1,12 +1,12 @@
-// How little contrast the photographs have around each pixel: what an error there costs in SSIM (Wang et al. 2004).
-// Windows of 7 x 7 pixels, as far as they lie inside the picture and its mask.
+// Lack of contrast around each pixel of the photographs: a measure of what an error there costs in SSIM (Wang et al.
+// 2004). Windows of 7 x 7 pixels, restricted to the picture and its mask.
 #include "common/kernel.h"
 #include "args/contrast.h"
 #include "common/fixed_point.h"
 #include "common/block_grid.h"
 
 const int kReach = 3;
-const uint kSide = 22u;  // a block and what its windows reach beyond it on both sides
+const uint kSide = 22u;  // a block plus the reach of its windows on both sides
 
 SHARED float s_grey[22 * 22];  // below 0: outside the mask
 SHARED vec2 s_sum[64];
@@ -38,7 +38,7 @@ KERNEL(64, ContrastArgs) {
     const uint first = (at.y - corner.y) * kSide + at.x - corner.x, centre = first + uint(kReach) * (kSide + 1u);
     float flatness = 0.0f;
     if (s_grey[centre] >= 0.0f) {
-      // Differences from the centre, so that the variance of a flat part does not drown in rounding.
+      // Uses differences from the centre, so that rounding does not dominate the variance of flat areas.
       float count = 0.0f, sum = 0.0f, squares = 0.0f;
       for (uint j = 0u; j < 7u; ++j)
         for (uint i = 0u; i < 7u; ++i) {

@@ -1,4 +1,4 @@
-// Where hiding triangles opens a hole: pixels that showed one of them and now show the backdrop, or nothing.
+// Counts holes opened by hiding triangles: pixels that showed a hidden triangle and now show the backdrop or nothing.
 #include "common/kernel.h"
 #include "args/count_holes.h"
 

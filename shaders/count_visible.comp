@@ -1,4 +1,4 @@
-// How many pixels each triangle wins.
+// Counts the pixels that show each triangle.
 #include "common/kernel.h"
 #include "args/count_visible.h"
 

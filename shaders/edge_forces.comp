@@ -1,4 +1,4 @@
-// Vertex gradients from the differences between neighbouring pixels (common/edges.h).
+// Vertex gradients from differences between neighbouring pixels (common/edges.h).
 #include "common/kernel.h"
 #include "args/edge_forces.h"
 #include "common/coverage.h"
@@ -9,7 +9,7 @@
 
 ARGUMENTS(EdgeForcesArgs)
 
-CONSTANT(0, bool, CLIP, false);  // leave the gradient in clip space: [views][T][3][4]
+CONSTANT(0, bool, CLIP, false);  // keep the gradient in clip space: [views][T][3][4]
 
 FN void add_vertex(TAKES_ARGUMENTS uint view, uint triangle, uint vertex, vec4 g) {
   if (CLIP) {

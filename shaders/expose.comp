@@ -1,5 +1,5 @@
-// Rendered colours become those that the photographs' exposures make of them. The background is nothing that was
-// photographed and stays.
+// Applies the photographs' exposures to the rendered colours. The background is not part of the scene and is not
+// changed.
 #include "common/kernel.h"
 #include "args/expose.h"
 #include "common/block_grid.h"

@@ -1,5 +1,5 @@
-// Texture lookup by itself: the features that shade.comp would find at each pixel's visible fragment, for who shades
-// elsewhere.
+// Texture lookup only: the features that shade.comp would use at each pixel's visible fragment, for shading on another
+// device.
 #include "common/kernel.h"
 #include "args/fetch_features.h"
 #include "common/lattice.h"

@@ -1,4 +1,4 @@
-// Exposures of a batch's photographs, and what all photographs have in common taken out of them. One workgroup.
+// Fits the exposures of a batch's photographs and removes the mean exposure of all photographs. One workgroup.
 #include "common/kernel.h"
 #include "args/fit_exposure.h"
 #include "common/exposure.h"
@@ -12,7 +12,7 @@ SHARED vec4 s_gain[64], s_offset[64];
 /// Sums over photographs.
 struct ExposureTotal {
   vec3 gain, offset;
-  float variance, squares;  // squares: of gains less 1
+  float variance, squares;  // squares: of gains minus 1
 };
 
 FN void add_exposure(IN(Exposure) m, float weight, INOUT(ExposureTotal) total) {
@@ -23,15 +23,15 @@ FN void add_exposure(IN(Exposure) m, float weight, INOUT(ExposureTotal) total) {
   total.squares += weight * dot(gain, gain);
 }
 
-/// Whether no view before this one is of the same photograph: a batch that runs from one epoch into the next may have
-/// one twice.
+/// Whether no earlier view of the batch shows the same photograph. A batch that spans two epochs can contain a
+/// photograph twice.
 FN bool is_first_of_photograph(TAKES_ARGUMENTS uint view) {
   for (uint v = 0u; v < view; ++v)
     if (a.views.v[v].index == a.views.v[view].index) return false;
   return true;
 }
 
-/// Of the photograph of `view`, from all views of it.
+/// Fits the exposure of the photograph of `view` from all its views in the batch.
 FN Exposure fit(TAKES_ARGUMENTS uint view) {
   vec4 sums[EXPOSURE_SUMS];
   UNROLL for (uint i = 0u; i < EXPOSURE_SUMS; ++i) sums[i] = vec4(0.0f);
@@ -47,12 +47,12 @@ FN Exposure fit(TAKES_ARGUMENTS uint view) {
 
 KERNEL_MAIN(64) {
   const uint thread = gl_LocalInvocationIndex;
-  const bool keep = a.control.v[0].overflow != 0u;  // this step will be done again
+  const bool keep = a.control.v[0].overflow != 0u;  // this step will be repeated
   ExposureTotal total;
   total.gain = total.offset = vec3(0.0f);
   total.variance = total.squares = 0.0f;
   for (uint i = thread; i < a.photographs; i += 64u) add_exposure(load_exposure(a.fitted, i), 1.0f, total);
-  barrier();  // all are read before any changes
+  barrier();  // all values are read before any is changed
   for (uint view = thread; view < a.view_count; view += 64u) {
     if (keep || !is_first_of_photograph(GIVES_ARGUMENTS view)) continue;
     const uint photograph = a.views.v[view].index;

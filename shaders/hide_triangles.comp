@@ -1,4 +1,4 @@
-// Keeps triangles out of the tiles' lists.
+// Removes hidden triangles from the tiles' lists.
 #include "common/kernel.h"
 #include "args/hide_triangles.h"
 

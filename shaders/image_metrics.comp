@@ -10,12 +10,12 @@
 
 ARGUMENTS(ImageMetricsArgs)
 
-CONSTANT(0, bool, WINDOWS, false);  // also SSIM, which takes most of the time
+CONSTANT(0, bool, WINDOWS, false);  // also compute SSIM, which takes most of the time
 
 SHARED vec3 s_sum[64];     // absolute errors, squared errors, SSIM
-SHARED uvec2 s_count[64];  // pixels, uncovered
+SHARED uvec2 s_count[64];  // pixels, uncovered pixels
 
-/// Sum of the SSIM of this thread's windows, over the channels.
+/// Sum of the SSIM of this thread's windows over the channels.
 FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, uint pixel_offset, uint thread) {
   float total = 0.0f;
   for (uint channel = 0u; channel < 3u; ++channel) {
@@ -33,7 +33,7 @@ FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, ui
   return total;
 }
 
-/// Whether a photograph shows what the background is: nothing needs to be there.
+/// Whether the photograph shows the background colour, so that no triangle is needed.
 FN bool is_background(TAKES_ARGUMENTS uint rgba) {
   const float same = 8.0f;
   const vec3 shown = vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u));

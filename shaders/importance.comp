@@ -1,4 +1,4 @@
-// Importance: how much the weighted squared error grows without each triangle, or without the finest level of its
+// Importance: the increase of the weighted squared error without each triangle, or without the finest level of its
 // texture (engine/train/topology/importance.h).
 #include "common/kernel.h"
 #include "args/importance.h"
@@ -7,11 +7,11 @@
 
 ARGUMENTS(ImportanceArgs)
 
-CONSTANT(0, bool, FIRST, false);  // the rendering as it is, with which the others are compared
+CONSTANT(0, bool, FIRST, false);  // the unchanged rendering, with which the others are compared
 
 SHARED float s_sum[64];
 
-/// Half of it 1, as PSNR has it, half the lack of contrast, as SSIM has it; the mean over a view's pixels is 1.
+/// Half constant, like PSNR, and half the lack of contrast, like SSIM. The mean over a view's pixels is 1.
 FN float error_weight(TAKES_ARGUMENTS uint view, uint index) {
   const float flatness = a.flatness.v[index];
   const float total = 1024.0f * from_fixed(a.contrast.v[view * 4u], a.contrast.v[view * 4u + 1u]);

@@ -1,10 +1,10 @@
-// After a change of topology every triangle takes its parent's texture: resampled onto its own part of the parent, or,
-// as published, copied as if it were the whole parent. One workgroup per triangle.
+// Textures after a refinement: every triangle inherits its parent's texture, resampled onto its own part of the parent,
+// or, as published, copied as if it were the whole parent. One workgroup per triangle.
 #include "common/kernel.h"
 #include "args/inherit_textures.h"
 #include "common/lattice.h"
 
-/// Channel c of a level whose samples begin at `base`, at (b0, b1).
+/// Channel c at (b0, b1) of a level whose samples start at `base`.
 FN float look_up(Floats source, uint base, uint level, vec2 b, uint c) {
   const LatticeCell cell = lattice_cell(b.x, b.y, level);
   return lattice_mix(cell, source.v[(base + cell.i0) * 8u + c], source.v[(base + cell.i1) * 8u + c],
@@ -34,8 +34,9 @@ KERNEL(64, InheritTexturesArgs) {
     return;
   }
 
-  // Level by level: piecewise linear on the parent's lattice is not so on the child's, so coarse levels agree at their
-  // own points only. The finest level takes up what is left, and the sum agrees at every point of the finest lattice.
+  // A function that is piecewise linear on the parent's lattice is not so on the child's. Each coarse level therefore
+  // agrees only at its own points. The finest level stores the remainder, so that the sum agrees at every point of the
+  // finest lattice.
   uint base = new_row.source_offset;
   for (uint level = new_row.level_min; level <= new_row.level_max; ++level) {
     const uint samples = lattice_samples(level);
@@ -49,8 +50,8 @@ KERNEL(64, InheritTexturesArgs) {
       const vec2 b = corner[2] + own.x * (corner[0] - corner[2]) + own.y * (corner[1] - corner[2]);
       float value = 0.0f;
       uint old_base = old_row.source_offset;
-      // A level that is new begins with the second moment of the next coarser one: with none its first steps would be
-      // far too long.
+      // The second moment of a new level starts with that of the next coarser level. With zero, its first steps would
+      // be far too long.
       const uint same = (a.flags & INHERIT_SQUARES) != 0u ? min(level, old_row.level_max) : level;
       for (uint l = old_row.level_min; l <= old_row.level_max; ++l) {
         if (l == same || rest) value += look_up(a.old_source, old_base, l, b, c);
@@ -66,7 +67,7 @@ KERNEL(64, InheritTexturesArgs) {
           new_base += lattice_samples(l);
         }
       }
-      // Rounding takes a mean of zeros below zero, and Adam its root.
+      // Rounding can make an interpolation of zeros negative, and Adam takes the square root.
       if ((a.flags & INHERIT_SQUARES) != 0u) value = max(value, 0.0f);
       a.new_source.v[(base + s) * 8u + c] = value;
     }

@@ -4,7 +4,7 @@
 #include "args/interface.h"
 
 layout(location = 0) in vec4 place;    // position, texture coordinates
-layout(location = 1) in uvec4 colour;  // RGBA8, red low
+layout(location = 1) in uvec4 colour;  // RGBA8, red in the lowest byte
 layout(push_constant) uniform Push { InterfaceArgs a; };
 layout(location = 0) out vec2 uv;
 layout(location = 1) out vec4 tint;

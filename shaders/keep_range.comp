@@ -1,4 +1,4 @@
-// Lets tiles list a range of the triangles only. The others keep their clip coordinates, which edges are found from.
+// Limits the tiles' lists to a range of triangles. The others keep their clip coordinates, which edge forces need.
 #include "common/kernel.h"
 #include "args/keep_range.h"
 

@@ -1,5 +1,5 @@
-// Coarse to fine (DiffSoup, section 5): the coarsest new level starts with the old texture looked up at its samples,
-// finer ones at zero. One workgroup per triangle.
+// Coarse to fine (DiffSoup, section 5): the coarsest new level starts with the old texture sampled at its points, finer
+// levels start at zero. One workgroup per triangle.
 #include "common/kernel.h"
 #include "args/lift_textures.h"
 #include "common/lattice.h"

@@ -1,6 +1,6 @@
-// dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient, and the
-// sums. Small errors may pull in proportion to their size (Huber 1964): where a pixel is nearly right, the sign of its
-// error is noise.
+// Computes dL/dC of L = 0.8 mean|C - target| + 0.1 (1 - SSIM), the L1 error of every pixel for the opacity gradient,
+// and the sums for the statistics. Below a threshold, the gradient is proportional to the error (Huber 1964), because
+// the sign of a small error is mostly noise.
 #include "common/kernel.h"
 #include "args/loss_gradient.h"
 #include "common/fixed_point.h"
@@ -25,11 +25,11 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
 
   vec4 l1 = vec4(0.0f), squares = vec4(0.0f), seen = vec4(0.0f);
-  vec4 gradient[4] = {vec4(0.0f), vec4(0.0f), vec4(0.0f), vec4(0.0f)};  // of the thread's pixels
+  vec4 gradient[4] = {vec4(0.0f), vec4(0.0f), vec4(0.0f), vec4(0.0f)};  // gradients of the thread's pixels
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
     for (uint first = 0u; first < kPatch; first += 2u) {
-      // The windows over a pixel begin at most 10 pixels before it.
+      // The windows that contain a pixel start at most 10 pixels before it.
       const uint column = thread & 31u, row = first + (thread >> 5);
       const int x = int(corner.x + column) - 10, y = int(corner.y + row) - 10;
       if (column >= kPatch) continue;
@@ -97,16 +97,16 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   }
 }
 
-/// Whether all windows over a block's pixels are the same in rendering and target: those of the block and of the ones
-/// before it.
+/// Whether rendering and target are equal in all windows over a block's pixels: the windows of the block and of the
+/// blocks before it.
 FN bool is_same(TAKES_ARGUMENTS uint view, uint block) {
   const uint blocks_x = (a.views.v[view].width + kBlock - 1u) / kBlock, local = block - a.views.v[view].block_offset;
   const uint left = local % blocks_x > 0u ? 1u : 0u, up = local >= blocks_x ? blocks_x : 0u;
   return (a.same.v[block] & a.same.v[block - left] & a.same.v[block - up] & a.same.v[block - up - left]) != 0u;
 }
 
-/// The first of this workgroup's blocks from `block` on with a gradient, a.blocks if none; that of those before it is
-/// zero.
+/// Returns the first of this workgroup's blocks, starting at `block`, that has a gradient, or a.blocks. Writes zero
+/// gradients for the blocks it skips.
 FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     const uint view = block_view(a.views, a.view_count, block);
@@ -131,7 +131,7 @@ KERNEL_MAIN(64) {
   uint block = next_different(GIVES_ARGUMENTS group, thread);
   if (block < a.blocks) do {
       gradient_of_block(GIVES_ARGUMENTS block, thread);
-      barrier();  // before shared memory is used again
+      barrier();  // before shared memory is reused
       block = next_different(GIVES_ARGUMENTS block + a.groups, thread);
     } while (block < a.blocks);
 }

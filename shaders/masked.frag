@@ -1,4 +1,4 @@
-// First pass, one sample per pixel: the opacity in the middle of the pixel decides.
+// First pass, one sample per pixel: tests the opacity at the pixel centre.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/language.h"

@@ -1,5 +1,5 @@
-// Sums over the pixels of every view from which the exposure of its photograph is fitted. Pixels without a triangle,
-// masked out or at the end of what a photograph can show do not count.
+// Sums over the pixels of every view from which the exposure of its photograph is fitted. Skips pixels without a
+// triangle, masked-out pixels and clipped values of the photograph.
 #include "common/kernel.h"
 #include "args/measure_exposure.h"
 #include "common/block_grid.h"

@@ -1,6 +1,6 @@
-// Which views show each triangle, and how many pixels of a photograph it would cover were all of it as large as at the
-// pixel that shows it largest: what decides how fine its texture can be learnt. Perspective makes triangles larger at
-// their near end, and other triangles may hide that.
+// Determines the views that show each triangle and its largest size: the number of photograph pixels that it would
+// cover if its scale everywhere were that at its largest visible pixel. The texture level depends on this size. With
+// perspective, a triangle is larger at its near end, which other triangles may hide.
 #include "common/kernel.h"
 #include "args/measure_visible.h"
 #include "common/coverage.h"
@@ -20,7 +20,7 @@ KERNEL(64, MeasureVisibleArgs) {
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
   const float ndc = area_at(p0, p1, p2, pixel_ndc(pixel.x, pixel.y, width, height), hit.b0, hit.b1);
   const float pixels = 0.25f * ndc * float(width * height) * a.views.v[view].photograph_pixels;
-  // Not a number where float cannot hold it: then as large as can be.
+  // If float cannot represent the value (NaN), use the maximum.
   const uint most = 1u << 30;
   const uint area = pixels < float(most) ? max(1u, uint(ceil(pixels))) : most;
   atomicMax(a.areas.v[triangle], area);

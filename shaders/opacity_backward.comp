@@ -1,5 +1,5 @@
-// Likelihood-ratio gradient of the opacities (DiffSoup, section 4.2): what the sampled L1 error says of every fragment
-// that let the pixel see through, and of the one that did not.
+// Likelihood-ratio gradient of the opacities (DiffSoup, section 4.2): attributes the sampled L1 error to every fragment
+// that the pixel saw through and to the visible one.
 #include "common/kernel.h"
 #include "args/opacity_backward.h"
 #include "common/coverage.h"
@@ -11,11 +11,10 @@
 
 ARGUMENTS(OpacityBackwardArgs)
 
-CONSTANT(0, bool, BASELINE, false);  // measure errors against those of the pixels around
+CONSTANT(0, bool, BASELINE, false);  // use the difference to the errors of the surrounding pixels
 
-/// Mean error of the pixels next to this one. Their thresholds are not its own, so what is subtracted does not depend
-/// on what is being judged: the gradient's mean stays as it is, and its variance falls (Williams 1992, reinforcement
-/// baselines).
+/// Returns the mean error of the neighbouring pixels. Their thresholds are independent of this pixel's, so subtracting
+/// it does not change the gradient's mean but lowers its variance (Williams 1992, reinforcement baselines).
 FN float error_around(TAKES_ARGUMENTS TilePixel pixel, uint view) {
   const int width = int(a.views.v[view].width), height = int(a.views.v[view].height);
   float sum = 0.0f, count = 0.0f;

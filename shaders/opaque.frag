@@ -1,4 +1,4 @@
-// First pass, triangles that are opaque everywhere: nothing is read, and depth can be tested and written early.
+// First pass for triangles that are opaque everywhere. It reads nothing, so depth can be tested and written early.
 #version 460
 layout(location = 0) flat in uint triangle;  // index + 1
 layout(location = 0) out uint hit;

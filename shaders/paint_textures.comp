@@ -1,18 +1,19 @@
-// Textures that show the mean of what the photographs show. Where few pixels say anything about a sample, the next
-// coarser level has a say; for the coarsest level, the colours that the triangle's corners begin with.
+// Initialises textures with the mean of the photographs' colours. Where few pixels show a sample, the next coarser
+// level contributes; for the coarsest level, the initial colours of the triangle's corners do.
 #include "common/kernel.h"
 #include "args/paint_textures.h"
 #include "common/fixed_point.h"
 #include "common/lattice.h"
 
-const float kPrior = 0.5f / 128.0f;  // what a coarser level counts: half a pixel, in the units of the sums
-// The share of the MLP, a logit: little, since the mean over the views is a good guess, but enough to grow from.
+const float kPrior = 0.5f / 128.0f;  // weight of the coarser level: half a pixel, in the units of the sums
+// Initial weight of the MLP, a logit: small, because the mean over the views is a good estimate, but large enough to
+// have a gradient.
 const float kMlpShare = -3.0f;
 
-SHARED vec4 s_sample[783];  // of all levels, coarse to fine: sums of colours and weights, then colours
+SHARED vec4 s_sample[783];  // all levels, coarse to fine: sums of colours and weights, then colours
 
 #define FLOATS vec4
-#define SAMPLE_VALUE(i, e) s_sample[(i) + (e)]  // one element a sample
+#define SAMPLE_VALUE(i, e) s_sample[(i) + (e)]  // one element per sample
 #include "common/lattice_levels.h"
 
 FN vec3 logit_of(vec3 colour) {
@@ -51,7 +52,7 @@ KERNEL(64, PaintTexturesArgs) {
                      lattice_mix(cell, sigmoid(c0.y), sigmoid(c1.y), sigmoid(c2.y)),
                      lattice_mix(cell, sigmoid(c0.z), sigmoid(c1.z), sigmoid(c2.z)));
       } else {
-        // Levels are summed: this one adds what the coarser ones do not show yet.
+        // Levels are summed, so this level stores the difference to the coarser ones.
         const uint coarser = samples_before(row.level_min, level - 1u);
         uint p, q;
         coarse_neighbours(x, y, p, q);

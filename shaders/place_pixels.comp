@@ -1,5 +1,5 @@
-// Gives the pixels of each triangle places side by side. Which triangle comes first makes no difference: sums over
-// pixels do not depend on their order.
+// Assigns adjacent positions to the pixels of each triangle. The order of the triangles does not matter, because sums
+// over pixels do not depend on their order.
 #include "common/kernel.h"
 #include "args/place_pixels.h"
 

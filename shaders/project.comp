@@ -1,12 +1,12 @@
-// Clip coordinates and pixel box of every triangle in every view. Nothing is cut up: what the near plane cuts off is
-// left out pixel by pixel (common/coverage.h), and only the box is that of the part in front of it.
+// Clip coordinates and pixel box of every triangle in every view. Triangles are not clipped: visibility rejects
+// fragments closer than the near plane (common/coverage.h). Only the box is limited to the part beyond it.
 #include "common/kernel.h"
 #include "args/project.h"
 #include "common/faults.h"
 
 FN bool usable(vec4 p) { return usable(vec3(p), kLargestCoordinate) && usable(p.w, kLargestCoordinate); }
 
-/// Takes a point into a box of NDC coordinates. error: how far off rounding may have left each of its coordinates.
+/// Extends a box of NDC coordinates by a point. error: bound of the rounding error of each of its coordinates.
 FN void extend(vec4 p, float error, INOUT(vec2) low, INOUT(vec2) high) {
   if (!(p.w > 2.0f * error)) {
     low = vec2(-1e9f);
@@ -20,7 +20,7 @@ FN void extend(vec4 p, float error, INOUT(vec2) low, INOUT(vec2) high) {
 }
 
 KERNEL(64, ProjectArgs) {
-  // A group is of one view.
+  // A group belongs to one view.
   const uint groups = (a.triangles + 63u) / 64u;
   const uint view = group_index() / groups, triangle = group_index() % groups * 64u + gl_LocalInvocationIndex;
   if (view >= a.view_count || triangle >= a.triangles) return;
@@ -44,7 +44,7 @@ KERNEL(64, ProjectArgs) {
   bool seen = usable(p[0]) && usable(p[1]) && usable(p[2]);
   if (a.drop_near != 0u) seen = seen && p[0].w > 0.0f && p[1].w > 0.0f && p[2].w > 0.0f;
   seen = seen && !(p[0].z > p[0].w && p[1].z > p[1].w && p[2].z > p[2].w);
-  // Above 0 before the near plane: what is behind the camera is beyond that plane as well.
+  // Positive beyond the near plane. Points behind the camera are on its other side as well.
   const float above[3] = {p[0].z + p[0].w, p[1].z + p[1].w, p[2].z + p[2].w};
   seen = seen && !(above[0] < 0.0f && above[1] < 0.0f && above[2] < 0.0f);
   if (seen) {
@@ -52,7 +52,7 @@ KERNEL(64, ProjectArgs) {
     const bool before = min(above[0], min(above[1], above[2])) >= 0.0f && min(p[0].w, min(p[1].w, p[2].w)) > 0.0f;
     if (a.drop_near == 0u && !before) {
       s.crosses = 1u;
-      // The corners of what is left: up to four.
+      // The corners of the remaining polygon, up to four.
       UNROLL for (int k = 0; k < 3; ++k) {
         const int n = k < 2 ? k + 1 : 0;
         if (above[k] >= 0.0f) extend(p[k], 0.0f, ndc_low, ndc_high);
@@ -68,7 +68,7 @@ KERNEL(64, ProjectArgs) {
     }
     const vec2 size = vec2(a.views.v[view].width, a.views.v[view].height);
     const vec2 low = (ndc_low + 1.0f) * 0.5f * size - 0.5f, high = (ndc_high + 1.0f) * 0.5f * size - 0.5f;
-    // Pixels whose centres may be covered; the margin is for rounding.
+    // Pixels whose centres may be covered, with a margin for rounding.
     const ivec2 first = ivec2(ceil(clamp(low - 0.02f, vec2(0.0f), size)));
     const ivec2 last = ivec2(floor(clamp(high + 0.02f, vec2(-1.0f), size - 1.0f)));
     if (first.x <= last.x && first.y <= last.y) {

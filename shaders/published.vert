@@ -1,11 +1,12 @@
-// For comparison in soup-bench alone: the vertex stage of the published viewer, which lets the rasteriser interpolate barycentrics.
+// Used only by soup-bench for comparison: the vertex stage of the published viewer, which lets the rasteriser
+// interpolate barycentrics.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/language.h"
 #include "args/soup.h"
 
-layout(location = 0) in vec4 in_position;  // world
-layout(location = 1) in uvec4 in_record;   // place, layer and level
+layout(location = 0) in vec4 in_position;  // normalised coordinates
+layout(location = 1) in uvec4 in_record;   // atlas position; layer and level
 layout(binding = 5) uniform Frame { DrawFrame frame; };
 
 layout(location = 0) out vec2 barycentrics;

@@ -1,11 +1,11 @@
-// Textures to 8 bits, rounded to the nearest; what is no number becomes 0.
+// Rounds textures to 8 bits. NaN becomes 0.
 #include "common/kernel.h"
 #include "args/quantise.h"
 
 FN uint packed_bytes(vec4 value) {
   uint word = 0u;
   UNROLL for (uint c = 0u; c < 4u; ++c) {
-    // Adding a half before rounding down would round twice.
+    // Adding 0.5 before rounding down would round twice.
     const float scaled = value[c] >= 0.0f ? min(value[c], 1.0f) * 255.0f : 0.0f, down = floor(scaled);
     word |= (uint(down) + (scaled - down >= 0.5f ? 1u : 0u)) << (8u * c);
   }

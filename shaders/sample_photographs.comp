@@ -1,5 +1,5 @@
-// Photographs between the centres of their pixels: where a step samples the soup (ViewRecord::taps_x), its target is
-// the photograph there.
+// Resamples photographs between the centres of their pixels. If a step renders the soup off the pixel centres
+// (ViewRecord::taps_x), the target is the photograph at the same positions.
 #include "common/kernel.h"
 #include "args/sample_photographs.h"
 #include "common/block_grid.h"
@@ -10,8 +10,8 @@ FN vec4 channels_of(uint rgba) {
   return vec4(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u), float(rgba >> 24));
 }
 
-/// Of a photograph of width x height pixels, at pixel (x, y) of the picture. Weights are multiples of 1/128 and values
-/// are 8 bits, so that every sum is exact and all devices agree.
+/// Samples a photograph of width x height pixels for pixel (x, y). Weights are multiples of 1/128 and values have 8
+/// bits, so every sum is exact and identical on all devices.
 FN uint sampled(TAKES_ARGUMENTS uint view, int width, int height, int x, int y) {
   Uints photo = a.views.v[view].photo;
   const vec4 taps_x = a.views.v[view].taps_x, taps_y = a.views.v[view].taps_y;
@@ -26,7 +26,7 @@ FN uint sampled(TAKES_ARGUMENTS uint view, int width, int height, int x, int y) 
       sum += taps_x[i] * taps_y[j] * channels_of(rgba);
     }
   }
-  // What a photograph has outside its mask is not to be mixed in.
+  // Values outside the mask must not be mixed in.
   if (!inside) return photo.v[uint(y) * uint(width) + uint(x)];
   const vec4 value = clamp(floor(sum + 0.5f), vec4(0.0f), vec4(255.0f));
   return uint(value.x) | (uint(value.y) << 8) | (uint(value.z) << 16) | 0xff000000u;

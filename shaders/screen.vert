@@ -1,3 +1,3 @@
-// One triangle that covers the picture, on the far plane.
+// One triangle that covers the picture, at the far plane.
 #version 460
 void main() { gl_Position = vec4(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0, 0.0, 1.0); }

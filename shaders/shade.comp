@@ -12,7 +12,7 @@
 ARGUMENTS(ShadeArgs)
 
 CONSTANT(0, bool, DEBUG, false);    // also write the MLP's inputs
-CONSTANT(1, bool, COARSER, false);  // textures without their finest level
+CONSTANT(1, bool, COARSER, false);  // use textures without their finest level
 
 SHARED uint s_covered;
 
@@ -23,8 +23,9 @@ FN void write_colour(TAKES_ARGUMENTS uint index, vec3 colour) {
   a.colour.v[at + 2u] = colour.z;
 }
 
-/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; those before
-/// it become background. Uniform in the workgroup. A loop of its own for the reason given in shade_backward.comp.
+/// Returns the first of this workgroup's blocks, starting at `block`, in which a triangle is visible, or a.blocks.
+/// Fills the blocks it skips with the background. Uniform in the workgroup. A separate loop for the reason given in
+/// shade_backward.comp.
 FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();

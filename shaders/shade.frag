@@ -1,4 +1,4 @@
-// Second pass, one sample per pixel. Runs only where the first pass drew something: the depth test passes over the rest.
+// Second pass, one sample per pixel. The depth test skips pixels that the first pass did not draw.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/language.h"

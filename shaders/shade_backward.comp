@@ -1,6 +1,6 @@
-// dL/dC through skip connection and MLP: feature gradients are left for update_textures, sorted by triangle, MLP
-// gradients are summed in registers. A workgroup takes every groups-th block, so that its sums always hold the same
-// terms in the same order.
+// dL/dC through skip connection and MLP. Feature gradients are stored for update_textures, sorted by triangle. MLP
+// gradients are summed in registers; each workgroup processes every groups-th block, so that its sums always have the
+// same terms in the same order.
 #include "common/kernel.h"
 #include "args/shade_backward.h"
 #include "common/block_grid.h"
@@ -18,11 +18,11 @@ ARGUMENTS(ShadeBackwardArgs)
 
 CONSTANT(0, bool, DEBUG, false);  // also write dL/dfeature
 
-SHARED uint s_covered[4];  // by quarter of the block
+SHARED uint s_covered[4];  // per quarter of the block
 
-/// The first of this workgroup's blocks from `block` on in which something is visible, a.blocks if none; fills
-/// s_covered. Uniform in the workgroup. Empty blocks are passed over in a loop of their own: where a branch is a mask
-/// (llvmpipe), passing them over inside the large loop would cost all of its arithmetic.
+/// Returns the first of this workgroup's blocks, starting at `block`, in which a triangle is visible, or a.blocks.
+/// Fills s_covered. Uniform in the workgroup. Empty blocks are skipped in a separate loop: where branches are masks
+/// (llvmpipe), skipping them in the main loop would cost all of its arithmetic.
 FN uint next_covered(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();
@@ -62,7 +62,7 @@ KERNEL_MAIN(64) {
         mlp_inputs(a.views, view, corner, thread, first, a.hits, a.textures, a.lattice, false, p, x);
         ASK_FOR_FEATURES(first + PIXELS);
         mlp_forward(x, h1, h2, y);
-        // Pixels without a fragment keep a gradient of zero and add nothing to any sum.
+        // Pixels without a fragment have a zero gradient and do not contribute to any sum.
         UNROLL for (uint k = 0u; k < PIXELS; ++k) if (p.triangle[k] != 0u) {
           const float f[7] = {LANE(x[0], k), LANE(x[1], k), LANE(x[2], k), LANE(x[3], k),
                               LANE(x[4], k), LANE(x[5], k), LANE(x[6], k)};

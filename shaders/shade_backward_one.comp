@@ -1,3 +1,3 @@
-// Backward through the shading, one pixel of a thread after the other: see common/pixel_lanes.h.
+// Backward pass of the shading, one pixel per thread at a time: see common/pixel_lanes.h.
 #define PIXELS 1
 #include "shade_backward.comp"

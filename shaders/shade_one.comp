@@ -1,3 +1,3 @@
-// Colour of every pixel, one pixel of a thread after the other: see common/pixel_lanes.h.
+// Colour of every pixel, one pixel per thread at a time: see common/pixel_lanes.h.
 #define PIXELS 1
 #include "shade.comp"

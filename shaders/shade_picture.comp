@@ -1,5 +1,5 @@
-// Second pass, one sample per pixel, as a kernel: the colours of shade.frag. GPUs with few units for fragments take
-// less time for it. It uses images, which the other backends do not have: it is compiled as GLSL alone.
+// Second pass with one sample per pixel as a compute kernel; gives the colours of shade.frag. It is faster on GPUs with
+// few fragment units. It uses images, which other backends lack, so it is compiled only as GLSL.
 #include "common/language.h"
 #include "args/soup.h"
 #include "common/coverage.h"
@@ -18,7 +18,7 @@ void main() {
   const uint hit = texelFetch(hits, pixel, 0).x;
   vec4 colour = frame.background;
   if (hit != 0u) {
-    // gl_FragCoord has the same middle of the pixel.
+    // Same pixel centre as gl_FragCoord.
     const vec2 ndc = (vec2(pixel) + 0.5) * vec2(frame.pixel_x, frame.pixel_y) - 1.0;
     colour = vec4(surface_colour(hit, ndc), 1.0);
   }

@@ -1,5 +1,5 @@
-// For comparison in soup-bench alone: the second pass of the published viewer, features from what the first one wrote. It runs
-// over the whole picture; the MLP is evaluated as in shade.frag.
+// Used only by soup-bench for comparison: the second pass of the published viewer, with features read from the first
+// pass's output. It covers the whole picture. The MLP is evaluated as in shade.frag.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/language.h"

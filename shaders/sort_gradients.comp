@@ -1,4 +1,4 @@
-// What shade_backward.comp leaves for update_textures.comp, where the pixels were shaded elsewhere.
+// Produces the output of shade_backward.comp for update_textures.comp if the pixels were shaded on another device.
 #include "common/kernel.h"
 #include "args/sort_gradients.h"
 

@@ -1,4 +1,4 @@
-// SSIM of every window of a view, and its derivatives by the window's moments (common/ssim.h).
+// SSIM of every window of a view and its derivatives with respect to the window's moments (common/ssim.h).
 #include "common/kernel.h"
 #include "args/ssim.h"
 #include "common/fixed_point.h"
@@ -13,7 +13,7 @@ CONSTANT(0, bool, FLOAT_TARGET, false);
 
 SHARED float s_sum[64];
 
-/// Adds to the mean SSIM of the batch.
+/// Adds to the batch's mean SSIM.
 FN void add_ssim(TAKES_ARGUMENTS float sum) {
   const uint at = a.state.v[0].slot * 8u;
   add_fixed(a.statistics, at + 2u, a.statistics, at + 3u, sum * a.state.v[0].window_weight);
@@ -40,7 +40,7 @@ FN void ssim_of_block(TAKES_ARGUMENTS uint block, uint thread) {
       if (x >= width || y >= height) continue;
       SsimWindow s;
       s.value = s.d_x = s.d_xx = s.d_xy = 0.0f;
-      // A window is known by its first pixel; those that reach out of the image do not count.
+      // A window is identified by its first pixel. Windows that extend beyond the image do not count.
       if (x + 10u < width && y + 10u < height) s = ssim_window(mx[k], my[k], squares[k], mxy[k]);
       total += s.value;
       const uint at = pixel_offset + y * width + x;
@@ -61,9 +61,9 @@ FN void ssim_of_block(TAKES_ARGUMENTS uint block, uint thread) {
 
 SHARED uint s_differs;
 
-/// The first of this workgroup's blocks from `block` on with a window in which rendering and target differ, a.blocks if
-/// none. The windows of those before it have an SSIM of 1, where its gradient is zero. Uniform in the workgroup. A loop
-/// of its own for the reason given in shade_backward.comp.
+/// Returns the first of this workgroup's blocks, starting at `block`, with a window in which rendering and target
+/// differ, or a.blocks. In skipped blocks SSIM is 1 and its gradient zero. Uniform in the workgroup. A separate loop
+/// for the reason given in shade_backward.comp.
 FN uint next_different(TAKES_ARGUMENTS uint block, uint thread) {
   for (; block < a.blocks; block += a.groups) {
     barrier();

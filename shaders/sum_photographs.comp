@@ -1,5 +1,5 @@
-// What the photographs show of each triangle, on its finest lattice: each pixel with the weights by which a lookup
-// there mixes the samples.
+// Sums the photographs' colours on each triangle's finest lattice. A pixel contributes to three samples with the
+// weights of a texture lookup.
 #include "common/kernel.h"
 #include "args/sum_photographs.h"
 #include "common/fixed_point.h"
@@ -8,7 +8,7 @@
 
 ARGUMENTS(SumPhotographsArgs)
 
-// Of one pixel in the sums: they hold 2^26 pixels, and no more take part (engine/train/start/painting.cpp).
+// Weight of a pixel in the sums, which hold up to 2^26 pixels. No more are used (engine/train/start/painting.cpp).
 const float kPixelShare = 1.0f / 128.0f;
 
 FN void add_colour(TAKES_ARGUMENTS uint sample_index, vec4 colour) {

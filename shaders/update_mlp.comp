@@ -9,8 +9,8 @@ CONSTANT(0, bool, DEBUG, false);
 SHARED float s_sum[64];
 
 KERNEL(64, UpdateMlpArgs) {
-  // A thousand rows in one thread would be a long chain on a GPU: eight threads share them. Eight neighbouring
-  // parameters are a sector of memory.
+  // Eight threads share the rows of a parameter, because a thousand rows in one thread would be a long dependency chain
+  // on a GPU. Eight adjacent parameters form one memory sector.
   const uint thread = gl_LocalInvocationIndex, i = group_index() * 8u + thread % 8u;
   float gradient = 0.0f;
   if (i < 595u)
@@ -23,8 +23,8 @@ KERNEL(64, UpdateMlpArgs) {
   if (a.control.v[0].overflow != 0u) return;
   float weight = a.mlp.v[i], m = a.moment1.v[i], v = a.moment2.v[i];
   const float before = weight;
-  // One weight that is not a number leaves no gradient a number: the others wait a step, until it is reset.
-  if (usable(gradient, 1e18f)) weight -= adam(gradient, a.state.v[0].rate_mlp, a.state.v[0].second_mlp, m, v);
+  // One non-finite weight makes all gradients non-finite. The other weights are not updated until it has been reset.
+  if (usable(gradient, 1e18f)) weight -= adam(gradient, a.state.v[0].lr_mlp, a.state.v[0].second_mlp, m, v);
   if (!usable(weight, kLargestWeight) || !usable(m, 1e30f) || !usable(v, 1e37f)) {
     weight = usable(before, kLargestWeight) ? before : 0.0f;
     m = v = 0.0f;

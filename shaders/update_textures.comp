@@ -1,5 +1,5 @@
-// One triangle's texture: gradients of its pixels summed on the finest lattice, through the sigmoid and down to every
-// level, Adam on all levels, their sum up to the finest lattice again, sigmoid.
+// Updates one triangle's texture: sums its pixels' gradients on the finest lattice, propagates them through the sigmoid
+// and to every level, applies Adam to all levels, and computes the finest lattice from their sum and the sigmoid.
 #include "common/kernel.h"
 #include "args/update_textures.h"
 #include "common/faults.h"
@@ -11,20 +11,21 @@
 
 ARGUMENTS(UpdateTexturesArgs)
 
-CONSTANT(0, uint, SAMPLES, 774u);  // the most that a triangle of this launch has, all levels
+CONSTANT(0, uint, SAMPLES, 774u);  // largest number of samples of a triangle in this launch, over all levels
 CONSTANT(1, bool, ADAM, true);     // false: only sum the levels
 CONSTANT(2, bool, DEBUG, false);   // also write the gradient
 
 SHARED uint s_seen, s_most;
-const uint QUADS = 2u;                                // vectors per sample: features 0..3; features 4..6 and opacity
-SHARED_VECTORS(uint, uvec4, s_word, SAMPLES* QUADS);  // of elements: floats but for the finest level's sums over pixels
+const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
+// Elements are floats, except for the finest level's sums over pixels.
+SHARED_VECTORS(uint, uvec4, s_word, SAMPLES* QUADS);
 #define ELEMENT_VALUE(e) uintBitsToFloat(SHARED_ELEMENT(s_word, e))
 #define SET_ELEMENT_VALUE(e, v) SHARED_ELEMENT(s_word, e) = floatBitsToUint(v)
 
 #define SAMPLE_VALUE(i, e) ELEMENT_VALUE((i)*kElements + e)
 #include "common/lattice_levels.h"
 
-/// Resets those of an element's logits that are not numbers, or whose moments are not.
+/// Resets the logits of an element that are not finite, or whose moments are not.
 FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOUT(FLOATS) m, INOUT(FLOATS) v) {
   const FLOATS before = ELEMENT(a.source.v, first, e);
   UNROLL for (uint c = 0u; c < kNumbers; ++c) {
@@ -37,7 +38,7 @@ FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOU
   }
 }
 
-/// The largest feature gradient of the triangle's pixels, to s_most.
+/// Computes the largest feature gradient of the triangle's pixels, in s_most.
 FN void find_most(TAKES_ARGUMENTS uint pixels, uint place, uint thread) {
   float most = 0.0f;
   for (uint first = 0u; first < pixels; first += THREADS)
@@ -47,7 +48,7 @@ FN void find_most(TAKES_ARGUMENTS uint pixels, uint place, uint thread) {
   if (most != 0.0f) atomicMax(s_most, floatBitsToUint(most));
 }
 
-/// Adds the feature gradients of the triangle's pixels to the three samples around each, in units.
+/// Adds the feature gradients of the triangle's pixels to the three samples around each, in units of the sums.
 FN void add_pixels(TAKES_ARGUMENTS Texture row, uint fine, uint pixels, uint place, float units, uint thread) {
   for (uint first = 0u; first < pixels; first += THREADS)
     if (first + thread < pixels) {
@@ -64,7 +65,7 @@ FN void add_pixels(TAKES_ARGUMENTS Texture row, uint fine, uint pixels, uint pla
     }
 }
 
-/// The gradients of the opacities, as floats, which are zero from now on in memory.
+/// Reads the opacity gradients as floats and clears them in memory.
 FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uint thread) {
   for (uint first = 0u; first < samples; first += THREADS)
     if (first + thread < samples) {
@@ -77,14 +78,13 @@ FN void take_opacities(TAKES_ARGUMENTS Texture row, uint fine, uint samples, uin
     }
 }
 
-/// Element e of the gradients of a level whose samples begin at `to`: of the next finer level's, which is `level` and
-/// begins at `from`.
+/// Gradient of element e of a level whose samples start at `to`, from the next finer level `level`, whose samples start
+/// at `from`.
 FN void to_coarser(uint from, uint to, uint level, uint e) {
   SET_ELEMENT_VALUE(to * kElements + e, gathered(from, level, e / kElements, e % kElements));
 }
 
-/// Adds to element e of the values of a level, whose samples begin at `to`, the next coarser level's, which begin at
-/// `from`.
+/// Adds the next coarser level, whose samples start at `from`, to element e of a level whose samples start at `to`.
 FN void to_finer(uint from, uint to, uint e) {
   uint x, y, p, q;
   lattice_point(e / kElements, x, y);
@@ -93,8 +93,8 @@ FN void to_finer(uint from, uint to, uint e) {
   SET_ELEMENT_VALUE(to * kElements + e, ELEMENT_VALUE(to * kElements + e) + 0.5f * both);
 }
 
-// One function, longer than a screen: its parts hand over in shared memory, and a barrier stands between any two, which
-// all threads must meet here.
+// One long function: its parts communicate through shared memory, separated by barriers, which all threads must reach
+// in this function.
 KERNEL_MAIN(THREADS) {
   const uint thread = gl_LocalInvocationIndex;
   if (group_index() >= a.tasks_count) return;
@@ -110,8 +110,8 @@ KERNEL_MAIN(THREADS) {
   const bool frozen = a.control.v[0].overflow != 0u;
 
   if (ADAM) {
-    // What no pixel shows and no opacity learns from is not even read: where cameras stand in a scene, that is most of
-    // it.
+    // Textures without visible pixels and without opacity gradients are not read. In a scene that surrounds the cameras
+    // these are most textures.
     const uint pixels = a.counts.v[triangle], place = a.counts.v[a.triangles + 1u + triangle];
     const uint gradients = (a.unseen | pixels | a.touched.v[triangle]) != 0u ? fine_count * kElements : 0u;
     if (thread == 0u) {
@@ -147,9 +147,9 @@ KERNEL_MAIN(THREADS) {
       }
     }
     barrier();
-    // Every thread has counted by it.
+    // All threads have read it by now.
     if (thread == 0u) a.touched.v[triangle] = 0u;
-    // Only a loop's trip count skips work where a branch is a mask (llvmpipe).
+    // Where branches are masks (llvmpipe), only a loop's trip count skips work.
     if (s_seen == 0u) {
       fine_count = source_count = 0u;
       top = row.level_min;
@@ -163,7 +163,7 @@ KERNEL_MAIN(THREADS) {
     }
   }
 
-  const float rate = a.state.v[0].rate_texture, second = a.state.v[0].second_texture;
+  const float rate = a.state.v[0].lr_texture, second = a.state.v[0].second_texture;
   const uint elements = source_count * kElements;
   for (uint i = 0u; i < ELEMENT_STEPS(elements); ++i) {
     const uint e = ELEMENT_OF(i, elements), first = row.source_offset * QUADS;
@@ -176,15 +176,14 @@ KERNEL_MAIN(THREADS) {
         if (gradient != FLOATS(0.0f) || a.unseen != 0u) {
           m = ELEMENT(a.moment1.v, first, e);
           v = ELEMENT(a.moment2.v, first, e);
-          // Moments that are zero stay so without a gradient: what no view has shown since they were reset is left
-          // alone.
+          // Zero moments without a gradient stay zero, so values not shown since the moments were reset are skipped.
           changed = !frozen && (gradient != FLOATS(0.0f) || m != FLOATS(0.0f) || v != FLOATS(0.0f));
           if (changed)
             UNROLL for (uint c = 0u; c < kNumbers; ++c) if (NUMBER(gradient, c) != 0.0f || a.unseen != 0u)
                 NUMBER(logit, c) -= adam(NUMBER(gradient, c), rate, second, NUMBER(m, c), NUMBER(v, c));
         }
       }
-      // What is not a number in one of an element's values is not one in their sum.
+      // If a value of an element is not finite, neither is the sum.
       const FLOATS parts = logit + m + v;
       float sum = 0.0f;
       UNROLL for (uint c = 0u; c < kNumbers; ++c) sum += NUMBER(parts, c);

@@ -1,4 +1,4 @@
-// VectorAdam on every vertex.
+// Applies VectorAdam to every vertex.
 #include "common/kernel.h"
 #include "args/update_vertices.h"
 #include "common/faults.h"
@@ -23,10 +23,10 @@ KERNEL(64, UpdateVerticesArgs) {
   if (a.control.v[0].overflow != 0u) return;
   float v = a.moment2.v[vertex];
   const vec3 before = p;
-  p -= vector_adam(gradient, a.state.v[0].rate_vertex, a.state.v[0].second_vertex, m, v);
+  p -= vector_adam(gradient, a.state.v[0].lr_vertex, a.state.v[0].second_vertex, m, v);
   if (!usable(p, kLargestCoordinate) || !usable(m, 1e30f) || !usable(v, 1e30f)) {
-    // A vertex that was good stays where it is. One that was not is drawn by nobody until the host takes its triangle
-    // out (collapse_lost.comp): this thread must not write the other two.
+    // A valid vertex keeps its position. A non-finite vertex is skipped by all renderers until the host collapses its
+    // triangle (collapse_lost.comp); this thread must not write the other two vertices.
     p = before;
     m = vec3(0.0f);
     v = 0.0f;

@@ -1,5 +1,5 @@
-// Visibility with stochastic opacity masking (DiffSoup, section 4.1): the nearest fragment whose opacity reaches its
-// threshold.
+// Visibility with stochastic opacity masking (DiffSoup, section 4.1): finds the nearest fragment whose opacity reaches
+// its threshold.
 #include "common/kernel.h"
 #include "args/visibility.h"
 #include "common/coverage.h"
@@ -9,10 +9,10 @@
 #include "common/tile.h"
 #include "common/staging.h"
 
-// 0: 0.5 everywhere (inference), 1: a random number per fragment (training), 2: from a buffer
+// 0: 0.5 everywhere (inference); 1: a random number per fragment (training); 2: from a buffer.
 CONSTANT(0, uint, THRESHOLDS, 0u);
-// 0: the nearest fragment, 1: the nearest that is not of the triangle in a.first, 2: the nearest with opacities one
-// level coarser
+// 0: the nearest fragment; 1: the nearest of a triangle other than that in a.first; 2: the nearest, with opacities one
+// level coarser.
 CONSTANT(1, uint, LAYER, 0u);
 
 KERNEL(64, VisibilityArgs) {
@@ -48,7 +48,7 @@ KERNEL(64, VisibilityArgs) {
                     e2 = at_offset(vec3(s_e2[k]), d);
         const float depth = at_offset(vec3(s_plane[k]), d), sum = e0 + e1 + e2;
         const uvec4 row = s_texture[k];
-        // Lists come in any order: equal depths go to the lower index.
+        // Lists have no defined order, so equal depths go to the lower index.
         const bool nearer = depth < best || (depth == best && (hit.triangle == 0u || row.z + 1u < hit.triangle));
         if (!nearer) continue;
         if (LAYER == 1u && row.z + 1u == skipped) continue;

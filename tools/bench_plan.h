@@ -1,4 +1,4 @@
-// A plan of measurements (docs/charts.md, "Plans"): a compact matrix of parameters, expanded into runs.
+// A plan of measurements (docs/charts/README.md, "Plans"): a compact matrix of parameters, expanded into runs.
 #pragma once
 
 #include <cstdint>

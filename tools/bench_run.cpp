@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 using Row = CsvTable::Row;
 
-// docs/charts.md describes the columns.
+// docs/charts/README.md describes the columns.
 const std::vector<std::string> kColumns = {
     "record",    "scene",       "options",        "resolution",   "budget",  "steps", "seed",
     "command",   "revision",    "device",         "driver",       "host",    "date",  "step",

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the charts of docs/charts.md from what `soup-bench run` has measured, as SVG and PNG.
+"""Draws the charts of docs/benchmarks.md from what `soup-bench run` has measured, as SVG and PNG.
 
 Needs matplotlib (Debian: python3-matplotlib). Everything comes from the CSV file; a chart whose measurements are not in it is left out.
 """
@@ -86,7 +86,7 @@ def read(path):
 def settings_of(path, number, text):
     try:
         settings = json.loads(text) if text else {}
-        if isinstance(settings, dict) and all(isinstance(settings.get(k, 0), (int, float)) for k in ("rate_vertex", "rate_end", "steps", "seed")):
+        if isinstance(settings, dict) and all(isinstance(settings.get(k, 0), (int, float)) for k in ("lr_vertex", "lr_end", "steps", "seed")):
             return settings
     except json.JSONDecodeError:
         pass
@@ -317,12 +317,12 @@ def quality_over_rate(rows):
     found = collections.defaultdict(lambda: collections.defaultdict(list))
     for r in rows:
         s = r["settings"]
-        if r["record"] == "model" and r["psnr"] is not None and all(k in s for k in ("rate_vertex", "rate_end", "steps", "seed")) and 0 < s["rate_end"] <= 1:
-            same = {k: v for k, v in s.items() if k not in ("rate_vertex", "rate_end", "rate_vertex_end", "seed")}
+        if r["record"] == "model" and r["psnr"] is not None and all(k in s for k in ("lr_vertex", "lr_end", "steps", "seed")) and 0 < s["lr_end"] <= 1:
+            same = {k: v for k, v in s.items() if k not in ("lr_vertex", "lr_end", "lr_vertex_end", "seed")}
             # The mean over t from 0 to 1 of end^t and of what the rest at the end leaves, times the steps.
-            end, rest = s.get("rate_vertex_end", s["rate_end"]), s.get("rest_share", 0)
+            end, rest = s.get("lr_vertex_end", s["lr_end"]), s.get("rest_share", 0)
             times = [(i + 0.5) / 1000 for i in range(1000)]
-            travel = s["rate_vertex"] * s["steps"] * sum(end ** t * min(1, (1 - t) / rest if rest else 1) for t in times) / 1000
+            travel = s["lr_vertex"] * s["steps"] * sum(end ** t * min(1, (1 - t) / rest if rest else 1) for t in times) / 1000
             found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((s["seed"], travel, r["psnr"]))
     for by_end in found.values():  # of several seeds the first
         for end, points in by_end.items():

@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   bench::RunOptions plan;
   auto* run_sub =
       app.add_subcommand("run", "run the measurements of a plan that are not in the CSV file of results yet");
-  run_sub->add_option("PLAN", plan.plan, "JSON file, see docs/charts.md")->required();
+  run_sub->add_option("PLAN", plan.plan, "JSON file, see docs/charts/README.md")->required();
   run_sub->add_option("-o,--output", plan.results, "CSV file of results; new rows are appended")->required();
   run_sub->add_option("--scenes", plan.scenes, "folder that contains the plan's scenes [current folder]");
   run_sub->add_option("--work", plan.work, "folder for trainings in progress [results file with .work appended]");
@@ -105,7 +105,7 @@ int main(int argc, char** argv) {
     bench::steps(*device, base);
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "soup-bench: %s\n", e.what());
+    print_error("soup-bench", e);
     return 1;
   }
 }

@@ -14,6 +14,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "cli/option_names.h"
 #include "base/printable.h"
 #include "format/model_file.h"
 #include "run/dataset_match.h"
@@ -175,7 +176,7 @@ int main(int argc, char** argv) {
     evaluate(o);
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "soup-eval: %s\n", e.what());
+    print_error("soup-eval", e);
     return 1;
   }
 }

@@ -15,6 +15,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "cli/option_names.h"
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "format/collider.h"
@@ -310,7 +311,7 @@ int main(int argc, char** argv) {
     run(std::move(*options));
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "soup-export: %s\n", e.what());
+    print_error("soup-export", e);
     return 1;
   }
 }

@@ -8,105 +8,44 @@
 
 #include "base/error.h"
 #include "run/presets.h"
-#include "scene/hold_out.h"
 #include "settings_file.h"
-#include "train/topology/simplify.h"
+#include "train/config/schedule.h"
 
 namespace trisoup {
 
 bool CommandLine::wants_points(const scene::Scene& scene) const {
-  if (!record) return train::wants_points(choice(), scene);
-  const std::string& from = init.empty() ? record->init : init;
-  return from == "surface" || from == "points";
-}
-
-bool CommandLine::sets(const char* name) const {
-  return std::any_of(experiments.begin(), experiments.end(),
-                     [&](const train::Assignment& a) { return a.experiment->name == std::string_view(name); });
-}
-
-void CommandLine::apply(train::Settings& s, const scene::Scene& scene) const {
-  const auto set = [](const auto& given, auto& value) {
-    if (given) value = *given;
-  };
-  if (!recipe.empty()) s.recipe = recipe == "synthetic" ? train::Recipe::synthetic : train::Recipe::real;
-  set(steps, s.steps);
-  set(triangles, s.triangles);
-  set(seed, s.seed);
-  if (!init.empty()) s.init = init;
-  set(init_count, s.init_count);
-  const double unit = scene.normalisation.scale;
-  if (init_box) {
-    const glm::dvec3 origin = scene.normalisation.to_normalised(glm::dvec3(0.0));
-    s.init_centre = {origin.x, origin.y, origin.z};
-    s.init_box = *init_box * unit;
-  }
-  if (init_radius) s.init_radius = *init_radius * unit;
-  set(level_max, s.level_max);
-  set(texture_bits, s.texture_bits);
-  set(exposure, s.exposure);
-  set(knee, s.knee);
-  set(target_psnr, s.target_psnr);
-  set(target_ssim, s.target_ssim);
-  if (max_megabytes) s.max_bytes = static_cast<std::uint64_t>(std::llround(*max_megabytes * 1048576.0));
-  set(max_triangles, s.max_triangles);
-  set(validation_views, s.validation_views);
-  set(round_steps, s.round_steps);
-  set(near, s.near);
-  set(far, s.far);
-  set(test_near, s.test_near);
-  set(eval_every, s.eval_every);
-  set(checkpoint_every, s.checkpoint_every);
-  for (const train::Assignment& a : experiments) train::assign(s, a);
-}
-
-train::PresetChoice CommandLine::choice() const {
-  std::optional<train::Recipe> which;
-  if (!recipe.empty()) which = recipe == "synthetic" ? train::Recipe::synthetic : train::Recipe::real;
-  return {preset, init, which, steps, triangles};
+  if (!record) return train::wants_points(request, scene);
+  train::Settings s = *record;
+  train::apply(request, scene, s);
+  return s.init == "surface" || s.init == "points";
 }
 
 train::Settings CommandLine::settings(const scene::Scene& scene) const {
   train::Settings s;
   if (record) {
     s = *record;
-    apply(s, scene);
+    train::apply(request, scene, s);
   } else {
-    s = train::of_preset(choice(), scene);
-    apply(s, scene);
-    if (sets("rate_end") && !sets("rate_vertex_end")) s.rate_vertex_end = s.rate_end;
-    if (!sets("rate_vertex")) s.rate_vertex = train::preset_vertex_rate(choice(), s);
+    s = train::make_settings(request, scene);
   }
-  complete_goal(s, scene);
+  train::complete_goal(request, scene, !record, s);
   train::check(s);
   return s;
-}
-
-void CommandLine::complete_goal(train::Settings& s, const scene::Scene& scene) const {
-  if (!train::has_goal(s)) return;
-  const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
-  // A quality may lie above the usual knee, and says itself where to end. What training gives up it gets over, removals
-  // after it hardly.
-  constexpr double kKneeBeforeGoal = 0.05;  // dB
-  if (quality && !knee && !record && model.empty()) s.knee = std::min(s.knee, kKneeBeforeGoal);
-  // Under a ceiling alone there is nothing to judge.
-  if (quality && s.validation_views == 0 && !validation_views)
-    s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
-  if (!round_steps && !(record && s.round_steps > 0)) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
 }
 
 train::Settings CommandLine::of_model(const nlohmann::json& trained, const scene::Scene& scene) const {
   train::Settings s;
   try {
-    s = train::settings_as_trained(trained);
+    s = train::checked_settings_from_json(trained);
   } catch (const std::exception&) {
-    throw Error("{}: its settings are not those of soup-train, so it cannot be trained on", model);
+    throw Error("{}: its settings are not those of a training of this version, so training cannot continue", model);
   }
-  // Its own goal, if it had one, has been met or missed.
+  // A goal of its own has been met or missed already.
   s.target_psnr = s.target_ssim = 0;
   s.max_bytes = s.max_triangles = 0;
-  apply(s, scene);
-  complete_goal(s, scene);
+  s.round_steps = 0;
+  train::apply(request, scene, s);
+  train::complete_goal(request, scene, false, s);
   train::check(s);
   return s;
 }
@@ -125,34 +64,38 @@ void refuse(const std::filesystem::path& path, const std::string& differing) {
 train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene,
                                      const std::filesystem::path& path) const {
   const train::Settings& then = checkpoint.settings;
-  // Older checkpoints do not say which preset it was: then it is one where nothing that it brings is another.
-  train::Settings now = record ? *record : !preset.empty() && noted_preset_.empty() ? settings(scene) : then;
-  apply(now, scene);
-  if (record) complete_goal(now, scene);
-  if (!sets("most_triangles")) now.most_triangles = then.most_triangles;
-  if (steps && *steps > then.steps && checkpoint.rounds > 0)
-    throw Error("{}: has been simplified after its {} steps, and cannot go on to more; train anew with --overwrite",
+  train::Settings now = record ? *record : then;
+  train::apply(request, scene, now);
+  if (record) train::complete_goal(request, scene, false, now);
+  if (!request.has("most_triangles")) now.most_triangles = then.most_triangles;
+  const bool has_steps = request.has("steps");
+  if (has_steps && now.steps > then.steps && checkpoint.rounds > 0)
+    throw Error("{}: was simplified after its {} steps and cannot continue to more; train anew with --overwrite",
                 path.string(), then.steps);
-  train::Settings goes_on = steps ? train::prolonged(then, checkpoint.step, *steps) : then;
-  if (now.steps > then.steps && steps) {
-    // What the shares of the first parts were told with is the first schedule.
-    if (now.coarse_share == then.coarse_share) now.coarse_share = goes_on.coarse_share;
-    if (now.small_share == then.small_share) now.small_share = goes_on.small_share;
-    if (!round_steps) now.round_steps = goes_on.round_steps;
+  train::Settings continued = has_steps ? train::extended(then, checkpoint.step, now.steps) : then;
+  if (now.steps > then.steps && has_steps) {
+    // Shares of the first parts were given for the first schedule.
+    if (now.coarse_share == then.coarse_share) now.coarse_share = continued.coarse_share;
+    if (now.small_share == then.small_share) now.small_share = continued.small_share;
+    if (!request.has("round_steps")) now.round_steps = continued.round_steps;
   }
-  goes_on.eval_every = eval_every.value_or(then.eval_every);
-  goes_on.checkpoint_every = checkpoint_every.value_or(then.checkpoint_every);
-  now.eval_every = goes_on.eval_every, now.checkpoint_every = goes_on.checkpoint_every;
-  train::Settings shown = goes_on;
-  // Lengths that are given in the dataset's units are told in them.
+  // How often files are written may change; a record has it too, and only an option counts.
+  if (!request.has("eval_every")) now.eval_every = then.eval_every;
+  if (!request.has("checkpoint_every")) now.checkpoint_every = then.checkpoint_every;
+  continued.eval_every = now.eval_every;
+  continued.checkpoint_every = now.checkpoint_every;
+  // Messages show lengths in the dataset's units, as they were given.
+  train::Settings shown = continued;
   const double unit = scene.normalisation.scale;
   for (train::Settings* s : {&shown, &now}) s->init_box /= unit, s->init_radius /= unit;
   if (now.init_box != shown.init_box) now.init_centre = shown.init_centre;
   refuse(path, train::differences(shown, now));
-  return goes_on;
+  return continued;
 }
 
-std::string CommandLine::preset_name() const { return !preset.empty() ? preset : record ? "as recorded" : "best"; }
+std::string CommandLine::preset_name() const {
+  return !request.preset.empty() ? request.preset : record ? "as recorded" : "best";
+}
 
 namespace {
 
@@ -205,14 +148,14 @@ void CommandLine::take(const SettingsFile& file) {
 
 void CommandLine::take(const std::string& note, const std::filesystem::path& path) {
   const nlohmann::json then = nlohmann::json::parse(note, nullptr, false), now = nlohmann::json::parse(this->note());
-  if (!then.is_object()) return;  // of an older checkpoint, or another program's
+  if (!then.is_object()) return;  // another program's
   std::string differing;
   const auto is_another = [&](bool given, const char* key) {
     if (given && then.contains(key) && then[key] != now[key])
       differing +=
-          fmt::format("{}{} {} (now {})", differing.empty() ? "" : ", ", key, then[key].dump(), now[key].dump());
+          fmt::format("{}`{}` {} (now {})", differing.empty() ? "" : ", ", key, then[key].dump(), now[key].dump());
   };
-  is_another(!preset.empty(), "preset");
+  is_another(!request.preset.empty(), "preset");
   is_another(given.resolution, "resolution");
   is_another(given.test_every, "test_every");
   is_another(given.background, "background");
@@ -220,7 +163,7 @@ void CommandLine::take(const std::string& note, const std::filesystem::path& pat
   is_another(given.feature_size, "feature_size");
   refuse(path, differing);
   try {
-    preset = noted_preset_ = then.value("preset", "");
+    request.preset = noted_preset_ = then.value("preset", "");
     take_dataset(then);
     feature_size = then.value("feature_size", feature_size);
     load.outside = load.outside || then.value("outside", false);

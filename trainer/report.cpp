@@ -58,8 +58,8 @@ void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit
   if (trainer.triangles() > settings.triangles)
     std::fprintf(
         stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(), settings.triangles,
-        settings.resample_every == 0 ? "--set resample_every=0 drops none"
-                                     : "changes of topology keep what is visible; start with fewer (--init-count)");
+        settings.refine_every == 0 ? "--set refine_every=0 drops none"
+                                   : "changes of topology keep what is visible; start with fewer (--init-count)");
 }
 
 /// How many triangles have textures of which finest level.

@@ -5,8 +5,7 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
-#include "run/checkpoint.h"
-#include "train/config/experiments.h"
+#include "train/config/settings_table.h"
 
 namespace trisoup {
 namespace {
@@ -37,14 +36,13 @@ SettingsFile read_settings_file(const std::filesystem::path& path) {
   if (!given.is_object() || !given.contains("recipe"))
     throw Error("{}: has no settings of a training; give its metrics.json, or what that has under \"settings\"",
                 path.string());
-  const json settings = train::with_todays_names(given), known = train::to_json(train::Settings());
-  for (const auto& [name, value] : settings.items())
-    if (!known.contains(name))
+  for (const auto& [name, value] : given.items())
+    if (!train::find_setting(name))
       throw Error("{}: there is no setting '{}'; the nearest is {}", path.string(), printable(name),
                   train::nearest_setting(name));
   SettingsFile file{path, {}, nullptr};
   try {
-    file.settings = train::settings_as_trained(settings);
+    file.settings = train::checked_settings_from_json(given);
   } catch (const std::exception& e) {
     throw Error("{}: {}", path.string(), e.what());
   }

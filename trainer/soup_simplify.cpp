@@ -7,9 +7,11 @@
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
+#include "cli/option_names.h"
+#include "cli/setting_options.h"
 #include "command_line.h"
 #include "format/model_file.h"
-#include "goal_options.h"
+#include "train/topology/simplify.h"
 #include "training_run.h"
 
 namespace {
@@ -19,6 +21,13 @@ using namespace trisoup;
 bool lies_in(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::equivalent(file.has_parent_path() ? file.parent_path() : ".", folder, ignored);
+}
+
+/// Whether some goal is asked for; 0 is none.
+bool has_goal(const train::SettingsRequest& request) {
+  train::Settings s;
+  for (const train::Assignment& assignment : request.assignments) train::assign(s, assignment);
+  return train::has_goal(s);
 }
 
 /// Exit status to end with, or nothing to go on.
@@ -35,7 +44,8 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
   app.add_option("MODEL", o.model, "model.glb, or the folder of a training with it")->required();
   app.add_option("DATASET", o.dataset, "the dataset it was trained on")->required();
   app.add_option("-o,--output", o.output, "folder for what the run leaves")->required();
-  add_goal_options(app, o);
+  SettingOptions settings(app);
+  settings.add_group("Goal", kGoalGroup);
   const char* const group = "Run";
   auto* resume =
       app.add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one")->group(group);
@@ -43,7 +53,7 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
   app.add_flag("--outside", o.load.outside,
                "photographs, masks and points may lie outside of DATASET, where its files say so")
       ->group(group);
-  app.add_option("--checkpoint-every", o.checkpoint_every, "steps between checkpoints [as trained]")->group(group);
+  settings.add("checkpoint_every", group);
   app.add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]")
       ->group(group);
   app.add_flag("-q,--quiet", o.quiet, "errors only")->group(group);
@@ -58,8 +68,8 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
   check_whole_numbers(app);
   try {
     app.parse(argc, argv);
-    if (!(o.target_psnr.value_or(0) != 0 || o.target_ssim.value_or(0) != 0 || o.max_megabytes.value_or(0) > 0 ||
-          o.max_triangles.value_or(0) > 0))
+    o.request.assignments = settings.given();
+    if (!has_goal(o.request))
       throw CLI::RequiredError("a goal (--target-psnr, --target-ssim, --max-mb or --max-triangles)");
     o.model = soup::model_in(o.model).string();
     if (o.overwrite && lies_in(o.model, o.output))
@@ -67,6 +77,9 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
           "{}: lies in {}, which --overwrite empties before there is another; choose another -o", o.model, o.output));
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
+  } catch (const Error& e) {
+    print_error("soup-simplify", e);
+    return 1;
   }
   return std::nullopt;
 }

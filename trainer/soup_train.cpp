@@ -4,6 +4,8 @@
 #include <thread>
 
 #include "base/error.h"
+#include "cli/option_names.h"
+#include "cli/setting_options.h"
 #include "command_line.h"
 #include "prepare.h"
 #include "ranks/launched.h"
@@ -89,10 +91,11 @@ int main(int argc, char** argv) {
   if (const auto status = parse(argc, argv, options)) return *status;
   try {
     if (options.list_devices) return list_devices();
+    if (options.settings_page) return std::fputs(settings_page().c_str(), stdout) < 0;
     // Several processes are told once that they have no window, by those that know of each other.
     if (options.view && (options.by_itself || ranks::launched_size() == 1)) return run_with_window(options);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "soup-train: %s\n", e.what());
+    print_error(kProgram, e);
     return 1;
   }
   return run_guarded(kProgram, options, nullptr);

@@ -13,6 +13,7 @@
 #include "base/machine.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "cli/option_names.h"
 #include "format/model_bytes.h"
 #include "gpu/out_of_memory.h"
 #include "prepare.h"
@@ -457,7 +458,7 @@ int run_guarded(const char* program, const CommandLine& options, viewer::Live* l
     if (speaks_at_the_end(*ranks, "interrupted " + interrupted.when)) say(options, "interrupted " + interrupted.when);
     status = 130;
   } catch (const std::exception& e) {
-    if (!ranks || speaks_at_the_end(*ranks, e.what())) std::fprintf(stderr, "%s: %s\n", program, e.what());
+    if (!ranks || speaks_at_the_end(*ranks, e.what())) print_error(program, e);
     error = e.what();
     status = 1;
   }

@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
     viewer::run_headless(*device, *options, subject);
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "soup-view: %s\n", e.what());
+    print_error("soup-view", e);
     return 1;
   }
 }

@@ -1,7 +1,6 @@
-# cmake -DFOLDER=web -DSOURCE=web_module.cpp -P bundle.cmake
-# Joins the modules into one without comments and writes it as a C++ string. A page then loads the module in one
-# request, and single-file pages can contain it. Names at the top level of all modules must differ. Each import or
-# export must be one statement that starts at the beginning of a line.
+# cmake -DFOLDER=web -DSOURCE=web_module.cpp -P bundle.cmake: joins the modules to one without comments, and writes it
+# as a string in C++. A page then loads the module in one request, and a page of one file can embed it. All modules
+# share one scope in it. So their top-level names must differ, and each import or export must begin a line.
 function(bundle variable)
   set(bundle "\n")
   foreach(module IN LISTS ARGN)
@@ -24,18 +23,18 @@ bundle(benchmark_module_text ${shared} benchmark benchmark_page)
 file(READ ${FOLDER}/benchmark.html benchmark_text)
 file(READ ${FOLDER}/benchmark.css benchmark_style_text)
 
-# A module must not contain text that ends the element or the C++ string in which it is embedded.
+# Texts that would end the element or the string literal that a module is embedded in.
 foreach(text module_text benchmark_module_text)
   string(FIND "${${text}}" "</script" at)
   if(NOT at EQUAL -1)
-    message(FATAL_ERROR "web/: \"</script\" would end the element that contains the module; split it in two")
+    message(FATAL_ERROR "web/: \"</script\" would end the script element of a page; split the string in two")
   endif()
 endforeach()
 set(source "#include \"web_page.h\"\n\nnamespace trisoup::web {\n")
 foreach(text module_text benchmark_module_text benchmark_text benchmark_style_text)
   string(FIND "${${text}}" ")JS\"" at)
   if(NOT at EQUAL -1)
-    message(FATAL_ERROR "web/: \")JS\"\" would end the string that contains the file; split it in two")
+    message(FATAL_ERROR "web/: \")JS\"\" would end the string literal of the file; split the string in two")
   endif()
   string(APPEND source "const std::string_view ${text} = R\"JS(${${text}})JS\";\n")
 endforeach()

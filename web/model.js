@@ -1,4 +1,4 @@
-// Reads model.glb: a soup with neural textures in a glTF extension (docs/format.md, engine/format/model_file.cpp).
+// Reads model.glb: a soup with neural textures in a glTF extension (docs/formats.md, engine/format/model_file.cpp).
 import { SoupError } from "./error.js";
 import { decodeGlb } from "./glb.js";
 import { decodeLattices, fillAtlas, makeAtlas } from "./lattice.js";

@@ -4,14 +4,14 @@
 namespace trisoup {
 namespace {
 
-/// From normalised coordinates to the dataset's.
+/// Converts cameras from normalised to dataset coordinates.
 std::vector<View> views_of(const std::vector<scene::View>& views, const scene::Normalisation& normalisation) {
   std::vector<View> all;
   for (const scene::View& view : views) {
     const scene::Camera& c = view.camera;
     View& v = all.emplace_back(View{view.name, {c.width, c.height, c.fx, c.fy, c.cx, c.cy, {}}});
     const glm::dmat3 rotation(c.world_to_camera);
-    // normalised = scale * (world - centre), and the camera's own axes are as long as the world's.
+    // normalised = scale * (world - centre). The camera's axes are not scaled, so only the translation changes.
     const glm::dvec3 translation =
         glm::dvec3(c.world_to_camera[3]) / normalisation.scale - rotation * normalisation.centre;
     for (int row = 0; row < 3; ++row) {

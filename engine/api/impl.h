@@ -1,4 +1,4 @@
-// What the classes of the public headers hold.
+// The implementation structs of the public classes.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ struct Dataset::Impl {
 struct Model::Impl {
   soup::Model model;
   std::vector<std::byte> file;
-  double near = 0, far = 0;  // of test views, normalised units
+  double near = 0, far = 0;  // near and far planes of test views, normalised units
 };
 
 struct Training::Impl {

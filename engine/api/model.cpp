@@ -24,13 +24,13 @@ Model Model::read(const std::filesystem::path& path) {
   soup::ModelFile file = soup::decode_model(impl->file, path.string());
   impl->model = std::move(file.model);
   try {
-    // A model of another program may have no settings at all.
+    // Models written by other programs may have no settings.
     const nlohmann::json settings = file.settings.is_null() ? nlohmann::json::object() : file.settings;
     impl->near = settings.value("test_near", 0.025);
     impl->far = settings.value("far", 2.5);
     impl->model.drop_near = settings.value("drop_near", settings.contains("steps"));
   } catch (const nlohmann::json::exception&) {
-    throw Error("{}: its settings are not those of a training; train it again", path.string());
+    throw Error("{}: unreadable settings; train the model again", path.string());
   }
   return Model(std::move(impl));
 }
@@ -47,7 +47,7 @@ Picture Model::render(Device& device, const Camera& camera) const {
       c.world_to_camera[column][row] = camera.world_to_camera[4 * row + column];
   if (c.width < 1 || c.height < 1 || std::uint64_t(c.width) * c.height > train::kPassPixels * 64 || !(c.fx > 0) ||
       !(c.fy > 0))
-    throw Error("camera: {} x {} pixels, focal lengths {} and {}; give positive ones, and 64 megapixels at most",
+    throw Error("camera: {} x {} pixels, focal lengths {} and {}; use positive values and at most 64 megapixels",
                 c.width, c.height, c.fx, c.fy);
   const scene::Normalisation normalisation{impl_->model.centre, impl_->model.scale};
   const train::BatchView view = train::batch_view(scene::normalised(c, normalisation), impl_->near, impl_->far);
@@ -65,15 +65,16 @@ Picture Model::render(Device& device, const Camera& camera) const {
 
 Quality Model::quality(Device& device, const Dataset& dataset) const {
   const scene::Scene& scene = dataset.impl().scene;
-  if (scene.test.empty()) throw Error("{}: has no test views; hold some out with test_every", scene.path.string());
+  if (scene.test.empty())
+    throw Error("{}: no test views; load the dataset with a positive `test_every`", scene.path.string());
   const train::Evaluation e = train::evaluate(*device.impl().device, impl_->model, scene, impl_->near, impl_->far);
   return {e.mean.psnr, e.mean.ssim, e.mean.mae};
 }
 
 void Picture::write_png(const std::filesystem::path& path) const {
   if (width < 1 || height < 1 || rgb.size() != std::size_t(width) * height * 3)
-    throw Error("{}: the picture has {} numbers, not {} x {} x 3; give it its own size", path.string(), rgb.size(),
-                width, height);
+    throw Error("{}: the picture has {} values, expected {} x {} x 3; set width and height to match", path.string(),
+                rgb.size(), width, height);
   Image image{width, height, std::vector<std::uint8_t>(std::size_t(width) * height * 4, 255)};
   for (std::size_t i = 0; i < std::size_t(width) * height; ++i)
     for (int c = 0; c < 3; ++c)

@@ -4,28 +4,26 @@
 #include "run/memory_need.h"
 #include "run/model_options.h"
 #include "run/presets.h"
-#include "train/config/experiments.h"
 #include "train/start/initial_triangles.h"
 
 namespace trisoup {
 namespace {
 
 train::Settings settings_of(const TrainingOptions& o, const scene::Scene& scene) {
-  train::PresetChoice choice;
-  choice.preset = o.preset;
-  if (o.steps > 0) choice.steps = o.steps;
-  if (o.triangles > 0) choice.triangles = o.triangles;
-  train::Settings s = train::of_preset(choice, scene);
-  s.seed = o.seed;
-  bool rate_is_given = false;
-  for (const std::string& text : o.set) {
-    const train::Assignment assignment = train::read_assignment(text);
-    train::assign(s, assignment);
-    rate_is_given = rate_is_given || assignment.experiment == train::find_experiment("rate_vertex");
-  }
-  if (!rate_is_given) s.rate_vertex = train::preset_vertex_rate(choice, s);
-  train::check(s);
-  return s;
+  train::SettingsRequest request;
+  request.preset = o.preset;
+  const auto ask = [&](const char* name, std::uint64_t value) {
+    train::Assignment& assignment = request.assignments.emplace_back();
+    assignment.setting = train::find_setting(name);
+    assignment.value = value;
+  };
+  if (o.steps > 0) ask("steps", o.steps);
+  if (o.triangles > 0) ask("triangles", o.triangles);
+  ask("seed", o.seed);
+  for (const std::string& text : o.set) request.assignments.push_back(train::read_assignment(text));
+  const train::Settings settings = train::make_settings(request, scene);
+  train::check(settings);
+  return settings;
 }
 
 }  // namespace
@@ -35,7 +33,7 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   const scene::Scene& scene = dataset.impl().scene;
   train::Settings settings = settings_of(options, scene);
   if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())
-    throw Error("device memory: {} triangles need {} MB and {} MB may be used; {} triangles would fit",
+    throw Error("device memory: {} triangles need {} MB, {} MB are available; use at most {} triangles",
                 settings.triangles, need.total() >> 20, gpu.ceiling() >> 20,
                 train::triangles_that_fit(scene, settings, gpu.ceiling()));
   if (settings.recipe == train::Recipe::real && settings.most_triangles == 0)

@@ -14,9 +14,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMaxPages = 256;  // AtlasPlace::page is a byte
+constexpr std::size_t kMaxPages = 256;  // AtlasPlace::page is one byte
 
-/// The texels that a PNG's header states, 0 if it is no PNG: asked before any memory is taken for them.
+/// Returns the number of texels in a PNG's header, or 0 if it is not a PNG. It is checked before memory is allocated.
 std::uint64_t png_texels(std::span<const std::byte> png) {
   constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   if (png.size() < 24 || std::memcmp(png.data(), signature.data(), signature.size()) != 0 ||
@@ -34,20 +34,20 @@ std::uint64_t png_texels(std::span<const std::byte> png) {
 
 void read_atlas_textures(const ModelParts& parts, const json& extension, Model& model) {
   const std::size_t triangles = model.vertices.size() / 3;
-  // Textures: where they lie, then page after page what is there.
+  // Texture positions first, then the pages one after the other.
   const std::span<const std::byte> place_bytes = parts.view(extension.at("places"));
   if (place_bytes.size() / sizeof(AtlasPlace) != triangles || place_bytes.size() % sizeof(AtlasPlace) != 0)
-    throw parts.damaged("has a texture table of another length");
+    throw parts.damaged("its texture table has the wrong length");
   std::vector<AtlasPlace> places(triangles);
   std::memcpy(places.data(), place_bytes.data(), place_bytes.size());
   const json& pages = extension.at("pages");
-  if (!pages.is_array() || pages.size() > kMaxPages) throw parts.damaged("has an impossible number of atlas pages");
+  if (!pages.is_array() || pages.size() > kMaxPages) throw parts.damaged("its number of atlas pages is not valid");
   std::vector<TextureLevels> levels;
-  // One page, however little it holds, and room for every place.
+  // One full page as a minimum, plus the blocks of all textures.
   std::uint64_t texels_left = std::uint64_t(kAtlasSide) * kAtlasSide;
   for (const AtlasPlace& place : places) {
     if (place.level > kMaxLevel || place.page >= pages.size() || place.turned > 1)
-      throw parts.damaged("has an impossible texture table");
+      throw parts.damaged("its texture table is not valid");
     levels.push_back({place.level, place.level});
     const glm::ivec2 block = atlas_block(place.level);
     texels_left += 2 * std::uint64_t(block.x) * std::uint64_t(block.y);
@@ -62,8 +62,8 @@ void read_atlas_textures(const ModelParts& parts, const json& extension, Model& 
       const std::span<const std::byte> png =
           parts.view(parts.glb.document.at("images").at(parts.whole(features.at(half))).at("bufferView"));
       const std::uint64_t texels = png_texels(png);
-      if (texels == 0) throw parts.damaged("has a texture that is no PNG");
-      if (texels > texels_left) throw parts.damaged("has textures of more texels than its triangles need");
+      if (texels == 0) throw parts.damaged("a texture is not a PNG");
+      if (texels > texels_left) throw parts.damaged("its textures have more texels than its triangles need");
       if (half == 1) texels_left -= texels;
       const Image image = decode_image(png, parts.name + " (texture)");
       for (std::size_t t = 0; t < triangles; ++t) {
@@ -73,7 +73,7 @@ void read_atlas_textures(const ModelParts& parts, const json& extension, Model& 
         const glm::ivec2 a = atlas_texel(place, 0, 0), b = atlas_texel(place, r, r);
         if (std::min(a.x, b.x) < 0 || std::min(a.y, b.y) < 0 || std::max(a.x, b.x) >= image.width ||
             std::max(a.y, b.y) >= image.height)
-          throw parts.damaged("has a texture outside its page");
+          throw parts.damaged("a texture lies outside its page");
         each_lattice_point(place.level, [&](int x, int y, std::uint32_t index) {
           const glm::ivec2 texel = atlas_texel(place, x, y);
           std::memcpy(&model.lattice[(std::size_t(model.textures[t].lattice_offset) + index) * kChannels + 4 * half],

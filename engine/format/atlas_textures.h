@@ -1,4 +1,4 @@
-// Textures of model files of version 1: PNG pages, two for the eight features, in which each lattice has its place.
+// Reads the textures of version 1 model files: PNG atlas pages, two images per page for the eight features.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,8 +8,8 @@
 
 namespace trisoup::soup {
 
-/// Fills textures and lattice of a model that has its vertices. Throws Error on what is damaged, before it takes memory
-/// that the file does not account for, and json::exception where a member is missing or of another kind.
+/// Fills textures and lattice of a model whose vertices are already read. Memory use is limited by the size of the
+/// file. Throws Error if the data is damaged and json::exception if a member is missing or has the wrong type.
 void read_atlas_textures(const ModelParts& parts, const nlohmann::json& extension, Model& model);
 
 }  // namespace trisoup::soup

@@ -19,17 +19,17 @@
 namespace trisoup::soup {
 namespace {
 
-constexpr double kLeftOut = 0.05;   // share of the vertices beyond either end of the box
-constexpr float kAround = 0.25f;    // of the box's sides
-constexpr std::size_t kSpeck = 10;  // cells: smaller things are no obstacle
+constexpr double kLeftOut = 0.05;   // fraction of the vertices beyond each end of the box
+constexpr float kAround = 0.25f;    // the box grows by this fraction of its sides
+constexpr std::size_t kSpeck = 10;  // cells; smaller groups are not obstacles
 
-/// Cells that the soup passes through.
+/// Cells of a regular grid that the soup passes through.
 class Grid {
  public:
   Grid(const Box& box, int longest_side) : low_(box.low) {
     const glm::vec3 size = box.high - box.low;
     cell_ = std::max({size.x, size.y, size.z}) / static_cast<float>(longest_side);
-    // A layer of empty cells around all.
+    // Adds a layer of empty cells on all sides.
     for (int axis = 0; axis < 3; ++axis) sides_[axis] = static_cast<int>(size[axis] / cell_) + 3;
     low_ -= cell_;
     number_.assign(static_cast<std::size_t>(sides_.x) * sides_.y * sides_.z, -1);
@@ -42,7 +42,7 @@ class Grid {
   }
   bool has(const glm::ivec3& c) const { return number_[at(c)] >= 0; }
   const std::vector<glm::ivec3>& cells() const { return cells_; }
-  /// Middle of the points in a cell that has some.
+  /// Mean of the points in a cell. The cell must not be empty.
   glm::vec3 middle(const glm::ivec3& c) const { return glm::vec3(sums_[number_[at(c)]]) / sums_[number_[at(c)]].w; }
 
   void add(const glm::vec3& p) {
@@ -59,7 +59,7 @@ class Grid {
     sums_[number] += glm::vec4(p, 1.0f);
   }
 
-  /// Empties groups of touching cells that are smaller than `least`.
+  /// Removes groups of touching cells with fewer than `least` cells.
   void drop_specks(std::size_t least) {
     std::vector<bool> seen(cells_.size(), false);
     std::vector<glm::ivec3> kept;
@@ -91,12 +91,12 @@ class Grid {
   glm::vec3 low_;
   float cell_ = 1;
   glm::ivec3 sides_{0};
-  std::vector<std::int32_t> number_;  // per cell: of its sum, -1 where it is empty
+  std::vector<std::int32_t> number_;  // per cell: index into sums_, or -1 if the cell is empty
   std::vector<glm::ivec3> cells_, dropped_;
-  std::vector<glm::vec4> sums_;  // of points; w: how many
+  std::vector<glm::vec4> sums_;  // sums of points; w: number of points
 };
 
-/// The opaque points of a triangle, half a cell apart.
+/// Adds the opaque points of a triangle, sampled at half a cell's distance.
 void add_triangle(const Model& model, std::size_t t, int most_steps, Grid& grid) {
   const glm::vec3 *v = &model.vertices[3 * t], e0 = v[0] - v[2], e1 = v[1] - v[2];
   const float longest = std::max({glm::length(e0), glm::length(e1), glm::length(e0 - e1)});
@@ -107,14 +107,14 @@ void add_triangle(const Model& model, std::size_t t, int most_steps, Grid& grid)
   for (int j = 0; j <= steps; ++j)
     for (int i = 0; i + j <= steps; ++i) {
       const float b0 = static_cast<float>(i) / steps, b1 = static_cast<float>(j) / steps;
-      // The nearest point of the lattice, or its neighbour where that lies beyond the diagonal.
+      // The nearest lattice point, or its neighbour if it lies beyond the diagonal.
       const int x = static_cast<int>(std::lround(b0 * r)), y = std::min(static_cast<int>(std::lround(b1 * r)), r - x);
       const std::size_t sample = std::size_t(row.lattice_offset) + f32::lattice_index(x, y);
       if (model.lattice[sample * kChannels + 7] >= 128) grid.add(v[2] + b0 * e0 + b1 * e1);
     }
 }
 
-/// The faces between cells that are in the grid and others, outside anticlockwise.
+/// Returns the faces between occupied and empty cells, counter-clockwise as seen from outside.
 Mesh hull(const Grid& grid) {
   Mesh mesh;
   std::unordered_map<std::size_t, std::uint32_t> known;
@@ -157,7 +157,7 @@ Mesh collision_mesh(const Model& model, std::size_t budget) {
   box = {box.low - around, box.high + around};
   const int side = static_cast<int>(std::clamp(2 * std::sqrt(static_cast<double>(budget)), 32.0, 192.0));
   const glm::vec3 size = box.high - box.low;
-  const Error empty("model: has nothing opaque to make a collider of; train it longer");
+  const Error empty("model: nothing is opaque, so there is no collider; train it longer");
   if (!(std::max({size.x, size.y, size.z}) > 0)) throw empty;
   Grid grid(box, side);
   for (std::size_t t = 0; t < model.triangles(); ++t) add_triangle(model, t, 4 * side, grid);
@@ -168,8 +168,8 @@ Mesh collision_mesh(const Model& model, std::size_t budget) {
 
 std::vector<std::byte> encode_collider(const Mesh& mesh, const nlohmann::json& node) {
   using nlohmann::json;
-  constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962,
-                kElementArrayBuffer = 34963;  // glTF's numbers
+  // glTF constants.
+  constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
   const std::size_t position_bytes = mesh.positions.size() * sizeof(glm::vec3), index_bytes = mesh.indices.size() * 4;
   std::vector<std::byte> binary(position_bytes + index_bytes);
   std::memcpy(binary.data(), mesh.positions.data(), position_bytes);

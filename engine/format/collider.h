@@ -1,4 +1,4 @@
-// What things bump into and walk on: a soup as a plain closed mesh of few triangles, for the physics of engines.
+// Collision meshes for physics engines: a soup as a plain closed mesh with few triangles.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,15 @@
 
 namespace trisoup::soup {
 
-/// A closed mesh of at most about `budget` triangles around what is opaque: the cells of a grid that the soup passes
-/// through, without specks of a few cells, their hull drawn halfway onto the soup and decimated (decimate.h). Cells are
-/// about as large as the triangles that the budget allows, so gaps smaller than that are closed, and thin things have
-/// two sides. The grid spans the box that nine tenths of the vertices lie in and a quarter of its sides around it:
-/// without a backdrop and strays. In the coordinates of model.vertices. Throws Error where nothing is opaque.
+/// Returns a closed mesh of at most about `budget` triangles around the opaque parts of a model. The model is
+/// rasterised into grid cells, and groups of a few cells are removed. The hull of the cells is moved halfway towards
+/// the soup and decimated (decimate.h). Cells are about as large as the triangles the budget allows, so smaller gaps
+/// are closed and thin objects have two sides. The grid spans the box that contains nine tenths of the vertices, plus a
+/// quarter of its sides, which excludes backdrop and strays. Coordinates are those of model.vertices. Throws Error if
+/// nothing is opaque.
 Mesh collision_mesh(const Model& model, std::size_t budget);
 
-/// A glTF 2.0 file with that mesh. node: the soup's own node, whose place in the scene the mesh takes.
+/// Returns a glTF 2.0 file with that mesh. node: the soup's node, whose transform the mesh gets.
 std::vector<std::byte> encode_collider(const Mesh& mesh, const nlohmann::json& node);
 
 }  // namespace trisoup::soup

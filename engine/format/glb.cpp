@@ -33,7 +33,8 @@ std::vector<std::byte> encode_glb(const json& document, std::span<const std::byt
   const std::size_t binary_size = padded(binary.size());
   const std::size_t total = kHeader + kChunkHeader + text.size() + kChunkHeader + binary_size;
   if (total > std::numeric_limits<std::uint32_t>::max())
-    throw Error("{}: {} bytes are more than a .glb can hold; use fewer triangles or lower texture levels", name, total);
+    throw Error("{}: {} bytes exceed the 4 GiB limit of .glb files; use fewer triangles or lower texture levels", name,
+                total);
 
   std::vector<std::byte> out;
   out.reserve(total);
@@ -53,17 +54,17 @@ std::vector<std::byte> encode_glb(const json& document, std::span<const std::byt
 
 Glb decode_glb(std::span<const std::byte> bytes, const std::string& name) {
   const auto damaged = [&](const char* what) {
-    return Error("{}: {}; the file is cut or damaged, export or copy it again", name, what);
+    return Error("{}: {}; the file is truncated or damaged, export or copy it again", name, what);
   };
   const auto u32 = [&](std::size_t at) {
-    if (at > bytes.size() || bytes.size() - at < 4) throw damaged("ends within a header");
+    if (at > bytes.size() || bytes.size() - at < 4) throw damaged("it ends within a header");
     std::uint32_t value = 0;
     for (std::size_t i = 4; i-- > 0;) value = value << 8 | static_cast<std::uint32_t>(bytes[at + i]);
     return value;
   };
-  if (bytes.size() < 4 || u32(0) != kMagic) throw Error("{}: is not a binary glTF file; give a model.glb", name);
-  if (u32(4) != kGlbVersion) throw Error("{}: is of glTF version {}, not 2; export it as glTF 2.0", name, u32(4));
-  if (u32(8) != bytes.size()) throw damaged("does not have the length it states");
+  if (bytes.size() < 4 || u32(0) != kMagic) throw Error("{}: not a binary glTF file; use a model.glb", name);
+  if (u32(4) != kGlbVersion) throw Error("{}: glTF version {} is not supported; export it as glTF 2.0", name, u32(4));
+  if (u32(8) != bytes.size()) throw damaged("its length differs from the length in its header");
 
   std::size_t at = kHeader;
   const auto chunk = [&](std::uint32_t type, const char* missing) {
@@ -73,7 +74,7 @@ Glb decode_glb(std::span<const std::byte> bytes, const std::string& name) {
     at += kChunkHeader + size;
     return content;
   };
-  const std::span<const std::byte> text = chunk(kJsonChunk, "has no whole JSON chunk");
+  const std::span<const std::byte> text = chunk(kJsonChunk, "its JSON chunk is missing or incomplete");
   Glb glb;
   try {
     const char* begin = reinterpret_cast<const char*>(text.data());
@@ -82,8 +83,8 @@ Glb decode_glb(std::span<const std::byte> bytes, const std::string& name) {
     throw Error("{}: its JSON cannot be read ({}); the file is damaged, export or copy it again", name,
                 printable(e.what()));
   }
-  // A file without binary data has no second chunk.
-  if (at < bytes.size()) glb.binary = chunk(kBinaryChunk, "has no whole binary chunk");
+  // Files without binary data have no second chunk.
+  if (at < bytes.size()) glb.binary = chunk(kBinaryChunk, "its binary chunk is incomplete");
   return glb;
 }
 

@@ -12,14 +12,15 @@
 namespace trisoup::soup {
 namespace {
 
-/// Number of the half octave in which n >= 1 lies: 0 for 1, 2 for 2, 3 for 3, 4 for 4 and 5, 5 for 6 and 7.
+/// Index of the half octave that contains n >= 1: 0 for 1, 2 for 2, 3 for 3, 4 for 4 and 5, 5 for 6 and 7.
 int half_octave(std::uint32_t n) {
   const int octave = std::bit_width(n) - 1;
   return octave == 0 ? 0 : 2 * octave + static_cast<int>(n >> (octave - 1) & 1);
 }
 
-/// The chances of all decisions: what a difference will be is told by those it lies between, those just before it in
-/// its triangle, and those of the other features at its place. `Coder` is RangeEncoder or RangeDecoder.
+/// Adaptive probabilities of all decisions. The context of a difference is the differences at the two coarser samples,
+/// the previous differences in the triangle, and those of the other features at the same sample. `Coder` is
+/// RangeEncoder or RangeDecoder.
 template <typename Coder>
 class LatticeCode {
  public:
@@ -32,11 +33,11 @@ class LatticeCode {
     return last_level_ = node & 7;
   }
 
-  /// Differences of one triangle; `differences` has kChannels a sample. They are read where the coder encodes, else
-  /// written.
+  /// Codes the differences of one triangle, kChannels per sample. An encoder reads `differences`, a decoder writes
+  /// them.
   void triangle(std::uint32_t level, std::span<int> differences) {
-    std::array<int, kChannels>
-        recent;  // mean size of the differences so far, in sixteenths, of which late ones count most
+    // Decaying mean of the absolute differences so far, in sixteenths.
+    std::array<int, kChannels> recent;
     recent.fill(32);
     for (const Refinement& p : refinement(level)) {
       int* here = &differences[p.sample * kChannels];
@@ -82,12 +83,12 @@ class LatticeCode {
   Chance rest_[8][kChannels][64];
 };
 
-/// The least difference that makes `value`. Throws Error where none does.
+/// Returns the smallest difference that gives `value`. Throws Error if there is none.
 int difference_to(int value, int a, int b, int step) {
   const int away = value - (a + b + 1) / 2, steps = (std::abs(away) + step - 1) / step;
   const int difference = away < 0 ? -steps : steps;
   if (refined(a, b, difference, step) != value)
-    throw Error("model: a texture has a value that steps of {} do not reach; round its textures first", step);
+    throw Error("model: a texture value is not rounded to steps of {}; round its textures first", step);
   return difference;
 }
 
@@ -121,7 +122,7 @@ Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles
   for (std::size_t t = 0; t < triangles; ++t) {
     const std::uint32_t level = code->level(0);
     if (level > static_cast<std::uint32_t>(kMaxLevel) || decoder.missing() > 0)
-      throw Error("{}: has textures that end too early or are damaged; export or copy the file again", name);
+      throw Error("{}: its textures are truncated or damaged; export or copy the file again", name);
     code->triangle(level, differences);
     const std::size_t begin = lattices.values.size();
     lattices.levels.push_back(level);
@@ -135,7 +136,7 @@ Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles
             static_cast<std::uint8_t>(refined(a, b, differences[p.sample * kChannels + c], steps[c]));
       }
   }
-  if (decoder.missing() > 0) throw Error("{}: has textures that end too early; export or copy the file again", name);
+  if (decoder.missing() > 0) throw Error("{}: its textures are truncated; export or copy the file again", name);
   return lattices;
 }
 

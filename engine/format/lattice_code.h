@@ -1,4 +1,4 @@
-// Lattices as bytes of a file: differences of refinement.h, arithmetically coded.
+// Encodes lattices for model files: differences of lattice_hierarchy.h, arithmetically coded.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 
 namespace trisoup::soup {
 
-/// Levels and values of all textures, in their order. Throws Error unless the values are what round_textures leaves
-/// with these steps.
+/// Encodes levels and values of all textures in order. Throws Error unless the values were rounded by round_textures
+/// with the same steps.
 std::vector<std::byte> encode_lattices(std::span<const std::uint8_t> lattice, std::span<const TextureEntry> textures,
                                        const TextureSteps& steps);
 
 struct Lattices {
-  std::vector<std::uint32_t> levels;  // of each triangle
-  std::vector<std::uint8_t> values;   // kChannels a sample, one triangle's after the other's
+  std::vector<std::uint32_t> levels;  // per triangle
+  std::vector<std::uint8_t> values;   // kChannels per sample, triangle after triangle
 };
 
-/// Takes memory as it goes on, at most 4.5 KB a triangle. Throws Error, beginning with `name`, where the bytes end too
-/// early. What is damaged otherwise gives other values: the caller has to know that the bytes are whole. Steps: each at
-/// least 1.
+/// Decodes lattices. Memory grows during decoding, at most 4.5 KB per triangle. Steps must be at least 1. Throws Error,
+/// beginning with `name`, if the bytes end too early. Other damage only changes values, so the caller must check the
+/// bytes' integrity first.
 Lattices decode_lattices(std::span<const std::byte> bytes, std::size_t triangles, const TextureSteps& steps,
                          const std::string& name);
 

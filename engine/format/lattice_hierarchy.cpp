@@ -14,12 +14,12 @@ std::vector<Refinement> make_refinement(std::uint32_t level) {
   std::vector<Refinement> all{
       {first, Refinement::kNone, Refinement::kNone, 0}, {right, first, first, 0}, {below, first, right, 0}};
   for (std::uint32_t depth = 1; depth <= level; ++depth) {
-    const int h = r >> depth;  // between the samples of this level
+    const int h = r >> depth;  // distance between samples of this depth
     for (int y = 0; y <= r; y += h)
       for (int x = 0; x + y <= r; x += h) {
         const int odd_x = x / h & 1, odd_y = y / h & 1;
         if (!odd_x && !odd_y) continue;
-        // The edge of a coarser cell that it halves: along x, along y, or along the diagonal.
+        // The sample halves an edge of a coarser cell along x, y or the diagonal.
         const int dx = odd_x ? h : 0, dy = odd_y ? (odd_x ? -h : h) : 0;
         all.push_back({index(x, y), index(x - dx, y - dy), index(x + dx, y + dy), depth});
       }
@@ -27,7 +27,7 @@ std::vector<Refinement> make_refinement(std::uint32_t level) {
   return all;
 }
 
-/// Differences this far from 0, in tenths of a step, are still 0. Measured: docs/decisions.md.
+/// Differences smaller than this, in tenths of a step, are rounded to 0. Measured: docs/decisions.md.
 constexpr int kDeadZone = 6;
 
 int rounded_difference(int difference, int step, bool corner) {
@@ -36,8 +36,8 @@ int rounded_difference(int difference, int step, bool corner) {
   return difference < 0 ? -steps : steps;
 }
 
-/// Where a triangle is opaque all over, how much above a half its opacities are shows nowhere: each gets their mean,
-/// which packs into nothing.
+/// In a fully opaque triangle, opacities above one half do not affect the picture. All are set to their mean, which
+/// costs almost no bytes.
 void level_opacity(std::uint8_t* values, std::uint32_t samples) {
   std::uint32_t sum = 0;
   for (std::uint32_t s = 0; s < samples; ++s) {

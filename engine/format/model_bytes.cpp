@@ -12,13 +12,13 @@
 namespace trisoup::soup {
 
 nlohmann::json bytes_by_part(std::span<const std::byte> file, const std::string& name) {
-  ModelFile model_file = decode_model(file, name);  // says what is wrong with it
+  ModelFile model_file = decode_model(file, name);  // throws if the file is damaged
   const Glb glb = decode_glb(file, name);
   const ModelParts parts{glb, name};
   const nlohmann::json& extension = glb.document.at("extensions").at(kExtension);
   if (!extension.contains("textures"))
-    throw Error("{}: is of an earlier version, whose parts are not told; write it again", name);
-  // Texture coordinates and images are there with plain colours.
+    throw Error("{}: files of versions 1 and 2 have no size by part; export the model again", name);
+  // Texture coordinates and images exist only with plain colours.
   const nlohmann::json images = glb.document.value("images", nlohmann::json::array());
   const auto accessor = [&](std::size_t index) {
     return parts.view(glb.document.at("accessors").at(index).at("bufferView")).size();

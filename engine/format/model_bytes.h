@@ -1,4 +1,4 @@
-// What the bytes of a model.glb are spent on.
+// Size of the parts of a model.glb.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,10 @@
 
 namespace trisoup::soup {
 
-/// {"vertices", "texture_coordinates", "features", "opacity", "plain_colours", "mlp", "cameras", "rest"}: bytes of a
-/// file as encode_model makes it, which add up to all of it. Features and opacity are coded together: "features" is
-/// what they take without it. Throws Error, beginning with `name`, on anything that is not a whole model file.
+/// Returns {"vertices", "texture_coordinates", "features", "opacity", "plain_colours", "mlp", "cameras", "rest"}: the
+/// bytes of each part of a file written by encode_model. They add up to the file's size. Features and opacity are coded
+/// together; "features" is the size of the code without opacity. Throws Error, beginning with `name`, if the file is
+/// not a complete model.
 nlohmann::json bytes_by_part(std::span<const std::byte> file, const std::string& name);
 
 }  // namespace trisoup::soup

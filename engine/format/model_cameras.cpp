@@ -13,13 +13,13 @@ using nlohmann::json;
 
 constexpr std::size_t kPoseFloats = 7;  // quaternion x, y, z, w; translation
 
-/// As many digits as a float has; more of them would be a good part of a small model.
+/// Rounds to eight decimals, about float precision. More digits would enlarge a small model noticeably.
 double in_short(double value) {
   constexpr double kParts = 1e8;
   return std::abs(value) < 1e6 ? std::round(value * kParts) / kParts : value;
 }
 
-/// What photographs of one lens have in common.
+/// Returns the intrinsics as JSON. Photographs of the same lens share them.
 json lens_of(const scene::Camera& c) {
   return {{"size", {c.width, c.height}},
           {"focal", {in_short(c.fx), in_short(c.fy)}},
@@ -27,7 +27,7 @@ json lens_of(const scene::Camera& c) {
 }
 
 void read_lens(const json& lens, scene::Camera& camera) {
-  // Larger numbers would wrap.
+  // Clamped because larger numbers would overflow.
   const auto side = [&](int i) {
     return static_cast<int>(std::clamp<std::int64_t>(lens.at("size").at(i).get<std::int64_t>(), 0, 65536));
   };
@@ -41,7 +41,7 @@ void read_lens(const json& lens, scene::Camera& camera) {
 
 glm::dmat4 read_pose(const float* pose) {
   const glm::dquat turn(pose[3], pose[0], pose[1], pose[2]);  // w first
-  // Far from unit length it is none, and `possible` says so.
+  // A quaternion far from unit length is not a rotation; possible() rejects it.
   const double length = glm::length(turn);
   glm::dmat4 result(glm::mat3_cast(std::abs(length - 1) < 1e-3 ? turn / length : turn));
   result[3] = glm::dvec4(pose[4], pose[5], pose[6], 1);
@@ -49,7 +49,7 @@ glm::dmat4 read_pose(const float* pose) {
 }
 
 bool possible(const scene::Camera& c) {
-  constexpr double kLargest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
+  constexpr double kLargest = 1e6;  // pixels, or normalised units
   bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 1e-3 && c.fy > 1e-3 &&
             c.fx < kLargest && c.fy < kLargest && std::abs(c.cx) < kLargest && std::abs(c.cy) < kLargest;
   for (int i = 0; i < 3; ++i) ok = ok && std::abs(c.world_to_camera[3][i]) < kLargest;
@@ -60,7 +60,7 @@ bool possible(const scene::Camera& c) {
   return ok;
 }
 
-/// Of versions 1 and 2: everything of a camera in an object of its own.
+/// Reads the cameras of versions 1 and 2: one object per camera.
 std::vector<ModelCamera> read_rows(const json& rows) {
   std::vector<ModelCamera> cameras;
   for (const json& row : rows) {
@@ -77,7 +77,7 @@ std::vector<ModelCamera> read_table(const ModelParts& parts, const json& table) 
   const std::span<const std::byte> bytes = parts.view(table.at("poses"));
   std::vector<float> poses(bytes.size() / sizeof(float));
   if (!names.is_array() || bytes.size() != names.size() * kPoseFloats * sizeof(float))
-    throw parts.damaged("has another number of poses than of cameras");
+    throw parts.damaged("its numbers of poses and cameras differ");
   std::memcpy(poses.data(), bytes.data(), bytes.size());
   std::vector<ModelCamera> cameras;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -88,7 +88,7 @@ std::vector<ModelCamera> read_table(const ModelParts& parts, const json& table) 
   }
   for (const json& index : table.at("test")) {
     const std::size_t i = parts.whole(index);
-    if (i >= cameras.size()) throw parts.damaged("has a test view that it has no camera of");
+    if (i >= cameras.size()) throw parts.damaged("a test view has no camera");
     cameras[i].test = true;
   }
   return cameras;
@@ -120,7 +120,7 @@ CodedCameras code_cameras(std::span<const ModelCamera> cameras) {
 std::vector<ModelCamera> read_cameras(const ModelParts& parts, const json& cameras) {
   std::vector<ModelCamera> read = cameras.is_array() ? read_rows(cameras) : read_table(parts, cameras);
   for (const ModelCamera& c : read)
-    if (!possible(c.camera)) throw parts.damaged("has an impossible camera");
+    if (!possible(c.camera)) throw parts.damaged("a camera is not valid");
   return read;
 }
 

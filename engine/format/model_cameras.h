@@ -1,4 +1,4 @@
-// The cameras of a model.glb, in its extension (docs/format.md).
+// The cameras in a model.glb's extension (docs/formats.md).
 #pragma once
 
 #include <span>
@@ -12,25 +12,24 @@
 
 namespace trisoup::soup {
 
-/// A camera that the model was trained or tested with, in normalised coordinates.
+/// A camera of a training or test view, in normalised coordinates.
 struct ModelCamera {
-  std::string name;  // of its photograph, UTF-8
+  std::string name;  // name of its photograph, UTF-8
   bool test = false;
   scene::Camera camera;
 };
 
-/// What a file says of cameras: JSON but for their poses, seven floats each, whose bufferView the JSON lacks under
-/// "poses".
+/// Cameras in file form. `poses` has seven floats per camera; its bufferView must be added to the JSON as "poses".
 struct CodedCameras {
   nlohmann::json json;
   std::vector<float> poses;
 };
 
-/// world_to_camera is a rotation and a translation, as scene::Camera has it; it comes back 1e-7 off at most.
+/// Encodes cameras. world_to_camera must be a rotation and a translation. It is restored within 1e-7.
 CodedCameras code_cameras(std::span<const ModelCamera> cameras);
 
-/// Cameras of a file of any version. Throws Error on impossible ones, nlohmann::json::exception where the JSON is
-/// something else.
+/// Reads the cameras of a file of any version. Throws Error if a camera is not valid and nlohmann::json::exception if
+/// the JSON has another structure.
 std::vector<ModelCamera> read_cameras(const ModelParts& parts, const nlohmann::json& cameras);
 
 }  // namespace trisoup::soup

@@ -27,21 +27,21 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kVersion = 4,
-                      kVersionOfMeshes =
-                          3;  // of files with coded vertices, and of those with a mesh that all viewers read
-// glTF's numbers for types of components and of buffers.
+// File versions: with coded vertices, and with a glTF mesh that every viewer reads.
+constexpr std::size_t kVersion = 4, kVersionOfMeshes = 3;
+// glTF constants for component types and buffer targets.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 std::uint32_t level_of(const TextureEntry& row) { return row.level_max; }
 
-/// Throws Error on a model that cannot be written so that it can be read again.
+/// Throws Error if the model could not be read back after writing.
 void check(const Model& model) {
-  if (model.triangles() == 0) throw Error("model: has no triangles; nothing is written");
+  if (model.triangles() == 0) throw Error("model: no triangles, so nothing is written; train it again");
   if (model.vertices.size() != 3 * model.triangles())
-    throw Error("model: {} triangles with {} vertices; give it three each", model.triangles(), model.vertices.size());
+    throw Error("model: {} triangles have {} vertices; use three per triangle", model.triangles(),
+                model.vertices.size());
   for (std::size_t t = 0; t < model.triangles(); ++t) {
     const TextureEntry& row = model.textures[t];
     if (level_of(row) > static_cast<std::uint32_t>(kMaxLevel) ||
@@ -49,18 +49,17 @@ void check(const Model& model) {
       throw Error("model: the texture of triangle {} lies outside the lattice; lay the table out again", t);
   }
   if (model.mlp.parameters.size() != Mlp::kParameters)
-    throw Error("model: an MLP of {} parameters instead of {}; give it all layers", model.mlp.parameters.size(),
-                Mlp::kParameters);
+    throw Error("model: the MLP has {} parameters instead of {}; set the weights of all layers",
+                model.mlp.parameters.size(), Mlp::kParameters);
   const bool numbers =
       std::all_of(model.vertices.begin(), model.vertices.end(), [](const glm::vec3& v) { return finite(v); }) &&
       std::all_of(model.mlp.parameters.begin(), model.mlp.parameters.end(), [](float w) { return std::isfinite(w); }) &&
       finite(model.background) && finite(model.centre) && finite(model.origin) && std::isfinite(model.scale) &&
       model.scale > 0;
-  if (!numbers)
-    throw Error("model: has values that are no finite numbers; training diverged, lower the learning rates");
+  if (!numbers) throw Error("model: some values are not finite; training diverged, lower the learning rates");
 }
 
-/// The binary chunk while it grows, and its bufferViews.
+/// The binary chunk under construction and its bufferViews.
 struct Binary {
   std::vector<std::byte> bytes;
   json views = json::array();
@@ -76,7 +75,7 @@ struct Binary {
   }
 };
 
-/// Pages of RGBA texels filled from per-sample values.
+/// RGBA atlas pages filled from per-sample values.
 class Pages {
  public:
   explicit Pages(const Atlas& atlas) : atlas_(atlas) {
@@ -86,7 +85,7 @@ class Pages {
       images_.push_back(std::move(image));
     }
   }
-  /// value(sample, channel): 0..255
+  /// value(sample, channel): 0..255.
   template <typename F>
   void fill(const std::vector<TextureEntry>& table, F&& value) {
     for (std::size_t t = 0; t < table.size(); ++t) {
@@ -103,7 +102,7 @@ class Pages {
     }
   }
   const std::vector<Image>& images() const { return images_; }
-  /// Which texels of a page are part of a lattice or its gutter.
+  /// Returns which texels of a page belong to a lattice or its gutter.
   std::vector<bool> used(std::size_t page) {
     const Image& image = images_[page];
     std::vector<bool> is(image.rgba.size() / 4, false);
@@ -130,9 +129,10 @@ class Pages {
   std::vector<Image> images_;
 };
 
-/// What moves `origin` to its place and then turns `up` to +Y, as the matrix of a glTF node (4x4, column after column).
+/// Returns the glTF node matrix (4x4, column-major) that translates by `origin` and then rotates `up` to +Y.
 json node_matrix(const glm::dvec3& up, const glm::dvec3& origin) {
-  if (!finite(up) || glm::length(up) < 1e-12) throw Error("model: its up direction has no length; give one or none");
+  if (!finite(up) || glm::length(up) < 1e-12)
+    throw Error("model: its up direction has zero length; use a unit vector or none");
   const glm::dvec3 y = glm::normalize(up);
   const glm::dvec3 helper = std::abs(y.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   const glm::dvec3 z = glm::normalize(glm::cross(helper, y)), x = glm::cross(y, z);
@@ -145,7 +145,7 @@ std::uint32_t checksum(std::span<const std::byte> bytes) {
       crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
 }
 
-/// A part that is coded, with the checksum that readers compare.
+/// Stores a coded part with the checksum that readers verify.
 json coded_json(const std::vector<std::byte>& bytes, Binary& binary) {
   return {{"bufferView", binary.add(bytes.data(), bytes.size())}, {"crc32", checksum(bytes)}};
 }
@@ -156,31 +156,31 @@ std::span<const std::byte> read_coded(const ModelParts& parts, const json& coded
   return bytes;
 }
 
-/// Vertices of a mesh that every viewer reads.
+/// Reads the vertices of the plain glTF mesh.
 std::vector<glm::vec3> read_positions(const ModelParts& parts, std::size_t triangles) {
   const json& gltf = parts.glb.document;
   const json& positions =
       gltf.at("accessors")
           .at(parts.whole(gltf.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION")));
   const std::span<const std::byte> bytes = parts.view(positions.at("bufferView"));
-  // Divisions rather than products: the file may claim any number.
+  // Divisions cannot overflow; the file may contain any number.
   constexpr std::size_t triangle_bytes = 3 * sizeof(glm::vec3);
   if (triangles == 0 || bytes.size() % triangle_bytes != 0 || bytes.size() / triangle_bytes != triangles)
-    throw parts.damaged("has another number of vertices than its triangles need");
+    throw parts.damaged("its number of vertices does not match its triangles");
   std::vector<glm::vec3> vertices(3 * triangles);
   std::memcpy(vertices.data(), bytes.data(), bytes.size());
   return vertices;
 }
 
-/// Textures of a file; their steps.
+/// Reads the textures and returns their steps.
 TextureSteps read_textures(const ModelParts& parts, const json& textures, std::size_t triangles, Model& model) {
-  const std::span<const std::byte> bytes = read_coded(parts, textures, "has damaged textures");
+  const std::span<const std::byte> bytes = read_coded(parts, textures, "its textures are damaged");
   TextureSteps steps;
   const json& rows = textures.at("steps");
-  if (!rows.is_array() || rows.size() != steps.size()) throw parts.damaged("has an impossible number of texture steps");
+  if (!rows.is_array() || rows.size() != steps.size()) throw parts.damaged("its number of texture steps is not valid");
   for (std::size_t c = 0; c < steps.size(); ++c) {
     const std::size_t step = parts.whole(rows[c]);
-    if (step < 1 || step > kMostStep) throw parts.damaged("has an impossible texture step");
+    if (step < 1 || step > kMostStep) throw parts.damaged("a texture step is not valid");
     steps[c] = static_cast<std::uint8_t>(step);
   }
   Lattices lattices = decode_lattices(bytes, triangles, steps, parts.name);
@@ -196,47 +196,47 @@ glm::dvec3 read_vector(const json& values) {
   return {values.at(0).get<double>(), values.at(1).get<double>(), values.at(2).get<double>()};
 }
 
-/// Where the model lies: what vertices on a grid are told in.
+/// Reads centre, scale and origin. Coded vertices need them.
 void read_space(const ModelParts& parts, const json& extension, Model& model) {
   model.centre = read_vector(extension.at("centre"));
   model.scale = extension.at("scale").get<double>();
   if (extension.contains("origin")) model.origin = read_vector(extension["origin"]);
-  // Beyond these, floats have no digits left for the soup.
+  // Beyond these limits floats cannot represent the soup.
   if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) ||
       !(model.scale > 1e-9 && model.scale < 1e9))
-    throw parts.damaged("has an impossible centre or scale");
+    throw parts.damaged("its centre or scale is not valid");
 }
 
-/// The vertices of a file whose space is read.
+/// Reads the vertices. read_space() must have been called before.
 std::vector<glm::vec3> read_vertices(const ModelParts& parts, const json& extension, std::size_t version,
                                      std::size_t triangles, const Model& model) {
   std::vector<glm::vec3> vertices;
   if (version >= kVersion && extension.contains("vertices"))
     vertices = from_grid(
-        decode_vertices(read_coded(parts, extension["vertices"], "has damaged vertices"), triangles, parts.name),
+        decode_vertices(read_coded(parts, extension["vertices"], "its vertices are damaged"), triangles, parts.name),
         model);
   else
     vertices = read_positions(parts, triangles);
-  if (vertices.empty()) throw parts.damaged("has no triangles");
+  if (vertices.empty()) throw parts.damaged("it has no triangles");
   for (const glm::vec3& v : vertices)
-    if (!finite(v)) throw parts.damaged("has a vertex that is no number");
+    if (!finite(v)) throw parts.damaged("a vertex is not finite");
   return vertices;
 }
 
 Mlp read_mlp(const ModelParts& parts, const json& index) {
   const std::span<const std::byte> bytes = parts.view(index);
-  if (bytes.size() != Mlp::kParameters * sizeof(float)) throw parts.damaged("has an MLP of another size");
+  if (bytes.size() != Mlp::kParameters * sizeof(float)) throw parts.damaged("its MLP has the wrong size");
   Mlp mlp;
   std::memcpy(mlp.parameters.data(), bytes.data(), bytes.size());
   for (const float w : mlp.parameters)
-    if (!std::isfinite(w)) throw parts.damaged("has an MLP weight that is no number");
+    if (!std::isfinite(w)) throw parts.damaged("an MLP weight is not finite");
   return mlp;
 }
 
 glm::vec3 read_background(const ModelParts& parts, const json& values) {
   const glm::vec3 background(read_vector(values));
   for (int c = 0; c < 3; ++c)
-    if (!(background[c] >= 0.0f && background[c] <= 1.0f)) throw parts.damaged("has a background that is no colour");
+    if (!(background[c] >= 0.0f && background[c] <= 1.0f)) throw parts.damaged("its background is not a colour");
   return background;
 }
 
@@ -259,7 +259,7 @@ json node_json(const Model& model, const ModelFileOptions& options) {
   return node;
 }
 
-/// Of what every viewer shows: the colours as they are, cut out where they are transparent.
+/// Material for other viewers: unlit baked colours, with cut-out transparency.
 json material_json(std::size_t texture) {
   return {{"name", "soup"},
           {"alphaMode", "MASK"},
@@ -270,7 +270,7 @@ json material_json(std::size_t texture) {
            {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
 }
 
-/// What only viewers of this extension show (docs/format.md).
+/// The extension's content (docs/formats.md).
 json extension_json(const Model& model, const ModelFileOptions& options, Binary& binary) {
   json extension;
   extension["version"] = codes_vertices(options) ? kVersion : kVersionOfMeshes;
@@ -295,7 +295,7 @@ json extension_json(const Model& model, const ModelFileOptions& options, Binary&
   return extension;
 }
 
-/// Corners of the triangles, whose accessor is the first.
+/// Adds the corners of the triangles. Their accessor must be the first.
 void add_positions(const Model& model, Binary& binary, json& accessors) {
   glm::vec3 low(INFINITY), high(-INFINITY);
   for (const glm::vec3& v : model.vertices) {
@@ -310,7 +310,8 @@ void add_positions(const Model& model, Binary& binary, json& accessors) {
                        {"max", {high.x, high.y, high.z}}});
 }
 
-/// Places of the corners in the pages of plain colours. Floats: Godot 3 takes normalised shorts for pixels.
+/// Adds texture coordinates into the pages of plain colours. They are floats because Godot 3 reads normalised shorts as
+/// pixels.
 void add_texture_coordinates(const Model& model, const Atlas& atlas, Binary& binary, json& accessors) {
   std::vector<glm::vec2> uv(model.vertices.size());
   for (std::size_t t = 0; t < model.triangles(); ++t)
@@ -321,7 +322,7 @@ void add_texture_coordinates(const Model& model, const Atlas& atlas, Binary& bin
                        {"type", "VEC2"}});
 }
 
-/// The triangles of one page.
+/// Adds the indices of one page's triangles and returns their accessor.
 json add_indices(const Atlas& atlas, std::size_t page, Binary& binary, json& accessors) {
   std::vector<std::uint32_t> indices;
   for (std::uint32_t t = 0; t < atlas.places.size(); ++t)
@@ -333,7 +334,8 @@ json add_indices(const Atlas& atlas, std::size_t page, Binary& binary, json& acc
   return accessors.size() - 1;
 }
 
-/// What every viewer shows: a page of plain colours, a material and a primitive each. Returns the primitives.
+/// Adds what other viewers show: one image of plain colours, one material and one primitive per page. Returns the
+/// primitives.
 json add_plain_colours(const Model& model, const ModelFileOptions& options, Binary& binary, json& accessors,
                        json& gltf) {
   std::vector<std::uint32_t> levels;
@@ -359,12 +361,12 @@ json add_plain_colours(const Model& model, const ModelFileOptions& options, Bina
     if (atlas.pages.size() > 1) primitive["indices"] = add_indices(atlas, page, binary, accessors);
     primitives.push_back(primitive);
   }
-  // Bilinear between the samples of one triangle; no mipmaps, which would mix triangles.
+  // Bilinear filtering stays within one triangle. Mipmaps would mix triangles, so there are none.
   gltf["samplers"] = json::array({json{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}}});
   return primitives;
 }
 
-/// The one mesh of a model.
+/// Adds the model's only mesh.
 void add_mesh(const Model& model, const ModelFileOptions& options, Binary& binary, json& gltf) {
   json accessors = json::array();
   add_positions(model, binary, accessors);
@@ -388,7 +390,8 @@ std::vector<std::byte> encode_model(const Model& unsorted, const ModelFileOption
   gltf["asset"] = {{"version", "2.0"}, {"generator", "trisoup"}};
   gltf["extensionsUsed"] = json::array({kExtension});
   gltf["scene"] = 0;
-  gltf["nodes"] = json::array({node_json(model, options)});  // {node} alone is an array to g++ and a copy to clang
+  // {node} without json::array is an array with GCC and a copy with Clang.
+  gltf["nodes"] = json::array({node_json(model, options)});
   gltf["scenes"] = json::array({json{{"nodes", json::array({0})}}});
 
   if (codes_vertices(options))
@@ -414,11 +417,10 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     const json& extension = gltf["extensions"][kExtension];
     const std::size_t version = parts.whole(extension.at("version"));
     if (version < 1 || version > kVersion)
-      throw Error("{}: is of version {}, this program reads versions 1 to {}; use a newer one", name, version,
-                  kVersion);
+      throw Error("{}: file version {} is not supported, only 1 to {}; use a newer trisoup", name, version, kVersion);
 
     if (extension.at("sphericalHarmonicsDegree") != 2)
-      throw Error("{}: was made with spherical harmonics of another degree than 2; use a newer trisoup", name);
+      throw Error("{}: spherical harmonics of a degree other than 2 are not supported; use a newer trisoup", name);
     const std::size_t triangles = parts.whole(extension.at("triangles"));
     read_space(parts, extension, model);
     model.vertices = read_vertices(parts, extension, version, triangles, model);
@@ -432,7 +434,7 @@ ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name
     if (extension.contains("up")) {
       file.up = read_vector(extension["up"]);
       if (const double length = glm::length(*file.up); !(length > 1e-12 && length < 1e12))
-        throw parts.damaged("has an up direction without a length");
+        throw parts.damaged("its up direction has zero length");
     }
     if (extension.contains("cameras")) file.cameras = read_cameras(parts, extension["cameras"]);
   } catch (const json::exception& e) {

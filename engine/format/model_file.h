@@ -1,4 +1,4 @@
-// model.glb: a glTF 2.0 file that any viewer opens, with the neural textures in an extension (docs/format.md).
+// model.glb: a glTF 2.0 file that any glTF viewer opens. An extension holds the neural textures (docs/formats.md).
 #pragma once
 
 #include <cstddef>
@@ -20,46 +20,45 @@
 namespace trisoup::soup {
 
 struct ModelFileOptions {
-  std::optional<glm::dvec3> up;        // of the dataset, where it is known; glTF viewers get it as +Y
-  std::optional<glm::dvec3> shown_up;  // where it is not: what they get as +Y instead, for the root node alone. Without
-                                       // either +Y is taken as it is.
-  bool plain_colours = true;           // for viewers that do not know the extension: a third of a small file
-  double vertex_share =
-      0;  // without plain colours: how far corners may be off, see on_grid; 0 or no cameras: not at all
+  std::optional<glm::dvec3> up;  // the dataset's up direction, if known; the root node turns it to +Y
+  /// Used for the root node if `up` is not known. Without either, +Y is up.
+  std::optional<glm::dvec3> shown_up;
+  bool plain_colours = true;  // baked colours for viewers without the extension; a third of a small file
+  /// Without plain colours: precision of the vertices, see on_grid. 0 or no cameras: vertices are stored exactly.
+  double vertex_share = 0;
   std::vector<glm::vec3> bake_directions;       // unit, from the surface towards the viewer; see bake_colours
-  TextureSteps texture_steps = kExactTextures;  // that the model's textures were rounded to; see round_textures
-  bool colour_palette = false;  // plain colours of 256 kinds, each sample either opaque or not: a quarter of the bytes
-  nlohmann::json settings;      // kept as it is, for people and for soup-eval
+  TextureSteps texture_steps = kExactTextures;  // the steps the textures were rounded to; see round_textures
+  bool colour_palette = false;       // plain colours of 256 colours with binary opacity; a quarter of the bytes
+  nlohmann::json settings;           // training settings, stored as they are
   std::vector<ModelCamera> cameras;  // for viewers
   int atlas_side = kAtlasSide;       // largest width and height of an atlas page, texels; see make_atlas
 };
 
 struct ModelFile {
   Model model;
-  TextureSteps texture_steps =
-      kExactTextures;  // those of the file: with them the model is written again in as few bytes
+  /// The steps of the file. Writing the model with them again gives the same size.
+  TextureSteps texture_steps = kExactTextures;
   nlohmann::json settings;
   std::optional<glm::dvec3> up;
-  std::vector<ModelCamera>
-      cameras;  // as they were written, but for the rounding of code_cameras; none in files before there were any
+  std::vector<ModelCamera> cameras;  // rounded by code_cameras; empty if the file has none
 };
 
-/// The bytes of a model.glb. decode_model gives back the same vertices, lattices and MLP to the bit; lattices lie in
-/// triangle order. With a `vertex_share` vertices are rounded and triangles in another order, and other viewers find no
-/// mesh. Throws Error on a model that no reader could take: no triangles, another number of vertices, a texture outside
-/// the lattice, or with a value that `texture_steps` do not reach, a number that is not finite (training diverged),
-/// settings that are not UTF-8, more than the format can hold.
+/// Returns the bytes of a model.glb. decode_model restores vertices, lattices and MLP exactly; lattices are in triangle
+/// order. With a `vertex_share`, vertices are rounded, triangles are reordered, and the file has no mesh for other
+/// viewers. Throws Error if the model is not valid: no triangles, a wrong number of vertices, a texture outside the
+/// lattice, a value that is not rounded to `texture_steps`, a value that is not finite (training diverged), settings
+/// that are not UTF-8, or more data than the format can hold.
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options);
 
-/// Throws Error on anything that is not a whole model file, before it takes memory that the file does not account for.
-/// `name` begins error messages.
+/// Decodes a model file. Memory use is limited by the size of the file. Throws Error if the file is not a complete,
+/// undamaged model. `name` begins error messages.
 ModelFile decode_model(std::span<const std::byte> bytes, const std::string& name);
 
-/// encode_model to a file, atomically; returns its size in bytes. Throws Error as well if it cannot be written.
+/// Writes encode_model() to a file atomically and returns its size in bytes. Also throws Error if it cannot be written.
 std::uint64_t write_model(const std::filesystem::path& path, const Model& model, const ModelFileOptions& options);
-/// `path`, or where it is the folder of a training the model in it.
+/// Returns `path`, or the model in it if it is the folder of a training.
 std::filesystem::path model_in(const std::filesystem::path& path);
-/// decode_model of a file. Throws Error as well if it cannot be read.
+/// Reads and decodes a file. Also throws Error if it cannot be read.
 ModelFile read_model(const std::filesystem::path& path);
 
 }  // namespace trisoup::soup

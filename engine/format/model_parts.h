@@ -1,4 +1,4 @@
-// What readers of a model.glb share: its parts by number, and what they say of damage.
+// Helpers shared by the readers of a model.glb: access to parts by index, and messages about damage.
 #pragma once
 
 #include <cstddef>
@@ -19,21 +19,21 @@ struct ModelParts {
   const std::string& name;  // begins error messages
 
   Error damaged(const char* what) const {
-    return Error("{}: {}; the file is cut or damaged, export or copy it again", name, what);
+    return Error("{}: {}; the file is truncated or damaged, export or copy it again", name, what);
   }
 
   std::size_t whole(const nlohmann::json& value) const {
-    if (!value.is_number_unsigned()) throw damaged("has something else where a whole number belongs");
+    if (!value.is_number_unsigned()) throw damaged("a value is not a whole number");
     return value.get<std::size_t>();
   }
 
-  /// Bytes of the bufferView of this number.
+  /// Returns the bytes of the bufferView with this index.
   std::span<const std::byte> view(const nlohmann::json& index) const {
     const nlohmann::json& v = glb.document.at("bufferViews").at(whole(index));
     const std::size_t offset = v.contains("byteOffset") ? whole(v["byteOffset"]) : 0,
                       length = whole(v.at("byteLength"));
     if (offset > glb.binary.size() || length > glb.binary.size() - offset)
-      throw damaged("has a bufferView beyond its end");
+      throw damaged("a bufferView exceeds the file");
     return glb.binary.subspan(offset, length);
   }
 };

@@ -28,14 +28,14 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxWidth = 4096;  // of a look-up texture, texels
+constexpr std::size_t kMaxWidth = 4096;  // of a texture, texels
 constexpr const char *kMlp = "mlp_weights.json", *kMeta = "meta.json";
 constexpr std::array<const char*, 2> kTextures{"lut0.png", "lut1.png"};
-/// Layers of the MLP in the order of Mlp::parameters.
+/// Layers of the MLP in the order of Mlp::parameters, with their numbers of values.
 constexpr std::array<std::pair<const char*, std::size_t>, 6> kLayers{
     {{"W1", 256}, {"b1", 16}, {"W2", 256}, {"b2", 16}, {"W3", 48}, {"b3", 3}}};
 
-static_assert(std::endian::native == std::endian::little, "the mesh is written as it lies in memory");
+static_assert(std::endian::native == std::endian::little, "the mesh is written in memory order");
 
 void append(std::string& bytes, const void* data, std::size_t size) {
   bytes.append(static_cast<const char*>(data), size);
@@ -60,8 +60,8 @@ std::string ply(const Model& model) {
   return text;
 }
 
-/// Width and height of a texture in which the samples of all triangles lie, one after the other; what is left over at
-/// the end is zero.
+/// Width and height of a texture that holds the samples of all triangles one after the other. The rest of the last row
+/// is zero.
 glm::ivec2 texture_size(std::size_t samples) {
   const std::size_t width = std::min(kMaxWidth, samples);
   return {static_cast<int>(width), static_cast<int>((samples + width - 1) / width)};
@@ -71,18 +71,18 @@ json parsed(const fs::path& path) {
   try {
     return json::parse(read_file(path));
   } catch (const json::exception& e) {
-    throw Error("{}: is no JSON ({}); export it again", path.string(), printable(e.what()));
+    throw Error("{}: not valid JSON ({}); export it again", path.string(), printable(e.what()));
   }
 }
 
-/// The names in a list of scenes; none where there is no list yet.
+/// Returns the names in a list of scenes. Empty if the file does not exist.
 std::set<std::string> scenes_in(const fs::path& list) {
   std::error_code ignored;
   if (!fs::exists(list, ignored)) return {};
   try {
     return parsed(list).get<std::set<std::string>>();
   } catch (const json::exception&) {
-    throw Error("{}: is no list of scene names; mend or remove it", list.string());
+    throw Error("{}: not a list of scene names; correct or delete it", list.string());
   }
 }
 
@@ -97,7 +97,7 @@ std::vector<float> mlp_of(const fs::path& path) {
     for (const auto& [name, size] : kLayers) {
       const auto values = layers.at(name).get<std::vector<float>>();
       if (values.size() != size)
-        throw Error("{}: {} has {} numbers instead of {}; export it again", path.string(), name, values.size(), size);
+        throw Error("{}: {} has {} values instead of {}; export it again", path.string(), name, values.size(), size);
       parameters.insert(parameters.end(), values.begin(), values.end());
     }
   } catch (const json::exception& e) {
@@ -111,7 +111,7 @@ std::vector<float> mlp_of(const fs::path& path) {
 Model at_one_level(const Model& model, std::uint32_t level) {
   for (const TextureEntry& row : model.textures)
     if (row.level_max > level || level > static_cast<std::uint32_t>(kMaxLevel))
-      throw Error("model: textures of level {} cannot be brought to level {}; choose {} to {}", row.level_max, level,
+      throw Error("model: textures of level {} cannot be stored at level {}; use {} to {}", row.level_max, level,
                   row.level_max, kMaxLevel);
   Model result = model;
   result.textures = make_texture_table(model.triangles(), {level, level}).entries;
@@ -143,7 +143,7 @@ void write_published(const fs::path& data, const std::string& name, const Model&
   std::set<std::string> scenes = scenes_in(data / kPublishedScenes);
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw Error("{}: cannot be made ({}); choose another folder", folder.string(), error.message());
+  if (error) throw Error("{}: cannot be created ({}); choose another folder", folder.string(), error.message());
 
   for (std::size_t half = 0; half < 2; ++half) {
     const std::size_t samples = even.lattice.size() / kChannels;
@@ -177,7 +177,7 @@ bool is_published(const fs::path& folder) { return is_file(folder / kPublishedMe
 ModelFile read_published(const fs::path& folder) {
   ModelFile file;
   Model& model = file.model;
-  // What the published page takes where there is no such file.
+  // Defaults of the published viewer if the file is missing.
   glm::dvec3 up(0, -1, 0);
   std::int64_t level = 5;
   if (is_file(folder / kMeta)) {
@@ -187,16 +187,16 @@ ModelFile read_published(const fs::path& folder) {
       level = meta.value("level", level);
       if (meta.contains("background")) model.background = glm::vec3(vector_of(meta["background"]));
     } catch (const json::exception& e) {
-      throw Error("{}: is not the description of a soup ({}); export it again", (folder / kMeta).string(),
+      throw Error("{}: not a valid scene description ({}); export it again", (folder / kMeta).string(),
                   printable(e.what()));
     }
   }
   for (int c = 0; c < 3; ++c)
     if (!(model.background[c] >= 0.0f && model.background[c] <= 1.0f))
-      throw Error("{}: its background is no colour; give three numbers from 0 to 1", (folder / kMeta).string());
+      throw Error("{}: its background is not a colour; use three numbers from 0 to 1", (folder / kMeta).string());
   if (level < 0 || level > kMaxLevel)
-    throw Error("{}: textures of level {}; this program reads levels up to {}, export it at one of them",
-                (folder / kMeta).string(), level, kMaxLevel);
+    throw Error("{}: texture level {} is not supported; export it at level {} or lower", (folder / kMeta).string(),
+                level, kMaxLevel);
   if (const double length = glm::length(up); length > 1e-12 && length < 1e12) file.up = up / length;
 
   const Mesh mesh = read_mesh(folder / kPublishedMesh);
@@ -210,9 +210,9 @@ ModelFile read_published(const fs::path& folder) {
     const glm::ivec2 expected = texture_size(table.lattice_samples);
     const Image image = read_image(path);
     if (image.width != expected.x || image.height != expected.y)
-      throw Error("{}: {} x {} texels, where {} triangles of level {} need {} x {}; export the scene again",
+      throw Error("{}: {} x {} texels, but {} triangles of level {} need {} x {}; export the scene again",
                   path.string(), image.width, image.height, mesh.triangles(), level, expected.x, expected.y);
-    // Not before a file accounts for it.
+    // Allocated only after a file of the expected size was read.
     model.lattice.resize(table.lattice_samples * kChannels);
     for (std::size_t i = 0; i < table.lattice_samples; ++i)
       std::copy_n(&image.rgba[4 * i], 4, &model.lattice[i * kChannels + 4 * half]);
@@ -222,7 +222,7 @@ ModelFile read_published(const fs::path& folder) {
   const Box box = inner_box(model.vertices, 0.05);
   model.centre = 0.5 * (glm::dvec3(box.low) + glm::dvec3(box.high));
   model.scale = 1.0 / std::max(1e-6, glm::length(glm::dvec3(box.high) - glm::dvec3(box.low)));
-  // Nothing is known of its cameras: planes that leave out nothing.
+  // The scene's cameras are not known. These planes clip nothing.
   file.settings = {{"source", "published"}, {"test_near", 0.01}, {"far", 100.0}, {"drop_near", false}};
   return file;
 }

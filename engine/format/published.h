@@ -1,5 +1,5 @@
-// The files of the published viewer: a mesh, two look-up textures, the MLP and a few numbers as JSON (docs/web.md).
-// Every triangle has the same texture level there, and vertices are in dataset coordinates.
+// Reads and writes the files of the published viewer: a mesh, two look-up textures, the MLP and some numbers as JSON
+// (docs/viewer.md). All triangles have the same texture level; vertices are in dataset coordinates.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@ namespace trisoup::soup {
 
 inline constexpr const char *kPublishedMesh = "mesh.ply", *kPublishedScenes = "models.json";
 
-/// The model with the textures of all triangles at one level, at least its highest: a coarser lattice evaluated at the
-/// finer one's points, which gives the same picture but for rounding to bytes. Throws Error on a level above kMaxLevel,
-/// or below one that there is.
+/// Returns the model with all textures at one level. Coarser lattices are evaluated at the finer lattice's points,
+/// which gives the same picture except for rounding to bytes. Throws Error if `level` is above kMaxLevel or below the
+/// level of a texture.
 Model at_one_level(const Model& model, std::uint32_t level);
 
-/// Writes `data`/`name`/ with the model at its highest level, and puts `name` into the list `data`/models.json. up: of
-/// the dataset. Throws Error where a file cannot be written, and on a list that is none.
+/// Writes the model at its highest level to `data`/`name`/ and adds `name` to the list `data`/models.json. up: the
+/// dataset's up direction. Throws Error if a file cannot be written or the existing list is not valid.
 void write_published(const std::filesystem::path& data, const std::string& name, const Model& model,
                      const glm::dvec3& up);
 
-/// True for a folder that write_published or the published code made.
+/// Whether a folder was written by write_published or the published code.
 bool is_published(const std::filesystem::path& folder);
 
-/// Reads one scene's folder. Its own space is its normalised space but for a similarity that brings most vertices to
-/// unit extent. Throws Error on files that are missing, damaged, or do not belong together.
+/// Reads the folder of one scene. centre and scale are set so that most vertices have unit extent in normalised
+/// coordinates. Throws Error if files are missing, damaged or do not match each other.
 ModelFile read_published(const std::filesystem::path& folder);
 
 }  // namespace trisoup::soup

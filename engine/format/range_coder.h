@@ -1,5 +1,4 @@
-// Binary arithmetic coding with chances that adapt (Martin 1979; the carries as LZMA has them). web/lattice.js decodes
-// the same.
+// Adaptive binary range coder (Martin 1979; carry handling as in LZMA). web/lattice.js has the same decoder.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +10,7 @@
 
 namespace trisoup::soup {
 
-/// How likely a decision is false, learnt from those before: their mean at first, later one that forgets.
+/// Adaptive probability that a decision is false. At first the mean of all decisions, later an exponential average.
 class Chance {
  public:
   static constexpr std::uint32_t kBits = 15;
@@ -25,7 +24,7 @@ class Chance {
 
  private:
   static constexpr int kLeast = 32, kMostSeen = 120;
-  /// 1 / (seen + 1.5) in 2^16ths.
+  /// 1 / (seen + 1.5) as 16-bit fixed point.
   static constexpr std::array<int, kMostSeen + 1> kRates = [] {
     std::array<int, kMostSeen + 1> rates{};
     for (int seen = 0; seen <= kMostSeen; ++seen) rates[static_cast<std::size_t>(seen)] = 131072 / (2 * seen + 3);
@@ -51,19 +50,19 @@ class RangeEncoder {
       shift();
     }
   }
-  /// For code that is the same for both ways: see RangeDecoder::decide.
+  /// Same interface as RangeDecoder::decide, for code shared by both directions.
   bool decide(Chance& chance, bool decision) {
     code(chance, decision);
     return decision;
   }
-  /// The bytes of all decisions. Nothing can be coded after.
+  /// Returns the bytes of all decisions. No more decisions can be coded afterwards.
   std::vector<std::byte> finish() {
     for (int i = 0; i < 5; ++i) shift();
     return std::move(bytes_);
   }
 
  private:
-  /// Puts out the topmost byte of `low_` as soon as no carry can reach it any more.
+  /// Outputs the top byte of `low_` once no carry can change it.
   void shift() {
     if (low_ < 0xff000000u || low_ >> 32 != 0) {
       const auto carry = static_cast<std::uint8_t>(low_ >> 32);
@@ -85,7 +84,7 @@ class RangeEncoder {
 
 class RangeDecoder {
  public:
-  /// `bytes` must outlive it. Beyond their end it reads zeros.
+  /// `bytes` must outlive the decoder. Past their end it reads zeros.
   explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
     for (int i = 0; i < 5; ++i) code_ = code_ << 8 | next();
   }
@@ -106,7 +105,7 @@ class RangeDecoder {
     return decision;
   }
   bool decide(Chance& chance, bool) { return decision(chance); }
-  /// Bytes that were asked for and are not there.
+  /// Number of bytes read past the end.
   std::size_t missing() const { return at_ > bytes_.size() ? at_ - bytes_.size() : 0; }
 
  private:

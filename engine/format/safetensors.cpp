@@ -21,7 +21,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the format is little-endian and arrays are read in place");
 
 constexpr std::uint64_t kAlignment = 8;
-constexpr std::uint64_t kMaxHeader = 100'000'000;  // as the reference implementation has it
+constexpr std::uint64_t kMaxHeader = 100'000'000;  // limit of the reference implementation
 
 struct DtypeName {
   Dtype dtype;
@@ -79,7 +79,7 @@ constexpr Dtype dtype_of<double>() {
   return Dtype::f64;
 }
 
-// Bytes of an array, or nothing if they pass 64 bits.
+// Computes the size of an array in bytes. Returns false if it does not fit in 64 bits.
 bool byte_size(const std::vector<std::uint64_t>& shape, Dtype dtype, std::uint64_t& bytes) {
   bytes = size_of(dtype);
   for (const std::uint64_t dimension : shape) {
@@ -91,7 +91,7 @@ bool byte_size(const std::vector<std::uint64_t>& shape, Dtype dtype, std::uint64
 
 std::uint64_t aligned(std::uint64_t offset) { return (offset + kAlignment - 1) / kAlignment * kAlignment; }
 
-// "2x3", or "scalar".
+// Formats a shape as "2x3", or "scalar".
 std::string text_of(const std::vector<std::uint64_t>& shape) {
   std::string text;
   for (const std::uint64_t dimension : shape) text.append(text.empty() ? "" : "x").append(std::to_string(dimension));
@@ -107,12 +107,13 @@ std::size_t size_of(Dtype dtype) { return row_of(dtype).size; }
 void SafetensorsWriter::add(const std::string& name, Dtype dtype, std::vector<std::uint64_t> shape,
                             std::span<const std::byte> data) {
   if (name.empty() || name == "__metadata__")
-    throw Error("safetensors: an array may not be called '{}'; rename it", name);
+    throw Error("safetensors: '{}' is not a valid array name; rename it", name);
   if (std::any_of(tensors_.begin(), tensors_.end(), [&](const Tensor& t) { return t.name == name; }))
     throw Error("safetensors: array '{}' is added twice; rename one", name);
   std::uint64_t bytes = 0;
   if (!byte_size(shape, dtype, bytes) || bytes != data.size())
-    throw Error("safetensors: array '{}' has {} bytes, its shape says {}; correct the shape", name, data.size(), bytes);
+    throw Error("safetensors: array '{}' has {} bytes, its shape needs {}; correct the shape", name, data.size(),
+                bytes);
   tensors_.push_back({name, dtype, std::move(shape), data});
 }
 
@@ -144,12 +145,12 @@ void SafetensorsWriter::write(const std::filesystem::path& path) const {
   try {
     text = header.dump();
   } catch (const nlohmann::json::exception&) {
-    throw Error("{}: a name or a text of the metadata is not UTF-8; correct it", path.string());
+    throw Error("{}: an array name or metadata text is not UTF-8; correct it", path.string());
   }
   text.resize(aligned(text.size()), ' ');
   const std::uint64_t header_size = text.size();
   if (header_size > kMaxHeader)
-    throw Error("{}: {} bytes of header are too many; write fewer arrays", path.string(), header_size);
+    throw Error("{}: the header of {} bytes is too large; write fewer arrays", path.string(), header_size);
 
   write_file_atomically(
       path,
@@ -166,7 +167,7 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
   using nlohmann::json;
   const char* text = reinterpret_cast<const char*>(header.data());
 
-  // A JSON object silently keeps the last of two equal keys; two arrays of one name are an error here.
+  // JSON parsers silently keep the last of two equal keys. Two arrays with the same name are an error here.
   std::vector<std::set<std::string>> names;
   std::string twice;
   bool repeated = false;
@@ -180,16 +181,16 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
     return true;
   };
   const json root = json::parse(text, text + header.size(), watch, /*allow_exceptions=*/false);
-  if (repeated) throw Error("{}: header names '{}' twice; {}", where, twice, kFix);
-  if (!root.is_object()) throw Error("{}: header is no JSON object; {}", where, kFix);
+  if (repeated) throw Error("{}: the header contains '{}' twice; {}", where, twice, kFix);
+  if (!root.is_object()) throw Error("{}: the header is not a JSON object; {}", where, kFix);
 
   const auto count = [](const json& value) { return value.is_number_unsigned(); };
   SafetensorsHeader result;
   for (const auto& [name, value] : root.items()) {
-    if (!value.is_object()) throw Error("{}: header entry '{}' is no object; {}", where, printable(name), kFix);
+    if (!value.is_object()) throw Error("{}: header entry '{}' is not an object; {}", where, printable(name), kFix);
     if (name == "__metadata__") {
       for (const auto& [key, entry] : value.items()) {
-        if (!entry.is_string()) throw Error("{}: metadata '{}' is no text; {}", where, printable(key), kFix);
+        if (!entry.is_string()) throw Error("{}: metadata '{}' is not text; {}", where, printable(key), kFix);
         result.metadata[key] = entry.get<std::string>();
       }
       continue;
@@ -198,7 +199,7 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
     if (dtype == value.end() || !dtype->is_string() || shape == value.end() || !shape->is_array() ||
         offsets == value.end() || !offsets->is_array() || offsets->size() != 2 ||
         !std::all_of(shape->begin(), shape->end(), count) || !std::all_of(offsets->begin(), offsets->end(), count))
-      throw Error("{}: array '{}' lacks a proper dtype, shape or data_offsets; {}", where, printable(name), kFix);
+      throw Error("{}: array '{}' has no valid dtype, shape or data_offsets; {}", where, printable(name), kFix);
 
     TensorInfo info;
     const auto row = std::find_if(kDtypes.begin(), kDtypes.end(),
@@ -211,11 +212,11 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
     info.begin = (*offsets)[0].get<std::uint64_t>();
     info.end = (*offsets)[1].get<std::uint64_t>();
     if (info.begin > info.end || info.end > data_size)
-      throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is cut short or damaged; {}", where,
+      throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is truncated or damaged; {}", where,
                   printable(name), info.begin, info.end, data_size, kFix);
     std::uint64_t bytes = 0;
     if (!byte_size(info.shape, info.dtype, bytes) || bytes != info.end - info.begin)
-      throw Error("{}: array '{}' has {} bytes, which its shape does not give; {}", where, printable(name),
+      throw Error("{}: array '{}' has {} bytes, which does not match its shape; {}", where, printable(name),
                   info.end - info.begin, kFix);
     if (info.begin % row->size != 0)
       throw Error("{}: array '{}' is not aligned to its elements; write the file with another program", where,
@@ -223,7 +224,7 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
     result.tensors.emplace(name, std::move(info));
   }
 
-  // Between them the arrays have to cover the data exactly, which also finds bytes appended to a file.
+  // The arrays must cover the data exactly. This also detects bytes appended to a file.
   std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
   for (const auto& [name, info] : result.tensors) ranges.emplace_back(info.begin, info.end);
   std::sort(ranges.begin(), ranges.end());
@@ -234,8 +235,7 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
                   std::min(begin, reached), kFix);
     reached = end;
   }
-  if (reached != data_size)
-    throw Error("{}: has {} bytes that belong to no array; {}", where, data_size - reached, kFix);
+  if (reached != data_size) throw Error("{}: {} bytes belong to no array; {}", where, data_size - reached, kFix);
   return result;
 }
 
@@ -250,18 +250,19 @@ Safetensors Safetensors::open(const std::filesystem::path& path) {
 
   std::uint64_t header_size = 0;
   if (size < sizeof header_size || !stream.read(reinterpret_cast<char*>(&header_size), sizeof header_size))
-    throw Error("{}: {} bytes are too few for a safetensors file; {}", file.where_, size, kFix);
+    throw Error("{}: {} bytes are too short for a safetensors file; {}", file.where_, size, kFix);
   if (header_size > kMaxHeader || header_size > size - sizeof header_size)
-    throw Error("{}: claims a header of {} bytes in a file of {}: it is cut short, or no safetensors file; {}",
-                file.where_, header_size, size, kFix);
+    throw Error(
+        "{}: its header should have {} bytes, but the file has {}: it is truncated or not a safetensors file; {}",
+        file.where_, header_size, size, kFix);
   std::vector<std::byte> header(header_size);
   const std::uint64_t data_size = size - sizeof header_size - header_size;
   if (!stream.read(reinterpret_cast<char*>(header.data()), static_cast<std::streamsize>(header.size())))
-    throw Error("{}: cannot be read to its end; check the disk", file.where_);
+    throw Error("{}: reading failed before the end; check the disk", file.where_);
   file.header_ = parse_safetensors_header(header, data_size, file.where_);
   file.data_.resize(data_size);
   if (!stream.read(reinterpret_cast<char*>(file.data_.data()), static_cast<std::streamsize>(data_size)))
-    throw Error("{}: cannot be read to its end; check the disk", file.where_);
+    throw Error("{}: reading failed before the end; check the disk", file.where_);
   return file;
 }
 

@@ -13,11 +13,11 @@
 namespace trisoup::soup {
 namespace {
 
-constexpr int kMostBits = 26;  // of a difference of two numbers of steps
+constexpr int kMostBits = 26;  // of a difference between two step counts
 
 int bits_of(int number) { return std::bit_width(static_cast<std::uint32_t>(std::abs(number))); }
 
-/// Where the middle of a triangle lies in another one's steps.
+/// Returns the centre of a triangle in the steps of an exponent.
 glm::ivec3 middle(const GridTriangle& of, int exponent) {
   glm::ivec3 steps;
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,15 +28,15 @@ glm::ivec3 middle(const GridTriangle& of, int exponent) {
   return steps;
 }
 
-/// The chances of all decisions. What a number will be is told by the size of those along the axes before it; along the
-/// first axis by the longest side from the first corner, of this triangle or the last. `Coder` is RangeEncoder or
-/// RangeDecoder.
+/// Adaptive probabilities of all decisions. The context of a number is the size of the numbers along the previous axes;
+/// along the first axis, the longest side from the first corner of this triangle or the last. `Coder` is RangeEncoder
+/// or RangeDecoder.
 template <typename Coder>
 class VertexCode {
  public:
   explicit VertexCode(Coder& coder) : coder_(coder) {}
 
-  /// `triangle` is read where the coder encodes, else written. False where a number lies beyond its limits.
+  /// Codes a triangle. An encoder reads `triangle`, a decoder writes it. Returns false if a number exceeds its limits.
   bool triangle(GridTriangle& triangle) {
     triangle.exponent = last_.exponent + number(triangle.exponent - last_.exponent, exponent_);
     if (std::abs(triangle.exponent) > kMostExponent) return false;
@@ -87,7 +87,7 @@ std::vector<std::byte> encode_vertices(std::span<const GridTriangle> triangles) 
   const auto code = std::make_unique<VertexCode<RangeEncoder>>(encoder);
   for (GridTriangle triangle : triangles)
     if (!code->triangle(triangle))
-      throw Error("model: has a vertex beyond its grid; write it with vertices as they are");
+      throw Error("model: a vertex exceeds its grid; set `vertex_share` to 0 to store exact vertices");
   std::vector<std::byte> bytes = encoder.finish();
   while (most_triangles(bytes.size()) < triangles.size()) bytes.push_back(std::byte{0});
   return bytes;
@@ -96,14 +96,14 @@ std::vector<std::byte> encode_vertices(std::span<const GridTriangle> triangles) 
 std::vector<GridTriangle> decode_vertices(std::span<const std::byte> bytes, std::size_t triangles,
                                           const std::string& name) {
   if (triangles > most_triangles(bytes.size()))
-    throw Error("{}: has vertices that end too early; export or copy the file again", name);
+    throw Error("{}: its vertices are truncated; export or copy the file again", name);
   RangeDecoder decoder(bytes);
   const auto code = std::make_unique<VertexCode<RangeDecoder>>(decoder);
   std::vector<GridTriangle> decoded;
   for (std::size_t t = 0; t < triangles; ++t) {
     GridTriangle triangle;
-    if (!code->triangle(triangle)) throw Error("{}: has a vertex beyond its grid; export or copy the file again", name);
-    if (decoder.missing() > 0) throw Error("{}: has vertices that end too early; export or copy the file again", name);
+    if (!code->triangle(triangle)) throw Error("{}: a vertex exceeds its grid; export or copy the file again", name);
+    if (decoder.missing() > 0) throw Error("{}: its vertices are truncated; export or copy the file again", name);
     decoded.push_back(triangle);
   }
   return decoded;

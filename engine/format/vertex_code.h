@@ -1,5 +1,5 @@
-// Vertices as bytes of a page's model: whole steps on a grid of each triangle's own, arithmetically coded.
-// web/vertices.js decodes the same.
+// Encodes the vertices of web models: integer steps on a grid per triangle, arithmetically coded. web/vertices.js has
+// the same decoder.
 #pragma once
 
 #include <array>
@@ -12,25 +12,25 @@
 
 namespace trisoup::soup {
 
-inline constexpr int kMostExponent = 30, kMostSteps = 1 << 24;  // so many steps are exact in a float
+inline constexpr int kMostExponent = 30, kMostSteps = 1 << 24;  // floats represent this many steps exactly
 
 /// A triangle with corners at steps / 2^exponent.
 struct GridTriangle {
   int exponent = 0;  // -kMostExponent..kMostExponent
-  std::array<glm::ivec3, 3> corners{glm::ivec3(0), glm::ivec3(0),
-                                    glm::ivec3(0)};  // steps, each -kMostSteps..kMostSteps
+  /// Steps, each -kMostSteps..kMostSteps.
+  std::array<glm::ivec3, 3> corners{glm::ivec3(0), glm::ivec3(0), glm::ivec3(0)};
 };
 
-/// Triangles that so many bytes may tell. The bytes are filled up with zeros where there are more, so that a reader
-/// takes memory for nothing that is not there; others than copies of one triangle take more by themselves.
+/// Number of triangles that a code of this size may contain. Shorter codes are padded with zeros. It limits the memory
+/// that a damaged file can make a reader allocate. Only copies of one triangle need less than this.
 constexpr std::size_t most_triangles(std::size_t bytes) { return 4096 + bytes / 4; }
 
-/// Neighbours in the list had best be neighbours in space: each triangle is told from the one before it.
+/// Encodes triangles, each relative to the previous one. Consecutive triangles should be close in space.
 std::vector<std::byte> encode_vertices(std::span<const GridTriangle> triangles);
 
-/// Throws Error, beginning with `name`, where the bytes are too few for so many triangles, end too early or give a
-/// number beyond its limits. What is damaged otherwise gives other values: the caller has to know that the bytes are
-/// whole.
+/// Decodes triangles. Throws Error, beginning with `name`, if there are too few bytes for this many triangles, if they
+/// end too early, or if a number exceeds its limits. Other damage only changes values, so the caller must check the
+/// bytes' integrity first.
 std::vector<GridTriangle> decode_vertices(std::span<const std::byte> bytes, std::size_t triangles,
                                           const std::string& name);
 

@@ -10,7 +10,7 @@
 namespace trisoup::soup {
 namespace {
 
-/// What lies closer to a camera than this, in distances of the cameras from the middle, asks for no finer grid.
+/// Depths below this are clamped, so that near objects do not need finer grids. Normalised units.
 constexpr double kNearest = 0.025;
 
 struct CornersInSpace {
@@ -19,7 +19,7 @@ struct CornersInSpace {
 
 double focal(const scene::Camera& camera) { return std::max(camera.fx, camera.fy); }
 
-/// Side of a pixel where the camera shows the triangle closest; INFINITY where its picture has none of it.
+/// Returns the size of a pixel at the triangle's nearest corner, or INFINITY if the camera does not show it.
 double shown_pixel(const scene::Camera& camera, const CornersInSpace& corners) {
   double nearest = INFINITY;
   glm::dvec2 low(INFINITY), high(-INFINITY);
@@ -30,12 +30,12 @@ double shown_pixel(const scene::Camera& camera, const CornersInSpace& corners) {
     low = glm::min(low, pixel);
     high = glm::max(high, pixel);
   }
-  // One that reaches behind the camera is far larger than its pixels elsewhere, and no measure.
+  // A triangle that reaches behind the camera is much larger than its pixels, so it is not used.
   const bool shown = nearest >= kNearest && low.x < camera.width && low.y < camera.height && high.x > 0 && high.y > 0;
   return shown ? nearest / focal(camera) : INFINITY;
 }
 
-/// The same where no picture has any of it.
+/// Pixel size at the nearest camera, for triangles that no camera shows.
 double nearest_pixel(std::span<const ModelCamera> cameras, const CornersInSpace& corners) {
   double least = INFINITY;
   for (const ModelCamera& c : cameras)
@@ -55,7 +55,7 @@ int exponent_for(std::span<const ModelCamera> cameras, const CornersInSpace& cor
   return static_cast<int>(std::clamp(std::min(wanted, most), -double(kMostExponent), double(kMostExponent)));
 }
 
-/// Which of `values` each is when they are sorted.
+/// Returns the rank of each value in sorted order.
 std::vector<std::uint32_t> ranks(const std::vector<double>& values) {
   std::vector<std::uint32_t> order(values.size()), rank(values.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -76,7 +76,7 @@ std::vector<GridTriangle> on_grid(const Model& model, std::span<const ModelCamer
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::dvec3 steps = glm::round(corners.at[k] * std::ldexp(1.0, triangles[t].exponent));
       if (!glm::all(glm::lessThanEqual(glm::abs(steps), glm::dvec3(kMostSteps))))
-        throw Error("model: triangle {} lies too far away for a grid; write vertices as they are (--vertex-share 0)",
+        throw Error("model: triangle {} is too far away for a grid; set `vertex_share` to 0 to store exact vertices",
                     t);
       triangles[t].corners[k] = glm::ivec3(steps);
     }

@@ -1,5 +1,5 @@
-// The vertices of a model on grids as fine as its photographs show, and its triangles in an order in which neighbours
-// follow each other.
+// Rounds the vertices of a model to grids as fine as its photographs can show, and sorts triangles so that consecutive
+// ones are close in space.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@
 
 namespace trisoup::soup {
 
-/// Each triangle's corners rounded to steps of the largest power of two, in normalised coordinates, that is no more
-/// than `share` of the pixel in which a camera shows the triangle closest: a corner is off by half as much along an
-/// axis at most. What no camera shows is measured by the nearest one. share > 0; at least one camera, in normalised
-/// coordinates. Throws Error on a triangle beyond any grid.
+/// Rounds each triangle's corners to multiples of a grid step. The step is the largest power of two, in normalised
+/// coordinates, that is at most `share` of a pixel of the camera that shows the triangle closest. A corner moves by at
+/// most half a step along each axis. Triangles that no camera shows use the nearest camera. share > 0; at least one
+/// camera, in normalised coordinates. Throws Error if a triangle is too far away for any grid.
 std::vector<GridTriangle> on_grid(const Model& model, std::span<const ModelCamera> cameras, double share);
 
-/// Vertices as `model` has them, in its coordinates (centre, scale, origin).
+/// Converts grid triangles to vertices in the coordinates of `model` (centre, scale, origin).
 std::vector<glm::vec3> from_grid(std::span<const GridTriangle> triangles, const Model& model);
 
-/// The model with its triangles along a Z-order curve (Morton 1966) through the ranks of their middles, which is the
-/// same for any unit and however far single ones lie. Textures follow in the table; the lattice stays where it is.
+/// Sorts the triangles along a Z-order curve (Morton 1966) through the ranks of their centres. Ranks make the order
+/// independent of units and strays. The texture table is sorted with them; the lattice stays unchanged.
 Model along_curve(const Model& model);
 
 }  // namespace trisoup::soup

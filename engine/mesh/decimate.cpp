@@ -7,7 +7,7 @@ namespace {
 
 Mesh weld(const Mesh& mesh) {
   std::vector<glm::vec3> positions = mesh.positions;
-  for (glm::vec3& p : positions) p += 0.0f;  // -0 becomes 0: vertices are compared by their bytes
+  for (glm::vec3& p : positions) p += 0.0f;  // meshoptimizer compares vertices by their bytes, so -0 must become 0
   std::vector<unsigned> remap(positions.size());
   const std::size_t unique = meshopt_generateVertexRemap(remap.data(), mesh.indices.data(), mesh.indices.size(),
                                                          positions.data(), positions.size(), sizeof(glm::vec3));
@@ -29,8 +29,8 @@ Mesh decimate(const Mesh& mesh, std::size_t budget) {
   Mesh result = weld(mesh);
   if (result.triangles() <= budget) return result;
 
-  // Errors are relative to the extent of the mesh: this one is beyond any, so that only the budget counts. It is
-  // squared inside.
+  // Errors are relative to the extent of the mesh and squared internally. This limit is never reached, so only the
+  // budget matters.
   constexpr float kAnyError = 1e10f;
   const float* positions = &result.positions[0].x;
   std::vector<unsigned> indices(result.indices.size());
@@ -43,7 +43,7 @@ Mesh decimate(const Mesh& mesh, std::size_t budget) {
   indices.resize(size);
 
   result.indices = std::move(indices);
-  return weld(result);  // drops the vertices that no triangle uses any more
+  return weld(result);  // removes vertices that are no longer used
 }
 
 }  // namespace trisoup::soup

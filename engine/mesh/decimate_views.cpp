@@ -11,17 +11,17 @@
 namespace trisoup::soup {
 namespace {
 
-/// Where all distances are nothing, as within a plane, edges go in the order of their length: each corner is held by so
-/// much.
+/// Weight of the distance to the corner itself. It orders the collapses by edge length where all plane distances are
+/// zero, as within a plane.
 constexpr double kHold = 1e-3;
 
 using Face = std::array<std::uint32_t, 3>;
 
-/// Sum of weighted squared distances to planes, of any point.
+/// A sum of weighted squared distances from a point to planes and points.
 struct Quadric {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, x = 0, y = 0, z = 0, one = 0;
 
-  /// n . p + d = 0 with a unit normal.
+  /// Adds the plane n . p + d = 0 with unit normal n.
   void add_plane(const glm::dvec3& n, double d, double w) {
     xx += w * n.x * n.x, xy += w * n.x * n.y, xz += w * n.x * n.z, yy += w * n.y * n.y, yz += w * n.y * n.z,
         zz += w * n.z * n.z;
@@ -41,7 +41,7 @@ struct Quadric {
   }
 };
 
-/// What may become of a surface: each step allows more, where nothing else is left to collapse.
+/// Which collapses are allowed. Each level allows more and is used only when the previous one has no candidates left.
 enum class Allowed { as_it_is, folds, anything };
 
 class Decimation {
@@ -83,7 +83,7 @@ class Decimation {
   struct Candidate {
     double cost;
     std::uint32_t from, to, from_changes, to_changes;
-    /// std::priority_queue has the largest on top; equal costs go by number, so that the order is always the same.
+    /// std::priority_queue pops the largest. Ties are ordered by index, so the result is deterministic.
     bool operator<(const Candidate& o) const { return std::tie(o.cost, o.from, o.to) < std::tie(cost, from, to); }
   };
 
@@ -111,7 +111,8 @@ class Decimation {
         std::count_if(faces_of_[a].begin(), faces_of_[a].end(), [&](std::uint32_t f) { return has(faces_[f], b); }));
   }
 
-  /// What a collapse would take all of is thinned out instead: a budget of any triangle is not an empty soup.
+  /// Called when a collapse would remove every remaining face. Keeps the first `budget` faces instead, so that the soup
+  /// is not empty.
   void leave_only(std::size_t budget) {
     std::size_t left = 0;
     for (Face& face : faces_)
@@ -147,9 +148,9 @@ class Decimation {
       if (allowed == Allowed::as_it_is && glm::dot(normal(faces_[f]), normal(moved)) < 0) return false;
     }
     if (allowed == Allowed::anything) return shared > 0;
-    // The link condition: whoever neighbours both ends is the third corner of a triangle at their edge. Else a collapse
-    // would close a hole or a handle. A tetrahedron may be laid flat, two triangles on each other: of what floats
-    // nothing smaller is left.
+    // The link condition: every common neighbour of both ends must be the third corner of a triangle at their edge.
+    // Otherwise the collapse would close a hole or a handle. A tetrahedron may be flattened to two coincident
+    // triangles: a floating part has no smaller form.
     const std::vector<std::uint32_t> a = neighbours(from), b = neighbours(to);
     std::vector<std::uint32_t> both;
     std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));
@@ -180,10 +181,10 @@ class Decimation {
   }
 
   std::vector<glm::dvec3> at_;
-  std::vector<Face> faces_;  // those that are gone have no first corner
+  std::vector<Face> faces_;  // removed faces have first corner kGone
   std::vector<std::vector<std::uint32_t>> faces_of_;
   std::vector<Quadric> quadrics_;
-  std::vector<std::uint32_t> changes_;  // of each corner; what the queue says of earlier ones is out of date
+  std::vector<std::uint32_t> changes_;  // per corner, number of changes; queue entries with an older number are stale
   std::priority_queue<Candidate> queue_;
   std::size_t alive_ = 0;
 };

@@ -1,4 +1,4 @@
-// Fewer triangles for a surface that is looked at from known cameras.
+// Mesh decimation weighted by the error in known views.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,12 @@
 
 namespace trisoup::soup {
 
-/// The surface with at most `budget` triangles: edges are collapsed into one of their ends, in the order of the squared
-/// distances from that end to the planes that met at both (Garland, Heckbert, "Surface Simplification Using Quadric
-/// Error Metrics", SIGGRAPH 1997), each plane counted by what an error there is worth. Corners stay where they are.
-/// weights: per triangle, finite, 0 or more; what a distance to its plane costs, squared, as a sum over all pictures.
-/// Holes and handles stay as long as the budget allows it. Any indexed triangles will do, a surface that folds or
-/// touches itself too. Returns the corners of the triangles that are left, as numbers of mesh.positions, three each;
-/// the same on every machine.
+/// Returns the surface with at most `budget` triangles. Edges are collapsed into one of their ends, in order of the
+/// weighted squared distances from that end to the planes that met at both ends (Garland, Heckbert, "Surface
+/// Simplification Using Quadric Error Metrics", SIGGRAPH 1997). Corners do not move. weights: per triangle, finite, 0
+/// or more; the cost of a squared distance to its plane, summed over all pictures. Holes and handles are kept as long
+/// as the budget allows. Any indexed triangles are accepted, including surfaces that fold or touch themselves. Returns
+/// three indices into mesh.positions per remaining triangle. The result is the same on every machine.
 std::vector<std::uint32_t> decimate_views(const Mesh& mesh, std::span<const double> weights, std::size_t budget);
 
 }  // namespace trisoup::soup

@@ -13,7 +13,7 @@ extern "C" {
 namespace trisoup::soup {
 namespace {
 
-/// Qhull's state, given back whatever happens.
+/// Frees Qhull's state on destruction.
 struct Qhull {
   qhT state;
   Qhull() { qh_zero(&state, nullptr); }
@@ -29,7 +29,8 @@ struct Qhull {
 }  // namespace
 
 Tetrahedra delaunay(std::span<const glm::dvec3> points) {
-  if (points.size() < 5) throw Error("points: {} are too few to span a room", points.size());
+  if (points.size() < 5)
+    throw Error("points: {} points, at least 5 are needed; use a dataset with more points", points.size());
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
   for (const glm::dvec3& p : points) coordinates.insert(coordinates.end(), {p.x, p.y, p.z});
@@ -40,9 +41,9 @@ Tetrahedra delaunay(std::span<const glm::dvec3> points) {
   char command[] = "qhull d QJ Pp";
   if (qh_new_qhull(qh, 3, static_cast<int>(points.size()), coordinates.data(), False, command, nullptr,
                    silence.get()) != 0)
-    throw Error("points: {} span no room: they lie in one plane, or are the same", points.size());
+    throw Error("points: all {} are coplanar or identical; use a dataset with a valid point cloud", points.size());
 
-  // A facet of the lower hull in four dimensions is a tetrahedron here.
+  // A facet of the lower hull of the points lifted to four dimensions is a Delaunay tetrahedron.
   std::vector<std::uint32_t> number_of(qh->facet_id, Tetrahedra::kOutside);
   Tetrahedra result;
   facetT *facet, *neighbor, **neighborp;
@@ -68,7 +69,8 @@ Tetrahedra delaunay(std::span<const glm::dvec3> points) {
         if (std::find(there.begin(), there.end(), result.corners[t][k]) == there.end()) result.across[t][k] = n;
     }
   }
-  if (result.corners.empty()) throw Error("points: {} span no room", points.size());
+  if (result.corners.empty())
+    throw Error("points: the {} points have no tetrahedron; use a dataset with a valid point cloud", points.size());
   return result;
 }
 

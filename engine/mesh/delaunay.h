@@ -1,4 +1,4 @@
-// Delaunay tetrahedra of points in space.
+// Delaunay tetrahedralisation of 3D points.
 #pragma once
 
 #include <array>
@@ -10,18 +10,19 @@
 
 namespace trisoup::soup {
 
-/// The convex hull of the points, cut into tetrahedra.
+/// Tetrahedra that fill the convex hull of the points.
 struct Tetrahedra {
   static constexpr std::uint32_t kOutside = ~0u;
   std::vector<std::array<std::uint32_t, 4>> corners;  // indices of points
-  std::vector<std::array<std::uint32_t, 4>>
-      across;  // [k]: the tetrahedron that shares the face opposite corner k, or kOutside
+  /// [t][k]: the tetrahedron that shares the face opposite corner k of t, or kOutside.
+  std::vector<std::array<std::uint32_t, 4>> across;
   std::size_t size() const { return corners.size(); }
 };
 
-/// No point lies within the sphere through the corners of a tetrahedron (Delaunay 1934), but for roundings: points are
-/// moved by some 1e-10 of their extent until no five lie on a sphere (Qhull's joggle, the same in every call). Points
-/// must be finite, and not all in one plane: throws Error where there is no tetrahedron.
+/// Returns the Delaunay tetrahedralisation: no point lies inside the circumsphere of a tetrahedron (Delaunay 1934), up
+/// to rounding. Points are jittered by about 1e-10 of their extent so that no five lie on a sphere (Qhull's joggle,
+/// deterministic). Points must be finite. Throws Error if there are fewer than five points or no tetrahedron exists,
+/// for example if all points lie in one plane.
 Tetrahedra delaunay(std::span<const glm::dvec3> points);
 
 }  // namespace trisoup::soup

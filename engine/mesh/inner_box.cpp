@@ -12,7 +12,7 @@ Box inner_box(std::span<const glm::vec3> vertices, double left_out) {
   std::vector<float> values(vertices.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::transform(vertices.begin(), vertices.end(), values.begin(), [axis](const glm::vec3& v) { return v[axis]; });
-    // As many at either end: of few vertices none.
+    // The same number is left out at each end; none if there are few vertices.
     const auto left = static_cast<std::ptrdiff_t>(left_out * static_cast<double>(values.size() - 1));
     const auto low = values.begin() + left, high = values.end() - 1 - left;
     std::nth_element(values.begin(), low, values.end());

@@ -1,4 +1,4 @@
-// The box that most vertices of a soup lie in. Soups have strays, which a box around all of them would follow.
+// A bounding box of most vertices of a soup. A box around all vertices would follow the strays that soups have.
 #pragma once
 
 #include <span>
@@ -11,8 +11,8 @@ struct Box {
   glm::vec3 low{0.0f}, high{0.0f};
 };
 
-/// Axis by axis, without the share `left_out` (0 to 0.5) of the coordinates at either end, rounded down. At the origin
-/// where there are no vertices.
+/// Returns the box, computed per axis, without the fraction `left_out` (0 to 0.5) of the coordinates at each end,
+/// rounded down. Without vertices the box is a point at the origin.
 Box inner_box(std::span<const glm::vec3> vertices, double left_out);
 
 }  // namespace trisoup::soup

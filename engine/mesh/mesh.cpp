@@ -10,15 +10,15 @@
 namespace trisoup::soup {
 
 void check_mesh(const Mesh& mesh, const std::string& name) {
-  if (mesh.indices.empty()) throw Error("{}: has no faces; export the mesh with its triangles", name);
+  if (mesh.indices.empty()) throw Error("{}: has no faces; export the mesh with triangles", name);
   for (std::size_t k = 0; k < mesh.indices.size(); ++k) {
     const std::uint32_t index = mesh.indices[k];
     if (index >= mesh.positions.size())
-      throw Error("{}: triangle {} names vertex {} of {}; export the mesh again", name, k / 3, index,
+      throw Error("{}: triangle {} uses vertex {} of {}; export the mesh again", name, k / 3, index,
                   mesh.positions.size());
     const glm::vec3& p = mesh.positions[index];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-      throw Error("{}: vertex {} is no finite point; remove it or export the mesh again", name, index);
+      throw Error("{}: vertex {} has a coordinate that is not finite; remove it or export the mesh again", name, index);
   }
 }
 
@@ -27,7 +27,7 @@ Mesh read_mesh(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending != ".obj" && ending != ".ply" && ending != ".gltf" && ending != ".glb")
-    throw Error("{}: is no mesh by its name; give an .obj, .ply, .gltf or .glb file", name);
+    throw Error("{}: unknown mesh format; use an .obj, .ply, .gltf or .glb file", name);
 
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);

@@ -1,4 +1,4 @@
-// Triangle meshes of other programs, reduced to what a soup starts from: positions and triangles.
+// Reads triangle meshes. A soup starts from positions and triangles; everything else is ignored.
 #pragma once
 
 #include <cstddef>
@@ -12,28 +12,27 @@
 
 namespace trisoup::soup {
 
-/// Indexed triangles in the coordinates of the file.
+/// Indexed triangles in file coordinates.
 struct Mesh {
   std::vector<glm::vec3> positions;
   std::vector<std::uint32_t> indices;  // 3 per triangle
   std::size_t triangles() const { return indices.size() / 3; }
 };
 
-/// Reads .obj, .ply, .gltf or .glb, by the name's ending. Polygons become fans of triangles.
-/// Throws Error if the file cannot be read, has no faces, an index out of range, or a position that is no finite
-/// number.
+/// Reads .obj, .ply, .gltf or .glb, selected by the file extension. Polygons become triangle fans. Throws Error if the
+/// file cannot be read, has no faces, or has an index out of range or a position that is not finite.
 Mesh read_mesh(const std::filesystem::path& path);
 
-/// The same from memory; `name` begins error messages.
+/// Readers of files in memory. `name` begins error messages.
 Mesh read_obj(std::span<const std::byte> bytes, const std::string& name);
-Mesh read_ply(std::span<const std::byte> bytes, const std::string& name);  // ascii, binary of either byte order
+Mesh read_ply(std::span<const std::byte> bytes, const std::string& name);  // ASCII, or binary in either byte order
 
-/// glTF 2.0, JSON or binary. Buffers in other files are looked for in `folder`. All meshes of the default scene,
-/// transformed by their nodes; images, materials and skins are ignored, as are points and lines.
+/// Reads glTF 2.0, JSON or binary. External buffers are read from `folder`. Reads all meshes of the default scene,
+/// transformed by their nodes. Images, materials, skins, points and lines are ignored.
 Mesh read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder, const std::string& name);
 
-/// Throws Error unless there is a face, all indices are in range and all positions they use are finite. Every reader
-/// ends with it.
+/// Throws Error unless the mesh has a face, all indices are in range and all positions they use are finite. Every
+/// reader calls it last.
 void check_mesh(const Mesh& mesh, const std::string& name);
 
 }  // namespace trisoup::soup

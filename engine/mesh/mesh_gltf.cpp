@@ -1,9 +1,9 @@
-// glTF 2.0, by tinygltf.
+// Reads glTF 2.0 with tinygltf.
 #include <cmath>
 #include <cstring>
 #include <limits>
 
-// The implementation lives in the library; images are not decoded here, so stb is not wanted.
+// The library already contains tinygltf's implementation. Images are not decoded here, so stb is not needed.
 #define TINYGLTF_NO_INCLUDE_STB_IMAGE
 #define TINYGLTF_NO_INCLUDE_STB_IMAGE_WRITE
 #include <tiny_gltf.h>
@@ -30,7 +30,7 @@ class Reader {
 
   Mesh read() {
     if (model_.scenes.empty()) {
-      // A file without scenes is a library of parts; take them all, from their roots.
+      // A file without scenes is a library of parts. Read all of them, starting at the root nodes.
       std::vector<bool> is_child(model_.nodes.size(), false);
       for (const tinygltf::Node& node : model_.nodes)
         for (const int child : node.children) is_child[checked(child, model_.nodes.size(), "node")] = true;
@@ -47,7 +47,7 @@ class Reader {
  private:
   std::size_t checked(int index, std::size_t size, const char* what) const {
     if (index < 0 || static_cast<std::size_t>(index) >= size)
-      throw Error("{}: names {} {} of {}; export the mesh again", name_, what, index, size);
+      throw Error("{}: uses {} {} of {}; export the mesh again", name_, what, index, size);
     return static_cast<std::size_t>(index);
   }
 
@@ -69,7 +69,7 @@ class Reader {
     return m;
   }
 
-  // By a list of its own instead of the call stack: files may nest as deep as they like.
+  // Uses an explicit stack instead of recursion, so that deeply nested files cannot overflow the call stack.
   void add_tree(int root) {
     std::vector<std::pair<int, glm::dmat4>> open{{root, glm::dmat4(1.0)}};
     while (!open.empty()) {
@@ -80,7 +80,7 @@ class Reader {
       visited_[k] = true;
       const tinygltf::Node& node = model_.nodes[k];
       glm::dmat4 world = parent * transform_of(node);
-      // A model of ours turns up to +Y for viewers; its dataset's coordinates are what they are without that.
+      // trisoup models have a root rotation that turns them up to +Y for viewers. Undo it to get dataset coordinates.
       if (model_.extensions.contains("TRISOUP_neural_textures"))
         world = glm::translate(glm::dmat4(1.0), glm::inverse(glm::dmat3(world)) * glm::dvec3(world[3]));
       if (node.mesh >= 0)
@@ -96,7 +96,7 @@ class Reader {
     std::size_t stride, count;
   };
 
-  // The bytes of an accessor, checked against its view and its buffer.
+  // Returns the bytes of an accessor, checked against its buffer view and buffer.
   Elements elements_of(const tinygltf::Accessor& accessor, std::size_t element_size) const {
     if (accessor.sparse.isSparse || accessor.bufferView < 0)
       throw Error("{}: uses sparse or compressed arrays; export the mesh without compression", name_);
@@ -152,7 +152,7 @@ class Reader {
                                : type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT   ? 4
                                                                                 : 0;
       if (size == 0 || accessor.type != TINYGLTF_TYPE_SCALAR)
-        throw Error("{}: indices are no unsigned integers; export the mesh again", name_);
+        throw Error("{}: indices are not unsigned integers; export the mesh again", name_);
       const Elements indices = elements_of(accessor, size);
       for (std::size_t k = 0; k < indices.count; ++k)
         corners.push_back(size == 1   ? load<std::uint8_t>(indices, k)
@@ -161,7 +161,7 @@ class Reader {
     }
     for (const std::uint32_t corner : corners)
       if (corner >= coordinates.count)
-        throw Error("{}: a triangle names vertex {} of {}; export the mesh again", name_, corner, coordinates.count);
+        throw Error("{}: a triangle uses vertex {} of {}; export the mesh again", name_, corner, coordinates.count);
 
     const auto triangle = [&](std::size_t a, std::size_t b, std::size_t c) {
       for (const std::size_t k : {a, b, c}) mesh_.indices.push_back(static_cast<std::uint32_t>(base + corners[k]));
@@ -175,7 +175,7 @@ class Reader {
         else if (k % 2 == 0)
           triangle(k - 2, k - 1, k);
         else
-          triangle(k - 1, k - 2, k);  // every other triangle of a strip is turned
+          triangle(k - 1, k - 2, k);  // every other triangle of a strip has reversed winding
       }
   }
 
@@ -185,7 +185,7 @@ class Reader {
   Mesh mesh_;
 };
 
-// Textures do not matter here: a missing or odd image must not keep anybody from their mesh.
+// Textures are not used here, so a missing or unreadable image must not prevent reading the mesh.
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;
 }
@@ -209,7 +209,7 @@ Mesh read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& fo
                                                   folder.string())
                     : loader.LoadASCIIFromString(&model, &errors, &warnings,
                                                  reinterpret_cast<const char*>(bytes.data()), size, folder.string());
-  } catch (const std::exception& exception) {  // its JSON accessors throw on numbers of the wrong kind
+  } catch (const std::exception& exception) {  // tinygltf's JSON accessors throw on numbers of the wrong type
     errors = exception.what();
   }
   if (!loaded) throw Error("{}: is damaged ({}); export the mesh again", name, first_line(errors));

@@ -1,4 +1,4 @@
-// Wavefront OBJ, by tinyobjloader.
+// Reads Wavefront OBJ with tinyobjloader.
 #include <algorithm>
 #include <limits>
 #include <string_view>
@@ -12,7 +12,7 @@ namespace trisoup::soup {
 
 namespace {
 
-/// The library reads "nan" and "1e999" as it likes.
+/// tinyobjloader does not reject numbers such as "nan" and "1e999" reliably, so they are checked first.
 void check_numbers(std::span<const std::byte> bytes, const std::string& name) {
   std::string_view rest(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (int number = 1; !rest.empty(); ++number) {
@@ -21,7 +21,7 @@ void check_numbers(std::span<const std::byte> bytes, const std::string& name) {
     rest.remove_prefix(std::min(length + 1, rest.size()));
     if ((line.starts_with("v ") || line.starts_with("v\t")) &&
         line.find_first_not_of("0123456789+-.eE \t\r", 1) != std::string_view::npos)
-      throw Error("{}: line {} is a vertex with something that is no number; export the mesh again", name, number);
+      throw Error("{}: line {}: a vertex coordinate is not a number; export the mesh again", name, number);
   }
 }
 
@@ -29,7 +29,7 @@ void check_numbers(std::span<const std::byte> bytes, const std::string& name) {
 
 Mesh read_obj(std::span<const std::byte> bytes, const std::string& name) {
   tinyobj::ObjReaderConfig config;
-  config.triangulate = false;  // its ear clipping reads positions before anybody has checked the indices
+  config.triangulate = false;  // its ear clipping reads positions before the indices are checked
   config.vertex_color = false;
   check_numbers(bytes, name);
   tinyobj::ObjReader reader;
@@ -45,7 +45,7 @@ Mesh read_obj(std::span<const std::byte> bytes, const std::string& name) {
   for (std::size_t k = 0; k + 2 < vertices.size(); k += 3)
     mesh.positions.emplace_back(vertices[k], vertices[k + 1], vertices[k + 2]);
   for (const tinyobj::shape_t& shape : reader.GetShapes()) {
-    // The library counts a face's corners in a byte.
+    // tinyobjloader counts the corners of a face in one byte, which wraps for larger faces.
     std::size_t corners_of_all = 0;
     for (const unsigned char corners : shape.mesh.num_face_vertices) corners_of_all += corners;
     if (corners_of_all != shape.mesh.indices.size())

@@ -1,4 +1,4 @@
-// Stanford PLY, ascii and binary.
+// Reads Stanford PLY, ASCII and binary.
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -49,7 +49,8 @@ struct Element {
 
 enum class Encoding { ascii, little, big };
 
-// Reads the body's numbers one by one, whatever their encoding; every one as a double, which holds all 32-bit integers.
+// Reads the numbers of the body one by one in any encoding. Every number is returned as a double, which holds all
+// 32-bit integers exactly.
 class Body {
  public:
   Body(std::string_view bytes, Encoding encoding, const std::string& name)
@@ -87,11 +88,11 @@ class Body {
   std::uint32_t whole_number(Type type, const char* what) {
     const double value = number(type);
     if (!(value >= 0 && value < 4294967296.0 && value == std::floor(value)))
-      throw Error("{}: {} is no valid {}; export the mesh again", name_, value, what);
+      throw Error("{}: {} is not a valid {}; export the mesh again", name_, value, what);
     return static_cast<std::uint32_t>(value);
   }
 
-  // What is claimed must fit into what is there, before anything is allocated for it.
+  // A declared count must fit into the remaining bytes before memory is allocated for it.
   void expect_at_least(std::uint64_t count, std::size_t bytes_each) const {
     if (bytes_each != 0 && count > rest_.size() / bytes_each + 1) throw cut_short();
   }
@@ -115,12 +116,12 @@ class Body {
     rest_.remove_prefix(start);
     const std::size_t length = std::min(rest_.find_first_of(" \t\r\n"), rest_.size());
     double value = 0;
-    // from_chars refuses the plus sign that some exporters write.
+    // from_chars does not accept the plus sign that some exporters write.
     const char* first = rest_.data() + (rest_.front() == '+' ? 1 : 0);
     const auto [end, error] = std::from_chars(first, rest_.data() + length, value);
     if (error == std::errc::invalid_argument || end != rest_.data() + length)
-      throw Error("{}: has something that is no number in its data; export the mesh again", name_);
-    // Too small is zero; too large must not be.
+      throw Error("{}: its data has something that is not a number; export the mesh again", name_);
+    // Underflow becomes zero. Overflow becomes infinity, which check_mesh() rejects.
     if (error == std::errc::result_out_of_range)
       value = std::strtod(std::string(rest_.substr(0, length)).c_str(), nullptr);
     rest_.remove_prefix(length);
@@ -158,7 +159,7 @@ struct Header {
   Encoding encoding = Encoding::ascii;
 };
 
-/// "property TYPE NAME" or "property list COUNT_TYPE TYPE NAME".
+/// Parses "property TYPE NAME" or "property list COUNT_TYPE TYPE NAME".
 std::optional<Property> property_from(const std::vector<std::string_view>& words) {
   Property property;
   if (words.size() == 5 && words[1] == "list") {
@@ -173,7 +174,7 @@ std::optional<Property> property_from(const std::vector<std::string_view>& words
   return property;
 }
 
-/// All up to the body, which is left in `rest`.
+/// Reads the header after its first line. `rest` is left at the start of the body.
 Header read_header(std::string_view& rest, const std::string& name) {
   Header header;
   bool has_format = false, ended = false;
@@ -181,7 +182,7 @@ Header read_header(std::string_view& rest, const std::string& name) {
     if (rest.empty()) throw Error("{}: header has no 'end_header'; export the mesh again", name);
     const std::vector<std::string_view> words = words_of(next_line(rest));
     const auto damaged = [&] {
-      return Error("{}: line {} of the header makes no sense; export the mesh again", name, line_number);
+      return Error("{}: line {} of the header is not valid PLY; export the mesh again", name, line_number);
     };
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
     if (words[0] == "end_header") {
@@ -213,9 +214,9 @@ Header read_header(std::string_view& rest, const std::string& name) {
   return header;
 }
 
-/// Adds what the element has of positions and faces.
+/// Reads one element. Appends positions and faces to the mesh and skips everything else.
 void read_element(const Element& element, Body& body, const std::string& name, Mesh& mesh) {
-  if (element.properties.empty()) return;  // takes no bytes, however many there are
+  if (element.properties.empty()) return;  // such elements have no bytes, whatever their count
   std::size_t least = 0;
   for (const Property& property : element.properties) least += body.least_size(property);
   body.expect_at_least(element.count, least);

@@ -10,7 +10,7 @@
 namespace trisoup::soup {
 namespace {
 
-// Splits `points` (indices) at the median of their longest extent until parts have at most `largest` points.
+// Splits `points` (indices) at the median of their longest axis until each part has at most `largest` points.
 void partition(std::span<const glm::vec3> positions, std::span<std::uint32_t> points, std::size_t largest,
                std::vector<std::span<std::uint32_t>>& parts) {
   if (points.size() <= largest) {
@@ -28,12 +28,12 @@ void partition(std::span<const glm::vec3> positions, std::span<std::uint32_t> po
   partition(positions, points.subspan(half), largest, parts);
 }
 
-// One part of the cloud while farthest points are chosen: where it lies, and its point that is farthest from all chosen
-// ones.
+// A part of the cloud during the farthest-point selection: its bounding box, and its point that is farthest from all
+// selected points.
 struct Part {
   glm::vec3 low, high;
-  float farthest = std::numeric_limits<float>::infinity();  // squared distance, -1 if all are chosen
-  std::uint32_t farthest_index = 0;                         // original index; of equals the lowest
+  float farthest = std::numeric_limits<float>::infinity();  // squared distance; -1 if all are selected
+  std::uint32_t farthest_index = 0;                         // original index; the lowest of equally far points
   std::size_t begin = 0, end = 0;
 };
 
@@ -59,16 +59,16 @@ std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, st
   if (count >= points.size()) count = points.size();
   if (count == 0) return {};
 
-  // 128 points a part: walking over the list of parts and over the points of those in reach then cost about the same.
+  // With 128 points per part, scanning the parts costs about as much as scanning the points of the parts in reach.
   std::vector<std::span<std::uint32_t>> spans;
   partition(points, order, 128, spans);
   std::vector<Part> parts;
-  std::vector<glm::vec3> position(points.size());  // in the order of the parts
-  std::vector<float> distance(points.size(),
-                              std::numeric_limits<float>::infinity());  // squared, to the nearest chosen one
+  std::vector<glm::vec3> position(points.size());  // in part order
+  // Squared, to the nearest selected point.
+  std::vector<float> distance(points.size(), std::numeric_limits<float>::infinity());
   std::size_t at = 0;
   for (const std::span<std::uint32_t> span : spans) {
-    std::sort(span.begin(), span.end());  // so that the first maximum of a part is the one of lowest index
+    std::sort(span.begin(), span.end());  // so that the first maximum of a part has the lowest index
     Part part{points[span[0]], points[span[0]]};
     part.begin = at;
     for (const std::uint32_t k : span) {
@@ -86,9 +86,9 @@ std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, st
     float farthest = -2;
     std::uint32_t farthest_index = 0;
     for (Part& part : parts) {
-      // The box's distance is computed by the same operations in the same order as a point's, and each of them is
-      // monotonic, so no rounding can make it larger than that of a point inside: a skipped part has no distance to
-      // lower.
+      // The distance to the box uses the same operations in the same order as the distance to a point, and each is
+      // monotonic. Rounding therefore cannot make it larger than the distance to a point inside the box, so skipping a
+      // part never skips a distance that would decrease.
       const glm::vec3 gap = glm::max(glm::max(part.low - p, p - part.high), 0.0f);
       const float nearest = gap.x * gap.x + gap.y * gap.y + gap.z * gap.z;
       if (nearest < part.farthest || (nearest == 0 && part.farthest >= 0)) {
@@ -119,8 +119,8 @@ std::vector<double> nearest_distances(std::span<const glm::vec3> points, std::si
   std::vector<std::uint32_t> indices(neighbours + 1);
   std::vector<float> squared(neighbours + 1);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // The nearest is the point itself, or a duplicate of it; in both cases the distances after the first are those to
-    // other points.
+    // The first result is the point itself or a duplicate of it. The remaining results are the distances to other
+    // points in both cases.
     tree.knnSearch(&points[i].x, neighbours + 1, indices.data(), squared.data());
     for (std::size_t k = 1; k <= neighbours; ++k) means[i] += std::sqrt(squared[k]);
     means[i] /= static_cast<double>(neighbours);

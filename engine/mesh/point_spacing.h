@@ -1,4 +1,4 @@
-// How points of a cloud are spaced.
+// Farthest-point sampling and nearest-neighbour distances of point clouds.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,17 @@
 
 namespace trisoup::soup {
 
-/// `count` points spread as far from each other as can be: the first is point 0, each next one is the farthest from all
-/// before it, of equals the one of lowest index (Gonzalez 1985). Indices in the order of choice, no point twice; all of
-/// them if there are fewer. Points must be finite. Exact; a k-d partition spares most distances: 10,000 of a million
-/// points take about a second.
+/// Farthest-point sampling (Gonzalez 1985): starts with point 0 and repeatedly adds the point farthest from all
+/// selected ones, the lowest index among equals. Returns `count` distinct indices in order of selection, or all indices
+/// if there are fewer points. Points must be finite. The result is exact. A k-d partition avoids most distance
+/// computations: selecting 10,000 of a million points takes about a second.
 std::vector<std::uint32_t> farthest_points(std::span<const glm::vec3> points, std::size_t count);
 
-/// For every point the mean distance to its nearest `neighbours` other points, fewer where there are fewer.
+/// Returns for each point the mean distance to its `neighbours` nearest other points, or to all if there are fewer.
 std::vector<double> nearest_distances(std::span<const glm::vec3> points, std::size_t neighbours);
 
-/// Mean over the points of the distance to the nearest other point, 0 for each point that has a duplicate. 0 below two
-/// points.
+/// Returns the mean over all points of the distance to the nearest other point. A point with a duplicate counts as 0.
+/// Returns 0 for fewer than two points.
 double mean_nearest_distance(std::span<const glm::vec3> points);
 
 }  // namespace trisoup::soup

@@ -17,14 +17,15 @@ namespace {
 
 constexpr std::uint32_t kOutside = Tetrahedra::kOutside;
 
-/// Votes of the sightings: what it costs to call a tetrahedron air or matter, and to have a face between the two.
+/// Votes from sightings: the cost of labelling a tetrahedron as air or matter, and of a face between the two.
 struct Votes {
-  std::vector<double> air, matter;  // per tetrahedron: what speaks for it
-  std::vector<std::array<double, 4>>
-      face;  // per tetrahedron and face: sightings that leave it there on their way to a point
+  // Per tetrahedron: weight of the votes for each label.
+  std::vector<double> air, matter;
+  // [tetrahedron][face]: weight of the sightings that leave it through this face on their way to a point.
+  std::vector<std::array<double, 4>> face;
 };
 
-/// Walks along segments through the tetrahedra.
+/// Walks along line segments through the tetrahedra.
 class Walker {
  public:
   Walker(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra) : points_(points), tetrahedra_(tetrahedra) {
@@ -38,7 +39,7 @@ class Walker {
       for (const std::uint32_t c : tetrahedra.corners[t]) around_[count[c]++] = t;
   }
 
-  /// The tetrahedron at corner `point` into which `direction` leads, kOutside where it leads out of the hull.
+  /// Returns the tetrahedron at corner `point` that `direction` enters, or kOutside if it leaves the hull.
   std::uint32_t first_towards(std::uint32_t point, const glm::dvec3& direction) const {
     std::uint32_t best = kOutside;
     double best_inside = -1e-9;
@@ -50,8 +51,8 @@ class Walker {
     return best;
   }
 
-  /// Calls visit(t, k, s) for every face through which from + s * direction leaves tetrahedron t (opposite its corner
-  /// k), up to s = 1; returns the last tetrahedron.
+  /// Calls visit(t, k, s) for every face that the segment from + s * direction, s < 1, crosses. It leaves tetrahedron t
+  /// through the face opposite corner k at s. Returns the tetrahedron at s = 1, or kOutside.
   template <class Visit>
   std::uint32_t walk(std::uint32_t t, std::uint32_t came_from, const glm::dvec3& from, const glm::dvec3& direction,
                      Visit&& visit) const {
@@ -72,7 +73,8 @@ class Walker {
   }
 
  private:
-  /// How far `from` is from the face opposite corner k along its outward normal, and how fast `direction` gets there.
+  /// Returns the distance of `from` to the face opposite corner k, along the face's outward normal, and the speed of
+  /// `direction` towards it.
   std::pair<double, double> to_face(std::uint32_t t, int k, const glm::dvec3& from, const glm::dvec3& direction) const {
     const auto& c = tetrahedra_.corners[t];
     const auto at = [&](int i) { return points_[c[static_cast<std::size_t>((k + i) % 4)]]; };
@@ -81,8 +83,8 @@ class Walker {
     return {glm::dot(normal, at(1) - from), glm::dot(normal, direction)};
   }
 
-  /// The smallest of the three barycentric shares of `direction` as a sum of the edges at corner `point`, of their
-  /// sum's size.
+  /// Writes `direction` as a sum of the three edges at corner `point`. Returns the smallest coefficient divided by the
+  /// sum of their absolute values: 0 or more if the direction points into the tetrahedron.
   double cone(std::uint32_t t, std::uint32_t point, const glm::dvec3& direction) const {
     glm::dmat3 edges(0.0);
     int n = 0;
@@ -98,25 +100,25 @@ class Walker {
 
   std::span<const glm::dvec3> points_;
   const Tetrahedra& tetrahedra_;
-  std::vector<std::uint32_t> first_, around_;  // tetrahedra around each point
+  std::vector<std::uint32_t> first_, around_;  // tetrahedra around each point, in compressed rows
 };
 
-/// One vote, before it is counted.
+/// A single vote, before it is added to Votes.
 struct Vote {
   enum Kind : std::uint32_t { face0, face1, face2, face3, air, matter };
   std::uint32_t tetrahedron, kind;
   double weight;
 };
 
-/// Votes of all sightings of point p.
+/// Collects the votes of all sightings of point p.
 void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walker& walker, std::uint32_t p, double soft,
                    std::vector<Vote>& votes) {
   for (const std::uint32_t camera : s.seen_by[p]) {
     const glm::dvec3 way = s.cameras[camera] - s.points[p];
     const double length = glm::length(way);
     if (!(length > 0)) continue;
-    // From the point to the camera; a sighting goes the other way, so it enters a tetrahedron where this walk leaves
-    // it.
+    // The walk goes from the point to the camera. The sighting has the opposite direction, so it enters a tetrahedron
+    // where the walk leaves it.
     const std::uint32_t first = walker.first_towards(p, way);
     if (first != kOutside) {
       const std::uint32_t last =
@@ -143,7 +145,7 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
   const Walker walker(s.points, tetrahedra);
   std::vector<glm::vec3> floats(s.points.begin(), s.points.end());
   const std::vector<double> spacing = nearest_distances(floats, 4);
-  // All threads walk; votes are added up in the order of the points, so that the sums do not depend on the threads.
+  // All threads walk, but the votes are added in point order, so the sums do not depend on the number of threads.
   constexpr std::size_t kBlock = 256, kBlocks = 64;
   std::vector<std::vector<Vote>> collected(kBlocks);
   for (std::size_t begin = 0; begin < s.points.size(); begin += kBlocks * kBlock) {
@@ -166,7 +168,7 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
           votes.face[vote.tetrahedron][vote.kind] += vote.weight;
       }
   }
-  // A camera stands in air, whatever the sightings say.
+  // Cameras are in air, regardless of the sightings.
   constexpr double kSure = 1e6;
   const auto corner = static_cast<std::uint32_t>(s.points.size() - 1);
   for (const glm::dvec3& camera : s.cameras) {
@@ -180,8 +182,8 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
   return votes;
 }
 
-/// 1 - cos of the angle between a face and the sphere through its tetrahedron: small where the face fits the points
-/// well (Labatut 2009).
+/// Returns 1 - cos of the angle between a face and the circumsphere of its tetrahedron. It is small for faces that fit
+/// the points well (Labatut 2009).
 double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::uint32_t, 4>& corners,
                     std::size_t opposite) {
   const auto at = [&](std::size_t i) { return points[corners[(opposite + i) % 4]]; };
@@ -194,13 +196,13 @@ double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::ui
   const glm::dvec3 normal = glm::cross(at(2) - at(1), at(3) - at(1));
   const double size = glm::length(normal) * glm::length(centre);
   if (!(size > 0)) return 1.0;
-  // Signed: towards the opposite corner it is positive.
+  // Positive towards the opposite corner.
   const double side = glm::dot(normal, at(0) - at(1)) > 0 ? 1.0 : -1.0;
   const double cosine = side * glm::dot(normal, at(0) + centre - at(1)) / size;
   return 1.0 - std::clamp(cosine, -1.0, 1.0);
 }
 
-/// Which tetrahedra are air: the smallest cut.
+/// Labels each tetrahedron as air (true) or matter by a minimum cut.
 std::vector<bool> divide(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra, const Votes& votes,
                          const SurfaceOptions& options) {
   using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
@@ -260,7 +262,7 @@ Mesh surface_from_sightings(const Sightings& sightings, const SurfaceOptions& op
       if (other != kOutside && air[other]) continue;
       const auto& c = tetrahedra.corners[t];
       std::array<std::uint32_t, 3> face{c[(k + 1) % 4], c[(k + 2) % 4], c[(k + 3) % 4]};
-      // Counter-clockwise as seen from the air.
+      // Counter-clockwise as seen from the air side.
       const glm::dvec3 a = sightings.points[face[0]], b = sightings.points[face[1]], d = sightings.points[face[2]];
       if (glm::dot(glm::cross(b - a, d - a), sightings.points[c[k]] - a) < 0) std::swap(face[1], face[2]);
       mesh.indices.insert(mesh.indices.end(), face.begin(), face.end());

@@ -10,7 +10,7 @@
 namespace trisoup::render {
 namespace {
 
-/// Two unit vectors that complete a unit `up` to a right-handed basis.
+/// Returns two unit vectors that complete the unit vector `up` to a right-handed basis.
 std::array<glm::dvec3, 2> ground(const glm::dvec3& up) {
   const glm::dvec3 helper = std::abs(up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   const glm::dvec3 x = glm::normalize(glm::cross(helper, up));
@@ -21,7 +21,7 @@ scene::Camera around(const Framing& framing, double azimuth, double elevation, i
   const auto [x, y] = ground(framing.up);
   const glm::dvec3 towards =
       std::cos(elevation) * (std::cos(azimuth) * x + std::sin(azimuth) * y) + std::sin(elevation) * framing.up;
-  // From straight above, any direction on the ground will do for up.
+  // When looking straight down, `up` is along the view, so a ground axis replaces it.
   const glm::dvec3 up = std::abs(std::sin(elevation)) > 0.9999 ? y : framing.up;
   return look_at(framing.target + framing.distance * towards, framing.target, up, framing.fov, width, height);
 }
@@ -70,7 +70,7 @@ Framing frame(std::span<const glm::vec3> vertices, std::span<const scene::Camera
   const glm::dvec3 low(box.low), high(box.high);
   f.target = 0.5 * (low + high);
   if (!cameras.empty()) {
-    // Cameras lie at mean distance 1 from the origin, and look at it.
+    // In normalised coordinates cameras are at mean distance 1 from the origin and look at it.
     f.target = glm::dvec3(0.0);
     double distance = 0, fov = 0;
     for (const scene::Camera& c : cameras) {

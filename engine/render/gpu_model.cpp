@@ -17,7 +17,8 @@ glm::uvec3 bits(const glm::vec3& v) {
   return {std::bit_cast<std::uint32_t>(v.x), std::bit_cast<std::uint32_t>(v.y), std::bit_cast<std::uint32_t>(v.z)};
 }
 
-/// Opacity between lattice points is a mixture of theirs, so the extremes are at the points.
+/// Returns the smallest and largest opacity of a triangle. Opacity is interpolated between lattice points, so the
+/// extremes are at lattice points.
 std::pair<std::uint8_t, std::uint8_t> opacity_range(const soup::Model& model, const soup::TextureEntry& row) {
   std::uint8_t low = 255, high = 0;
   for (std::uint32_t i = 0; i < soup::samples_at(row.level_max); ++i) {
@@ -28,9 +29,9 @@ std::pair<std::uint8_t, std::uint8_t> opacity_range(const soup::Model& model, co
   return {low, high};
 }
 
-/// Corners of the triangles that may show, opaque ones first.
+/// Uploads the corners of the triangles that can be visible, opaque triangles first.
 void upload_corners(gpu::Device& gpu, const soup::Model& model, const std::vector<glm::vec3>& vertices, GpuModel& m) {
-  // A byte is at least a half from 128 on: 127.5 / 255 is the threshold.
+  // Bytes of 128 or more are opaque: the threshold 0.5 is 127.5 / 255.
   std::vector<std::uint32_t> order, masked;
   for (std::uint32_t t = 0; t < m.triangles; ++t) {
     const auto [low, high] = opacity_range(model, model.textures[t]);
@@ -53,7 +54,7 @@ void upload_corners(gpu::Device& gpu, const soup::Model& model, const std::vecto
   gpu.upload(m.corners.address(), corners);
 }
 
-/// Edges and places in the atlas, a row of three texels a triangle.
+/// Uploads edges and atlas positions, three texels per triangle.
 void upload_table(gpu::Graphics& graphics, const std::vector<glm::vec3>& vertices, const soup::Atlas& atlas,
                   GpuModel& m) {
   const std::uint32_t rows = std::max(1u, (m.triangles + kTableWidth - 1) / kTableWidth);

@@ -37,7 +37,8 @@ Shading Renderer::choose(const GpuModel& model, const gpu::Draw& shade, const gp
   if (target.shape().format != gpu::Format::rgba8) return Shading::fragment;
   if (asked_ != Shading::automatic) return asked_;
   std::optional<Shading>& known = known_[model.mlp_constants.empty() ? 0 : 1];
-  // The driver compiles for these pictures, so their user waits already. Later a measurement would be a hitch.
+  // With `watched` the driver compiles for this picture and the user waits already. A measurement at another time would
+  // be a hitch.
   if (known && !watched) return *known;
   const auto remembered = shading_from(graphics_.recall(shade.fragment));
   known = Shading::fragment;
@@ -57,7 +58,7 @@ Shading Renderer::choose(const GpuModel& model, const gpu::Draw& shade, const gp
 void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target,
                     const Watch& watch) {
   AntiAliasing aa = options.aa;
-  // Few devices cannot multisample integers; 2 x 2 samples look better still.
+  // Some devices cannot multisample integers. 2 x 2 supersampling looks better anyway.
   if (aa == AntiAliasing::msaa && !graphics_.can_multisample(gpu::Format::r32_uint, 4)) aa = AntiAliasing::ssaa;
   const std::uint32_t samples = aa == AntiAliasing::msaa ? 4 : 1, side = aa == AntiAliasing::ssaa ? 2 : 1;
   const std::uint32_t width = side * view.width, height = side * view.height;
@@ -75,7 +76,7 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   frame.background = glm::vec4(options.background, 1.0f);
   frame.pixel_x = 2.0f / static_cast<float>(view.width);
   frame.pixel_y = 2.0f / static_cast<float>(view.height);
-  // Depth along the viewing direction at the corners of the box that most of the model lies in.
+  // Depth range along the viewing direction of the box that contains most of the model.
   const soup::Box& box = model.box;
   float nearest = 1e30f, farthest = 0.0f;
   for (int i = 0; i < 8; ++i) {
@@ -123,7 +124,7 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   shade.count = 3;
   shade.textures = {&hits_, &model.table, &model.features};
   shade.uniforms = opaque.uniforms;
-  // With one sample the depth of the first pass says where there is something to shade.
+  // With one sample per pixel, the depth of the first pass tells which pixels need shading.
   if (aa == AntiAliasing::none) shade.depth = gpu::Depth::drawn;
   shading_ = aa == AntiAliasing::none ? choose(model, shade, target, static_cast<bool>(watch)) : Shading::fragment;
   if (shading_ == Shading::compute) {

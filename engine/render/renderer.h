@@ -1,4 +1,4 @@
-// The real-time renderer: the graphics pipeline finds what is visible, then the MLP runs once per pixel.
+// The real-time renderer. The graphics pipeline finds the visible triangles, then the MLP runs once per pixel.
 #pragma once
 
 #include <array>
@@ -17,72 +17,72 @@
 
 namespace trisoup::render {
 
-/// What a picture shows. Numbers are those of shaders/common/surface_colour.h.
+/// What a picture shows. The values match shaders/common/surface_colour.h.
 enum class Mode : std::uint32_t { colour, triangles, normals, depth, opacity, level, wireframe, channel };
 inline constexpr std::uint32_t kModes = 8;
 const char* to_string(Mode mode);
 std::optional<Mode> mode_from(std::string_view name);
 
-/// none: one sample per pixel, as in training. msaa: four samples of visibility, opacity tested at each, shading once
-/// per triangle and pixel. ssaa: 2 x 2 samples, each shaded.
+/// none: one sample per pixel, as in training. msaa: four visibility samples per pixel, opacity tested at each, shading
+/// once per triangle and pixel. ssaa: 2 x 2 samples, each shaded.
 enum class AntiAliasing { none, msaa, ssaa };
 const char* to_string(AntiAliasing aa);
 std::optional<AntiAliasing> anti_aliasing_from(std::string_view name);
 
 struct View {
-  glm::dmat4 clip_from_world{1.0};  // of normalised coordinates; OpenGL clip space, row 0 of the image at NDC y = -1
+  glm::dmat4 clip_from_world{1.0};  // from normalised coordinates; OpenGL clip space, image row 0 at NDC y = -1
   std::uint32_t width = 0, height = 0;
   bool operator==(const View&) const = default;
 };
 
 struct DrawOptions {
   Mode mode = Mode::colour;
-  std::uint32_t channel = 0;  // of Mode::channel, 0..7: red, green, blue, mix, three latent ones, opacity
+  std::uint32_t channel = 0;  // for Mode::channel, 0..7: red, green, blue, mix, three latent, opacity
   AntiAliasing aa = AntiAliasing::none;
   glm::vec3 background{0.0f};  // display values 0..1
-  bool drop_behind = false;    // leave out triangles that reach behind the camera, as published, instead of clipping
+  bool drop_behind = false;    // discard triangles that reach behind the camera, as published, instead of clipping them
   bool operator==(const DrawOptions&) const = default;
 };
 
-/// A picture (rgba8) in memory of the host.
+/// Downloads an rgba8 image to host memory.
 Image download(gpu::Graphics& graphics, const gpu::Image& picture);
 
-/// Draws models to images. Keeps the images of its passes between pictures of one size.
+/// Draws models into images. The images of its passes are reused while the picture size stays the same.
 class Renderer {
  public:
-  /// shading: how pictures without anti-aliasing are shaded; fragments shade all others. automatic takes the answer
-  /// that was measured on this device before. Without one it measures, but only with a large picture that is the first
-  /// of the renderer or has a `watch`, and else takes fragments. Throws Error when the device cannot draw.
+  /// shading: how pictures without anti-aliasing are shaded; all others are shaded in fragment shaders. automatic uses
+  /// the result of an earlier measurement on this device. Without one it measures, but only for a large picture that is
+  /// the renderer's first or has a `watch`; otherwise it uses fragment shaders. Throws Error if the device cannot draw.
   explicit Renderer(gpu::Device& gpu, Shading shading = asked_shading());
 
-  /// The passes of a picture.
+  /// Number of passes per picture.
   static constexpr int kPasses = 2;
-  /// Told of each before it is drawn: its name and number, from 1 on, of kPasses.
+  /// Called before each pass with the pass's name, its number, starting at 1, and kPasses.
   using Watch = std::function<void(const char* pass, int number, int of)>;
 
-  /// Draws to `target`, rgba8, of the view's size. Nothing waits; but with `watch` the first pass is waited for before
-  /// the second begins: some drivers compile shaders when they are first drawn with.
+  /// Draws to `target`, rgba8, of the view's size. The call does not wait for the device. With `watch` it waits for the
+  /// first pass before the second begins, because some drivers compile shaders at the first draw.
   void draw(const GpuModel& model, const View& view, const DrawOptions& options, const gpu::Image& target,
             const Watch& watch = {});
 
-  /// The same, to memory of the host.
+  /// The same, downloaded to host memory.
   Image picture(const GpuModel& model, const View& view, const DrawOptions& options);
 
   /// How the last picture was shaded: fragment or compute.
   Shading shading() const { return shading_; }
 
-  /// What the first pass of the last picture without anti-aliasing found: per pixel index + 1 of the visible triangle,
-  /// 0 where there is none.
+  /// Result of the first pass of the last picture without anti-aliasing: per pixel the visible triangle's index + 1, or
+  /// 0.
   std::vector<std::uint32_t> hits();
 
  private:
-  /// fragment or compute. shade: the second pass without anti-aliasing. watched: there is a `watch`.
+  /// Returns fragment or compute. shade: the second pass without anti-aliasing. watched: draw() has a `watch`.
   Shading choose(const GpuModel& model, const gpu::Draw& shade, const gpu::Image& target, bool watched);
 
   gpu::Device& gpu_;
   gpu::Graphics& graphics_;
   Shading asked_, shading_ = Shading::fragment;
-  std::array<std::optional<Shading>, 2> known_;  // for an MLP in a buffer, and one compiled in
+  std::array<std::optional<Shading>, 2> known_;  // results for an MLP in a buffer and for one compiled in
   gpu::Image hits_, depth_, target_;
   gpu::Buffer frame_;
 };

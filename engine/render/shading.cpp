@@ -15,10 +15,11 @@ namespace {
 
 constexpr std::array<const char*, 3> kShadingNames{"auto", "fragment", "compute"};
 constexpr std::uint32_t kMeasuredWidth = 640, kMeasuredHeight = 360;
-// A kernel is chosen if it takes less than this share of the fragments' time: a smaller difference may be noise.
+// The kernel is used if it takes less than this fraction of the fragment shader's time. Smaller differences may be
+// noise.
 constexpr double kWorthwhile = 0.9;
 
-/// Hits of a picture of squares, 12 pixels a side, each of a triangle from anywhere in the model.
+/// Returns the triangle image used for measuring: squares of 12 x 12 pixels, each with a random triangle of the model.
 std::vector<std::uint32_t> covered_picture(std::uint32_t triangles) {
   std::vector<std::uint32_t> hits;
   hits.reserve(std::size_t(kMeasuredWidth) * kMeasuredHeight);
@@ -30,7 +31,7 @@ std::vector<std::uint32_t> covered_picture(std::uint32_t triangles) {
   return hits;
 }
 
-/// Times of both ways in milliseconds, medians.
+/// Returns the median time per picture of fragment and compute shading, milliseconds.
 std::array<double, 2> shading_times(gpu::Device& gpu, gpu::Draw& shade, std::uint32_t triangles) {
   gpu::Graphics& graphics = gpu::graphics_of(gpu);
   const gpu::Image hits =
@@ -48,14 +49,14 @@ std::array<double, 2> shading_times(gpu::Device& gpu, gpu::Draw& shade, std::uin
     gpu.wait();
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() / pictures;
   };
-  // The driver compiles for the first picture of each. The second says how many to submit at once, so that a
-  // submission costs little beside them.
+  // The driver compiles during the first picture of each method. The second determines how many pictures to submit at
+  // once, so that the cost of a submission is small in comparison.
   double slower = 0;
   for (int i = 0; i < 2; ++i) slower = std::max(time(0, 1), time(1, 1));
   const int pictures = static_cast<int>(std::clamp(2.0 / slower, 1.0, 16.0));
   const int samples = slower < 10 ? 5 : 3;
   std::array<std::vector<double>, 2> times;
-  // Taking turns lets a busy moment or a rising clock meet both ways.
+  // Alternating exposes both methods equally to load spikes and clock changes.
   for (int i = 0; i < samples; ++i)
     for (int way = 0; way < 2; ++way) times[way].push_back(time(way, pictures));
   for (std::vector<double>& t : times) std::sort(t.begin(), t.end());
@@ -75,7 +76,7 @@ Shading asked_shading() {
   const char* const asked = std::getenv("TRISOUP_SHADING");
   if (!asked) return Shading::automatic;
   if (const auto shading = shading_from(asked)) return *shading;
-  throw Error("TRISOUP_SHADING={}: unknown; give auto, fragment or compute", printable(asked));
+  throw Error("TRISOUP_SHADING={}: unknown value; use auto, fragment or compute", printable(asked));
 }
 
 gpu::Compute as_kernel(const gpu::Draw& shade) {
@@ -90,7 +91,7 @@ std::optional<Shading> measured_shading(gpu::Device& gpu, gpu::Draw shade, std::
     const auto [fragment, compute] = shading_times(gpu, shade, triangles);
     return compute < kWorthwhile * fragment ? Shading::compute : Shading::fragment;
   } catch (const Error&) {
-    // There is no memory for another picture, or the driver cannot compile the kernel. Fragments need neither.
+    // Out of memory for another picture, or the driver cannot compile the kernel. Fragment shading needs neither.
     return {};
   }
 }

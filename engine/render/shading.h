@@ -1,4 +1,4 @@
-// How the second pass of a picture runs if it has one sample a pixel: as a fragment shader or as a kernel.
+// Selects how the shading pass runs with one sample per pixel: as a fragment shader or as a compute kernel.
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,27 @@
 
 namespace trisoup::render {
 
-/// automatic: the faster one on the device. Pictures are the same, but for the last bit of a colour if a driver fuses
-/// products and sums differently for kernels.
+/// automatic: the faster one on the device. Both give the same pictures, except for the last bit of a colour if the
+/// driver fuses multiplications and additions differently in kernels.
 enum class Shading { automatic, fragment, compute };
 const char* to_string(Shading shading);  // auto, fragment, compute
 std::optional<Shading> shading_from(std::string_view name);
 
-/// The environment variable TRISOUP_SHADING, for tests and measurements: auto, fragment or compute; automatic if it is
-/// not set. Throws Error for any other word.
+/// Returns the value of the environment variable TRISOUP_SHADING, for tests and measurements: auto, fragment or
+/// compute; automatic if it is not set. Throws Error for other values.
 Shading asked_shading();
 
-/// The kernel that shades as a draw with shade.frag does.
+/// Returns the kernel that is equivalent to a draw with shade.frag.
 gpu::Compute as_kernel(const gpu::Draw& shade);
 
-/// Shading is measured with pictures and models of at least this size: smaller ones take no time worth a choice.
+/// Shading is measured only with pictures and models of at least this size. For smaller ones the choice does not
+/// matter.
 inline constexpr std::uint32_t kLeastPixels = 800'000, kLeastTriangles = 500;
 
-/// Times both ways in turn on a picture of 640 x 360 that the model's triangles cover, and returns the faster one;
-/// fragment if both take about as long. Empty if the device cannot do both. shade: a draw with shade.frag for this
-/// model. triangles: of the model, at least 1. Waits: some ten milliseconds on a GPU, half a second on a CPU, and the
-/// time in which the driver compiles.
+/// Measures both methods alternately on a 640 x 360 picture covered by the model's triangles and returns the faster
+/// one; fragment if both take about the same time. Empty if the device cannot run both. shade: a draw with shade.frag
+/// for this model. triangles: of the model, at least 1. Blocks for about ten milliseconds on a GPU or half a second on
+/// a CPU, plus the driver's compile time.
 std::optional<Shading> measured_shading(gpu::Device& gpu, gpu::Draw shade, std::uint32_t triangles);
 
 }  // namespace trisoup::render

@@ -12,20 +12,14 @@
 
 namespace trisoup::train {
 
-inline constexpr const char* kCheckpointFormat = "trisoup checkpoint 4";
+inline constexpr const char* kCheckpointFormat = "trisoup checkpoint 5";
 
 struct CheckpointInfo {
   std::uint64_t step = 0;
-  Settings settings;         // what an older checkpoint does not say is as it was before there was a choice
-  std::string note;          // what the program gave to Trainer::write_checkpoint; empty in older ones
+  Settings settings;
+  std::string note;          // what the program gave to Trainer::write_checkpoint
   std::uint64_t rounds = 0;  // begun after Settings::steps
 };
-
-/// Settings as JSON, an object, with those that had another name before under today's.
-nlohmann::json with_todays_names(nlohmann::json settings);
-/// Settings from their JSON, of a checkpoint or a model file, as they were before what it does not have was there.
-/// Throws Error, also on values that cannot be.
-Settings settings_as_trained(nlohmann::json json);
 
 /// Throws Error that names `path` when it is not a checkpoint of this format, or damaged.
 CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesystem::path& path);

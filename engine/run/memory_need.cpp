@@ -8,6 +8,7 @@
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/small_views.h"
+#include "train/config/schedule.h"
 #include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
@@ -48,9 +49,9 @@ std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
 
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32_t ranks) {
   MemoryNeed need;
-  const bool small = s.small_scale < 1 && small_end(s) > 0;
+  const bool small = small_scale(s) < 1 && small_end(s) > 0;
   for (const scene::View& v : scene.train) {
-    const double scale = small ? small_scale(v.camera, s) : 0.0;
+    const double scale = small ? small_view_scale(v.camera, s) : 0.0;
     need.photographs += static_cast<std::uint64_t>(4.0 * v.camera.width * v.camera.height * (1 + scale * scale));
   }
   // Evaluation has the photographs of up to four views on the device.
@@ -66,13 +67,13 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
   need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
                            static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
                kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
-  // A change of topology has, of textures, the logits of the old soup (and the moments, where they are kept), and those
+  // A change of topology has, of textures, the logits of the old soup and those
   // of the new one: one array after the other, so that besides one of them all is there once. Rows, parents and corners
   // of triangles come to it.
   const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
   const std::uint64_t change = triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks +
-                               logits * (s.keep_moments ? 4 : 2);
-  need.soup = std::max({soup_bytes(s.init_count, s.coarse_level, s.coarse_level, ranks),
+                               logits * 2;
+  need.soup = std::max({soup_bytes(s.init_count, kCoarseLevel, kCoarseLevel, ranks),
                         soup_bytes(most, s.level_min, s.level_max, ranks), change});
   if (ranks > 1) need.frame += batch.pixels * SharedSoup::kPixelBytes;
   return need;

@@ -43,6 +43,7 @@ soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& s
                                     const scene::LoadOptions& load) {
   soup::ModelFileOptions options;
   options.settings = to_json(settings);
+  options.settings["drop_near"] = settings.published;  // a property of the model for its readers
   options.settings["dataset"] = fingerprints_of(scene);
   options.settings["resolution"] = load.downscale;
   options.settings["test_every"] = load.test_every;

@@ -2,19 +2,20 @@
 
 #include <algorithm>
 #include <array>
-#include <string_view>
-#include <vector>
+#include <optional>
 
 #include "base/error.h"
 #include "base/printable.h"
+#include "scene/hold_out.h"
+#include "train/config/schedule.h"
 #include "train/start/start_points.h"
+#include "train/topology/simplify.h"
 
 namespace trisoup::train {
-
 namespace {
 
 /// The median training photograph has at least 200,000 pixels: then half its sides are enough for most steps. With a
-/// fourth of that they are not (docs/decisions.md).
+/// fourth of these pixels they are not (docs/decisions.md).
 bool has_large_photographs(const scene::Scene& scene) {
   constexpr std::uint64_t kLarge = 200'000;
   std::vector<std::uint64_t> pixels;
@@ -24,84 +25,135 @@ bool has_large_photographs(const scene::Scene& scene) {
   return pixels[pixels.size() / 2] >= kLarge;
 }
 
-/// What a start that covers the scene in its colours asks for: docs/method.md, "Start".
-void start_from_surface(Settings& s, const scene::Scene& scene, bool as_published) {
+std::optional<Column> column_of(const std::string& preset) {
+  if (preset == "fast") return Column::fast;
+  if (preset == "balanced") return Column::balanced;
+  if (preset == "published") return Column::published;
+  if (preset.empty() || preset == "best") return Column::usual;
+  return std::nullopt;
+}
+
+template <typename T>
+std::optional<T> asked_for(const SettingsRequest& request, std::string_view setting) {
+  const SettingValue* const value = request.find(setting);
+  return value ? std::optional<T>(std::get<T>(*value)) : std::nullopt;
+}
+
+/// Clip planes and the number of first triangles, which depend on the kind of scene.
+void set_recipe(Settings& s, Column preset) {
+  const bool is_published = preset == Column::published;
+  s.init_count = s.recipe == Recipe::real ? 15'000 : is_published ? 100'000 : 30'000;
+  if (s.recipe == Recipe::synthetic) return;
+  s.lr_vertex = 2.5e-3;
+  s.near = 0.0025;
+  s.far = 100.0;  // a real scene has no bounds; far is only where depth ends
+  s.test_near = 0.125;
+  s.exposure = !is_published;
+}
+
+void start_from_surface(Settings& s, const scene::Scene& scene) {
   s.init_count = s.triangles;
   const Reach reach = reach_of(scene);
   s.far = std::max(s.far, 3.3 * reach.farthest);
-  if (as_published) return;
+  if (s.published) return;
+  set_defaults(s, Column::surface);
   s.backdrop = 3.0 * reach.farthest;
   s.near = s.test_near = reach.nearest;
-  s.init_opacity = 0.9;
-  s.coarse_share = 0;
   if (has_large_photographs(scene)) s.small_share = 0.75;
-  s.paint = true;
-  s.keep_opacity = true;
-  s.rate_texture = 0.1;
-  // Where vertices have found their place, going on opens cracks.
-  s.rate_vertex_end = 0.03;
-  s.rest_share = 0.2;
-  // Splits take the room of what no view shows, and no more: what they make beyond the budget has to go again, and
-  // leaves its place open.
+  // Splits only fill the room of triangles that no view shows. What they added beyond the budget would be dropped
+  // again, and would leave holes.
   s.most_triangles = s.triangles;
-  s.fill_budget = true;
-  s.resample_until = 0.5;
+}
+
+/// Nothing is known about where a real scene's surfaces are: triangles fill the room between the cameras.
+void start_at_random_in_real_scene(Settings& s) {
+  s.init_box = 1.0;
+  s.init_radius = 0.01;
+  s.init_count = std::max<std::uint32_t>(s.init_count, 30'000);
+}
+
+/// Moves the far plane behind the cloud. Points beyond a limit are strays.
+void reach_all_points(Settings& s, const scene::Scene& scene) {
+  constexpr double kFarthest = 1e4;
+  for (const glm::vec3& p : scene.points.positions)
+    if (const double reach = 1.1 * glm::length(p); reach < kFarthest) s.far = std::max(s.far, reach);
+}
+
+/// The preset's settings with those of the request that others follow from: recipe, start, steps and budget.
+Settings preset_settings(const SettingsRequest& request, const scene::Scene& scene) {
+  const std::optional<Column> preset = column_of(request.preset);
+  if (!preset)
+    throw Error("preset: there is no '{}'; give fast, balanced, best or published", printable(request.preset));
+  Settings s;
+  const auto recipe = asked_for<std::string>(request, "recipe");
+  s.recipe = (recipe ? *recipe == "synthetic" : scene.synthetic) ? Recipe::synthetic : Recipe::real;
+  set_defaults(s, Column::usual);
+  set_recipe(s, *preset);
+  set_defaults(s, *preset);
+  const bool has_points = !scene.points.positions.empty();
+  s.init = asked_for<std::string>(request, "init")
+               .value_or(!has_points   ? "random"
+                         : s.published ? "points"
+                                       : "surface");
+  // Many steps of few views get further from random triangles; from a surface they gain nothing (docs/decisions.md).
+  if (preset == Column::fast && s.recipe == Recipe::synthetic && s.init == "random") s.steps *= 2, s.batch /= 2;
+  s.steps = asked_for<std::uint64_t>(request, "steps").value_or(s.steps);
+  s.refine_every = std::max<std::uint64_t>(100, s.steps / 100);
+  if (const auto triangles = asked_for<std::uint64_t>(request, "triangles"))
+    s.triangles = static_cast<std::uint32_t>(*triangles);
+  if (s.init == "surface") start_from_surface(s, scene);
+  if (s.init == "random" && s.recipe == Recipe::real) start_at_random_in_real_scene(s);
+  if (s.recipe == Recipe::real) reach_all_points(s, scene);
+  return s;
+}
+
+double default_vertex_lr(const Settings& s) {
+  if (s.published) return std::max(s.lr_vertex, vertex_lr(s, published_travel(s.recipe)));
+  return s.recipe == Recipe::synthetic ? vertex_lr(s, 1.5, kMaxVertexLrSynthetic) : vertex_lr(s, 4.0, kMaxVertexLr);
 }
 
 }  // namespace
 
-bool wants_points(const PresetChoice& choice, const scene::Scene& scene) {
-  if (!choice.init.empty()) return choice.init == "surface" || choice.init == "points";
-  return choice.preset != "published" && !scene.synthetic;
+const SettingValue* SettingsRequest::find(std::string_view setting) const {
+  for (auto it = assignments.rbegin(); it != assignments.rend(); ++it)
+    if (it->setting->name == setting) return &it->value;
+  return nullptr;
 }
 
-Settings of_preset(const PresetChoice& choice, const scene::Scene& scene) {
-  constexpr std::array<std::string_view, 5> kPresets = {"", "fast", "balanced", "best", "published"};
-  if (std::find(kPresets.begin(), kPresets.end(), choice.preset) == kPresets.end())
-    throw Error("preset: there is no '{}'; give fast, balanced, best or published", printable(choice.preset));
-  const Recipe which = choice.recipe ? *choice.recipe : scene.synthetic ? Recipe::synthetic : Recipe::real;
-  Settings s = published(which);
-  const bool as_published = choice.preset == "published";
-  if (as_published)
-    s = without_our_changes(s);
-  else {
-    // Points of the Pareto front in docs/charts.md. All of its trainings share these rates.
-    s.rate_end = s.rate_vertex_end = 0.1;
-    s.huber = 0.1;
-    s.texture_bits = 6;
-    s.knee = 0.2;
-    // Pictures that were rendered have one exposure.
-    s.exposure = which == Recipe::real;
-    if (which == Recipe::synthetic) s.init_count = 30'000;
-  }
-  if (choice.preset == "fast") s.steps = 1000, s.triangles = 2000, s.init_count = 10'000, s.level_max = 4;
-  if (choice.preset == "balanced") s.steps = 3000, s.triangles = 5000, s.init_count = 10'000, s.level_max = 4;
+bool wants_points(const SettingsRequest& request, const scene::Scene& scene) {
+  if (const auto init = asked_for<std::string>(request, "init")) return *init == "surface" || *init == "points";
+  return request.preset != "published" && !scene.synthetic;
+}
 
-  const bool has_points = !scene.points.positions.empty();
-  s.init = !choice.init.empty() ? choice.init : !has_points ? "random" : as_published ? "points" : "surface";
-  // Random triangles get further by many steps of few views; from a surface that brings nothing (docs/decisions.md).
-  if (choice.preset == "fast" && which == Recipe::synthetic && s.init == "random") s.steps *= 2, s.batch /= 2;
-  if (choice.steps) s.steps = *choice.steps;
-  s.resample_every = std::max<std::uint64_t>(100, s.steps / 100);
-  if (choice.triangles) s.triangles = *choice.triangles;
-  if (s.init == "surface") start_from_surface(s, scene, as_published);
-  if (s.init == "random" && which == Recipe::real) {
-    // Nothing is known of where a real scene's surfaces are: the whole room between the cameras.
-    s.init_box = 1.0;
-    s.init_radius = 0.01;
-    s.init_count = std::max<std::uint32_t>(s.init_count, 30'000);
+void apply(const SettingsRequest& request, const scene::Scene& scene, Settings& s) {
+  for (const Assignment& assignment : request.assignments) assign(s, assignment);
+  const double unit = scene.normalisation.scale;
+  if (const auto box = asked_for<double>(request, "init_box")) {
+    const glm::dvec3 origin = scene.normalisation.to_normalised(glm::dvec3(0.0));
+    s.init_centre = {origin.x, origin.y, origin.z};
+    s.init_box = *box * unit;
   }
-  // What the cloud shows should not be cut off; beyond the limit are strays.
-  constexpr double kFarthest = 1e4;
-  if (which == Recipe::real)
-    for (const glm::vec3& p : scene.points.positions)
-      if (const double reach = 1.1 * glm::length(p); reach < kFarthest) s.far = std::max(s.far, reach);
+  if (const auto radius = asked_for<double>(request, "init_radius")) s.init_radius = *radius * unit;
+}
+
+Settings make_settings(const SettingsRequest& request, const scene::Scene& scene) {
+  Settings s = preset_settings(request, scene);
+  apply(request, scene, s);
+  if (request.has("lr_end") && !request.has("lr_vertex_end")) s.lr_vertex_end = s.lr_end;
+  if (!request.has("lr_vertex")) s.lr_vertex = default_vertex_lr(s);
   return s;
 }
 
-double preset_vertex_rate(const PresetChoice& choice, const Settings& s) {
-  if (choice.preset == "published") return std::max(s.rate_vertex, vertex_rate(s, published_way(s.recipe)));
-  return s.recipe == Recipe::synthetic ? vertex_rate(s, 1.5, kFastestSynthetic) : vertex_rate(s, 4.0, kFastestVertices);
+void complete_goal(const SettingsRequest& request, const scene::Scene& scene, bool lowers_knee, Settings& s) {
+  if (!has_goal(s)) return;
+  const bool has_quality = s.target_psnr > 0 || s.target_ssim > 0;
+  // A quality may lie above the usual knee. Training repairs what pruning costs; removals after it are hardly repaired.
+  constexpr double kKneeBeforeGoal = 0.05;  // dB
+  if (has_quality && lowers_knee && !request.has("knee")) s.knee = std::min(s.knee, kKneeBeforeGoal);
+  // A ceiling alone needs no views to measure it.
+  if (has_quality && s.validation_views == 0 && !request.has("validation_views"))
+    s.validation_views = static_cast<std::uint32_t>(scene::usual_validation_views(scene));
+  if (!request.has("round_steps") && s.round_steps == 0) s.round_steps = std::max<std::uint64_t>(20, s.steps / 20);
 }
 
 }  // namespace trisoup::train

@@ -1,30 +1,38 @@
-// The presets of soup-train: which settings a scene is trained with where nobody says more.
+// From what a user asks for to the settings of a training: presets, and what follows from the scene.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "scene/scene.h"
 #include "train/config/settings.h"
+#include "train/config/settings_table.h"
 
 namespace trisoup::train {
 
-/// What is asked for of a preset; what is empty is the preset's own.
-struct PresetChoice {
-  std::string preset;            // "fast", "balanced", "best" or "published"; empty: best
-  std::string init;              // as Settings::init
-  std::optional<Recipe> recipe;  // empty: by the format of the dataset
-  std::optional<std::uint64_t> steps;
-  std::optional<std::uint32_t> triangles;
+struct SettingsRequest {
+  std::string preset;                   // "fast", "balanced", "best" or "published"; empty: best
+  std::vector<Assignment> assignments;  // in order: the last one of a setting counts
+
+  /// The value that was asked for. Null if the setting was not mentioned.
+  const SettingValue* find(std::string_view setting) const;
+  bool has(std::string_view setting) const { return find(setting) != nullptr; }
 };
 
-/// Whether a start from points is asked for where the dataset may have none.
-bool wants_points(const PresetChoice& choice, const scene::Scene& scene);
+/// Whether the start needs sparse points, which a dataset may lack.
+bool wants_points(const SettingsRequest& request, const scene::Scene& scene);
 
-/// The preset's settings for the scene, scaled to the steps asked for. rate_vertex is left to preset_vertex_rate(),
-/// once all else is decided: it depends on the other rates. Throws Error where there is no preset of that name.
-Settings of_preset(const PresetChoice& choice, const scene::Scene& scene);
-double preset_vertex_rate(const PresetChoice& choice, const Settings& settings);
+/// The preset's settings for the scene, with every assignment of the request and what follows from them: schedules
+/// scale with the steps, and the learning rate of vertices lets them travel far enough. Not checked (check()). Throws
+/// Error if there is no such preset.
+Settings make_settings(const SettingsRequest& request, const scene::Scene& scene);
+
+/// Applies the assignments alone. `init_box` and `init_radius` of a request are in the dataset's units.
+void apply(const SettingsRequest& request, const scene::Scene& scene, Settings& settings);
+
+/// What a goal needs beside itself, unless the request or the settings have it: validation views and steps of a round.
+/// lowers_knee: a new training prunes less before it meets a quality, which it may itself decide where to end.
+void complete_goal(const SettingsRequest& request, const scene::Scene& scene, bool lowers_knee, Settings& settings);
 
 }  // namespace trisoup::train

@@ -14,6 +14,7 @@
 #include "soup/texture_table.h"
 #include "train/quality/image_sums.h"
 #include "train/step/fixed_sum.h"
+#include "train/config/schedule.h"
 #include "train/step/forward_pass.h"
 
 namespace trisoup::train {
@@ -34,8 +35,8 @@ class Stopwatch {
 
 /// Size of the image in which a view's visible pixels are counted, as a share of its own. Triangles fall through
 /// between the few pixels of a small image, and would be dropped; so none is counted in fewer than 64 x 64.
-double count_scale(const scene::Camera& camera, const Settings& settings) {
-  return std::max(settings.count_scale, 64.0 / std::sqrt(double(camera.width) * camera.height));
+double count_scale(const scene::Camera& camera) {
+  return std::max(kCountScale, 64.0 / std::sqrt(double(camera.width) * camera.height));
 }
 
 std::array<std::uint64_t, 5> sizes_of(const BatchLayout& batch) {
@@ -54,10 +55,10 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
       schedule_(gpu) {
   ranks_ = ranks;
   if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
-  const bool paints = settings_.paint && lift_step(settings_) == 0 && !start.colours.empty();
-  const bool coarse = lift_step(settings_) > 0;
+  const bool paints = starts_from_surface(settings_) && coarse_end(settings_) == 0 && !start.colours.empty();
+  const bool coarse = coarse_end(settings_) > 0;
   const soup::TextureLevels levels = paints   ? soup::TextureLevels{0, 0}
-                                     : coarse ? soup::TextureLevels{settings_.coarse_level, settings_.coarse_level}
+                                     : coarse ? soup::TextureLevels{kCoarseLevel, kCoarseLevel}
                                               : soup::TextureLevels{settings_.level_min, settings_.level_max};
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(start.vertices.size() / 3, levels).entries;
   Textures textures;
@@ -102,20 +103,20 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
 }
 
 void Trainer::prepare() {
-  soup_.drop_near = settings_.drop_near;
+  soup_.drop_near = settings_.published;
   photos_ = upload_photographs(gpu_, scene_.train);
   for (std::size_t i = 0; i < scene_.train.size(); ++i) {
     masked_out_.push_back(!has_pixels(scene_.train[i].image));
     const scene::Camera& camera = scene_.train[i].camera;
     for (auto* views : {&views_, &half_views_}) {
       BatchView view =
-          batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera, settings_));
+          batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera));
       view.photo = photos_.addresses[i];
       view.index = static_cast<std::uint32_t>(i);
       views->push_back(view);
     }
   }
-  if (settings_.small_scale < 1 && step_ < small_end(settings_)) small_ = small_views(gpu_, scene_.train, settings_);
+  if (small_scale(settings_) < 1 && step_ < small_end(settings_)) small_ = small_views(gpu_, scene_.train, settings_);
   const BatchSize batch = largest_batch(scene_.train, settings_);
   frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
   if (settings_.exposure)
@@ -159,14 +160,14 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
     if (n > 0) next = std::min(next, (step_ / n + 1) * n);
   };
   every(callbacks.progress_every);
-  every(settings_.resample_every);
-  if (const std::uint64_t only = only_resampling(settings_); step_ < only) next = std::min(next, only);
+  every(settings_.refine_every);
+  if (const std::uint64_t only = only_refinement(settings_); step_ < only) next = std::min(next, only);
   if (const std::uint64_t at = next_pruning(settings_, step_); at > 0) next = std::min(next, at);
   every(settings_.eval_every);
   every(settings_.checkpoint_every);
   if (const std::uint64_t at = next_evaluation(callbacks.evaluations_per_decade, step_); at > 0)
     next = std::min(next, at);
-  for (const std::uint64_t change : {lift_step(settings_), small_end(settings_)})
+  for (const std::uint64_t change : {coarse_end(settings_), small_end(settings_)})
     if (step_ < change) next = std::min(next, change);
   // Sums are kept for so many steps only.
   return std::min<std::uint64_t>(next, step_ + Frame::kStatisticsRows / 2);
@@ -174,21 +175,21 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
 
 kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batch) const {
   const std::uint64_t t = step + 1;
-  const double factor = rate_factor(settings_, settings_.rate_end, t), vertex_factor = vertex_rate_factor(settings_, t);
+  const double factor = lr_factor(settings_, settings_.lr_end, t), vertex_factor = vertex_lr_factor(settings_, t);
   const std::uint32_t seed =
       static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
   const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
   return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % Frame::kStatisticsRows),
-                     {settings_.rate_texture * factor, settings_.rate_vertex * vertex_factor,
-                      settings_.rate_mlp * factor, t - texture_start_, t - vertex_start_, t - mlp_start_},
+                     {settings_.lr_texture * factor, settings_.lr_vertex * vertex_factor,
+                      settings_.lr_mlp * factor, t - texture_start_, t - vertex_start_, t - mlp_start_},
                      batch, settings_.huber);
 }
 
 StepInputs Trainer::step_inputs() const {
   StepInputs inputs;
   inputs.background = scene_.background;
-  inputs.opacity_baseline = settings_.opacity_baseline;
-  inputs.update_unseen = settings_.update_unseen;
+  inputs.opacity_baseline = !settings_.published;
+  inputs.update_unseen = settings_.published;
   inputs.opaque = settings_.opaque;
   inputs.exposures = given_exposures();
   return inputs;
@@ -253,18 +254,18 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
   } while (true);
 }
 
-bool Trainer::lifts() const { return step_ == lift_step(settings_) && step_ < settings_.steps && step_ > 0; }
+bool Trainer::lifts() const { return step_ == coarse_end(settings_) && step_ < settings_.steps && step_ > 0; }
 bool Trainer::prunes() const { return next_pruning(settings_, step_ - 1) == step_; }
 
 void Trainer::change_topology() {
   if (step_ >= small_end(settings_)) small_.reset();
-  if (!lifts() && !is_resampling(settings_, step_) && !prunes()) return;
+  if (!lifts() && !is_refinement(settings_, step_) && !prunes()) return;
   const PartTimes::Scope scope(*times_, Part::topology);
   if (lifts()) {
     lift(gpu_, soup_, frame_, half_views_, settings_);
     texture_start_ = vertex_start_ = step_;
   }
-  if (is_resampling(settings_, step_)) {
+  if (is_refinement(settings_, step_)) {
     const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : usual_most(settings_);
     last_resampling_ =
         resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
@@ -273,13 +274,13 @@ void Trainer::change_topology() {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
         throw Error(
-            "step {}: no training view shows a single triangle; check the poses, lower rate_vertex (--set), "
-            "or start with larger or more triangles (--init-radius, --init-count, --init-box)",
+            "step {}: no training view shows a single triangle; check the poses, lower `lr_vertex`, "
+            "or start with larger or more triangles (`init_radius`, `init_count`, `init_box`)",
             step_);
       return;
     }
     vertex_start_ = step_;
-    if (!settings_.keep_moments) texture_start_ = step_;
+    texture_start_ = step_;
   }
   if (prunes()) {
     shrink(gpu_, soup_, frame_, down_to_knee(importance(), soup_.table, backdrop(), settings_.knee), settings_);

@@ -16,6 +16,7 @@
 #include "gpu/device.h"
 #include "run/part_times.h"
 #include "scene/scene.h"
+#include "train/config/schedule.h"
 #include "train/config/settings.h"
 #include "train/quality/evaluate.h"
 #include "train/quality/training_fit.h"
@@ -58,7 +59,7 @@ class Trainer {
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start,
           ranks::Ranks* ranks = nullptr);
 
-  /// Goes on from a checkpoint of the same scene and settings (checkpoint_info() tells them, prolonged() where there
+  /// Goes on from a checkpoint of the same scene and settings (checkpoint_info() tells them, extended() where there
   /// are to be more steps; how often something is written may differ). Throws Error when it is another's, damaged or
   /// cut short.
   Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings,

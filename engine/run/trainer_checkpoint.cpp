@@ -103,26 +103,26 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const CheckpointInfo info = checkpoint_info(file, path);
   if (number("scene") != scene.fingerprint)
     throw Error(
-        "{}: belongs to another scene (or another -r or --test-every); choose another -o or train anew with "
-        "--overwrite",
+        "{}: belongs to another scene (or another `resolution` or `test_every`); choose another `output` or train anew with "
+        "`overwrite`",
         path.string());
   if (text("background") != background_text(scene))
-    throw Error("{}: was trained on another background; use the same --background, or train anew with --overwrite",
+    throw Error("{}: was trained on another background; use the same `background`, or train anew with `overwrite`",
                 path.string());
   // Older checkpoints do not say.
   if (file.metadata().contains("photographs") && number("photographs") != photographs_)
     throw Error(
-        "{}: was trained on other photographs or masks; use the same files and the same --alpha, or train anew with "
-        "--overwrite",
+        "{}: was trained on other photographs or masks; use the same files and the same `alpha`, or train anew with "
+        "`overwrite`",
         path.string());
-  Settings then = prolonged(info.settings, info.step, settings_.steps);
+  Settings then = extended(info.settings, info.step, settings_.steps);
   // How often something is written does not change what is computed.
   then.eval_every = settings_.eval_every;
   then.checkpoint_every = settings_.checkpoint_every;
   // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
   if (settings_.most_triangles == 0) settings_.most_triangles = then.most_triangles;
   if (const std::string differing = differences(then, settings_); !differing.empty())
-    throw Error("{}: was trained with {}; use the same options, or train anew with --overwrite", path.string(),
+    throw Error("{}: was trained with {}; use the same options, or train anew with `overwrite`", path.string(),
                 differing);
   step_ = info.step;
   rounds_ = info.rounds;
@@ -130,7 +130,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   vertex_start_ = number("vertex_start");
   if (file.metadata().contains("mlp_start")) mlp_start_ = number("mlp_start");
   if (texture_start_ > step_ || vertex_start_ > step_ || mlp_start_ > step_)
-    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with --overwrite", path.string(),
+    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with `overwrite`", path.string(),
                 step_, settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
   cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
@@ -143,13 +143,13 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
 void Trainer::read_soup(const soup::Safetensors& file, const std::filesystem::path& path) {
   const auto rows = file.values<std::uint32_t>("texture_table");
   if (rows.size() % 4 != 0 || rows.empty())
-    throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
+    throw Error("{}: its texture table is damaged; train anew with `overwrite`", path.string());
   std::vector<soup::TextureLevels> levels;
   for (std::size_t t = 0; t < rows.size() / 4; ++t) {
     levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
     if (levels.back().level_min > levels.back().level_max ||
         levels.back().level_max > static_cast<std::uint32_t>(soup::kMaxLevel))
-      throw Error("{}: its texture table is damaged; train anew with --overwrite", path.string());
+      throw Error("{}: its texture table is damaged; train anew with `overwrite`", path.string());
   }
   const soup::TextureTable table = soup::make_texture_table(levels);
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});

@@ -8,12 +8,12 @@
 namespace trisoup::soup {
 namespace {
 
-/// Fills pages of `width` x at most `side` texels, row by row.
+/// Packs blocks into pages of `width` x at most `side` texels, row by row.
 struct Shelves {
   int width, side, x = 0, y = 0, shelf = 0, page = 0;
   std::vector<int> heights{0};
 
-  /// Top left corner of a new block; blocks come in order of falling height.
+  /// Returns the top left corner of a new block. Blocks must come in order of decreasing height.
   glm::ivec2 place(const glm::ivec2& block) {
     if (x + block.x > width) {
       y += shelf;
@@ -42,10 +42,10 @@ glm::ivec2 atlas_block(std::uint32_t level) {
 
 Atlas make_atlas(std::span<const std::uint32_t> levels, int side) {
   if (side < kMinAtlasSide || side > kAtlasSide)
-    throw Error("model: an atlas side of {} texels is impossible; choose {} to {}", side, kMinAtlasSide, kAtlasSide);
+    throw Error("model: an atlas side of {} texels is not possible; use {} to {}", side, kMinAtlasSide, kAtlasSide);
   for (const std::uint32_t level : levels)
     if (level > kMaxAtlasLevel)
-      throw Error("model: a texture of level {} has no place in an atlas; use levels up to {}", level, kMaxAtlasLevel);
+      throw Error("model: a texture of level {} does not fit in an atlas; use levels up to {}", level, kMaxAtlasLevel);
   std::vector<std::uint32_t> order(levels.size());
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return levels[a] > levels[b]; });
@@ -87,7 +87,7 @@ glm::ivec2 atlas_texel(const AtlasPlace& place, int x, int y) {
 
 void atlas_uv(const AtlasPlace& place, const glm::ivec2& page, glm::vec2 uv[3]) {
   const int r = 1 << place.level;
-  // Barycentrics (x / r, y / r) belong to vertices 0 and 1.
+  // Barycentric coordinates (x / r, y / r) belong to vertices 0 and 1.
   const glm::ivec2 corners[3] = {atlas_texel(place, r, 0), atlas_texel(place, 0, r), atlas_texel(place, 0, 0)};
   for (int k = 0; k < 3; ++k) uv[k] = (glm::vec2(corners[k]) + 0.5f) / glm::vec2(page);
 }

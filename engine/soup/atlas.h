@@ -1,4 +1,5 @@
-// Lattice textures as ordinary images: two triangles of one level share a block, each a right triangle of texels.
+// Packs lattice textures into images. Two triangles of equal level share a block; each covers a right triangle of
+// texels.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 
 namespace trisoup::soup {
 
-/// Where a triangle's lattice lies. Lattice point (x, y) is the texel (x0 + x, y0 + y), or (x0 - x, y0 - y) if it is
+/// Position of a triangle's lattice in an atlas. Lattice point (x, y) is texel (x0 + x, y0 + y), or (x0 - x, y0 - y) if
 /// turned.
 struct AtlasPlace {
   std::uint16_t x0 = 0, y0 = 0;
@@ -24,30 +25,30 @@ struct Atlas {
   std::vector<AtlasPlace> places;  // per triangle
 };
 
-/// Largest side of a page, in texels: what every GPU of this decade takes.
+/// Largest width and height of a page, in texels. Current GPUs support this size.
 inline constexpr int kAtlasSide = 8192;
-/// Smallest side that may be asked for: the block of the largest level and some more.
+/// Smallest side that make_atlas() accepts; larger than the block of the highest level.
 inline constexpr int kMinAtlasSide = 512;
-/// Highest level of a lattice that has a place in an atlas. A Model ends at kMaxLevel already.
+/// Highest lattice level that an atlas accepts. Models use at most kMaxLevel.
 inline constexpr std::uint32_t kMaxAtlasLevel = 8;
 
 /// Places one lattice per element of `levels` (each 0..kMaxAtlasLevel) on pages of at most `side` x `side` texels. A
-/// block of level R is (r + 3) x (r + 2) texels, r = 2^R: between its two triangles, along the diagonal, each has one
-/// line of texels of its own, so that bilinear sampling never reads the other. Throws Error on a higher level, on a
-/// side outside kMinAtlasSide..kAtlasSide, and when more than 256 pages would be needed.
+/// block of level R is (r + 3) x (r + 2) texels, r = 2^R. Along the diagonal, each of its two triangles has a line of
+/// gutter texels, so bilinear sampling never reads the other triangle. Throws Error if a level is higher, if `side` is
+/// outside kMinAtlasSide..kAtlasSide, or if more than 256 pages would be needed.
 Atlas make_atlas(std::span<const std::uint32_t> levels, int side = kAtlasSide);
 
-/// Width and height in texels of the block that two lattices of this level share.
+/// Width and height in texels of a block of two lattices of this level.
 glm::ivec2 atlas_block(std::uint32_t level);
 
-/// Texel of lattice point (x, y); x + y = r + 1 gives the gutter.
+/// Texel of lattice point (x, y). Points with x + y = r + 1 are gutter texels.
 glm::ivec2 atlas_texel(const AtlasPlace& place, int x, int y);
 
-/// Texture coordinates (0..1, v down) of a triangle's three vertices: centres of the texels of its corner lattice
+/// Texture coordinates (0..1, v down) of a triangle's three vertices: the centres of the texels of its corner lattice
 /// points. Linear interpolation between them hits the texel centre of every lattice point.
 void atlas_uv(const AtlasPlace& place, const glm::ivec2& page, glm::vec2 uv[3]);
 
-/// Calls f(x, y, index) for every point of a lattice with its index in the lattice.
+/// Calls f(x, y, index) for every point of a lattice. index: position of the sample in the lattice.
 template <typename F>
 void each_lattice_point(std::uint32_t level, F&& f) {
   const int r = 1 << level;
@@ -55,15 +56,15 @@ void each_lattice_point(std::uint32_t level, F&& f) {
     for (int x = 0; x + y <= r; ++x) f(x, y, f32::lattice_index(x, y));
 }
 
-/// A texel beyond the diagonal, x + y = r + 1, and the lattice points it follows from: value = value(a) + value(b) -
-/// value(c).
+/// A gutter texel beyond the diagonal, x + y = r + 1, and the lattice points it is extrapolated from: value = value(a)
+/// + value(b) - value(c).
 struct GutterTexel {
   glm::ivec2 at, a, b, c;
 };
 
-/// Calls f(const GutterTexel&) for every gutter texel of a lattice. It continues the plane through the three points of
-/// the last cell, so that bilinear sampling is linear there, as the lattice is; the two ends of the gutter repeat their
-/// neighbour.
+/// Calls f(const GutterTexel&) for every gutter texel of a lattice. A gutter texel extends the plane through the three
+/// points of the last cell, so that bilinear sampling is linear there, like the lattice. The two ends of the gutter
+/// repeat their neighbour.
 template <typename F>
 void each_gutter_texel(std::uint32_t level, F&& f) {
   const int r = 1 << level;

@@ -1,4 +1,4 @@
-// Colours without a neural network: what a plain viewer shows.
+// Baked colours for viewers that do not evaluate the MLP.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace trisoup::soup {
 
-/// RGB of every lattice sample, [samples][3], display values 0..255: the mean over `directions` (unit vectors from the
-/// surface towards the viewer; empty: eight around the sphere) of the colour that the MLP gives it (DiffSoup, section
-/// 3).
+/// Returns the RGB colour of every lattice sample, [samples][3], display values 0..255. It is the mean of the MLP's
+/// colours over `directions`, unit vectors from the surface towards the viewer; empty: eight directions around the
+/// sphere (DiffSoup, section 3).
 std::vector<std::uint8_t> bake_colours(const Model& model, std::span<const glm::vec3> directions);
 
 }  // namespace trisoup::soup

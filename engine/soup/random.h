@@ -1,5 +1,5 @@
-// Random numbers that are the same on every machine: counter-based integers, and distributions of our own, because
-// those of the standard library differ between implementations.
+// Random numbers that are the same on every machine. Integers come from a counter-based generator. Distributions are
+// implemented here because those of the standard library differ between implementations.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace trisoup::soup {
 
-/// Philox4x32-10: four 32-bit words that depend on nothing but counter and key.
-/// Salmon, Moraes, Dror, Shaw, "Parallel Random Numbers: As Easy as 1, 2, 3", SC 2011.
+/// Philox4x32-10: four 32-bit words that depend only on counter and key. Salmon, Moraes, Dror, Shaw, "Parallel Random
+/// Numbers: As Easy as 1, 2, 3", SC 2011.
 constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) {
   for (int round = 0; round < 10; ++round) {
     const std::uint64_t even = 0xD2511F53ull * counter[0], odd = 0xCD9E8D57ull * counter[2];
@@ -26,8 +26,8 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
   return counter;
 }
 
-/// Rotation from three uniforms in [0, 1): a unit quaternion uniform on the 3-sphere, hence a rotation uniform over
-/// SO(3). Shoemake, "Uniform Random Rotations", Graphics Gems III, 1992.
+/// Returns a rotation from three uniform numbers in [0, 1). A unit quaternion uniform on the 3-sphere gives a rotation
+/// uniform over SO(3). Shoemake, "Uniform Random Rotations", Graphics Gems III, 1992.
 inline glm::dmat3 rotation_from_uniforms(double u1, double u2, double u3) {
   constexpr double kTwoPi = 6.283185307179586476925;
   const double x = std::sqrt(1.0 - u1) * std::sin(kTwoPi * u2), y = std::sqrt(1.0 - u1) * std::cos(kTwoPi * u2);
@@ -37,16 +37,16 @@ inline glm::dmat3 rotation_from_uniforms(double u1, double u2, double u3) {
           {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)}};
 }
 
-/// A stream of numbers named by (seed, stream): its whole state is `position`, so that a checkpoint can hold it.
+/// A random stream identified by (seed, stream). Its only state is `position`, which a checkpoint can store.
 class Random {
  public:
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0) : seed_(seed), stream_(stream) {}
 
-  /// Words drawn so far; setting it resumes the stream there.
+  /// Number of words drawn so far. seek() continues the stream at a position.
   std::uint64_t position() const { return position_; }
   void seek(std::uint64_t position) { position_ = position; }
 
-  /// Next 32-bit word.
+  /// Returns the next 32-bit word.
   std::uint32_t bits() {
     const std::uint64_t block = position_ / 4;
     const auto words = philox({static_cast<std::uint32_t>(block), static_cast<std::uint32_t>(block >> 32),
@@ -55,7 +55,7 @@ class Random {
     return words[position_++ % 4];
   }
 
-  /// Uniform in [0, 1), a multiple of 2^-24: every value is a float.
+  /// Uniform in [0, 1), a multiple of 2^-24, so every value is exact as a float.
   float uniform01() { return static_cast<float>(bits() >> 8) * 0x1p-24f; }
 
   /// Uniform in [low, high).
@@ -72,7 +72,7 @@ class Random {
     return static_cast<std::uint32_t>(product >> 32);
   }
 
-  /// Uniform in the unit ball. By rejection, so that no library's sine enters.
+  /// Uniform in the unit ball. Uses rejection, because sine functions differ between maths libraries.
   glm::vec3 in_sphere() {
     for (;;) {
       const float x = uniform(-1, 1), y = uniform(-1, 1), z = uniform(-1, 1);
@@ -80,14 +80,14 @@ class Random {
     }
   }
 
-  /// Rotation uniform over SO(3). Computed in double and meant to be rounded to float, where differences between maths
-  /// libraries end.
+  /// Rotation uniform over SO(3). It is computed in double; rounding to float removes the differences between maths
+  /// libraries.
   glm::dmat3 rotation() {
     const double u1 = uniform01(), u2 = uniform01(), u3 = uniform01();
     return rotation_from_uniforms(u1, u2, u3);
   }
 
-  /// Fisher-Yates: every order equally likely. At most 2^32 - 1 values.
+  /// Fisher-Yates shuffle: every order is equally likely. At most 2^32 - 1 values.
   template <typename T>
   void shuffle(std::span<T> values) {
     for (std::size_t k = values.size(); k > 1; --k)

@@ -12,7 +12,7 @@ namespace {
 struct Edge {
   float length_squared;
   std::uint32_t face;
-  int index;  // edge k joins corners k and (k + 1) % 3
+  int index;  // edge k connects corners k and (k + 1) % 3
   std::uint32_t generation;
   bool operator<(const Edge& other) const { return length_squared < other.length_squared; }
 };
@@ -26,7 +26,7 @@ Resampled unchanged(std::span<const glm::vec3> vertices) {
   return soup;
 }
 
-/// Cuts edge `index` of a triangle at `t` of its way: one half takes its place, the other comes last.
+/// Splits a triangle at fraction `t` of edge `index`. One half replaces the triangle, the other is appended.
 void halve(Resampled& soup, std::uint32_t face, int index, float t) {
   const std::size_t first = 3 * std::size_t{face};
   const std::size_t k[3] = {static_cast<std::size_t>(index), static_cast<std::size_t>((index + 1) % 3),
@@ -43,11 +43,11 @@ void halve(Resampled& soup, std::uint32_t face, int index, float t) {
   soup.face_map.push_back(soup.face_map[face]);
 }
 
-// Longest-edge bisection with a metric: metric(p, q) is the squared length of an edge, 0 if it must not be cut, and
-// cut(p, q) the fraction of the way from p to q where it is cut.
+// Longest-edge bisection with a metric: metric(p, q) is the squared length of an edge, 0 if it must not be split;
+// cut(p, q) is the fraction from p to q at which it is split.
 //
 // The order of equal lengths (both halves of an edge, the median they share) decides which triangle gets which index.
-// It is that of the binary heap of libstdc++ under exactly this order of pushes, as in the published release; another
+// It is the order of libstdc++'s binary heap for exactly this sequence of pushes, as in the published release. Another
 // standard library gives an equally good soup in another order.
 template <typename Metric, typename Cut>
 void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_squared, std::size_t max_splits,
@@ -57,8 +57,7 @@ void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_s
   const auto push = [&](std::uint32_t face) {
     for (int k = 0; k < 3; ++k) {
       const float length = metric(soup.vertices[3 * face + k], soup.vertices[3 * face + (k + 1) % 3]);
-      // Left alone: what the metric says to, infinite edges, which no bisection would shorten, and NaN, which has no
-      // order.
+      // Skips edges with length 0, infinite edges, which bisection cannot shorten, and NaN, which has no order.
       if (length > 0.0f && std::isfinite(length)) longest.push({length, face, k, generation[face]});
     }
   };
@@ -68,7 +67,7 @@ void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_s
   for (std::size_t splits = 0; splits < max_splits && !longest.empty();) {
     const Edge edge = longest.top();
     longest.pop();
-    if (edge.generation != generation[edge.face]) continue;  // of a triangle that has been bisected since
+    if (edge.generation != generation[edge.face]) continue;  // stale entry: the triangle has been split since
     if (edge.length_squared <= threshold_squared) break;
 
     const auto place = static_cast<std::uint32_t>(soup.triangles());
@@ -88,8 +87,8 @@ float world_length_squared(const glm::vec3& p, const glm::vec3& q) {
   return d.x * d.x + d.y * d.y + d.z * d.z;
 }
 
-// Sums from left to right, whatever order GLM's product has. The two halves of an edge are equally long on screen but
-// for rounding, so the order of bisections hangs on the last bit of these operations.
+// Sums from left to right, regardless of the order in GLM's product. The two halves of an edge are equally long on
+// screen except for rounding, so the order of bisections depends on the last bit of these operations.
 glm::vec4 to_clip(const glm::mat4& m, const glm::vec3& p) { return ((m[0] * p.x + m[1] * p.y) + m[2] * p.z) + m[3]; }
 
 constexpr auto kMidpoint = [](const glm::vec3&, const glm::vec3&) { return 0.5f; };
@@ -110,9 +109,9 @@ void bisect_on_screen_in_place(Resampled& soup, const ScreenView& view, float fr
     const float dx = (ndc[1].x - ndc[0].x) * aspect, dy = ndc[1].y - ndc[0].y;
     return dx * dx + dy * dy;
   };
-  // The t at which (1 - t) p + t q projects to the midpoint m of the projections: t (d.xy - m d.w) = m p.w - p.xy in
-  // clip space, with d = q - p. In exact arithmetic t = p.w / (p.w + q.w); this least-squares form is the one whose
-  // rounding the order follows.
+  // Returns the t at which (1 - t) p + t q projects to the midpoint m of the projections: t (d.xy - m d.w) = m p.w -
+  // p.xy in clip space, with d = q - p. In exact arithmetic t = p.w / (p.w + q.w). This least-squares form is used
+  // because its rounding determines the published order.
   const auto cut = [&](const glm::vec3& p, const glm::vec3& q) {
     const glm::vec4 cp = to_clip(view.clip, p), cq = to_clip(view.clip, q);
     const glm::vec2 middle = 0.5f * (glm::vec2(cp) / cp.w + glm::vec2(cq) / cq.w);
@@ -120,7 +119,7 @@ void bisect_on_screen_in_place(Resampled& soup, const ScreenView& view, float fr
     const float t = (offset.x * along.x + offset.y * along.y) / (along.x * along.x + along.y * along.y);
     return t > 0.0f && t < 1.0f ? t : 0.5f;
   };
-  const float threshold = 2.0f * fraction;  // NDC is 2 high
+  const float threshold = 2.0f * fraction;  // NDC has height 2
   bisect(soup, {marked.begin(), marked.end()}, threshold * threshold, max_splits, metric, cut);
 }
 
@@ -190,7 +189,7 @@ Resampled bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const
 Resampled bisect_largest(std::span<const glm::vec3> vertices, std::span<const double> sizes, double smallest,
                          std::size_t target) {
   Resampled soup = unchanged(vertices);
-  // Of equal ones the first.
+  // Ties: the first index.
   const auto after = [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first < b.first : a.second > b.second;
   };

@@ -7,19 +7,19 @@ namespace {
 
 template <typename LevelsOf>
 TextureTable lay_out(std::size_t triangles, LevelsOf&& levels_of) {
-  constexpr std::uint64_t kLimit = (1ull << 31) / kChannels;  // indices of values are signed 32-bit numbers in kernels
+  constexpr std::uint64_t kLimit = (1ull << 31) / kChannels;  // kernels use signed 32-bit indices of values
   TextureTable table;
   table.entries.reserve(triangles);
   for (std::size_t t = 0; t < triangles; ++t) {
     const TextureLevels levels = levels_of(t);
     if (levels.level_min > levels.level_max || levels.level_max > static_cast<std::uint32_t>(kMaxLevel))
-      throw Error("textures: levels {}..{} of triangle {} are impossible; choose 0 <= first <= last <= {}",
+      throw Error("textures: levels {}..{} of triangle {} are not valid; use 0 <= first <= last <= {}",
                   levels.level_min, levels.level_max, t, kMaxLevel);
     table.entries.push_back({static_cast<std::uint32_t>(table.source_samples),
                              static_cast<std::uint32_t>(table.lattice_samples), levels.level_min, levels.level_max});
     table.source_samples += samples_in(levels.level_min, levels.level_max);
     table.lattice_samples += samples_at(levels.level_max);
-    // Checked on the way: no sum of 32-bit counts can pass 64 bits unnoticed, and a huge soup fails before it fills the
+    // Checked in the loop: the sum cannot overflow 64 bits, and a soup that is too large fails before it fills the
     // memory.
     if (table.source_samples > kLimit)
       throw Error(

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// 64 operations a round and thread.
+/// 64 operations per round and thread.
 struct ArithmeticArgs {
   POINTER(Floats) result;  // [threads]
   uint rounds;

@@ -6,10 +6,10 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// The next row of a schedule, as words: a StepState, then the ViewRecords of a batch.
+/// The next row of the step queue, as words: a StepState, then the ViewRecords of a batch.
 struct BeginStepArgs {
   POINTER(Uints) schedule;  // [rows][row_words]
-  POINTER(Uints) cursor;    // [1] the next row
+  POINTER(Uints) cursor;    // [1] index of the next row
   POINTER(Uints) state;
   POINTER(Uints) views;  // [view_words]
   POINTER(StatisticsRows) statistics;

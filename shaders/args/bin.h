@@ -2,18 +2,18 @@
 #ifndef TRISOUP_ARGS_BIN_H
 #define TRISOUP_ARGS_BIN_H
 #include "args/types.h"
-#define BIN_SCAN_TILES 2048u  // of a workgroup of bin_scan
+#define BIN_SCAN_TILES 2048u  // per workgroup of bin_scan
 #ifndef GL_core_profile
 namespace KERNEL_TYPES {
 #endif
 
-/// Which triangles a tile of 8 x 8 pixels may show: count, then offsets, then lists. Of `tiles` tiles from tile_first
-/// on: a band.
+/// Lists of the triangles that may cover each tile of 8 x 8 pixels: counts, then offsets, then lists. Processes a band
+/// of `tiles` tiles starting at tile_first.
 struct BinArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
-  POINTER(Uints) counts;   // [all tiles]: triangles of a tile, counted down to 0 by the fill
-  POINTER(Uints) offsets;  // [all tiles + 1], into the lists of the band
+  POINTER(Uints) counts;   // [all tiles]: triangles of a tile; the fill counts it down to 0
+  POINTER(Uints) offsets;  // [all tiles + 1], indices into the lists of the band
   POINTER(Uints) lists;    // [capacity]
   POINTER(Controls) control;
   POINTER(Steps) state;

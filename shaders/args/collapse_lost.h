@@ -6,12 +6,12 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Takes triangles with a vertex that is not a number out of every picture. One thread per triangle.
+/// Collapses triangles that have a non-finite vertex. One thread per triangle.
 struct CollapseLostArgs {
   POINTER(Floats) vertices;  // [T][3][3]
   POINTER(Floats) moment1;   // [T][3][3]
   POINTER(Floats) moment2;   // [T][3]
-  POINTER(Uints) collapsed;  // how many there were
+  POINTER(Uints) collapsed;  // [1], added to: number of collapsed triangles
   uint triangles, pad;
 };
 

@@ -6,13 +6,13 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Pairs of a triangle and the one that a pixel shows without it, each once. One thread per pixel.
+/// Collects the distinct pairs of a triangle and the triangle that a pixel shows without it. One thread per pixel.
 struct CollectPairsArgs {
-  POINTER(Hits) first;   // [pixels] with it
-  POINTER(Hits) behind;  // [pixels] without it
-  POINTER(Uints) table;  // [slots], 0 before: 1 + a pixel that shows the pair in this slot
-  POINTER(Uints)
-  found;  // [1 + 2 capacity]: how many pairs, above the capacity where they did not fit; the pairs, in any order
+  POINTER(Hits) first;   // [pixels] with the triangle
+  POINTER(Hits) behind;  // [pixels] without the triangle
+  POINTER(Uints) table;  // [slots], initially 0: 1 + a pixel that shows the pair of this slot
+  // [1 + 2 capacity]: number of pairs (above the capacity if they did not fit), then the pairs, in any order
+  POINTER(Uints) found;
   uint pixels, slots, capacity, pad;  // slots: a power of two
 };
 

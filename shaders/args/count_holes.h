@@ -6,12 +6,12 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Pixels that hidden triangles keep shut. One thread per pixel.
+/// Counts the pixels where a hidden triangle covers a hole. One thread per pixel.
 struct CountHolesArgs {
   POINTER(Hits) first;    // [pixels] with all triangles
-  POINTER(Hits) without;  // [pixels] without the hidden ones
-  POINTER(Uints) flags;   // [T]: bit 0: hidden, bit 1: of the backdrop
-  POINTER(Uints) counts;  // [T], added to: pixels that show the hidden triangle and without it the backdrop or nothing
+  POINTER(Hits) without;  // [pixels] without the hidden triangles
+  POINTER(Uints) flags;   // [T]: bit 0: hidden, bit 1: part of the backdrop
+  POINTER(Uints) counts;  // [T], added to: pixels of a hidden triangle that show the backdrop or nothing without it
   uint pixels, pad;
 };
 

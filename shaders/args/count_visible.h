@@ -6,11 +6,11 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Pixels that each triangle wins. One thread per pixel.
+/// Counts the pixels that show each triangle. One thread per pixel.
 struct CountVisibleArgs {
   POINTER(Hits) hits;
   POINTER(Uints) counts;  // [T], added to
-  POINTER(Uints) ranks;   // [pixels] where asked for: 0 to counts - 1, of those in which something is visible
+  POINTER(Uints) ranks;   // [pixels], if requested: 0 to counts - 1, for pixels with a visible triangle
   uint pixels, pad;
 };
 

@@ -6,14 +6,14 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Forces between neighbouring pixels on the vertices of the visible triangles. One workgroup per tile of 8 x 8 pixels.
+/// Vertex forces between neighbouring pixels. One workgroup per tile of 8 x 8 pixels.
 struct EdgeForcesArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
   POINTER(ScreenTriangles) screen;
   POINTER(Floats) colour;
   POINTER(Float4s) gradient;
-  POINTER(Uints) vertex_low;  // [T][3][3], fixed point, world
+  POINTER(Uints) vertex_low;  // [T][3][3], fixed point, normalised coordinates
   POINTER(Uints) vertex_high;
   uint tiles, view_count, triangles, pad;
 };

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Rendered colours as the photographs would have recorded them, in place. A workgroup takes a block of 16 x 16 pixels.
+/// Applies the photographs' exposures to the rendered colours in place. One workgroup per block of 16 x 16 pixels.
 struct ExposeArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;

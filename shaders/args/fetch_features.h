@@ -6,14 +6,14 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Features of the visible fragments that are of triangles first .. last - 1. One thread per pixel.
+/// Fetches the features of visible fragments of triangles first .. last - 1. One thread per pixel.
 struct FetchFeaturesArgs {
   POINTER(Hits) hits;
   POINTER(Textures) textures;
   POINTER(Float4s) lattice;
-  POINTER(Float4s) features;  // [pixels][2]: seven and a 0; those of other pixels stay
+  POINTER(Float4s) features;  // [pixels][2]: seven features and a 0; other pixels are not written
   uint pixels, first, last;
-  uint coarser;  // 1: of textures without their finest level
+  uint coarser;  // 1: textures without their finest level
 };
 
 #ifndef GL_core_profile

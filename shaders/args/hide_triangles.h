@@ -6,10 +6,10 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Leaves out some of the triangles that were projected. One thread per (view, triangle).
+/// Removes hidden triangles from the projected ones. One thread per (view, triangle).
 struct HideTrianglesArgs {
   POINTER(ScreenTriangles) screen;  // [views][T]: boxes of hidden triangles become empty
-  POINTER(Uints) flags;             // [T]: bit 0 is set where the triangle is hidden
+  POINTER(Uints) flags;             // [T]: bit 0: hidden
   uint triangles, view_count;
 };
 

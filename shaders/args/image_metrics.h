@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Sums over each view that PSNR, SSIM, MAE and coverage are made of. One workgroup per block of 16 x 16 pixels.
+/// Sums over each view for PSNR, SSIM, MAE and coverage. One workgroup per block of 16 x 16 pixels.
 struct ImageMetricsArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;

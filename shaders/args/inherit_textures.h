@@ -7,11 +7,11 @@ namespace KERNEL_TYPES {
 #endif
 
 #define INHERIT_COPY 1     // as published: as if every triangle were its whole parent; corners are not read
-#define INHERIT_MOMENTS 2  // level by level; otherwise it is the sum of the levels that is kept
-#define INHERIT_SQUARES 4  // second moments: never below zero
+#define INHERIT_MOMENTS 2  // per level; otherwise the sum of the levels is preserved
+#define INHERIT_SQUARES 4  // second moments: clamped to zero or more
 
-/// Textures of a new topology, or their moments: every triangle takes its part of its parent's. One workgroup per
-/// triangle.
+/// Textures, or their moments, after a refinement. Every triangle inherits its part of its parent's texture. One
+/// workgroup per triangle.
 struct InheritTexturesArgs {
   POINTER(Uints) parents;   // [new T]
   POINTER(Floats) corners;  // [new T][3][2]: b0, b1 of the triangle's corners in its parent

@@ -6,16 +6,16 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Panels: from the window library's units to NDC.
+/// Transform from the window library's units to NDC for the viewer's panels.
 struct InterfaceArgs {
   float scale_x, scale_y, offset_x, offset_y;
 };
 
-/// Rendering against photograph.
+/// Comparison of rendering and photograph.
 struct CompareArgs {
   float width, height;  // pixels of the picture
-  float split;          // the photograph is left of this share of the width
-  uint error;           // 1: the absolute difference, times four, instead
+  float split;          // the photograph is shown left of this fraction of the width
+  uint error;           // 1: show four times the absolute difference instead
 };
 
 #ifndef GL_core_profile

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Triangles that are to be listed, of those that were projected. One thread per (view, triangle).
+/// Limits the triangles that tiles list to a range. One thread per (view, triangle).
 struct KeepRangeArgs {
   POINTER(ScreenTriangles) screen;  // [views][T]: boxes of triangles outside first .. last - 1 become empty
   uint triangles, view_count;

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// New levels from coarse ones: a level of the new texture starts with the old one looked up at its samples.
+/// Coarse to fine: a new level starts with the old texture sampled at its points.
 struct LiftTexturesArgs {
   POINTER(Textures) old_textures;
   POINTER(Textures) new_textures;

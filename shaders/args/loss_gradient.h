@@ -6,8 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// dL/dC of every pixel from L1 and SSIM. A workgroup takes every groups-th block of 16 x 16
-/// pixels.
+/// dL/dC of every pixel from L1 and SSIM. Each workgroup processes every groups-th block of 16 x 16 pixels.
 struct LossGradientArgs {
   POINTER(Views) views;
   POINTER(Floats) colour;
@@ -15,9 +14,9 @@ struct LossGradientArgs {
   POINTER(Floats) float_target;
   POINTER(Floats) partial;
   POINTER(Uints) same;        // [blocks], from ssim
-  POINTER(Float4s) gradient;  // [pixels]: dL/dC, and sum_c |C - target|, -1 where masked out
+  POINTER(Float4s) gradient;  // [pixels]: dL/dC, and sum_c |C - target|, or -1 if masked out
   POINTER(Steps) state;
-  POINTER(Uints) statistics;  // Statistics, eight words each
+  POINTER(Uints) statistics;  // rows of Statistics, eight words each
   uint view_count, blocks, pixels, groups;
 };
 

@@ -6,15 +6,15 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// What the rendering of a batch and its photographs tell of exposures. A workgroup takes every groups-th block of 16 x
-/// 16 pixels.
+/// Sums over the pixels of a batch from which exposures are fitted. Each workgroup processes every groups-th block of
+/// 16 x 16 pixels.
 struct MeasureExposureArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
   POINTER(Floats) colour;
   POINTER(Uints) target;      // [pixels]: RGBA8, alpha is the loss mask
   POINTER(Float4s) exposure;  // [photographs][2]
-  POINTER(Uints) sums_low;    // [views of the batch][4][4], fixed point: sums of common/exposure.h over 256
+  POINTER(Uints) sums_low;    // [views of the batch][4][4], fixed point: sums of common/exposure.h divided by 256
   POINTER(Uints) sums_high;
   uint blocks, view_count, groups, pad;
 };

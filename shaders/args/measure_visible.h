@@ -6,14 +6,13 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// How large each triangle is where it is seen largest, in pixels of the photographs, and in which views it is seen.
-/// One workgroup per tile.
+/// Largest size of each triangle in pixels of the photographs, and the views that show it. One workgroup per tile.
 struct MeasureVisibleArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
   POINTER(Hits) hits;
-  POINTER(Uints) areas;  // [T], raised to it; at most 2^30
-  POINTER(Uints) shown;  // [T]: bit v is set where view v of the batch shows it; at most 32 views
+  POINTER(Uints) areas;  // [T], maximum with the existing value; at most 2^30
+  POINTER(Uints) shown;  // [T]: bit v is set if view v of the batch shows it; at most 32 views
   uint triangles, view_count, tiles, pad;
 };
 

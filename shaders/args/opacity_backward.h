@@ -6,8 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Likelihood-ratio gradient of opacity for every fragment not behind the visible one. One workgroup per tile of a
-/// band.
+/// Likelihood-ratio gradient of opacity for every fragment up to the visible one. One workgroup per tile of a band.
 struct OpacityBackwardArgs {
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;
@@ -20,7 +19,7 @@ struct OpacityBackwardArgs {
   POINTER(Steps) state;
   POINTER(Uints) gradient_low;  // [lattice samples], fixed point
   POINTER(Uints) gradient_high;
-  POINTER(Uints) touched;  // [triangles]: as in update_textures, 1 for what is added to
+  POINTER(Uints) touched;  // [triangles]: 1 if a gradient was added; see update_textures
   uint triangles, view_count, tile_first, tiles, capacity, pad;
 };
 

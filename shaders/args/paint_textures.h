@@ -6,14 +6,14 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Textures from the colours that sum_photographs.comp found. One workgroup per triangle.
+/// Textures from the colours summed by sum_photographs.comp. One workgroup per triangle.
 struct PaintTexturesArgs {
   POINTER(Uints) parents;          // [triangles]: rows of old_textures
-  POINTER(Textures) old_textures;  // of level 0: colours and opacity to begin with
+  POINTER(Textures) old_textures;  // level 0: initial colours and opacity
   POINTER(Textures) textures;      // [triangles]
   POINTER(Float4s) old_source;
   POINTER(Float4s) source;  // [source samples][8], logits
-  POINTER(Uints) low;       // [lattice samples][4], as sum_photographs.comp leaves them
+  POINTER(Uints) low;       // [lattice samples][4], from sum_photographs.comp
   POINTER(Uints) high;
   uint triangles, pad;
 };

@@ -6,9 +6,9 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Where the gradients of each triangle's pixels go. One thread per triangle.
+/// Assigns positions to the gradients of each triangle's pixels. One thread per triangle.
 struct PlacePixelsArgs {
-  POINTER(Uints) counts;  // [triangles] pixels, one word that is 0 before, [triangles] places
+  POINTER(Uints) counts;  // [triangles] pixels, one word that is initially 0, [triangles] positions
   uint triangles, pad;
 };
 

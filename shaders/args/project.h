@@ -8,11 +8,11 @@ namespace KERNEL_TYPES {
 
 /// Clip coordinates and pixel box of every triangle in every view. One thread per (view, triangle).
 struct ProjectArgs {
-  POINTER(Floats) vertices;  // [T][3][3], world
+  POINTER(Floats) vertices;  // [T][3][3], normalised coordinates
   POINTER(Views) views;
   POINTER(ScreenTriangles) screen;  // [views][T]
   uint triangles, view_count;
-  uint drop_near, pad;  // 1: as published, what reaches the camera plane is dropped whole
+  uint drop_near, pad;  // 1: as published, triangles that reach the camera plane are discarded
 };
 
 #ifndef GL_core_profile

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Lattice samples in 8 bits, as a model keeps them. One thread per sample.
+/// Quantises lattice samples to 8 bits, as stored in a model. One thread per sample.
 struct QuantiseArgs {
   POINTER(Float4s) lattice;  // [samples][8], 0..1
   POINTER(Uints) packed;     // [samples][8 bytes]

@@ -6,8 +6,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// What the photographs of a batch show at the points where it samples them. A workgroup takes a block of 16 x 16
-/// pixels.
+/// Resamples the photographs of a batch at the positions where the batch samples them. One workgroup per block of 16 x
+/// 16 pixels.
 struct SamplePhotographsArgs {
   POINTER(Views) views;
   POINTER(Uints) target;  // [pixels]: RGBA8, alpha is the loss mask

@@ -6,8 +6,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Features, view direction, MLP, background: the colour of every pixel. A workgroup takes
-/// every groups-th block of 16 x 16 pixels.
+/// The colour of every pixel from features, view direction, MLP and background. Each workgroup processes every
+/// groups-th block of 16 x 16 pixels.
 struct ShadeArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
@@ -15,7 +15,7 @@ struct ShadeArgs {
   POINTER(Float4s) lattice;  // [lattice samples][8], after the sigmoid
   POINTER(Floats) mlp;       // [595]
   POINTER(Floats) colour;    // [pixels][3]
-  POINTER(Floats) debug;     // [pixels][16]: MLP inputs, where they are asked for
+  POINTER(Floats) debug;     // [pixels][16]: MLP inputs, if requested
   uint blocks, view_count;
   float background_r, background_g, background_b;
   uint groups;

@@ -14,15 +14,15 @@ struct ShadeBackwardArgs {
   POINTER(Float4s) lattice;
   POINTER(Floats) mlp;
   POINTER(Float4s) gradient;
-  POINTER(Uints) places;        // [triangles], of the first pixel of each (place_pixels)
-  POINTER(Uints) ranks;         // [pixels]: of those of its triangle (count_visible)
-  POINTER(Floats) sorted;       // [9][pixels]: dL/dfeature and barycentrics, by place
+  POINTER(Uints) places;        // [triangles]: position of the first pixel of each (place_pixels)
+  POINTER(Uints) ranks;         // [pixels]: rank among the pixels of its triangle (count_visible)
+  POINTER(Floats) sorted;       // [9][pixels]: dL/dfeature and barycentrics, by position
   POINTER(Floats) mlp_partial;  // [groups][595]
-  POINTER(Floats) debug;        // [pixels][7]: dL/dfeature where asked for
+  POINTER(Floats) debug;        // [pixels][7]: dL/dfeature, if requested
   POINTER(Uints) target;        // [pixels]: RGBA8
   POINTER(Float4s) exposure;    // [photographs][2]
   uint blocks, groups, view_count;
-  uint exposed;  // 1: the gradient is by colours that expose has changed; needs the two above
+  uint exposed;  // 1: the gradient is with respect to colours changed by expose; needs target and exposure
   uint pixels, pad;
 };
 

@@ -6,13 +6,14 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Feature gradients of pixels to the places of their triangles, for triangles first .. last - 1. One thread per pixel.
+/// Moves the feature gradients of pixels to the positions of their triangles, for triangles first .. last - 1. One
+/// thread per pixel.
 struct SortGradientsArgs {
   POINTER(Hits) hits;
-  POINTER(Uints) places;     // [triangles], of the first pixel of each (place_pixels)
-  POINTER(Uints) ranks;      // [pixels]: of those of its triangle (count_visible)
+  POINTER(Uints) places;     // [triangles]: position of the first pixel of each (place_pixels)
+  POINTER(Uints) ranks;      // [pixels]: rank among the pixels of its triangle (count_visible)
   POINTER(Floats) gradient;  // [7][pixels]
-  POINTER(Floats) sorted;    // [9][pixels]: dL/dfeature and barycentrics, by place
+  POINTER(Floats) sorted;    // [9][pixels]: dL/dfeature and barycentrics, by position
   uint pixels, first, last, pad;
 };
 

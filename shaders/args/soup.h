@@ -9,12 +9,12 @@ namespace KERNEL_TYPES {
 #define STRUCT struct alignas(16)
 #endif
 
-/// Of the picture that the first pass draws, which with 2 x 2 samples per pixel is larger than the second's.
+/// Size of the first pass's picture. With 2 x 2 samples per pixel it is larger than the second's.
 STRUCT SoupArgs {
   float pixel_x, pixel_y;  // NDC per pixel: 2 / width, 2 / height
 };
 
-/// Width of the table of triangles: triangle t is its column (t % width, t / width).
+/// Width of the table of triangles: triangle t is column (t % width, t / width).
 #ifdef GL_core_profile
 #define kTableWidth 1024u
 #else
@@ -23,19 +23,19 @@ inline constexpr uint kTableWidth = 1024;
 
 /// A vertex of the first pass, four uints.
 STRUCT SoupVertex {
-  uint x, y, z;   // world, the bits of floats
+  uint x, y, z;   // normalised coordinates, the bits of floats
   uint triangle;  // index + 1
 };
 
-/// What both passes know of a picture; a uniform buffer.
+/// Uniform buffer for both passes of a picture.
 STRUCT DrawFrame {
-  mat4 clip_from_world;    // OpenGL clip space, rows downwards
-  vec4 eye;                // world
+  mat4 clip_from_world;    // OpenGL clip space, image rows downwards
+  vec4 eye;                // normalised coordinates
   vec4 ray, ray_x, ray_y;  // as in ViewRecord
   vec4 background;
   float pixel_x, pixel_y;       // NDC per pixel
-  float depth_near, depth_far;  // of the depth mode, along the viewing direction
-  uint channel;                 // of the channel mode
+  float depth_near, depth_far;  // for the depth mode, along the viewing direction
+  uint channel;                 // for the channel mode
   uint pad0, pad1, pad2;
 };
 

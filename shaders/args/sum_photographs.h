@@ -6,18 +6,17 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Colours of the photographs, by the samples of the textures that show them. One workgroup per block of 16 x 16
-/// pixels.
+/// Sums the photographs' colours over the texture samples that show them. One workgroup per block of 16 x 16 pixels.
 struct SumPhotographsArgs {
   POINTER(Views) views;
   POINTER(Hits) hits;
-  POINTER(Textures) textures;  // [T]: lattice_offset counts samples of `low`
-  POINTER(Uints)
-  low;  // [lattice samples of triangles first .. last - 1][4] fixed point, added to: weight times red, green, blue, 1
+  POINTER(Textures) textures;  // [T]: lattice_offset is an index into `low`
+  // [lattice samples of triangles first .. last - 1][4] fixed point, added to: weight times red, green, blue, 1
+  POINTER(Uints) low;
   POINTER(Uints) high;
   uint view_count, blocks;
   uint first, last;
-  uint stride, pad;  // every stride-th pixel takes part
+  uint stride, pad;  // every stride-th pixel is used
 };
 
 #ifndef GL_core_profile

@@ -1,4 +1,4 @@
-// What the kernels' arguments point to. One definition for GLSL and C++.
+// Types that the kernels' arguments point to. One definition for GLSL and C++.
 #ifndef TRISOUP_ARGS_TYPES_H
 #define TRISOUP_ARGS_TYPES_H
 
@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include "common/language.h"
-// Kernels that are compiled as C++ see pointers here, everybody else addresses: two sets of types, in two namespaces.
+// Kernels compiled as C++ see pointers; all other code sees addresses. The two sets of types are in two namespaces.
 #ifndef KERNEL_TYPES
 #define KERNEL_TYPES trisoup::kernels
 #endif
@@ -19,7 +19,7 @@ using glm::vec4;
 #define STRUCT struct alignas(16)
 #endif
 
-// No kernel converts one of these to another, nor chooses between two: SwiftShader cannot.
+// Kernels must not convert between these types or select between two values: SwiftShader cannot compile either.
 #ifdef GL_core_profile
 #define POINTER_TYPE(name, type, alignment) \
   layout(buffer_reference, std430, buffer_reference_align = alignment) buffer name { type v[]; };
@@ -35,28 +35,28 @@ POINTER_TYPE(Uints, uint, 4)
 POINTER_TYPE(Uints, uint, 4)
 #endif
 
-/// One view of a batch. Frame buffers hold the views' pixels one after the other, rows from NDC y = -1 upwards.
+/// A view of a batch. Batch buffers hold the views' pixels one after the other, starting with the row at NDC y = -1.
 STRUCT ViewRecord {
   mat4 clip_from_world;
   // Direction from the surface towards the camera at NDC (x, y): ray + x ray_x + y ray_y, not normalised.
   vec4 ray, ray_x, ray_y;
   uint width, height;
   uint tiles_x, tiles_y;
-  uint pixel_offset;        // of its first pixel in the frame buffers
-  uint tile_offset;         // of its first tile
-  uint block_offset;        // of its first block of 16 x 16 pixels
-  uint index;               // of the view in the dataset: part of the thresholds' counter
+  uint pixel_offset;        // index of its first pixel in the batch buffers
+  uint tile_offset;         // index of its first tile
+  uint block_offset;        // index of its first block of 16 x 16 pixels
+  uint index;               // of the view in the dataset; part of the thresholds' counter
   POINTER(Uints) photo;     // RGBA8; alpha is the loss mask
-  float photograph_pixels;  // of the photograph, for one of this view
+  float photograph_pixels;  // photograph pixels per pixel of this view
   uint pad0;
-  // Where the photograph is sampled: pixel (x, y) takes those from (x + first_x, y + first_y) on, four by four, with
-  // these weights.
-  vec4 taps_x, taps_y;  // multiples of 1/128 whose sum is 1
+  // Sampling of the photograph: pixel (x, y) uses the 4 x 4 photograph pixels starting at (x + first_x, y + first_y)
+  // with these weights.
+  vec4 taps_x, taps_y;  // multiples of 1/128 that sum to 1
   int first_x, first_y;
   uint pad1, pad2;
 };
 
-/// A triangle as one view sees it. Pixels x, y in 16 bits each; the box is empty where min > max.
+/// A triangle in one view. Pixels x, y in 16 bits each; the box is empty if min > max.
 STRUCT ScreenTriangle {
   vec4 p0, p1, p2;  // clip coordinates
   uint box_min, box_max;
@@ -74,24 +74,24 @@ STRUCT Hit {
 /// soup::TextureEntry
 STRUCT Texture { uint source_offset, lattice_offset, level_min, level_max; };
 
-/// The texture of one triangle, in a list that is sorted by size.
+/// The texture of one triangle, in a list sorted by size.
 STRUCT TextureTask {
   uint source_offset, lattice_offset;
   uint levels;    // level_min | level_max << 8
-  uint triangle;  // of the rank's own, counted from its first
+  uint triangle;  // index on its rank, starting at 0
 };
 
-/// What changes from step to step; everything else in a step's arguments stays the same until the topology changes.
+/// The arguments that change every step. All others stay the same until the next refinement.
 STRUCT StepState {
   uint threshold_key;  // hash of seed and step
   uint step;
-  float rate_texture, second_texture;  // see common/optimiser.h
-  float rate_vertex, second_vertex;
-  float rate_mlp, second_mlp;
+  float lr_texture, second_texture;  // see common/optimiser.h
+  float lr_vertex, second_vertex;
+  float lr_mlp, second_mlp;
   float pixel_weight;   // 1 / (3 x pixels of the batch)
   float window_weight;  // 1 / (3 x SSIM windows of the batch); 0 when no view is large enough for one
   uint slot;            // row of the statistics
-  float error_slope;    // by which an error becomes its pull, up to 1 (loss_gradient.comp)
+  float error_slope;    // factor from error to gradient, which is clamped to 1 (loss_gradient.comp)
 };
 
 /// Sums over a batch in fixed point (common/fixed_point.h), low and high words.
@@ -102,40 +102,40 @@ STRUCT Statistics {
   uint pad0, pad1;
 };
 
-/// Sums over one view: in fixed point, in units of IMAGE_SUM_UNIT, and counts.
+/// Sums over one view: fixed point in units of IMAGE_SUM_UNIT, and counts.
 STRUCT ImageSums {
   uint l1_low, l1_high;      // |C - target|, three channels
   uint mse_low, mse_high;    // (C - target)^2, three channels
   uint ssim_low, ssim_high;  // SSIM of the windows, three channels
   uint pixels;               // inside the loss mask
-  uint uncovered;            // of those: without a triangle, where the photograph is not the background
+  uint uncovered;            // of those: pixels without a triangle where the photograph differs from the background
 };
-// A power of two. Sums of up to 2^27 pixels stay in range; a block's sum stays below kFixedLimit.
+// A power of two. Sums of up to 2^27 pixels stay in range; the sum of a block stays below kFixedLimit.
 #define IMAGE_SUM_UNIT 1024.0f
 
-/// Parameters that were not numbers and had to be reset (common/faults.h).
+/// Non-finite parameters that were reset (common/faults.h).
 STRUCT Fault {
-  uint count;  // since the host looked
-  uint index;  // of the first: the float in its array
-  uint step;   // in which it was found
+  uint count;  // since the host last read it
+  uint index;  // of the first: index of the float in its array
+  uint step;   // step in which it was found
   uint pad0;
 };
 #define FAULT_VERTEX 0
 #define FAULT_TEXEL 1
 #define FAULT_WEIGHT 2
 
-/// Flags that outlive a step.
+/// Flags that persist between steps.
 STRUCT Control {
-  uint list_total;     // entries that the tiles' lists of the last step needed
-  uint overflow;       // 1: they did not fit; no parameter has changed since
-  uint list_peak;      // the most that any step needed
+  uint list_total;     // entries that the tile lists of the last step needed
+  uint overflow;       // 1: the lists did not fit; parameters have not changed since
+  uint list_peak;      // maximum over all steps
   uint overflow_step;  // the first step whose lists did not fit
-  Fault faults[3];     // by FAULT_
+  Fault faults[3];     // indexed by FAULT_
 };
 
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
 POINTER_TYPE(Floats, float, 4)
-COHERENT_POINTER_TYPE(CoherentFloats, float, 4)  // what threads of a workgroup write and others of it read
+COHERENT_POINTER_TYPE(CoherentFloats, float, 4)  // written by threads of a workgroup and read by others in it
 POINTER_TYPE(Float4s, vec4, 16)
 POINTER_TYPE(Uint4s, uvec4, 16)
 POINTER_TYPE(Views, ViewRecord, 16)

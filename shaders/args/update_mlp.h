@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// Sums the workgroups' MLP gradients and applies Adam. Eight parameters a workgroup.
+/// Sums the workgroups' MLP gradients and applies Adam. Eight parameters per workgroup.
 struct UpdateMlpArgs {
   POINTER(Floats) mlp;
   POINTER(Floats) moment1;

@@ -15,7 +15,7 @@ struct UpdateVerticesArgs {
   POINTER(Uints) gradient_high;
   POINTER(Steps) state;
   POINTER(Controls) control;
-  POINTER(Floats) debug;  // [3T][3]: gradient where asked for
+  POINTER(Floats) debug;  // [3T][3]: gradient, if requested
   uint vertex_count, pad;
 };
 

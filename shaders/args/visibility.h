@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// The nearest fragment of every pixel whose opacity reaches its threshold; LAYER selects another one
+/// Finds the nearest fragment of every pixel whose opacity reaches its threshold, or another one depending on LAYER
 /// (visibility.comp). One workgroup per tile of a band.
 struct VisibilityArgs {
   POINTER(Views) views;
@@ -15,8 +15,8 @@ struct VisibilityArgs {
   POINTER(Uints) lists;
   POINTER(Textures) textures;
   POINTER(Floats) opacity;     // [lattice samples], after the sigmoid
-  POINTER(Floats) thresholds;  // [pixels][T] where thresholds are given
-  POINTER(Hits) first;         // [pixels] where what is behind them is asked for
+  POINTER(Floats) thresholds;  // [pixels][T], if thresholds are given
+  POINTER(Hits) first;         // [pixels]: visible triangles, if the ones behind them are requested
   POINTER(Steps) state;
   POINTER(Hits) hits;
   uint triangles, view_count, tile_first, tiles, capacity, pad;

@@ -1,8 +1,8 @@
-// Lattices as images (soup::Atlas): where the points of a lattice lie.
+// Lattices in atlas images (soup::Atlas): position of a lattice square.
 
 struct AtlasSquare {
   ivec2 at;  // texel of the square's lowest point
-  int step;  // 1, or -1 where the lattice is turned
+  int step;  // 1, or -1 if the lattice is turned
   int page;
   uint level;
 };
@@ -16,8 +16,8 @@ AtlasSquare atlas_square(uint place, uint layer_level, LatticeSquare square) {
   return s;
 }
 
-/// Weights of the square's points (x + 1, y), (x, y + 1), and of the third, which is (x, y) or, where `upper`, (x + 1,
-/// y + 1).
+/// Interpolation weights of the square's points (x + 1, y) and (x, y + 1). The third point is (x, y), or (x + 1, y + 1)
+/// if `upper`.
 struct SquareWeights {
   float w0, w1;
   bool upper;

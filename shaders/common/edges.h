@@ -1,15 +1,15 @@
-// Edge gradients for vertices (Pidhorskyi et al. 2024, as used by DiffSoup, section 4): what moving a triangle would
-// change where neighbouring pixels differ. Needs coverage.h.
+// Edge gradients of vertices (Pidhorskyi et al. 2024, as used by DiffSoup, section 4): the effect of moving a triangle
+// on the differences between neighbouring pixels. Needs coverage.h.
 
 /// dL / d(clip coordinates) of a triangle's three vertices.
 struct ClipGradient {
   vec4 g0, g1, g2;
 };
 
-/// A force on the NDC position of the point with weights s0, s1, s2.
+/// Applies a force to the NDC position of the point with weights s0, s1, s2.
 FN void apply_force(vec4 p0, vec4 p1, vec4 p2, real s0, real s1, real s2, vec3 force, INOUT(ClipGradient) gradient) {
   const vec4 point = s0 * p0 + s1 * p1 + s2 * p2;
-  // What is seen is in front of the camera; corners far away can round it out of there.
+  // Visible points are in front of the camera, but rounding with distant corners can give w <= 0.
   if (!(point.w > real(0))) return;
   const vec3 f = force / point.w;
   const vec4 g = vec4(f.x, f.y, f.z, -(f.x * point.x + f.y * point.y + f.z * point.z) / point.w);
@@ -18,15 +18,17 @@ FN void apply_force(vec4 p0, vec4 p1, vec4 p2, real s0, real s1, real s2, vec3 f
   gradient.g2 += s2 * g;
 }
 
-/// Normal of a triangle in NDC, of any length and on either side; its corners may lie behind the camera. origin: an NDC
-/// point near which it is needed. Depth is a linear function of the screen, and its graph the triangle's plane.
+/// Returns a normal of a triangle in NDC, not normalised, with either sign. Corners may be behind the camera. NDC depth
+/// is a linear function of the screen position, and its graph is the triangle's plane. origin: an NDC point close to
+/// where the normal is used.
 FN vec3 ndc_normal(vec4 p0, vec4 p1, vec4 p2, vec2 origin) {
   const TriangleSetup setup = triangle_setup(p0, p1, p2, origin);
   return vec3(setup.plane.y, setup.plane.z, real(-1));
 }
 
-/// How the line in which A and B meet moves with A: the force along the pixels' axis becomes one along A's normal in
-/// the plane of that axis and z. n_a, n_b: (axis, z) components of the NDC normals. Zero where the planes are parallel.
+/// Force on the intersection line of A and B as A moves. Converts the force along the pixel axis to a force along A's
+/// normal in the plane of that axis and z. n_a, n_b: (axis, z) components of the NDC normals. Zero if the planes are
+/// parallel.
 FN vec2 intersection_force(vec2 n_a, vec2 n_b, real force) {
   const real length_a = sqrt(dot(n_a, n_a)), length_b = sqrt(dot(n_b, n_b));
   if (length_a == real(0) || length_b == real(0)) return vec2(0);
@@ -36,10 +38,10 @@ FN vec2 intersection_force(vec2 n_a, vec2 n_b, real force) {
   return a * (force * -b.y / sine);
 }
 
-/// Where the segment from p, at which a triangle is seen, to q, at which it is not, leaves it: the vertices' weights
-/// there, that of the vertex opposite to the edge 0. Corners may lie behind the camera: edge functions are linear on
-/// the screen wherever they lie. crosses: the near plane cuts the triangle. False where that is what the segment meets
-/// first: the triangle goes on beyond it.
+/// Finds the point where the segment from p, which the triangle covers, to q, which it does not, leaves the triangle.
+/// s: the vertices' weights there; 0 for the vertex opposite the crossed edge. Corners may be behind the camera,
+/// because edge functions are linear on the screen. crosses: the near plane cuts the triangle. Returns false if the
+/// segment meets the near plane first: the triangle continues beyond it.
 FN bool silhouette_point(vec4 p0, vec4 p1, vec4 p2, bool crosses, vec2 p, vec2 q, OUT(vec3) s) {
   vec3 at_p = edge_values(p0, p1, p2, p), at_q = edge_values(p0, p1, p2, q);
   s = vec3(0);
@@ -73,15 +75,14 @@ FN bool silhouette_point(vec4 p0, vec4 p1, vec4 p2, bool crosses, vec2 p, vec2 q
 
 #define EDGE_NONE 0
 #define EDGE_INTERIOR 1      // both pixels show A
-#define EDGE_INTERSECTION 2  // A and B pass through each other between the pixels
-#define EDGE_OPACITY 3       // A covers q but lets it see what is behind
+#define EDGE_INTERSECTION 2  // A and B intersect between the pixels
+#define EDGE_OPACITY 3       // A covers q but is transparent there
 #define EDGE_SILHOUETTE 4    // A ends between the pixels
 
-/// The force between pixel p, which shows triangle A at depth_p, and its neighbour q, on A's vertices; returns the
+/// Adds the force between pixel p, which shows triangle A at depth_p, and its neighbour q to A's vertices. Returns the
 /// EDGE_ kind. q shows A (q_same), nothing (q_empty) or B at depth_q. force: adjoint * (W/2, 0) * dx or (0, H/2) * dy
-/// in NDC, where adjoint = sum_c (g_p + g_q)_c (C_p - C_q)_c / 2 and g = dL/dC. a_crosses: the near plane cuts A. What
-/// lies beyond it is not seen, and where A ends there it has no edge: moving A would show more or less of what the near
-/// plane cuts off, not of A.
+/// in NDC, where adjoint = sum_c (g_p + g_q)_c (C_p - C_q)_c / 2 and g = dL/dC. a_crosses: the near plane cuts A. The
+/// cut is not an edge: moving A there changes what the near plane cuts off, not what A shows.
 FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool a_crosses, bool q_same, bool q_empty,
                   real depth_p, real depth_q, vec2 p, vec2 q, vec2 force, bool horizontal,
                   INOUT(ClipGradient) gradient) {
@@ -95,7 +96,7 @@ FN int edge_force(vec4 a0, vec4 a1, vec4 a2, vec4 b0, vec4 b1, vec4 b2, bool a_c
     if (aq.inside) {
       if (a_crosses && aq.depth < real(-1)) return EDGE_NONE;
       if (!q_empty && depth_q < aq.depth) {
-        // B hides A at q. Unless A hides B at p in turn, what lies between them is B's edge, not A's.
+        // B hides A at q. Unless A also hides B at p, the edge between them belongs to B, not to A.
         const PlanePoint bp = plane_point(b0, b1, b2, p);
         if (!(bp.inside && depth_p < bp.depth)) return EDGE_NONE;
         const vec3 n_a = ndc_normal(a0, a1, a2, middle), n_b = ndc_normal(b0, b1, b2, middle);

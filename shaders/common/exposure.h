@@ -1,16 +1,16 @@
-// Exposure: how a photograph's colours differ from the scene's, a gain and an offset of each channel that are fitted
-// anew whenever a step shows the photograph (docs/method.md, "Exposure"): least squares with weights (Holland and
-// Welsch 1977), pulled to the identity (Hoerl and Kennard 1970).
+// Exposure: a per-channel gain and offset between the scene's colours and a photograph's. They are fitted whenever a
+// step renders the photograph (docs/method.md, "Exposure"): weighted least squares (Holland and Welsch 1977) with ridge
+// regularisation towards the identity (Hoerl and Kennard 1970).
 
-/// A colour c becomes gain c + offset, channel by channel.
+/// A colour c becomes gain c + offset, per channel.
 struct Exposure {
   vec3 gain, offset;
-  real variance;  // of a gain that was fitted, mean of the channels
+  real variance;  // of a fitted gain, mean over the channels
 };
 
 FN vec3 exposed(IN(Exposure) m, vec3 c) { return m.gain * c + m.offset; }
 
-/// Beyond 0 and 1 a photograph tells nothing: where it is at its end, what would lie beyond is as good as that.
+/// Photographs are clipped to 0..1. A colour beyond the clipped end of its photograph counts as equal to it.
 FN real recorded(real colour, real photograph) {
   if (photograph <= real(0)) return max(colour, real(0));
   if (photograph >= real(1)) return min(colour, real(1));
@@ -20,15 +20,15 @@ FN vec3 recorded(vec3 colour, vec3 photograph) {
   return vec3(recorded(colour.x, photograph.x), recorded(colour.y, photograph.y), recorded(colour.z, photograph.z));
 }
 
-/// dL/dc of the colour c from d = dL/d(recorded colour); nothing comes back through a channel that is at its end.
+/// Returns dL/dc of the colour c from d = dL/d(recorded colour). Clipped channels have no gradient.
 FN vec3 recorded_backward(IN(Exposure) m, vec3 c, vec3 photograph, vec3 d) {
   const vec3 colour = exposed(m, c), shown = recorded(colour, photograph);
   return m.gain * vec3(shown.x == colour.x ? d.x : real(0), shown.y == colour.y ? d.y : real(0),
                        shown.z == colour.z ? d.z : real(0));
 }
 
-/// What m does beyond what is common to all: with a share of 1, first that and then this is m. A lower share is nearer
-/// to the identity.
+/// Removes the exposure common to all photographs from m: with share 1, applying first common_part and then the result
+/// is m. A lower share moves the result towards the identity.
 FN Exposure exposure_beyond(IN(Exposure) m, IN(Exposure) common_part, real share) {
   Exposure rest;
   rest.gain = m.gain / max(common_part.gain, vec3(real(0.01)));
@@ -38,20 +38,18 @@ FN Exposure exposure_beyond(IN(Exposure) m, IN(Exposure) common_part, real share
   return rest;
 }
 
-/// The share of what exposures seem to differ in that is to be believed (James and Stein 1961): none where they spread
-/// no more than they are wrong. spread: variance of gains over the photographs; noise: mean of the gains' own
-/// variances.
+/// Shrinkage factor of the exposures (James and Stein 1961): 0 if they spread no more than their uncertainty. spread:
+/// variance of the gains over the photographs. noise: mean of the gains' own variances.
 FN real exposure_share(real spread, real noise) { return spread > noise ? real(1) - noise / spread : real(0); }
 
-// What a fit is computed from: sums over pixels of w (c c, 1), w (c, |e|^2 / 3), w (c d, 0) and w (d, 0), products
-// channel by channel; c the rendered colour, d what the photograph has more than c, e the error of the exposure that
-// the photograph had so far, w the pixel's weight.
+// Sums over pixels that a fit needs: w (c c, 1), w (c, |e|^2 / 3), w (c d, 0) and w (d, 0), with products per channel.
+// c: rendered colour; d: photograph minus c; e: error with the photograph's previous exposure; w: weight of the pixel.
 #define EXPOSURE_SUMS 4
 
-/// Adds a pixel. Where a rendering is wrong (holes, edges, what stands before the camera) it tells nothing of the
-/// exposure: of weights 1 / (|e| + slack) the fit is nearly that of the sum of |e|, which is what the loss is made of.
+/// Adds a pixel. Where a rendering is wrong (holes, edges, transient objects) it says nothing about the exposure.
+/// Weights 1 / (|e| + slack) make the fit nearly an L1 fit, like the loss.
 FN void add_to_exposure(vec3 c, vec3 photograph, IN(Exposure) so_far, INOUT_ARRAY_OF(vec4, sums, EXPOSURE_SUMS)) {
-  // Of what a photograph shows as its brightest or darkest only a bound is known.
+  // For the brightest and darkest values of a photograph only a bound is known.
   if (min(photograph.x, min(photograph.y, photograph.z)) <= real(0) ||
       max(photograph.x, max(photograph.y, photograph.z)) >= real(1))
     return;
@@ -64,9 +62,9 @@ FN void add_to_exposure(vec3 c, vec3 photograph, IN(Exposure) so_far, INOUT_ARRA
   sums[3] += w * vec4(d, real(0));
 }
 
-/// For each channel argmin of sum w (gain c + offset - p)^2 / sum w + pull ((gain - 1)^2 + 40 offset^2), pull being 2.5
-/// times the mean squared error so far: a prior of 0.2 on gains and of 0.03 on offsets, where a photograph tells as
-/// much as ten independent pixels would. Errors of a rendering are that much alike over large parts of a picture.
+/// Per channel, minimises sum w (gain c + offset - p)^2 / sum w + pull ((gain - 1)^2 + 40 offset^2). pull is 2.5 times
+/// the mean squared error so far: a prior of 0.2 on gains and 0.03 on offsets if a photograph had as much information
+/// as ten independent pixels. Rendering errors are correlated over large parts of a picture, hence the small number.
 FN Exposure fitted_exposure(IN_ARRAY_OF(vec4, sums, EXPOSURE_SUMS)) {
   const real inverse = real(1) / max(sums[0].w, real(1e-6));
   const real pull = real(2.5) * inverse * sums[1].w + real(1e-5);

@@ -1,17 +1,17 @@
-// What the MLP takes: features of a visible fragment and the direction it is seen from.
+// Inputs of the MLP: features of a visible fragment and the view direction.
 #include "common/fragment_features.h"
 
-/// Unit vector from the surface towards the camera.
+/// Returns the unit vector from the surface towards the camera.
 FN vec3 view_direction(Views views, uint view, uvec2 pixel, uint width, uint height) {
   const vec2 ndc = pixel_ndc(pixel.x, pixel.y, width, height);
   return normalize(vec3(views.v[view].ray + ndc.x * views.v[view].ray_x + ndc.y * views.v[view].ray_y));
 }
 
-/// The visible fragments of a thread's pixels `first` to first + PIXELS - 1 of four and the MLP's inputs for them, zero
-/// where nothing is visible.
+/// The visible fragments of a thread's pixels `first` to first + PIXELS - 1 (of four) and the MLP's inputs for them,
+/// zero where nothing is visible.
 struct Fragments {
-  bool inside[PIXELS];    // of the image
-  uint index[PIXELS];     // in the frame buffers
+  bool inside[PIXELS];    // inside the image
+  uint index[PIXELS];     // in the batch buffers
   uint triangle[PIXELS];  // index + 1; 0: none
   uint lattice_offset[PIXELS];
   LatticeCell cell[PIXELS];
@@ -29,9 +29,9 @@ FN void load_fragments(Views views, uint view, uvec2 corner, uint thread, uint f
 }
 
 #ifdef LANES_OF_A_CPU
-FN void ask_for(const vec4 words) {}  // what is read and not used is only brought near (engine/gpu/lanes)
-/// Asks memory for the samples that mlp_inputs will read for the thread's pixel `first`, while the one before it is
-/// shaded: triangles lie anywhere, and a lane that waits for its texture lets all others wait.
+FN void ask_for(const vec4 words) {}  // a value that is read but not used is only prefetched (engine/gpu/lanes)
+/// Prefetches the samples that mlp_inputs will read for the thread's pixel `first` while the previous pixel is shaded.
+/// Triangles lie anywhere in memory, and a lane that waits for its texture stalls all lanes.
 FN void ask_for_features(Views views, uint view, uvec2 corner, uint thread, uint first, Hits hits, Textures textures,
                          Float4s lattice) {
   if (first >= 4u) return;

@@ -1,4 +1,5 @@
-// First pass: what the fragment shaders share. Opacities are all they fetch, one byte per lattice point, four at once.
+// Shared by the fragment shaders of the first pass. They fetch only opacities, one byte per lattice point, four at
+// once.
 
 layout(push_constant) uniform Push { SoupArgs a; };
 layout(binding = 0) uniform sampler2DArray opacities;
@@ -8,14 +9,14 @@ layout(binding = 5) uniform Frame { DrawFrame frame; };
 layout(location = 0) flat in uint triangle;  // index + 1
 layout(location = 0) out uint hit;           // the same
 
-/// Opacity of the triangle in the middle of the pixel.
+/// Returns the opacity of the triangle at the pixel centre.
 float opacity() {
   const SoupTriangle t = soup_triangle(triangle - 1u);
   const vec2 b = barycentrics(t, gl_FragCoord.xy * vec2(a.pixel_x, a.pixel_y) - 1.0);
   const uint level = t.layer_level & 255u;
   const LatticeSquare square = lattice_square(b.x, b.y, level);
   const AtlasSquare s = atlas_square(t.place, t.layer_level, square);
-  // The corner that the square's four texels share.
+  // The common corner of the square's four texels.
   const vec2 middle = vec2(s.at) + 0.5 + 0.5 * float(s.step);
   const vec4 g = textureGather(opacities, vec3(middle / vec2(textureSize(opacities, 0).xy), float(s.page)));
   const bool turned = s.step < 0;

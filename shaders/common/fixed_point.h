@@ -1,19 +1,17 @@
-// Sums that are the same in any order: 64-bit fixed point in two 32-bit words, added with 32-bit atomics, which every
-// device has. The low words start at 2^31, so that small terms of either sign rarely touch the high word. Words live in
-// two arrays.
+// Order-independent sums: 64-bit fixed point in two 32-bit words, which only needs 32-bit atomics. Low words start at
+// 2^31, so that small terms of either sign rarely change the high word. The words are in two arrays.
 
 const uint kFixedZero = 0x80000000u;        // low word of an empty sum
 const float kFixedOne = 17592186044416.0f;  // 2^44: resolution 6e-14, range +-5e5
 const float kFixedInverse = 5.684341886080802e-14f;
-const float kFixedLimit = 64.0f;  // a single term is clamped: 8,192 of them fit. Terms of a mean loss are far below 1
+const float kFixedLimit = 64.0f;  // a single term is clamped: 8,192 of them fit; terms of a mean loss are far below 1
 
-/// x as far as a single term may go, or zero if it is not a number.
+/// Clamps a term to kFixedLimit. NaN becomes zero.
 FN float limited(float x) {
   return abs(x) <= kFixedLimit ? x : x > 0.0f ? kFixedLimit : x < 0.0f ? -kFixedLimit : 0.0f;
 }
 
-/// Words of x, or of zero if x is not a number. What is left of x after the high word fits in a signed low word
-/// exactly.
+/// Converts x to its words; NaN becomes zero. The remainder of x after the high word fits exactly in a signed low word.
 FN uvec2 to_fixed(float x) {
   const float scaled = limited(x) * kFixedOne;
   const float high = floor(scaled * 2.3283064365386963e-10f + 0.5f);
@@ -21,7 +19,7 @@ FN uvec2 to_fixed(float x) {
   return uvec2(uint(low), uint(int(high) + (low >> 31)));
 }
 
-/// The offset of the low word makes it, less that offset, a signed number.
+/// The low word minus its offset is a signed number.
 FN float from_fixed(uint low, uint high) {
   return float(int(high)) * 0.000244140625f + float(int(low ^ kFixedZero)) * kFixedInverse;
 }

@@ -1,4 +1,4 @@
-// The shared maths for C++: trisoup::f32 as the kernels compute it, trisoup::f64 for finite differences.
+// The shared maths for C++: trisoup::f32, identical to the kernels, and trisoup::f64 for finite differences.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "common/language.h"
 
-// The bodies are the kernels' own; names that GLSL has built in come from GLM.
+// The function bodies are shared with the kernels. GLM provides the functions that are built into GLSL.
 #define TRISOUP_MATHS_TYPES(scalar) \
   using real = scalar;              \
   using uint = std::uint32_t;       \

@@ -1,6 +1,6 @@
-// The subset in which GLSL, CUDA and C++ share the maths of this folder and the kernels. The maths headers have no
-// include guards and include nothing: kernels include those they need, and common/host.h includes them all twice, in
-// float and in double.
+// Common subset of GLSL, CUDA and C++ for the maths of this folder and the kernels. Maths headers have no include
+// guards and include nothing: kernels include the ones they need, and common/host.h includes all of them twice, for
+// float and double.
 #ifdef GL_core_profile
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_control_flow_attributes : require
@@ -14,7 +14,7 @@
 #define INOUT_ARRAY_OF(type, name, n) inout type name[n]
 #define UNROLL [[unroll]]
 #define POINTER(type) type
-// Rounded the same wherever it is computed: no contraction, no reordering.
+// Rounded identically everywhere: no contraction, no reordering.
 #define PRECISE precise
 #else
 #ifdef __CUDACC__

@@ -1,45 +1,46 @@
-// Barycentric lattice textures (DiffSoup, section 3; see docs/method.md).
-// Level R has the points (x, y), x + y <= r = 2^R, at barycentrics b0 = x / r, b1 = y / r.
+// Barycentric lattice textures (DiffSoup, section 3; docs/method.md). Level R has the points (x, y), x + y <= r = 2^R,
+// at barycentrics b0 = x / r, b1 = y / r.
 
 FN uint lattice_samples(uint level) { return ((1u << level) + 1u) * ((1u << level) + 2u) / 2u; }
 
-/// Diagonal by diagonal: the order of the published textures.
+/// Index of a sample. Samples are ordered by diagonals, as in the published textures.
 FN uint lattice_index(uint x, uint y) {
   const uint n = x + y;
   return n * (n + 1u) / 2u + y;
 }
 
-/// (x, y) of a sample's index.
+/// Position (x, y) of a sample.
 FN void lattice_point(uint index, OUT(uint) x, OUT(uint) y) {
-  // A diagonal begins where 8 index + 1 is the square of 2 n + 1, and ends 8 below the next one's. Half of one above it
-  // the root may be off by 0.003 either way: all that there is up to n = 32, the longest diagonal.
+  // Diagonal n starts where 8 index + 1 = (2 n + 1)^2 and ends 8 below the next square. Because of the added half, the
+  // root may be off by 0.003 in either direction, which holds for all diagonals up to n = 32, the longest.
   const uint n = uint((sqrt(real(8) * real(index) + real(1.5)) - real(1)) * real(0.5));
   y = index - n * (n + 1u) / 2u;
   x = n - y;
 }
 
-/// The two samples of the next coarser level that sample (x, y) lies between; the same one twice where it is one of
-/// that level's own.
+/// The two samples of the next coarser level between which sample (x, y) lies. Both are the same if the sample belongs
+/// to the coarser level.
 FN void coarse_neighbours(uint x, uint y, OUT(uint) p, OUT(uint) q) {
   const uint n = (x >> 1) + (y >> 1), at = lattice_index(x >> 1, y >> 1);
   p = at + (x & 1u) * (n + 1u);
   q = at + (y & 1u) * (n + 2u);
 }
 
-/// The sample of the next finer level in the place of sample `index`.
+/// Index in the next finer level of the sample at the position of sample `index`.
 FN uint finer_index(uint index) {
   uint x, y;
   lattice_point(index, x, y);
   return lattice_index(2u * x, 2u * y);
 }
 
-/// Three samples of a level and their weights, which sum to one.
+/// Three samples of a level and their weights, which sum to 1.
 struct LatticeCell {
   uint i0, i1, i2;
   real w0, w1, w2;
 };
 
-/// The square of four points that a place on a triangle lies in, (x, y) its lowest, and the place within it, 0..1 each.
+/// The square of four lattice points that contains a point of the triangle. (x, y): its lowest point. fu, fv: the
+/// position inside, 0..1.
 struct LatticeSquare {
   uint x, y;
   real fu, fv;
@@ -56,9 +57,10 @@ FN LatticeSquare lattice_square(real b0, real b1, uint level) {
   return square;
 }
 
-/// True in the half of the square next to its lowest point; the other half's third sample is (x + 1, y + 1).
+/// Whether the point is in the half next to the square's lowest point. The third sample of the other half is (x + 1, y
+/// + 1).
 FN bool lower_half(LatticeSquare square) { return square.fu + square.fv <= real(1); }
-/// In the squares along the hypotenuse rounding can get into the other half; there is no sample beyond it.
+/// Squares along the hypotenuse have no upper half, but rounding can place a point there.
 FN bool has_upper_half(LatticeSquare square, uint level) { return square.x + square.y + 2u <= (1u << level); }
 
 FN LatticeCell lattice_cell(real b0, real b1, uint level) {
@@ -82,7 +84,7 @@ FN LatticeCell lattice_cell(real b0, real b1, uint level) {
   return cell;
 }
 
-/// The texture without its finest level: the samples of a lattice of `level` at the points of the next coarser one, and
+/// The texture without its finest level: samples of a lattice of `level` at the points of the next coarser level, and
 /// their weights.
 FN LatticeCell coarser_cell(real b0, real b1, uint level) {
   if (level == 0u) return lattice_cell(b0, b1, level);
@@ -93,19 +95,20 @@ FN LatticeCell coarser_cell(real b0, real b1, uint level) {
   return cell;
 }
 
-/// Exactly v when all three values are v: a lattice of 0.5 must pass a threshold of 0.5 everywhere.
+/// Returns exactly v if all three values are v: a lattice of 0.5 must pass a threshold of 0.5 everywhere.
 FN real lattice_mix(LatticeCell cell, real v0, real v1, real v2) {
   return v2 + cell.w0 * (v0 - v2) + cell.w1 * (v1 - v2);
 }
 
-/// The inverse of sigmoid, for p from 0.02 to 0.98: the logarithm of p / (1 - p) as 16 times that of its 16th root, by
-/// the series of the inverse hyperbolic tangent. Roots and products alone give the same bits on more devices than a
-/// logarithm would.
+/// Inverse of sigmoid for p from 0.02 to 0.98: log(p / (1 - p)) as 16 times the logarithm of its 16th root, with the
+/// series of the inverse hyperbolic tangent. Roots and products give the same bits on more devices than a logarithm
+/// does.
 FN real logit(real p) {
   const real root = sqrt(sqrt(sqrt(sqrt(p / (real(1) - p)))));
   const real z = (root - real(1)) / (root + real(1)), zz = z * z;
   return real(32) * z * (real(1) + zz * (real(1) / real(3) + zz * (real(1) / real(5) + zz * (real(1) / real(7)))));
 }
 
-/// Exactly 0.5 at 0, which division and exponential of a GPU need not give: new opacities must pass a threshold of 0.5.
+/// Returns exactly 0.5 at 0, which a GPU's division and exponential do not guarantee. New opacities must pass a
+/// threshold of 0.5.
 FN real sigmoid(real x) { return x == real(0) ? real(0.5) : real(1) / (real(1) + exp(-x)); }

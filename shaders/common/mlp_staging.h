@@ -1,4 +1,4 @@
-// The MLP's parameters in shared memory: every thread reads all of them. To be included before common/shading.h.
+// The MLP's parameters in shared memory, because every thread reads all of them. Include before common/shading.h.
 SHARED float s_mlp[595];
 #define MLP(i) s_mlp[i]
 

@@ -1,16 +1,15 @@
-// dL/dW of the MLP: sums of outer products of a layer's inputs and its deltas over the pixels of a workgroup, one per
-// thread, that put_pixel() leaves in shared memory. All ways add a weight's terms pixel by pixel, so the bits are the
-// same. Needs shading.h.
+// dL/dW of the MLP: sums of outer products of a layer's inputs and deltas over the pixels of a workgroup, one pixel per
+// thread, which PUT_PIXEL stores in shared memory. All variants add a weight's terms pixel by pixel, so the results are
+// bit-identical. Needs shading.h.
 #ifdef LANES_OF_A_CPU
-// A lane has one input of each layer and four outputs: what lanes read lies side by side, and a delta is the same for
-// all of them.
+// Each lane handles one input and four outputs of each layer. Lanes read adjacent inputs and share the deltas.
 SHARED vec4 s_input[64 * 12];       // [pixel]: x, h1, h2
-const uint kDeltas = 10u;           // d1, d2, d3 of a pixel, and what makes it whole vectors of lanes
+const uint kDeltas = 10u;           // d1, d2 and d3 of a pixel, padded to whole vectors of lanes
 SHARED vec4 s_delta[64 * kDeltas];  // [pixel]
 
 struct MlpSums {
-  vec4 w1, w2, w3;  // component: output 4 (thread / 16) + i of layers 1 and 2, output i of layer 3
-  float bias;       // output thread of the 35 of all layers
+  vec4 w1, w2, w3;  // component i: output 4 (thread / 16) + i of layers 1 and 2, output i of layer 3
+  float bias;       // output `thread` of the 35 outputs of all layers
 };
 
 FN void clear_sums(OUT(MlpSums) sums) {
@@ -37,7 +36,7 @@ FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
     s.w1 += s_input[at + vector][component] * s_delta[delta];
     s.w2 += s_input[at + 4u + vector][component] * s_delta[delta + 4u];
   }
-  // Variables of their own: nobody else has them, so that lanes that take no part need not be left out of every sum.
+  // Local copies, so that the compiler need not mask inactive lanes in every sum.
   if (part == 0u) {
     vec4 w3 = s.w3;
     for (uint q = 0u; q < 64u; ++q) w3 += s_input[q * 12u + 8u + vector][component] * s_delta[q * kDeltas + 8u];
@@ -51,7 +50,7 @@ FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
   sums = s;
 }
 
-/// partial: [595] from `base` on.
+/// partial: [595], starting at `base`.
 FN void write_sums(Floats partial, uint base, uint thread, IN(MlpSums) sums) {
   const uint in_index = thread & 15u, output0 = (thread >> 4) * 4u;
   UNROLL for (uint i = 0u; i < 4u; ++i) {
@@ -66,9 +65,9 @@ FN void write_sums(Floats partial, uint base, uint thread, IN(MlpSums) sums) {
   UNROLL for (uint i = 0u; i < 3u; ++i) partial.v[base + MLP_W3 + i * 16u + in_index] = sums.w3[i];
 }
 #else
-// Threads 0..35 have a 4 x 4 block of a weight matrix each: 16 of w1, 16 of w2, 4 of w3.
-// Rows of 64 pixels: inputs x, h1, h2 (4 rows of 4 each), then deltas d1, d2 (4 rows each) and d3 (1 row). A gap after
-// each puts the same pixel of the four rows that neighbouring threads read into different banks of shared memory.
+// Threads 0..35 have a 4 x 4 block of a weight matrix each: 16 of w1, 16 of w2, 4 of w3. Rows of 64 pixels: inputs x,
+// h1, h2 (4 rows each), then deltas d1, d2 (4 rows each) and d3 (1 row). A gap after each row places the same pixel of
+// the four rows that neighbouring threads read in different banks of shared memory.
 const uint kRow = 65u;
 SHARED vec4 s_row[21 * kRow];
 const uint kD1 = 12u, kD2 = 16u, kD3 = 20u;
@@ -83,11 +82,11 @@ FN void clear_sums(OUT(MlpSums) sums) {
   sums.biases = vec4(0.0f);
 }
 
-// Pixel k of v[16] as four vectors of the thread's pixel in rows row .. row + 3.
+// Stores pixel k of v[16] as four vectors at the thread's position in rows row .. row + 3.
 #define PUT(row, v, k)                                                     \
   UNROLL for (uint i = 0u; i < 4u; ++i) s_row[(row + i) * kRow + thread] = \
       vec4(LANE(v[4u * i], k), LANE(v[4u * i + 1u], k), LANE(v[4u * i + 2u], k), LANE(v[4u * i + 3u], k))
-/// The thread's pixel k of what the MLP read and what its gradients are.
+/// Stores the MLP's inputs and deltas of the thread's pixel k.
 #define PUT_PIXEL(x, h1, h2, d1, d2, d3, k) \
   PUT(0u, x, k);                            \
   PUT(4u, h1, k);                           \
@@ -109,7 +108,7 @@ FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
   }
 }
 
-/// partial: [595] from `at` on.
+/// partial: [595], starting at `at`.
 FN void write_sums(Floats partial, uint at, uint thread, IN(MlpSums) sums) {
   if (thread >= 36u) return;
   const uint layer = thread < 16u ? 0u : thread < 32u ? 1u : 2u;

@@ -1,13 +1,14 @@
-// How many pixels a thread shades at a time. Four read a weight once for all of them, which a CPU wants; a GPU has not
-// the registers for it and runs PIXELS 1 (shade_one.comp, shade_backward_one.comp). The bits are the same.
+// Number of pixels a thread shades at a time. With four, each weight is read once for four pixels, which is faster on a
+// CPU. GPUs have too few registers for it and use PIXELS 1 (shade_one.comp, shade_backward_one.comp). The results are
+// bit-identical.
 #ifndef PIXELS
 #define PIXELS 4
 #endif
 #if PIXELS == 1
 #define LANES float
 #define LANE(v, k) v
-// Compilers keep in registers what they have read from shared memory, and 595 weights do not fit; behind a barrier they
-// read again.
+// Compilers keep values read from shared memory in registers, but 595 weights do not fit. After a barrier they are read
+// again.
 #define FORGET_WEIGHTS() barrier()
 #else
 #define LANES vec4

@@ -1,6 +1,6 @@
 // Counter-based random numbers: the same counters give the same number in any order and on any device.
 
-/// Avalanching 32-bit hash (constants found by C. Wellons' search for low bias).
+/// 32-bit hash with avalanche effect (constants from C. Wellons' search for low bias).
 FN uint hash32(uint x) {
   x ^= x >> 16;
   x *= 0x7feb352du;
@@ -13,7 +13,7 @@ FN uint hash32(uint x) {
 /// The part of a threshold's counter that does not depend on the triangle. key: hash of seed, step and view.
 FN uint threshold_pixel(uint key, uint pixel) { return hash32(key ^ (pixel * 0x9e3779b9u)); }
 
-/// Uniform in (0, 1] with 24 bits: an opacity of 0 reaches none, an opacity of 1 every one.
+/// Returns a uniform threshold in (0, 1] with 24 bits: opacity 0 never passes, opacity 1 always does.
 FN real threshold_of(uint pixel_hash, uint triangle) {
   return real((hash32(pixel_hash + triangle * 0x85ebca6bu) >> 8) + 1u) * real(5.9604644775390625e-8);
 }

@@ -1,6 +1,6 @@
-// Neural shading (DiffSoup, section 3): 7 features and the view direction's spherical harmonics through a small MLP.
-// The includer defines MLP(i), the i-th parameter: w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3], row-major
-// [out][in].
+// Neural shading (DiffSoup, section 3): a small MLP maps 7 features and the spherical harmonics of the view direction
+// to a colour. The includer defines MLP(i), the i-th parameter: w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3],
+// row-major [out][in].
 
 /// Real spherical harmonics up to degree 2 of the unit vector v from the surface towards the camera.
 FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
@@ -15,7 +15,7 @@ FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
   y[8] = real(0.54627422) * (v.x * v.x - v.y * v.y);
 }
 
-// LANES is what the MLP computes with, one number or several pixels at once: the includer of a kernel defines it.
+// LANES is the MLP's number type: one number, or several pixels at once. Kernels define it before including this file.
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
 #define MLP_PARAMETERS
 #else
@@ -57,12 +57,12 @@ FN void mlp_forward(MLP_PARAMETERS LANES_IN(x, 16), LANES_OUT(h1, 16), LANES_OUT
   }
 }
 
-/// From dL/dy[3]: the gradients before each activation, d1[16], d2[16], d3[3], and dL/dx of the first 7 inputs. The
-/// gradient of a weight is then d[out] times the layer's input, of a bias d[out].
+/// Computes from dL/dy[3] the gradients before each activation, d1[16], d2[16], d3[3], and dL/dx of the first 7 inputs.
+/// The gradient of a weight is d[out] times the layer's input; that of a bias is d[out].
 FN void mlp_backward(MLP_PARAMETERS LANES_IN(h1, 16), LANES_IN(h2, 16), LANES_IN(y, 3), LANES_IN(dy, 3),
                      LANES_OUT(d1, 16), LANES_OUT(d2, 16), LANES_OUT(d3, 3), LANES_OUT(dx, 7)) {
   UNROLL for (int o = 0; o < 3; ++o) d3[o] = dy[o] * y[o] * (LANES(1) - y[o]);
-  // Row by row, as the weights lie in memory: four at once where the compiler can.
+  // Row by row, in memory order of the weights, so that the compiler can vectorise.
   LANES g[16];
   UNROLL for (int i = 0; i < 16; ++i) g[i] = LANES(0);
   UNROLL for (int o = 0; o < 3; ++o) UNROLL for (int i = 0; i < 16; ++i) g[i] += MLP(MLP_W3 + o * 16 + i) * d3[o];
@@ -76,10 +76,10 @@ FN void mlp_backward(MLP_PARAMETERS LANES_IN(h1, 16), LANES_IN(h2, 16), LANES_IN
   UNROLL for (int o = 0; o < 16; ++o) UNROLL for (int i = 0; i < 7; ++i) dx[i] += MLP(o * 16 + i) * d1[o];
 }
 
-/// Features 0..2 are a base colour, 3 mixes in the MLP's.
+/// Features 0..2 are the base colour; feature 3 is the weight of the MLP's colour.
 FN vec3 skip_connection(IN_ARRAY(f, 7), vec3 y) { return (real(1) - f[3]) * vec3(f[0], f[1], f[2]) + f[3] * y; }
 
-/// dL/dcolour -> dL/dy and the part of dL/df that does not go through the MLP.
+/// dL/dcolour -> dL/dy and the part of dL/df that does not pass through the MLP.
 FN void skip_connection_backward(IN_ARRAY(f, 7), vec3 y, vec3 dc, OUT(vec3) dy, OUT(vec3) drgb, OUT(real) dmix) {
   dy = f[3] * dc;
   drgb = (real(1) - f[3]) * dc;

@@ -1,4 +1,4 @@
-// SSIM (Wang et al. 2004) of one window: 11-tap Gaussian, sigma 1.5, biased moments, and its gradient.
+// SSIM (Wang et al. 2004) of one window and its gradient: 11-tap Gaussian, sigma 1.5, biased moments.
 
 #define SSIM_TAPS 11
 
@@ -13,12 +13,12 @@ FN real ssim_tap(int i) {
                   : real(0.0010283800844791099);
 }
 
-/// The window's value and its derivatives by E[x], E[xx] and E[xy], x being the rendering.
+/// SSIM of a window and its derivatives with respect to E[x], E[xx] and E[xy], where x is the rendering.
 struct SsimWindow {
   real value, d_x, d_xx, d_xy;
 };
 
-/// x, y: E[x], E[y]; squares: E[xx + yy], of which the two parts are never needed alone; xy: E[xy].
+/// x, y: E[x], E[y]; squares: E[xx + yy], since the two are never needed separately; xy: E[xy].
 FN SsimWindow ssim_window(real x, real y, real squares, real xy) {
   const real c1 = real(1e-4), c2 = real(9e-4);
   const real a1 = real(2) * x * y + c1, a2 = real(2) * (xy - x * y) + c2;

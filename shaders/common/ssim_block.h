@@ -1,18 +1,18 @@
 // A block of 16 x 16 pixels and its surroundings for the 11-tap SSIM window. Needs block_grid.h.
-const uint kPatch = 26u;  // a block and the 10 pixels that its windows reach beyond it
-// 64 threads walk a patch in two rows of 32 at a time: neighbouring threads stay in one row.
-// kRun: neighbouring pixels of a row that one thread filters. A GPU's thread keeps what they share in registers; a
-// CPU's lanes load what lies side by side in one go.
+const uint kPatch = 26u;  // a block and the 10 pixels by which its windows extend beyond it
+// 64 threads walk over a patch in two rows of 32 at a time, so that neighbouring threads stay in one row. kRun: number
+// of adjacent pixels of a row that one thread filters. A GPU thread keeps their common inputs in registers; CPU lanes
+// load adjacent values at once.
 #ifdef LANES_OF_A_CPU
 const uint kRun = 1u;
 #else
 const uint kRun = 8u;
 #endif
-const uint kRuns = kBlock / kRun;  // in a row
+const uint kRuns = kBlock / kRun;  // runs per row
 
 SHARED float s_rows[4 * 26 * 16];
 
-/// Column `x` of map `map`, rows y0 .. y0 + 3, through the vertical half of the window.
+/// Vertical pass of the window for column `x` of map `map`, rows y0 .. y0 + 3.
 FN vec4 blur_column(uint map, uint x, uint y0) {
   float v[14];
   UNROLL for (uint i = 0u; i < 14u; ++i) v[i] = s_rows[(map * kPatch + y0 + i) * kBlock + x];
@@ -21,7 +21,7 @@ FN vec4 blur_column(uint map, uint x, uint y0) {
   return sum;
 }
 
-/// Colour and target of a pixel, zero where it is masked out; returns the mask.
+/// Loads colour and target of a pixel, zero if it is masked out; returns the mask.
 FN float masked_pixel(Floats colour, Uints target, Floats float_target, bool is_float, uint index, uint channel,
                       OUT(float) x, OUT(float) y) {
   float mask = 1.0f;

@@ -1,8 +1,8 @@
 // Moments of the SSIM windows of one block and channel. Needs ssim_block.h.
 SHARED float s_x[26 * 26], s_y[26 * 26];
 
-/// Reads one channel of rendering and target into s_x and s_y: a block's pixels and those its windows reach, 0 outside
-/// the picture.
+/// Loads one channel of rendering and target into s_x and s_y: the pixels that the block's windows cover, 0 outside the
+/// picture.
 FN void load_patch(Floats colour, Uints target, Floats float_target, bool is_float, uvec2 corner, uint width,
                    uint height, uint pixel_offset, uint channel, uint thread) {
   for (uint first = 0u; first < kPatch; first += 2u) {
@@ -16,7 +16,8 @@ FN void load_patch(Floats colour, Uints target, Floats float_target, bool is_flo
   }
 }
 
-/// Horizontal half of the windows over s_x and s_y: rows of E[x], E[y], E[xx + yy] and E[xy], for blur_column().
+/// Horizontal pass of the windows over s_x and s_y. Produces rows of E[x], E[y], E[xx + yy] and E[xy] for
+/// blur_column().
 FN void blur_rows(uint thread) {
   for (uint first = 0u; first < kPatch; first += 64u / kRuns) {
     const uint row = first + thread / kRuns, x0 = (thread % kRuns) * kRun;

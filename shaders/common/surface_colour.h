@@ -1,5 +1,4 @@
-// Second pass: what a picture shows of a visible fragment. Neural shading once per pixel, or what helps to see the
-// soup.
+// Second pass: the colour of a visible fragment. Neural shading once per pixel, or one of the inspection modes.
 
 #define MODE_COLOUR 0u
 #define MODE_TRIANGLES 1u
@@ -11,12 +10,12 @@
 #define MODE_CHANNEL 7u
 
 layout(constant_id = 0) const uint MODE = MODE_COLOUR;
-layout(binding = 2) uniform sampler2DArray features;  // 0..3 of a lattice point; 4..7 lie in the layer after
+layout(binding = 2) uniform sampler2DArray features;  // features 0..3 of a lattice point; 4..7 are in the next layer
 layout(binding = 5) uniform Frame { DrawFrame frame; };
 #include "common/soup_table.h"
 
-// The MLP's parameters: compiled into the shader as specialisation constants, which doubles its speed on a CPU and
-// costs a compilation per model, or in a uniform buffer, for models that are still changing.
+// The MLP's parameters. Either specialisation constants, which doubles the speed on a CPU but needs a compilation per
+// model, or a uniform buffer, for models that are still changing.
 #ifdef FIXED_MLP
 #include "mlp_constants.h"
 #define MLP(i) fixed_mlp[i]
@@ -53,7 +52,7 @@ vec3 neural_colour(float f[8], vec2 ndc) {
   return skip_connection(float[7](f[0], f[1], f[2], f[3], f[4], f[5], f[6]), vec3(y[0], y[1], y[2]));
 }
 
-/// A colour that tells neighbours in the index apart.
+/// A random colour that distinguishes triangles with adjacent indices.
 vec3 random_colour(uint triangle) {
   uint h = triangle * 0x9e3779b9u;
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
@@ -68,12 +67,12 @@ float edge_distance(SoupTriangle t, vec2 ndc) {
   const vec4 p2 = frame.clip_from_world * vec4(t.v2, 1.0);
   const TriangleSetup s = triangle_setup(p0, p1, p2, ndc);
   const vec2 pixel = vec2(frame.pixel_x, frame.pixel_y);
-  // An edge function over the length of its gradient, per pixel, is the distance to that edge on the screen.
+  // An edge function divided by the length of its gradient per pixel is the screen distance to that edge.
   return min(abs(s.e0.x) / length(s.e0.yz * pixel),
              min(abs(s.e1.x) / length(s.e1.yz * pixel), abs(s.e2.x) / length(s.e2.yz * pixel)));
 }
 
-/// hit: as the first pass wrote it, not 0. ndc: of the pixel or sample.
+/// hit: nonzero output of the first pass. ndc: of the pixel or sample.
 vec3 surface_colour(uint hit, vec2 ndc) {
   if (MODE == MODE_TRIANGLES) return random_colour(hit - 1u);
   const SoupTriangle t = soup_triangle(hit - 1u);

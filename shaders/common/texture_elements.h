@@ -1,9 +1,9 @@
-// How threads share the vectors of a texture among them where each vector is read, changed and written by itself.
+// Distribution of a texture's vectors over threads, for loops that process each vector independently.
 #ifdef LANES_OF_A_CPU
-// A lane takes a component: lanes side by side take words side by side. As many threads as there are lanes, so that
-// none waits for another at a barrier.
+// A lane handles one component, so that adjacent lanes access adjacent words. There are as many threads as lanes, so
+// that no thread waits at barriers.
 #define THREADS LANES_OF_A_CPU
-const uint kNumbers = 1u;  // in an element
+const uint kNumbers = 1u;  // per element
 #define FLOATS float
 #define UINTS uint
 #define NUMBER(element, c) element
@@ -13,8 +13,8 @@ const uint kNumbers = 1u;  // in an element
 #define SHARED_ELEMENT(vectors, e) vectors[e]
 #define SHARED_WORD(vectors, i, c) vectors[(i)*4u + (c)]
 #else
-// A thread takes a vector. Eight neighbouring threads take eight neighbouring ones and go on with the next: whole cache
-// lines for a GPU, one stream of memory for a driver that runs eight threads as one.
+// A thread handles a vector. Eight neighbouring threads handle eight adjacent vectors and then continue with the next
+// ones: full cache lines on a GPU, one memory stream for a driver that runs eight threads as one.
 #ifndef THREADS
 #define THREADS 64u
 #endif
@@ -28,8 +28,8 @@ const uint kNumbers = 4u;
 #define SHARED_ELEMENT(vectors, e) vectors[e]
 #define SHARED_WORD(vectors, i, c) vectors[i][c]
 #endif
-const uint kElements = 8u / kNumbers;  // of a sample: features 0..6 and opacity
-/// ELEMENT(vectors, first, e): element e of those from vector `first` on, in memory; SHARED_ELEMENT(vectors, e): of
-/// all, in shared memory, and SHARED_WORD component c of vector i there. Element ELEMENT_OF(i, count), if below count,
-/// is the thread's, for i below ELEMENT_STEPS(count).
+const uint kElements = 8u / kNumbers;  // per sample: features 0..6 and opacity
+/// ELEMENT(vectors, first, e): element e in memory, counted from vector `first`. SHARED_ELEMENT(vectors, e): element e
+/// in shared memory. SHARED_WORD(vectors, i, c): component c of vector i in shared memory. The elements of a thread are
+/// ELEMENT_OF(i, count) for i < ELEMENT_STEPS(count), if below count.
 #define ELEMENT_STEPS(count) (((count) + THREADS - 1u) / THREADS)

@@ -1,8 +1,8 @@
-// Pixels of a workgroup of 64 threads: a tile of 8 x 8 of one view of the batch. Needs views, tiles and view_count in
-// `a`.
+// Pixels of a workgroup of 64 threads: a tile of 8 x 8 pixels of one view of the batch. Needs views, tiles and
+// view_count in `a`.
 const uint kTile = 8u;
 
-/// The view of tile `tile`; the same for the whole workgroup.
+/// Returns the view of a tile. Uniform in the workgroup.
 FN uint tile_view(Views views, uint view_count, uint tile) {
   uint view = 0u;
   while (view + 1u < view_count && tile >= views.v[view + 1u].tile_offset) ++view;
@@ -11,8 +11,8 @@ FN uint tile_view(Views views, uint view_count, uint tile) {
 
 struct TilePixel {
   uint x, y;
-  uint index;   // in the frame buffers
-  bool inside;  // tiles at the border reach out of the image
+  uint index;   // in the batch buffers
+  bool inside;  // tiles at the border extend beyond the image
 };
 
 FN TilePixel tile_pixel(Views views, uint view, uint tile, uint thread) {
@@ -27,7 +27,7 @@ FN TilePixel tile_pixel(Views views, uint view, uint tile, uint thread) {
   return p;
 }
 
-/// NDC of the middle of a tile: origin of its triangles' edge functions.
+/// NDC of a tile's centre: the origin of its triangles' edge functions.
 FN vec2 tile_origin(Views views, uint view, uint tile) {
   const uint local = tile - views.v[view].tile_offset;
   const uint tiles_x = views.v[view].tiles_x;

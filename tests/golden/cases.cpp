@@ -40,7 +40,7 @@ constexpr double kImage = 1e-4, kGradient = 1e-3;
 
 const Array& need(const Npz& npz, const std::string& name) {
   const auto it = npz.find(name);
-  if (it == npz.end()) throw Error("the case lacks the array '{}'", name);
+  if (it == npz.end()) throw Error("the case has no array '{}'", name);
   return it->second;
 }
 
@@ -65,7 +65,7 @@ std::vector<float> mlp_parameters(const Npz& npz, const std::string& prefix, con
   return all;
 }
 
-/// Feature and opacity arrays [T][S][7] and [T][S][1] into our interleaved [T][S][8], and back.
+/// Converts feature and opacity arrays [T][S][7] and [T][S][1] to the interleaved layout [T][S][8], and back.
 std::vector<float> interleave(const Array& features, const Array& opacity) {
   const std::size_t samples = opacity.f.size();
   std::vector<float> out(samples * 8);
@@ -87,7 +87,7 @@ std::vector<float> opacity_of(std::span<const float> interleaved) {
   return out;
 }
 
-/// A golden scene on the device. Indexed meshes become soups; their vertex gradients are summed back.
+/// A golden scene on the device. Indexed meshes are expanded to soups; their vertex gradients are summed back.
 struct Scene {
   Scene(gpu::Device& device, const Npz& npz, const std::string& suffix = "")
       : gpu(device), frame(device, 16), step(gpu, soup, frame) {
@@ -128,7 +128,7 @@ struct Scene {
     };
     const auto room = [&](std::size_t floats) {
       owned.push_back(gpu.allocate(floats * 4, "golden output"));
-      gpu.fill(owned.back().address(), owned.back().bytes(), 0);  // what no kernel writes reads as zero
+      gpu.fill(owned.back().address(), owned.back().bytes(), 0);  // memory that no kernel writes reads as zero
       return owned.back().address();
     };
     if (npz.contains("target")) inputs.target = upload(need(npz, "target").f);
@@ -144,7 +144,7 @@ struct Scene {
     return inputs.thresholds ? train::Thresholds::given : train::Thresholds::half;
   }
 
-  /// seen: called when it is known which triangle each pixel shows, before anything is made of it.
+  /// seen: called after visibility, before shading.
   void forward_and_backward(const train::Rates& rates, std::uint32_t slot, const std::function<void()>& seen = {}) {
     step.begin(0, 0, slot, rates);
     step.visibility(thresholds(), inputs);
@@ -158,7 +158,7 @@ struct Scene {
     return gpu.download_vector<float>(address, count);
   }
 
-  /// Per-corner values (n floats each) summed to the mesh's own vertices.
+  /// Sums per-corner values (n floats each) to the mesh's shared vertices.
   std::vector<float> to_shared(const std::vector<float>& corners, std::size_t n) const {
     std::vector<float> out(shared_vertices * n, 0.0f);
     for (std::size_t c = 0; c < faces.size(); ++c)
@@ -190,7 +190,7 @@ Losses losses(Scene& s, std::uint32_t slot) {
   return l;
 }
 
-/// The MLP's recorded inputs at a pixel, and how far the device may see others. hit: what it shows.
+/// The MLP's recorded inputs at a pixel, with bounds of the device's rounding error. hit: the visible fragment.
 std::array<Rounded, 16> mlp_inputs(const Npz& npz, std::size_t pixel, const kernels::Hit& hit, std::uint32_t level,
                                    double place_error) {
   std::array<Rounded, 16> x;
@@ -207,16 +207,16 @@ std::array<Rounded, 16> mlp_inputs(const Npz& npz, std::size_t pixel, const kern
   return x;
 }
 
-/// What the pixels show, once it is settled where rounding decides.
+/// The visible triangles after ties were settled.
 struct Settled {
   std::vector<kernels::Hit> hits;
-  std::vector<bool> triangles;       // rounding decides on their opacities and edges somewhere
-  std::vector<double> place_errors;  // of the pixels: VisibilityTies
+  std::vector<bool> triangles;       // triangles whose opacities or edges depend on rounding somewhere
+  std::vector<double> place_errors;  // per pixel, see VisibilityTies
 };
 
-/// Where rounding decides what a pixel shows and the device has chosen otherwise than the recorded arrays, it goes on
-/// from the recorded choice: what follows is then to be the same, sums over all pixels included. Anywhere else another
-/// triangle is wrong.
+/// If a pixel is a tie and the device chose another triangle than the recorded arrays, continues with the recorded
+/// choice, so that later results are comparable, including sums over all pixels. A different triangle at any other
+/// pixel is an error.
 Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
   Settled settled{
       s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels), std::vector<bool>(s.triangles), {}};
@@ -254,22 +254,21 @@ Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
       hit.b1 = rast[4 * (first + p) + 1];
       hit.depth = rast[4 * (first + p) + 2];
       hit.triangle = shown[p];
-      // The opacity's gradient finds the shown fragment by its depth, to the last bit.
+      // The opacity gradient identifies the visible fragment by its exact depth, so this triangle cannot be compared.
       if (shown[p] != 0) settled.triangles[shown[p] - 1] = true;
     }
   }
   s.gpu.upload(s.frame.hits.address(), settled.hits);
   const std::size_t most = train::most_ties(s.pixels);
-  report.check(
-      "visible triangle", wrong == 0 && otherwise <= most && ties <= 3 * most,
-      fmt::format("{} of {} pixels tie, {} are shown otherwise, {} are wrong", ties, s.pixels, otherwise, wrong));
+  report.check("visible triangle", wrong == 0 && otherwise <= most && ties <= 3 * most,
+               fmt::format("{} of {} pixels tie, {} of them differ, {} are wrong", ties, s.pixels, otherwise, wrong));
   const auto tied = static_cast<std::size_t>(std::count(settled.triangles.begin(), settled.triangles.end(), true));
   report.check("triangles at ties", tied <= most_tied_triangles(s.triangles),
-               fmt::format("{} of {} are left out where their opacities or edges matter", tied, s.triangles));
+               fmt::format("{} of {} are left out of opacity and vertex gradients", tied, s.triangles));
   return settled;
 }
 
-/// Forward images, every gradient.
+/// Compares forward images and all gradients.
 void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   Scene s(gpu, npz);
   s.step.sum_textures();
@@ -280,7 +279,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   Settled settled;
   s.forward_and_backward({}, 0, [&] { settled = settle_ties(s, npz, report); });
 
-  // Clip coordinates, corner by corner.
+  // Clip coordinates per corner.
   const auto screen = gpu.download_vector<kernels::ScreenTriangle>(s.frame.screen.address(), s.views * s.triangles);
   const std::vector<float>& clip_expected = need(npz, "out_V_clip").f;
   std::vector<float> clip, clip_at_corners;
@@ -328,7 +327,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   std::vector<float> g3;
   for (std::size_t p = 0; p < s.pixels; ++p) g3.insert(g3.end(), {g4[4 * p], g4[4 * p + 1], g4[4 * p + 2]});
   report.array("d_color", g3, need(npz, "d_color").f, kGradient);
-  // Where rounding decides whether a hidden unit passes a gradient, the two may differ by what that unit passes there.
+  // If rounding decides whether a hidden unit passes a gradient, the results may differ by that unit's contribution.
   const std::vector<float> mlp = mlp_parameters(npz, "mlp_", "");
   std::vector<double> feature_allowance(s.pixels * 7), mlp_allowance(soup::Mlp::kParameters);
   std::vector<bool> tied_features(s.triangles, false);
@@ -350,7 +349,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
                fmt::format("at {} of {} pixels", hidden, s.pixels));
   const auto left_out = static_cast<std::size_t>(std::count(tied_features.begin(), tied_features.end(), true));
   report.check("triangles at them", left_out <= most_tied_triangles(s.triangles),
-               fmt::format("{} of {} are left out of features' gradients", left_out, s.triangles));
+               fmt::format("{} of {} are left out of feature gradients", left_out, s.triangles));
   report.array("d_feat", s.floats(s.inputs.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, {},
                feature_allowance);
 
@@ -392,7 +391,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   report.array("d_V", s.to_shared(s.floats(s.inputs.vertex_gradient, s.triangles * 9), 3), need(npz, "d_V").f,
                kGradient, tied_vertex);
 
-  // The same forces, left in clip space.
+  // The same forces in clip space.
   const std::size_t clip_count = std::size_t(s.views) * s.triangles * 12;
   train::FixedSums clip_sums{gpu.allocate(clip_count * 4, "clip gradients"),
                              gpu.allocate(clip_count * 4, "clip gradients")};
@@ -460,10 +459,10 @@ void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
   report.check("loss of every step", worst <= 1e-4, fmt::format("largest relative error {:.2e}", worst));
 }
 
-/// Mean of the opacity gradient over random thresholds against exact enumeration.
+/// Compares the opacity gradient's mean over random thresholds with exact enumeration.
 void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
   npz["Rmin"].i = npz["Rmax"].i = {0};
-  npz["mvp_inv"] = need(npz, "mvp");  // the colours do not depend on the view direction
+  npz["mvp_inv"] = need(npz, "mvp");  // colours do not depend on the view direction
   for (const auto& [name, n] : {std::pair("w1", 256), {"b1", 16}, {"w2", 256}, {"b2", 16}, {"w3", 48}, {"b3", 3}})
     npz[std::string("mlp_") + name].f.assign(n, 0.0f);
   Scene s(gpu, npz);
@@ -508,8 +507,7 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
   report.check("winner counts", worst_count < 5, fmt::format("largest difference {:.2f} sigma (limit 5)", worst_count));
 }
 
-/// Random levels: their sum, and a gradient back through it. The kernel does both through the sigmoid, which is undone
-/// here.
+/// Tests the sum of random levels and its backward pass. The kernel applies the sigmoid, which is inverted here.
 void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels levels, const std::string& source,
                      const std::string& sum, const std::string& gradient, const std::string& gradient_back,
                      Report& report) {
@@ -535,7 +533,7 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
   const std::vector<float>& expected_sum = need(npz, sum).f;
   const std::vector<float>& upstream = need(npz, gradient).f;
   std::vector<float> ours, expected;
-  constexpr float kSmall = 0x1p-12f;  // a pixel's gradient ends at 64 (fixed_point.h)
+  constexpr float kSmall = 0x1p-12f;  // a pixel's gradient is clamped to 64 (fixed_point.h)
   std::vector<double> upstream_of_values(lattice.size(), 0.0);
   for (std::size_t i = 0; i < expected_sum.size(); ++i) {
     const std::size_t at = i / channels * 8 + i % channels;
@@ -557,7 +555,7 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
   report.array(gradient_back, ours, need(npz, gradient_back).f, kGradient);
 }
 
-/// From level 0 to levels 2..5, and the sum of levels 2..5.
+/// Coarse to fine from level 0 to levels 2..5, and the sum of levels 2..5.
 void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   const Array& coarse = need(npz, "feat_l0");
   const auto triangles = static_cast<std::uint32_t>(coarse.shape.at(0));
@@ -612,7 +610,7 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   report.check("texel_count", sizes == need(npz, "texel_count").i, "samples of levels 0 to 5");
 }
 
-/// SSIM of two images and its gradient, which is what the loss gradient holds beside the sign of L1.
+/// SSIM of two images and its gradient: the loss gradient without the L1 term.
 void ssim(gpu::Device& gpu, const Npz& npz, Report& report) {
   const Array& image = need(npz, "image");
   const std::vector<float>& target = need(npz, "target").f;
@@ -699,14 +697,14 @@ void trained_model(gpu::Device& gpu, const Npz& npz, Report& report) {
   report.check("visible triangle", ties * 1000 <= ids.size(),
                fmt::format("{} of {} pixels tie (limit 0.1 %)", ties, ids.size()));
   // The reference is rounded to half floats (2.4e-4 near 1), and its float32 barycentrics are ill-conditioned on
-  // slivers: evaluated in double its worst pixel is off by 4.2e-4. So the pictures must agree to 60 dB and nowhere
-  // differ by 1e-3.
+  // slivers: evaluated in double, its worst pixel is off by 4.2e-4. The pictures must therefore agree to 60 dB and
+  // differ by less than 1e-3 everywhere.
   const double psnr = -10.0 * std::log10(std::max(1e-20, squares / (3.0 * static_cast<double>(ids.size() - ties))));
   report.check("colour", worst <= 1e-3 && psnr > 60,
                fmt::format("largest difference {:.2e} (limit 1e-3), PSNR {:.1f} dB (limit 60)", worst, psnr));
 }
 
-/// The same pictures through the real-time renderer.
+/// The same pictures by the real-time renderer.
 void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
   soup::Model model;
   const std::vector<float>& v = need(npz, "V").f;
@@ -715,7 +713,7 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
   model.textures = soup::make_texture_table(model.vertices.size() / 3, {level, level}).entries;
   for (const std::int32_t value : need(npz, "lut_u8").i) model.lattice.push_back(static_cast<std::uint8_t>(value));
   model.mlp.parameters = mlp_parameters(npz, "mlp_", "");
-  if (!gpu.graphics()) return report.check("renderer", true, "left out: this device cannot draw");
+  if (!gpu.graphics()) return report.check("renderer", true, "skipped: this device cannot draw");
   const render::GpuModel drawn = render::upload_model(gpu, model);
   render::Renderer renderer(gpu);
   render::DrawOptions options;
@@ -737,14 +735,13 @@ void trained_model_drawn(gpu::Device& gpu, const Npz& npz, Report& report) {
         continue;
       }
       for (int c = 0; c < 3; ++c) {
-        // The picture's own rounding to 8 bits is not at issue.
+        // The rounding of the picture to 8 bits does not count as an error.
         const double d = std::max(0.0, std::abs(image.rgba[4 * p + c] / 255.0 - colours.at(3 * at + c)) - 0.5 / 255.0);
         squares += d * d;
       }
     }
   }
-  // Vertices are rounded to part of a pixel, and edges move with them: twice as far for every bit that a device has
-  // less than the usual 8.
+  // Vertices are rounded to subpixels, which moves edges: twice as far for every bit below the usual 8.
   const double limit = 0.001 * std::exp2(8 - std::min(8, static_cast<int>(gpu.graphics()->subpixel_bits())));
   report.check("renderer: visible triangle", static_cast<double>(ties) <= limit * static_cast<double>(ids.size()),
                fmt::format("{} of {} pixels tie (limit {:.1f} %)", ties, ids.size(), 100 * limit));
@@ -761,7 +758,7 @@ void Report::array(const std::string& what, std::span<const float> actual, std::
   const Compared c = compare(actual, expected, tolerance, skip, allowance);
   std::string ties;
   if (c.left_out) ties += fmt::format(", {} of {} left out for ties", c.left_out, expected.size());
-  if (c.allowed) ties += fmt::format(", ties allow for more at {} of {}", c.allowed, expected.size());
+  if (c.allowed) ties += fmt::format(", {} of {} have an allowance for ties", c.allowed, expected.size());
   check(what, c.holds,
         fmt::format("relative error {:.2e} (limit {:.0e}), max {:.3e}, worst at {}{}", c.relative, tolerance, c.largest,
                     c.worst, ties));

@@ -1,4 +1,4 @@
-// The kinds of golden case and how each is compared.
+// Comparison of each kind of golden case.
 #pragma once
 
 #include <filesystem>
@@ -14,10 +14,11 @@ namespace trisoup::test {
 class Report {
  public:
   Report(std::string name, bool quiet) : name_(std::move(name)), quiet_(quiet) {}
-  /// Largest difference over the largest magnitude of `expected`. skip, allowance: as in compare() (ties.h).
+  /// Compares the largest difference divided by the largest magnitude of `expected` with `tolerance`. skip, allowance:
+  /// as in compare() (ties.h).
   void array(const std::string& what, std::span<const float> actual, std::span<const float> expected, double tolerance,
              const std::vector<bool>& skip = {}, std::span<const double> allowance = {});
-  /// Share of elements within 1e-3 of the array's largest magnitude must be at least 99.9 %.
+  /// At least 99.9 % of the elements must be within 1e-3 of the array's largest magnitude.
   void parameters(const std::string& what, std::span<const float> actual, std::span<const float> expected);
   void check(const std::string& what, bool ok, const std::string& detail);
   int failures() const { return failures_; }
@@ -28,7 +29,7 @@ class Report {
   int failures_ = 0;
 };
 
-/// False when the name does not belong to a kind of case that is known.
+/// Returns false if the file name does not belong to a known kind of case.
 bool run_case(gpu::Device& gpu, const std::filesystem::path& file, Report& report);
 
 }  // namespace trisoup::test

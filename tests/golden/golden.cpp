@@ -1,5 +1,5 @@
-// golden DIR: runs the published method's golden vectors (../shared/golden/README.md describes the layout) through the
-// kernels of a device and compares array by array.
+// golden DIR: runs the golden vectors of the published method through the kernels of a device and compares each array.
+// The layout is described in golden/README.md of $TRISOUP_SHARED.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -23,11 +23,11 @@ int main(int argc, char** argv) {
   bool quiet = false;
   app.add_option("DIR", folder, "folder of .npz cases")->required();
   app.add_option("--backend", options.backend,
-                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
+                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, otherwise the CPU]");
   app.add_option("--device", options.device, "device number or name");
-  app.add_option("--only", only, "only cases whose name begins with this");
-  app.add_flag("--validation", options.validation, "with the Vulkan validation layers");
-  app.add_flag("--quiet", quiet, "print failures and the summary only");
+  app.add_option("--only", only, "run only cases whose name begins with this");
+  app.add_flag("--validation", options.validation, "enable the Vulkan validation layers");
+  app.add_flag("--quiet", quiet, "print only failures and the summary");
   CLI11_PARSE(app, argc, argv);
   try {
     if (!fs::is_directory(folder)) throw Error("{}: not a folder of golden cases", folder);
@@ -38,12 +38,12 @@ int main(int argc, char** argv) {
       if (entry.path().extension() == ".npz" && entry.path().filename().string().starts_with(only))
         files.push_back(entry.path());
     std::sort(files.begin(), files.end());
-    if (files.empty()) throw Error("{}: holds no .npz case{}", folder, only.empty() ? "" : " of that name");
+    if (files.empty()) throw Error("{}: no .npz cases{}", folder, only.empty() ? "" : " with that name");
     int passed = 0, failed = 0, skipped = 0;
     for (const fs::path& file : files) {
       test::Report report(file.stem().string(), quiet);
       if (!test::run_case(*device, file, report)) {
-        std::printf("%-34s no test for this kind of case here: skipped\n", file.stem().c_str());
+        std::printf("%-34s unknown kind of case: skipped\n", file.stem().c_str());
         ++skipped;
         continue;
       }

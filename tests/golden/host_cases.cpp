@@ -17,7 +17,7 @@
 namespace trisoup::test {
 namespace {
 
-/// Indexed faces as a soup: splitting never moves a vertex, so sharing makes no difference.
+/// Expands indexed faces to a soup. Splitting never moves a vertex, so sharing makes no difference.
 std::vector<glm::vec3> expand(const Array& vertices, const Array& faces) {
   std::vector<glm::vec3> out;
   for (const std::int32_t v : faces.i)
@@ -39,7 +39,7 @@ void same_soup(const soup::Resampled& ours, Npz& npz, Report& report) {
   report.check("vertices", ours.vertices == expand(npz["out_V"], npz["out_F"]), "equal to the last bit");
 }
 
-/// Level-0 soup with given opacities, for visibility.
+/// A level-0 soup with given opacities, for visibility.
 struct Visible {
   Visible(gpu::Device& gpu, Npz& npz, const char* matrices) : frame(gpu, 1) {
     vertices = expand(npz["V"], npz["F"]);
@@ -144,13 +144,14 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     camera.fx = npz["K"].f[0];
     camera.fy = npz["K"].f[4];
     camera.cx = npz["K"].f[2];
-    // The published projection turns the vertical principal point around; ours does not. Mirrored, the two agree.
+    // The published projection mirrors the vertical principal point, clip_from_world does not. With cy mirrored, both
+    // agree.
     camera.cy = camera.height - npz["K"].f[5];
     camera.world_to_camera = matrix(npz["Tcw_opencv"]);
     compare("mvp_from_K (cy mirrored)", scene::clip_from_world(camera, f("z_near"), f("z_far")), "mvp_from_K_flipz");
 
-    // Blender's camera looks along -z with y up, and its pictures are drawn with the last row at NDC y = -1; ours the
-    // other way round.
+    // Blender cameras look along -z with y up, and the published pictures have the last row at NDC y = -1. Here it is
+    // the first row.
     const glm::dmat4 turn(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, -1, 0),
                           glm::dvec4(0, 0, 0, 1));
     const glm::dmat4 upside_down(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, 1, 0),

@@ -1,4 +1,4 @@
-// Golden cases of what the host computes: splitting, dropping, starting, cameras.
+// Golden cases of host code: splitting, dropping, starting, cameras.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace trisoup::test {
 
-/// False when the name does not belong to a kind of case that is known.
+/// Returns false if the name does not belong to a known kind of case.
 bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& report);
 
 }  // namespace trisoup::test

@@ -9,9 +9,9 @@
 namespace trisoup::test {
 namespace {
 
-constexpr double kUnit = 0x1p-24;  // a float's rounding, relative
+constexpr double kUnit = 0x1p-24;  // relative rounding error of a float
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Values up to one that come out of a sigmoid or a normalisation: a few roundings.
+/// Error of values up to one from a sigmoid or a normalisation: a few rounding errors.
 constexpr double kOfOne = 0x1p-22;
 
 Rounded rounded(double value, double error) {
@@ -20,7 +20,7 @@ Rounded rounded(double value, double error) {
 }
 Rounded exact(double value) { return {value, 0}; }
 
-using Point = std::array<Rounded, 4>;  // x, y, z, w in clip space
+using Point = std::array<Rounded, 4>;  // clip coordinates x, y, z, w
 
 Point project(std::span<const float> m, const float* v) {
   Point p;
@@ -35,7 +35,7 @@ Certain both(Certain a, Certain b) { return std::min(a, b); }
 Certain at_least_zero(Rounded a) {
   return a.surely_negative() ? Certain::no : a.value - a.bound() >= 0 ? Certain::yes : Certain::perhaps;
 }
-/// Whether a triangle is drawn at all: no corner at or behind the camera, not all of them outside of one plane.
+/// Whether a triangle is drawn at all: no corner at or behind the camera, and not all corners outside the same plane.
 Certain drawn(const std::array<Point, 3>& p) {
   Certain in = Certain::yes;
   for (const Point& corner : p) {
@@ -46,23 +46,23 @@ Certain drawn(const std::array<Point, 3>& p) {
     for (const double sign : {-1.0, 1.0}) {
       Certain outside = Certain::yes;
       for (const Point& corner : p) outside = both(outside, at_least_zero(exact(sign) * corner[axis] - corner[3]));
-      // A corner on the plane is not outside, but a rounding away from it.
+      // A corner on the plane is not outside, but one rounding error away from it.
       if (outside == Certain::yes) return Certain::no;
       if (outside == Certain::perhaps) in = Certain::perhaps;
     }
   return in;
 }
 
-/// A triangle where a pixel looks at it.
+/// A triangle at a pixel.
 struct Fragment {
   std::uint32_t triangle = 0;
   Certain there = Certain::no;  // it covers the pixel, between the near and the far plane
-  Certain kept = Certain::no;   // and its opacity is at least the threshold
+  Certain kept = Certain::no;   // and its opacity reaches the threshold
   Rounded depth;
   double place_error = 0;
 };
 
-/// Perspective-correct barycentrics, as they are tested: b0 >= 0, b1 >= 0, b0 + b1 <= 1.
+/// Perspective-correct barycentrics with the published test: b0 >= 0, b1 >= 0, b0 + b1 <= 1.
 struct Place {
   Certain inside = Certain::no;
   Rounded b0, b1;
@@ -76,7 +76,7 @@ Place place(const std::array<Point, 3>& p, double x, double y) {
   const std::array<Rounded, 3> a{cross(1, 2), cross(2, 0), cross(0, 1)};
   const Rounded area = a[0] + a[1] + a[2];
   if (!area.surely_positive() && !area.surely_negative()) {
-    // As good as on edge. Corners on both sides of the pixel's own ray rule it out whatever the area's sign.
+    // Nearly edge-on. If the pixel's ray has corners on both sides, it misses the triangle for either sign of the area.
     const bool some_positive = std::any_of(a.begin(), a.end(), [](Rounded r) { return r.surely_positive(); });
     const bool some_negative = std::any_of(a.begin(), a.end(), [](Rounded r) { return r.surely_negative(); });
     if (some_positive && some_negative) return {};
@@ -88,8 +88,8 @@ Place place(const std::array<Point, 3>& p, double x, double y) {
   return at;
 }
 
-/// Opacity between lattice points: linear in each of the level's triangles, and continuous, so it does not matter which
-/// of two a place on their edge is in.
+/// Opacity between lattice points. It is piecewise linear and continuous, so the choice of cell on a cell's edge does
+/// not matter.
 Rounded opacity_at(std::span<const float> samples, std::uint32_t level, Rounded b0, Rounded b1) {
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
   const double spread = double(*high) - *low;
@@ -130,7 +130,8 @@ VisibilityTies visibility_ties(const SeenSoup& soup) {
       p[k] = project(soup.clip_from_world, &soup.vertices[3 * static_cast<std::size_t>(soup.faces[3 * t + k])]);
     const Certain whole = drawn(p);
     if (whole == Certain::no) continue;
-    // The pixels around it, one more on every side; all of them where a corner may be anywhere.
+    // The pixel range of the triangle, extended by one on every side; all pixels if the position of a corner is
+    // unknown.
     double low[2] = {1e30, 1e30}, high[2] = {-1e30, -1e30};
     for (const Point& corner : p)
       for (int axis = 0; axis < 2; ++axis) {
@@ -160,19 +161,19 @@ VisibilityTies visibility_ties(const SeenSoup& soup) {
         const Certain passes = at_least_zero({opacity.value - threshold, opacity.error});
         f.kept = both(f.there, passes);
         if (f.there == Certain::perhaps || passes == Certain::perhaps) ties.triangles[t] = true;
-        f.depth.error = std::hypot(f.depth.error, kUnit);  // what is compared is depth + 2, rounded to a float
+        f.depth.error = std::hypot(f.depth.error, kUnit);  // the compared value is depth + 2, rounded to a float
         fragments[pixel].push_back(f);
       }
   }
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    double farthest = kInfinity;  // behind that nothing can win
+    double farthest = kInfinity;  // nothing behind it can be visible
     for (const Fragment& f : fragments[pixel])
       if (f.kept == Certain::yes) farthest = std::min(farthest, f.depth.value + f.depth.bound());
     std::vector<std::uint32_t>& winners = ties.winners[pixel];
     for (const Fragment& f : fragments[pixel])
       if (f.kept != Certain::no && f.depth.value - f.depth.bound() <= farthest) winners.push_back(f.triangle + 1);
     if (farthest == kInfinity) winners.push_back(0);
-    // Opacities learn from what does not lie behind what is shown, and edges ask which of two is in front.
+    // Opacity gradients depend on which fragments are in front of the visible one, and edge forces on which of two is.
     const std::vector<Fragment>& all = fragments[pixel];
     const auto shown =
         std::find_if(all.begin(), all.end(), [&](const Fragment& f) { return f.triangle + 1 == soup.shown[pixel]; });
@@ -200,8 +201,8 @@ Settlement settle(const VisibilityTies& ties, std::span<const std::uint32_t> sho
 }
 
 Rounded mixed(double value, double spread, std::uint32_t level, double place_error) {
-  // Along b0 or b1 it changes by no more than the spread in one lattice step. Weights are what is left of numbers as
-  // large as the level.
+  // One lattice step along b0 or b1 changes the value by at most the spread. Weights are differences of numbers as
+  // large as 2^level.
   const double steps = double(1u << level) * (place_error + 2 * kUnit);
   return {value, std::hypot(std::min(1.0, steps) * spread, kOfOne)};
 }
@@ -229,14 +230,14 @@ HiddenTies hidden_ties(std::span<const float> parameters, std::span<const Rounde
   ties.units = static_cast<int>(tied.size());
   if (tied.empty() || ties.units > HiddenTies::kMost) return ties;
 
-  // The gradients of every choice.
+  // The gradients of all combinations of choices.
   std::vector<double> low(MLP_COUNT, kInfinity), high(MLP_COUNT, -kInfinity);
   std::array<double, 7> feature_low, feature_high;
   feature_low.fill(kInfinity);
   feature_high.fill(-kInfinity);
   for (unsigned choice = 0; choice < 1u << tied.size(); ++choice) {
     for (std::size_t k = 0; k < tied.size(); ++k) on[static_cast<std::size_t>(tied[k])] = choice >> k & 1u;
-    // A unit at zero passes on zero, whichever it is.
+    // A hidden unit at zero outputs zero with either choice.
     std::array<double, kWidth> h[2];
     for (const int layer : {0, 1})
       for (int i = 0; i < kWidth; ++i) h[layer][i] = std::max(0.0, sum[layer][i].value);

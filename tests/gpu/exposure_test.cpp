@@ -10,6 +10,7 @@
 #include "gpu/small_scene.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
+#include "recipe_settings.h"
 #include "train/start/random_start.h"
 
 using namespace trisoup;
@@ -119,14 +120,14 @@ scene::Scene ring_scene(bool tinted) {
 }
 
 train::Settings ring_settings(std::uint64_t steps, bool exposure) {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.steps = steps;
   s.triangles = s.init_count = 150;
   s.init_radius = 0.1;
-  s.resample_every = 40;
+  s.refine_every = 40;
   s.checkpoint_every = 0;
   s.level_max = 3;
-  s.rate_vertex = 2e-3;
+  s.lr_vertex = 2e-3;
   s.exposure = exposure;
   return s;
 }

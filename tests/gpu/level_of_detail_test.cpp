@@ -9,6 +9,7 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "train/topology/refine.h"
 
 using namespace trisoup;
@@ -47,7 +48,7 @@ std::vector<double> areas_by_differences(SmallScene& s, std::span<const train::B
 }
 
 train::Settings settings_with(double samples_per_pixel) {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.steps = 100;
   s.samples_per_pixel = samples_per_pixel;
   return s;
@@ -131,8 +132,8 @@ TEST_CASE("a texture that no pixel shows keeps its level", "[levels]") {
   train::Settings settings = settings_with(1e-6);
   settings.recipe = train::Recipe::real;
   settings.triangles = 10;
-  settings.resample_every = 10;
-  settings.resample_until = 0.9;
+  settings.refine_every = 10;
+  settings.refine_until = 0.9;
   REQUIRE(train::resample(*gpu, s.soup, s.frame, {kViews, kViews}, settings, 90, 10) == train::Resampling::done);
   REQUIRE(s.soup.triangles == 10);
   CHECK(s.soup.table[5].level_max == 4);
@@ -153,8 +154,8 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
   settings.recipe = recipe;
   settings.triangles = 50;
   settings.split_length = 0.4;
-  settings.resample_every = 10;
-  settings.resample_until = 0.9;
+  settings.refine_every = 10;
+  settings.refine_until = 0.9;
   const std::uint64_t step =
       GENERATE(40u, 50u, 60u, 90u);  // before the change to fine levels at 50, with it, after it; the last one
   REQUIRE(train::resample(*gpu, s.soup, s.frame, {kViews, kViews}, settings, step, 80) == train::Resampling::done);
@@ -246,9 +247,9 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
     settings.recipe = recipe;
     settings.triangles = kMany;
     settings.split_length = 10;
-    settings.resample_every = 10;
-    settings.resample_until = 0.9;
-    settings.least_views = least;
+    settings.refine_every = 10;
+    settings.refine_until = 0.9;
+    settings.published = least == 0;
     REQUIRE(train::resample(*gpu, s.soup, s.frame, {views, views}, settings, 90, kMany) == train::Resampling::done);
     return std::pair(s.soup.triangles, seen);
   };
@@ -256,9 +257,9 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
     return static_cast<std::uint32_t>(
         std::count_if(seen.views.begin(), seen.views.end(), [&](std::uint32_t n) { return n >= least; }));
   };
-  for (const auto& [views, least] : {std::pair(60, 4u), {60, 6u}, {30, 3u}, {9, 0u}}) {
+  for (const auto& [views, least] : {std::pair(60, 4u), {30, 3u}, {9, 0u}}) {
     CAPTURE(views, least);
-    const auto [left, seen] = resampled(views, train::Recipe::real, views == 60 ? least : 4);
+    const auto [left, seen] = resampled(views, train::Recipe::real, 4);
     CHECK(left == vouched(seen, least));
     if (least > 0) CHECK(left < vouched(seen, 1));
     if (least > 0) CHECK(left > 10);
@@ -290,20 +291,19 @@ TEST_CASE("what photographs show largest is split up to the budget, at the last 
   settings.recipe = train::Recipe::real;
   settings.triangles = kBudget;
   settings.split_length = 10;
-  settings.least_views = 0;
-  settings.fill_budget = GENERATE(false, true);
-  settings.resample_every = 10;
-  settings.resample_until = 0.9;
+  settings.init = GENERATE("points", "surface");
+  settings.refine_every = 10;
+  settings.refine_until = 0.9;
   const std::uint64_t step = GENERATE(80, 90);  // 90 is the last
   REQUIRE(train::resample(*gpu, s.soup, s.frame, {views, views}, settings, step, kBudget) == train::Resampling::done);
-  REQUIRE(s.soup.triangles == (settings.fill_budget ? kBudget : kTriangles));
+  REQUIRE(s.soup.triangles == (train::starts_from_surface(settings) ? kBudget : kTriangles));
   const auto after = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   const auto area = [](const std::vector<glm::vec3>& v, std::size_t t) {
     return glm::length(glm::cross(v[3 * t + 1] - v[3 * t], v[3 * t + 2] - v[3 * t]));
   };
   for (std::size_t t = 0; t < s.soup.triangles; ++t) {
     const double whole = area(vertices, origin[t]),
-                 share = settings.fill_budget ? sizes[t] / seen.area[origin[t]] : 1.0;
+                 share = train::starts_from_surface(settings) ? sizes[t] / seen.area[origin[t]] : 1.0;
     CHECK(area(after, t) == Approx(share * whole).epsilon(1e-4));
   }
   test::require_silence(*gpu);

@@ -221,5 +221,5 @@ TEST_CASE("TRISOUP_SHADING decides, and takes three words", "[renderer][shading]
   CHECK(render::asked_shading() == Shading::automatic);
   asked.set("kernel");
   CHECK_THROWS_WITH(render::Renderer(*gpu),
-                    Catch::Equals("TRISOUP_SHADING=kernel: unknown; give auto, fragment or compute"));
+                    Catch::Equals("TRISOUP_SHADING=kernel: unknown value; use auto, fragment or compute"));
 }

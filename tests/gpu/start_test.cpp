@@ -10,6 +10,7 @@
 #include "run/trainer.h"
 #include "train/step/photographs.h"
 #include "train/topology/hole_guard.h"
+#include "recipe_settings.h"
 #include "train/topology/refine.h"
 
 using namespace trisoup;
@@ -46,7 +47,7 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
   auto gpu = test::open_device();
   scene::Scene scene;
   scene.train = scene.test = {smooth_view()};
-  train::Settings settings = train::published(train::Recipe::real);
+  train::Settings settings = test::settings_of_recipe(train::Recipe::real);
   settings.triangles = settings.init_count = 2;
   settings.near = settings.test_near = 0.025;
   settings.far = 10;
@@ -59,7 +60,7 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
   train::Start square(std::vector<glm::vec3>{{0, -h, -h}, {0, h, -h}, {0, h, h}, {0, -h, -h}, {0, h, h}, {0, -h, h}});
   square.colours.assign(6, glm::vec3(0.3f, 0.4f, 0.6f));
   const auto psnr = [&](bool paint) {
-    settings.paint = paint;
+    settings.init = paint ? "surface" : "points";
     train::Trainer trainer(*gpu, scene, settings, square);
     float white = 0;
     const double psnr = trainer

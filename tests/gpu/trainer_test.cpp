@@ -17,6 +17,8 @@
 #include "temporary_folder.h"
 #include "train/start/random_start.h"
 #include "train/start/surface_start.h"
+#include "train/config/schedule.h"
+#include "recipe_settings.h"
 #include "train/step/small_views.h"
 
 using namespace trisoup;
@@ -53,11 +55,11 @@ scene::Scene square_scene() {
 }
 
 train::Settings short_settings() {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.steps = 40;
   s.triangles = s.init_count = 60;
   s.init_radius = 0.05;
-  s.resample_every = 10;
+  s.refine_every = 10;
   s.checkpoint_every = 0;
   s.level_max = 4;
   return s;
@@ -204,10 +206,10 @@ TEST_CASE("rates of vertices fall as they are to, and those of textures as those
   // How far vertices and texels have gone on average, whose rates fall to these shares.
   const auto moved = [&](double end, double vertex_end) {
     train::Settings settings = short_settings();
-    settings.resample_every = 0;
+    settings.refine_every = 0;
     settings.coarse_share = 0;
-    settings.rate_end = end;
-    settings.rate_vertex_end = vertex_end;
+    settings.lr_end = end;
+    settings.lr_vertex_end = vertex_end;
     train::Trainer trainer(*gpu, scene, settings, start(settings));
     const soup::Model before = trainer.model();
     trainer.run({});
@@ -234,11 +236,11 @@ TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and step
   train::Settings settings = short_settings();
   settings.opaque = GENERATE(true, false);
   settings.coarse_share = GENERATE(0.0, 0.5);
-  settings.copy_textures = GENERATE(false, true);
+  settings.published = GENERATE(false, true);
   settings.samples_per_pixel = GENERATE(0.0, 4.0);
   // Half of them, in which each three choices still meet in every way.
   const int choices =
-      settings.opaque + (settings.coarse_share > 0) + settings.copy_textures + (settings.samples_per_pixel > 0);
+      settings.opaque + (settings.coarse_share > 0) + settings.published + (settings.samples_per_pixel > 0);
   if (choices % 2 == 1) return;
   train::Trainer trainer(*gpu, scene, settings, start(settings));
   trainer.run({});
@@ -305,7 +307,7 @@ TEST_CASE("no change of topology drops the backdrop", "[trainer]") {
   settings.far = 40;
   settings.triangles = 330;
   settings.init_count = 300;
-  settings.keep_opacity = true;
+  settings.init = "surface";
   settings.backdrop = GENERATE(0.0, 10.0);
   std::vector<glm::vec3> vertices = train::backdrop_triangles(10);
   for (const glm::vec3& v : start(settings)) vertices.push_back(v);
@@ -353,7 +355,7 @@ TEST_CASE("what a report says is uncovered is of its own step's views", "[traine
     std::fill(scene.train[i].image.rgba.begin(), scene.train[i].image.rgba.end(), std::uint8_t(255));
   train::Settings settings = short_settings();
   settings.batch = 1;
-  settings.resample_every = 0;
+  settings.refine_every = 0;
   settings.steps = 12;
   settings.pixel_jitter = 0;  // between pixels the square's edge is blurred
   const auto uncovered_at = [&](std::uint64_t every) {
@@ -447,7 +449,7 @@ TEST_CASE("a training is brought to its knee on the way, and goes on from a chec
   const std::size_t some = samples_with(0.1);
   CHECK(samples_with(1) < some);
   settings.knee = 0;
-  settings.resample_until = 0.6;  // as with a knee
+  settings.refine_until = 0.6;  // as with a knee
   train::Trainer all(*gpu, scene, settings, start(settings));
   all.run({});
   CHECK(some < all.model().lattice.size());
@@ -475,17 +477,17 @@ TEST_CASE("no pixel comes to the host, from the first step to the last measureme
   train::Settings settings = short_settings();
   settings.recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
   settings.knee = 0.2;
-  settings.resample_until = 0.6;
+  settings.refine_until = 0.6;
   settings.exposure = true;
   settings.backdrop = 8;
   const bool paints = settings.recipe == train::Recipe::real;
-  if (paints) settings.coarse_share = 0, settings.paint = true;
+  if (paints) settings.coarse_share = 0, settings.init = "surface";
   // Twelve triangles: what is downloaded of each hardly counts beside 230,400 pixels.
   settings.triangles = settings.init_count = 12;
   settings.init_radius = 0.2;
   settings.level_max = settings.level_min;
   settings.steps = 20;
-  settings.resample_every = 5;
+  settings.refine_every = 5;
   scene::Scene scene;
   for (int i = 0; i < 5; ++i) scene.train.push_back(view(1.2 * i, static_cast<std::uint8_t>(30 * i), 192));
   scene.test = {view(0.6, 20, 192)};
@@ -530,7 +532,7 @@ TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]")
   // Moments that begin at zero are told apart from those of 40 steps: without, Adam's first step would be three times
   // its rate.
   run_to(again, 41);
-  const double rate = settings.rate_mlp * train::rate_factor(settings, settings.rate_end, 41);
+  const double rate = settings.lr_mlp * train::lr_factor(settings, settings.lr_end, 41);
   const soup::Model moved = again.model();
   double longest = 0;
   for (std::size_t i = 0; i < moved.mlp.parameters.size(); ++i)
@@ -556,7 +558,7 @@ TEST_CASE("the first steps look at smaller pictures, the rest at the photographs
             (p + p / kSide) % 2 ? 255 : 0;
   }
   train::Settings settings = short_settings();
-  settings.resample_every = 0;
+  settings.refine_every = 0;
   settings.pixel_jitter = 0;
   settings.steps = 8;
   settings.batch = 1;
@@ -565,7 +567,7 @@ TEST_CASE("the first steps look at smaller pictures, the rest at the photographs
   std::vector<glm::vec3> vertices = start(settings);
   for (glm::vec3& v : vertices) v.z += 50;
   const auto errors = [&](double scale) {
-    settings.small_scale = scale;
+    settings.published = scale == 1;
     train::Trainer trainer(*gpu, scene, settings, vertices);
     train::Trainer::Callbacks callbacks;
     callbacks.progress_every = settings.steps / 2;
@@ -595,7 +597,6 @@ TEST_CASE("a view whose mask would leave nothing of its smaller picture keeps it
   auto& pixels = scene.train[0].image.rgba;
   for (std::size_t p = 0; p < pixels.size() / 4; ++p) pixels[4 * p + 3] = p % 2 && p / 128 % 2 ? 255 : 0;
   train::Settings settings = short_settings();
-  settings.small_scale = 0.5;
   const train::SmallViews small = train::small_views(*gpu, scene.train, settings);
   CHECK((small.views[0].width == 128 && small.images[0].rgba == pixels));
   CHECK((small.views[1].width == 64 && small.views[1].index == 1));

@@ -32,7 +32,7 @@ TEST_CASE("training, renderings and model file of the library agree", "[api]") {
     CHECK(std::abs(seen) < 1e-9);
   }
 
-  Training training(device, dataset, {.preset = "fast", .steps = 20, .triangles = 60, .set = {"resample_every=10"}});
+  Training training(device, dataset, {.preset = "fast", .steps = 20, .triangles = 60, .set = {"refine_every=10"}});
   int calls = 0;
   training.run([&](const TrainingProgress& p) { return ++calls, p.step < 10; }, 5);
   CHECK((calls == 2 && !training.finished()));
@@ -73,5 +73,5 @@ TEST_CASE("the library reports invalid input in one line", "[api]") {
   training.run();
   CHECK_THROWS_WITH(training.model().render(device, Camera{}), Contains("camera: 0 x 0"));
   CHECK_THROWS_WITH((Picture{4, 4, {}}.write_png(folder.path() / "x.png")),
-                    Contains("x.png: the picture has 0 numbers, not 4 x 4 x 3"));
+                    Contains("x.png: the picture has 0 values, expected 4 x 4 x 3"));
 }

@@ -99,7 +99,7 @@ TEST_CASE("a JPEG is decoded, also with an EXIF thumbnail and trailing bytes", "
                                        10));  // an APP1 segment with an end marker inside
   CHECK(near_colour(decode_image(bytes_of(with_thumbnail), "photo")));
   CHECK(decode_message(with_thumbnail.substr(0, with_thumbnail.size() - 30))
-            .starts_with("photo: is cut before its end; "));
+            .starts_with("photo: cut off before its end; "));
 }
 
 TEST_CASE("a truncated image is an Error of one line", "[scene][image]") {
@@ -214,7 +214,7 @@ TEST_CASE("the errors of oversized images and of unsupported TIFFs name the reas
   png[18] = png[22] = 0x4e, png[19] = png[23] = 0x20;  // 20,000 x 20,000
   folder.write("huge.png", png);
   const std::string expected =
-      ": is 20000 x 20000 pixels, and an image may have 268 million (2^28); export it at a smaller size";
+      ": 20000 x 20000 pixels exceed the limit of 268 million (2^28); export the image at a smaller size";
   CHECK(test::message_of([&] { image_size(folder.path() / "huge.png"); }).ends_with("huge.png" + expected));
   CHECK(decode_message(png) == "photo" + expected);
   std::string jpeg = jpeg_of(noise(24, 24, true));
@@ -224,10 +224,9 @@ TEST_CASE("the errors of oversized images and of unsupported TIFFs name the reas
   folder.write("huge.jpg", jpeg);
   CHECK(test::message_of([&] {
           image_size(folder.path() / "huge.jpg");
-        }).find("huge.jpg: is 60952 x 60952 pixels, and an image may have ") != std::string::npos);
-  CHECK(decode_message(std::string("II*\0 no directory", 18)).starts_with("photo: cannot be read as TIFF ("));
-  CHECK(decode_message("RIFF....WEBPVP8 and no more") ==
-        "photo: its header is damaged, not that of a WebP; export the image again");
+        }).find("huge.jpg: 60952 x 60952 pixels exceed the limit of ") != std::string::npos);
+  CHECK(decode_message(std::string("II*\0 no directory", 18)).starts_with("photo: the TIFF cannot be read ("));
+  CHECK(decode_message("RIFF....WEBPVP8 and no more") == "photo: the WebP header is damaged; export the image again");
 }
 
 TEST_CASE("EXIF orientation is applied", "[scene][image][exif]") {

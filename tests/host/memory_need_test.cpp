@@ -3,6 +3,7 @@
 
 #include "run/memory_need.h"
 #include "run/trainer.h"
+#include "recipe_settings.h"
 #include "train/step/soup_buffers.h"
 
 using namespace trisoup;
@@ -22,7 +23,7 @@ scene::Scene scene_of(int views, int side) {
 TEST_CASE("what is said to fit fits, and one more does not", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {
-    train::Settings s = train::published(recipe);
+    train::Settings s = test::settings_of_recipe(recipe);
     s.init_count = 1000;
     s.triangles = GENERATE(50'000u, 0xffffffffu);
     const std::uint64_t room = 3ull << 30;
@@ -38,7 +39,7 @@ TEST_CASE("what is said to fit fits, and one more does not", "[memory]") {
 TEST_CASE("after running out of memory a smaller budget is said to fit", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {
-    train::Settings s = train::published(recipe);
+    train::Settings s = test::settings_of_recipe(recipe);
     s.triangles = s.init_count = 15'000;
     s.most_triangles = recipe == train::Recipe::real ? 60'000 : 0;
     const std::uint64_t foreseen = train::memory_need(scene, s).total();
@@ -59,7 +60,7 @@ TEST_CASE("after running out of memory a smaller budget is said to fit", "[memor
 
 TEST_CASE("a start that does not fit is not blamed on the budget", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.init_count = 10'000'000;
   CHECK(train::triangles_that_fit(scene, s, 1ull << 30) == 0);
   s.init_count = 1000;
@@ -68,7 +69,7 @@ TEST_CASE("a start that does not fit is not blamed on the budget", "[memory]") {
 
 TEST_CASE("splitting goes as far as memory lets it, from the budget to eight times that", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
-  train::Settings s = train::published(train::Recipe::real);
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
   s.triangles = s.init_count = 5000;
   CHECK(train::most_triangles_that_fit(scene, s, 0) == s.triangles);
   CHECK(train::most_triangles_that_fit(scene, s, 1ull << 60) == 8 * s.triangles);
@@ -82,17 +83,9 @@ TEST_CASE("splitting goes as far as memory lets it, from the budget to eight tim
   CHECK(train::most_triangles_that_fit(scene, s, 1ull << 60) == s.triangles);
 }
 
-TEST_CASE("moments that are kept need more room than the soup when topology changes", "[memory]") {
-  const scene::Scene scene = scene_of(4, 50);
-  train::Settings s = train::published(train::Recipe::synthetic);
-  const std::uint64_t without = train::memory_need(scene, s).total();
-  s.keep_moments = true;
-  CHECK(train::memory_need(scene, s).total() > without);
-}
-
 TEST_CASE("a rank needs its share of the textures, and all of the rest", "[memory]") {
   const scene::Scene scene = scene_of(4, 50);
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.init_count = 100;
   s.triangles = 100'000;
   const std::uint64_t textures =

@@ -76,13 +76,16 @@ const char* kBuffer = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAACAPwAAg
 std::string gltf_text(const std::string& buffer_uri, const std::string& more = "", const std::string& count = "4",
                       const std::string& child = "1") {
   return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
-    "nodes":[{"translation":[10,0,0],"rotation":[0,0,0.7071067811865476,0.7071067811865476],"scale":[2,2,2],"children":[)" +
+    "nodes":[{"translation":[10,0,0],"rotation":[0,0,0.7071067811865476,0.7071067811865476],
+              "scale":[2,2,2],"children":[)" +
          child + R"(]},
              {"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1]}],
-    "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5},{"attributes":{"POSITION":0},"mode":0}]}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5},
+                             {"attributes":{"POSITION":0},"mode":0}]}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":)" +
          count +
-         R"(,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},{"bufferView":1,"componentType":5123,"count":4,"type":"SCALAR"}],
+         R"(,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+                 {"bufferView":1,"componentType":5123,"count":4,"type":"SCALAR"}],
     "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":8}],)" +
          more + R"("buffers":[{"byteLength":56,"uri":")" + buffer_uri + "\"}]}";
 }
@@ -145,11 +148,11 @@ TEST_CASE("PLY: damage", "[mesh]") {
   CHECK_THAT(with("4 0 1 2 3", "4 0 1 2 7"), Contains("vertex 7 of 4"));
   CHECK_THAT(with("4 0 1 2 3", "4 0 1 2 -1"), Contains("vertex index"));
   CHECK_THAT(with("4 0 1 2 3", "4 0 1 2 1.5"), Contains("vertex index"));
-  CHECK_THAT(with("1 1 0.5 0", "1 nan 0.5 0"), Contains("vertex 2 is no finite point"));
-  CHECK_THAT(with("1 1 0.5 0", "1 1e99 0.5 0"), Contains("no finite point"));
-  CHECK_THAT(with("1 1 0.5 0", "1 x 0.5 0"), Contains("no number"));
+  CHECK_THAT(with("1 1 0.5 0", "1 nan 0.5 0"), Contains("vertex 2 has a coordinate that is not finite"));
+  CHECK_THAT(with("1 1 0.5 0", "1 1e99 0.5 0"), Contains("coordinate that is not finite"));
+  CHECK_THAT(with("1 1 0.5 0", "1 x 0.5 0"), Contains("not a number"));
   CHECK_THAT(with("property float y", "property float w"), Contains("have no y"));
-  CHECK_THAT(with("1 1 0.5 0", "1 1e999 0.5 0"), Contains("no finite point"));
+  CHECK_THAT(with("1 1 0.5 0", "1 1e999 0.5 0"), Contains("coordinate that is not finite"));
   CHECK(ply(std::string(kPlyAscii).replace(kPlyAscii.find("1 1 0.5 0"), 9, "1 1e-999 0.5 0")).positions[2].y == 0.0f);
   CHECK_THAT(with("element face 1", "element face 0"), Contains("no faces"));
   CHECK_THAT(with("element vertex 4", "element vertex 4000000000"), Contains("ends before"));
@@ -201,7 +204,7 @@ TEST_CASE("mesh files that cannot be read", "[mesh]") {
   using Catch::Matchers::Contains;
   const test::TemporaryFolder folder;
   CHECK_THAT(message_of([&] { read_mesh(folder / "missing.obj"); }), Contains("missing.obj: cannot be opened"));
-  CHECK_THAT(message_of([&] { read_mesh(folder.file("a.stl", "solid")); }), Contains("a.stl: is no mesh by its name"));
+  CHECK_THAT(message_of([&] { read_mesh(folder.file("a.stl", "solid")); }), Contains("a.stl: unknown mesh format"));
   CHECK_THAT(message_of([&] { read_mesh(folder.file("a.ply", "")); }), Contains("a.ply: does not begin"));
   check_quad(read_mesh(folder.file("a.PLY", kPlyAscii)));
   check_quad(read_mesh(folder.file("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nf 1 2 3 4\n")));

@@ -300,7 +300,7 @@ TEST_CASE("the bytes of a model are counted by part", "[model_file][model_bytes]
   std::size_t sum = 0;
   for (const auto& part : parts) sum += part.get<std::size_t>();
   CHECK(sum == bytes.size());
-  CHECK_THROWS_WITH(soup::bytes_by_part(first_version(), "x.glb"), Contains("x.glb") && Contains("earlier version"));
+  CHECK_THROWS_WITH(soup::bytes_by_part(first_version(), "x.glb"), Contains("x.glb") && Contains("versions 1 and 2"));
 }
 
 TEST_CASE("a model without plain colours is the same in fewer bytes", "[model_file][model_bytes]") {
@@ -367,8 +367,8 @@ TEST_CASE("with a vertex share a model has no mesh and its vertices lie on a gri
   const auto refuses = [&](const char* what, auto&& edit) {
     CHECK_THROWS_WITH(soup::decode_model(edited(bytes, edit), "model.glb"), Contains("model.glb") && Contains(what));
   };
-  refuses("damaged vertices", [](auto& j) { extension_of(j)["vertices"]["crc32"] = 1; });
-  refuses("too early", [](auto& j) { extension_of(j)["triangles"] = 0x5555555555555555u; });
+  refuses("its vertices are damaged", [](auto& j) { extension_of(j)["vertices"]["crc32"] = 1; });
+  refuses("truncated", [](auto& j) { extension_of(j)["triangles"] = 0x5555555555555555u; });
   refuses("no triangles", [](auto& j) { extension_of(j)["triangles"] = 0; });
   refuses("JSON", [](auto& j) { extension_of(j)["version"] = 3; });
   refuses("whole number", [](auto& j) { extension_of(j)["vertices"]["bufferView"] = -1; });
@@ -422,20 +422,20 @@ TEST_CASE("cameras of earlier files are read, invalid ones refused", "[model_fil
         soup::decode_model(edited(bytes, [&](json& j) { edit(extension_of(j)["cameras"]); }), "model.glb"),
         Contains("model.glb") && Contains(what));
   };
-  refuses("number of poses", [](json& cameras) { cameras["names"].push_back("more"); });
-  refuses("number of poses", [](json& cameras) { cameras["names"] = "ab"; });
+  refuses("numbers of poses and cameras", [](json& cameras) { cameras["names"].push_back("more"); });
+  refuses("numbers of poses and cameras", [](json& cameras) { cameras["names"] = "ab"; });
   refuses("whole number", [](json& cameras) { cameras["poses"] = -1; });
-  refuses("number of poses", [](json& cameras) { cameras["poses"] = 0; });
+  refuses("numbers of poses and cameras", [](json& cameras) { cameras["poses"] = 0; });
   refuses("test view", [](json& cameras) { cameras["test"] = {2}; });
   refuses("whole number", [](json& cameras) { cameras["test"] = {-1}; });
   refuses("JSON", [](json& cameras) { cameras["lens"] = {0, 7}; });
   refuses("JSON", [](json& cameras) { cameras["lenses"] = json::array(); });
   refuses("JSON", [](json& cameras) { cameras.erase("test"); });
-  refuses("impossible camera", [](json& cameras) { cameras["lenses"][0]["focal"] = {0, 50}; });
-  refuses("impossible camera", [](json& cameras) { cameras["lenses"][0]["size"] = {-4, 30}; });
+  refuses("a camera is not valid", [](json& cameras) { cameras["lenses"][0]["focal"] = {0, 50}; });
+  refuses("a camera is not valid", [](json& cameras) { cameras["lenses"][0]["size"] = {-4, 30}; });
   json turned = row;
   turned["world_to_camera"][0] = 2;
-  CHECK_THROWS_WITH(soup::decode_model(with(json::array({turned})), "model.glb"), Contains("impossible camera"));
+  CHECK_THROWS_WITH(soup::decode_model(with(json::array({turned})), "model.glb"), Contains("a camera is not valid"));
   // Poses that are not rotations, or not numbers.
   const soup::Glb glb = soup::decode_glb(bytes, "memory");
   for (const float value : {3.0f, std::nanf("")}) {
@@ -444,7 +444,7 @@ TEST_CASE("cameras of earlier files are read, invalid ones refused", "[model_fil
     const json& view = document["bufferViews"][extension_of(document)["cameras"]["poses"].get<std::size_t>()];
     std::memcpy(&binary[view["byteOffset"].get<std::size_t>()], &value, sizeof value);
     CHECK_THROWS_WITH(soup::decode_model(soup::encode_glb(document, binary, "memory"), "model.glb"),
-                      Contains("impossible camera"));
+                      Contains("a camera is not valid"));
   }
 }
 
@@ -517,7 +517,7 @@ TEST_CASE("a model file with invalid values in its JSON is refused", "[model_fil
   refuses("version 0", [](json& j) { extension_of(j)["version"] = 0; });
   refuses("whole number", [](json& j) { extension_of(j)["triangles"] = 1e300; });
   refuses("whole number", [](json& j) { j["bufferViews"][0]["byteOffset"] = "0"; });
-  refuses("beyond its end", [](json& j) { j["bufferViews"][0]["byteLength"] = 0xffffffffffffffffu; });
+  refuses("exceeds the file", [](json& j) { j["bufferViews"][0]["byteLength"] = 0xffffffffffffffffu; });
   refuses("number of vertices", [](json& j) { extension_of(j)["triangles"] = 0x5555555555555555u; });
   refuses("number of vertices", [](json& j) { extension_of(j)["triangles"] = 0; });
   refuses("MLP", [](json& j) { extension_of(j)["mlp"] = 0; });
@@ -535,17 +535,17 @@ TEST_CASE("a model file with invalid values in its JSON is refused", "[model_fil
       const json page = extension_of(j)["pages"][0];
       extension_of(j)["pages"] = json(257, page);
     });
-    refuses("impossible texture table", [](json& j) { extension_of(j)["pages"] = json::array(); });
-    refuses("no PNG", [](json& j) { j["images"][1]["bufferView"] = 0; });
+    refuses("texture table is not valid", [](json& j) { extension_of(j)["pages"] = json::array(); });
+    refuses("not a PNG", [](json& j) { j["images"][1]["bufferView"] = 0; });
   } else {
     refuses("JSON", [](json& j) { extension_of(j).erase("textures"); });
     refuses("whole number", [](json& j) { extension_of(j)["textures"]["bufferView"] = -1; });
-    refuses("damaged textures", [](json& j) { extension_of(j)["textures"]["crc32"] = 1; });
-    refuses("damaged textures", [](json& j) { extension_of(j)["textures"]["bufferView"] = 0; });
+    refuses("its textures are damaged", [](json& j) { extension_of(j)["textures"]["crc32"] = 1; });
+    refuses("its textures are damaged", [](json& j) { extension_of(j)["textures"]["bufferView"] = 0; });
     refuses("number of texture steps", [](json& j) { extension_of(j)["textures"]["steps"] = {1, 1}; });
     refuses("number of texture steps", [](json& j) { extension_of(j)["textures"]["steps"] = "1"; });
-    refuses("impossible texture step", [](json& j) { extension_of(j)["textures"]["steps"][7] = 0; });
-    refuses("impossible texture step", [](json& j) { extension_of(j)["textures"]["steps"][0] = 129; });
+    refuses("texture step is not valid", [](json& j) { extension_of(j)["textures"]["steps"][7] = 0; });
+    refuses("texture step is not valid", [](json& j) { extension_of(j)["textures"]["steps"][0] = 129; });
     refuses("whole number", [](json& j) { extension_of(j)["textures"]["steps"][0] = 1.5; });
   }
 }
@@ -601,16 +601,16 @@ TEST_CASE("a model file with an invalid binary part is refused", "[model_file]")
     row[0] = row[1] = row[2] = row[3] = std::byte{0};
     row[6] = std::byte{1};
   });
-  refuses("impossible texture table", places, [](auto row) { row[4] = std::byte{6}; });
-  refuses("impossible texture table", places, [](auto row) { row[5] = std::byte{1}; });
-  refuses("impossible texture table", places, [](auto row) { row[6] = std::byte{2}; });
+  refuses("texture table is not valid", places, [](auto row) { row[4] = std::byte{6}; });
+  refuses("texture table is not valid", places, [](auto row) { row[5] = std::byte{1}; });
+  refuses("texture table is not valid", places, [](auto row) { row[6] = std::byte{2}; });
   const auto nan = [](auto floats) { std::fill_n(floats.begin(), 4, std::byte{0xff}); };
   refuses("vertex", vertices, nan);
   refuses("MLP weight", mlp, nan);
   // PNG files with damaged pixels are detected by their checksums.
   refuses("texture", features, [](auto png) { png[png.size() / 2] ^= std::byte{0x55}; });
   refuses("texture", features, [](auto png) { std::fill(png.begin() + 40, png.end(), std::byte{0}); });
-  refuses("no PNG", features, [](auto png) { png[1] = std::byte{'X'}; });
+  refuses("not a PNG", features, [](auto png) { png[1] = std::byte{'X'}; });
 
   auto other = bytes;
   other[0] = std::byte{'G'};

@@ -175,7 +175,7 @@ TEST_CASE("inconsistent files of the published viewer are refused", "[published]
     nlohmann::json mlp = json_in(x / "mlp_weights.json");
     mlp["W2"].erase(3);
     folder.file("x/mlp_weights.json", mlp.dump());
-    CHECK_THROWS_WITH(soup::read_published(x), Contains("W2 has 255 numbers instead of 256"));
+    CHECK_THROWS_WITH(soup::read_published(x), Contains("W2 has 255 values instead of 256"));
   }
   SECTION("a missing file") {
     for (const char* name : {"mesh.ply", "lut1.png", "mlp_weights.json"}) {

@@ -125,37 +125,34 @@ TEST_CASE("safetensors: an invalid header is an error", "[safetensors]") {
     return message_of(folder.file("f", with_header(json, std::string(data, '\0'))));
   };
   CHECK(message(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})").empty());
-  CHECK_THAT(message(""), Contains("no JSON"));
-  CHECK_THAT(message("[1]"), Contains("no JSON object"));
+  CHECK_THAT(message(""), Contains("not a JSON object"));
+  CHECK_THAT(message("[1]"), Contains("not a JSON object"));
   CHECK_THAT(message(R"({"a":1})"), Contains("'a'"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2]}})"), Contains("data_offsets"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0]}})"), Contains("data_offsets"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[-2],"data_offsets":[0,8]}})"), Contains("shape"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2.0],"data_offsets":[0,8]}})"), Contains("shape"));
   CHECK_THAT(message(R"({"a":{"dtype":"BF16","shape":[4],"data_offsets":[0,8]}})"), Contains("BF16"));
-  CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,16]}})"), Contains("cut short"));
+  CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,16]}})"), Contains("truncated"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[8,0]}})"), Contains("8..0"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[3],"data_offsets":[0,8]}})"), Contains("shape"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[4294967296,4294967296,4294967298],"data_offsets":[0,8]}})"),
              Contains("shape"));
-  CHECK_THAT(
-      message(
-          R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]},"b":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
-      Contains("overlap"));
+  CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]},)"
+                     R"("b":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
+             Contains("overlap"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[4,8]}})"), Contains("gap"));
   CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}})"), Contains("belong to no array"));
-  CHECK_THAT(
-      message(
-          R"({"a":{"dtype":"U8","shape":[2],"data_offsets":[0,2]},"b":{"dtype":"F32","shape":[1],"data_offsets":[2,6]}})",
-          6),
-      Contains("aligned"));
-  CHECK_THAT(
-      message(
-          R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
-      Contains("twice"));
+  CHECK_THAT(message(R"({"a":{"dtype":"U8","shape":[2],"data_offsets":[0,2]},)"
+                     R"("b":{"dtype":"F32","shape":[1],"data_offsets":[2,6]}})",
+                     6),
+             Contains("aligned"));
+  CHECK_THAT(message(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},)"
+                     R"("a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
+             Contains("twice"));
   CHECK_THAT(message(R"({"__metadata__":{"step":7},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"),
              Contains("'step'"));
-  CHECK_THAT(message_of(folder.file("f", std::string(8, '\xff') + "{}")), Contains("claims a header"));
+  CHECK_THAT(message_of(folder.file("f", std::string(8, '\xff') + "{}")), Contains("its header should have"));
 }
 
 TEST_CASE("safetensors: a failed write keeps the earlier checkpoint", "[safetensors]") {

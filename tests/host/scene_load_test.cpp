@@ -361,9 +361,9 @@ TEST_CASE("errors are one line", "[scene][load]") {
 
   const std::filesystem::path image = folder.path() / "images/02.png";
   std::filesystem::resize_file(image, std::filesystem::file_size(image) - 9);
-  CHECK(message(folder.path()).find("02.png: is cut ") != std::string::npos);
+  CHECK(message(folder.path()).find("02.png: cut off ") != std::string::npos);
   folder.write("images/02.png", std::string("this is no image at all"));
-  CHECK(message(folder.path()).find("02.png: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF (") !=
+  CHECK(message(folder.path()).find("02.png: not a PNG, JPEG, WebP or TIFF, or its header is damaged (") !=
         std::string::npos);
   write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
   CHECK(message(folder.path()).find("p.ply: no such file; ") != std::string::npos);

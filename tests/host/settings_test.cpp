@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "train/config/schedule.h"
+#include "recipe_settings.h"
 #include "train/config/settings.h"
 
 using namespace trisoup;
@@ -20,65 +22,66 @@ TEST_CASE("evaluations lie evenly over the logarithm of the steps", "[settings]"
 
 TEST_CASE("vertices travel equally far in few steps", "[settings]") {
   const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
-  train::Settings s = train::published(recipe);
+  train::Settings s = test::settings_of_recipe(recipe);
   const auto way = [&] {
     double sum = 0;
     for (std::uint64_t step = 1; step <= s.steps; ++step)
-      sum += s.rate_vertex * train::rate_factor(s, s.rate_vertex_end, step);
+      sum += s.lr_vertex * train::lr_factor(s, s.lr_vertex_end, step);
     return sum;
   };
-  CHECK(way() == Approx(train::published_way(recipe)).epsilon(0.001));
+  CHECK(way() == Approx(train::published_travel(recipe)).epsilon(0.001));
   // What is published stays as it is to the last bit.
-  CHECK(train::vertex_rate(s, train::published_way(recipe)) <= s.rate_vertex);
+  CHECK(train::vertex_lr(s, train::published_travel(recipe)) <= s.lr_vertex);
   for (const double end : {0.01, 0.1, 1.0})
     for (const std::uint64_t steps : {400, 1000, 10'000}) {
-      s.rate_vertex_end = end;
+      s.lr_vertex_end = end;
       s.steps = steps;
-      s.rate_vertex = train::vertex_rate(s, 0.8);
+      s.lr_vertex = train::vertex_lr(s, 0.8);
       CHECK(way() == Approx(0.8).epsilon(0.01));
     }
   s.steps = 1;
-  CHECK(train::vertex_rate(s, 0.8) == train::kFastestVertices);
+  CHECK(train::vertex_lr(s, 0.8) == train::kMaxVertexLr);
 }
 
 TEST_CASE("vertices come to rest, and travel as far as they are to", "[settings]") {
-  train::Settings s = train::published(train::Recipe::real);
-  s.rate_vertex_end = 0.1;
-  for (const double share : {0.01, 0.2, 1.0}) {
-    CAPTURE(share);
-    s.rest_share = share;
-    s.rate_vertex = train::vertex_rate(s, 4.0);
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
+  s.lr_vertex_end = 0.1;
+  for (const char* init : {"points", "surface"}) {
+    CAPTURE(init);
+    s.init = init;
+    const bool rests = train::starts_from_surface(s);
+    s.lr_vertex = train::vertex_lr(s, 4.0);
     double sum = 0, last = 2;
     for (std::uint64_t step = 1; step <= s.steps; ++step) {
-      const double factor = train::vertex_rate_factor(s, step);
+      const double factor = train::vertex_lr_factor(s, step);
       CHECK(factor < last);
       last = factor;
-      sum += s.rate_vertex * factor;
+      sum += s.lr_vertex * factor;
     }
     CHECK(sum == Approx(4.0).epsilon(0.001));
     CHECK(last > 0);
-    CHECK(last < 0.1 / (share * double(s.steps)));
+    CHECK((last < 0.1 / (0.2 * double(s.steps))) == rests);
     // Until then as without it.
-    CHECK(train::vertex_rate_factor(s, 1) == Approx(train::rate_factor(s, 0.1, 1)).epsilon(1e-3));
+    CHECK(train::vertex_lr_factor(s, 1) == Approx(train::lr_factor(s, 0.1, 1)).epsilon(1e-3));
   }
 }
 
 TEST_CASE("a soup is brought to its knee after the last change by the budget, and not without one", "[settings]") {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.steps = 1000;
   CHECK(train::next_pruning(s, 0) == 0);
-  CHECK(train::is_last_resampling(s, 900));
+  CHECK(train::is_last_refinement(s, 900));
   s.knee = 0.2;
   CHECK(train::next_pruning(s, 0) == 700);
   CHECK(train::next_pruning(s, 699) == 700);
   CHECK(train::next_pruning(s, 700) == 800);
   CHECK(train::next_pruning(s, 899) == 900);
   CHECK(train::next_pruning(s, 900) == 0);
-  CHECK(train::is_last_resampling(s, 600));
+  CHECK(train::is_last_refinement(s, 600));
   s.coarse_share = 0.8;
   CHECK(train::next_pruning(s, 0) == 900);  // not before the fine levels, nor with them
   s.coarse_share = 0.5;
-  CHECK_FALSE(train::is_resampling(s, 700));
+  CHECK_FALSE(train::is_refinement(s, 700));
   for (s.steps = 1; s.steps < 30; ++s.steps)
     for (std::uint64_t step = 0; step < s.steps; ++step) {
       const std::uint64_t next = train::next_pruning(s, step);
@@ -87,30 +90,30 @@ TEST_CASE("a soup is brought to its knee after the last change by the budget, an
 }
 
 TEST_CASE("a start beyond its budget has a change of topology however short the training", "[settings]") {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.init_count = 30'000;
   s.triangles = 300;
   const auto changes = [&] {
     std::vector<std::uint64_t> steps;
     for (std::uint64_t step = 0; step <= s.steps; ++step)
-      if (train::is_resampling(s, step)) steps.push_back(step);
+      if (train::is_refinement(s, step)) steps.push_back(step);
     return steps;
   };
   const auto last = [&] {
     for (const std::uint64_t step : changes())
-      if (train::is_last_resampling(s, step)) return step;
+      if (train::is_last_refinement(s, step)) return step;
     return std::uint64_t{0};
   };
   s.steps = 90;
   CHECK(changes() == std::vector<std::uint64_t>{42});
   CHECK(last() == 42);
-  s.resample_until = 0.5;
+  s.refine_until = 0.5;
   s.steps = 199;
   CHECK(changes() == std::vector<std::uint64_t>{49});
   s.steps = 200;
   CHECK(changes() == std::vector<std::uint64_t>{100});
   // The last step of all has nothing behind it.
-  s.resample_until = 1;
+  s.refine_until = 1;
   s.steps = 300;
   CHECK(changes() == std::vector<std::uint64_t>{100, 200});
   CHECK(last() == 200);
@@ -120,9 +123,9 @@ TEST_CASE("a start beyond its budget has a change of topology however short the 
   s.init_count = 300;
   CHECK(changes().empty());
   s.init_count = 30'000;
-  s.resample_every = 0;
+  s.refine_every = 0;
   CHECK(changes().empty());
-  s.resample_every = 100;
+  s.refine_every = 100;
   s.steps = 1;
   CHECK(changes().empty());
 }

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "scene/hold_out.h"
 #include "soup/texture_table.h"
+#include "train/config/schedule.h"
 #include "train/topology/simplify.h"
 
 using namespace trisoup;
@@ -218,11 +219,11 @@ TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
   rounds = simulate(s, 28.0);
   CHECK(rounds[best_round(rounds, s)].triangles <= 700);
   CHECK_THAT(outcome(rounds, s),
-             Catch::StartsWith("goal missed") && Catch::Contains("a larger --max-mb or --max-triangles"));
+             Catch::StartsWith("goal missed") && Catch::Contains("a larger `max_bytes` or `max_triangles`"));
   // Nothing more can go, or there is no round left.
   s.max_triangles = 1;
   CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("nothing more can go"));
-  s.most_rounds = 2;
+  rounds.resize(30, rounds.back());
   CHECK_THAT(outcome(rounds, s), Catch::Contains("there are no more rounds"));
 }
 
@@ -239,7 +240,7 @@ TEST_CASE("a quality that training does not reach is told, and the best there is
   const auto rounds = simulate(s, 28.0);
   CHECK(rounds.size() == 1);
   CHECK(best_round(rounds, s) == 0);
-  CHECK(outcome(rounds, s).find("more --steps") != std::string::npos);
+  CHECK(outcome(rounds, s).find("more `steps`") != std::string::npos);
 }
 
 TEST_CASE("rounds go through a checkpoint", "[simplify]") {
@@ -261,22 +262,22 @@ TEST_CASE("rounds go through a checkpoint", "[simplify]") {
 TEST_CASE("rates rise for a round and fall to where they ended", "[simplify][settings]") {
   Settings s = goal_settings();
   s.steps = 1000;
-  s.rest_share = 0.2;
-  const double end = rate_factor(s, 0.1, 1000);
+  s.init = "surface";
+  const double end = lr_factor(s, 0.1, 1000);
   CHECK(end == Approx(0.1));
   for (const std::uint64_t round : {0, 1, 5}) {
     double last = 1;
     for (std::uint64_t i = 1; i <= s.round_steps; ++i) {
-      const double factor = rate_factor(s, 0.1, 1000 + round * s.round_steps + i);
+      const double factor = lr_factor(s, 0.1, 1000 + round * s.round_steps + i);
       CHECK(factor < last);
       last = factor;
       if (i == 1) CHECK(factor > 1.5 * end);
     }
     CHECK(last == Approx(end));
     // Vertices come to rest again: how close depends on the steps of a round.
-    CHECK(vertex_rate_factor(s, 1000 + (round + 1) * s.round_steps) <
-          0.02 * vertex_rate_factor(s, 1000 + round * s.round_steps + 1));
-    CHECK(vertex_rate_factor(s, 1000 + (round + 1) * s.round_steps) > 0);
+    CHECK(vertex_lr_factor(s, 1000 + (round + 1) * s.round_steps) <
+          0.02 * vertex_lr_factor(s, 1000 + round * s.round_steps + 1));
+    CHECK(vertex_lr_factor(s, 1000 + (round + 1) * s.round_steps) > 0);
   }
 }
 

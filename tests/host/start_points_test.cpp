@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "soup/random.h"
 #include "train/start/start_points.h"
+#include "recipe_settings.h"
 #include "train/start/surface_start.h"
 
 using namespace trisoup;
@@ -122,7 +123,7 @@ TEST_CASE("without tracks, points far behind others count as hidden", "[start]")
 TEST_CASE("a surface start respects the number of triangles and has colours and a backdrop", "[start]") {
   scene::Scene scene = ring(8);
   add_ball(scene.points, 800, 8);
-  Settings settings = published(Recipe::real);
+  Settings settings = test::settings_of_recipe(Recipe::real);
   settings.triangles = 500;
   settings.backdrop = 9;
   const Start start = surface_start(scene, settings);
@@ -156,7 +157,7 @@ TEST_CASE("a surface start puts triangles where photographs show most detail", "
           scene.points.seen_by.back().push_back(v);
     }
   }
-  Settings settings = published(Recipe::real);
+  Settings settings = test::settings_of_recipe(Recipe::real);
   settings.triangles = 600;
   settings.backdrop = 15;
   const Start start = surface_start(scene, settings);

@@ -1,5 +1,5 @@
-// Stability of the optimiser against parameters that are not numbers (shaders/common/faults.h,
-// engine/train/step/non_finite.h): reported with their place, kept from spreading, reset, and training goes on.
+// Stability of the optimiser with non-finite parameters (shaders/common/faults.h, engine/train/step/non_finite.h): they
+// are reported with their position, do not spread, are reset, and training continues.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -10,6 +10,7 @@
 #include "gpu/small_scene.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
+#include "recipe_settings.h"
 #include "train/step/non_finite.h"
 
 using namespace trisoup;
@@ -35,7 +36,7 @@ double loss(SmallScene& s, std::uint32_t slot) {
   return train::fixed_sum(row.l1_low, row.l1_high);
 }
 
-/// Two scenes alike, trained for some steps; the first is to be injured.
+/// Two identical scenes, trained for some steps. Tests damage the first one.
 struct Twins {
   explicit Twins(gpu::Device& gpu)
       : injured(gpu, kTriangles, kMixed, views()), healthy(gpu, kTriangles, kMixed, views()) {
@@ -52,7 +53,7 @@ struct Twins {
     for (std::uint32_t i = 0; i < count; ++i, ++done)
       for (SmallScene* s : {&injured, &healthy}) s->train(done, SmallScene::rates(done));
   }
-  /// Indices of the state in which the two differ in a bit.
+  /// Indices of the state at which the two differ bitwise.
   std::vector<std::size_t> differences() {
     const auto a = injured.state(), b = healthy.state();
     std::vector<std::size_t> out;
@@ -83,8 +84,7 @@ struct Twins {
   std::uint32_t done = 0;
 };
 
-/// Through a driver (or on an emulated device), where a step takes long, the two ends: what is no number, and the
-/// largest that is one.
+/// Test values. On a driver or an emulated device, where steps are slow, only two: NaN, and the largest finite number.
 float bad_number(const gpu::Device& device) {
   if (device.info().backend != "cpu") return GENERATE(std::numeric_limits<float>::quiet_NaN(), 3e38f);
   return GENERATE(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
@@ -93,13 +93,13 @@ float bad_number(const gpu::Device& device) {
 
 }  // namespace
 
-TEST_CASE("a vertex that is not a number takes its triangle out of the picture and nothing else", "[faults]") {
+TEST_CASE("a non-finite vertex removes its triangle from the picture and nothing else", "[faults]") {
   auto gpu = test::open_device();
   const float bad = bad_number(*gpu);
   CAPTURE(bad);
   Twins t(*gpu);
   constexpr std::uint32_t kTriangle = 5, kVertex = 1;
-  // The healthy twin has the same triangle as a point: what a soup without it would do.
+  // In the healthy twin the same triangle is collapsed to a point, as if the soup did not have it.
   put(*gpu, t.injured.soup.vertices, 9 * kTriangle + 3 * kVertex + 2, bad);
   const auto corner = gpu->download_vector<glm::vec3>(t.healthy.soup.vertices.address() + 36 * kTriangle, 1)[0];
   gpu->upload(t.healthy.soup.vertices.address() + 36 * kTriangle, std::vector<glm::vec3>(3, corner));
@@ -116,7 +116,7 @@ TEST_CASE("a vertex that is not a number takes its triangle out of the picture a
   CHECK(found.place == kVertex);
   CHECK(found.count == 1);
   CHECK_THAT(train::to_string(found), Catch::Contains("step 6: vertex 1 of triangle 5"));
-  // Every other value is what it would be without that triangle, to the bit; the triangle is a point and stays one.
+  // Every other value is bitwise the same as without the triangle, which is a point and stays one.
   for (const std::size_t i : t.differences()) CHECK(i / 9 == kTriangle);
   const auto after = gpu->download_vector<glm::vec3>(t.injured.soup.vertices.address() + 36 * kTriangle, 3);
   CHECK(after[0] == after[1]);
@@ -124,7 +124,7 @@ TEST_CASE("a vertex that is not a number takes its triangle out of the picture a
   t.check_goes_on();
 }
 
-TEST_CASE("a texel that is not a number is reset before it is seen", "[faults]") {
+TEST_CASE("a non-finite texel is reset before it is rendered", "[faults]") {
   auto gpu = test::open_device();
   const float bad = bad_number(*gpu);
   CAPTURE(bad);
@@ -143,16 +143,16 @@ TEST_CASE("a texel that is not a number is reset before it is seen", "[faults]")
   CHECK_THAT(train::to_string(found), Catch::Contains("texel 11, channel 6, of triangle 3"));
   const auto reset = gpu->download_vector<float>(t.injured.soup.source.address() + 4 * index, 1)[0];
   CHECK(reset == 0.0f);
-  // That logit and its moments: three values of the whole state.
+  // Only the logit and its two moments may differ.
   CHECK(t.differences().size() <= 3);
   CHECK(all_finite(t.injured.state()));
   CHECK(all_finite(gpu->download_vector<float>(t.injured.soup.lattice.address(), t.injured.soup.lattice_samples * 8)));
   t.check_goes_on();
 }
 
-TEST_CASE("a weight that is not a number costs the others one step", "[faults]") {
+TEST_CASE("a non-finite weight delays the others by one step", "[faults]") {
   auto gpu = test::open_device();
-  // In the first layer, in the last, and a bias.
+  // A weight of the first layer, one of the last, and a bias.
   const auto [index, bad] = GENERATE(table<std::uint32_t, float>(
       {{37u, NAN}, {560u, std::numeric_limits<float>::infinity()}, {593u, -3e38f}, {37u, 3e38f}}));
   CAPTURE(index, bad);
@@ -169,9 +169,9 @@ TEST_CASE("a weight that is not a number costs the others one step", "[faults]")
   const auto after = gpu->download_vector<float>(t.injured.soup.mlp.address(), 595);
   CHECK(after[index] == 0.0f);
   for (std::size_t i = 0; i < 595; ++i)
-    if (i != index) CHECK(std::abs(after[i] - before[i]) <= 1e-2 * 3.2);  // at most a step of Adam's
+    if (i != index) CHECK(std::abs(after[i] - before[i]) <= 1e-2 * 3.2);  // at most one Adam step
   CHECK(all_finite(t.injured.state()));
-  // No image of it is left in the next step.
+  // The next step's picture is not affected.
   t.step(1);
   const auto colour =
       gpu->download_vector<float>(t.injured.frame.colour.address(), 3ull * t.injured.frame.batch().pixels);
@@ -179,7 +179,7 @@ TEST_CASE("a weight that is not a number costs the others one step", "[faults]")
   t.check_goes_on();
 }
 
-TEST_CASE("optimiser state that is not a number restarts where it was", "[faults]") {
+TEST_CASE("non-finite optimiser state is reset without moving its parameter", "[faults]") {
   auto gpu = test::open_device();
   const auto [second, bad] = GENERATE(
       table<bool, float>({{false, NAN}, {true, NAN}, {false, std::numeric_limits<float>::infinity()}, {true, 3e38f}}));
@@ -192,14 +192,14 @@ TEST_CASE("optimiser state that is not a number restarts where it was", "[faults
   t.step(1);
   const auto found = t.faults();
   REQUIRE(found.size() == 3);
-  CHECK(found[0].count == 0);  // no triangle is taken out for it
+  CHECK(found[0].count == 0);  // no triangle is removed for it
   CHECK_THAT(train::to_string(found[0]), Catch::Contains("optimiser state"));
   CHECK(all_finite(t.injured.state()));
   CHECK(t.differences().size() <= 7 + 3 + 3);  // a vertex with its moments, a texel, a weight
   t.check_goes_on();
 }
 
-TEST_CASE("a checkpoint with numbers that are none is reported, and its training goes on", "[faults]") {
+TEST_CASE("a checkpoint with non-finite values is reported, and its training continues", "[faults]") {
   auto gpu = test::open_device();
   scene::Scene scene;
   soup::Random random(3);
@@ -209,19 +209,19 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
     view.camera.width = view.camera.height = 32;
     view.camera.fx = view.camera.fy = 40;
     view.camera.cx = view.camera.cy = 16;
-    view.camera.world_to_camera[3][2] = 1;  // at z = -1, looking at the origin
+    view.camera.world_to_camera[3][2] = 1;  // camera at z = -1, looking at the origin
     view.camera.world_to_camera[3][0] = 0.1 * i;
     view.image.width = view.image.height = 32;
     for (int p = 0; p < 32 * 32; ++p) view.image.rgba.insert(view.image.rgba.end(), {200, 60, 30, 255});
     scene.train.push_back(view);
   }
-  train::Settings settings = train::published(train::Recipe::synthetic);
+  train::Settings settings = test::settings_of_recipe(train::Recipe::synthetic);
   settings.init = "random";
   settings.steps = 60;
   settings.batch = 2;
   settings.triangles = 30;
-  settings.resample_every = 30;
-  settings.rate_vertex = 1e-3;
+  settings.refine_every = 30;
+  settings.lr_vertex = 1e-3;
   settings.level_max = 3;
   std::vector<glm::vec3> vertices;
   for (int i = 0; i < 30; ++i) {
@@ -244,7 +244,7 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
     REQUIRE(trainer.step() == 10);
     trainer.write_checkpoint(path);
   }
-  // One value of each kind.
+  // Damages one value of each kind.
   {
     const auto file = soup::Safetensors::open(path);
     soup::SafetensorsWriter writer;
@@ -291,7 +291,7 @@ TEST_CASE("a checkpoint with numbers that are none is reported, and its training
   for (const double value : losses) CHECK((value > 0.01 && value < 1));
   const soup::Model model = trainer.model();
   for (const glm::vec3& v : model.vertices) CHECK((std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)));
-  // The point went when the topology changed: every triangle that is left has an area.
+  // The next refinement removed the collapsed triangle: all remaining triangles have an area.
   for (std::size_t t = 0; t < model.triangles(); ++t)
     CHECK(glm::length(glm::cross(model.vertices[3 * t + 1] - model.vertices[3 * t],
                                  model.vertices[3 * t + 2] - model.vertices[3 * t])) > 0);

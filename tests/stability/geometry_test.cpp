@@ -1,6 +1,6 @@
-// Stability of projection, coverage and edge forces (shaders/project.comp, common/coverage.h, common/edges.h): for
-// triangles that no rasteriser likes the picture is that of double precision, gradients are bounded, and a step leaves
-// every parameter finite.
+// Stability of projection, coverage and edge forces (shaders/project.comp, common/coverage.h, common/edges.h) for
+// degenerate triangles: pictures match double precision, gradients are bounded, and a step leaves every parameter
+// finite.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kWidth = 52, kHeight = 44;
 constexpr double kNear = 0.025, kFar = 10;
 
-/// At the origin, looking along z, x to the right and y downwards; w is z, exactly.
+/// A camera at the origin that looks along z, with x to the right and y down, so that w is exactly z.
 train::BatchView forward_view() {
   scene::Camera camera;
   camera.width = kWidth;
@@ -31,7 +31,7 @@ train::BatchView forward_view() {
 
 using Vertices = std::vector<glm::vec3>;
 
-/// Opaque at a threshold of 0.5, level 0.
+/// A scene that is opaque at threshold 0.5, with level 0.
 struct OpaqueScene : SmallScene {
   OpaqueScene(gpu::Device& device, const Vertices& vertices)
       : SmallScene(device, static_cast<std::uint32_t>(vertices.size() / 3), {{0, 0}}, {forward_view()}) {
@@ -55,7 +55,7 @@ std::vector<std::uint32_t> picture(SmallScene& s) {
   return shown;
 }
 
-/// Steps of a training with random targets: gradients bounded, everything finite.
+/// Trains some steps with random targets and checks that gradients are bounded and everything is finite.
 void check_training(SmallScene& s) {
   const gpu::Buffer seen = s.gpu.allocate(s.soup.triangles * 36ull, "vertex gradient");
   s.inputs.vertex_gradient = seen.address();
@@ -63,8 +63,8 @@ void check_training(SmallScene& s) {
   for (std::uint32_t i = 0; i < 4; ++i) {
     s.train(i, SmallScene::rates(i));
     const auto gradient = s.gpu.download_vector<float>(seen.address(), s.soup.triangles * 9ull);
-    // A corner moves what is seen by at most 2 / near in NDC per unit, and the mean error by a few times that of the
-    // picture's own height.
+    // Moving a corner moves the picture by at most 2 / near in NDC per unit, and the mean error changes by a few times
+    // the picture's height at most.
     const double bound = 5 / kNear;
     double largest = 0;
     for (const float g : gradient) largest = std::max(largest, std::isfinite(g) ? double(std::abs(g)) : INFINITY);
@@ -83,8 +83,8 @@ struct Tally {
   std::size_t pixels = 0, covered = 0, ties = 0, wrong = 0, astray = 0;
 };
 
-/// Several random scenes: no pixel that is not a tie shows another triangle than it should. exact = false: float cannot
-/// place them so well; no pixel shows one that is not within a pixel and a half of it.
+/// Tests random scenes. No pixel except ties may show another triangle than the reference. With exact = false, float is
+/// not precise enough; then no pixel may show a triangle more than one and a half pixels away.
 Tally check_family(int scenes, const std::function<Vertices(soup::Random&)>& make, bool exact = true) {
   auto gpu = test::open_device();
   Tally all;
@@ -122,7 +122,7 @@ glm::vec3 in_view(soup::Random& r, float depth_low = 0.5f, float depth_high = 3.
   return {z * r.uniform(-0.5f, 0.5f), z * r.uniform(-0.42f, 0.42f), z};
 }
 
-/// `count` triangles, each `copies` times.
+/// `count` random triangles, each `copies` times.
 Vertices triangles_in_view(soup::Random& r, int count, int copies = 1) {
   Vertices v;
   for (int i = 0; i < count; ++i) {
@@ -138,9 +138,8 @@ glm::vec3 direction(soup::Random& r) {
 
 }  // namespace
 
-TEST_CASE("slivers show where they are and nowhere else", "[geometry]") {
-  // Of aspect 1e6: thinner than any pixel, and of a pixel's width but 50,000 units long. Of aspect 1e3: visible, within
-  // the scene.
+TEST_CASE("slivers are visible only where they are", "[geometry]") {
+  // Aspect 1e6: thinner than a pixel; one pixel wide, but 50,000 units long. Aspect 1e3: visible, inside the scene.
   const auto [length, width, exact] =
       GENERATE(std::tuple(0.5f, 5e-7f, true), std::tuple(5e4f, 0.05f, false), std::tuple(20.0f, 0.02f, true));
   CAPTURE(length, width);
@@ -176,7 +175,7 @@ TEST_CASE("triangles without area cover nothing", "[geometry]") {
     else if (i % 3 == 1)
       with.insert(with.end(), {a, b, i % 2 ? a : b});
     else {
-      // Three points of a line, exactly: multiples of a power of two of one another.
+      // Three exactly collinear points: multiples of a power of two of each other.
       const glm::vec3 step = glm::round(256.0f * direction(r)) / 256.0f, start = glm::round(256.0f * a) / 256.0f;
       with.insert(with.end(), {start, start + step, start + 2.0f * step});
     }
@@ -187,7 +186,7 @@ TEST_CASE("triangles without area cover nothing", "[geometry]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("triangles smaller than a pixel show where they hold its centre", "[geometry]") {
+TEST_CASE("triangles smaller than a pixel are visible where they cover its centre", "[geometry]") {
   const Tally t = check_family(3, [](soup::Random& r) {
     Vertices v;
     for (int i = 0; i < 1500; ++i) {
@@ -200,7 +199,7 @@ TEST_CASE("triangles smaller than a pixel show where they hold its centre", "[ge
   CHECK(t.covered > t.pixels / 50);
 }
 
-TEST_CASE("triangles that fill the picture and far more cover all of it", "[geometry]") {
+TEST_CASE("triangles much larger than the picture cover all of it", "[geometry]") {
   for (const float size : {2.0f, 100.0f, 1e3f, 1e4f, 1e6f}) {
     CAPTURE(size);
     const Tally t = check_family(
@@ -220,7 +219,7 @@ TEST_CASE("triangles that fill the picture and far more cover all of it", "[geom
   }
 }
 
-TEST_CASE("of triangles in the same place the first is seen", "[geometry]") {
+TEST_CASE("of coincident triangles the first is visible", "[geometry]") {
   auto gpu = test::open_device();
   soup::Random r(6);
   const Vertices v = triangles_in_view(r, 8, 3);
@@ -236,10 +235,10 @@ TEST_CASE("of triangles in the same place the first is seen", "[geometry]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("triangles that pass through each other show who is nearer", "[geometry]") {
+TEST_CASE("intersecting triangles show the nearer one", "[geometry]") {
   const Tally t = check_family(6, [](soup::Random& r) {
     Vertices v;
-    // Some nearly parallel: the line in which they meet runs far with the least motion.
+    // Some are nearly parallel, so that the line of intersection moves far with a tiny motion.
     const glm::vec3 centre{0, 0, 1.5f};
     for (int i = 0; i < 12; ++i) {
       const float tilt = i % 2 ? 1.0f : 1e-3f;
@@ -253,7 +252,7 @@ TEST_CASE("triangles that pass through each other show who is nearer", "[geometr
   CHECK(t.covered > t.pixels / 2);
 }
 
-TEST_CASE("vertices at, behind and on the camera plane leave what is before the near plane", "[geometry]") {
+TEST_CASE("triangles with vertices on or behind the camera plane are visible beyond the near plane", "[geometry]") {
   const Tally t = check_family(24, [](soup::Random& r) {
     Vertices v;
     for (int i = 0; i < 16; ++i) {
@@ -265,11 +264,11 @@ TEST_CASE("vertices at, behind and on the camera plane leave what is before the 
           break;  // on the camera plane, w = 0
         case 1:
           corner[0] = glm::vec3(0.0f);
-          break;  // the camera itself
+          break;  // the camera position
         case 2:
           corner[0] = {r.uniform(-3, 3), r.uniform(-3, 3), r.uniform(-4.0f, -0.01f)};
-          break;  // one behind
-        case 3:   // two behind
+          break;  // one corner behind
+        case 3:   // two corners behind
           for (int k = 0; k < 2; ++k) corner[k] = {r.uniform(-3, 3), r.uniform(-3, 3), r.uniform(-4.0f, -0.01f)};
           break;
         case 4:
@@ -283,7 +282,7 @@ TEST_CASE("vertices at, behind and on the camera plane leave what is before the 
           corner[0] = {-40, 0.3f, -30}, corner[1] = {40, 0.3f, -30},
           corner[2] = {r.uniform(-9, 9), r.uniform(0.3f, 0.6f), 60};
           break;
-        default:  // all behind: never seen
+        default:  // all corners behind: never visible
           for (glm::vec3& c : corner) c.z = -c.z;
       }
       v.insert(v.end(), corner, corner + 3);
@@ -293,7 +292,7 @@ TEST_CASE("vertices at, behind and on the camera plane leave what is before the 
   CHECK(t.covered > t.pixels / 2);
 }
 
-TEST_CASE("what is dropped as published and what is clipped differ in the triangles that cross alone", "[geometry]") {
+TEST_CASE("dropping as published and clipping differ only in the triangles that cross the camera plane", "[geometry]") {
   auto gpu = test::open_device();
   const Vertices v{{-40, 0.3f, -30}, {40, 0.3f, -30}, {0, 0.3f, 60}, {-0.2f, -0.2f, 2}, {0.2f, -0.2f, 2}, {0, 0.1f, 2}};
   OpaqueScene s(*gpu, v);
@@ -311,7 +310,7 @@ TEST_CASE("what is dropped as published and what is clipped differ in the triang
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a million triangles off the screen change nothing of what is on it", "[geometry][slow]") {
+TEST_CASE("a million triangles off the screen do not change the picture", "[geometry][slow]") {
   auto gpu = test::open_device();
   soup::Random r(8);
   const Vertices few = triangles_in_view(r, 10);
@@ -329,7 +328,7 @@ TEST_CASE("a million triangles off the screen change nothing of what is on it", 
   OpaqueScene one(*gpu, few), all(*gpu, many);
   CHECK(picture(one) == picture(all));
   const auto control = gpu->download_vector<kernels::Control>(all.frame.control.address(), 1)[0];
-  CHECK(control.list_total < 10 * all.frame.batch().tiles);  // none of the million is in any tile's list
+  CHECK(control.list_total < 10 * all.frame.batch().tiles);  // no tile's list contains any of the million
   all.train(0, SmallScene::rates(0));
   const auto after = gpu->download_vector<glm::vec3>(all.soup.vertices.address(), many.size());
   std::size_t moved = 0;

@@ -1,5 +1,5 @@
-// Stability of shaders/visibility.comp and opacity_backward.comp where opacities are at their limits and where many
-// layers lie in one pixel: the gradient is that of exact enumeration, finite, and bounded.
+// Stability of shaders/visibility.comp and opacity_backward.comp with opacities at their limits and with many layers in
+// one pixel: the gradient matches exact enumeration, is finite, and is bounded.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -15,16 +15,17 @@ namespace {
 
 constexpr std::uint32_t kSide = 8, kPixels = kSide * kSide;
 
-/// Layers that fill the picture, from the camera on, each of one grey and one opacity.
+/// Layers that fill the picture, front to back, each with one grey value and one opacity.
 struct Layers {
   std::vector<double> logit, grey;
 };
 
-/// By logit, what volume rendering says of the mean L1 error, and what the kernels say over some draws of thresholds.
+/// Gradients of the mean L1 error with respect to the logits: exact values from volume rendering, and the kernels' mean
+/// over draws of thresholds.
 struct Gradients {
   std::vector<double> opacity, exact, mean, error;  // error: standard error of mean
   double largest = 0;                               // of any layer in any draw
-  std::vector<double> same_draws;                   // mean on the CPU, where what is above is of a driver
+  std::vector<double> same_draws;  // mean on the CPU for the same draws; empty unless a driver was measured
 };
 
 Gradients measure_on(gpu::Device& device, const Layers& layers, int samples, bool baseline) {
@@ -55,7 +56,7 @@ Gradients measure_on(gpu::Device& device, const Layers& layers, int samples, boo
 
   Gradients g;
   for (std::uint32_t t = 0; t < n; ++t) g.opacity.push_back(lattice[3 * t]);
-  // d/d(alpha_j) of sum_k T_k alpha_k e_k is T_j (e_j - what is behind j), T being the light that comes as far.
+  // d/d(alpha_j) of sum_k T_k alpha_k e_k is T_j (e_j - error behind j), where T is the transmittance.
   g.exact.assign(n, 0.0);
   for (const float y : target) {
     std::vector<double> behind(n + 1), through(n + 1, 1.0);
@@ -95,8 +96,8 @@ Gradients measure_on(gpu::Device& device, const Layers& layers, int samples, boo
   return g;
 }
 
-/// On the CPU's own threads. A launch through a driver, watched by the validation layers, costs a hundred times as
-/// much: there a fiftieth of the draws, and the same ones on the CPU, whose mean is known to be right.
+/// Measures on the CPU backend. Through a driver with validation layers a launch costs a hundred times as much. There,
+/// a fiftieth of the draws are compared with the same draws on the CPU, whose mean is verified.
 Gradients measure(const Layers& layers, int samples, bool baseline) {
   auto gpu = test::open_device();
   if (gpu->info().backend == "cpu") return measure_on(*gpu, layers, samples, baseline);
@@ -109,15 +110,15 @@ Gradients measure(const Layers& layers, int samples, bool baseline) {
 }
 
 /// A pixel's weight times its error over three channels is at most 1 / pixels, and alpha (1 - alpha) / max(alpha, 1e-5)
-/// at most 1: so is the gradient by a logit, whatever the opacity. Against a baseline an error may count twice.
+/// at most 1, so the gradient of a logit is bounded for any opacity. With a baseline an error may count twice.
 void check_bounded(const Gradients& g) { CHECK(g.largest <= 1.0); }
 
-/// At opacities nearer to 0 or 1 than 1e-5 one of the two outcomes is all but never drawn; what it would have said is
-/// worth no more than 1e-5.
+/// For opacities closer than 1e-5 to 0 or 1, one of the two outcomes is almost never drawn. Its contribution is at most
+/// 1e-5.
 void check_unbiased(const Gradients& g) {
   for (std::size_t t = 0; t < g.same_draws.size(); ++t) {
     CAPTURE(t, g.mean[t], g.same_draws[t]);
-    // A pixel whose threshold is within rounding of an opacity may be seen one way and the other.
+    // A pixel whose threshold is within rounding of an opacity may have either outcome.
     CHECK(std::abs(g.mean[t] - g.same_draws[t]) <= 1e-3 * std::abs(g.same_draws[t]) + 1e-6);
   }
   if (!g.same_draws.empty()) return;
@@ -130,24 +131,24 @@ void check_unbiased(const Gradients& g) {
 
 }  // namespace
 
-TEST_CASE("opacities of exactly 0 and 1 and saturated logits teach nothing wrong", "[opacity]") {
+TEST_CASE("opacities of exactly 0 and 1 and saturated logits have correct gradients", "[opacity]") {
   const bool baseline = GENERATE(false, true);
   CAPTURE(baseline);
-  // -200 is an opacity of exactly 0, 30 one of exactly 1: of what lies behind that nothing is ever seen.
+  // Logit -200 is an opacity of exactly 0, 30 of exactly 1. Nothing behind an opacity of 1 is visible.
   const Gradients g = measure(
       {{-200, -30, -0.8, 0.4, -30, 1.5, 30, 0.3, 200}, {0.2, 0.9, 0.4, 0.8, 0.1, 0.3, 0.6, 0.5, 0.2}}, 4000, baseline);
   REQUIRE(g.opacity[0] == 0);
   REQUIRE(g.opacity[6] == 1);
   check_bounded(g);
   check_unbiased(g);
-  // Behind the opaque layer there is exactly nothing, and what is never or always there has no gradient to speak of.
+  // Layers behind the opaque one, and layers that are never or always visible, have no gradient.
   for (const std::size_t t : {0u, 6u, 7u, 8u}) CHECK(g.mean[t] == 0);
-  // Or the test says nothing.
+  // Makes sure that the exact gradients are large enough for the test to be meaningful.
   if (g.same_draws.empty())
     for (const std::size_t t : {2u, 3u, 5u}) CHECK(std::abs(g.exact[t]) > 5 * g.error[t]);
 }
 
-TEST_CASE("a saturated opacity moves again when its logit does", "[opacity]") {
+TEST_CASE("saturated opacities stay near their logits while colours are learnt", "[opacity]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 12, {{0, 0}}, {test::view_from(0, 40, 40)});
   std::vector<float> logits = s.logits;
@@ -157,7 +158,7 @@ TEST_CASE("a saturated opacity moves again when its logit does", "[opacity]") {
   for (std::uint32_t i = 0; i < 50; ++i) s.train(i, SmallScene::rates(i));
   const auto state = s.state();
   CHECK(std::all_of(state.begin(), state.end(), [](float v) { return std::isfinite(v); }));
-  // Colours of what is seen are learnt all the same, and saturated opacities do not run away from where they are.
+  // Colours of visible triangles are learnt, and saturated opacities do not drift away.
   const auto after = gpu->download_vector<float>(s.soup.source.address(), logits.size());
   double moved = 0, opacity = 0;
   for (std::size_t i = 0; i < logits.size(); ++i)
@@ -167,7 +168,7 @@ TEST_CASE("a saturated opacity moves again when its logit does", "[opacity]") {
   CHECK(opacity <= 50 * 5e-2 * 1.1);
 }
 
-TEST_CASE("pixels in which every fragment is masked still say what should have been there", "[opacity]") {
+TEST_CASE("pixels in which every fragment is masked still have gradients", "[opacity]") {
   const bool baseline = GENERATE(false, true);
   CAPTURE(baseline);
   const Gradients g = measure({{-4, -3.5, -4.5}, {0.1, 0.9, 0.3}}, 4000, baseline);
@@ -175,13 +176,13 @@ TEST_CASE("pixels in which every fragment is masked still say what should have b
   check_unbiased(g);
   if (g.same_draws.empty())
     for (std::size_t t = 0; t < 3; ++t) CHECK(g.error[t] < 5e-4);
-  // All of them always masked: the picture is the background, and nothing pulls harder than at one pixel's error.
+  // With all layers always masked, the picture is the background, and gradients are at most one pixel's error.
   const Gradients none = measure({{-200, -30, -200}, {0.1, 0.9, 0.3}}, 20, baseline);
   check_bounded(none);
   check_unbiased(none);
 }
 
-TEST_CASE("two hundred layers in one pixel have the gradient of enumeration", "[opacity]") {
+TEST_CASE("two hundred layers in one pixel have the exact gradient", "[opacity]") {
   const bool baseline = GENERATE(false, true);
   CAPTURE(baseline);
   soup::Random r(5);
@@ -195,7 +196,7 @@ TEST_CASE("two hundred layers in one pixel have the gradient of enumeration", "[
   check_bounded(g);
   check_unbiased(g);
   if (!g.same_draws.empty()) return;
-  // All layers' gradients together: a bias too small to show in one of them would add up.
+  // Sums the gradients of all layers: a bias too small to be significant in one layer would add up.
   double difference = 0, variance = 0, size = 0;
   for (std::size_t t = 0; t < 200; ++t) {
     difference += g.mean[t] - g.exact[t];
@@ -203,7 +204,7 @@ TEST_CASE("two hundred layers in one pixel have the gradient of enumeration", "[
     size += std::abs(g.exact[t]);
   }
   CAPTURE(difference, variance, size);
-  CHECK(std::abs(difference) <
-        8 * std::sqrt(variance));  // layers of one pixel go together: their covariance is not in it
+  // Layers of a pixel are correlated; `variance` does not include their covariance, hence the factor 8.
+  CHECK(std::abs(difference) < 8 * std::sqrt(variance));
   CHECK(size > 20 * std::sqrt(variance));
 }

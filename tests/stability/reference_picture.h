@@ -1,5 +1,5 @@
-// What is right: the nearest opaque triangle of every pixel, in double precision, and where rounding may decide
-// otherwise.
+// Reference picture: the nearest opaque triangle of every pixel in double precision, with a mark for pixels where
+// rounding decides.
 #pragma once
 
 #include <cmath>
@@ -14,10 +14,10 @@ namespace trisoup::test {
 
 struct Seen {
   std::uint32_t triangle = 0;  // index + 1; 0: none
-  bool tie = false;            // another answer within a twentieth of a pixel or 1e-5 of depth
+  bool tie = false;            // another result within a twentieth of a pixel or 1e-5 of depth
 };
 
-/// Covered before the camera, with depth in -1..1; of equal depths the lower index.
+/// Covered in front of the camera, with depth in -1..1; among equal depths the lower index.
 inline std::vector<Seen> reference_picture(std::span<const glm::vec3> vertices, const train::BatchView& view) {
   const std::size_t triangles = vertices.size() / 3;
   std::vector<glm::dvec4> clip;
@@ -32,7 +32,7 @@ inline std::vector<Seen> reference_picture(std::span<const glm::vec3> vertices, 
         second = depth;
         depth = p.depth;
         best = static_cast<std::uint32_t>(t) + 1;
-      } else if (p.depth > depth) {  // one and the same depth is no tie: the order decides
+      } else if (p.depth > depth) {  // exactly equal depths are not a tie: the order decides
         second = std::min(second, p.depth);
       }
     }
@@ -54,7 +54,7 @@ inline std::vector<Seen> reference_picture(std::span<const glm::vec3> vertices, 
   return picture;
 }
 
-/// Whether a triangle covers anything within a pixel and a half of a pixel's centre.
+/// Whether a triangle covers a point within one and a half pixels of a pixel's centre.
 inline bool near_by(std::span<const glm::vec3> vertices, const train::BatchView& view, std::uint32_t triangle,
                     std::uint32_t x, std::uint32_t y) {
   glm::dvec4 clip[3];

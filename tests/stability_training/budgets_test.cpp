@@ -1,4 +1,4 @@
-// Tests engine/train/topology/refine.h: few and many triangles, and none that is seen.
+// Tests engine/train/topology/refine.h: few triangles, many triangles, and no visible triangle.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;
@@ -6,7 +6,7 @@ using namespace trisoup::test;
 
 namespace {
 
-/// The synthetic recipe's budget is a floor where there are pixels for it, the real one's a ceiling.
+/// The budget of the synthetic recipe is a minimum if there are enough pixels; that of the real recipe is a maximum.
 void check_budget(const Outcome& outcome, const train::Settings& settings) {
   CHECK(outcome.triangles > 0);
   if (settings.recipe == train::Recipe::synthetic)
@@ -15,7 +15,7 @@ void check_budget(const Outcome& outcome, const train::Settings& settings) {
     CHECK(outcome.triangles <= settings.triangles);
 }
 
-/// PSNR of pictures of the background alone over the training views, dB.
+/// PSNR of the background alone over the training views, dB.
 double empty_psnr(const scene::Scene& scene) {
   double squares = 0, values = 0;
   for (const scene::View& view : scene.train)
@@ -27,7 +27,7 @@ double empty_psnr(const scene::Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("a start and a budget of any size", "[budgets]") {
+TEST_CASE("starts and budgets of different sizes", "[budgets]") {
   const scene::Scene& scene = cube();
   const auto [start, budget] = GENERATE(table<std::uint32_t, std::uint32_t>({{1, 1}, {10, 10}, {10, 100}, {300, 20}}));
   const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
@@ -59,20 +59,20 @@ TEST_CASE("a hundred thousand triangles", "[budgets][slow]") {
     check_budget(outcome, settings);
     CHECK_FALSE(outcome.fit.nothing_learnt());
   }
-  SECTION("as the budget of pictures of 576 pixels") {
+  SECTION("as the budget for pictures of 576 pixels") {
     settings.init_count = 200;
     settings.triangles = 100'000;
     const Outcome outcome = train_through(*gpu, scene, settings);
     WARN("200 to 100000: " << outcome.triangles << " triangles, training " << outcome.fit.psnr << " dB, empty "
                            << empty_psnr(scene));
-    // Not the budget, for which there are no pixels: what the counted pictures, of 64 x 64, can show.
+    // There are too few pixels for the budget. The limit is what the pictures used for counting, 64 x 64, can show.
     CHECK(outcome.triangles > settings.init_count);
     CHECK(outcome.triangles <= scene.train.size() * 64 * 64 / 4);
     CHECK(outcome.fit.psnr > 12.0);
   }
 }
 
-TEST_CASE("a start that no view shows", "[budgets]") {
+TEST_CASE("a start that no view shows is an error", "[budgets]") {
   const scene::Scene& scene = cube();
   const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
   auto gpu = open_device();

@@ -1,5 +1,4 @@
-// Tests engine/scene/normalisation.h by its end: how large a scene is and where it lies make no difference to what is
-// learnt.
+// Tests engine/scene/normalisation.h through its effect: size and position of a scene do not change the result.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;
@@ -20,7 +19,7 @@ Placed placed(double scale, const glm::dvec3& centre) {
   return p;
 }
 
-/// Largest distance of a vertex from the same of `there`, in cubes' sides.
+/// Largest distance between corresponding vertices of two models, relative to the cube's side.
 double farthest_apart(const Placed& here, const Placed& there, double scale, const glm::dvec3& centre) {
   REQUIRE(here.outcome.model.vertices.size() == there.outcome.model.vertices.size());
   double most = 0;
@@ -34,7 +33,7 @@ double farthest_apart(const Placed& here, const Placed& there, double scale, con
 
 }  // namespace
 
-TEST_CASE("the size of a scene and its place make no difference", "[extent]") {
+TEST_CASE("the size and the position of a scene make no difference", "[extent]") {
   static const Placed usual = placed(1, glm::dvec3(0));
   CHECK_FALSE(usual.outcome.fit.nothing_learnt());
   const auto [scale, centre] = GENERATE(table<double, glm::dvec3>(
@@ -42,8 +41,8 @@ TEST_CASE("the size of a scene and its place make no difference", "[extent]") {
   const Placed there = placed(scale, centre);
   WARN("scale " << scale << ", centre " << centre.y << ": test " << there.outcome.test_psnr << " dB, usual "
                 << usual.outcome.test_psnr);
-  // At 5,000 km poses have lost what decides the last bits of a step, and with them which of two equal triangles goes:
-  // other seeds.
+  // At a distance of 5,000 km, rounding of the poses changes the last bits of a step and thereby the choice between
+  // equal triangles, like another seed.
   const bool far = glm::length(centre) > 1e6;
   CHECK(std::abs(there.outcome.test_psnr - usual.outcome.test_psnr) < (far ? 0.6 : 0.01));
   if (!far) CHECK(farthest_apart(usual, there, scale, centre) < 1e-5);

@@ -1,5 +1,5 @@
-// Tests engine/run/trainer.h: memory that runs out and a device that is lost. The last checkpoint leads to the same
-// bits.
+// Tests engine/run/trainer.h with too little memory and a lost device. Resuming from the last checkpoint gives bitwise
+// the same result.
 #include <set>
 
 #include "base/error.h"
@@ -13,7 +13,7 @@ namespace {
 train::Settings settings_of(train::Recipe recipe) {
   train::Settings s = small_settings(80);
   s.recipe = recipe;
-  s.resample_every = 20;
+  s.refine_every = 20;
   s.checkpoint_every = 10;
   s.split_length = 0.05;
   s.most_triangles = 400;
@@ -21,12 +21,13 @@ train::Settings settings_of(train::Recipe recipe) {
 }
 
 struct Run {
-  std::string failure;  // message of the Error that ended it; empty: none
+  std::string failure;  // message of the Error that ended the run; empty: none
   std::uint64_t checkpoint = 0;
-  std::map<std::string, std::vector<std::byte>> state;  // at the end, if it came to it
+  std::map<std::string, std::vector<std::byte>> state;  // at the end, if it was reached
 };
 
-/// Trains on from the checkpoint in `folder`, or from the start. before(step, gpu) comes before the step after `step`.
+/// Continues from the checkpoint in `folder`, or starts. before(step, gpu) is called before the step that follows
+/// `step`.
 Run run(gpu::Device& gpu, const train::Settings& settings, const TemporaryFolder& folder,
         const std::function<void(std::uint64_t, gpu::Device&)>& before = {}) {
   Run run;
@@ -58,7 +59,7 @@ Run run(gpu::Device& gpu, const train::Settings& settings, const TemporaryFolder
 
 }  // namespace
 
-TEST_CASE("device memory that runs out in the middle of a resampling", "[failures]") {
+TEST_CASE("out of device memory during a refinement", "[failures]") {
   const auto recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
   const train::Settings settings = settings_of(recipe);
   INFO(train::to_string(recipe));
@@ -66,7 +67,7 @@ TEST_CASE("device memory that runs out in the middle of a resampling", "[failure
   const Run whole = run(*gpu, settings, TemporaryFolder());
   REQUIRE(whole.failure.empty());
   std::set<std::string> places;
-  // Step 20 ends in a resampling at level 0, step 60 in one at levels 2 to 3.
+  // Step 20 ends with a refinement at level 0, step 60 with one at levels 2 to 3.
   for (const std::uint64_t resampling : {20, 60})
     for (const std::uint64_t room : {0, 400, 1'000, 3'000, 10'000, 30'000, 100'000, 300'000}) {
       INFO("step " << resampling << ", room for " << room << " bytes");
@@ -86,12 +87,12 @@ TEST_CASE("device memory that runs out in the middle of a resampling", "[failure
       CHECK(resumed.state == whole.state);
     }
   for (const std::string& place : places) WARN(train::to_string(recipe) << ": " << place);
-  // Textures that go first leave room enough for what a change takes, unless there are more triangles after it: in the
-  // synthetic recipe.
+  // Textures are freed first, which leaves enough room for a refinement unless it adds triangles, as in the synthetic
+  // recipe.
   CHECK(places.size() >= (recipe == train::Recipe::synthetic ? 6 : 5));
 }
 
-TEST_CASE("a device that is lost", "[failures]") {
+TEST_CASE("a lost device", "[failures]") {
   const train::Settings settings = settings_of(train::Recipe::synthetic);
   Run whole;
   {

@@ -1,6 +1,6 @@
-// make-wheel-scene DIR [SIZE]: a spoked wheel on a ground that reaches a thousand times as far, in the layout of
-// instant-ngp, with points as structure from motion would leave them. transforms_wheel.json are the same views with all
-// but the wheel masked out.
+// make-wheel-scene DIR [SIZE]: writes a spoked wheel on a ground that extends a thousand times as far, in the layout of
+// instant-ngp, with points like those from structure from motion. transforms_wheel.json has the same views with
+// everything except the wheel masked out.
 #include <CLI/CLI.hpp>
 
 #include <cmath>
@@ -24,18 +24,17 @@ namespace {
 using trisoup::soup::Random;
 
 constexpr double kPi = 3.14159265358979;
-// The wheel stands in the xz plane; its rim has radius 1. A spoke is some 1.5 pixels wide where the picture is 160
-// wide.
+// The wheel is in the xz plane; its rim has radius 1. A spoke is about 1.5 pixels wide in pictures 160 pixels wide.
 constexpr double kRim = 1.0, kRimThickness = 0.04, kHub = 0.12, kSpoke = 0.012, kAxle = kRim + kRimThickness,
                  kFarthest = 1000.0;
-constexpr int kSpokes = 20, kSamples = 4;  // along each side of a pixel
+constexpr int kSpokes = 20, kSamples = 4;  // samples per side of a pixel
 const glm::dvec3 kCentre(0, 0, kAxle);
 
 struct Surface {
   double distance;
   int part;  // 0 rim, 1 spoke, 2 hub
 };
-/// Signed distance from the wheel, relative to its centre.
+/// Signed distance to the wheel, relative to its centre.
 Surface wheel(const glm::dvec3& p) {
   const double radius = std::hypot(p.x, p.z);
   Surface best{std::hypot(radius - kRim, p.y) - kRimThickness, 0};
@@ -55,7 +54,8 @@ glm::dvec3 wheel_colour(int part, const glm::dvec3& p) {
   return part == 0 ? shade * glm::dvec3(0.8, 0.15, 0.1) : shade * glm::dvec3(0.1, 0.2, 0.6);
 }
 
-/// Squares by the wheel, and rings of sectors that grow with the distance: as much to see at any distance.
+/// Squares near the wheel, and rings of sectors that grow with the distance, so that there is equal detail at any
+/// distance.
 glm::dvec3 ground_colour(double x, double y) {
   const double r = std::hypot(x, y);
   const bool near = r < 4;
@@ -95,7 +95,7 @@ struct Camera {
   glm::dvec3 position, right, up, back;
 };
 Camera camera(int i, int count) {
-  // From both sides of the wheel's plane, within 60 degrees of its axle, at three heights.
+  // On both sides of the wheel's plane, within 60 degrees of its axle, at three heights.
   const double a = kPi / 2 + (i % 2 ? kPi : 0) + kPi / 3 * (2.0 * i / (count - 1) - 1);
   const double height[] = {0.7, 1.3, 2.1};
   Camera c;
@@ -110,7 +110,7 @@ std::vector<glm::dvec3> points() {
   Random random(1);
   const auto noise = [&](double size) { return size * glm::dvec3(random.in_sphere()); };
   std::vector<glm::dvec3> all;
-  for (int i = 0; i < 3000; ++i) {  // as dense to the eye at any distance
+  for (int i = 0; i < 3000; ++i) {  // equal density as seen from the wheel, at any distance
     const double r = std::exp2(random.uniform01() * std::log2(kFarthest)), a = 2 * kPi * random.uniform01();
     all.push_back(glm::dvec3(r * std::cos(a), r * std::sin(a), 0) + noise(0.005 * r));
   }
@@ -123,7 +123,7 @@ std::vector<glm::dvec3> points() {
     const double a = 2 * kPi * random.uniform01();
     all.push_back(kCentre + glm::dvec3(kRim * std::cos(a), 0, kRim * std::sin(a)) + noise(kRimThickness));
   }
-  for (int i = 0; i < 200; ++i) {  // what structure from motion finds on things as thin as spokes is little
+  for (int i = 0; i < 200; ++i) {  // structure from motion finds few points on things as thin as spokes
     const double a = 2 * kPi / kSpokes * std::floor(kSpokes * random.uniform01()), r = random.uniform(0.1f, 1.0f);
     all.push_back(kCentre + glm::dvec3(r * std::cos(a), 0, r * std::sin(a)) + noise(kSpoke));
   }
@@ -134,7 +134,7 @@ std::vector<glm::dvec3> points() {
 
 int main(int argc, char** argv) try {
   CLI::App app{
-      "Writes 35 views of a spoked wheel on a ground that reaches a thousand times as far, in the layout of "
+      "Writes 35 views of a spoked wheel on a ground that extends a thousand times as far, in the layout of "
       "instant-ngp."};
   fs::path folder;
   int width = 160;

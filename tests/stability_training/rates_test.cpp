@@ -1,4 +1,4 @@
-// Tests engine/train/quality/training_fit.h and the optimisers: learning rates that are far too high.
+// Tests engine/train/quality/training_fit.h and the optimisers with learning rates that are far too high.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;
@@ -18,9 +18,9 @@ TEST_CASE("learning rates ten and a hundred times too high", "[rates]") {
   auto gpu = open_device();
   static const double usual = train_through(*gpu, cube(), small_settings()).test_psnr;
   const auto [name, rate] =
-      GENERATE(table<const char*, double train::Settings::*>({{"textures", &train::Settings::rate_texture},
-                                                              {"MLP", &train::Settings::rate_mlp},
-                                                              {"vertices", &train::Settings::rate_vertex}}));
+      GENERATE(table<const char*, double train::Settings::*>({{"textures", &train::Settings::lr_texture},
+                                                              {"MLP", &train::Settings::lr_mlp},
+                                                              {"vertices", &train::Settings::lr_vertex}}));
   const double factor = GENERATE(10.0, 100.0);
   const Outcome outcome = train_through(*gpu, cube(), faster(rate, factor));
   WARN(name << " x " << factor << ": test " << outcome.test_psnr << " dB, usual " << usual);
@@ -30,20 +30,21 @@ TEST_CASE("learning rates ten and a hundred times too high", "[rates]") {
 
 TEST_CASE("learning rates a million times too high", "[rates]") {
   auto gpu = open_device();
-  // Adam's steps have the length of the rate whatever the gradient, and rates fall to a hundredth: textures saturate
-  // and come back.
-  for (const auto rate : {&train::Settings::rate_texture, &train::Settings::rate_mlp}) {
+  // Adam's steps have the length of the learning rate for any gradient, and rates fall to a hundredth: textures
+  // saturate and recover.
+  for (const auto rate : {&train::Settings::lr_texture, &train::Settings::lr_mlp}) {
     const Outcome outcome = train_through(*gpu, cube(), faster(rate, 1e6));
     WARN("x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
     CHECK_FALSE(outcome.fit.nothing_learnt());
   }
-  // Triangles thousands of scenes away do not; it is told, at the resampling that finds none left or at the end.
+  // Triangles thousands of scene sizes away do not recover. It is reported at the refinement that finds none left, or
+  // at the end.
   try {
-    const Outcome outcome = train_through(*gpu, cube(), faster(&train::Settings::rate_vertex, 1e6));
+    const Outcome outcome = train_through(*gpu, cube(), faster(&train::Settings::lr_vertex, 1e6));
     WARN("vertices x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
     CHECK(outcome.fit.nothing_learnt());
   } catch (const Error& e) {
     CHECK_THAT(e.what(),
-               Catch::Matchers::Contains("shows a single triangle") && Catch::Matchers::Contains("rate_vertex"));
+               Catch::Matchers::Contains("shows a single triangle") && Catch::Matchers::Contains("lr_vertex"));
   }
 }

@@ -1,4 +1,4 @@
-// Tests the whole training: how much its end depends on the seed.
+// Tests how much the result of a training depends on the seed.
 #include <cstdlib>
 
 #include "stability_training/small_training.h"
@@ -6,12 +6,12 @@
 using namespace trisoup;
 using namespace trisoup::test;
 
-TEST_CASE("seeds make little difference", "[seeds]") {
-  // TRISOUP_SEEDS: how many; docs/stability.md has 50.
+TEST_CASE("different seeds give similar results", "[seeds]") {
+  // TRISOUP_SEEDS: number of seeds; docs/stability.md has results for 50.
   const char* given = std::getenv("TRISOUP_SEEDS");
   const std::uint64_t seeds = given ? std::strtoull(given, nullptr, 10) : 5;
   TinyScene tiny;
-  tiny.test = 12;  // the mean of two varies more than the model does
+  tiny.test = 12;  // the mean of two views varies more than the model does
   const scene::Scene scene = load_tiny(tiny);
   auto gpu = open_device();
   double sum = 0, squares = 0, low = 1e9, high = 0;

@@ -1,4 +1,4 @@
-// Trainings of seconds, with a look at every number that they leave.
+// Trainings of a few seconds, with checks of all numbers they produce.
 #pragma once
 
 #include <algorithm>
@@ -20,35 +20,37 @@
 #include "temporary_folder.h"
 #include "tiny_scene.h"
 #include "train/quality/evaluate.h"
+#include "recipe_settings.h"
 #include "train/start/initial_triangles.h"
 
 namespace trisoup::test {
 
-/// A scene as a program would load it.
+/// Loads a scene like the programs do.
 inline scene::Scene load_tiny(const TinyScene& options, const scene::LoadOptions& load = {}) {
   const TemporaryFolder folder;
   write_tiny_scene(folder.path(), options);
   return scene::load(folder.path(), load);
 }
 
-/// The cube as make-tiny-scene draws it, loaded once.
+/// The cube of make-tiny-scene, loaded once.
 inline const scene::Scene& cube() {
   static const scene::Scene scene = load_tiny({});
   return scene;
 }
 
-/// A start around the cube, whose half side of 0.6 is 0.158 in normalised units, and a vertex rate for few steps.
+/// A start around the cube, whose half side of 0.6 is 0.158 in normalised units, and a vertex learning rate for few
+/// steps.
 inline train::Settings small_settings(std::uint64_t steps = 300) {
-  train::Settings s = train::published(train::Recipe::synthetic);
+  train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.steps = steps;
   s.triangles = 100;
   s.init = "random";
   s.init_count = 200;
   s.init_box = 0.158;
   s.init_radius = 0.079;
-  s.rate_vertex = 2.5e-3;
+  s.lr_vertex = 2.5e-3;
   s.level_max = 3;
-  s.resample_every = std::max<std::uint64_t>(1, steps / 10);
+  s.refine_every = std::max<std::uint64_t>(1, steps / 10);
   s.checkpoint_every = 0;
   return s;
 }
@@ -69,7 +71,7 @@ inline std::map<std::string, std::vector<std::byte>> state_of(const std::filesys
   return state;
 }
 
-/// Fails the test on any parameter or moment that is no finite number.
+/// Fails the test if a parameter or moment is not finite.
 inline void check_finite(train::Trainer& trainer) {
   const TemporaryFolder folder;
   trainer.write_checkpoint(folder / "checkpoint");
@@ -84,13 +86,13 @@ inline void check_finite(train::Trainer& trainer) {
 }
 
 struct Outcome {
-  double test_psnr = 0;  // of the model as it would be saved; of no use without test views
+  double test_psnr = 0;  // of the model as it would be saved; not valid without test views
   train::TrainingFit fit;
   std::uint32_t triangles = 0;
   soup::Model model;
 };
 
-/// What a training that is over has come to; all of it must be finite.
+/// Result of a finished training. Everything must be finite.
 inline Outcome outcome_of(gpu::Device& gpu, const scene::Scene& scene, train::Trainer& trainer) {
   REQUIRE(trainer.finished());
   check_finite(trainer);
@@ -107,7 +109,7 @@ inline Outcome outcome_of(gpu::Device& gpu, const scene::Scene& scene, train::Tr
   return outcome;
 }
 
-/// Trains from start to end; losses on the way must be finite.
+/// Trains from start to end. Losses on the way must be finite.
 inline Outcome train_through(gpu::Device& gpu, const scene::Scene& scene, const train::Settings& settings) {
   train::check(settings);
   train::Trainer trainer(gpu, scene, settings, train::initial_triangles(scene, settings));

@@ -1,10 +1,10 @@
-// Tests engine/run/trainer.h: photographs that say little, or are of an odd size.
+// Tests engine/run/trainer.h with few or uniform photographs and unusual sizes.
 #include "stability_training/small_training.h"
 
 using namespace trisoup;
 using namespace trisoup::test;
 
-TEST_CASE("one training view is learnt", "[targets]") {
+TEST_CASE("a single training view is learnt", "[targets]") {
   TinyScene tiny;
   tiny.train = 1, tiny.test = 0;
   const scene::Scene scene = load_tiny(tiny);
@@ -18,7 +18,7 @@ TEST_CASE("one training view is learnt", "[targets]") {
 TEST_CASE("two identical views", "[targets]") {
   TinyScene tiny;
   tiny.train = 2, tiny.test = 0, tiny.identical = true;
-  // A dataset of nothing else is refused, since depth cannot be told from it.
+  // A dataset with only these views is refused, because it contains no depth information.
   scene::LoadOptions all;
   all.test_every = 0;
   CHECK_THROWS_WITH(load_tiny(tiny, all), Catch::Matchers::Contains("all 2 cameras are at one spot"));
@@ -31,7 +31,7 @@ TEST_CASE("two identical views", "[targets]") {
   CHECK(twice.fit.psnr > 20);
 }
 
-TEST_CASE("photographs that are one colour", "[targets]") {
+TEST_CASE("photographs of a single colour", "[targets]") {
   struct Case {
     const char* name;
     std::array<std::uint8_t, 4> pixel;
@@ -50,17 +50,17 @@ TEST_CASE("photographs that are one colour", "[targets]") {
   const scene::Scene scene = load_tiny(tiny, load);
   auto gpu = open_device();
   train::Settings settings = small_settings();
-  settings.init_radius = 0.25, settings.init_box = 0.4;  // so that the pictures are full of triangles
+  settings.init_radius = 0.25, settings.init_box = 0.4;  // so that triangles fill the pictures
   const Outcome outcome = train_through(*gpu, scene, settings);
   WARN(name << ": training " << outcome.fit.psnr << " dB, test " << outcome.test_psnr << " dB, " << outcome.triangles
             << " triangles");
   CHECK(outcome.fit.psnr > 40);
-  // Where the colour is the background's, triangles that no view pulls at may stay, but not so that they are seen.
+  // If the colour is the background's, triangles without gradients may remain, but must not be visible.
   CHECK(outcome.test_psnr > 30);
 }
 
-TEST_CASE("photographs of odd sizes", "[targets]") {
-  // SSIM has windows of 11 x 11.
+TEST_CASE("photographs of unusual sizes", "[targets]") {
+  // SSIM windows are 11 x 11.
   const auto [width, height, least] = GENERATE(table<int, int, double>(
       {{1, 1, 30}, {7, 5, 13}, {5, 7, 13}, {10, 10, 18}, {11, 10, 18}, {11, 11, 18}, {1, 40, 18}}));
   INFO(width << " x " << height);

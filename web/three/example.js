@@ -1,4 +1,4 @@
-// Shows a soup with a ring through it. docs/web.md lists the files that the page needs.
+// Shows a soup with a ring through it. docs/viewer.md lists the files that the page needs.
 import { Box3, Mesh, MeshNormalMaterial, PerspectiveCamera, Scene, TorusGeometry, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";

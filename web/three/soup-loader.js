@@ -1,4 +1,4 @@
-// Soups in three.js scenes: a plugin of GLTFLoader for model.glb, and the object that it creates. See docs/web.md.
+// Soups in three.js scenes: a plugin of GLTFLoader for model.glb, and the object that it creates. See docs/viewer.md.
 //
 // The two passes of renderer.js become two meshes with one geometry. The first writes only depth and reads only
 // opacity. The second shades fragments of exactly that depth, so the MLP runs once per pixel, however many triangles

@@ -15,7 +15,7 @@ struct Camera {
                                          0, 1, 0, 0, 0, 0, 1};  // rigid, row by row; maps column vectors (x, y, z, 1)
 };
 
-/// A photograph's camera, undistorted, and its path relative to the dataset.
+/// The undistorted camera of a photograph. `name` is the photograph's path relative to the dataset.
 struct View {
   std::string name;
   Camera camera;

@@ -1,4 +1,4 @@
-// Photographs with poses.
+// Photographs with known camera poses.
 #pragma once
 
 #include <filesystem>
@@ -10,16 +10,16 @@
 namespace trisoup {
 
 struct DatasetOptions {
-  double resolution = 1;  // sides of the photographs are divided by it; 1 or more
-  int test_every = 8;     // every K-th view in name order is held out where there is no test split; 0: none
+  double resolution = 1;  // photographs are downscaled by this factor, 1 or more
+  int test_every = 8;     // without a test split, every K-th view in name order is a test view; 0: none
 };
 
-/// A copy is another name for the same dataset.
+/// Copies share the same dataset.
 class Dataset {
  public:
-  /// A folder, or transforms .json, of Blender (NeRF-Synthetic), instant-ngp, nerfstudio or COLMAP. Photographs are
-  /// undistorted. Where a real scene has no points to start from, they are looked for in the photographs. Throws where
-  /// anything is missing or damaged.
+  /// Loads a folder or a transforms .json in Blender (NeRF-Synthetic), instant-ngp, nerfstudio or COLMAP format.
+  /// Photographs are undistorted. If a real scene has no sparse points, points are computed from its photographs.
+  /// Throws if a file is missing or damaged.
   explicit Dataset(const std::filesystem::path& path, const DatasetOptions& options = {});
 
   std::vector<View> training_views() const;

@@ -1,4 +1,4 @@
-// What computes: a GPU, or the CPU's own threads.
+// A compute device: a GPU, or the CPU's threads.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@ namespace trisoup {
 
 class Device {
  public:
-  /// backend: "auto" (a GPU if there is one, else the CPU), "vulkan", "cuda" or "cpu". name: part of the name of one of
-  /// its devices; empty: the fastest kind there is. Throws where there is none.
+  /// backend: "auto" (a GPU if there is one, otherwise the CPU), "vulkan", "cuda" or "cpu". name: part of a device
+  /// name; empty selects the fastest kind of device. Throws if no device matches.
   explicit Device(const std::string& backend = "auto", const std::string& name = {});
   Device(Device&&) noexcept;
   Device& operator=(Device&&) noexcept;

@@ -1,4 +1,4 @@
-// A trained soup, as model.glb holds it.
+// A trained triangle soup, stored as model.glb.
 #pragma once
 
 #include <cstddef>
@@ -12,28 +12,28 @@
 
 namespace trisoup {
 
-/// Means over the test views.
+/// Mean values over the test views.
 struct Quality {
   double psnr = 0;  // dB
   double ssim = 0;
   double mae = 0;
 };
 
-/// A copy is another name for the same model.
+/// Copies share the same model.
 class Model {
  public:
-  /// Of soup-train or of write(). Throws where it is no model of this format, or damaged.
+  /// Reads a model that write() or a trisoup program wrote. Throws if the file has another format or is damaged.
   static Model read(const std::filesystem::path& path);
-  /// A glTF 2.0 file that any viewer opens (docs/format.md), whole or not at all. Throws where it cannot be written.
+  /// Writes a glTF 2.0 file (docs/formats.md) that any glTF viewer opens. The file is replaced atomically. Throws if it
+  /// cannot be written.
   void write(const std::filesystem::path& path) const;
 
   std::size_t triangles() const;
-  std::size_t bytes() const;  // of the file
+  std::size_t bytes() const;  // size of the file
 
-  /// By the kernels of training, as soup-eval does. camera: in the coordinates of the dataset that the model was
-  /// trained on.
+  /// Renders with the training kernels. camera: in the coordinates of the dataset the model was trained on.
   Picture render(Device& device, const Camera& camera) const;
-  /// Throws where the dataset has no test views.
+  /// Measures the model on the dataset's test views. Throws if there are none.
   Quality quality(Device& device, const Dataset& dataset) const;
 
   struct Impl;

@@ -1,4 +1,4 @@
-// What a model looks like from somewhere.
+// A rendered image.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@ namespace trisoup {
 
 struct Picture {
   int width = 0, height = 0;  // pixels
-  std::vector<float> rgb;     // [height][width][3], row 0 on top; display values, 0..1 where they can be shown
+  std::vector<float> rgb;     // [height][width][3], row 0 at the top; display values, nominally 0..1
 
-  /// An 8-bit PNG, whole or not at all. Throws where it cannot be written.
+  /// Writes an 8-bit PNG atomically. Values are clamped to 0..1. Throws if the file cannot be written.
   void write_png(const std::filesystem::path& path) const;
 };
 

@@ -1,4 +1,4 @@
-// From a dataset to a model.
+// Trains a model from a dataset.
 #pragma once
 
 #include <cstdint>
@@ -14,34 +14,34 @@
 namespace trisoup {
 
 struct TrainingOptions {
-  std::string preset = "best";     // "fast", "balanced", "best" or "published", as soup-train --preset
-  std::uint64_t steps = 0;         // schedules scale with them; 0: the preset's
-  std::uint32_t triangles = 0;     // budget; 0: the preset's
-  std::uint64_t seed = 0;          // same seed, same device: the same model, bit for bit
-  std::vector<std::string> set{};  // "name=value", as soup-train --set
+  std::string preset = "best";     // "fast", "balanced", "best" or "published"
+  std::uint64_t steps = 0;         // schedules scale with the number of steps; 0: the preset's number
+  std::uint32_t triangles = 0;     // maximum number; 0: the preset's number
+  std::uint64_t seed = 0;          // the same seed on the same device gives the same model, bit for bit
+  std::vector<std::string> set{};  // further settings as "name=value" (docs/settings.md)
 };
 
-/// Means over the steps since the report before, of training views.
+/// Means over the training steps since the previous report.
 struct TrainingProgress {
-  std::uint64_t step = 0;  // completed
+  std::uint64_t step = 0;  // completed steps
   std::uint32_t triangles = 0;
   double loss = 0;
-  double seconds = 0;  // of training so far
+  double seconds = 0;  // training time so far
 };
 
 class Training {
  public:
-  /// The device must outlive the training. Throws where options cannot be, or memory does not suffice.
+  /// The device must outlive the training. Throws if an option is invalid or the device has too little memory.
   Training(Device& device, const Dataset& dataset, const TrainingOptions& options = {});
   Training(Training&&) noexcept;
   Training& operator=(Training&&) noexcept;
   ~Training();
 
-  /// Trains until the last step, or until `on_progress`, called about every `every` steps, returns false. It may be
-  /// called again to go on.
+  /// Trains until the last step, or until `on_progress` returns false. `on_progress` is called about every `every`
+  /// steps. Call run() again to continue.
   void run(const std::function<bool(const TrainingProgress&)>& on_progress = {}, std::uint64_t every = 10);
   bool finished() const;
-  /// As it is now.
+  /// The model at the current step.
   Model model();
 
   struct Impl;

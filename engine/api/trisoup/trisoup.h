@@ -1,6 +1,6 @@
-// The library: photographs with poses in, a soup of textured triangles out. These headers name no other header of the
-// repository, and are what `cmake --install` installs. Everything throws std::runtime_error (trisoup::Error) with one
-// line that names the thing and the fix.
+// The trisoup library: trains a soup of textured triangles from photographs with known camera poses. These headers
+// include no other header of the repository; `cmake --install` installs them. All errors are std::runtime_error
+// (trisoup::Error) with a one-line message that says what is wrong and how to fix it.
 #pragma once
 
 #include "trisoup/camera.h"

@@ -1,6 +1,6 @@
-// Loads, stores and atomics of lanes. Every word is of 4 bytes, and a vector of N components in memory is N words. A
-// run of lanes may read up to WIDTH - 1 words before and beyond what it needs: device memory has so much room on both
-// sides (host_device.cpp).
+// Loads, stores and atomics for lanes. A word has 4 bytes. A vector of N components in memory is N words. Loads may
+// read up to WIDTH - 1 words before and after the required words; device buffers have padding on both sides for this
+// (host_device.cpp).
 #pragma once
 
 #include "gpu/lanes/lanes.h"
@@ -25,7 +25,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   LANES_INLINE void store_one(char* p, T x) {
     std::memcpy(p, &x, sizeof x);
   }
-  /// All lanes at one place: the last one's stays.
+  /// Stores all lanes to the same address: the value of the last active lane remains.
   template <Lanes T>
   inline void store_last(char* p, T x, vm mask) {
     const std::uint32_t lanes = lanes_of(mask);
@@ -39,7 +39,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     for (int l = 0; l < WIDTH; ++l) x[l] = load_one<lane_of<T>>(p + std::size_t(index[l]) * stride);
     return x;
   }
-  /// Rows become columns.
+  /// Transposes a 4 x 4 matrix.
   LANES_INLINE void transpose(four (&r)[4]) {
     const four t0 = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5),
                t1 = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5),
@@ -50,7 +50,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     r[2] = __builtin_shufflevector(t2, t3, 0, 1, 4, 5);
     r[3] = __builtin_shufflevector(t2, t3, 2, 3, 6, 7);
   }
-  /// Fours of lanes side by side as one vector, and its fours: in registers.
+  /// Joins component c of all blocks of four lanes into one vector of lanes. The values stay in registers.
   template <Lanes T>
   LANES_INLINE T joined(const four (&parts)[WIDTH / 4][4], int c) {
 #if WIDTH == 4
@@ -64,7 +64,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     return (T)__builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 #endif
   }
-  /// Four words of each lane, that of lane l at at(l), as four vectors.
+  /// Loads four consecutive words per lane, starting at at(l) for lane l, into four vectors.
   template <Lanes T, typename At>
   LANES_INLINE void load_four(At at, T& a, T& b, T& c, T& d) {
     four parts[WIDTH / 4][4];
@@ -93,7 +93,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   LANES_INLINE void gather_four(const char* p, vu index, T& a, T& b, T& c, T& d) {
     load_four([&](int l) { return p + std::size_t(index[l]) * stride; }, a, b, c, d);
   }
-  /// Lane l at p + l * stride.
+  /// Loads lane l from p + l * stride.
   template <typename T, std::size_t stride>
   LANES_INLINE T load_run(const char* p) {
     if constexpr (stride == 4) return load_one<T>(p);
@@ -102,8 +102,8 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     return x;
   }
 #if WIDTH == 16
-  /// Lanes 0 to 7 read words in a row from the place of lane 0 on, lanes 8 to 15 from that of lane 8, which may lie
-  /// before `p` if it takes no part; eight that take no part at all read what lies at p.
+  /// Lanes 0 to 7 load consecutive words from the index of lane 0, lanes 8 to 15 from the index of lane 8. If lane 0 or
+  /// 8 is inactive, its index may be negative (before `p`). A half without active lanes loads from `p`.
   template <Lanes T>
   LANES_INLINE T load_eights(const char* p, vu index, vm mask) {
     typedef float eight __attribute__((vector_size(32)));
@@ -151,7 +151,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   template <std::size_t stride, Lanes T>
   inline void store_run(char* p, T x, vm mask) {
     if constexpr (stride == 4) {
-      // What lanes that take no part would write may be another thread's.
+      // Inactive lanes must not write: the memory may belong to another thread.
 #if WIDTH == 16 && defined(__AVX512F__)
       _mm512_mask_storeu_epi32(p, static_cast<__mmask16>(lanes_of(mask)), (__m512i)x);
       return;
@@ -177,19 +177,18 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     store_four([&](int l) { return p + std::size_t(l) * stride; }, a, b, c, d, kAllLanes);
   }
 
-  // ---- lines of memory that will be read soon
+  // ---- prefetch
   LANES_INLINE void ask_for(const char* p) { __builtin_prefetch(p); }
   template <std::size_t stride>
   LANES_INLINE void ask_for_lanes(const char* p, vu index) {
     for (int l = 0; l < WIDTH; ++l) __builtin_prefetch(p + std::size_t(index[l]) * stride);
   }
 
-  // ---- atomics: lane after lane
+  // ---- atomics: one lane after another
   template <std::size_t stride, bool shared, bool used, typename F>
   inline vu atomically(char* p, vu index, vu value, vm mask, F f) {
     vu before{};
-    // A locked instruction waits for its cache line and lets nothing pass meanwhile: the lines of all lanes are asked
-    // for first.
+    // An atomic instruction stalls the CPU until its cache line arrives, so the lines of all lanes are prefetched.
     if constexpr (!shared)
       for (int l = 0; l < WIDTH; ++l) __builtin_prefetch(p + std::size_t(index[l]) * stride, 1);
     for (std::uint32_t lanes = lanes_of(mask); lanes != 0; lanes &= lanes - 1) {
@@ -200,7 +199,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     }
     return before;
   }
-  /// Where a word is `expected`, it becomes `value`; what it was before.
+  /// Compare-and-swap: replaces words equal to `expected` by `value`. Returns the old words.
   template <std::size_t stride, bool shared, bool used>
   inline vu atomic_exchange_if(char* p, vu index, vu value, vu expected, vm mask) {
     vu before{};

@@ -1,6 +1,6 @@
-// What translated kernels are written in: vectors of WIDTH lanes, a lane being one invocation. Included once for each
-// width, with WIDTH defined. Operations are exactly rounded or are built of such, so that all widths give the same
-// bits.
+// Types and functions for translated kernels: vectors of WIDTH lanes, with one invocation per lane. Included once for
+// each width, with WIDTH defined. All operations are correctly rounded or built from such operations, so that all
+// widths give the same bits.
 #pragma once
 
 #include <atomic>
@@ -32,7 +32,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   typedef float vf __attribute__((vector_size(4 * WIDTH)));
   typedef std::uint32_t vu __attribute__((vector_size(4 * WIDTH)));
   typedef std::int32_t vi __attribute__((vector_size(4 * WIDTH)));
-  // Lanes that take part: all bits or none. A type of its own.
+  // Mask of active lanes: all bits of a lane are set or none. A struct, so that it is a type distinct from vi.
   struct vm {
     vi bits;
   };
@@ -75,8 +75,8 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   }
   inline bool any(vm m) { return lanes_of(m) != 0; }
 
-  // ---- one value for all lanes, and the first lane's
-  // Less zero is x itself, whatever it is, and costs nothing; plus zero is an addition that a compiler has to keep.
+  // ---- broadcast to all lanes, and the first lane
+  // x - 0 equals x for every x, so the compiler removes it. x + 0 changes -0, so the compiler must keep that addition.
   inline vf vary(float x) { return x - vf{}; }
   inline vu vary(std::uint32_t x) { return vu{} + x; }
   inline vi vary(std::int32_t x) { return vi{} + x; }
@@ -118,7 +118,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   inline vu as_u(vi x) { return (vu)x; }
   inline vu as_u(vm x) { return (vu)x.bits; }
 
-  // ---- choice
+  // ---- selection
   template <Scalar T>
   inline T select(bool m, T a, T b) {
     return m ? a : b;
@@ -221,7 +221,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     return r;
   }
 
-  // ---- functions. Of two equal or of a NaN: as GLM has it.
+  // ---- functions. Minimum and maximum treat equal values and NaN as GLM does.
   template <typename T>
   requires Scalar<T> || Lanes<T>
   inline T lesser(T a, T b) {
@@ -286,11 +286,11 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   }
   inline float floor_one(float x) { return std::floor(x); }
   inline float ceil_one(float x) { return std::ceil(x); }
-  /// Of numbers below 2^31; others are whole as they are, or no numbers.
+  /// The conversion to int works below 2^31. Larger floats are integers, infinite or NaN, and are returned unchanged.
   inline vf floor_one(vf x) {
     const vf whole = __builtin_convertvector(__builtin_convertvector(x, vi), vf);
     const vf down = whole - (vf)((vi)(whole > x) & (vi)vary(1.0f));
-    // -0 stays what it is, and so does what has no fraction.
+    // Keeps the sign of zero. Floats of at least 2^23 have no fraction and are returned unchanged.
     const vi small = fabs_one(x) < 8388608.0f;
     const vf signed_ = (vf)((vu)down | ((vu)x & 0x80000000u & (vu)(down == 0.0f)));
     return small ? signed_ : x;
@@ -351,7 +351,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   inline T mod_(T a, T b) {
     return a % b;
   }
-  // Lanes that take no part may hold anything, and no lane may trap.
+  // Inactive lanes may contain any values, and no lane may trap.
   template <Lanes T>
   inline T div_(T a, T b) {
     T r;
@@ -403,13 +403,13 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
   }
   inline std::int32_t find_lsb_(std::uint32_t x) { return x == 0 ? -1 : std::countr_zero(x); }
   inline vi find_lsb_(vu x) {
-    // The exponent of the lowest bit alone.
+    // Converts the isolated lowest bit to float and reads the exponent.
     const vu lowest = x & -x;
     const vi exponent = (vi)(((vu) __builtin_convertvector((vi)lowest, vf) >> 23) & 255u) - 127;
     return (vi)(x == 0u) ? vi{} - 1 : exponent;
   }
 
-  // ---- kinds of numbers
+  // ---- conversions
   template <typename To, typename From>
   inline To convert(const From& x) {
     if constexpr (Scalar<To>)
@@ -437,7 +437,7 @@ namespace trisoup::gpu::host::LANES_NAMESPACE {
     }
   }
 
-  // ---- elements of local arrays that differ between lanes
+  // ---- elements of local arrays with an index that differs between lanes
   template <typename T, int N, typename A, typename Part>
   inline T get_lanes(const A& array, vu index, Part part) {
     T r{};

@@ -18,7 +18,7 @@ namespace trisoup::train {
 
 void check_clip_planes(double near, double far) {
   if (!(near > 0 && near < far && far < 1e37))
-    throw Error("clip planes: near {} and far {} must be 0 < near < far; correct --near and --far", near, far);
+    throw Error("clip planes: near {} and far {} must be 0 < near < far; correct `near` and `far`", near, far);
 }
 
 ImageMetrics mean(const std::vector<ViewMetrics>& views) {

@@ -130,7 +130,7 @@ std::vector<glm::vec3> backdrop_triangles(double radius) {
 
 Start surface_start(const scene::Scene& scene, const Settings& settings) {
   if (scene.points.positions.empty())
-    throw Error("{}: has no points to start from; use --init random or --init MESH", scene.path.string());
+    throw Error("{}: has no points to start from; use `init` random or `init` MESH", scene.path.string());
   const std::vector<std::uint32_t> chosen = usable_points(scene.points, kMostPoints);
   std::vector<glm::dvec3> points, cameras;
   for (const std::uint32_t i : chosen) points.emplace_back(scene.points.positions[i]);

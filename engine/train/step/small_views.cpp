@@ -4,12 +4,13 @@
 #include <cmath>
 
 #include "base/parallel_for.h"
+#include "train/config/schedule.h"
 #include "scene/area_resample.h"
 
 namespace trisoup::train {
 
-double small_scale(const scene::Camera& camera, const Settings& settings) {
-  return std::clamp(64.0 / std::sqrt(double(camera.width) * camera.height), settings.small_scale, 1.0);
+double small_view_scale(const scene::Camera& camera, const Settings& settings) {
+  return std::clamp(64.0 / std::sqrt(double(camera.width) * camera.height), small_scale(settings), 1.0);
 }
 
 SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, const Settings& settings) {
@@ -19,7 +20,7 @@ SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, 
   parallel_for(static_cast<int>(views.size()), 0, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const scene::View& v = views[i];
-    BatchView view = batch_view(v.camera, settings.near, settings.far, small_scale(v.camera, settings));
+    BatchView view = batch_view(v.camera, settings.near, settings.far, small_view_scale(v.camera, settings));
     const scene::Photograph smaller =
         scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
     small.images[i] = scene::composite(smaller, 0);

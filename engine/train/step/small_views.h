@@ -17,9 +17,9 @@ struct SmallViews {
   std::vector<BatchView> views;
 };
 
-/// Sides of a view's smaller picture, as a share of its own: Settings::small_scale, but not below 64 x 64 pixels,
+/// Sides of a view's smaller picture, as a share of its own: small_scale(), but not below 64 x 64 pixels,
 /// between which triangles would fall through.
-double small_scale(const scene::Camera& camera, const Settings& settings);
+double small_view_scale(const scene::Camera& camera, const Settings& settings);
 
 /// Every view by area (scene/area_resample.h); one whose mask would leave nothing keeps its size. Throws
 /// gpu::OutOfMemory.

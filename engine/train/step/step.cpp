@@ -44,11 +44,11 @@ kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, 
   state.threshold_key = threshold_key;
   state.step = step;
   state.slot = slot;
-  state.rate_texture = first(rates.texture, rates.texture_updates);
+  state.lr_texture = first(rates.texture, rates.texture_updates);
   state.second_texture = second(rates.texture_updates);
-  state.rate_vertex = first(rates.vertex, rates.vertex_updates);
+  state.lr_vertex = first(rates.vertex, rates.vertex_updates);
   state.second_vertex = second(rates.vertex_updates);
-  state.rate_mlp = first(rates.mlp, rates.mlp_updates);
+  state.lr_mlp = first(rates.mlp, rates.mlp_updates);
   state.second_mlp = second(rates.mlp_updates);
   state.pixel_weight = static_cast<float>(1.0 / (3.0 * batch.pixels));
   state.window_weight = batch.windows > 0 ? static_cast<float>(1.0 / (3.0 * batch.windows)) : 0.0f;

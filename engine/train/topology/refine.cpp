@@ -14,6 +14,7 @@
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/step.h"
+#include "train/config/schedule.h"
 #include "train/topology/hole_guard.h"
 
 namespace trisoup::train {
@@ -22,6 +23,12 @@ namespace {
 /// Splitting stops where a triangle would win fewer pixels than this over all views, on average: the next change of
 /// topology would find most of its halves in no picture and drop them, and once more, until none is left.
 constexpr std::uint64_t kPixelsPerTriangle = 4;
+
+/// Views in which the real recipe measures edges.
+constexpr std::size_t kSplitViews = 20;
+
+/// Real scenes drop triangles that fewer training views show, but require at most a tenth of the views.
+constexpr std::size_t kFewestViews = 4;
 
 std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& soup) {
   return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
@@ -37,7 +44,7 @@ soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& fra
   soup::Random random(settings.seed, kStream + step);
   std::vector<std::uint32_t> order(views.full.size());
   std::iota(order.begin(), order.end(), 0u);
-  const std::size_t count = std::min<std::size_t>(settings.split_views, order.size());
+  const std::size_t count = std::min(kSplitViews, order.size());
   for (std::size_t i = 0; i < count; ++i)
     std::swap(order[i], order[i + static_cast<std::size_t>(random.uniform01() * static_cast<float>(order.size() - i))]);
 
@@ -115,13 +122,12 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
 class Heirs {
  public:
   /// parents: for each triangle of the new soup. `soup` must outlive it.
-  Heirs(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents,
-        bool keep_moments)
+  Heirs(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents)
       : gpu_(gpu), soup_(soup), table_(table), own_(all_of(table.entries)) {
     gpu.wait();
     for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high})
       *buffer = {};
-    if (!keep_moments) soup.source_moment1 = {}, soup.source_moment2 = {};
+    soup.source_moment1 = {}, soup.source_moment2 = {};
     std::span<const std::uint32_t> numbers = parents;
     if (soup.shared) {
       const std::vector<TriangleRange> ranges = divided(table.entries, soup.shared->size());
@@ -169,30 +175,23 @@ class Heirs {
 void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change,
            std::span<const soup::TextureLevels> levels, const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
-  const Heirs heirs(gpu, soup, table, change.face_map, settings.keep_moments);
+  const Heirs heirs(gpu, soup, table, change.face_map);
   const TriangleRange own = heirs.own();
   gpu::Buffer corners;
-  if (!settings.copy_textures) {
+  if (!settings.published) {
     std::vector<glm::vec2> barycentrics;
     for (std::uint32_t t = own.first; t < own.last; ++t)
       for (const glm::vec3& corner : change.corners[t]) barycentrics.emplace_back(corner);
     corners = gpu.allocate(barycentrics.size() * sizeof(glm::vec2), "corners of triangles");
     gpu.upload(corners.address(), barycentrics);
   }
-  const auto inherit = [&](gpu::Buffer& pool, std::uint32_t flags) {
-    return heirs.take(pool, [&](gpu::Address from, gpu::Address to) {
-      gpu.launch({"inherit_textures"}, own.count(),
-                 kernels::InheritTexturesArgs{
-                     heirs.parents(), settings.copy_textures ? gpu::Address{0} : corners.address(), heirs.old_rows(),
-                     heirs.rows(), from, to, own.count(), (settings.copy_textures ? INHERIT_COPY : 0u) | flags});
-    });
-  };
   Textures textures;
-  textures.source = inherit(soup.source, 0);
-  if (settings.keep_moments) {
-    textures.moment1 = inherit(soup.source_moment1, INHERIT_MOMENTS);
-    textures.moment2 = inherit(soup.source_moment2, INHERIT_MOMENTS | INHERIT_SQUARES);
-  }
+  textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
+    gpu.launch({"inherit_textures"}, own.count(),
+               kernels::InheritTexturesArgs{heirs.parents(), settings.published ? gpu::Address{0} : corners.address(),
+                                            heirs.old_rows(), heirs.rows(), from, to, own.count(),
+                                            settings.published ? INHERIT_COPY : 0u});
+  });
   replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, frame).sum_textures();
 }
@@ -218,7 +217,7 @@ struct Kept {
 /// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
 std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings,
                                         std::size_t views) {
-  const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.least_views, views / 10));
+  const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
   std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
   if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
   std::vector<std::uint32_t> pixels, kept;
@@ -267,7 +266,7 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
                     const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
   // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand
   // at 0.5 now.
-  const std::uint64_t lifted = lift_step(settings);
+  const std::uint64_t lifted = coarse_end(settings);
   const bool fit_levels = settings.samples_per_pixel > 0 && (step > lifted || lifted == 0);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
@@ -289,8 +288,9 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
     return worth_showing < settings.triangles ? Resampling::out_of_pixels : Resampling::done;
   }
   const std::vector<double> kept_areas = areas(change, kept.areas);
-  const bool last = is_last_resampling(settings, step);
-  const bool splits = !last || settings.fill_budget;
+  const bool last = is_last_refinement(settings, step);
+  const bool fills_budget = starts_from_surface(settings);
+  const bool splits = !last || fills_budget;
   // Where splits follow, only they say what is needed.
   apply(gpu, soup, frame, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings),
         settings);
@@ -298,7 +298,7 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
   // What edges ask for is not asked for by the last change, after which nothing is dropped any more.
   soup::Resampled split =
       split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, last ? 0 : most_triangles);
-  if (settings.fill_budget && split.triangles() < settings.triangles) {
+  if (fills_budget && split.triangles() < settings.triangles) {
     std::vector<double> sizes = areas_of(split, areas_of(change, kept.areas));
     const std::vector<bool> backdrop = find_backdrop(split.vertices, settings);
     for (std::size_t t = 0; t < sizes.size(); ++t)
@@ -318,12 +318,12 @@ void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const Bat
   const soup::TextureTable table = shown_table(gpu, soup, frame, views, settings);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
-  const Heirs heirs(gpu, soup, table, same, false);
+  const Heirs heirs(gpu, soup, table, same);
   Textures textures;
   textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"lift_textures"}, heirs.own().count(),
                kernels::LiftTexturesArgs{heirs.old_rows(), heirs.rows(), from, to, heirs.own().count(),
-                                         settings.keep_opacity || settings.opaque});
+                                         starts_from_surface(settings) || settings.opaque});
   });
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
@@ -340,7 +340,7 @@ void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleView
   FixedSums colours = sum_photographs(gpu, soup, frame, views.full, table.entries, own);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
-  const Heirs heirs(gpu, soup, table, same, false);
+  const Heirs heirs(gpu, soup, table, same);
   Textures textures;
   textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"paint_textures"}, own.count(),

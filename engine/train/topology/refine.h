@@ -20,7 +20,7 @@
 namespace trisoup::train {
 
 struct ResampleViews {
-  std::span<const BatchView> half;  // every training view at Settings::count_scale
+  std::span<const BatchView> half;  // every training view at kCountScale
   std::span<const BatchView> full;  // every training view at its own size
 };
 
@@ -50,7 +50,7 @@ void shrink(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Shrunk& shr
 std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings);
 
 /// From the coarse level to level_min..level_max (DiffSoup, section 3.5), or as much of it as `views`, every training
-/// view at Settings::count_scale, show (Settings::samples_per_pixel). Optimiser state starts anew.
+/// view at kCountScale, show (Settings::samples_per_pixel). Optimiser state starts anew.
 void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
           const Settings& settings);
 

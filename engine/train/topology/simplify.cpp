@@ -240,6 +240,9 @@ bool takes_away(const Shrunk& shrunk, std::span<const soup::TextureEntry> table)
                      [](const auto& row, const auto& level) { return row.level_max == level.level_max; });
 }
 
+/// Rounds after the last step, at most.
+constexpr std::size_t kMostRounds = 24;
+
 bool has_goal(const Settings& s) {
   return s.target_psnr > 0 || s.target_ssim > 0 || s.max_bytes > 0 || s.max_triangles > 0;
 }
@@ -250,7 +253,7 @@ std::optional<NextRound> next_round(std::span<const Round> rounds, const Setting
   const Round& last = rounds.back();
   const std::size_t from = rounds.size() - 1;
   const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
-  if (rounds.size() > s.most_rounds) return std::nullopt;
+  if (rounds.size() > kMostRounds) return std::nullopt;
   if (const double factor = too_large(last, s); factor > 1) {
     // In halves: what is worth least is looked at anew after each.
     Shares shares;
@@ -297,15 +300,15 @@ std::string outcome(std::span<const Round> rounds, const Settings& s) {
     text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f} over {} validation views", r.psnr, r.ssim, s.validation_views);
   if (meets(r, s)) return text;
   if (too_large(r, s) > 1)
-    return text + (rounds.size() > s.most_rounds
-                       ? "; there are no more rounds in which it could shrink; fewer --triangles do, of soup-train"
+    return text + (rounds.size() > kMostRounds
+                       ? "; there are no more rounds in which it could shrink; fewer `triangles` do"
                        : "; nothing more can go: one triangle stays, and the backdrop");
   if (too_large(rounds.front(), s) > 1)
-    return text + "; the ceiling of size leaves no more: a larger --max-mb or --max-triangles";
+    return text + "; the ceiling of size leaves no more: a larger `max_bytes` or `max_triangles`";
   if (best == 0)
     return text +
-           "; training itself ends below it: soup-train with more --steps, more --triangles, or larger photographs (a "
-           "smaller -r)";
+           "; training itself ends below it: training with more `steps`, more `triangles`, or larger photographs (a "
+           "smaller `resolution`)";
   return text;
 }
 
