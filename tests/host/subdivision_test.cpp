@@ -1,4 +1,4 @@
-// Tests engine/soup/subdivision.h against the published implementation (golden D1..D4) and against its own promises.
+// Tests engine/soup/subdivision.h against the published implementation (golden D1..D4) and its own documentation.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using namespace trisoup::soup;
 
 namespace {
 
-// Indexed faces as a soup: vertices never move in a split, so sharing them makes no difference.
+// Converts indexed faces to a soup. Splits do not move vertices, so sharing them does not matter.
 std::vector<glm::vec3> expand(const test::Array& vertices, const test::Array& faces) {
   std::vector<glm::vec3> out;
   for (const std::int32_t v : faces.i)
@@ -35,14 +35,14 @@ void check_equals_golden(const Subdivision& result, test::Npz& golden) {
   REQUIRE(result.triangles() == face_map.size());
   REQUIRE(result.vertices.size() == expected.size());
   REQUIRE(std::vector<std::int32_t>(result.face_map.begin(), result.face_map.end()) == face_map);
-  CHECK(result.vertices == expected);  // to the last bit: ties in the order hang on it
+  CHECK(result.vertices == expected);  // exact, because ties in the order depend on it
   if (golden.count("same_as_original"))
     for (std::size_t t = 0; t < result.triangles(); ++t)
       CHECK((result.corners[t] == kWholeParent) == (golden["same_as_original"].i[t] != 0));
 }
 
-// The corners must name the very points of the parent where the vertices lie, and tile it.
-void check_corners(const Subdivision& result, const std::vector<glm::vec3>& parents, float tolerance = 1e-5f) {
+// Checks that the corners are the barycentrics of the vertices in the parent and that the parts tile it.
+void check_corners(const Resampled& result, const std::vector<glm::vec3>& parents, float tolerance = 1e-5f) {
   std::vector<double> area(parents.size() / 3, 0.0);
   for (std::size_t t = 0; t < result.triangles(); ++t) {
     const glm::vec3* p = &parents[3 * result.face_map[t]];
@@ -71,8 +71,8 @@ std::vector<glm::vec3> random_soup(std::size_t triangles, std::uint64_t seed) {
   return v;
 }
 
-// Pixels won per triangle at threshold 0.5, for level-0 opacity (samples: corner 2, 0, 1), as the published rasteriser
-// counts.
+// Visible pixels per triangle at threshold 0.5 for opacity of level 0 (samples: corners 2, 0, 1), counted as in the
+// published rasteriser.
 std::vector<std::uint32_t> pixels_won(const std::vector<glm::vec3>& v, const std::vector<float>& alpha,
                                       const glm::mat4& clip, int width, int height) {
   std::vector<std::uint32_t> counts(v.size() / 3, 0);
@@ -185,7 +185,7 @@ TEST_CASE("dropping by visibility equals the published choice", "[topology][gold
   CHECK(keep(soup, kept).vertices == expand(golden["kept_V"], golden["kept_F"]));
 }
 
-TEST_CASE("of equally visible triangles the later ones stay", "[topology]") {
+TEST_CASE("of equally visible triangles the later ones are kept", "[topology]") {
   const std::vector<std::uint32_t> counts{5, 0, 3, 0, 3, 9};
   CHECK(most_visible(counts, 4) == std::vector<std::uint32_t>{0, 2, 4, 5});
   CHECK(most_visible(counts, 3) == std::vector<std::uint32_t>{0, 4, 5});
@@ -227,8 +227,8 @@ TEST_CASE("the largest triangles are bisected, until their halves would be too s
   const auto count = [](const Subdivision& r, std::uint32_t face) {
     return std::count(r.face_map.begin(), r.face_map.end(), face);
   };
-  // Sizes are what is given, not what lengths say: 80 becomes 4 of 20, one of which two of 10, after 30 has become 15
-  // and 15.
+  // The given sizes count, not the lengths. 80 becomes four of 20, 30 becomes two of 15, then one of the 20 becomes two
+  // of 10.
   const std::vector<double> sizes{30, 0, 80};
   const Subdivision split = bisect_largest(three, sizes, 1, 8);
   REQUIRE(split.triangles() == 8);
@@ -237,10 +237,10 @@ TEST_CASE("the largest triangles are bisected, until their halves would be too s
   CHECK(count(split, 2) == 5);
   check_corners(split, three);
   CHECK(split.corners[1] == kWholeParent);
-  // The longest edge is cut: from (22, 0) to (20, 1).
+  // The longest edge, from (22, 0) to (20, 1), is split.
   CHECK(bisect_largest(three, sizes, 1, 4).vertices[7] == glm::vec3(21, 0.5, 0));
-  // Four parts of 80 are no smaller than 20, and no part of 30 is as large.
-  const Subdivision few = bisect_largest(three, sizes, 20, 100);
+  // With a minimum of 20, 80 is split into four parts and 30 not at all.
+  const Resampled few = bisect_largest(three, sizes, 20, 100);
   CHECK(few.triangles() == 6);
   CHECK(count(few, 2) == 4);
   CHECK(bisect_largest(three, std::vector<double>{0, NAN, INFINITY}, 1, 100).triangles() == 3);
@@ -255,10 +255,10 @@ TEST_CASE("bisection ends on triangles that cannot be bisected", "[topology]") {
   const std::vector<glm::vec3> broken{{inf, 0, 0}, {0, 0, 0}, {0, 1, 0}, {nan, 0, 0}, {0, nan, 0}, {1, 0, 0}};
   const Subdivision result = bisect_longer_than(broken, 0.3f);
   CHECK(result.triangles() < 20);
-  CHECK(result.triangles() > 2);  // finite edges still count
+  CHECK(result.triangles() > 2);  // finite edges are still split
 }
 
-TEST_CASE("screen bisection leaves alone what is unmarked, outside the cube or behind the camera", "[topology]") {
+TEST_CASE("screen bisection skips triangles that are unmarked, out of view or behind the camera", "[topology]") {
   glm::mat4 clip(0.0f);  // looks along +z, field of view 90 degrees, near 0.1, far 10
   clip[0][0] = clip[1][1] = 1, clip[2][2] = 10.1f / 9.9f, clip[2][3] = 1, clip[3][2] = -2.0f / 9.9f;
   const ScreenView view{clip, 100, 100};
@@ -277,7 +277,7 @@ TEST_CASE("screen bisection leaves alone what is unmarked, outside the cube or b
   CHECK(bisect_on_screen(std::vector<glm::vec3>{{2, 0, 1}, {3, 0, 1}, {2, 2, 1}}, view, 0.2f).triangles() == 1);
 }
 
-TEST_CASE("composition of two changes is one change", "[topology]") {
+TEST_CASE("the composition of two refinements is one refinement", "[topology]") {
   const std::vector<glm::vec3> soup = random_soup(10, 2);
   const Subdivision split = bisect_longest(soup, 30);
   const Subdivision again = compose(split, bisect_longest(split.vertices, 70));
