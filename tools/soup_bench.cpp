@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "cli/option_names.h"
 #include "bench_frames.h"
 #include "bench_kernels.h"
 #include "bench_run.h"
 #include "bench_steps.h"
+#include "cli/option_names.h"
 #include "gpu/device.h"
 #include "soup/soup.h"
 

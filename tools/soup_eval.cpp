@@ -14,8 +14,8 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "cli/option_names.h"
 #include "base/printable.h"
+#include "cli/option_names.h"
 #include "format/model_file.h"
 #include "run/dataset_match.h"
 #include "run/renders.h"
@@ -146,7 +146,7 @@ void evaluate(Options& o) {
   }
   const train::Evaluation evaluation = o.with_renderer
                                            ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
-                                                                   *render::anti_aliasing_from(o.aa), on_render)
+                                                                      *render::anti_aliasing_from(o.aa), on_render)
                                            : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
   if (pictures) pictures->finish();
   const std::string text = to_json(evaluation).dump(2) + "\n";

@@ -15,9 +15,9 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "cli/option_names.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "cli/option_names.h"
 #include "format/collider.h"
 #include "format/glb.h"
 #include "format/model_file.h"

@@ -136,8 +136,9 @@ void TrainingRun::read() {
                   train::to_string(settings_.recipe), start_in_words(settings_.init)));
   check_memory(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
   if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
-    settings_.most_triangles = minimum(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(),
-                                                                            static_cast<std::uint32_t>(ranks_.size())));
+    settings_.most_triangles =
+        minimum(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(),
+                                                       static_cast<std::uint32_t>(ranks_.size())));
 }
 
 void TrainingRun::check_fit() const {

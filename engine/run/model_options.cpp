@@ -40,7 +40,7 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene) {
 }
 
 soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
-                                    const scene::LoadOptions& load) {
+                                     const scene::LoadOptions& load) {
   soup::ModelFileOptions options;
   options.settings = to_json(settings);
   options.settings["drop_near"] = settings.published;  // a property of the model for its readers

@@ -12,9 +12,9 @@
 #include "run/memory_need.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
+#include "train/config/schedule.h"
 #include "train/quality/image_sums.h"
 #include "train/step/fixed_sum.h"
-#include "train/config/schedule.h"
 #include "train/step/forward_pass.h"
 
 namespace trisoup::train {
@@ -109,8 +109,7 @@ void Trainer::prepare() {
     masked_out_.push_back(!has_pixels(scene_.train[i].image));
     const scene::Camera& camera = scene_.train[i].camera;
     for (auto* views : {&views_, &half_views_}) {
-      BatchView view =
-          batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera));
+      BatchView view = batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera));
       view.photo = photos_.addresses[i];
       view.index = static_cast<std::uint32_t>(i);
       views->push_back(view);
@@ -179,9 +178,10 @@ kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batc
   const std::uint32_t seed =
       static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
   const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
-  return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % BatchBuffers::kStatisticsRows),
-                     {settings_.lr_texture * factor, settings_.lr_vertex * vertex_factor,
-                      settings_.lr_mlp * factor, t - texture_start_, t - vertex_start_, t - mlp_start_},
+  return Step::state(key, static_cast<std::uint32_t>(step),
+                     static_cast<std::uint32_t>(step % BatchBuffers::kStatisticsRows),
+                     {settings_.lr_texture * factor, settings_.lr_vertex * vertex_factor, settings_.lr_mlp * factor,
+                      t - texture_start_, t - vertex_start_, t - mlp_start_},
                      batch, settings_.huber);
 }
 
@@ -254,7 +254,9 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
   } while (true);
 }
 
-bool Trainer::gets_fine_levels() const { return step_ == coarse_end(settings_) && step_ < settings_.steps && step_ > 0; }
+bool Trainer::gets_fine_levels() const {
+  return step_ == coarse_end(settings_) && step_ < settings_.steps && step_ > 0;
+}
 bool Trainer::prunes() const { return next_pruning(settings_, step_ - 1) == step_; }
 
 void Trainer::change_topology() {
@@ -266,10 +268,11 @@ void Trainer::change_topology() {
     texture_start_ = vertex_start_ = step_;
   }
   if (is_refinement(settings_, step_)) {
-    const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : default_most_triangles(settings_);
+    const std::uint64_t most =
+        settings_.most_triangles > 0 ? settings_.most_triangles : default_most_triangles(settings_);
     last_refinement_ =
         refine(gpu_, soup_, buffers_, {half_views_, views_}, settings_, step_,
-                 static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
+               static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
     if (last_refinement_ == RefineOutcome::nothing_seen) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
@@ -348,7 +351,8 @@ bool Trainer::measures(std::uint64_t step) {
 }
 
 Progress Trainer::progress_since(std::uint64_t first, double seconds) {
-  const auto rows = gpu_.download_vector<kernels::Statistics>(buffers_.statistics.address(), BatchBuffers::kStatisticsRows);
+  const auto rows =
+      gpu_.download_vector<kernels::Statistics>(buffers_.statistics.address(), BatchBuffers::kStatisticsRows);
   Progress p;
   p.step = step_;
   p.triangles = soup_.triangles;

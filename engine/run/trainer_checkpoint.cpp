@@ -103,7 +103,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const CheckpointInfo info = checkpoint_info(file, path);
   if (number("scene") != scene.fingerprint)
     throw Error(
-        "{}: belongs to another scene (or another `resolution` or `test_every`); choose another `output` or train anew with "
+        "{}: belongs to another scene (or another `resolution` or `test_every`); choose another `output` or train anew "
+        "with "
         "`overwrite`",
         path.string());
   if (text("background") != background_text(scene))

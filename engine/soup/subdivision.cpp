@@ -159,21 +159,22 @@ Subdivision bisect_longest(std::span<const glm::vec3> vertices, std::size_t targ
 }
 
 Subdivision bisect_longer_than(std::span<const glm::vec3> vertices, float longest,
-                             std::optional<std::size_t> max_splits) {
+                               std::optional<std::size_t> max_splits) {
   Subdivision soup = unchanged(vertices);
   bisect(soup, {}, longest * longest, max_splits.value_or(SIZE_MAX), world_length_squared, kMidpoint);
   return soup;
 }
 
 Subdivision bisect_on_screen(std::span<const glm::vec3> vertices, const ScreenView& view, float fraction,
-                           std::span<const std::uint8_t> marked, std::optional<std::size_t> max_splits) {
+                             std::span<const std::uint8_t> marked, std::optional<std::size_t> max_splits) {
   Subdivision soup = unchanged(vertices);
   bisect_on_screen_in_place(soup, view, fraction, marked, max_splits.value_or(SIZE_MAX));
   return soup;
 }
 
 Subdivision bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const ScreenView> views, float fraction,
-                            std::span<const std::vector<std::uint8_t>> visible, std::optional<std::size_t> max_splits) {
+                              std::span<const std::vector<std::uint8_t>> visible,
+                              std::optional<std::size_t> max_splits) {
   Subdivision soup = unchanged(vertices);
   std::size_t left = max_splits.value_or(SIZE_MAX);
   for (std::size_t view = 0; view < views.size() && left > 0; ++view) {
@@ -187,7 +188,7 @@ Subdivision bisect_on_screens(std::span<const glm::vec3> vertices, std::span<con
 }
 
 Subdivision bisect_largest(std::span<const glm::vec3> vertices, std::span<const double> sizes, double smallest,
-                         std::size_t target) {
+                           std::size_t target) {
   Subdivision soup = unchanged(vertices);
   // Ties: the first index.
   const auto after = [](const auto& a, const auto& b) {

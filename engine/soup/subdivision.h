@@ -54,28 +54,28 @@ Subdivision bisect_longest(std::span<const glm::vec3> vertices, std::size_t targ
 /// Bisects until no edge is longer than `longest` (> 0, world units) or max_splits bisections are done. Nothing else
 /// bounds the number of triangles; pass max_splits if the scale of the soup is not known.
 Subdivision bisect_longer_than(std::span<const glm::vec3> vertices, float longest,
-                             std::optional<std::size_t> max_splits = std::nullopt);
+                               std::optional<std::size_t> max_splits = std::nullopt);
 
 /// Bisects the marked triangles until no edge is longer on screen than `fraction` of the image height or max_splits
 /// bisections are done. Longest edges are split first. Edges are not split if an end is behind the camera or outside
 /// the cube -1..1 of normalised device coordinates. An edge is split at its screen-space midpoint, so the halves differ
 /// in world length. marked: one byte per triangle; nonzero marks the triangle and its descendants. Empty marks all.
 Subdivision bisect_on_screen(std::span<const glm::vec3> vertices, const ScreenView& view, float fraction,
-                           std::span<const std::uint8_t> marked = {},
-                           std::optional<std::size_t> max_splits = std::nullopt);
+                             std::span<const std::uint8_t> marked = {},
+                             std::optional<std::size_t> max_splits = std::nullopt);
 
 /// Applies bisect_on_screen to one view after the other. visible: per view, one byte per *input* triangle, nonzero if
 /// it is visible in the view. Descendants of a visible triangle are split even if they are not visible themselves, as
 /// in the published release. max_splits limits all views together.
 Subdivision bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const ScreenView> views, float fraction,
-                            std::span<const std::vector<std::uint8_t>> visible,
-                            std::optional<std::size_t> max_splits = std::nullopt);
+                              std::span<const std::vector<std::uint8_t>> visible,
+                              std::optional<std::size_t> max_splits = std::nullopt);
 
 /// Repeatedly bisects the longest edge of the largest triangle at its midpoint until there are `target` triangles. Each
 /// half gets half of the size. Triangles whose halves would be smaller than `smallest` are not split. sizes: one per
 /// triangle.
 Subdivision bisect_largest(std::span<const glm::vec3> vertices, std::span<const double> sizes, double smallest,
-                         std::size_t target);
+                           std::size_t target);
 
 /// Combines two refinements: `first` produced the soup that `second` refined. The result maps to the input of `first`.
 Subdivision compose(const Subdivision& first, Subdivision second);

@@ -30,8 +30,8 @@
 namespace trisoup::test {
 namespace {
 
-using train::BatchView;
 using train::BatchBuffers;
+using train::BatchView;
 using train::SoupBuffers;
 using train::Step;
 using train::StepInputs;
@@ -181,7 +181,8 @@ struct Losses {
   double loss, l1, half_dssim;
 };
 Losses losses(Scene& s, std::uint32_t slot) {
-  const auto rows = s.gpu.download_vector<kernels::Statistics>(s.buffers.statistics.address(), BatchBuffers::kStatisticsRows);
+  const auto rows =
+      s.gpu.download_vector<kernels::Statistics>(s.buffers.statistics.address(), BatchBuffers::kStatisticsRows);
   const kernels::Statistics& r = rows[slot];
   Losses l;
   l.l1 = train::fixed_sum(r.l1_low, r.l1_high);
@@ -573,7 +574,7 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
                     lifted = gpu.allocate(new_table.source_samples * 32, "golden output");
   gpu.launch({"upsample_textures"}, triangles,
              kernels::UpsampleTexturesArgs{old_rows.address(), new_rows.address(), source.address(), lifted.address(),
-                                       triangles, 0});
+                                           triangles, 0});
   const auto all = gpu.download_vector<float>(lifted.address(), new_table.source_samples * 8);
   report.array("feat_2_5", features_of(all), need(npz, "feat_2_5").f, kImage);
   report.array("restarted opacity", opacity_of(all), std::vector<float>(new_table.source_samples, 0.0f), 0.0);

@@ -8,9 +8,9 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
-#include "recipe_settings.h"
 #include "train/start/random_start.h"
 
 using namespace trisoup;

@@ -295,7 +295,8 @@ TEST_CASE("what photographs show largest is split up to the budget, at the last 
   settings.refine_every = 10;
   settings.refine_until = 0.9;
   const std::uint64_t step = GENERATE(80, 90);  // 90 is the last
-  REQUIRE(train::refine(*gpu, s.soup, s.buffers, {views, views}, settings, step, kBudget) == train::RefineOutcome::done);
+  REQUIRE(train::refine(*gpu, s.soup, s.buffers, {views, views}, settings, step, kBudget) ==
+          train::RefineOutcome::done);
   REQUIRE(s.soup.triangles == (train::starts_from_surface(settings) ? kBudget : kTriangles));
   const auto after = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   const auto area = [](const std::vector<glm::vec3>& v, std::size_t t) {

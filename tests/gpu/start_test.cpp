@@ -7,10 +7,10 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "train/step/photographs.h"
 #include "train/topology/hole_guard.h"
-#include "recipe_settings.h"
 #include "train/topology/refine.h"
 
 using namespace trisoup;

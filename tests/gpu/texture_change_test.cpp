@@ -1,13 +1,13 @@
-// Tests shaders/upsample_textures.comp and shaders/inherit_textures.comp: what becomes of textures when levels or triangles
-// change.
+// Tests shaders/upsample_textures.comp and shaders/inherit_textures.comp: what becomes of textures when levels or
+// triangles change.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 #include "args/inherit_textures.h"
-#include "args/upsample_textures.h"
 #include "args/quantise.h"
+#include "args/upsample_textures.h"
 #include "common/host.h"
 #include "gpu/small_scene.h"
 #include "soup/atlas.h"
@@ -67,9 +67,10 @@ TEST_CASE("lifted textures look the same at the coarsest new level, whatever the
   for (const std::uint32_t keep_opacity : {0u, 1u}) {
     CAPTURE(keep_opacity);
     Pool new_pool(*gpu, after, random);  // what it held is overwritten, to the last sample
-    gpu->launch({"upsample_textures"}, triangles,
-                kernels::UpsampleTexturesArgs{old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
-                                          new_pool.source.address(), triangles, keep_opacity});
+    gpu->launch(
+        {"upsample_textures"}, triangles,
+        kernels::UpsampleTexturesArgs{old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
+                                      new_pool.source.address(), triangles, keep_opacity});
     const auto actual = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
     double worst = 0;
     for (std::uint32_t t = 0; t < triangles; ++t) {

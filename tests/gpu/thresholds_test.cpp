@@ -75,7 +75,8 @@ TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel,
     s.step.begin(key, 0, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
     std::vector<int> shown;
-    for (const kernels::Hit& hit : gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels))
+    for (const kernels::Hit& hit :
+         gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels))
       shown.push_back(hit.triangle != 0);
     return shown;
   };

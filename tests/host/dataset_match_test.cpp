@@ -48,7 +48,8 @@ TEST_CASE("a dataset other than that of the training is recognised", "[fits]") {
   CHECK(train::mismatch(model, load(more), true, "d").starts_with("d: poses or lenses of "));
   test::TinyScene larger;
   larger.scale = 1.1;
-  CHECK(train::mismatch(model, load(larger), true, "d").starts_with("d: poses or lenses of 8 of 8 views are not those "));
+  CHECK(
+      train::mismatch(model, load(larger), true, "d").starts_with("d: poses or lenses of 8 of 8 views are not those "));
   scene::Scene elsewhere = load(larger);
   for (auto* views : {&elsewhere.test, &elsewhere.train})
     for (scene::View& view : *views) view.name = "other/" + view.name;

@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "recipe_settings.h"
 #include "soup/random.h"
 #include "train/start/start_points.h"
-#include "recipe_settings.h"
 #include "train/start/surface_start.h"
 
 using namespace trisoup;

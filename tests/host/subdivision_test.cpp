@@ -42,7 +42,7 @@ void check_equals_golden(const Subdivision& result, test::Npz& golden) {
 }
 
 // Checks that the corners are the barycentrics of the vertices in the parent and that the parts tile it.
-void check_corners(const Resampled& result, const std::vector<glm::vec3>& parents, float tolerance = 1e-5f) {
+void check_corners(const Subdivision& result, const std::vector<glm::vec3>& parents, float tolerance = 1e-5f) {
   std::vector<double> area(parents.size() / 3, 0.0);
   for (std::size_t t = 0; t < result.triangles(); ++t) {
     const glm::vec3* p = &parents[3 * result.face_map[t]];
@@ -120,7 +120,7 @@ TEST_CASE("bisecting longest world edges equals the published order", "[topology
     const std::vector<glm::vec3> soup = expand(golden["V"], golden["F"]);
     const int splits = golden["num_splits"].i[0];
     const Subdivision result = splits >= 0 ? bisect_longest(soup, soup.size() / 3 + static_cast<std::size_t>(splits))
-                                         : bisect_longer_than(soup, golden["tau"].f[0]);
+                                           : bisect_longer_than(soup, golden["tau"].f[0]);
     check_equals_golden(result, golden);
     check_corners(result, soup);
   }
@@ -240,7 +240,7 @@ TEST_CASE("the largest triangles are bisected, until their halves would be too s
   // The longest edge, from (22, 0) to (20, 1), is split.
   CHECK(bisect_largest(three, sizes, 1, 4).vertices[7] == glm::vec3(21, 0.5, 0));
   // With a minimum of 20, 80 is split into four parts and 30 not at all.
-  const Resampled few = bisect_largest(three, sizes, 20, 100);
+  const Subdivision few = bisect_largest(three, sizes, 20, 100);
   CHECK(few.triangles() == 6);
   CHECK(count(few, 2) == 4);
   CHECK(bisect_largest(three, std::vector<double>{0, NAN, INFINITY}, 1, 100).triangles() == 3);

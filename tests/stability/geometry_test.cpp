@@ -35,7 +35,8 @@ using Vertices = std::vector<glm::vec3>;
 struct OpaqueScene : SmallScene {
   OpaqueScene(gpu::Device& device, const Vertices& vertices)
       : SmallScene(device, static_cast<std::uint32_t>(vertices.size() / 3), {{0, 0}}, {forward_view()}) {
-    buffers.reserve_lists(std::min<std::uint64_t>(1u << 20, std::uint64_t(soup.triangles + 64) * buffers.batch().tiles));
+    buffers.reserve_lists(
+        std::min<std::uint64_t>(1u << 20, std::uint64_t(soup.triangles + 64) * buffers.batch().tiles));
     for (std::size_t i = 7; i < logits.size(); i += 8) logits[i] = 5.0f;
     gpu.upload(soup.source.address(), logits);
     gpu.upload(soup.vertices.address(), vertices);
@@ -48,7 +49,8 @@ std::vector<std::uint32_t> picture(SmallScene& s) {
   s.step.visibility(train::Thresholds::half, s.inputs);
   REQUIRE_FALSE(train::grow_lists_if_needed(s.gpu, s.buffers));
   std::vector<std::uint32_t> shown;
-  for (const kernels::Hit& hit : s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels)) {
+  for (const kernels::Hit& hit :
+       s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels)) {
     REQUIRE((std::isfinite(hit.b0) && std::isfinite(hit.b1) && std::isfinite(hit.depth)));
     shown.push_back(hit.triangle);
   }

@@ -1,5 +1,5 @@
-// Stability of the optimiser with non-finite parameters (shaders/common/non_finite.h, engine/train/step/non_finite.h): they
-// are reported with their position, do not spread, are reset, and training continues.
+// Stability of the optimiser with non-finite parameters (shaders/common/non_finite.h, engine/train/step/non_finite.h):
+// they are reported with their position, do not spread, are reset, and training continues.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -8,9 +8,9 @@
 
 #include "format/safetensors.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
-#include "recipe_settings.h"
 #include "train/step/non_finite.h"
 
 using namespace trisoup;
@@ -107,7 +107,8 @@ TEST_CASE("a non-finite vertex removes its triangle from the picture and nothing
   gpu->upload(t.healthy.soup.vertex_moment1.address() + 36 * kTriangle, none);
   gpu->upload(t.healthy.soup.vertex_moment2.address() + 12 * kTriangle, std::vector<float>(3, 0.0f));
   t.step(3);
-  const auto hits = gpu->download_vector<kernels::Hit>(t.injured.buffers.hits.address(), t.injured.buffers.batch().pixels);
+  const auto hits =
+      gpu->download_vector<kernels::Hit>(t.injured.buffers.hits.address(), t.injured.buffers.batch().pixels);
   CHECK(std::none_of(hits.begin(), hits.end(), [](const kernels::Hit& h) { return h.triangle == kTriangle + 1; }));
   const NonFinite found = t.only_fault();
   CHECK(found.kind == NonFinite::Kind::vertex);

@@ -133,9 +133,9 @@ void load_into(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model,
   soup.textures = gpu.allocate(soup.table.size() * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(soup.textures.address(), soup.shared ? local_rows(soup.table, soup.own()) : soup.table);
   if (soup.shared)
-    upload_lattice(
-        gpu, soup,
-        ranks::values_of<std::uint8_t>(soup.shared->scatter_from_first(ranks::bytes_of(model.lattice), soup::kChannels)));
+    upload_lattice(gpu, soup,
+                   ranks::values_of<std::uint8_t>(
+                       soup.shared->scatter_from_first(ranks::bytes_of(model.lattice), soup::kChannels)));
   else
     upload_lattice(gpu, soup, model.lattice);
   allocate_mlp(gpu, soup, model.mlp);

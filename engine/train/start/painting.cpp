@@ -23,10 +23,10 @@ FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buf
   gpu.upload(textures.address(), rows);
   for_each_batch(gpu, soup, buffers, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
     const BatchLayout& batch = buffers.batch();
-    gpu.launch(
-        {"sum_photographs"}, batch.blocks,
-        kernels::SumPhotographsArgs{buffers.views.address(), buffers.hits.address(), textures.address(), sums.low.address(),
-                                    sums.high.address(), batch.views, batch.blocks, own.first, own.last, stride, 0});
+    gpu.launch({"sum_photographs"}, batch.blocks,
+               kernels::SumPhotographsArgs{buffers.views.address(), buffers.hits.address(), textures.address(),
+                                           sums.low.address(), sums.high.address(), batch.views, batch.blocks,
+                                           own.first, own.last, stride, 0});
   });
   gpu.wait();  // the table goes
   return sums;

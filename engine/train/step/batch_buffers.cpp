@@ -35,7 +35,7 @@ void BatchBuffers::grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* wh
 }
 
 void BatchBuffers::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
-                    bool training) {
+                           bool training) {
   grow(views, view_count * sizeof(kernels::ViewRecord), "views");
   grow(image_sums, view_count * sizeof(kernels::ImageSums), "image metrics");
   grow(screen, std::uint64_t(view_count) * triangles * sizeof(kernels::ScreenTriangle), "projected triangles");

@@ -20,7 +20,8 @@ gpu::Buffer zeroes(gpu::Device& gpu, const SoupBuffers& soup) {
 }
 
 /// Adds what `pixels` pixels of the batch in `frame` show, from `first` on.
-void count(gpu::Device& gpu, const BatchBuffers& buffers, std::uint32_t first, std::uint32_t pixels, const gpu::Buffer& counts) {
+void count(gpu::Device& gpu, const BatchBuffers& buffers, std::uint32_t first, std::uint32_t pixels,
+           const gpu::Buffer& counts) {
   gpu.launch(
       {"count_visible", {0}}, (pixels + 63) / 64,
       kernels::CountVisibleArgs{buffers.hits.address() + sizeof(kernels::Hit) * first, counts.address(), 0, pixels, 0});
@@ -41,8 +42,8 @@ std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, BatchBuffers
   return control.overflow_step;
 }
 
-void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views, bool colours,
-                    const StepInputs& inputs, std::size_t most,
+void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
+                    bool colours, const StepInputs& inputs, std::size_t most,
                     const std::function<void(std::size_t, std::size_t)>& visit) {
   Step step(gpu, soup, buffers);
   const std::uint64_t screen_bytes = std::max(buffers.screen.bytes(), kPassScreenBytes);
@@ -76,8 +77,8 @@ std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Ba
   return gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
 }
 
-double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const BatchBuffers& buffers, const kernels::ViewRecord& record,
-                   const gpu::Buffer& counts) {
+double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const BatchBuffers& buffers,
+                   const kernels::ViewRecord& record, const gpu::Buffer& counts) {
   gpu.fill(counts.address(), counts.bytes(), 0);
   count(gpu, buffers, record.pixel_offset, record.width * record.height, counts);
   const auto pixels = gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);

@@ -12,9 +12,9 @@
 namespace trisoup::train {
 
 /// The first of its kind since the last look. Kernels reset what they find in the step in which they find it
-/// (shaders/common/non_finite.h): a texel's logit or a weight becomes 0, its optimiser state starts anew. A triangle with
-/// such a vertex is drawn by no view; it becomes a point, which the next change of topology that drops unseen triangles
-/// drops.
+/// (shaders/common/non_finite.h): a texel's logit or a weight becomes 0, its optimiser state starts anew. A triangle
+/// with such a vertex is drawn by no view; it becomes a point, which the next change of topology that drops unseen
+/// triangles drops.
 struct NonFinite {
   enum class Kind { vertex, texel, weight };  // NON_FINITE_
   Kind kind = Kind::vertex;

@@ -227,7 +227,8 @@ void SharedSoup::send_colours() {
 }
 
 void SharedSoup::send_gradients() {
-  const std::size_t pixels = hits_.size(), ranks = static_cast<std::size_t>(ranks_.size()), groups = buffers_.mlp_groups;
+  const std::size_t pixels = hits_.size(), ranks = static_cast<std::size_t>(ranks_.size()),
+                    groups = buffers_.mlp_groups;
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   auto gradient = gpu_.download_vector<float>(gradient_.address(), kFeatures * pixels);
   auto sums = gpu_.download_vector<float>(buffers_.mlp_partial.address(), groups * kMlp);
@@ -253,10 +254,11 @@ void SharedSoup::send_gradients() {
   });
   gpu_.upload(buffers_.mlp_partial.address(), sums);
   gpu_.upload(gradient_.address(), gradient);
-  gpu_.launch({"sort_gradients"}, (pixels + 63) / 64,
-              kernels::SortGradientsArgs{buffers_.hits.address(), buffers_.shown.address() + 4 * (soup_.triangles + 1ull),
-                                         buffers_.ranks.address(), gradient_.address(), buffers_.sorted(),
-                                         static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
+  gpu_.launch(
+      {"sort_gradients"}, (pixels + 63) / 64,
+      kernels::SortGradientsArgs{buffers_.hits.address(), buffers_.shown.address() + 4 * (soup_.triangles + 1ull),
+                                 buffers_.ranks.address(), gradient_.address(), buffers_.sorted(),
+                                 static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
 }
 
 SharedSoup::Parents SharedSoup::parents_of(std::span<const std::uint32_t> parents,

@@ -76,13 +76,16 @@ class Step {
   /// Uploads the state of a step with the frame's batch and clears its row of BatchBuffers::statistics.
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
-  void visibility(Thresholds thresholds,
-                  const StepInputs& inputs);  // project .. BatchBuffers::hits, unless SharedSoup::outcome() says otherwise
-  void shade(const StepInputs& inputs);       // .. BatchBuffers::colour
+  void visibility(
+      Thresholds thresholds,
+      const StepInputs& inputs);         // project .. BatchBuffers::hits, unless SharedSoup::outcome() says otherwise
+  void shade(const StepInputs& inputs);  // .. BatchBuffers::colour
   void shade(const StepInputs& inputs, const ShadedFrom& from);
   void photographs(const StepInputs& inputs);  // BatchBuffers::target; exposes BatchBuffers::colour
-  void expose(const StepInputs& inputs);    // BatchBuffers::colour alone, with photographs() before; nothing without exposures
-  void loss(const StepInputs& inputs);      // .. BatchBuffers::gradient, BatchBuffers::statistics, with photographs() before
+  void expose(
+      const StepInputs& inputs);  // BatchBuffers::colour alone, with photographs() before; nothing without exposures
+  void loss(
+      const StepInputs& inputs);  // .. BatchBuffers::gradient, BatchBuffers::statistics, with photographs() before
   void backward(const StepInputs& inputs);  // .. gradients of textures, vertices, MLP
   // backward() is these four.
   void sort_pixels();  // places of each pixel's gradients

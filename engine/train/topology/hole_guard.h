@@ -16,6 +16,6 @@ namespace trisoup::train {
 /// would show the backdrop (backdrop[t]: triangle t is of it) or nothing at all, those that hide most of it first,
 /// until there are `most`.
 void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-               const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept);
+                 const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept);
 
 }  // namespace trisoup::train

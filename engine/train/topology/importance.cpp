@@ -111,8 +111,8 @@ class Measurement {
       contrast_ = gpu_.allocate(16ull * batch.views, "contrast of photographs");
     gpu_.upload(contrast_.address(), std::vector<glm::uvec4>(batch.views, {kFixedZero, 0, 0, 0}));
     gpu_.launch({"contrast"}, batch.blocks,
-                kernels::ContrastArgs{buffers_.views.address(), buffers_.target.address(), flatness(), contrast_.address(),
-                                      batch.views, batch.blocks});
+                kernels::ContrastArgs{buffers_.views.address(), buffers_.target.address(), flatness(),
+                                      contrast_.address(), batch.views, batch.blocks});
   }
   void add_errors(bool first_rendering, const Sums& to) {
     const BatchLayout& batch = buffers_.batch();

@@ -5,16 +5,16 @@
 #include <numeric>
 
 #include "args/inherit_textures.h"
-#include "args/upsample_textures.h"
 #include "args/paint_textures.h"
+#include "args/upsample_textures.h"
 #include "soup/random.h"
 #include "soup/subdivision.h"
 #include "soup/texture_table.h"
+#include "train/config/schedule.h"
 #include "train/start/painting.h"
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/step.h"
-#include "train/config/schedule.h"
 #include "train/topology/hole_guard.h"
 
 namespace trisoup::train {
@@ -36,8 +36,8 @@ std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& so
 
 /// The splits of the real recipe: random views, edges measured on their screens.
 soup::Subdivision split_on_screens(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
-                                 const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
-                                 std::uint32_t most_triangles) {
+                                   const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
+                                   std::uint32_t most_triangles) {
   const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
   if (room == 0) return soup::bisect_longest(vertices, 0);  // as it is
   constexpr std::uint64_t kStream = 0x73706c69740000;       // "split"
@@ -122,7 +122,8 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
 class TextureTransfer {
  public:
   /// parents: for each triangle of the new soup. `soup` must outlive it.
-  TextureTransfer(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents)
+  TextureTransfer(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table,
+                  std::span<const std::uint32_t> parents)
       : gpu_(gpu), soup_(soup), table_(table), own_(all_of(table.entries)) {
     gpu.wait();
     for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high})
@@ -188,17 +189,17 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const sou
   Textures textures;
   textures.source = transfer.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"inherit_textures"}, own.count(),
-               kernels::InheritTexturesArgs{transfer.parents(), settings.published ? gpu::Address{0} : corners.address(),
-                                            transfer.old_rows(), transfer.rows(), from, to, own.count(),
-                                            settings.published ? INHERIT_COPY : 0u});
+               kernels::InheritTexturesArgs{
+                   transfer.parents(), settings.published ? gpu::Address{0} : corners.address(), transfer.old_rows(),
+                   transfer.rows(), from, to, own.count(), settings.published ? INHERIT_COPY : 0u});
   });
   replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();
 }
 
 /// Textures of level_min..level_max, or as much of it as `views` show.
-soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-                               const Settings& settings) {
+soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
+                               std::span<const BatchView> views, const Settings& settings) {
   std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
   if (settings.samples_per_pixel > 0) {
     const Seen seen = measure_visible(gpu, soup, buffers, views);
@@ -217,7 +218,8 @@ struct Kept {
 /// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
 std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings,
                                         std::size_t views) {
-  const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
+  const auto least =
+      static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
   std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
   if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
   std::vector<std::uint32_t> pixels, kept;
@@ -263,7 +265,7 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
 }
 
 RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
-                    const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
+                     const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
   // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand
   // at 0.5 now.
   const std::uint64_t coarse = coarse_end(settings);
@@ -314,7 +316,7 @@ void prune(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Pru
 }
 
 void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-          const Settings& settings) {
+                     const Settings& settings) {
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views, settings);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
@@ -323,14 +325,15 @@ void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
   textures.source = transfer.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"upsample_textures"}, transfer.own().count(),
                kernels::UpsampleTexturesArgs{transfer.old_rows(), transfer.rows(), from, to, transfer.own().count(),
-                                         starts_from_surface(settings) || settings.opaque});
+                                             starts_from_surface(settings) || settings.opaque});
   });
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();
 }
 
-void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views, const Settings& settings) {
+void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+           const Settings& settings) {
   // Opacities that a start may have are below what is looked at.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views.half, settings);

@@ -34,7 +34,7 @@ enum class RefineOutcome {
 /// with Settings::keep_moments). most_triangles: what fits in memory. Where all triangles are transparent, the budget's
 /// worth of those that cover the most pixels stays.
 RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
-                    const Settings& settings, std::uint64_t step, std::uint32_t most_triangles);
+                     const Settings& settings, std::uint64_t step, std::uint32_t most_triangles);
 
 /// A soup with less in it.
 struct Pruned {
@@ -52,10 +52,11 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
 /// From the coarse level to level_min..level_max (DiffSoup, section 3.5), or as much of it as `views`, every training
 /// view at kCountScale, show (Settings::samples_per_pixel). Optimiser state starts anew.
 void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-          const Settings& settings);
+                     const Settings& settings);
 
 /// The same for a soup whose textures are of level 0 and that has not been trained, with the mean of the colours that
 /// the photographs have where each triangle is visible. Opacities stay.
-void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views, const Settings& settings);
+void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+           const Settings& settings);
 
 }  // namespace trisoup::train

@@ -199,7 +199,7 @@ double samples_of(std::span<const soup::TextureEntry> table) {
 }  // namespace
 
 Pruned pruned_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
-                    const std::vector<bool>& backdrop, double knee) {
+                      const std::vector<bool>& backdrop, double knee) {
   Removals removals(table);
   removals.keep_stand_ins(importance);
   for (std::uint32_t t = 0; t < table.size(); ++t)

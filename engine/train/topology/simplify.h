@@ -36,7 +36,7 @@ bool takes_away(const Pruned& pruned, std::span<const soup::TextureEntry> table)
 /// does what stands in for a triangle that goes: of several layers of one colour each looks as if it could go, but not
 /// all of them can.
 Pruned pruned_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
-                    const std::vector<bool>& backdrop, double knee);
+                      const std::vector<bool>& backdrop, double knee);
 
 /// A model as it would be saved, on the validation views.
 struct Round {
