@@ -66,8 +66,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const auto opacity = static_cast<float>(std::log(settings_.init_opacity / (1.0 - settings_.init_opacity)));
   std::vector<float> opacities(table.size(), settings_.opaque ? kOpaqueLogit : opacity);
   std::fill_n(opacities.rbegin(), std::min(start.opaque, opacities.size()), kOpaqueLogit);
-  const TriangleRange own =
-      shared_ ? divided(table, shared_->size())[static_cast<std::size_t>(shared_->rank())] : all_of(table);
+  const TriangleRange own = soup_.partition->own(table);
   textures.source = initial_logits(gpu_, table, start.colours, opacities, own);
   allocate_soup(gpu_, soup_, start.vertices, table, std::move(textures));
   allocate_mlp(gpu_, soup_, initial_mlp(settings_.seed));
@@ -212,10 +211,10 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
 bool Trainer::train_together(const BatchLayout& batch, const Callbacks& callbacks) {
   buffers_.place(batch, soup_.triangles, true);
   queue_.begin_step(buffers_);
-  shared_->ask_to_stop(callbacks.stop && *callbacks.stop);
+  soup_.partition->ask_to_stop(callbacks.stop && *callbacks.stop);
   Step(gpu_, soup_, buffers_).train(step_inputs());
-  shared_->ask_to_stop(false);  // what is not a step goes on to its end
-  return shared_->outcome() == SharedSoup::Outcome::done;
+  soup_.partition->ask_to_stop(false);  // what is not a step goes on to its end
+  return soup_.partition->outcome() == SoupPartition::Outcome::done;
 }
 
 void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
@@ -235,7 +234,7 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
     std::array<std::uint64_t, 5> sizes{};
     for (const BatchLayout& batch : batches) {
       if (asked_to_stop(callbacks)) break;
-      if (shared_) {
+      if (!soup_.partition->can_replay()) {
         if (!train_together(batch, callbacks)) break;
       } else {
         // Nothing is allocated in between, so batches of the same sizes have the same commands.
@@ -249,7 +248,7 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
       if (callbacks.on_non_finite) callbacks.on_non_finite(fault);
     // Steps whose tile lists did not fit have changed nothing: they are done again with room enough.
     const auto overflow = grow_lists_if_needed(gpu_, buffers_);
-    if (!overflow && !(shared_ && shared_->outcome() == SharedSoup::Outcome::overflow)) return;
+    if (!overflow && soup_.partition->outcome() != SoupPartition::Outcome::overflow) return;
     if (overflow) step_ = *overflow;
   } while (true);
 }

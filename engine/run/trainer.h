@@ -140,7 +140,8 @@ class Trainer {
   /// One step with the other ranks. False where it is not done.
   bool train_together(const BatchLayout& batch, const Callbacks& callbacks);
   bool asked_to_stop(const Callbacks& callbacks) const {
-    return shared_ ? shared_->outcome() == SharedSoup::Outcome::stopped : callbacks.stop && *callbacks.stop;
+    return soup_.partition->can_replay() ? callbacks.stop && *callbacks.stop
+                                         : soup_.partition->outcome() == SoupPartition::Outcome::stopped;
   }
   StepInputs step_inputs() const;
   void change_topology();

@@ -54,14 +54,14 @@ std::string background_text(const scene::Scene& scene) {
 void Trainer::write_checkpoint(const std::filesystem::path& path, const std::string& note) {
   soup::SafetensorsWriter writer;
   std::vector<std::vector<float>> arrays;
-  if (shared_) shared_->compare();
+  soup_.partition->compare();
   const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
     arrays.push_back(shared_ && held == Held::by_owners ? shared_->gather_values(buffer)
                                                         : gpu_.download_vector<float>(buffer.address(), n));
   };
   each_array(soup_, download);
   each_array(exposures_, download);
-  if (shared_ && !shared_->is_first()) return;
+  if (!soup_.partition->is_first()) return;
   std::size_t i = 0;
   const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n, Held) {
     writer.add<float>(name, {n}, arrays[i++]);

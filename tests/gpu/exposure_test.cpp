@@ -308,7 +308,7 @@ TEST_CASE("a training with exposures that is resumed gives the same bits", "[exp
   CHECK(whole.exposures()[0] != glm::vec4(1, 1, 1, 0));
   train::Settings without = settings;
   without.exposure = false;
-  CHECK_THROWS_WITH(train::Trainer(*gpu, scene, without, path), Catch::Contains("exposure true (now false)"));
+  CHECK_THROWS_WITH(train::Trainer(*gpu, scene, without, path), Catch::Contains("`exposure` true (now false)"));
   test::require_silence(*gpu);
 }
 
