@@ -104,8 +104,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (number("scene") != scene.fingerprint)
     throw Error(
         "{}: was trained on another scene, or with another `resolution` or `test_every`; choose another `output` or "
-        "start "
-        "again with `overwrite`",
+        "start again with `overwrite`",
         path.string());
   if (text("background") != background_text(scene))
     throw Error("{}: was trained on another background; use the same `background` or start again with `overwrite`",
