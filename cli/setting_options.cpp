@@ -104,7 +104,7 @@ void check_whole_numbers(CLI::App& app) {
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (error == std::errc::result_out_of_range) return text + " is too large";
         return error != std::errc() || end != text.data() + text.size()
-                   ? "'" + text + "' is not a whole number of 0 or more"
+                   ? "'" + text + "' is not a whole number from 0 on"
                    : std::string();
       },
       "");
@@ -127,11 +127,10 @@ std::string experiments_text() {
 std::string settings_page() {
   std::string text =
       "# Settings\n\n"
-      "All settings of a training. `metrics.json` records them under `settings`. In soup-train most settings have an "
-      "option\n"
-      "of the same name (`init_count`: `--init-count`); experimental ones are set by `--set name=value`. The library "
-      "takes\n"
-      "all of them as \"name=value\". The presets are `best` (the default), `fast`, `balanced` and `published`.\n\n"
+      "All settings of a training. `metrics.json` records them under `settings`. In soup-train most settings have\n"
+      "an option of the same name (`init_count`: `--init-count`); experimental ones are set by `--set name=value`.\n"
+      "The library takes all of them as \"name=value\". The presets are `best` (the default), `fast`, `balanced` and\n"
+      "`published`.\n\n"
       "`soup-train --settings-page` writes this page; a test compares it.\n";
   std::string_view group;
   for (const Setting& s : train::settings_table()) {

@@ -86,17 +86,17 @@ void Options::add_common() {
   const char* const group = "Common";
   preset_ =
       app_.add_option("--preset", o_.request.preset,
-                      "default values: fast (1,000 steps, 2,000 triangles, texture levels up to 4; synthetic scenes:\n"
-                      "2,000 steps with half the views), balanced (3,000 steps, 5,000 triangles, level 4),\n"
-                      "best (10,000 steps, 15,000 triangles, level 5), published (as in the publication wherever the\n"
-                      "methods differ) [best]");
+                      "set of default values: fast (1,000 steps, 2,000 triangles, texture levels up to 4; synthetic\n"
+                      "scenes: 2,000 steps with half the views), balanced (3,000 steps, 5,000 triangles, level 4),\n"
+                      "best (10,000 steps, 15,000 triangles, level 5) or published (as in the publication wherever\n"
+                      "the methods differ) [best]");
   preset_->check(CLI::IsMember({"fast", "balanced", "best", "published"}))->group(group);
   settings_options_.add_group("Common", group);
   auto* resume =
       app_.add_flag("--resume", o_.resume,
-                    "continue from OUT/checkpoint.safetensors, if it exists, with its settings. Other settings\n"
-                    "are an error, except for more --steps: the schedule then follows the new number of steps,\n"
-                    "so learning rates rise again and refinement may continue");
+                    "continue from OUT/checkpoint.safetensors, if it exists, with its settings. Options that\n"
+                    "contradict them are an error, except for more --steps: the schedule then follows the new\n"
+                    "number of steps, so learning rates rise again and refinement may continue");
   resume->group(group);
   app_.add_flag("--overwrite", o_.overwrite,
                 "replace a training in OUT; its files are removed when the first step begins")
@@ -108,7 +108,7 @@ void Options::add_common() {
                   ->excludes(preset_)
                   ->group(group);
   app_.add_option("--set", assignments_,
-                  "setting for ablations and experiments; may be repeated. --help-all lists the names at its end")
+                  "setting for experiments; may be repeated. --help-all lists the names at its end")
       ->take_all()
       ->allow_extra_args(false)
       ->type_name("NAME=VALUE")
