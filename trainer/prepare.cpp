@@ -109,7 +109,7 @@ void check_memory(const CommandLine& o, const scene::Scene& scene, const train::
                      mb(need.total()), mb(need.photographs), mb(need.buffers), mb(need.soup), mb(device.ceiling())));
   if (need.total() > device.ceiling()) {
     const std::uint32_t fits = train::triangles_that_fit(scene, settings, device.ceiling(), ranks);
-    train::Settings few = settings;  // checks if the initial triangles are what does not fit
+    train::Settings few = settings;  // tells whether the initial triangles alone exceed the limit
     few.init_count = 1;
     const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device.ceiling(), ranks);
     throw Error("device memory: {} triangles need {:.0f} MB, the limit is {:.0f} MB; {}", settings.triangles,
