@@ -42,6 +42,11 @@ NUMBERS = ["resolution", "budget", "steps", "seed", "step", "seconds", "cpu_seco
 TEXTS = ["record", "scene", "options", "command", "kernel", "frame_size", "frame_device", "device", "driver", "date", "revision", "settings"]
 
 
+# Settings that results of earlier versions have under other names.
+EARLIER_NAMES = {"rate_texture": "lr_texture", "rate_mlp": "lr_mlp", "rate_vertex": "lr_vertex", "rate_end": "lr_end", "rate_vertex_end": "lr_vertex_end",
+                 "resample_every": "refine_every", "resample_until": "refine_until"}
+REST_SHARE = 0.2  # last share of a training from a surface, in which the vertex rate also falls to zero
+
 # What a row of a record cannot be drawn without. Quality may be missing: a dataset need not have test views.
 NEEDED = {"evaluation": ["budget", "steps", "seed", "step", "seconds", "cpu_seconds"], "model": ["budget", "steps", "seed", "triangles", "bytes"],
           "frame": ["frame_ms"], "step": ["triangles", "views", "size", "kernel_ms"], "kernel": ["kernel_ms"]}
@@ -86,8 +91,10 @@ def read(path):
 def settings_of(path, number, text):
     try:
         settings = json.loads(text) if text else {}
-        if isinstance(settings, dict) and all(isinstance(settings.get(k, 0), (int, float)) for k in ("lr_vertex", "lr_end", "steps", "seed")):
-            return settings
+        if isinstance(settings, dict):
+            settings = {EARLIER_NAMES.get(k, k): v for k, v in settings.items()}
+            if all(isinstance(settings.get(k, 0), (int, float)) for k in ("lr_vertex", "lr_end", "lr_vertex_end", "rest_share", "steps", "seed")):
+                return settings
     except json.JSONDecodeError:
         pass
     raise ValueError(f"{path}: record {number}: column settings is no JSON object of settings; remove the record")
@@ -312,6 +319,12 @@ def ablations(rows):
     return figure
 
 
+def rests(settings):
+    """The share of a training's end in which vertices come to rest, where the settings do not record it."""
+    records = "published" in settings  # without it and rest_share the result is of a version whose vertices never rest
+    return REST_SHARE if records and settings.get("init") == "surface" and not settings["published"] else 0
+
+
 def quality_over_rate(rows):
     """PSNR over how far vertices can travel, of trainings that differ in nothing but the vertex rate and how rates fall."""
     found = collections.defaultdict(lambda: collections.defaultdict(list))
@@ -320,7 +333,7 @@ def quality_over_rate(rows):
         if r["record"] == "model" and r["psnr"] is not None and all(k in s for k in ("lr_vertex", "lr_end", "steps", "seed")) and 0 < s["lr_end"] <= 1:
             same = {k: v for k, v in s.items() if k not in ("lr_vertex", "lr_end", "lr_vertex_end", "seed")}
             # The mean over t from 0 to 1 of end^t and of what the rest at the end leaves, times the steps.
-            end, rest = s.get("lr_vertex_end", s["lr_end"]), s.get("rest_share", 0)
+            end, rest = s.get("lr_vertex_end", s["lr_end"]), s.get("rest_share", rests(s))
             times = [(i + 0.5) / 1000 for i in range(1000)]
             travel = s["lr_vertex"] * s["steps"] * sum(end ** t * min(1, (1 - t) / rest if rest else 1) for t in times) / 1000
             found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((s["seed"], travel, r["psnr"]))

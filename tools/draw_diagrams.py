@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""draw_diagrams.py [FOLDER]: writes architecture.svg and step.svg into FOLDER, docs/ where none is named."""
+"""draw_diagrams.py [FOLDER]: writes architecture.svg and step.svg into FOLDER, docs/ by default."""
 import html
 import pathlib
 import sys
@@ -83,18 +83,18 @@ def architecture():
 def step():
     p = Picture(700, "The data of one training step")
     w = 250
-    soup = p.box(20, 16, w, "the soup", ["corners, texture levels (logits),", "MLP, Adam's moments"], "state")
-    batch = p.box(620, 16, w, "a batch", ["cameras, photographs (8 bits),", "random keys: begin_step"], "state")
-    visibility = p.box(310, 16, w, "project, bin, bin_scan", ["clip coordinates, lists of triangles", "for each tile of 8 x 8 pixels"])
+    soup = p.box(20, 16, w, "soup", ["vertices, texture levels (logits),", "MLP, moments of Adam"], "state")
+    batch = p.box(620, 16, w, "batch (BatchBuffers)", ["cameras, photographs (8 bits),", "random keys: begin_step"], "state")
+    visibility = p.box(310, 16, w, "project, bin, bin_scan", ["clip coordinates, list of triangles", "per tile of 8 x 8 pixels"])
     hits = p.box(310, 110, w, "visibility", ["per pixel: triangle, barycentrics,", "depth (hits)"])
     shade = p.box(310, 204, w, "shade", ["texture, view direction, MLP:", "colour"])
-    photos = p.box(620, 204, w, "sample_photographs, expose", ["photographs where the step looks,", "with their exposures"])
+    photos = p.box(620, 204, w, "sample_photographs, expose", ["photographs at the sampled", "positions, exposures"])
     loss = p.box(310, 298, w, "ssim, loss_gradient", ["0.8 L1 + 0.1 (1 - SSIM):", "gradient by colour"])
-    order = p.box(620, 392, w, "count_visible, place_pixels", ["places of a triangle's pixels,", "side by side"])
-    mlp = p.box(310, 392, w, "shade_backward", ["gradients of features by pixel,", "sorted, and of the MLP"])
-    edges = p.box(20, 392, w, "edge_forces", ["differences of neighbouring pixels:", "gradients of corners"])
-    opacity = p.box(310, 486, w, "opacity_backward", ["likelihood ratio over the same lists:", "gradients of opacities"])
-    textures = p.box(310, 590, w, "update_textures", ["a workgroup a triangle: all levels,", "Adam, sigmoid"])
+    order = p.box(620, 392, w, "count_visible, place_pixels", ["pixels sorted by triangle"])
+    mlp = p.box(310, 392, w, "shade_backward", ["gradients of features per pixel", "and of the MLP"])
+    edges = p.box(20, 392, w, "edge_forces", ["differences of neighbouring pixels:", "gradients of vertices"])
+    opacity = p.box(310, 486, w, "opacity_backward", ["likelihood ratio over the tile lists:", "gradients of opacities"])
+    textures = p.box(310, 590, w, "update_textures", ["one workgroup per triangle:", "all levels, Adam, sigmoid"])
     vertices = p.box(20, 590, w, "update_vertices", ["VectorAdam"])
     weights = p.box(620, 590, w, "update_mlp", ["Adam"])
     x = middle(visibility)
@@ -112,7 +112,7 @@ def step():
     p.arrow((edges[0] + 125, edges[3]), (145, vertices[1]))
     p.arrow((mlp[2] - 20, mlp[3]), (mlp[2] - 20, 472), (745, 472), (745, weights[1]))
     p.arrow((mlp[2] - 60, mlp[3]), (mlp[2] - 60, 480), (590, 480), (590, 572), (500, 572), (500, textures[1]))
-    p.text(20, 688, "Green: what a step reads and changes. Each blue box is one kernel or several; arrows are arrays in device memory.")
+    p.text(20, 688, "Green: input and parameters. Blue: one or more kernels. Arrows: arrays in device memory.")
     return p
 
 

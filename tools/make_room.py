@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """make_room.py OUT: photographs of a painted room from inside, in Blender's format, and its 12 triangles as OUT/room.obj.
 
-Walls reach from before the camera to behind it, which is what `--set drop_near=true` loses (docs/decisions.md)."""
+Walls reach from before the camera to behind it, which is what `--preset published` loses (docs/decisions.md)."""
 import json
 import math
 import pathlib
