@@ -338,7 +338,7 @@ TEST_CASE("a single view is for training", "[scene][load]") {
 TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
   const SceneFolder folder;
   CHECK(message(folder.path() / "nowhere").find("nowhere: no such file or folder; ") != std::string::npos);
-  CHECK(message(folder.path()).find("holds neither transforms_train.json nor ") != std::string::npos);
+  CHECK(message(folder.path()).find("contains neither transforms_train.json nor ") != std::string::npos);
   folder.write("notes.txt", std::string("x"));
   CHECK(message(folder.path() / "notes.txt").find("notes.txt: not a dataset; ") != std::string::npos);
   folder.write("transforms.json", std::string("{\"frames\": []}"));
@@ -381,14 +381,14 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
 TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
   const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "2 PINHOLE 32 24 40 41 16 12");
-  CHECK(message(folder.path()).find("images.txt: sub/b.png was taken by camera 1, which cameras.txt lacks; ") !=
+  CHECK(message(folder.path()).find("images.txt: sub/b.png uses camera 1, which is missing in cameras.txt; ") !=
         std::string::npos);
   folder.write("sparse/0/cameras.txt", std::string("# nothing\n"));
-  CHECK(message(folder.path()).find("cameras.txt: holds no camera; ") != std::string::npos);
+  CHECK(message(folder.path()).find("cameras.txt: contains no camera; ") != std::string::npos);
   folder.write("sparse/0/cameras.txt", std::string("1 PINHOLE 32 24 40 41 16 12\n"));
   CHECK(message(folder.path()).find("none of its 2 images is there, first: ") != std::string::npos);
   folder.write("sparse/0/images.txt", std::string("# nothing\n"));
-  CHECK(message(folder.path()).find("images.txt: holds no image; ") != std::string::npos);
+  CHECK(message(folder.path()).find("images.txt: contains no image; ") != std::string::npos);
   std::filesystem::remove(folder.path() / "sparse/0/cameras.txt");
   CHECK(message(folder.path()).find("cameras.txt: no such file; ") != std::string::npos);
 }
@@ -408,10 +408,9 @@ TEST_CASE("intrinsics of the full-size photograph beside a reduced image are tol
   const auto error = [&](const std::string& intrinsics) { return test::message_of([&] { with(intrinsics); }); };
   // Of 64 x 48 pixels.
   const std::string outside = error("\"fl_x\": 80, \"cx\": 32.5, \"cy\": 23.6,");
-  CHECK(
-      outside.find(
-          "transforms.json: the principal point (32.5, 23.6) of a.png lies outside its picture of 16 x 12 pixels; ") !=
-      std::string::npos);
+  CHECK(outside.find(
+            "transforms.json: the principal point (32.5, 23.6) of a.png lies outside its image of 16 x 12 pixels; ") !=
+        std::string::npos);
   CHECK(outside.find("likely the intrinsics of the photograph at 64 x 48 pixels; state that size") !=
         std::string::npos);
   CHECK(error("\"fl_x\": 20, \"cx\": 8, \"cy\": -1,").ends_with("; correct cx and cy"));
@@ -420,7 +419,7 @@ TEST_CASE("intrinsics of the full-size photograph beside a reduced image are tol
   for (const auto& [cx, cy, size] : {std::tuple(12.1, 8.9, "24 x 18"), {4.0, 3.1, "8 x 6"}}) {
     const auto lines = with(fmt::format("\"fl_x\": 30, \"cx\": {}, \"cy\": {},", cx, cy));
     REQUIRE(lines.size() == 1);
-    CHECK(lines[0].find("far from the middle of its 16 x 12 pixels; ") != std::string::npos);
+    CHECK(lines[0].find("far from the centre of its 16 x 12 pixels; ") != std::string::npos);
     CHECK(lines[0].find(size) != std::string::npos);
     CHECK(lines[0].ends_with("(2 of 2 photographs)"));
   }
@@ -568,7 +567,7 @@ TEST_CASE("photographs are found by their names where paths are another machine'
   CHECK(error({"/home/else/d.png"}).find("none of its 1 images is there") !=
         std::string::npos);  // a mask is no photograph
   CHECK(error({"/home/one/b.png", "/home/two/b.png"})
-            .find("/home/one/b.png and /home/two/b.png would both be rgb/b.png, by its name; ") != std::string::npos);
+            .find("/home/one/b.png and /home/two/b.png both match rgb/b.png by file name; ") != std::string::npos);
   for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"),
                                   (folder.path() / "outside.png").string()}) {
     CAPTURE(path);
