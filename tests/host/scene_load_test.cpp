@@ -177,7 +177,7 @@ TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
         std::string::npos);
   CHECK(lines[0].ends_with((folder.path() / "images/01.png").string() + ")"));
   std::filesystem::remove_all(folder.path() / "images");
-  CHECK(message(folder.path()).find("none of its 6 images is there, first: images/00.png; ") != std::string::npos);
+  CHECK(message(folder.path()).find("none of its 6 images was found, first: images/00.png; ") != std::string::npos);
 }
 
 TEST_CASE("COLMAP: subfolders, every place of the model, images beside it", "[scene][load]") {
@@ -347,12 +347,12 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
   write_transforms(folder, 3);
   LoadOptions options;
   options.downscale = 0.5;
-  CHECK(message(folder.path(), options).starts_with("-r 0.5: "));
+  CHECK(message(folder.path(), options).starts_with("`resolution` 0.5: "));
   options.downscale = std::nan("");
-  CHECK(message(folder.path(), options).starts_with("-r nan: "));
+  CHECK(message(folder.path(), options).starts_with("`resolution` nan: "));
   options = {};
   options.test_every = 1;
-  CHECK(message(folder.path(), options).starts_with("--test-every 1: "));
+  CHECK(message(folder.path(), options).starts_with("`test_every` 1: "));
 
   folder.write("images/01.png", plain(12, 16, 0, 0, 0));
   CHECK(message(folder.path()).find("01.png: is 12 x 16 but its camera is 16 x 12; ") != std::string::npos);
@@ -386,7 +386,7 @@ TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
   folder.write("sparse/0/cameras.txt", std::string("# nothing\n"));
   CHECK(message(folder.path()).find("cameras.txt: contains no camera; ") != std::string::npos);
   folder.write("sparse/0/cameras.txt", std::string("1 PINHOLE 32 24 40 41 16 12\n"));
-  CHECK(message(folder.path()).find("none of its 2 images is there, first: ") != std::string::npos);
+  CHECK(message(folder.path()).find("none of its 2 images was found, first: ") != std::string::npos);
   folder.write("sparse/0/images.txt", std::string("# nothing\n"));
   CHECK(message(folder.path()).find("images.txt: contains no image; ") != std::string::npos);
   std::filesystem::remove(folder.path() / "sparse/0/cameras.txt");
@@ -449,12 +449,12 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
       "transforms.json: masks for 2 of 9 photographs, none for images/02.png; all of what has no mask counts"));
   lines.erase(lines.begin());
   CHECK(lines[0].find(
-            "no pixel is left of 1 of 7 training views, first: images/01.png: its mask leaves out all of it ") !=
+            "1 of 7 training views have no pixel in the loss, first: images/01.png: its mask excludes all of it ") !=
         std::string::npos);
-  CHECK(lines[1].find("no pixel is left of 1 of 2 test views, first: images/00.png: ") != std::string::npos);
+  CHECK(lines[1].find("1 of 2 test views have no pixel in the loss, first: images/00.png: ") != std::string::npos);
   folder.write("masks/08.png", plain(16, 12, 0, 0, 0));
   CHECK(message(folder.path())
-            .find("no pixel is left of 2 of 2 test views, first: images/00.png: its mask leaves out all of it ") !=
+            .find("2 of 2 test views have no pixel in the loss, first: images/00.png: its mask excludes all of it ") !=
         std::string::npos);
   options.test_images = false;  // nor looked at
   CHECK(load(folder.path(), options).train.size() == 7);
@@ -464,7 +464,7 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
   transparent.write("transforms.json", file_of("\"fl_x\": 9,", {frame("0.png", 0), frame("1.png", 1)}));
   options = {};
   options.alpha = AlphaUse::mask;
-  CHECK(message(transparent.path(), options).find("which --alpha mask leaves out; ") != std::string::npos);
+  CHECK(message(transparent.path(), options).find("which `alpha` mask excludes; ") != std::string::npos);
   options.alpha = AlphaUse::composite;
   CHECK(message(transparent.path(), options).empty());
 }
@@ -509,8 +509,8 @@ TEST_CASE("frames listed twice are taken once, and leave the split as it is", "[
   CHECK(twice.fingerprint == once.fingerprint);
   REQUIRE(lines.size() == 1);
   CHECK(
-      lines[0].ends_with("transforms.json: 3 frames list a photograph again, of which the first counts: images/00.png, "
-                         "images/01.png, images/00.png"));
+      lines[0].ends_with("transforms.json: ignored 3 frames that repeat a photograph of an earlier frame: "
+                         "images/00.png, images/01.png, images/00.png"));
 
   const SceneFolder colmap;
   write_colmap(colmap, "sparse/0/", "1 PINHOLE 32 24 40 41 16 12");
@@ -557,32 +557,32 @@ TEST_CASE("photographs are found by their names where paths are another machine'
   CHECK(found({"images/../images/a.png"}) == Names{"images/a.png"});
 
   CHECK(
-      error({"/home/else/nowhere.png"}).find("first: /home/else/nowhere.png; put the images beside it (looked for ") !=
+      error({"/home/else/nowhere.png"}).find("first: /home/else/nowhere.png; put the images next to it (looked for ") !=
       std::string::npos);
-  CHECK(error({"/home/else/nowhere.png"}).find("for every end of that path down to nowhere.png in ") !=
+  CHECK(error({"/home/else/nowhere.png"}).find("for every ending of that path down to nowhere.png in ") !=
         std::string::npos);
-  CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images is there") == std::string::npos);
-  CHECK(error({"sub/images/a.png"}).find("none of its 1 images is there") !=
+  CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images was found") == std::string::npos);
+  CHECK(error({"sub/images/a.png"}).find("none of its 1 images was found") !=
         std::string::npos);  // of this machine: as it stands
-  CHECK(error({"/home/else/d.png"}).find("none of its 1 images is there") !=
+  CHECK(error({"/home/else/d.png"}).find("none of its 1 images was found") !=
         std::string::npos);  // a mask is no photograph
   CHECK(error({"/home/one/b.png", "/home/two/b.png"})
             .find("/home/one/b.png and /home/two/b.png both match rgb/b.png by file name; ") != std::string::npos);
   for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"),
                                   (folder.path() / "outside.png").string()}) {
     CAPTURE(path);
-    CHECK(error({path}).find("outside.png: lies outside of the dataset ") != std::string::npos);
+    CHECK(error({path}).find("outside.png: lies outside the dataset ") != std::string::npos);
     CHECK(found({path}, true).size() == 1);
   }
   // Masks and points as well.
   folder.write("mask.png", plain(16, 12, 255, 0, 0));
   folder.write("set/transforms.json",
                file_of("\"fl_x\": 20,", {frame("images/a.png", 0, ", \"mask_path\": \"../mask.png\"")}));
-  CHECK(message(folder.path() / "set").find("../mask.png: lies outside of the dataset ") != std::string::npos);
+  CHECK(message(folder.path() / "set").find("../mask.png: lies outside the dataset ") != std::string::npos);
   folder.write("points.ply", std::string("x"));
   folder.write("set/transforms.json",
                file_of("\"fl_x\": 20, \"ply_file_path\": \"../points.ply\",", {frame("images/a.png", 0)}));
-  CHECK(message(folder.path() / "set").find("../points.ply: lies outside of the dataset ") != std::string::npos);
+  CHECK(message(folder.path() / "set").find("../points.ply: lies outside the dataset ") != std::string::npos);
 }
 
 TEST_CASE("a COLMAP model of another machine finds its photographs", "[scene][load][names]") {
