@@ -320,6 +320,6 @@ TEST_CASE("a video gives frames, once", "[reconstruct]") {
   s.folder.write("a film.mp4", "other");
   s.program("ffmpeg", "#!/bin/bash\necho 'moov atom not found'\nexit 1\n");
   CHECK_THAT(test::message_of([&] { s.run("a film.mp4"); }),
-             Contains("ffmpeg cannot take it apart (moov atom not found)"));
+             Contains("ffmpeg cannot extract frames (moov atom not found)"));
   CHECK_FALSE(fs::exists(s.out("images")));
 }

@@ -445,8 +445,9 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
   folder.write("masks/01.png", plain(16, 12, 0, 0, 0));
   load(folder.path(), options);  // 00 and 08 are held out
   REQUIRE(lines.size() == 3);
-  CHECK(lines[0].ends_with(
-      "transforms.json: masks for 2 of 9 photographs, none for images/02.png; all of what has no mask counts"));
+  CHECK(
+      lines[0].ends_with("transforms.json: masks for 2 of 9 photographs, none for images/02.png; photographs without a "
+                         "mask are used completely"));
   lines.erase(lines.begin());
   CHECK(lines[0].find(
             "1 of 7 training views have no pixel in the loss, first: images/01.png: its mask excludes all of it ") !=
@@ -613,14 +614,14 @@ TEST_CASE("a photograph is turned by EXIF where its camera was", "[scene][load][
   const Scene turned = load_as(6, "\"w\": 16, \"h\": 32,");
   CHECK(turned.train[0].image.width == 16);
   CHECK(white(turned, 13, 29));  // clockwise: the right is below
-  CHECK(turned.summary.find("; 1 turned by EXIF, as their cameras are") != std::string::npos);
+  CHECK(turned.summary.find("; 1 rotated by EXIF orientation to match their cameras") != std::string::npos);
   CHECK(white(load_as(8, "\"w\": 16, \"h\": 32,"), 2, 2));
   // Of its pixels, or of no size: as it is stored.
   for (const char* size : {"\"w\": 32, \"h\": 16,", "\"w\": 64, \"h\": 32,", ""}) {
     const Scene stored = load_as(6, size);
     CHECK(stored.train[0].image.width == 32);
     CHECK(white(stored, 29, 2));
-    CHECK(stored.summary.find("; EXIF orientation of 1 left alone") != std::string::npos);
+    CHECK(stored.summary.find("; EXIF orientation of 1 ignored") != std::string::npos);
   }
   CHECK(load_as(1, "").summary.find("EXIF") == std::string::npos);
   CHECK(test::message_of([&] {
@@ -643,11 +644,11 @@ TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
   options.warn = [&](const std::string& line) { lines.push_back(line); };
   options.downscale = 2;
   CHECK(load(folder.path(), options).summary ==
-        "transforms.json, 9 photographs of several sizes (images_2 for 2); 1 OPENCV camera, distortion taken out; "
+        "transforms.json, 9 photographs of several sizes (images_2 for 2); 1 OPENCV camera, undistorted; "
         "masks for 3 of 9; 1 without an image");
   REQUIRE(lines.size() == 3);
   CHECK(lines[1].find("masks for 3 of 9 photographs, none for images/03.png; ") != std::string::npos);
-  CHECK(lines[2].find("images_2 holds 2 of 9 photographs, not images/00.png; ") != std::string::npos);
+  CHECK(lines[2].find("images_2 contains 2 of 9 photographs, but not images/00.png; ") != std::string::npos);
   // Half of them, and all of them, are meant so.
   for (int i = 0; i < 10; ++i) folder.write(fmt::format("images_2/{:02}.png", i), plain(8, 6, 9, 9, 9));
   for (int i = 3; i < 6; ++i) folder.write(fmt::format("masks/{:02}.png", i), plain(16, 12, 255, 255, 255));
