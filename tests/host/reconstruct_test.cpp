@@ -169,7 +169,7 @@ TEST_CASE("photographs become a dataset, and are not worked on twice", "[reconst
   s.folder.write("photographs/e.png", test::plain(9, 6, 1, 2, 3));
   s.colmap("model 0 all");
   s.options.resume = true;
-  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("other photographs") && Contains("--overwrite"));
+  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("other photographs") && Contains("`overwrite`"));
   CHECK(fs::exists(s.out("sparse/0/images.bin")));
   s.options.resume = false;
   CHECK(s.run().registered == 4);
@@ -249,7 +249,7 @@ TEST_CASE("a folder that somebody else has made stays", "[reconstruct]") {
   Stage s;
   s.colmap("exit 1");
   s.folder.write("out/colmap/database.db", "precious");
-  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("not made by soup-train"));
+  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("not made by this program"));
   CHECK(test::content_of(s.out("database.db")) == "precious");
 }
 
@@ -314,7 +314,7 @@ TEST_CASE("a video gives frames, once", "[reconstruct]") {
   CHECK(s.run("a film.mp4").reused);
 
   fs::remove_all(s.out("sparse"));
-  CHECK_THAT(test::message_of([&] { s.run("out/colmap"); }), Contains("is where poses are to go"));
+  CHECK_THAT(test::message_of([&] { s.run("out/colmap"); }), Contains("is inside the output folder for poses"));
   CHECK(fs::exists(s.out("images/frame_0001.jpg")));
 
   s.folder.write("a film.mp4", "other");
