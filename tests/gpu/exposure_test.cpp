@@ -229,8 +229,9 @@ TEST_CASE("a step that must be repeated changes no exposure and does not affect 
 
 TEST_CASE("texture gradients through an exposure match finite differences of the loss", "[exposure]") {
   auto gpu = test::open_device();
-  // The first photograph is darker than every rendered colour after exposure, or clamped at 0. The second one is
-  // brighter than every rendered colour. So no colour crosses its target, where the L1 error has a kink.
+  // All exposed colours are above their target in the first photograph, also where the target is 255, because its
+  // exposure raises colours above 1. They are below their target in the second photograph. So no colour crosses its
+  // target, where the L1 error has a kink.
   soup::Random random(8);
   std::vector<std::uint32_t> dark(1600), bright(1600);
   for (std::size_t i = 0; i < dark.size(); ++i) {
