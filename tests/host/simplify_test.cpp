@@ -294,7 +294,7 @@ TEST_CASE("validation views are spread over the training views and removed from 
   REQUIRE(scene.train.size() == 16);
   CHECK(scene.train[2].name == "3");
   CHECK(scene.points.seen_by == std::vector<std::vector<std::uint32_t>>{{0, 2, 15}, {}, {}});
-  CHECK_THROWS_WITH(scene::hold_out(scene, 8), Catch::Contains("somewhere") && Catch::Contains("--validation-views"));
+  CHECK_THROWS_WITH(scene::hold_out(scene, 8), Catch::Contains("somewhere") && Catch::Contains("`validation_views`"));
   CHECK(scene.train.size() == 16);
   CHECK(scene::usual_validation_views(scene) == 3);
 }
