@@ -131,7 +131,7 @@ class Trainer {
   }
   StepInputs step_inputs() const;
   void change_topology();
-  bool refine_soup();  // false if no view shows a triangle
+  bool refine_soup();            // false if no view shows a triangle
   std::vector<bool> backdrop();  // [T] whether a triangle is part of the backdrop
   kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;
   gpu::CommandList& commands_of(const BatchLayout& batch);

@@ -131,7 +131,7 @@ TEST_CASE("importance is the increase in error without a triangle or its finest 
   CHECK(importance.behind == std::vector<std::pair<std::uint32_t, std::uint32_t>>(behind.begin(), behind.end()));
 
   // Removes all finest levels at once, as pruning does.
-  train::Shrunk shrunk;
+  train::Pruned pruned;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
     const soup::TextureEntry& row = s.soup.table[t];
     const std::uint32_t level = std::max(row.level_max, 1u) - 1;

@@ -159,7 +159,7 @@ TEST_CASE("refinement adapts levels to the visible area, and levels of halves to
   settings.refine_until = 0.9;
   const std::uint64_t step =
       GENERATE(40u, 50u, 60u, 90u);  // before, at and after the change to fine levels; the last refinement
-  REQUIRE(train::resample(*gpu, s.soup, s.frame, {kViews, kViews}, settings, step, 80) == train::Resampling::done);
+  REQUIRE(train::refine(*gpu, s.soup, s.buffers, {kViews, kViews}, settings, step, 80) == train::RefineOutcome::done);
   const auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   int whole = 0, split = 0, coarser = 0, finer = 0;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
@@ -276,7 +276,7 @@ TEST_CASE("the largest visible triangles are split up to the budget, also at the
   const std::vector<train::BatchView> views{test::view_from(0.3, 64, 64), test::view_from(1.7, 64, 64),
                                             test::view_from(3.9, 64, 64)};
   SmallScene s(*gpu, kTriangles, {{2, 3}}, views, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
   // The expected splits: always the largest triangle.
   std::vector<double> sizes(seen.area.begin(), seen.area.end());
   std::vector<std::size_t> origin(kTriangles);

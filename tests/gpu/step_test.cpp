@@ -77,7 +77,7 @@ TEST_CASE("bands of tiles and one pixel per thread give the same bits as a step 
   std::vector<std::vector<float>> states;
   for (int variant = 0; variant < 3; ++variant) {
     SmallScene s(*gpu, 60, {{2, 4}, {0, 0}, {2, 3}, {1, 2}, {2, 2}, {2, 5}}, views);
-    if (variant == 2) s.frame.one_pixel = s.frame.wide_textures = true;  // the default on GPUs
+    if (variant == 2) s.buffers.one_pixel = s.buffers.wide_textures = true;  // the default on GPUs
     if (variant == 1) {
       s.buffers.most_entries = 300;
       s.buffers.lists = gpu->allocate(300 * 4, "few entries");
@@ -448,8 +448,8 @@ TEST_CASE("a batch can contain views of any size, also smaller than the SSIM win
   for (std::uint32_t v = 0; v < views.size(); ++v) views[v].index = v;
   constexpr std::uint32_t kTriangles = 30;
   SmallScene together(*gpu, kTriangles, kFine, views);
-  together.frame.reserve_lists(1 << 16);
-  const auto& batch = together.frame.batch();
+  together.buffers.reserve_lists(1 << 16);
+  const auto& batch = together.buffers.batch();
   // A single view gets the same weights as in the batch.
   const auto run = [&](SmallScene& s) {
     s.step.begin(1, 0, 0, {});
@@ -516,7 +516,7 @@ TEST_CASE("a batch can contain views of any size, also smaller than the SSIM win
     for (std::size_t i = 0; i < 3; ++i) loss[i] += own_loss[i];
   }
   // Fixed-point sums of the views add up exactly to the sum of the batch.
-  CHECK(lattice == test::lattice_quanta(*gpu, together.soup, together.frame));
+  CHECK(lattice == test::lattice_quanta(*gpu, together.soup, together.buffers));
   CHECK(vertices == sums(together.soup.vertex_gradient, vertex_words));
   const auto whole_mlp = mlp_gradient(together);
   double worst = 0, largest = 0;
@@ -636,7 +636,7 @@ TEST_CASE("textures without gradients are unchanged, unless every texture is upd
   std::array<After, 4> after;
   for (int run = 0; run < 4; ++run) {
     SmallScene s(*gpu, kTriangles, kFine, {test::view_from(0, 48, 40), test::view_from(2, 33, 47)});
-    s.frame.reserve_lists(1 << 16);
+    s.buffers.reserve_lists(1 << 16);
     // Moves a triangle far above the views of all cameras.
     auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3 * kTriangles);
     for (std::uint32_t k = 0; k < 3; ++k) vertices[3 * kHidden + k].z += 50;
@@ -707,7 +707,7 @@ TEST_CASE("texture and MLP gradients of a whole step match finite differences of
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
   // One target is brighter than every rendered colour and the other one darker. If a colour crossed its target, finite
   // differences would step over the kink of the L1 error.
-  auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.frame.batch().pixels);
+  auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.buffers.batch().pixels);
   for (std::size_t i = 0; i < targets.size(); ++i) targets[i] += i < targets.size() / 2 ? 1.0f : -1.0f;
   gpu->upload(s.target.address(), targets);
   s.buffers.reserve_lists(1 << 16);
@@ -802,8 +802,8 @@ TEST_CASE("the loss has no gradient at pixels equal to the target, and exact gra
           target[3 * (batch.records[view].pixel_offset + y * batch.records[view].width + x) + c] = random.uniform01();
   gpu->upload(s.target.address(), target);
   // Fills buffers with other values, because results of an earlier step must not be used.
-  gpu->fill(s.frame.partial.address(), s.frame.partial.bytes(), 0x3f800000u);
-  gpu->fill(s.frame.gradient.address(), s.frame.gradient.bytes(), 0x3f800000u);
+  gpu->fill(s.buffers.partial.address(), s.buffers.partial.bytes(), 0x3f800000u);
+  gpu->fill(s.buffers.gradient.address(), s.buffers.gradient.bytes(), 0x3f800000u);
   s.step.loss(s.inputs);
   const auto gradient = gpu->download_vector<float>(s.buffers.gradient.address(), 4ull * batch.pixels);
 
@@ -847,7 +847,7 @@ TEST_CASE("the loss has no gradient at pixels equal to the target, and exact gra
     for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(gradient[4 * p + c] - expected[3 * p + c]));
   CHECK(worst < 1e-5 * largest);
   CHECK(none > batch.pixels);  // more than a third of all values; otherwise no block was skipped
-  const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+  const auto r = gpu->download_vector<kernels::Statistics>(s.buffers.statistics.address(), 1)[0];
   CHECK(std::abs(train::fixed_sum(r.ssim_low, r.ssim_high) - ssim) < 1e-6);
   test::require_silence(*gpu);
 }

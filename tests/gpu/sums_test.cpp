@@ -203,9 +203,9 @@ TEST_CASE("gradients have the same bits for any order of the triangles", "[fixed
   CHECK(permuted(wa.high) == wb.high);
   CHECK(std::any_of(wa.high.begin(), wa.high.end(),
                     [](std::uint32_t w) { return w != 0; }));  // otherwise the test proves little
-  const std::size_t partial = 595ull * a.frame.mlp_groups;
-  CHECK(gpu->download_vector<std::uint32_t>(a.frame.mlp_partial.address(), partial) ==
-        gpu->download_vector<std::uint32_t>(b.frame.mlp_partial.address(), partial));
+  const std::size_t partial = 595ull * a.buffers.mlp_groups;
+  CHECK(gpu->download_vector<std::uint32_t>(a.buffers.mlp_partial.address(), partial) ==
+        gpu->download_vector<std::uint32_t>(b.buffers.mlp_partial.address(), partial));
   std::vector<std::uint32_t> gradients[2];
   for (const auto& [scene, gradient] : {std::pair(&a, &gradients[0]), {&b, &gradients[1]}}) {
     const gpu::Buffer seen = gpu->allocate(scene->soup.source_samples * 32, "texture gradient");

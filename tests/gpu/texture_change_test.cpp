@@ -1,4 +1,4 @@
-// Tests the conversion of textures when levels or triangles change: shaders/lift_textures.comp and
+// Tests the conversion of textures when levels or triangles change: shaders/upsample_textures.comp and
 // shaders/inherit_textures.comp.
 #include <catch2/catch.hpp>
 
@@ -67,9 +67,10 @@ TEST_CASE("the change from coarse to fine keeps textures at the coarsest new lev
   for (const std::uint32_t keep_opacity : {0u, 1u}) {
     CAPTURE(keep_opacity);
     Pool new_pool(*gpu, after, random);  // all old values are overwritten
-    gpu->launch({"lift_textures"}, triangles,
-                kernels::LiftTexturesArgs{old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
-                                          new_pool.source.address(), triangles, keep_opacity});
+    gpu->launch(
+        {"upsample_textures"}, triangles,
+        kernels::UpsampleTexturesArgs{old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
+                                      new_pool.source.address(), triangles, keep_opacity});
     const auto actual = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
     double worst = 0;
     for (std::uint32_t t = 0; t < triangles; ++t) {
