@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
         [](const trisoup::TrainingProgress& p) {
           std::printf("step %llu: loss %.4f, %u triangles\n", static_cast<unsigned long long>(p.step), p.loss,
                       p.triangles);
-          return true;  // false would end it here
+          return true;  // false: stop training
         },
         50);
 

@@ -25,7 +25,7 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using Files = std::map<std::string, std::string>;
 
-constexpr auto kPatience = std::chrono::seconds(30);  // for a request, or for a file to be taken
+constexpr auto kPatience = std::chrono::seconds(30);  // time limit for receiving a request and for sending an answer
 constexpr std::uint32_t kMostHeader = 8192;           // bytes
 
 const char* type_of(std::string_view name) {
@@ -38,13 +38,13 @@ const char* type_of(std::string_view name) {
   return "application/octet-stream";
 }
 
-/// Whether a Host header names this machine, whatever its port.
+/// True if a Host header names this machine, with any port.
 bool is_here(std::string_view host) {
   const std::string_view name = host.substr(0, host.find(':'));
   return name == "127.0.0.1" || name == "localhost";
 }
 
-/// One connection: a request and its answer, and the next ones. It lives as long as something waits for it.
+/// One connection: answers requests one after the other. Pending operations keep it alive.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(tcp::socket socket, const Files& files) : stream_(std::move(socket)), files_(files) {}
@@ -53,7 +53,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     parser_.emplace();
     parser_->header_limit(kMostHeader);
     stream_.expires_after(kPatience);
-    // What is no HTTP, or has a body, ends the connection.
+    // Anything but HTTP, and any request with a body, ends the connection.
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](const beast::error_code& error, std::size_t) {
                        if (!error) self->answer();
@@ -69,7 +69,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (!head && request.method() != http::verb::get) return refuse(http::status::method_not_allowed, false);
     std::string name(request.target());
     name = name.substr(0, name.find('?'));
-    // Browsers ask for an icon.
+    // Browsers request an icon unasked.
     if (name == "/favicon.ico") return refuse(http::status::no_content, head);
     const auto file = files_.find(name == "/" ? "index.html" : name.substr(std::min<std::size_t>(1, name.size())));
     if (file == files_.end()) return refuse(http::status::not_found, head);
@@ -78,10 +78,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void refuse(http::status status, bool head) {
     respond(status, head, "text/plain",
-            status == http::status::no_content ? std::string_view() : std::string_view("not here\n"));
+            status == http::status::no_content ? std::string_view() : std::string_view("not available\n"));
   }
 
-  /// bytes: outlive the connection.
+  /// bytes: must outlive the connection.
   void respond(http::status status, bool head, const char* type, std::string_view bytes) {
     response_.emplace(status, parser_->get().version());
     response_->set(http::field::content_type, type);
@@ -128,7 +128,7 @@ void accept(tcp::acceptor& acceptor, const Files& files) {
   });
 }
 
-/// Listens; throws Error where it cannot.
+/// Opens the port and listens. Throws Error if that fails.
 void open(tcp::acceptor& acceptor, std::uint16_t port) {
   const tcp::endpoint here(asio::ip::address_v4::loopback(), port);
   beast::error_code error;
@@ -137,9 +137,9 @@ void open(tcp::acceptor& acceptor, std::uint16_t port) {
   if (!error) acceptor.bind(here, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error == asio::error::address_in_use)
-    throw Error("--port {}: is taken by another program; give another one, or 0 for any that is free", port);
+    throw Error("--port {}: is taken by another program; give another port, or 0 for any free one", port);
   if (error)
-    throw Error("--port {}: cannot be opened ({}); give another one, or 0 for any that is free", port, error.message());
+    throw Error("--port {}: cannot be opened ({}); give another port, or 0 for any free one", port, error.message());
 }
 
 }  // namespace

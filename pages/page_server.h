@@ -1,4 +1,4 @@
-// A page over HTTP on this machine alone.
+// An HTTP server for browsers on this machine.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace trisoup::web {
 
-/// Serves files from memory on 127.0.0.1 until SIGINT or SIGTERM arrives. It answers GET and HEAD for these names ("/"
-/// is index.html) and nothing else, with kPolicy as a header, and only to requests that name this machine as their host
-/// (a page of another server can have its own name point here). port: 0 takes one that is free. ready: called with the
-/// port when it listens. Throws Error where the port cannot be had.
+/// Serves `files` (name to contents) from memory on 127.0.0.1 until SIGINT or SIGTERM arrives. Answers only GET and
+/// HEAD for these names ("/" is index.html). Every answer has kPolicy as a header. The Host header of a request must be
+/// 127.0.0.1 or localhost: another site could let its own name point to this machine. port: 0 chooses a free one.
+/// ready: called with the port once the server listens. Throws Error if the port cannot be opened.
 void serve(const std::map<std::string, std::string>& files, std::uint16_t port,
            const std::function<void(std::uint16_t)>& ready);
 

@@ -8,7 +8,7 @@
 
 namespace trisoup::web {
 
-// A phone's bars come and go: dvh is what they leave.
+// dvh: the height that the address bar of a phone, which comes and goes, leaves free.
 const std::string_view style_text =
     "html, body { margin: 0; height: 100% }\ntri-soup { height: 100vh; height: 100dvh; aspect-ratio: auto }\n";
 
@@ -32,7 +32,7 @@ std::string escaped(std::string_view text) {
 std::string base64(std::string_view bytes) {
   using namespace boost::archive::iterators;
   using Letters = base64_from_binary<transform_width<std::string::const_iterator, 6, 8>>;
-  // Threes of bytes become fours of letters; the adaptor would read beyond the end of others.
+  // Padded to a multiple of 3 bytes: the adaptor would otherwise read beyond the end.
   std::string whole(bytes);
   whole.resize((bytes.size() + 2) / 3 * 3);
   std::string text(Letters(whole.cbegin()), Letters(whole.cend()));
@@ -57,13 +57,13 @@ std::string element(const PageOptions& options, std::string_view model, std::str
                             escaped(options.title));
 }
 
-/// index.html
+/// Returns index.html.
 std::string page(const PageOptions& options, bool with_poster) {
   const std::string_view poster = with_poster ? kPoster : "";
   std::string text = head(options, kPolicy);
-  // Browsers ask for an icon, and would not find one.
+  // Browsers request an icon; without this line they would not find one.
   if (with_poster) text += fmt::format("<link rel=\"icon\" href=\"{}\">\n", poster);
-  // The model is on its way before the module has been read.
+  // preload: the model is fetched while the module is still loading.
   text += fmt::format(
       "<link rel=\"preload\" href=\"{}\" as=\"fetch\" crossorigin>\n<link rel=\"stylesheet\" href=\"{}\">\n"
       "<script type=\"module\" src=\"{}\"></script>\n",
@@ -92,7 +92,7 @@ std::string single_page(const PageOptions& options, std::string_view model, std:
       head(options, "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:");
   const std::string picture = poster.empty() ? "" : "data:image/webp;base64," + base64(poster);
   text += fmt::format("<link rel=\"icon\" href=\"data:,\">\n<style>{}</style>\n", style_text);
-  // The poster is shown while the rest is read.
+  // The element comes first, so that its poster is visible while the rest loads.
   text += element(options, "#model", picture);
   text += fmt::format("<script type=\"text/plain\" id=\"model\">{}</script>\n", base64(model));
   return text + fmt::format("<script type=\"module\">\n{}</script>\n", module_text);

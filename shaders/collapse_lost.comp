@@ -1,8 +1,8 @@
-// Collapses triangles with a non-finite vertex (common/faults.h) to a point. They have no area, are never visible, and
+// Collapses triangles with a non-finite vertex (common/non_finite.h) to a point. They have no area, are never visible, and
 // the next refinement that drops invisible triangles removes them.
 #include "common/kernel.h"
 #include "args/collapse_lost.h"
-#include "common/faults.h"
+#include "common/non_finite.h"
 
 KERNEL(64, CollapseLostArgs) {
   const uint triangle = thread_index();

@@ -2,7 +2,7 @@
 // fragments closer than the near plane (common/coverage.h). Only the box is limited to the part beyond it.
 #include "common/kernel.h"
 #include "args/project.h"
-#include "common/faults.h"
+#include "common/non_finite.h"
 
 FN bool usable(vec4 p) { return usable(vec3(p), kLargestCoordinate) && usable(p.w, kLargestCoordinate); }
 

@@ -1,7 +1,7 @@
 // Sums the workgroups' gradients of every MLP parameter in a fixed order and applies Adam.
 #include "common/kernel.h"
 #include "args/update_mlp.h"
-#include "common/faults.h"
+#include "common/non_finite.h"
 #include "common/optimiser.h"
 
 CONSTANT(0, bool, DEBUG, false);
@@ -28,7 +28,7 @@ KERNEL(64, UpdateMlpArgs) {
   if (!usable(weight, kLargestWeight) || !usable(m, 1e30f) || !usable(v, 1e37f)) {
     weight = usable(before, kLargestWeight) ? before : 0.0f;
     m = v = 0.0f;
-    note_fault(a.control, FAULT_WEIGHT, i, a.state.v[0].step);
+    note_non_finite(a.control, NON_FINITE_WEIGHT, i, a.state.v[0].step);
   }
   a.mlp.v[i] = weight;
   a.moment1.v[i] = m;

@@ -2,7 +2,7 @@
 // and to every level, applies Adam to all levels, and computes the finest lattice from their sum and the sigmoid.
 #include "common/kernel.h"
 #include "args/update_textures.h"
-#include "common/faults.h"
+#include "common/non_finite.h"
 #include "common/fixed_point.h"
 #include "common/block_sums.h"
 #include "common/lattice.h"
@@ -34,7 +34,7 @@ FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOU
       continue;
     NUMBER(logit, c) = usable(NUMBER(before, c), kLargestLogit) ? NUMBER(before, c) : 0.0f;
     NUMBER(m, c) = NUMBER(v, c) = 0.0f;
-    note_fault(a.control, FAULT_TEXEL, first * 4u + e * kNumbers + c, a.state.v[0].step);
+    note_non_finite(a.control, NON_FINITE_TEXEL, first * 4u + e * kNumbers + c, a.state.v[0].step);
   }
 }
 

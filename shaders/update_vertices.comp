@@ -1,7 +1,7 @@
 // Applies VectorAdam to every vertex.
 #include "common/kernel.h"
 #include "args/update_vertices.h"
-#include "common/faults.h"
+#include "common/non_finite.h"
 #include "common/fixed_point.h"
 #include "common/optimiser.h"
 
@@ -30,7 +30,7 @@ KERNEL(64, UpdateVerticesArgs) {
     p = before;
     m = vec3(0.0f);
     v = 0.0f;
-    note_fault(a.control, FAULT_VERTEX, vertex * 3u, a.state.v[0].step);
+    note_non_finite(a.control, NON_FINITE_VERTEX, vertex * 3u, a.state.v[0].step);
   }
   a.moment2.v[vertex] = v;
   UNROLL for (uint i = 0u; i < 3u; ++i) {

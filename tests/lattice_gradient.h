@@ -19,10 +19,10 @@ namespace trisoup::test {
 /// [lattice samples][8] in 2^-44: sums of the features' over the sorted pixels, in any order; opacities' as the device
 /// has them.
 inline std::vector<std::int64_t> lattice_quanta(gpu::Device& gpu, const train::SoupBuffers& soup,
-                                                const train::Frame& frame) {
-  const std::size_t pixels = frame.batch().pixels;
-  const auto shown = gpu.download_vector<std::uint32_t>(frame.shown.address(), 2ull * soup.triangles + 1);
-  const auto sorted = gpu.download_vector<float>(frame.sorted(), 9 * pixels);
+                                                const train::BatchBuffers& buffers) {
+  const std::size_t pixels = buffers.batch().pixels;
+  const auto shown = gpu.download_vector<std::uint32_t>(buffers.shown.address(), 2ull * soup.triangles + 1);
+  const auto sorted = gpu.download_vector<float>(buffers.sorted(), 9 * pixels);
   std::vector<std::int64_t> quanta(soup.lattice_samples * 8, 0);
   for (std::size_t t = 0; t < soup.triangles; ++t)
     for (std::size_t at = shown[soup.triangles + 1 + t], end = at + shown[t]; at < end; ++at) {
@@ -41,8 +41,8 @@ inline std::vector<std::int64_t> lattice_quanta(gpu::Device& gpu, const train::S
 }
 
 inline std::vector<double> lattice_gradient(gpu::Device& gpu, const train::SoupBuffers& soup,
-                                            const train::Frame& frame) {
-  const std::vector<std::int64_t> quanta = lattice_quanta(gpu, soup, frame);
+                                            const train::BatchBuffers& buffers) {
+  const std::vector<std::int64_t> quanta = lattice_quanta(gpu, soup, buffers);
   std::vector<double> gradient;
   for (const std::int64_t q : quanta) gradient.push_back(static_cast<double>(q) * 0x1p-44);
   return gradient;
@@ -50,9 +50,9 @@ inline std::vector<double> lattice_gradient(gpu::Device& gpu, const train::SoupB
 
 /// Leaves a gradient, [lattice samples][8], for an update: a pixel for each sample of each texture, all in a frame that
 /// has so many.
-inline void set_lattice_gradient(gpu::Device& gpu, const train::SoupBuffers& soup, const train::Frame& frame,
+inline void set_lattice_gradient(gpu::Device& gpu, const train::SoupBuffers& soup, const train::BatchBuffers& buffers,
                                  std::span<const double> gradient) {
-  const std::size_t pixels = frame.batch().pixels;
+  const std::size_t pixels = buffers.batch().pixels;
   std::vector<std::uint32_t> shown(2ull * soup.triangles + 1), low, high;
   std::vector<float> sorted(9 * pixels);
   std::size_t at = 0;
@@ -74,8 +74,8 @@ inline void set_lattice_gradient(gpu::Device& gpu, const train::SoupBuffers& sou
     low.push_back(static_cast<std::uint32_t>(words));
     high.push_back(static_cast<std::uint32_t>(words >> 32));
   }
-  gpu.upload(frame.shown.address(), shown);
-  gpu.upload(frame.sorted(), sorted);
+  gpu.upload(buffers.shown.address(), shown);
+  gpu.upload(buffers.sorted(), sorted);
   gpu.upload(soup.opacity_gradient.low.address(), low);
   gpu.upload(soup.opacity_gradient.high.address(), high);
 }

@@ -24,8 +24,8 @@
 namespace trisoup {
 namespace {
 
-/// Adds the part of triangle t with these barycentrics (b0, b1 of its three corners) to `to`, its texture resampled at
-/// the same level.
+/// Appends a part of triangle t to `to`, with its texture resampled at the same level. corners: the barycentrics b0, b1
+/// of the part's three corners in triangle t.
 void add_part(const soup::Model& from, std::size_t t, const std::array<glm::vec2, 3>& corners, soup::Model& to) {
   const soup::TextureEntry row = from.textures[t];
   const int r = 1 << row.level_max;
@@ -51,8 +51,8 @@ void add_part(const soup::Model& from, std::size_t t, const std::array<glm::vec2
   to.textures.push_back(part);
 }
 
-/// A soup that looks like the model with about `count` triangles: some of them in four, or a part of them, enlarged to
-/// cover as much.
+/// Returns a soup of about `count` triangles that looks like the model. Splits some triangles in four, or keeps a
+/// subset enlarged to the same total area.
 soup::Model with_triangles(const soup::Model& model, std::size_t count) {
   soup::Model now = model;
   while (now.triangles() < count) {
@@ -63,7 +63,7 @@ soup::Model with_triangles(const soup::Model& model, std::size_t count) {
     const std::size_t split = std::min(now.triangles(), (count - now.triangles() + 2) / 3);
     constexpr glm::vec2 a{1, 0}, b{0, 1}, c{0, 0}, ab{0.5f, 0.5f}, bc{0, 0.5f}, ca{0.5f, 0};
     for (std::size_t t = 0; t < now.triangles(); ++t) {
-      // Every so often one, evenly over the soup.
+      // Spreads the split triangles evenly over the soup.
       if ((t + 1) * split / now.triangles() == t * split / now.triangles()) {
         add_part(now, t, {a, b, c}, next);
       } else {
@@ -89,7 +89,7 @@ soup::Model with_triangles(const soup::Model& model, std::size_t count) {
   return now;
 }
 
-/// The passes of the published viewer with our atlas and MLP.
+/// The passes of the published viewer, with the atlas and the MLP of this project.
 class Published {
  public:
   Published(gpu::Device& gpu, const soup::Model& model, const render::GpuModel& ours)
@@ -148,7 +148,7 @@ class Published {
     frame.pixel_x = 2.0f / static_cast<float>(view.width);
     frame.pixel_y = 2.0f / static_cast<float>(view.height);
     gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
-    // All triangles in one list: these passes do not tell opaque ones apart.
+    // One list of all triangles: these passes do not treat opaque ones separately.
     gpu::Draw first{.vertex = "published", .fragment = "both_textures"};
     first.depth = gpu::Depth::nearest;
     first.vertices = corners_.address();
@@ -177,7 +177,7 @@ class Published {
   gpu::Buffer corners_, frame_;
 };
 
-/// How a renderer of this choice shades; it measures if nobody has yet.
+/// Returns how a renderer with this setting shades. Measures it first if no result is cached.
 render::Shading shading_of(gpu::Device& gpu, render::Shading asked, const render::GpuModel& model,
                            const render::Framing& framing) {
   render::Renderer renderer(gpu, asked);
@@ -194,12 +194,12 @@ double median(std::vector<double> values) {
 
 void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
   const soup::ModelFile file = soup::read_model(options.model);
-  std::printf("%s\n%s: a picture in ms, medians of %d views of the upper hemisphere, in turn\n",
-              gpu.info().name.c_str(), options.model.c_str(), options.repeats);
+  std::printf("%s\n%s: frame times in ms, medians of %d views of the upper hemisphere\n", gpu.info().name.c_str(),
+              options.model.c_str(), options.repeats);
   std::printf("%10s %10s %10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours by", "fragment", "compute",
               "msaa", "ssaa", "published", "ratio");
   nlohmann::json rows = nlohmann::json::array();
-  // One renderer for each, since they keep images of their own sizes: both ways to shade, msaa, ssaa.
+  // Fragment shading, compute shading, msaa, ssaa. One renderer each, because they keep images of different sizes.
   std::array<render::Renderer, 4> renderers{render::Renderer(gpu, render::Shading::fragment),
                                             render::Renderer(gpu, render::Shading::compute), render::Renderer(gpu),
                                             render::Renderer(gpu)};
@@ -227,8 +227,8 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
           times[which].push_back(
               std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
       };
-      // Side by side: each view with all of them, so that a busy minute meets all alike. The first view makes the
-      // pipelines.
+      // All variants draw each view in turn, so that other load on the machine affects them alike. The first view
+      // creates the pipelines.
       for (std::size_t i = 0; i <= views.size(); ++i) {
         const render::View view = render::view_of(views[i % views.size()], 0.025, 2.5);
         for (std::size_t which = 0; which < 4; ++which)

@@ -1,4 +1,5 @@
-// soup-bench frames: what a picture costs, over sizes and triangles, beside the passes of the published viewer.
+// soup-bench frames: frame time by image size and number of triangles, compared with the passes of the published
+// viewer.
 #pragma once
 
 #include <string>
@@ -9,13 +10,13 @@
 namespace trisoup {
 
 struct FramesOptions {
-  std::string model;                                     // model.glb; its soup is made larger and smaller for the table
-  int repeats = 20;                                      // pictures timed for each figure
-  std::string json;                                      // file; empty: none
-  render::Shading shading = render::Shading::automatic;  // of the pictures without anti-aliasing that count as ours
+  std::string model;                                     // model.glb; its soup is subdivided or thinned for the table
+  int repeats = 20;                                      // frames timed per value
+  std::string json;                                      // output file; empty: none
+  render::Shading shading = render::Shading::automatic;  // used without anti-aliasing in the ratio
 };
 
-/// Prints a table; throws Error.
+/// Prints the table. Throws Error.
 void bench_frames(gpu::Device& gpu, const FramesOptions& options);
 
 }  // namespace trisoup

@@ -18,7 +18,7 @@
 namespace trisoup::bench {
 namespace {
 
-// AMD, Intel and Turing; GeForce RTX 30 and 40; H100 and H200.
+// Shared memory per multiprocessor: AMD, Intel and Turing; GeForce RTX 30 and 40; H100 and H200.
 constexpr std::array<std::uint32_t, 3> kKilobytes{64, 100, 228};
 
 struct KernelRow {
@@ -28,7 +28,7 @@ struct KernelRow {
 
 std::vector<KernelRow> kernel_rows(gpu::Device& gpu) {
   std::vector<KernelRow> rows;
-  // All variants are compiled for the CPU, whatever the device.
+  // The list for the CPU holds all variants, whatever the device.
   for (const gpu::host::CompiledKernel& k : gpu::host::compiled_kernels()) {
     const gpu::Kernel kernel{k.name.data(), k.constants};
     std::optional<gpu::KernelResources> resources = gpu.kernel_resources(kernel);
@@ -45,21 +45,20 @@ std::string text(const std::optional<std::uint32_t>& value, const char* unknown)
   return value ? fmt::format("{}", *value) : unknown;
 }
 
-/// Why columns are empty, in one line; empty where none is.
+/// Returns one line that says why columns are empty, or "" if none is.
 std::string what_is_missing(const gpu::DeviceInfo& device, const std::vector<KernelRow>& rows) {
   const bool said = std::ranges::any_of(rows, [](const KernelRow& r) { return r.resources.registers.has_value(); });
   const bool statistics = std::ranges::any_of(rows, [](const KernelRow& r) { return !r.resources.statistics.empty(); });
   if (said) return "";
-  if (device.backend == "cpu") return "-: only a GPU has these; shared memory is what the shader declares";
-  if (statistics) return "-: the driver's statistics have other names; --csv has all of them";
-  return "-: the driver does not say, it has no VK_KHR_pipeline_executable_properties; shared memory is what the "
-         "shader declares";
+  if (device.backend == "cpu") return "-: only GPUs report this; shared memory is what the shader declares";
+  if (statistics) return "-: the driver reports other statistics; --csv writes all of them";
+  return "-: the driver lacks VK_KHR_pipeline_executable_properties; shared memory is what the shader declares";
 }
 
 void write_csv(const std::string& file, const gpu::DeviceInfo& device, const std::vector<KernelRow>& rows) {
   std::string csv = "kernel,constants,threads,registers,local_bytes,shared_bytes,groups";
   for (const std::uint32_t kilobytes : kKilobytes) csv += fmt::format(",groups_{}_kb", kilobytes);
-  csv += ",backend,device,driver,statistics\n";  // last what may be in quotes
+  csv += ",backend,device,driver,statistics\n";  // columns that may be quoted come last
   for (const KernelRow& row : rows) {
     const gpu::KernelResources& r = row.resources;
     csv += fmt::format("{},{},{},{},{},{},{}", row.kernel, row.constants, r.threads, text(r.registers, ""),
@@ -86,9 +85,9 @@ void kernels(gpu::Device& gpu, const KernelsOptions& options) {
   const std::vector<KernelRow> rows = kernel_rows(gpu);
   std::printf("device: %s, %s\n", device.name.c_str(), device.driver.c_str());
   std::printf(
-      "registers and local bytes of a thread; threads and shared bytes of a group; groups that fit on a multiprocessor "
-      "of this device, and by shared\n"
-      "memory and threads alone on one with 64, 100 and 228 KB, 2048 threads and 32 groups\n");
+      "registers, local: registers and bytes of local memory per thread; shared: bytes of shared memory per workgroup\n"
+      "groups: workgroups that fit on a multiprocessor of this device\n"
+      "64, 100, 228 KB: the same for that much shared memory, 2048 threads and 32 workgroups, ignoring registers\n");
   std::printf("%-26s%8s%10s%7s%8s%8s", "kernel, constants", "threads", "registers", "local", "shared", "groups");
   for (const std::uint32_t kilobytes : kKilobytes) std::printf("%8s", fmt::format("{} KB", kilobytes).c_str());
   std::printf("\n");

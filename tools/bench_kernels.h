@@ -1,4 +1,4 @@
-// soup-bench kernels: what each kernel takes of a device, and so how many of its workgroups run at once.
+// soup-bench kernels: resources of each kernel on a device, and how many of its workgroups can run at once.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 namespace trisoup::bench {
 
 struct KernelsOptions {
-  std::string csv;  // file; empty: none
+  std::string csv;  // output file; empty: none
 };
 
-/// Workgroups that fit on a multiprocessor with that many KB of shared memory, 2048 threads and 32 workgroups, if
-/// registers do not count. NVIDIA's cards with more than 64 KB keep 1 KB of it for each workgroup.
+/// Returns how many workgroups fit on a multiprocessor with `kilobytes` KB of shared memory, 2048 threads and at most
+/// 32 workgroups, ignoring registers. NVIDIA cards with more than 64 KB reserve 1 KB per workgroup.
 std::uint32_t groups_by_shared_memory(std::uint32_t kilobytes, std::uint32_t threads, std::uint32_t shared_bytes);
 
-/// Prints a row for each kernel and choice of its constants (engine/gpu/kernel_variants.cmake) that the device has.
-/// Throws Error.
+/// Prints one row per kernel and values of its constants (engine/gpu/kernel_variants.cmake) that the device has. Throws
+/// Error.
 void kernels(gpu::Device& gpu, const KernelsOptions& options);
 
 }  // namespace trisoup::bench

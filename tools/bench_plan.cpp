@@ -21,38 +21,38 @@ namespace {
 using nlohmann::json;
 using Strings = std::vector<std::string>;
 
-/// A value for a message.
+/// Formats a value for a message.
 std::string shown(const json& value) { return printable(value.dump(-1, ' ', false, json::error_handler_t::replace)); }
 
-/// JSON with comments. Throws Error with the line.
+/// Parses JSON with comments. Throws Error that names the line.
 json parse(const std::filesystem::path& path) {
   const std::string text = read_file(path);
-  // Without end a nested list would end the program in whatever walks through it.
+  // Limits nesting: recursive code would overflow the stack.
   constexpr int kDeepest = 8;
   const auto shallow = [&](int depth, json::parse_event_t, json&) {
-    if (depth > kDeepest) throw Error("{}: is nested deeper than a plan can be", path.string());
+    if (depth > kDeepest) throw Error("{}: lists or objects are nested too deeply; correct the plan", path.string());
     return true;
   };
   try {
     return json::parse(text, shallow, true, true);
   } catch (const json::out_of_range&) {
-    throw Error("{}: holds a number that is too large", path.string());
+    throw Error("{}: a number is too large; correct the plan", path.string());
   } catch (const json::parse_error& e) {
     const auto until = text.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(e.byte, text.size()));
-    throw Error("{}: is not JSON near line {}; look for a comma or a bracket too many or too few", path.string(),
+    throw Error("{}: is not JSON near line {}; look for a missing or extra comma or bracket", path.string(),
                 1 + std::count(text.begin(), until, '\n'));
   }
 }
 
-/// An object of the plan: values by key, and errors that say where.
+/// An object of the plan: reads values by key, with errors that name the place.
 class Part {
  public:
   Part(const json& value, std::string where, std::initializer_list<const char*> keys)
       : json_(value), where_(std::move(where)) {
-    if (!json_.is_object()) throw Error("{}: is {}, not an object in braces", where_, shown(json_));
+    if (!json_.is_object()) throw Error("{}: is {}, not an object; write {{...}}", where_, shown(json_));
     for (const auto& [key, ignored] : json_.items())
       if (std::find(keys.begin(), keys.end(), key) == keys.end())
-        throw Error("{}: there is no '{}' in a plan; there are {}", where_, printable(key), fmt::join(keys, ", "));
+        throw Error("{}: unknown key '{}'; use one of {}", where_, printable(key), fmt::join(keys, ", "));
   }
 
   template <typename T>
@@ -61,14 +61,14 @@ class Part {
   }
   template <typename T>
   T get(const char* key) const {
-    if (!json_.contains(key)) throw Error("{}: '{}' is missing", where_, key);
+    if (!json_.contains(key)) throw Error("{}: '{}' is missing; add it", where_, key);
     return read<T>(key);
   }
-  /// A list that is not empty.
+  /// Reads a list. Throws Error if it is empty.
   template <typename T>
   std::vector<T> list(const char* key, const std::vector<T>& otherwise) const {
     auto values = get<std::vector<T>>(key, otherwise);
-    if (values.empty()) throw Error("{}: '{}' is missing or empty", where_, key);
+    if (values.empty()) throw Error("{}: '{}' is missing or empty; give at least one value", where_, key);
     return values;
   }
   const json& at(const char* key) const {
@@ -80,12 +80,12 @@ class Part {
  private:
   template <typename T>
   T read(const char* key) const {
-    // nlohmann turns -1 and 2.5 into whole numbers without a word.
+    // The JSON library silently converts -1 and 2.5 to unsigned integers.
     const auto check = [&](const json& v, auto kind) {
       using N = decltype(kind);
       if constexpr (std::is_unsigned_v<N>) {
         if (!v.is_number_unsigned() || v.get<std::uint64_t>() > std::uint64_t{N(-1)})
-          throw Error("{}: '{}' holds {}, not a whole number from 0 to {}", where_, key, shown(v), N(-1));
+          throw Error("{}: '{}' is {}; give a whole number from 0 to {}", where_, key, shown(v), N(-1));
       }
     };
     const json& value = json_.at(key);
@@ -96,15 +96,15 @@ class Part {
         for (const json& v : value) check(v, typename T::value_type{});
       return value.get<T>();
     } catch (const json::exception&) {
-      throw Error("{}: '{}' holds {}, not {}", where_, key, shown(value), kind_of<T>());
+      throw Error("{}: '{}' is {}; give {}", where_, key, shown(value), kind_of<T>());
     }
   }
   template <typename T>
   static const char* kind_of() {
     if constexpr (std::is_same_v<T, std::string>)
-      return "a text";
+      return "a string";
     else if constexpr (std::is_same_v<T, Strings>)
-      return "a list of texts";
+      return "a list of strings";
     else if constexpr (std::is_arithmetic_v<T>)
       return "a number";
     else
@@ -115,20 +115,20 @@ class Part {
   std::string where_;
 };
 
-/// Arguments that the program will be given as they are. reserved: options that the plan itself gives, which would make
-/// the results' columns untrue.
+/// Checks arguments that are passed on unchanged. reserved: options that the plan sets itself; the columns of the
+/// results would be wrong if they were repeated here.
 void check_arguments(const Strings& arguments, const std::string& where, std::span<const std::string_view> reserved) {
   for (const std::string& a : arguments) {
     if (a.find('\0') != std::string::npos)
-      throw Error("{}: the argument '{}' holds a null character", where, printable(a));
-    // "-qr2" is "-q -r 2".
+      throw Error("{}: the argument '{}' contains a null character; remove it", where, printable(a));
+    // "-qr2" means "-q -r 2".
     if (a.size() > 2 && a.starts_with("-q"))
-      throw Error("{}: '{}' holds several options; write them one by one", where, printable(a));
+      throw Error("{}: '{}' combines several options; write them separately", where, printable(a));
     for (const std::string_view option : reserved) {
-      // Short ones take their value without a space.
+      // Short options accept a value without a space.
       const bool is_short = !option.starts_with("--");
       if (a.starts_with(option) && (is_short || a.size() == option.size() || a[option.size()] == '='))
-        throw Error("{}: '{}' is not for arguments; use the plan's own keys", where, printable(a));
+        throw Error("{}: '{}' cannot be an argument; use the key of the plan", where, printable(a));
     }
   }
 }
@@ -141,16 +141,16 @@ constexpr std::string_view kStepReserved[] = {"--size",        "--triangles",   
                                               "--most-pixels", "--most-triangles", "--json",  "-h",
                                               "--help",        "--help-all"};
 
-/// Name to arguments.
+/// Reads an object of names and lists of arguments.
 std::vector<std::pair<std::string, Strings>> named(const json& value, const std::string& where) {
   if (!value.is_object() || value.empty())
-    throw Error("{}: is {}, not an object of names and lists of arguments", where, shown(value));
+    throw Error("{}: is {}; give an object of names and lists of arguments", where, shown(value));
   std::vector<std::pair<std::string, Strings>> all;
   for (const auto& [name, arguments] : value.items()) {
     try {
       all.emplace_back(name, arguments.get<Strings>());
     } catch (const json::exception&) {
-      throw Error("{}: '{}' holds {}, not a list of arguments", where, printable(name), shown(arguments));
+      throw Error("{}: '{}' is {}; give a list of arguments", where, printable(name), shown(arguments));
     }
     check_arguments(all.back().second, where + " '" + printable(name) + "'", kTrainingReserved);
   }
@@ -189,19 +189,19 @@ Plan read_plan(const std::filesystem::path& path) {
                    {"scenes", "arguments", "evaluations_per_decade", "frames", "frame_size", "trainings", "steps"});
   Plan plan;
   const auto frames = whole.get<std::uint32_t>("frames", 0);
-  if (frames > kMostFrames) throw Error("{}: 'frames' holds {}, at most {} are timed", file, frames, kMostFrames);
+  if (frames > kMostFrames) throw Error("{}: 'frames' is {}; give at most {}", file, frames, kMostFrames);
   plan.frames = static_cast<int>(frames);
   plan.frame_size = whole.get<std::string>("frame_size", "1280x720");
   static const std::regex kSize("[1-9][0-9]{0,4}x[1-9][0-9]{0,4}");
   if (!std::regex_match(plan.frame_size, kSize))
-    throw Error("{}: 'frame_size' holds '{}', not WIDTHxHEIGHT", file, printable(plan.frame_size));
+    throw Error("{}: 'frame_size' is '{}'; give WIDTHxHEIGHT", file, printable(plan.frame_size));
   const Strings always = whole.get<Strings>("arguments", {});
   check_arguments(always, file + ": arguments", kTrainingReserved);
   const auto per_decade = whole.get<std::uint32_t>("evaluations_per_decade", 4);
   const auto scenes = whole.at("scenes").is_null() ? std::vector<std::pair<std::string, Strings>>{}
                                                    : named(whole.at("scenes"), file + ": scenes");
 
-  std::map<std::string, std::string> seen;  // command to options
+  std::map<std::string, std::string> seen;  // command to name of its options
   int number = 0;
   for (const json& entry : whole.at("trainings")) {
     const Part part(entry, file + ": trainings " + std::to_string(++number),
@@ -213,7 +213,7 @@ Plan read_plan(const std::filesystem::path& path) {
     for (const std::string& scene : part.list<std::string>("scenes", {})) {
       const auto known = std::find_if(scenes.begin(), scenes.end(), [&](const auto& s) { return s.first == scene; });
       if (known == scenes.end())
-        throw Error("{}: the scene '{}' is not among the plan's 'scenes'", part.where(), scene);
+        throw Error("{}: the scene '{}' is not in 'scenes' of the plan; add it there", part.where(), scene);
       for (const double resolution : part.list<double>("resolutions", {1.0}))
         for (const std::uint64_t steps : part.list<std::uint64_t>("steps", {}))
           for (const std::uint32_t triangles : part.list<std::uint32_t>("triangles", {}))
@@ -231,7 +231,7 @@ Plan read_plan(const std::filesystem::path& path) {
                 append(t.arguments, {"--timings"});
                 const auto [other, is_new] = seen.insert({command(t), name});
                 if (!is_new && other->second != name)
-                  throw Error("{}: the options '{}' and '{}' are the same training, '{}'", part.where(),
+                  throw Error("{}: options '{}' and '{}' give the same training, '{}'; remove one", part.where(),
                               printable(other->second), printable(name), command(t));
                 if (is_new) plan.trainings.push_back(std::move(t));
               }
@@ -256,7 +256,8 @@ Plan read_plan(const std::filesystem::path& path) {
         if (seen.insert({command(t), {}}).second) plan.step_timings.push_back(std::move(t));
       }
   }
-  if (plan.trainings.empty() && plan.step_timings.empty()) throw Error("{}: has neither 'trainings' nor 'steps'", file);
+  if (plan.trainings.empty() && plan.step_timings.empty())
+    throw Error("{}: has neither 'trainings' nor 'steps'; add one", file);
   return plan;
 }
 

@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 using Row = CsvTable::Row;
 
-// What the columns hold stands in docs/charts.md.
+// docs/charts/README.md describes the columns.
 const std::vector<std::string> kColumns = {
     "record",    "scene",       "options",        "resolution",   "budget",  "steps", "seed",
     "command",   "revision",    "device",         "driver",       "host",    "date",  "step",
@@ -41,14 +41,14 @@ std::atomic<bool> g_stop{false};
 
 struct Interrupted {};
 
-/// Held by this process and the program that it runs, so that two never train in one folder.
+/// Locks the work folder. Child processes inherit the lock, so that two trainings never use one folder.
 FileLock lock_work(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor < 0)
-    throw Error("{}: cannot be written ({}); choose another --work", path.string(), std::strerror(errno));
+    throw Error("{}: cannot be written ({}); choose another folder with --work", path.string(), std::strerror(errno));
   return FileLock(descriptor, [](int times) {
     if (times == 0)
-      std::fprintf(stderr, "waiting for another soup-bench, or for the training of one that was killed\n");
+      std::fprintf(stderr, "soup-bench: waiting for another soup-bench, or a training it left running, to end\n");
     if (g_stop) throw Interrupted{};
   });
 }
@@ -60,7 +60,7 @@ std::string now() {
   return text;
 }
 
-/// Folder name of a run: the same for the same command.
+/// Returns the folder name of a run, a hash of its command.
 std::string folder_of(const std::string& command) {
   std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
   for (const char c : command) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
@@ -69,11 +69,12 @@ std::string folder_of(const std::string& command) {
 
 json read_json(const std::filesystem::path& path) {
   json value = json::parse(read_file(path), nullptr, false);
-  if (value.is_discarded()) throw Error("{}: is not JSON", path.string());
+  if (value.is_discarded())
+    throw Error("{}: is not JSON; remove its folder and run the same command again", path.string());
   return value;
 }
 
-/// As short as it can be and still be the same number; null is empty.
+/// Formats a value, numbers with the fewest digits that are exact. null gives an empty string.
 std::string text_of(const json& value) {
   if (value.is_null()) return {};
   return value.is_string() ? value.get<std::string>() : value.dump();
@@ -82,10 +83,10 @@ std::string text_of(const json& value) {
 void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw Error("{}: cannot be made ({}); choose another place", folder.string(), error.message());
+  if (error) throw Error("{}: cannot be created ({}); choose another place", folder.string(), error.message());
 }
 
-/// The rows of a run, and a line about them for people.
+/// The rows of a run, and one line that sums them up.
 struct Result {
   std::vector<Row> rows;
   std::string line;
@@ -99,7 +100,7 @@ class Runner {
   Result run(const Training& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t));
     make_folder(folder);
-    // A model without a checkpoint is one whose rows were taken out of the results: it is to be made again.
+    // A model without a checkpoint: the user removed its rows from the results, so it is trained again.
     const char* const earlier = std::filesystem::exists(folder / "checkpoint.safetensors") ? "--resume" : "--overwrite";
     std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o",
                                        folder.string(), earlier};
@@ -137,10 +138,9 @@ class Runner {
     const std::string quality =
         row["psnr"].empty() ? "no test views"
                             : fmt::format("PSNR {}, SSIM {}", row["psnr"].substr(0, 5), row["ssim"].substr(0, 6));
-    std::string line =
-        fmt::format("{}, {} triangles, {:.1f} s of training ({:.1f} s of CPU){}", quality, row["triangles"],
-                    metrics.at("seconds").get<double>(), metrics.at("cpu_seconds").get<double>(),
-                    metrics.at("nothing_learnt").get<bool>() ? "; nothing was learnt" : "");
+    std::string line = fmt::format("{}, {} triangles, {:.1f} s of training ({:.1f} CPU s){}", quality, row["triangles"],
+                                   metrics.at("seconds").get<double>(), metrics.at("cpu_seconds").get<double>(),
+                                   metrics.at("nothing_learnt").get<bool>() ? "; nothing was learnt" : "");
     return {std::move(rows), std::move(line)};
   }
 
@@ -169,10 +169,11 @@ class Runner {
                       {"kernel_ms", fmt::format("{:.4f}", k.at("fastest_ms").get<double>())}});
       total += k.at("fastest_ms").get<double>();
     }
-    return {std::move(rows), fmt::format("{:.1f} ms a step", total)};
+    return {std::move(rows), fmt::format("{:.1f} ms per step", total)};
   }
 
-  /// number: of the run, for people: "[3/12] ". False when it failed. Several threads may call it at once.
+  /// Runs one run and appends its rows. number: prefix of printed lines, "[3/12] ". Returns false if the run failed.
+  /// Thread-safe.
   template <typename Run>
   bool finish(const Run& run_of, const std::string& number) {
     const std::string line = command(run_of);
@@ -185,12 +186,12 @@ class Runner {
       const Result result = run(run_of);
       const std::scoped_lock writing(mutex_);
       table_.append(result.rows);
-      // Side by side, the line before may be another run's.
+      // In parallel, the line above may belong to another run.
       std::printf("%s  %s\n", options_.at_once > 1 ? number.c_str() : "", result.line.c_str());
     } catch (const std::exception& e) {
       const std::scoped_lock speaking(mutex_);
-      // The plan goes on: one scene that is missing is no reason to lose the night.
-      std::fprintf(stderr, "soup-bench: %s: %s (log and checkpoint: %s; without that folder it begins anew)\n",
+      // A failed run does not stop the plan.
+      std::fprintf(stderr, "soup-bench: %s: %s (log and checkpoint: %s; remove this folder to start over)\n",
                    line.c_str(), e.what(), (work_ / folder_of(line)).c_str());
       return false;
     }
@@ -200,14 +201,14 @@ class Runner {
     return true;
   }
 
-  /// Pictures of a model whose training is among the results, medians over views of the upper hemisphere. What draws
-  /// may be another device than what trains, or there may be none: then there is no row. False without a row.
+  /// Measures the frame time of a finished training's model: median over views of the upper hemisphere. The device that
+  /// draws can differ from the one that trained. Returns false, and adds no row, if the measurement fails.
   bool time_frames(const Training& t) {
     const std::filesystem::path folder = work_ / folder_of(command(t)), times = folder / "frames.json";
     if (!std::filesystem::exists(folder / "model.glb")) {
       std::fprintf(stderr,
-                   "soup-bench: %s: no time of a picture: the model is gone; remove the rows of this training from the "
-                   "results, and the same call makes it again\n",
+                   "soup-bench: %s: frame time not measured: the model is gone; remove the rows of this training from "
+                   "the results and run again\n",
                    command(t).c_str());
       return false;
     }
@@ -225,7 +226,7 @@ class Runner {
       row["frames"] = std::to_string(plan_.frames);
       table_.append({row});
     } catch (const std::exception& e) {
-      std::fprintf(stderr, "soup-bench: %s: no time of a picture: %s\n", command(t).c_str(), e.what());
+      std::fprintf(stderr, "soup-bench: %s: frame time not measured: %s\n", command(t).c_str(), e.what());
       return false;
     }
     return true;
@@ -240,7 +241,7 @@ class Runner {
   std::string program(const char* name) const { return (options_.programs / name).string(); }
 
   void child(std::vector<std::string> arguments, const std::filesystem::path& log) {
-    // A shell takes the launcher's words apart, and becomes it, so that signals reach it.
+    // The shell splits the launcher into words. exec: signals then reach the launcher.
     if (!options_.launcher.empty()) {
       const std::vector<std::string> shell{"/bin/sh", "-c", "exec " + options_.launcher + " \"$@\"", "sh"};
       arguments.insert(arguments.begin(), shell.begin(), shell.end());
@@ -249,12 +250,12 @@ class Runner {
     if (g_stop) throw Interrupted{};
     if (result.status == 0) return;
     if (!options_.launcher.empty() && result.status == 127)
-      throw Error("--launcher: '{}' cannot be started", options_.launcher);
+      throw Error("--launcher '{}': cannot be started; check the command", options_.launcher);
     throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status)
                                            : result.error);
   }
 
-  /// What every row of a training says of how it came about.
+  /// Returns the columns that all rows of a training share.
   Row base_of(const Training& t, const json& metrics) const {
     return {{"scene", t.scene},
             {"options", t.options},
@@ -277,10 +278,10 @@ class Runner {
   const std::filesystem::path& work_;
   int lock_;
   std::string host_;
-  std::mutex mutex_;  // of the table and what is printed
+  std::mutex mutex_;  // protects table_ and standard output
 };
 
-/// Calls work() in `threads` threads and waits for all. Throws Interrupted where one was.
+/// Calls work() in `threads` threads and waits for all. Throws Interrupted if any of them did.
 void side_by_side(std::size_t threads, const std::function<void()>& work) {
   if (threads <= 1) return work();
   std::atomic<bool> interrupted{false};
@@ -302,21 +303,22 @@ void side_by_side(std::size_t threads, const std::function<void()>& work) {
 
 int run_plan(const RunOptions& options) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, [](int) { g_stop = true; });
-  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
-  if (options.results.filename().empty()) throw Error("-o '{}': is not the name of a file", options.results.string());
+  std::signal(SIGXFSZ, SIG_IGN);  // report a file beyond the size limit as an error
+  if (options.results.filename().empty())
+    throw Error("-o '{}': is not a file name; give one such as results.csv", options.results.string());
   const Plan plan = read_plan(options.plan);
   std::filesystem::path work = options.work;
   if (work.empty()) (work = options.results) += ".work";
   if (options.results.has_parent_path()) make_folder(options.results.parent_path());
   CsvTable table(options.results, kColumns);
-  table.append({});  // rather now than when the first training is over
+  table.append({});  // fails now, not after the first training
   make_folder(work);
   try {
     const FileLock lock = lock_work(work / "lock");
     std::set<std::string> done, timed;
-    table.append({});  // reads what another call added while this one waited
+    table.append({});  // reads rows that another process added while this one waited
     for (const Row& row : table.rows())
-      // Older results do not say of how many pictures a time is.
+      // Results of earlier versions have no number of frames.
       if (row.at("record") != "frame")
         done.insert(row.at("command"));
       else if (row.at("frame_size") == plan.frame_size &&
@@ -325,7 +327,7 @@ int run_plan(const RunOptions& options) {
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
     std::size_t number = 0, failed = 0, untimed = 0;
-    std::mutex mutex;  // of what follows
+    std::mutex mutex;  // protects done, number, failed and next
     const auto all = [&](const auto& runs) {
       std::size_t next = 0;
       side_by_side(std::min<std::size_t>(options.at_once, runs.size()), [&] {
@@ -348,7 +350,7 @@ int run_plan(const RunOptions& options) {
     };
     all(plan.step_timings);
     all(plan.trainings);
-    // One right after the other, so that they compare.
+    // One by one, so that the times are comparable.
     for (const Training& t : plan.trainings)
       if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) {
         if (runner.time_frames(t))
@@ -357,20 +359,23 @@ int run_plan(const RunOptions& options) {
           ++untimed;
       }
     if (!options.keep) {
-      // Another plan may still have to time the pictures of its own.
+      // Other folders stay: another plan may need them to measure frame times.
       for (const StepTiming& t : plan.step_timings)
         if (done.contains(command(t))) runner.clean_up(command(t));
       for (const Training& t : plan.trainings)
         if (done.contains(command(t)) && (plan.frames == 0 || timed.contains(command(t)))) runner.clean_up(command(t));
     }
     if (failed > 0)
-      std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; the same call tries them again\n", failed, total);
+      std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; run the same command to try them again\n", failed,
+                   total);
     if (untimed > 0)
-      std::fprintf(stderr, "soup-bench: pictures of %zu models were not timed; without 'frames' in the plan none are\n",
-                   untimed);
+      std::fprintf(
+          stderr,
+          "soup-bench: frame times of %zu models were not measured; to skip them, remove 'frames' from the plan\n",
+          untimed);
     if (failed + untimed > 0) return 1;
   } catch (const Interrupted&) {
-    std::fprintf(stderr, "interrupted; the same call goes on\n");
+    std::fprintf(stderr, "soup-bench: interrupted; run the same command to continue\n");
     return 130;
   }
   return 0;

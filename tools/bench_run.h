@@ -1,4 +1,4 @@
-// soup-bench run: the measurements of a plan, one after the other or side by side on a cluster, into one CSV file.
+// soup-bench run: runs the measurements of a plan, one by one or in parallel on a cluster, and writes one CSV file.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@ namespace trisoup::bench {
 struct RunOptions {
   std::filesystem::path plan, results;
   std::filesystem::path scenes;    // folder of the plan's scenes
-  std::filesystem::path work;      // of what is in progress; empty: beside the results
+  std::filesystem::path work;      // folder of runs in progress; empty: beside the results
   std::filesystem::path programs;  // folder of soup-train, soup-view and soup-bench
-  bool keep = false;               // models and logs of finished trainings
-  std::string launcher;            // what a shell puts before the command of each run ("srun -n1 -c8"); empty: nothing
-  std::uint32_t at_once = 1;       // runs that are under way at a time; timings of pictures never are
+  bool keep = false;               // keep models and logs of finished trainings
+  std::string launcher;            // shell words before the command of each run ("srun -n1 -c8"); empty: none
+  std::uint32_t at_once = 1;       // parallel runs; frame times are always measured one by one
 };
 
-/// Runs what is not among the results yet; a training that was interrupted goes on from its checkpoint. The rows of a
-/// run are written together when it is done. Returns the exit status: 0, 1 where a run failed, 130 when interrupted.
-/// Throws Error.
+/// Runs everything that is not in the results yet. Interrupted trainings resume from their checkpoints. All rows of a
+/// run are written together when it ends. Returns the exit status: 0 on success, 1 if a run failed, 130 after an
+/// interrupt. Throws Error.
 int run_plan(const RunOptions& options);
 
 }  // namespace trisoup::bench

@@ -26,13 +26,13 @@ namespace trisoup::bench {
 namespace {
 
 struct Cost {
-  double ms = 0, fastest_ms = 0;     // median, least
-  double bytes = 0, operations = 0;  // the least
+  double ms = 0, fastest_ms = 0;     // median, minimum
+  double bytes = 0, operations = 0;  // minimum that must be moved and computed
 };
 
 using Costs = std::map<std::string, Cost>;
 
-/// Four cameras around a ball of triangles that covers about half of the picture about three deep.
+/// Returns cameras around a ball of triangles. The ball covers about half of each view with about three layers.
 std::vector<train::BatchView> cameras(const StepsOptions& c) {
   std::vector<train::BatchView> views;
   for (std::uint32_t i = 0; i < c.views; ++i) {
@@ -54,13 +54,13 @@ std::vector<train::BatchView> cameras(const StepsOptions& c) {
   return views;
 }
 
-/// What bytes and operations are counted by.
+/// Counts from which bytes and operations are computed.
 struct Counts {
   double triangles, pixels, views, covered, listed, source, lattice, tiles, mlp_groups, windows;
 };
 
 std::map<std::string, double> bytes_of(const Counts& n) {
-  // Sums are read and written; textures three samples of 32 bytes a pixel.
+  // Sums are read and written. A pixel reads three texture samples of 32 bytes.
   return {{"project", n.triangles * 36 + n.views * n.triangles * 64},
           {"bin", 2 * (n.views * n.triangles * 64) + n.listed * 12},
           {"bin_scan", n.tiles * 12.0},
@@ -80,10 +80,11 @@ std::map<std::string, double> bytes_of(const Counts& n) {
 }
 
 std::map<std::string, double> operations_of(const Counts& n) {
-  // A product and a sum each count. The MLP has 560 weights and 35 biases; its gradient computes it anew, then the
-  // gradients of the weights and of all inputs but the view direction's. A feature is a sum of three weighted samples.
-  // SSIM takes four means per window, its gradient three per pixel, of 11 taps in each direction and channel; a
-  // photograph is sampled by four in each direction. Lists: three edge functions of each pixel. Adam: 14 a parameter.
+  // Products and sums count one each. The MLP has 560 weights and 35 biases. Its gradient evaluates the MLP again, then
+  // computes the gradients of the weights and of all inputs except the view direction. A feature is a sum of three
+  // weighted samples. SSIM needs four means per window, its gradient three per pixel; each has 11 taps per direction
+  // and channel. A photograph is sampled with four taps per direction. Lists: three edge functions per pixel. Adam: 14
+  // per parameter.
   constexpr double kMlp = 2 * 560 + 35, kMlpGradient = kMlp + 2 * (48 + 256 + 112) + kMlp, kFeatures = 8 * 5,
                    kEdges = 12, kAdam = 14;
   return {{"project", n.views * n.triangles * 3 * 28},
@@ -102,12 +103,12 @@ std::map<std::string, double> operations_of(const Counts& n) {
 Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   train::SoupBuffers soup;
   const glm::vec3 half(0.25f);
-  // The triangles' area together stays the same, whatever their number.
+  // The total area of the triangles does not depend on their number.
   const double radius = 0.25 * std::sqrt(16.0 / c.triangles);
   const auto vertices = soup::triangles_in_box(c.triangles, -half, half, radius, 1);
   train::allocate_soup(gpu, soup, vertices, soup::make_texture_table(c.triangles, {c.level_min, c.level_max}).entries);
   train::allocate_mlp(gpu, soup, train::initial_mlp(1));
-  train::Frame frame(gpu);
+  train::BatchBuffers buffers(gpu);
   std::vector<train::BatchView> views = cameras(c);
   const std::uint64_t pixels_each = std::uint64_t(c.side) * c.side, pixels = pixels_each * views.size();
   gpu::Buffer photos = gpu.allocate(pixels * 4, "photographs");
@@ -118,18 +119,18 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
     views[i].photo = photos.address() + 4 * pixels_each * i;
     views[i] = train::sampled_at(views[i], {0.2, -0.1});  // as steps do
   }
-  frame.set_batch(views, c.triangles, true);
-  train::StepInputs inputs;  // as published: every texture is updated, so that the bytes are known
-  train::Step step(gpu, soup, frame);
+  buffers.set_batch(views, c.triangles, true);
+  train::StepInputs inputs;  // every texture is updated, so that the number of bytes is known
+  train::Step step(gpu, soup, buffers);
   step.sum_textures();
 
   const auto one = [&](std::uint32_t i) {
-    step.begin(i * 7919u, i, i % train::Frame::kStatisticsRows, {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1});
+    step.begin(i * 7919u, i, i % train::BatchBuffers::kStatisticsRows, {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1});
     step.train(inputs);
     gpu.submit();
   };
   do one(0);
-  while (train::grow_lists_if_needed(gpu, frame));
+  while (train::grow_lists_if_needed(gpu, buffers));
 
   std::map<std::string, std::vector<double>> samples;
   for (int i = 1; i <= c.repeats; ++i) {
@@ -143,18 +144,18 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   }
   gpu.enable_timings(false);
 
-  const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
+  const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
   const double views_now = c.views;
   const Counts counts{
       .triangles = double(c.triangles),
       .pixels = double(pixels),
       .views = views_now,
       .covered = double(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; })),
-      .listed = double(gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0].list_total),
+      .listed = double(gpu.download_vector<kernels::Control>(buffers.control.address(), 1)[0].list_total),
       .source = double(soup.source_samples),
       .lattice = double(soup.lattice_samples),
-      .tiles = double(frame.batch().tiles),
-      .mlp_groups = double(frame.mlp_groups),
+      .tiles = double(buffers.batch().tiles),
+      .mlp_groups = double(buffers.mlp_groups),
       .windows = views_now * std::pow(std::max(0.0, c.side - 10.0), 2)};
   const std::map<std::string, double> bytes = bytes_of(counts), operations = operations_of(counts);
   Costs costs;
@@ -162,7 +163,7 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
     std::sort(values.begin(), values.end());
     costs[name].ms = values[values.size() / 2];
     costs[name].fastest_ms = values.front();
-    // What a kernel must move does not depend on how many pixels a thread takes.
+    // The bytes and operations do not depend on the number of pixels per thread.
     const std::string of = name.ends_with("_one") ? name.substr(0, name.size() - 4) : name;
     costs[name].bytes = bytes.contains(of) ? bytes.at(of) : 0;
     costs[name].operations = operations.contains(of) ? operations.at(of) : 0;
@@ -176,7 +177,7 @@ double total(const Costs& costs) {
   return ms;
 }
 
-/// Bytes per second that a large device-to-device copy moves, read and written.
+/// Returns bytes read and written per second by a large copy on the device.
 double bandwidth(gpu::Device& gpu) {
   constexpr std::uint64_t kBytes = 256ull << 20;
   const gpu::Buffer a = gpu.allocate(kBytes, "bandwidth"), b = gpu.allocate(kBytes, "bandwidth");
@@ -193,16 +194,16 @@ double bandwidth(gpu::Device& gpu) {
   return 2.0 * kBytes / best;
 }
 
-/// Operations per second of `arithmetic`, which does nothing else. 0 where the device has no timestamps.
+/// Returns operations per second of the `arithmetic` kernel, which only computes. 0 if the device has no timestamps.
 double arithmetic(gpu::Device& gpu) {
   constexpr std::uint64_t kGroups = 16384;
-  constexpr double kMilliseconds = 5;  // beside which the launch is nothing
+  constexpr double kMilliseconds = 5;  // long compared with a launch
   const gpu::Buffer result = gpu.allocate(kGroups * 64 * 4, "arithmetic");
   gpu.enable_timings(true);
   double best = 0;
   for (std::uint32_t rounds = 1; rounds <= 1u << 16; rounds *= 4) {
-    // The fastest of several: one that something else held up is no reason to stop at so few rounds that launching is
-    // most of it.
+    // Takes the fastest of several launches: a delayed one must not end the loop while the launch itself still takes
+    // most of the time.
     double fastest = 1e30;
     for (int i = 0; i < 15; ++i) {
       gpu.reset_timings();
@@ -210,7 +211,7 @@ double arithmetic(gpu::Device& gpu) {
       gpu.cut();
       fastest = std::min(fastest, gpu.timings()["arithmetic"].milliseconds);
     }
-    if (!(fastest > 0)) break;  // without timestamps there is nothing to stop at
+    if (!(fastest > 0)) break;  // no timestamps
     best = std::max(best, 28.0 * rounds * kGroups * 64 / (1e-3 * fastest));
     if (fastest > kMilliseconds) break;
   }
@@ -220,8 +221,8 @@ double arithmetic(gpu::Device& gpu) {
 
 void table(const std::string& what, const std::vector<std::string>& heads, const std::vector<Costs>& columns,
            const std::vector<double>& sizes, nlohmann::json& json) {
-  if (columns.empty()) return;  // not asked for
-  std::printf("\n%s: ms per kernel; last column: growth exponent between the last two (1: linear)\n%-18s", what.c_str(),
+  if (columns.empty()) return;  // not requested
+  std::printf("\n%s: ms per kernel; exponent: growth between the last two columns (1: linear)\n%-18s", what.c_str(),
               "kernel");
   for (const std::string& head : heads) std::printf("%10s", head.c_str());
   std::printf("%10s\n", "exponent");
@@ -252,10 +253,10 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
   json["revision"] = kRevision;
   json["bytes_per_second"] = rate;
   json["operations_per_second"] = operation_rate;
-  std::printf("device: %s, %s; copies move %.1f GB/s, arithmetic makes %.1f GFLOP/s\n", gpu.info().name.c_str(),
+  std::printf("device: %s, %s; copy %.1f GB/s, arithmetic %.1f GFLOP/s\n", gpu.info().name.c_str(),
               gpu.info().driver.c_str(), rate * 1e-9, operation_rate * 1e-9);
-  std::printf("%u views of %u x %u, %u triangles, levels %u..%u; medians of %d\n", base.views, base.side, base.side,
-              base.triangles, base.level_min, base.level_max, base.repeats);
+  std::printf("%u views of %u x %u pixels, %u triangles, texture levels %u to %u; medians of %d steps\n", base.views,
+              base.side, base.side, base.triangles, base.level_min, base.level_max, base.repeats);
   const Costs costs = measure(gpu, base);
   std::printf("%-18s%10s%12s%12s%12s%10s\n", "kernel", "ms", "MB", "MFLOP", "floor ms", "x floor");
   Cost all;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the charts of docs/charts.md from what `soup-bench run` has measured, as SVG and PNG.
+"""Draws the charts of docs/benchmarks.md from what `soup-bench run` has measured, as SVG and PNG.
 
 Needs matplotlib (Debian: python3-matplotlib). Everything comes from the CSV file; a chart whose measurements are not in it is left out.
 """

@@ -23,12 +23,12 @@ std::string csv_field(const std::string& value) {
 
 namespace {
 
-/// Records of a CSV text; `name` is for errors.
+/// Splits a CSV text into records. name: file name for errors.
 std::vector<std::vector<std::string>> records(const std::string& text, const std::string& name) {
   std::vector<std::vector<std::string>> all;
   std::vector<std::string> record;
   std::string value;
-  bool inside = false;  // of quotes
+  bool inside = false;  // inside quotes
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (inside) {
@@ -50,16 +50,16 @@ std::vector<std::vector<std::string>> records(const std::string& text, const std
     }
   }
   if (inside || !value.empty() || !record.empty())
-    throw Error("{}: ends within a line; remove that line, or choose another file", name);
+    throw Error("{}: ends within a line; remove that line or choose another file", name);
   return all;
 }
 
-/// Held while a file of the folder is read and replaced. The file itself would be another one after that.
+/// Locks the folder while one of its files is read and replaced. A lock on the file would be lost when it is replaced.
 FileLock lock_folder(const std::filesystem::path& folder) {
   return FileLock(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC), [&](int times) {
-    // Reading and writing take milliseconds: who holds a folder for 10 seconds holds it for something else.
+    // Reading and writing take milliseconds. A lock held for 10 seconds belongs to an unrelated program.
     if (times == 500)
-      throw Error("{}: another program holds a lock on this folder (flock); end it, or choose another folder",
+      throw Error("{}: another program holds a lock (flock) on this folder; end it or choose another folder",
                   folder.string());
   });
 }
@@ -67,10 +67,10 @@ FileLock lock_folder(const std::filesystem::path& folder) {
 }  // namespace
 
 CsvTable::CsvTable(const std::filesystem::path& path, std::vector<std::string> columns) : columns_(std::move(columns)) {
-  // A link is the file that it points to, for whoever else writes it.
+  // Resolves links, so that all writers replace and lock the same file.
   std::error_code error;
   path_ = path;
-  // One that points to nothing yet is not followed by weakly_canonical.
+  // weakly_canonical does not follow a link whose target does not exist yet.
   if (std::filesystem::is_symlink(path, error) && !std::filesystem::exists(path, error))
     path_ = path.parent_path() / std::filesystem::read_symlink(path, error);
   if (const auto found = std::filesystem::weakly_canonical(path_, error); !error) path_ = found;
@@ -81,16 +81,17 @@ void CsvTable::read() {
   rows_.clear();
   if (!std::filesystem::exists(path_)) return;
   std::string text = read_file(path_);
-  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // spreadsheets
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark, written by spreadsheets
   if (text.empty()) return;
   const auto all = records(text, path_.string());
-  if (all.empty()) throw Error("{}: has no columns; choose another file", path_.string());
+  if (all.empty()) throw Error("{}: has no header line; choose another file", path_.string());
   for (const std::string& column : all[0])
     if (std::find(columns_.begin(), columns_.end(), column) == columns_.end())
-      throw Error("{}: has other columns than this program writes; choose another file", path_.string());
+      throw Error("{}: has other columns than soup-bench writes; choose another file", path_.string());
   for (std::size_t i = 1; i < all.size(); ++i) {
     if (all[i].size() != all[0].size())
-      throw Error("{}: record {} has {} values, not {}; remove it", path_.string(), i, all[i].size(), all[0].size());
+      throw Error("{}: record {} has {} values instead of {}; remove it", path_.string(), i, all[i].size(),
+                  all[0].size());
     Row& row = rows_.emplace_back();
     for (const std::string& column : columns_) row[column];
     for (std::size_t c = 0; c < all[0].size(); ++c) row[all[0][c]] = all[i][c];

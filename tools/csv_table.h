@@ -1,4 +1,4 @@
-// A table in a CSV file (RFC 4180) that grows by whole groups of rows.
+// A table in a CSV file (RFC 4180). Rows are appended in groups, each completely or not at all.
 #pragma once
 
 #include <filesystem>
@@ -8,21 +8,21 @@
 
 namespace trisoup::bench {
 
-/// A value as a field of a line: in quotes where it has to be.
+/// Formats a value as a CSV field, quoted if necessary.
 std::string csv_field(const std::string& value);
 
 class CsvTable {
  public:
-  using Row = std::map<std::string, std::string>;  // column to value; what is not there is empty
+  using Row = std::map<std::string, std::string>;  // column to value; missing columns are empty
 
-  /// Reads `path`, which need not exist or may be empty. Columns that it lacks are empty. Throws Error when it is no
-  /// such table or has others.
+  /// Reads `path`, which may be missing or empty. Columns that the file lacks are empty. Throws Error if the file is
+  /// not a valid table or has other columns than `columns`.
   CsvTable(const std::filesystem::path& path, std::vector<std::string> columns);
 
   const std::vector<Row>& rows() const { return rows_; }
 
-  /// Adds the rows to what the file holds by now, which another process may have added to, and writes it: either all of
-  /// them are in it, or it is as it was. Throws Error, also on an unknown column.
+  /// Reads the file again (another process may have added rows), appends `rows` and replaces the file atomically.
+  /// Throws Error if that fails or a column is unknown; the file is then unchanged.
   void append(const std::vector<Row>& rows);
 
  private:

@@ -46,31 +46,37 @@ def middle(box):
 
 
 def architecture():
-    p = Picture(508, "Architecture: who uses whom")
-    programs = [p.box(20, 16, 200, "trainer/", ["soup-train: command line,", "progress"]),
-                p.box(240, 16, 200, "viewer/", ["soup-view, and the window", "that soup-train opens"]),
-                p.box(460, 16, 200, "tools/", ["soup-eval, soup-bench,", "soup-export"]),
-                p.box(680, 16, 200, "web/", ["the viewer for browsers,", "inside soup-export"])]
-    train = p.box(20, 126, 420, "engine/train/", ["a step, its schedule, changes of topology,", "checkpoints, evaluation"])
-    render = p.box(460, 126, 420, "engine/render/", ["pictures by the rasteriser of a GPU,", "cameras of a viewer"])
-    soup = p.box(20, 236, 270, "engine/soup/", ["triangles, textures, MLP, starts,", "model files"])
-    scene = p.box(310, 236, 270, "engine/scene/", ["dataset readers, cameras,", "photographs without distortion"])
-    image = p.box(600, 236, 280, "engine/image/", ["PNG, JPEG, WebP, TIFF:", "for scene, soup, render, train"])
-    gpu = p.box(20, 340, 860, "engine/gpu/", ["device.h: buffers, launch, record, replay, timings. graphics.h: what the rasteriser needs.",
-                                              "Backends: vulkan, cuda, host (the CPU's threads), lanes (the same, 4 to 16 at once)"])
-    p.box(20, 432, 860, "shaders/", ["one kernel a file, its arguments in args/, the maths of kernels and tests in common/.",
-                                     "Compiled as SPIR-V, as CUDA and as C++: one source for every backend"], "shared")
-    p.arrow((middle(programs[0]), programs[0][3]), (middle(programs[0]), train[1]))
-    p.arrow((middle(programs[1]), programs[1][3]), (middle(programs[1]), 108), (540, 108), (540, render[1]))
-    p.arrow((middle(programs[2]), programs[2][3]), (middle(programs[2]), render[1]))
-    p.arrow((500, programs[2][3]), (500, 98), (400, 98), (400, train[1]))
-    p.arrow((programs[0][2], 50), (programs[1][0], 50))
-    p.arrow((150, train[3]), (150, soup[1]))
-    p.arrow((380, train[3]), (380, scene[1]))
-    p.arrow((480, render[3]), (480, 214), (260, 214), (260, soup[1]))
-    p.arrow((300, train[3]), (300, gpu[1]))
-    p.arrow((590, render[3]), (590, gpu[1]))
-    p.arrow((450, gpu[3]), (450, 432))
+    p = Picture(622, "Architecture: folders use folders of lower rows, or to their right")
+    p.text(20, 22, "A folder uses folders of lower rows, or to its right. In engine/train/ it uses those above it.")
+    rows = [
+        [("trainer/", ["soup-train, soup-simplify"]),
+         ("tools/", ["soup-eval, soup-export,", "soup-bench"]),
+         ("viewer/", ["soup-view, window of", "soup-train"]),
+         ("cli/, pages/, web/", ["shared options, web pages,", "viewer for browsers"])],
+        [("engine/api/", ["public C++ interface"]),
+         ("engine/run/", ["training loop, presets, checkpoints,", "output folder"])],
+        [("engine/train/", ["config: settings and schedule", "step: one training step", "start: initial triangles",
+                            "topology: refinement, importance, simplification", "quality: metrics"])],
+        [("engine/render/", ["real-time renderer, cameras"]),
+         ("engine/format/", ["model.glb, safetensors, colliders"]),
+         ("engine/ranks/", ["MPI"])],
+        [("engine/soup/", ["triangles, textures, MLP"]),
+         ("engine/mesh/", ["surfaces, decimation, mesh files"]),
+         ("engine/scene/", ["datasets, cameras, undistortion"])],
+        [("engine/gpu/", ["device interface; backends vulkan, cuda,", "host (CPU), lanes (CPU vectors)"]),
+         ("engine/image/", ["PNG, JPEG, WebP, TIFF"]),
+         ("engine/base/", ["files, errors, threads"])],
+        [("shaders/", ["one kernel per file, arguments in args/, formulas in common/;",
+                       "compiled as SPIR-V, CUDA and C++"])],
+    ]
+    gap, y = 14, 36
+    for row in rows:
+        width = (WIDTH - 40 - gap * (len(row) - 1)) / len(row)
+        most = max(len(lines) for _, lines in row)
+        kind = "shared" if row[0][0] == "shaders/" else ""
+        for i, (title, lines) in enumerate(row):
+            p.box(20 + i * (width + gap), y, width, title, lines + [""] * (most - len(lines)), kind)
+        y += 2 * PAD + LINE * (1 + most) - 4 + gap
     return p
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""ranks_table.py: what several ranks send, hold and do alone in a training step, on paper. Prints the tables of docs/several_machines.md.
+"""ranks_table.py: estimates of what several ranks send, hold and do alone in a training step. docs/several_machines.md quotes them.
 
 Two ways of dividing a step of V views and P pixels over R ranks are held against each other: triangles owned by ranks, as
 engine/train/step/shared_soup.h does it, and views divided among ranks, whose gradients are then summed. Bytes are those that one rank sends.

@@ -1,5 +1,4 @@
-// soup-bench: what a training step costs, kernel by kernel, what kernels take of a device, what a picture costs, and
-// whole plans of trainings.
+// soup-bench: measures training steps, kernel resources and frame times, and runs plans of trainings.
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -11,15 +10,16 @@
 #include "bench_kernels.h"
 #include "bench_run.h"
 #include "bench_steps.h"
+#include "cli/option_names.h"
 #include "gpu/device.h"
 #include "soup/soup.h"
 
 using namespace trisoup;
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures trisoup on a device."};
+  CLI::App app{"Measures the speed of trisoup on a device."};
   app.require_subcommand(1);
-  // One line, like every other error of this program.
+  // One line, like the other errors of this program.
   app.failure_message(
       [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
@@ -27,61 +27,57 @@ int main(int argc, char** argv) {
   gpu::DeviceOptions options;
   bench::StepsOptions base;
   auto* sub = app.add_subcommand(
-      "steps", "time, bytes and operations of a training step by kernel, over pixels and over triangles");
-  sub->add_option("--backend", options.backend,
-                  "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
-  sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
-  sub->add_option("--size", base.side, "side of the square views [200]")->check(CLI::Range(1, 16384));
-  sub->add_option("--triangles", base.triangles, "triangles [2000]")->check(CLI::Range(1, 10'000'000));
+      "steps", "time, bytes and operations of a training step by kernel, and growth with pixels and triangles");
+  sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else cpu]");
+  sub->add_option("--device", options.device, "number printed by soup-train --list-devices, or part of the name");
+  sub->add_option("--size", base.side, "side of the square views, pixels [200]")->check(CLI::Range(1, 16384));
+  sub->add_option("--triangles", base.triangles, "number of triangles [2000]")->check(CLI::Range(1, 10'000'000));
   sub->add_option("--views", base.views, "views per step [4]")->check(CLI::Range(1, 1024));
   sub->add_option("--level-min", base.level_min, "coarsest texture level [2]")->check(CLI::Range(0, soup::kMaxLevel));
   sub->add_option("--level-max", base.level_max, "finest texture level [5]")->check(CLI::Range(0, soup::kMaxLevel));
-  sub->add_option("--repeats", base.repeats, "steps timed for each figure [5]")->check(CLI::PositiveNumber);
+  sub->add_option("--repeats", base.repeats, "steps timed per value [5]")->check(CLI::PositiveNumber);
   sub->add_option("--most-pixels", base.most_pixels,
-                  "largest side in the growth table, from 100; less: no table [800]");
+                  "largest side in the growth table, pixels; below 100: no table [800]");
   sub->add_option("--most-triangles", base.most_triangles,
-                  "most triangles in the growth table, from 1000; less: no table [60000]");
-  sub->add_option("--json", base.json, "also write the figures as JSON");
+                  "largest number of triangles in the growth table; below 1000: no table [60000]");
+  sub->add_option("--json", base.json, "also write the values to this JSON file");
   bench::KernelsOptions kernels;
   auto* kernels_sub = app.add_subcommand(
-      "kernels",
-      "registers, local and shared memory of each kernel, and how many workgroups fit on a multiprocessor at once");
-  kernels_sub->add_option(
-      "--backend", options.backend,
-      "auto, vulkan, cuda or cpu [auto: a GPU if there is one; cpu: shared memory as the shaders declare it]");
+      "kernels", "registers, local and shared memory of each kernel, and workgroups that fit on a multiprocessor");
+  kernels_sub->add_option("--backend", options.backend,
+                          "auto, vulkan, cuda or cpu (shared memory only) [auto: a GPU if there is one, else cpu]");
   kernels_sub->add_option("--device", options.device,
-                          "number that soup-train --list-devices prints, or part of a name");
-  kernels_sub->add_option("--csv", kernels.csv, "also write the table as CSV, with all statistics of a Vulkan driver");
+                          "number printed by soup-train --list-devices, or part of the name");
+  kernels_sub->add_option("--csv", kernels.csv,
+                          "also write the table to this CSV file, with all statistics of a Vulkan driver");
   FramesOptions frames;
   auto* frames_sub = app.add_subcommand(
-      "frames", "time of a picture over sizes and triangles, beside the passes of the published viewer");
-  frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is split and thinned for the table")->required();
-  frames_sub->add_option("--device", options.device, "number that soup-train --list-devices prints, or part of a name");
-  frames_sub->add_option("--repeats", frames.repeats, "pictures timed for each figure [20]")
-      ->check(CLI::Range(1, 100000));
+      "frames", "frame time by image size and triangles, compared with the passes of the published viewer");
+  frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is subdivided or thinned for the table")
+      ->required();
+  frames_sub->add_option("--device", options.device,
+                         "number printed by soup-train --list-devices, or part of the name");
+  frames_sub->add_option("--repeats", frames.repeats, "frames timed per value [20]")->check(CLI::Range(1, 100000));
   std::string shading;
   frames_sub
       ->add_option("--shading", shading,
-                   "second pass of ours in the ratio: auto, fragment or compute; both are timed\n"
-                   "[TRISOUP_SHADING, or auto: the faster one on the device]")
+                   "shading used for the ratio: auto, fragment or compute; both are timed\n"
+                   "[TRISOUP_SHADING, else auto: the faster one on the device]")
       ->check(CLI::IsMember({"auto", "fragment", "compute"}));
-  frames_sub->add_option("--json", frames.json, "also write the figures as JSON");
+  frames_sub->add_option("--json", frames.json, "also write the values to this JSON file");
   bench::RunOptions plan;
-  auto* run_sub = app.add_subcommand(
-      "run", "the measurements of a plan into one CSV file; what is in it already is not measured again");
-  run_sub->add_option("PLAN", plan.plan, "JSON, see docs/charts.md")->required();
-  run_sub->add_option("-o,--output", plan.results, "results.csv")->required();
-  run_sub->add_option("--scenes", plan.scenes, "folder of the plan's scenes [here]");
-  run_sub->add_option("--work", plan.work, "folder of trainings in progress [beside the results]");
+  auto* run_sub =
+      app.add_subcommand("run", "run the measurements of a plan that are not in the CSV file of results yet");
+  run_sub->add_option("PLAN", plan.plan, "JSON file, see docs/charts/README.md")->required();
+  run_sub->add_option("-o,--output", plan.results, "CSV file of results; new rows are appended")->required();
+  run_sub->add_option("--scenes", plan.scenes, "folder that contains the plan's scenes [current folder]");
+  run_sub->add_option("--work", plan.work, "folder for trainings in progress [results file with .work appended]");
   run_sub->add_option("--launcher", plan.launcher,
-                      "what a shell puts before the command of each run, for a cluster: 'srun -n1 -c8 --exclusive'; "
-                      "all folders are then\n"
-                      "shared ones");
-  auto* at_once = run_sub
-                      ->add_option("--at-once", plan.at_once,
-                                   "runs under way at a time; a launcher may let them wait [1; with --launcher 64]")
+                      "shell words before the command of each run, for clusters: 'srun -n1 -c8 --exclusive';\n"
+                      "all nodes must see the same folders");
+  auto* at_once = run_sub->add_option("--at-once", plan.at_once, "number of parallel runs [1; with --launcher: 64]")
                       ->check(CLI::Range(1, 10'000));
-  run_sub->add_flag("--keep", plan.keep, "leave the models and logs of finished trainings there");
+  run_sub->add_flag("--keep", plan.keep, "keep the models and logs of finished trainings");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -1,4 +1,4 @@
-// soup-eval: quality of a model file on the held-out views of a dataset.
+// soup-eval: measures a model file on the test views of a dataset.
 #include <CLI/CLI.hpp>
 
 #include <csignal>
@@ -14,8 +14,8 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "cli/option_names.h"
 #include "base/printable.h"
+#include "cli/option_names.h"
 #include "format/model_file.h"
 #include "run/dataset_match.h"
 #include "run/renders.h"
@@ -27,7 +27,7 @@ using namespace trisoup;
 
 namespace {
 
-/// Prints how well renderer and kernels agree. Throws Error when a view does worse than it may.
+/// Prints the agreement of renderer and training kernels. Throws Error if a view exceeds the limits.
 void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far) {
   std::string bad;
   nlohmann::json views = nlohmann::json::array();
@@ -38,8 +38,9 @@ void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Sc
   std::printf("%s\n", nlohmann::json{{"agreement", views}}.dump(2).c_str());
   if (!bad.empty())
     throw Error(
-        "{}: {} does not draw what was trained (over 0.1 % of the pixels, and over 3, tie, or 60 dB are missed)", bad,
-        gpu.info().name);
+        "{}: {} does not draw what was trained (more than 3 and 0.1 % of the pixels tie, or less than 60 dB); try "
+        "another driver or --device",
+        bad, gpu.info().name);
 }
 
 struct Options {
@@ -53,53 +54,52 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& o) {
-  // One line, like every other error of this program.
+  // One line, like the other errors of this program.
   app.failure_message(
       [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-eval " TRISOUP_VERSION);
-  app.add_option("MODEL", o.model_path, "model.glb, or the folder of a training with it")->required();
-  app.add_option("DATASET", o.dataset, "the dataset it was trained on, or another with the same coordinates")
-      ->required();
-  o.resolution = app.add_option("-r,--resolution", o.load.downscale, "divide image sides by this factor [as trained]");
-  o.test_every = app.add_option("--test-every", o.load.test_every, "every K-th view is a test view [as trained]");
+  app.add_option("MODEL", o.model_path, "model.glb, or a folder that contains it")->required();
+  app.add_option("DATASET", o.dataset, "dataset of the training, or another one with the same coordinates")->required();
+  o.resolution =
+      app.add_option("-r,--resolution", o.load.downscale, "factor by which image sides are divided [as trained]");
+  o.test_every = app.add_option("--test-every", o.load.test_every, "K: every K-th view is a test view [as trained]");
   o.background = app.add_option("--background", o.load.background, "auto, white or black [as trained]")
                      ->transform(CLI::CheckedTransformer(
                          std::map<std::string, scene::BackgroundChoice>{{"auto", scene::BackgroundChoice::automatic},
                                                                         {"white", scene::BackgroundChoice::white},
                                                                         {"black", scene::BackgroundChoice::black}}))
-                     ->option_text("TEXT");  // else all of that map
+                     ->option_text("TEXT");  // instead of the whole map
   o.alpha = app.add_option("--alpha", o.load.alpha, "composite or mask [as trained]")
                 ->transform(CLI::CheckedTransformer(std::map<std::string, scene::AlphaUse>{
                     {"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}))
                 ->option_text("TEXT");
-  app.add_flag("--outside", o.load.outside, "photographs, masks and points may lie outside of DATASET [as trained]");
+  app.add_flag("--outside", o.load.outside, "allow photographs, masks and points outside of DATASET [as trained]");
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
-  app.add_option("--json", o.json_path, "write the JSON to a file instead");
-  app.add_option("--renders", o.renders, "folder for pictures: photograph and rendering side by side");
-  app.add_flag("--renderer", o.with_renderer,
-               "draw with the real-time renderer of soup-view instead of the training kernels");
-  app.add_option("--aa", o.aa, "of --renderer: none, msaa or ssaa [none]")
+  app.add_option("--json", o.json_path, "write the JSON to this file instead of standard output");
+  app.add_option("--renders", o.renders, "folder for images of photograph and rendering side by side");
+  app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer instead of the training kernels");
+  app.add_option("--aa", o.aa, "anti-aliasing with --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))
       ->needs("--renderer");
-  app.add_flag(
-      "--agreement", o.agreement,
-      "instead: renderer against training kernels, per view; fails below 60 dB or above 0.1 % ties (and 3 pixels)");
+  app.add_flag("--agreement", o.agreement,
+               "compare the real-time renderer with the training kernels per view; fail below 60 dB or above\n"
+               "0.1 % (and 3) tied pixels");
   app.add_option("--backend", o.device_options.backend,
-                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]");
+                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else cpu]");
   app.add_option("--device", o.device_options.device,
-                 "number that soup-train --list-devices prints, or part of a name");
+                 "number printed by soup-train --list-devices, or part of the name");
 }
 
 struct Planes {
   double near = 0.025, far = 2.5;
 };
 
-/// What the model says of how it was trained, into what was not given.
+/// Fills in options that were not given from the settings in the model.
 Planes take_settings(Options& o, soup::ModelFile& file) {
   Planes planes;
   try {
-    // A model of another program may have no settings at all.
+    // Models of other programs may have no settings.
     const nlohmann::json settings = file.settings.is_null() ? nlohmann::json::object() : file.settings;
     if (!*o.resolution) o.load.downscale = settings.value("resolution", 1.0);
     if (!*o.test_every) o.load.test_every = settings.value("test_every", 8);
@@ -107,14 +107,13 @@ Planes take_settings(Options& o, soup::ModelFile& file) {
     o.load.outside = o.load.outside || settings.value("outside", false);
     planes.near = settings.value("test_near", planes.near);
     planes.far = settings.value("far", planes.far);
-    // Models from before there was a choice were trained that way.
+    // Earlier versions of soup-train always dropped triangles that reach behind the camera.
     file.model.drop_near = settings.value("drop_near", settings.contains("steps"));
   } catch (const nlohmann::json::exception&) {
-    throw Error(
-        "{}: its settings are not those of soup-train; give --resolution, --test-every, --alpha, --near and --far",
-        o.model_path);
+    throw Error("{}: its settings are not from soup-train; give --resolution, --test-every, --alpha, --near and --far",
+                o.model_path);
   }
-  // Not what the test views alone would suggest: the model was trained against one background.
+  // The background of the training, whatever the test views suggest.
   if (!*o.background)
     o.load.background =
         file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
@@ -128,9 +127,9 @@ void evaluate(Options& o) {
   o.load.train_images = false;
   o.load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
   const scene::Scene scene = scene::load(o.dataset, o.load);
-  if (scene.test.empty()) throw Error("{}: has no test views; give --test-every", o.dataset);
+  if (scene.test.empty()) throw Error("{}: has no test views; give --test-every K", o.dataset);
   const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha;
-  if (const std::string line = train::misfit(file, scene, as_trained, printable(o.dataset)); !line.empty())
+  if (const std::string line = train::mismatch(file, scene, as_trained, printable(o.dataset)); !line.empty())
     o.load.warn(line);
   o.device_options.draws = o.with_renderer || o.agreement;
   auto device = gpu::open_device(o.device_options);
@@ -146,14 +145,14 @@ void evaluate(Options& o) {
     return;
   }
   const train::Evaluation evaluation = o.with_renderer
-                                           ? train::evaluate_drawn(*device, file.model, scene, near_now, far_now,
-                                                                   *render::anti_aliasing_from(o.aa), on_render)
+                                           ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
+                                                                      *render::anti_aliasing_from(o.aa), on_render)
                                            : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
   if (pictures) pictures->finish();
   const std::string text = to_json(evaluation).dump(2) + "\n";
   if (o.json_path.empty()) {
     if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-      throw Error("standard output cannot be written; free some room, or give --json FILE");
+      throw Error("standard output: cannot be written; free disk space or give --json FILE");
   } else {
     write_file_atomically(o.json_path, std::as_bytes(std::span(text)));
   }
@@ -163,10 +162,8 @@ void evaluate(Options& o) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Renders the test views of DATASET from MODEL alone and compares them with the photographs.\n"
-      "Prints JSON with psnr, ssim, mae and the same per view. The dataset's options and the clip planes come from "
-      "the\n"
-      "model's own settings unless they are given."};
+      "Renders the test views of DATASET from MODEL and compares them with the photographs. Prints JSON with psnr,\n"
+      "ssim and mae, as means and per view. Dataset options and clip planes that are not given come from the model."};
   Options o;
   add_options(app, o);
   try {
@@ -174,7 +171,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   }
-  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+  std::signal(SIGXFSZ, SIG_IGN);  // report a file beyond the size limit as an error
   try {
     evaluate(o);
     return 0;

@@ -1,5 +1,5 @@
-// soup-export: a page, or a single file, that shows a model in any browser; the files of the published viewer, out and
-// in; a collider.
+// soup-export: writes a model as a web page, as files of the published viewer, as a smaller .glb or as a collider. Also
+// converts files of the published viewer to a model.
 #include <CLI/CLI.hpp>
 
 #include <csignal>
@@ -15,9 +15,9 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "cli/option_names.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "cli/option_names.h"
 #include "format/collider.h"
 #include "format/glb.h"
 #include "format/model_file.h"
@@ -49,9 +49,9 @@ struct CommandLine {
   gpu::DeviceOptions device{.draws = true};
 };
 
-/// What the page shows first, as soup-view draws it: WebP.
+/// Returns the poster, which the page shows while it loads: a WebP file, drawn as soup-view draws.
 std::string poster(const viewer::Subject& subject, const CommandLine& options) {
-  // As the module begins: with a camera of the model, else from the start of the desktop viewer.
+  // The view with which the page starts: a camera of the model, else the start view of soup-view.
   viewer::Navigation navigation(subject.framing);
   if (!subject.cameras.empty())
     navigation.snap(subject.cameras[viewer::find_camera(subject, options.page.camera.value_or("0"))].camera);
@@ -67,19 +67,20 @@ std::string poster(const viewer::Subject& subject, const CommandLine& options) {
                      "poster");
 }
 
-/// Throws Error where something is there already.
+/// Throws Error if one of the files exists, unless `overwrite`.
 void check_free(const std::vector<fs::path>& files, bool overwrite) {
   std::error_code ignored;
   for (const fs::path& file : files)
     if (!overwrite && fs::exists(file, ignored))
-      throw Error("{}: is there already; --overwrite replaces it, or choose another -o", file.string());
+      throw Error("{}: exists already; give --overwrite to replace it, or choose another -o", file.string());
 }
 
 void write_text(const fs::path& path, std::string_view text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 
-/// The model's file; without what only viewers need that do not know its extension, unless it is asked for.
+/// Returns the model's file, without the data for other viewers (baked colours and mesh) unless --plain-colours is
+/// given.
 std::string model_bytes(const CommandLine& options, const std::string& path) {
   if (options.plain_colours) return read_file(path);
   const soup::ModelFile file = soup::read_model(path);
@@ -97,7 +98,7 @@ std::string model_bytes(const CommandLine& options, const std::string& path) {
 void export_folder(const CommandLine& options, const viewer::Subject& subject) {
   const fs::path folder(options.output), model = folder / web::kModel;
   std::error_code error;
-  // A page may stand beside the model that it shows.
+  // The page may be written beside the model that it shows.
   const bool in_place = fs::equivalent(model, subject.path, error);
   std::vector<fs::path> written;
   for (const auto& [name, text] : web::page_files(options.page, options.no_poster ? "" : "a poster"))
@@ -108,15 +109,15 @@ void export_folder(const CommandLine& options, const viewer::Subject& subject) {
       web::page_files(options.page, options.no_poster ? "" : poster(subject, options));
   const std::string bytes = in_place ? read_file(subject.path) : model_bytes(options, subject.path);
   fs::create_directories(folder, error);
-  if (error) throw Error("{}: cannot be made ({}); choose another folder", folder.string(), error.message());
+  if (error) throw Error("{}: cannot be created ({}); choose another folder", folder.string(), error.message());
   if (!in_place) write_text(model, bytes);
   for (const auto& [name, text] : files)
     if (name != "index.html") write_text(folder / name, text);
-  // Last: with it the page is whole.
+  // index.html comes last: once it exists, the page is complete.
   write_text(folder / "index.html", files.at("index.html"));
   std::printf(
-      "%s: model %.1f MB, module %.0f KB; serve the folder (python3 -m http.server -d %s), or export with "
-      "--single-file to open from a disk\n",
+      "%s: model %.1f MB, module %.0f KB; serve this folder (python3 -m http.server -d %s), or use --single-file for a "
+      "page that opens from a disk\n",
       folder.c_str(), 1e-6 * static_cast<double>(bytes.size()), 1e-3 * static_cast<double>(web::module_text.size()),
       folder.c_str());
 }
@@ -125,7 +126,7 @@ void export_file(const CommandLine& options, const viewer::Subject& subject) {
   const fs::path file(options.output);
   const std::string ending = file.extension().string();
   if (ending != ".html" && ending != ".htm")
-    throw Error("-o {}: a single file is a page; give it a name that ends with .html", printable(options.output));
+    throw Error("-o {}: --single-file writes a page; give a name that ends with .html", printable(options.output));
   check_free({file}, options.overwrite);
   const std::string picture = options.no_poster ? "" : poster(subject, options);
   const std::string text = web::single_page(options.page, model_bytes(options, subject.path), picture);
@@ -133,22 +134,22 @@ void export_file(const CommandLine& options, const viewer::Subject& subject) {
   std::printf("%s: %.1f MB; opens in any browser\n", file.c_str(), 1e-6 * static_cast<double>(text.size()));
 }
 
-/// The files of the published viewer in a data folder that may hold other scenes.
+/// Writes the files of the published viewer to a data folder, which may contain other scenes.
 void export_published(const CommandLine& options, const viewer::Subject& subject) {
   const std::string& name = options.page.title;
   if (name.empty() || name == "." || name == ".." || name.find('/') != std::string::npos)
-    throw Error("--title {}: cannot be the name of a folder; choose another", printable(name));
+    throw Error("--title {}: cannot be a folder name; choose another title", printable(name));
   const fs::path data(options.output);
   check_free({data / name / soup::kPublishedMesh}, options.overwrite);
   soup::write_published(data, name, subject.model, subject.framing.up);
   std::printf("%s: for the published viewer\n", (data / name).c_str());
 }
 
-/// The .glb to write. Throws Error where it would be something else, or take the place of what is there.
+/// Returns the .glb to write. Throws Error if its name does not end with .glb or the file may not be replaced.
 fs::path new_glb(const CommandLine& options, const std::string& model, const char* what) {
   const fs::path file(options.output);
   if (file.extension() != ".glb")
-    throw Error("-o {}: {} is a .glb; give it a name that ends so", printable(options.output), what);
+    throw Error("-o {}: {} is a .glb file; give a name that ends with .glb", printable(options.output), what);
   std::error_code none;
   if (fs::equivalent(file, model, none))
     throw Error("-o {}: is the model itself; choose another name", printable(options.output));
@@ -156,7 +157,7 @@ fs::path new_glb(const CommandLine& options, const std::string& model, const cha
   return file;
 }
 
-/// A scene of the published viewer as a model of ours.
+/// Converts a scene of the published viewer to a model.
 void import_published(const CommandLine& options) {
   const fs::path file = new_glb(options, options.model, "a model");
   const soup::ModelFile scene = soup::read_published(options.model);
@@ -167,7 +168,7 @@ void import_published(const CommandLine& options) {
   std::printf("%s: %zu triangles, %.1f MB\n", file.c_str(), scene.model.triangles(), 1e-6 * static_cast<double>(bytes));
 }
 
-/// A model for viewers that know its extension.
+/// Writes a model for viewers that support its extension.
 void export_model(const CommandLine& options, const viewer::Subject& subject) {
   const fs::path file = new_glb(options, subject.path, "a model");
   const std::string bytes = model_bytes(options, subject.path);
@@ -176,7 +177,7 @@ void export_model(const CommandLine& options, const viewer::Subject& subject) {
               1e-6 * static_cast<double>(bytes.size()));
 }
 
-/// A plain mesh for the physics of engines, which lies where the model does.
+/// Writes a plain mesh for physics engines, in the coordinates of the model.
 void export_collider(const CommandLine& options, const viewer::Subject& subject) {
   const fs::path file = new_glb(options, subject.path, "a collider");
   const soup::Mesh mesh = soup::collision_mesh(subject.model, static_cast<std::size_t>(*options.collider));
@@ -187,68 +188,67 @@ void export_collider(const CommandLine& options, const viewer::Subject& subject)
   std::printf("%s: %zu triangles\n", file.c_str(), mesh.triangles());
 }
 
-/// nullopt: the program is to end with `exit_code`.
+/// Returns nullopt if the program is to exit with `exit_code`.
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   CommandLine c;
   CLI::App app{
-      "Writes a page that shows MODEL in any browser with WebGL2, phones too, as soup-view draws it: index.html, the "
-      "module, the\n"
-      "model and a poster, for any server. Nothing else is loaded, from nowhere.\n"
+      "Writes a web page that shows MODEL in any browser with WebGL2, also on phones. The folder contains index.html,\n"
+      "a style sheet, a JavaScript module, the model and a poster; the page loads nothing else.\n"
       "  soup-export out/garden -o page\n"
       "  soup-export out/garden -o garden.html --single-file\n"
-      "--format published writes the files of the published viewer instead, and a MODEL that is a folder of these "
-      "becomes a\n"
-      "model.glb, which all programs here open:\n"
+      "--format published writes the files of the published viewer instead. --format glb converts such files to a\n"
+      "model.glb, which the other programs open:\n"
       "  soup-export out/garden -o data --format published --title garden\n"
       "  soup-export data/garden -o garden.glb --format glb\n"
-      "--collider writes what things bump into and walk on:\n"
+      "--collider writes a collision mesh for physics engines:\n"
       "  soup-export out/garden -o collider.glb --collider 2000"};
-  // One line, like every other error of this program.
+  // One line, like the other errors of this program.
   app.failure_message(
       [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-export: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-export " TRISOUP_VERSION);
-  app.add_option("MODEL", c.model, "model.glb, or the folder of a training with it")->required();
+  app.add_option("MODEL", c.model, "model.glb, a folder that contains it, or a folder of the published viewer")
+      ->required();
   app.add_option("-o,--output", c.output,
-                 "folder for the page; with --single-file the .html to write; data folder with --format published, "
-                 ".glb with --format glb and --collider")
+                 "folder for the page; .html file with --single-file; data folder with --format published;\n"
+                 ".glb file with --format glb and --collider")
       ->required();
   app.add_option("--format", c.format,
-                 "page; published; or glb: from a folder of the published viewer a model.glb, from a model.glb one "
-                 "without what\n"
-                 "only other viewers need [page]")
+                 "page; published: files of the published viewer; glb: a model.glb without data for other viewers,\n"
+                 "or from files of the published viewer [page]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{
           {"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}))
-      ->option_text("TEXT");  // else all of that map
+      ->option_text("TEXT");  // instead of the whole map
   auto* plain =
       app.add_flag("--plain-colours", c.plain_colours,
-                   "the model as it is, with what viewers show that do not know its extension: twice the bytes");
-  app.add_option("--vertex-share", c.vertex_share,
-                 "vertices lie on a grid of this share of a pixel of the photograph that shows them closest; 0: as "
-                 "they are [0.125]")
-      ->check(
-          CLI::Range(0.0, 100.0) &
-          CLI::Validator(
-              [](const std::string& text) { return text.find("nan") == std::string::npos ? "" : "is no number"; }, ""))
+                   "copy the model unchanged, with colours and mesh for other viewers: about twice the bytes");
+  app.add_option(
+         "--vertex-share", c.vertex_share,
+         "spacing of the grid to which vertices are rounded, pixels of the photograph that shows them closest;\n"
+         "0: keep exact vertices [0.125]")
+      ->check(CLI::Range(0.0, 100.0) & CLI::Validator(
+                                           [](const std::string& text) {
+                                             return text.find("nan") == std::string::npos ? "" : "is not a number";
+                                           },
+                                           ""))
       ->excludes(plain)
       ->option_text("FLOAT");
   auto* single_file = app.add_flag("--single-file", c.single_file,
-                                   "everything in one .html, which opens from a disk and can be sent to a friend");
+                                   "write everything into one .html file, which also opens from a disk");
   app.add_option("--collider", c.collider,
-                 "instead of a page a plain mesh of at most this many triangles, for the physics of engines: a .glb")
+                 "write a collision mesh of at most this many triangles (.glb) instead of a page")
       ->check(CLI::Range(4, 10000000))
       ->excludes(single_file);
-  app.add_flag("--overwrite", c.overwrite, "replace what an earlier call left");
+  app.add_flag("--overwrite", c.overwrite, "replace existing files");
   app.add_option("--title", c.page.title,
-                 "of the page; name of the scene in --format published [the name of the model's folder]");
-  app.add_option("--camera", c.page.camera,
-                 "number or name of the view that it begins with, test views first [the first]");
-  app.add_flag("--autorotate", c.page.autorotate, "the scene turns until somebody moves it");
+                 "title of the page; name of the scene with --format published [name of the model's folder]");
+  app.add_option("--camera", c.page.camera, "first view: number (from 0, test views first) or name [0]");
+  app.add_flag("--autorotate", c.page.autorotate, "rotate the scene until the visitor moves it");
   app.add_flag("--benchmark", c.page.benchmark,
-               "benchmark.html beside the page: measures how fast a browser draws this model, and others")
+               "add benchmark.html, which measures the frame rate of models in a browser")
       ->excludes(single_file);
-  app.add_flag("--no-poster", c.no_poster, "no picture to show while the model is loaded: needs no device that draws");
+  app.add_flag("--no-poster", c.no_poster, "write no poster; then no GPU or Vulkan driver is needed");
   app.add_option("--device", c.device.device,
-                 "that draws the poster: number that soup-view --list-devices prints, or part of the name");
+                 "device that draws the poster: number printed by soup-view --list-devices, or part of the name");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -257,21 +257,22 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   }
   const bool page = c.format == Format::page && !c.collider;
   if (!page && (c.single_file || c.no_poster || c.page.autorotate || c.page.benchmark || c.page.camera)) {
-    std::fprintf(stderr,
-                 "soup-export: --single-file, --no-poster, --autorotate, --benchmark and --camera are of pages; leave "
-                 "out --format or --collider; see --help\n");
+    std::fprintf(
+        stderr,
+        "soup-export: --single-file, --no-poster, --autorotate, --benchmark and --camera apply to pages; leave "
+        "them out, or --format and --collider; see --help\n");
     exit_code = 1;
     return {};
   }
   if ((c.plain_colours || c.vertex_share) && (c.collider || c.format == Format::published)) {
     std::fprintf(stderr,
-                 "soup-export: --plain-colours and --vertex-share are of a model.glb; leave them out, or --collider or "
-                 "--format published; see --help\n");
+                 "soup-export: --plain-colours and --vertex-share apply to a page or model.glb; leave them out, or "
+                 "--collider and --format published; see --help\n");
     exit_code = 1;
     return {};
   }
   if (c.format != Format::page && c.collider) {
-    std::fprintf(stderr, "soup-export: --collider and --format each say what to write; give one of them; see --help\n");
+    std::fprintf(stderr, "soup-export: --collider and --format exclude each other; give one of them; see --help\n");
     exit_code = 1;
     return {};
   }
@@ -282,7 +283,7 @@ void run(CommandLine options) {
   const bool published = soup::is_published(options.model);
   if (options.format == Format::glb && published) return import_published(options);
   if (published)
-    throw Error("{}: is a scene of the published viewer; make a model of it first: -o model.glb --format glb",
+    throw Error("{}: is a scene of the published viewer; convert it first with -o model.glb --format glb",
                 printable(options.model));
   const viewer::Subject subject = viewer::load_subject(options.model, {}, {});
   if (options.page.camera) viewer::find_camera(subject, *options.page.camera);
@@ -305,7 +306,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   std::optional<CommandLine> options = parse(argc, argv, exit_code);
   if (!options) return exit_code;
-  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+  std::signal(SIGXFSZ, SIG_IGN);  // report a file beyond the size limit as an error
   try {
     run(std::move(*options));
     return 0;

@@ -8,8 +8,8 @@
 
 #include "base/error.h"
 #include "run/presets.h"
-#include "train/config/schedule.h"
 #include "settings_file.h"
+#include "train/config/schedule.h"
 
 namespace trisoup {
 
@@ -93,7 +93,9 @@ train::Settings CommandLine::resumed(const train::CheckpointInfo& checkpoint, co
   return continued;
 }
 
-std::string CommandLine::preset_name() const { return !request.preset.empty() ? request.preset : record ? "as recorded" : "best"; }
+std::string CommandLine::preset_name() const {
+  return !request.preset.empty() ? request.preset : record ? "as recorded" : "best";
+}
 
 namespace {
 
@@ -151,7 +153,7 @@ void CommandLine::take(const std::string& note, const std::filesystem::path& pat
   const auto is_another = [&](bool given, const char* key) {
     if (given && then.contains(key) && then[key] != now[key])
       differing +=
-          fmt::format("{}{} {} (now {})", differing.empty() ? "" : ", ", key, then[key].dump(), now[key].dump());
+          fmt::format("{}`{}` {} (now {})", differing.empty() ? "" : ", ", key, then[key].dump(), now[key].dump());
   };
   is_another(!request.preset.empty(), "preset");
   is_another(given.resolution, "resolution");

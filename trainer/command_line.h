@@ -22,7 +22,7 @@ struct SettingsFile;
 struct CommandLine {
   std::string dataset, output;
   std::string model;  // to be simplified; empty: there is training to be done
-  bool list_devices = false, resume = false, overwrite = false, quiet = false, timings = false;
+  bool list_devices = false, settings_page = false, resume = false, overwrite = false, quiet = false, timings = false;
   bool view = false, finish_headless = false;
   bool measure_float = false;       // also the quality of textures before they are rounded
   bool by_itself = false;           // whatever a launcher has started
@@ -38,16 +38,17 @@ struct CommandLine {
   train::Settings settings(const scene::Scene& scene) const;
   /// Settings with which a model is simplified; `trained`: those of its file. Throws Error if they are no training's.
   train::Settings of_model(const nlohmann::json& trained, const scene::Scene& scene) const;
-  /// Settings with which a training continues from a checkpoint: the checkpoint's own, but for how often files are written,
-  /// and extended() if more steps are asked for. Throws Error, with both values and `path`, if an option contradicts them.
+  /// Settings with which a training continues from a checkpoint: the checkpoint's own, but for how often files are
+  /// written, and extended() if more steps are asked for. Throws Error, with both values and `path`, if an option
+  /// contradicts them.
   train::Settings resumed(const train::CheckpointInfo& checkpoint, const scene::Scene& scene,
                           const std::filesystem::path& path) const;
   /// What a checkpoint records of the options that are no settings: those of the dataset, the preset, --eval-log. JSON.
   std::string note() const;
   /// How the dataset is read: "resolution", "test_every", "background", "alpha".
   nlohmann::json dataset_note() const;
-  /// Takes from a checkpoint's note what was not given. Throws Error, with both values and `path`, if an option contradicts
-  /// it.
+  /// Takes from a checkpoint's note what was not given. Throws Error, with both values and `path`, if an option
+  /// contradicts it.
   void take(const std::string& note, const std::filesystem::path& path);
   /// Takes the settings of a record, and from its dataset what was not given.
   void take(const SettingsFile& file);

@@ -78,8 +78,7 @@ class Options {
   std::string background_ = "auto", alpha_ = "composite", record_;
   std::vector<std::string> assignments_;
   CLI::Option *resolution_ = nullptr, *test_every_ = nullptr, *feature_size_ = nullptr, *background_option_ = nullptr,
-              *alpha_option_ = nullptr, *eval_log_ = nullptr, *preset_ = nullptr,
-              *settings_ = nullptr;
+              *alpha_option_ = nullptr, *eval_log_ = nullptr, *preset_ = nullptr, *settings_ = nullptr;
 };
 
 void Options::add_common() {
@@ -165,6 +164,7 @@ void Options::add_output() {
 
 void Options::add_device() {
   const char* const group = "Device";
+  app_.add_flag("--settings-page", o_.settings_page, "print docs/settings.md and end")->group("");
   app_.add_flag("--list-devices", o_.list_devices, "print the devices and end")->group(group);
   app_.add_option("--backend", o_.device.backend,
                   "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]")
@@ -191,7 +191,7 @@ void Options::take() {
   using enum scene::BackgroundChoice;
   o_.load.background = background_ == "white" ? white : background_ == "black" ? black : automatic;
   o_.load.alpha = alpha_ == "mask" ? scene::AlphaUse::mask : scene::AlphaUse::composite;
-  if (o_.list_devices) return;
+  if (o_.list_devices || o_.settings_page) return;
   if (o_.dataset.empty()) throw CLI::RequiredError("DATASET");
   if (o_.output.empty()) throw CLI::RequiredError("-o");
   o_.request.assignments = settings_options_.given();
@@ -211,8 +211,7 @@ std::string Options::short_help() {
 }
 
 std::string Options::whole_help() {
-  app_.footer("What --set takes, as name=value. metrics.json has all under \"settings\".\n\n" +
-              experiments_text());
+  app_.footer("What --set takes, as name=value. metrics.json has all under \"settings\".\n\n" + experiments_text());
   return app_.help();
 }
 

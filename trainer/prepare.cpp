@@ -104,8 +104,9 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
 void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
                   const gpu::Device& device, std::uint32_t ranks) {
   const train::MemoryNeed need = train::memory_need(scene, settings, ranks);
-  say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} frame, {:.0f} triangles), ceiling {:.0f} MB",
-                     mb(need.total()), mb(need.photographs), mb(need.frame), mb(need.soup), mb(device.ceiling())));
+  say(o,
+      fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} buffers, {:.0f} triangles), ceiling {:.0f} MB",
+                  mb(need.total()), mb(need.photographs), mb(need.buffers), mb(need.soup), mb(device.ceiling())));
   if (need.total() > device.ceiling()) {
     const std::uint32_t fits = train::triangles_that_fit(scene, settings, device.ceiling(), ranks);
     train::Settings few = settings;  // the start itself may be what does not fit

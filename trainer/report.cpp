@@ -59,7 +59,7 @@ void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit
     std::fprintf(
         stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(), settings.triangles,
         settings.refine_every == 0 ? "--set refine_every=0 drops none"
-                                     : "changes of topology keep what is visible; start with fewer (--init-count)");
+                                   : "changes of topology keep what is visible; start with fewer (--init-count)");
 }
 
 /// How many triangles have textures of which finest level.

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "cli/option_names.h"
+#include "cli/setting_options.h"
 #include "command_line.h"
 #include "prepare.h"
 #include "ranks/launched.h"
@@ -90,6 +91,7 @@ int main(int argc, char** argv) {
   if (const auto status = parse(argc, argv, options)) return *status;
   try {
     if (options.list_devices) return list_devices();
+    if (options.settings_page) return std::fputs(settings_page().c_str(), stdout) < 0;
     // Several processes are told once that they have no window, by those that know of each other.
     if (options.view && (options.by_itself || ranks::launched_size() == 1)) return run_with_window(options);
   } catch (const std::exception& e) {

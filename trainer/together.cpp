@@ -60,11 +60,11 @@ RankOutput::~RankOutput() {
   if (scratch_) std::filesystem::remove_all(path_, ignored);
 }
 
-bool told(ranks::Ranks& ranks, bool first) {
+bool broadcast(ranks::Ranks& ranks, bool first) {
   return ranks::values_of<std::uint8_t>(ranks.from(0, ranks::bytes_of(std::vector<std::uint8_t>{first})))[0] != 0;
 }
 
-std::uint32_t least(ranks::Ranks& ranks, std::uint32_t mine) {
+std::uint32_t minimum(ranks::Ranks& ranks, std::uint32_t mine) {
   for (const ranks::Bytes& message : ranks.gather(ranks::bytes_of(std::vector{mine})))
     mine = std::min(mine, ranks::values_of<std::uint32_t>(message)[0]);
   return mine;

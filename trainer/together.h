@@ -32,9 +32,9 @@ class RankOutput {
 };
 
 /// What the first rank says, on all.
-bool told(ranks::Ranks& ranks, bool first);
+bool broadcast(ranks::Ranks& ranks, bool first);
 /// The least of what they say, on all.
-std::uint32_t least(ranks::Ranks& ranks, std::uint32_t mine);
+std::uint32_t minimum(ranks::Ranks& ranks, std::uint32_t mine);
 /// What the first rank starts from, on all: others do not compute it.
 train::Start same_start(ranks::Ranks& ranks, const std::function<train::Start()>& compute);
 /// Throws Error on every rank where one says something else than the first; `what` names it.

@@ -10,10 +10,10 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "cli/option_names.h"
 #include "base/machine.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "cli/option_names.h"
 #include "format/model_bytes.h"
 #include "gpu/out_of_memory.h"
 #include "prepare.h"
@@ -71,7 +71,7 @@ TrainingRun::TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& 
 
 /// What the checkpoint to go on from says, if there is one; the options take from it what was not given.
 std::optional<train::CheckpointInfo> TrainingRun::what_was_begun() {
-  if (!told(ranks_, folder_.resumes())) return std::nullopt;
+  if (!broadcast(ranks_, folder_.resumes())) return std::nullopt;
   train::CheckpointInfo info = train::checkpoint_info(checkpoint());
   o_.take(info.note, checkpoint());
   return info;
@@ -136,12 +136,13 @@ void TrainingRun::read() {
                   train::to_string(settings_.recipe), start_in_words(settings_.init)));
   check_memory(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
   if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
-    settings_.most_triangles = least(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(),
-                                                                            static_cast<std::uint32_t>(ranks_.size())));
+    settings_.most_triangles =
+        minimum(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(),
+                                                       static_cast<std::uint32_t>(ranks_.size())));
 }
 
 void TrainingRun::check_fit() const {
-  if (const std::string line = train::misfit(*file_, scene_, true, printable(dataset_)); !line.empty())
+  if (const std::string line = train::mismatch(*file_, scene_, true, printable(dataset_)); !line.empty())
     std::fprintf(stderr, "warning: %s\n", line.c_str());
   if (settings_.validation_views > file_->settings.value("validation_views", 0u))
     say(o_,
@@ -183,7 +184,7 @@ void TrainingRun::begin() {
   first_step_ = trainer_->step();
   trainer_->measure_into(*times_);
   join_ranks();
-  file_options_ = train::file_options(scene_, trainer_->settings(), o_.load);
+  file_options_ = train::model_options(scene_, trainer_->settings(), o_.load);
   simplifier_ = std::make_unique<train::Simplifier>(
       *device_, *trainer_, scene_, folder_, o_.output,
       [this](const soup::Model& model) { return soup::encode_model(model, file_options_); }, ranks_,
@@ -240,9 +241,9 @@ train::Trainer::Callbacks TrainingRun::callbacks() {
   };
   if (live_)
     callbacks.until = [this](std::uint64_t step) { return live_->until(step, [&] { return trainer_->model(); }); };
-  callbacks.on_fault = [this](const train::ParameterFault& fault) {
+  callbacks.on_non_finite = [this](const train::NonFinite& fault) {
     // A texel is its owner's alone; everything else all ranks find.
-    if (!ranks_.is_first() && fault.kind != train::ParameterFault::Kind::texel) return;
+    if (!ranks_.is_first() && fault.kind != train::NonFinite::Kind::texel) return;
     bar_->clear();
     std::fprintf(stderr, "warning: %s\n", train::to_string(fault).c_str());
   };
@@ -269,7 +270,7 @@ std::string TrainingRun::what_is_saved(const char* where) const {
 void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
   trainer_->run(callbacks);
   // A signal comes to one rank earlier than to another.
-  while (has_goal() && trainer_->finished() && !(stopped_ = least(ranks_, g_stop ? 0 : 1) == 0)) {
+  while (has_goal() && trainer_->finished() && !(stopped_ = minimum(ranks_, g_stop ? 0 : 1) == 0)) {
     const bool more = [&] {
       const auto scope = times_->measure(train::Part::evaluation);
       return simplifier_->next();
@@ -441,8 +442,8 @@ namespace {
 
 /// Tells the other ranks why this one ends. Whether it is this one that tells people.
 bool speaks_at_the_end(ranks::Ranks& ranks, const std::string& why) {
-  const bool told = ranks.size() == 1 || ranks.leave(why);
-  return ranks.is_first() || !told;
+  const bool broadcast = ranks.size() == 1 || ranks.leave(why);
+  return ranks.is_first() || !broadcast;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Work that takes long, done beside the thread that answers a window.
+// Runs long work in a second thread, so that the window's thread keeps answering events.
 #pragma once
 
 #include <chrono>
@@ -11,8 +11,8 @@
 
 namespace trisoup::viewer {
 
-/// One piece of work at a time, in a thread of its own, which says what it is at. A device or a driver that it uses is
-/// its own until end() or until done().
+/// Runs one piece of work at a time in its own thread. The work reports its progress as text. Until done() is true or
+/// end() returns, no other thread may use the device that the work uses.
 class Beside {
  public:
   using Say = std::function<void(std::string what)>;
@@ -25,23 +25,23 @@ class Beside {
       });
     });
   }
-  /// It was begun, and end() was not called.
+  /// True between begin() and end().
   bool busy() const { return work_.valid(); }
   bool done() const { return done_within(std::chrono::seconds(0)); }
-  /// Waits for it, no longer than that.
+  /// Waits at most `time`; true if the work has finished.
   bool done_within(std::chrono::milliseconds time) const { return work_.wait_for(time) == std::future_status::ready; }
-  /// What it said last; once.
+  /// The latest progress text, or nullopt if there is none since the last call.
   std::optional<std::string> news() {
     std::lock_guard lock(mutex_);
     return std::exchange(said_, std::nullopt);
   }
-  /// Waits for it. Throws what it threw.
+  /// Waits for the work and rethrows its exception.
   void end() { work_.get(); }
 
  private:
   std::mutex mutex_;
   std::optional<std::string> said_;
-  std::future<void> work_;  // the last member: it is waited for before the others go
+  std::future<void> work_;  // last member: its destructor waits while the others still exist
 };
 
 }  // namespace trisoup::viewer

@@ -11,7 +11,7 @@
 namespace trisoup::viewer {
 namespace {
 
-/// WIDTHxHEIGHT
+/// Parses WIDTHxHEIGHT.
 std::optional<glm::ivec2> size_from(const std::string& text) {
   int width = 0, height = 0, used = 0;
   if (std::sscanf(text.c_str(), "%dx%d%n", &width, &height, &used) != 2 || used != static_cast<int>(text.size()))
@@ -37,7 +37,7 @@ std::optional<glm::vec3> colour_from(const std::string& text) {
              : std::nullopt;
 }
 
-/// CLI::Range lets pass what is no number.
+/// Also rejects NaN, unlike CLI::Range.
 CLI::Validator between(double low, double high) {
   return CLI::Validator(
       [=](std::string& text) -> std::string {
@@ -48,26 +48,25 @@ CLI::Validator between(double low, double high) {
       fmt::format("{} to {}", low, high));
 }
 
-/// What of what was asked for does not go together; null where all does.
+/// Returns an error message if options contradict each other, else null.
 const char* contradiction(const CLI::App& app, const CommandLine& c) {
   if (c.path && !c.output) return "--path needs -o FOLDER";
-  if (app.count("--port") > 0 && !c.serve) return "--port is that of --serve; give both";
+  if (app.count("--port") > 0 && !c.serve) return "--port needs --serve; give both";
   if (c.serve && (!c.dataset.empty() || c.output || c.json))
-    return "--serve shows the model alone; leave out --dataset, -o and --json";
-  if (c.json && !c.benchmark) return "--json takes the times of --benchmark; give both";
+    return "--serve shows only the model; leave out --dataset, -o and --json";
+  if (c.json && !c.benchmark) return "--json needs --benchmark; give both";
   const bool orbit = c.path == "orbit";
   if (app.count("--frames") > 0 && !orbit && c.path != "hemisphere" && !c.benchmark)
-    return "--frames counts the pictures of --path orbit or hemisphere, or those of --benchmark; give one of them";
-  if (c.elevation && !orbit && !c.screenshot)
-    return "--elevation is that of --path orbit or --screenshot; give one of them";
-  if (c.elevation && c.camera) return "--camera and --elevation both say from where; give one of them";
+    return "--frames needs --path orbit, --path hemisphere or --benchmark; give one of them";
+  if (c.elevation && !orbit && !c.screenshot) return "--elevation needs --path orbit or --screenshot; give one of them";
+  if (c.elevation && c.camera) return "--camera and --elevation exclude each other; give one of them";
   if (c.camera && (c.path || c.benchmark))
-    return "--camera chooses the view of --screenshot or of the window; --path and --benchmark have their own";
+    return "--camera is for --screenshot and the window; leave it out with --path and --benchmark";
   if (app.count("--channel") > 0 && c.draw.mode != render::Mode::channel)
-    return "--channel is that of --mode channel; give both";
-  if (c.output && !c.path) return "-o takes the pictures of --path; give both (--screenshot names its own file)";
+    return "--channel needs --mode channel; give both";
+  if (c.output && !c.path) return "-o needs --path; give both (--screenshot FILE names its own file)";
   if ((c.camera || !c.dataset.empty()) && c.model.empty())
-    return "--camera and --dataset go with a model: soup-view MODEL ...";
+    return "--camera and --dataset need a model: soup-view MODEL ...";
   if ((c.screenshot || c.path || c.benchmark || c.serve) && c.model.empty())
     return "a model is required: soup-view MODEL ...";
   return nullptr;
@@ -78,7 +77,7 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   CommandLine c;
   CLI::App app{
-      "Draws a soup in real time. Without --screenshot, --path, --benchmark or --serve it opens a window.\n"
+      "Shows a soup in real time. Opens a window unless --screenshot, --path, --benchmark or --serve is given.\n"
       "  soup-view model.glb\n"
       "  soup-view model.glb --screenshot out.png --camera 12 --size 1920x1080\n"
       "  soup-view model.glb --path orbit --frames 120 -o frames\n"
@@ -88,67 +87,70 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
       [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-view: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-view " TRISOUP_VERSION);
   std::string size, background, up, mode, aa;
-  app.add_option("MODEL", c.model, "model.glb");
+  app.add_option("MODEL", c.model, "model.glb, or a folder that contains it");
   auto* without = "Without a window (no display needed)";
-  auto* screenshot = app.add_option("--screenshot", c.screenshot, "write one picture, PNG")->group(without);
-  auto* path =
-      app.add_option("--path", c.path,
-                     "orbit, cameras, or hemisphere (the views of --benchmark): write a picture per step to -o")
-          ->check(CLI::IsMember({"orbit", "cameras", "hemisphere"}))
-          ->group(without);
-  app.add_option("-o,--output", c.output, "folder for the pictures of --path")->group(without);
+  auto* screenshot = app.add_option("--screenshot", c.screenshot, "write one image (PNG)")->group(without);
+  auto* path = app.add_option("--path", c.path,
+                              "orbit, cameras or hemisphere (the views of --benchmark): write one image per view to -o")
+                   ->check(CLI::IsMember({"orbit", "cameras", "hemisphere"}))
+                   ->group(without);
+  app.add_option("-o,--output", c.output, "folder for the images of --path")->group(without);
   app.add_option("--frames", c.frames,
-                 "pictures of --path orbit or hemisphere, views of the hemisphere in --benchmark [120]")
+                 "number of views for --path orbit, --path hemisphere and the hemisphere of --benchmark [120]")
       ->check(CLI::Range(1, 100000))
       ->group(without);
   app.add_option("--elevation", c.elevation,
-                 "of --path orbit, degrees above the ground [20]; with --screenshot: a picture from there")
+                 "camera height for --path orbit and --screenshot, degrees above the ground [20]")
       ->check(between(-89, 89))
       ->group(without);
-  auto* benchmark =
-      app.add_flag("--benchmark", c.benchmark, "time pictures from the model's cameras and from the upper hemisphere")
-          ->group(without)
-          ->excludes(screenshot)
-          ->excludes(path);
-  app.add_option("--json", c.json, "write the times of --benchmark to a file")->group(without);
+  auto* benchmark = app.add_flag("--benchmark", c.benchmark,
+                                 "measure the frame time from the model's cameras and from the upper hemisphere")
+                        ->group(without)
+                        ->excludes(screenshot)
+                        ->excludes(path);
+  app.add_option("--json", c.json, "write the results of --benchmark to this file")->group(without);
   screenshot->excludes(path);
-  app.add_flag("--serve", c.serve, "the page that soup-export writes, for browsers on this machine, until Control C")
+  app.add_flag("--serve", c.serve, "serve the page of soup-export to browsers on this machine until Ctrl+C")
       ->excludes(screenshot)
       ->excludes(path)
       ->excludes(benchmark)
       ->group(without);
-  app.add_option("--port", c.port, "of --serve; 0 takes one that is free [8000]")
+  app.add_option("--port", c.port, "port for --serve; 0: any free port [8000]")
       ->check(CLI::Range(0, 65535))
       ->group(without);
   auto* camera = "Camera";
-  app.add_option("--camera", c.camera, "number or name of a view, test views first [the first]")->group(camera);
-  app.add_option("--size", size, "WIDTHxHEIGHT in pixels [the camera's; 1280x720]")->group(camera);
-  app.add_option("--dataset", c.dataset, "photographs and cameras to compare with")->group(camera);
-  app.add_option("--fov", c.fov, "vertical field of view, degrees [the camera's]")
+  app.add_option("--camera", c.camera, "number (from 0, test views first) or name of a view [0]")->group(camera);
+  app.add_option("--size", size, "WIDTHxHEIGHT in pixels [as the camera; else 1280x720, window 1280x800]")
+      ->group(camera);
+  app.add_option("--dataset", c.dataset, "folder with the photographs and cameras to compare with")->group(camera);
+  app.add_option("--fov", c.fov, "vertical field of view, degrees [as the camera]")
       ->check(between(1, 170))
       ->group(camera);
-  app.add_option("--near", c.near, "near plane, normalised units [as the model was tested]")
+  app.add_option("--near", c.near,
+                 "near plane, normalised units [as in the evaluation; free camera in the window: 0.01]")
       ->check(between(1e-6, 1e6))
       ->group(camera);
-  app.add_option("--far", c.far, "far plane, normalised units")->check(between(1e-6, 1e6))->group(camera);
-  app.add_option("--up", up, "X,Y,Z: up direction of the dataset [the model's, or the cameras']")->group(camera);
-  auto* picture = "Picture";
+  app.add_option("--far", c.far, "far plane, normalised units [as in the evaluation; free camera in the window: 10]")
+      ->check(between(1e-6, 1e6))
+      ->group(camera);
+  app.add_option("--up", up, "X,Y,Z: up direction in dataset coordinates [from the model, else from the cameras]")
+      ->group(camera);
+  auto* picture = "Image";
   app.add_option("--mode", mode, "colour, triangles, normals, depth, opacity, level, wireframe or channel [colour]")
       ->group(picture);
   app.add_option("--channel", c.draw.channel,
-                 "of --mode channel, 0..7: red, green, blue, mix, three latent ones, opacity [0]")
+                 "channel for --mode channel, 0 to 7: red, green, blue, mix, latent (4 to 6), opacity [0]")
       ->check(CLI::Range(0, 7))
       ->group(picture);
-  app.add_option(
-         "--aa", aa,
-         "none, msaa (four samples of visibility) or ssaa (2 x 2 shaded samples) [msaa; none in --benchmark and in a\n"
-         "window that a CPU draws]")
+  app.add_option("--aa", aa,
+                 "anti-aliasing: none, msaa (4 visibility samples) or ssaa (2 x 2 shaded samples)\n"
+                 "[msaa; none for --benchmark and in windows drawn by a CPU]")
       ->group(picture);
-  app.add_option("--background", background, "white, black or R,G,B from 0 to 1 [the model's]")->group(picture);
+  app.add_option("--background", background, "white, black or R,G,B from 0 to 1 [from the model]")->group(picture);
   auto* device = "Device";
-  app.add_option("--device", c.device.device, "number that --list-devices prints, or part of the name")->group(device);
-  app.add_flag("--list-devices", c.list_devices, "name the devices and exit")->group(device);
-  app.add_flag("--validation", c.device.validation, "run with the Vulkan validation layers; fail on any message")
+  app.add_option("--device", c.device.device, "number printed by --list-devices, or part of the name")->group(device);
+  app.add_flag("--list-devices", c.list_devices, "list the devices and exit")->group(device);
+  app.add_flag("--validation", c.device.validation, "enable the Vulkan validation layers; fail on any message")
       ->group(device);
   const auto fail = [&](const std::string& line) -> std::optional<CommandLine> {
     std::fprintf(stderr, "soup-view: %s; see --help\n", line.c_str());

@@ -1,4 +1,4 @@
-// soup-view's command line.
+// The command line of soup-view.
 #pragma once
 
 #include <filesystem>
@@ -13,22 +13,22 @@
 namespace trisoup::viewer {
 
 struct CommandLine {
-  std::string model;    // empty: the window opens without one
-  std::string dataset;  // for photographs and cameras; empty: the model's own cameras
+  std::string model;    // empty: the window opens without a model
+  std::string dataset;  // source of photographs and cameras; empty: the model's cameras
   std::optional<std::string> screenshot, path, output, camera, json;
   bool benchmark = false, serve = false, list_devices = false;
-  int port = 8000;                 // of --serve
+  int port = 8000;                 // for --serve
   std::optional<glm::ivec2> size;  // pixels
   int frames = 120;
   std::optional<double> elevation;       // degrees
   std::optional<double> fov, near, far;  // degrees; normalised units
   std::optional<glm::vec3> background, up;
   render::DrawOptions draw;
-  std::optional<render::AntiAliasing> aa;  // none given: what suits the device
+  std::optional<render::AntiAliasing> aa;  // nullopt: chosen by device
   gpu::DeviceOptions device{.draws = true};
 };
 
-/// nullopt: the program is to end with `exit_code` (after --help, or after an error that has been printed).
+/// Returns nullopt after --help or an error, which it has printed; the program then exits with `exit_code`.
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code);
 
 }  // namespace trisoup::viewer

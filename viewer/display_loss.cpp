@@ -11,7 +11,7 @@ std::function<void()> at_loss;
 
 int lost(void*) {
   if (at_loss) at_loss();
-  // Destructors would talk to the server that is gone.
+  // Destructors would use the lost connection.
   end_process(1);
 }
 
@@ -19,7 +19,7 @@ int lost(void*) {
 
 void on_display_lost(std::function<void()> end) {
   at_loss = std::move(end);
-  // From the library that the window library brought, if it is X at all.
+  // GLFW loads Xlib at run time, and only on X.
   using Handler = int (*)(void* display);
   if (const auto set = reinterpret_cast<Handler (*)(Handler)>(dlsym(RTLD_DEFAULT, "XSetIOErrorHandler"))) set(lost);
 }

@@ -1,13 +1,13 @@
-// What becomes of a program whose X server goes away.
+// Handles the loss of the X server.
 #pragma once
 
 #include <functional>
 
 namespace trisoup::viewer {
 
-/// Calls `end` when the connection to the X server breaks, in the middle of whatever the window was doing; the process
-/// ends when it returns, with status 1. (Xlib would end it without a word to anybody.) After the window library has
-/// been initialised; elsewhere than on X it does nothing.
+/// Calls `end` when the connection to the X server breaks, then ends the process with status 1. Without this, Xlib ends
+/// the process and nothing else runs. `end` can be called from any point of the window's code. Call after GLFW is
+/// initialised. Does nothing on other window systems.
 void on_display_lost(std::function<void()> end);
 
 }  // namespace trisoup::viewer

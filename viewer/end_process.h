@@ -1,4 +1,4 @@
-// The end of a process in which something is left that cannot be destroyed.
+// Ends a process that holds objects which cannot be destroyed.
 #pragma once
 
 #include <cstdio>
@@ -6,7 +6,7 @@
 
 namespace trisoup::viewer {
 
-/// Ends it with that status, at once: what the C library holds is written, no destructor runs.
+/// Flushes the C library's files and exits with `status`. Runs no destructors.
 [[noreturn]] inline void end_process(int status) {
   std::fflush(nullptr);
   std::_Exit(status);

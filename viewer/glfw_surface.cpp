@@ -12,7 +12,7 @@ namespace trisoup::viewer {
 std::vector<std::string> window_extensions() {
   std::uint32_t count = 0;
   const char** names = glfwGetRequiredInstanceExtensions(&count);
-  if (!names) throw Error("this display has no Vulkan; run without a window, see --help");
+  if (!names) throw Error("this display does not support Vulkan; run without a window, see --help");
   return {names, names + count};
 }
 

@@ -1,4 +1,4 @@
-// Where GLFW's windows and the device meet: the one file of the viewer that names a graphics API.
+// Vulkan surfaces of GLFW windows. Only glfw_surface.cpp uses the Vulkan API in the viewer.
 #pragma once
 
 #include <memory>
@@ -11,10 +11,10 @@ struct GLFWwindow;
 
 namespace trisoup::viewer {
 
-/// For DeviceOptions::window_extensions. Throws Error where GLFW finds no Vulkan.
+/// Value of DeviceOptions::window_extensions. Throws Error if GLFW finds no Vulkan.
 std::vector<std::string> window_extensions();
 
-/// Throws Error.
+/// Throws Error if no surface can be created.
 std::unique_ptr<gpu::Surface> open_surface(gpu::Device& gpu, GLFWwindow* window);
 
 }  // namespace trisoup::viewer

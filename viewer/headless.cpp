@@ -40,7 +40,7 @@ struct Setting {
         draw(o.draw) {
     draw.aa = o.aa.value_or(o.benchmark ? render::AntiAliasing::none : render::AntiAliasing::msaa);
     draw.background = o.background.value_or(s.model.background);
-    // A dataset's view is to look as it was evaluated.
+    // Views of the dataset are drawn as in the evaluation.
     draw.drop_behind = s.model.drop_near;
     train::check_clip_planes(near(), far());
   }
@@ -70,11 +70,10 @@ void screenshot(Setting& s) {
     camera = render::orbit(s.subject.framing, 1, s.elevation(), 0, s.size().x, s.size().y)[0];
   std::error_code none;
   if (std::filesystem::equivalent(*s.options.screenshot, s.subject.path, none))
-    throw Error("{}: is the model itself; choose another name for the picture", *s.options.screenshot);
+    throw Error("{}: is the model itself; choose another name for the image", *s.options.screenshot);
   const std::string ending = std::filesystem::path(*s.options.screenshot).extension().string();
   if (!ending.empty() && ending != ".png" && ending != ".PNG")
-    throw Error("--screenshot {}: a picture is written as PNG; give it a name that ends with .png",
-                *s.options.screenshot);
+    throw Error("--screenshot {}: images are written as PNG; give a name that ends with .png", *s.options.screenshot);
   write_png(*s.options.screenshot, s.renderer.picture(s.model, s.view(camera), s.draw));
 }
 
@@ -91,7 +90,7 @@ void path(Setting& s) {
   const std::filesystem::path folder(*s.options.output);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw Error("{}: cannot be created ({}); give another -o", folder.string(), error.message());
+  if (error) throw Error("{}: cannot be created ({}); choose another folder with -o", folder.string(), error.message());
   for (std::size_t i = 0; i < cameras.size(); ++i)
     write_png(folder / fmt::format("{:05}.png", i), s.renderer.picture(s.model, s.view(cameras[i]), s.draw));
 }
@@ -136,7 +135,7 @@ void benchmark(Setting& s) {
       s.gpu.wait();
     };
     for (std::size_t i = 0; i < std::min<std::size_t>(3, views->size()); ++i)
-      draw((*views)[i]);  // pipelines are made here
+      draw((*views)[i]);  // warm-up: creates the pipelines
     s.gpu.reset_timings();
     s.gpu.enable_timings(true);
     for (const scene::Camera& camera : *views) {
@@ -145,7 +144,7 @@ void benchmark(Setting& s) {
       ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     }
     result[name] = statistics(ms);
-    // A pass goes by its kernel, or by its last fragment shader.
+    // Passes are named after their kernel or their last fragment shader.
     for (const auto& [pass, t] : s.gpu.timings())
       result[name]["passes_ms"][pass] = t.milliseconds / static_cast<double>(std::max<std::uint64_t>(1, t.launches));
     s.gpu.enable_timings(false);
@@ -155,7 +154,7 @@ void benchmark(Setting& s) {
   if (s.options.json)
     write_file_atomically(*s.options.json, std::as_bytes(std::span(text)));
   else if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-    throw Error("standard output cannot be written; free some room, or give --json FILE");
+    throw Error("standard output: cannot be written; free disk space or give --json FILE");
 }
 
 }  // namespace

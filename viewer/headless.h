@@ -1,4 +1,4 @@
-// Pictures and times without a window.
+// Images and timings without a window.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace trisoup::viewer {
 
-/// --screenshot, --path or --benchmark. Throws Error.
+/// Runs --screenshot, --path or --benchmark. Throws Error.
 void run_headless(gpu::Device& gpu, const CommandLine& options, const Subject& subject);
 
 }  // namespace trisoup::viewer

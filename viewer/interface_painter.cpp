@@ -44,7 +44,7 @@ void InterfacePainter::paint(const ImDrawData& data, const gpu::Image& target) {
     const auto first_vertex = static_cast<std::uint32_t>(vertices.size());
     for (const ImDrawVert& v : list.VtxBuffer) vertices.push_back({v.pos.x, v.pos.y, v.uv.x, v.uv.y, v.col, {}});
     for (const ImDrawCmd& command : list.CmdBuffer) {
-      // To the target, whose size may be another than the framebuffer's while that changes.
+      // Scales to the target: while a window is resized, its size can differ from the framebuffer's.
       const glm::vec2 scale(static_cast<float>(target.shape().width) / data.DisplaySize.x,
                             static_cast<float>(target.shape().height) / data.DisplaySize.y);
       const auto clip = [&](float value, float origin, float s, std::uint32_t most) {

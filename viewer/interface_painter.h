@@ -1,4 +1,4 @@
-// Draws Dear ImGui's panels with gpu::Graphics.
+// Draws the panels of Dear ImGui with gpu::Graphics.
 #pragma once
 
 #include <vector>
@@ -13,9 +13,9 @@ class InterfacePainter {
  public:
   explicit InterfacePainter(gpu::Device& gpu);
 
-  /// Makes the font's texture from ImGui's atlas; again whenever fonts change.
+  /// Creates the font texture from ImGui's atlas. Call again when the fonts change.
   void load_fonts();
-  /// Over what `target` (rgba8, or a window's) holds.
+  /// Draws over the contents of `target` (rgba8 or a window's image).
   void paint(const ImDrawData& data, const gpu::Image& target);
 
  private:

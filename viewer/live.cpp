@@ -6,7 +6,7 @@ namespace trisoup::viewer {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kShare = 0.07;  // of the training's time that looking may take
+constexpr double kShare = 0.07;  // largest share of the training's time spent on the window
 
 }  // namespace
 
@@ -47,7 +47,7 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
   const auto since = [&] { return std::chrono::duration<double>(Clock::now() - last_model_).count(); };
   std::unique_lock lock(mutex_);
   state_.step = step;
-  // In seconds; until the window is done with the last one there is no telling.
+  // Seconds until the next model is due; a whole interval while the window has not shown the last one.
   constexpr double interval = std::chrono::duration<double>(kInterval).count();
   const auto next = [&] {
     return fresh_ ? std::max(interval, (model_seconds_ + shown_seconds_) / kShare) - since() : interval;
@@ -62,14 +62,14 @@ std::uint64_t Live::until(std::uint64_t step, const std::function<soup::Model()>
     model_seconds_ = took;
   };
   if (!closed_ && (state_.paused || next() <= 0)) give();
-  // A signal changes nothing here, so it is looked for now and then.
+  // Signals do not notify changed_, so stop_ is polled.
   while (state_.paused && single_steps_ == 0 && !closed_ && !stop_)
     changed_.wait_for(lock, std::chrono::milliseconds(100));
   if (single_steps_ > 0) {
     --single_steps_;
     return step + 1;
   }
-  // Soon enough for a button, and for the next picture.
+  // Returns within 50 ms, so that buttons respond and the next model is on time.
   const double steps = 1e3 * std::clamp(next(), 0.0, 0.05) / std::max(0.01, state_.ms_per_step);
   return closed_ ? ~std::uint64_t(0) : step + std::max<std::uint64_t>(1, static_cast<std::uint64_t>(steps));
 }

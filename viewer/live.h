@@ -1,4 +1,4 @@
-// What a training and its window tell each other, from two threads.
+// State shared by a training and the window that shows it. Each runs in its own thread.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@
 
 namespace trisoup::viewer {
 
-/// At least between two models, and on average between two pictures of a camera that moves while the training needs the
+/// Shortest time between two models. Also the mean time between two frames of a moving camera while a training uses the
 /// CPU that draws them.
 inline constexpr std::chrono::milliseconds kInterval{100};
 
@@ -29,15 +29,15 @@ class Live {
     std::optional<double> psnr;  // Progress::psnr
   };
   struct State {
-    std::string phase = "loading";  // what the training is at
+    std::string phase = "loading";  // what the training is doing
     std::uint64_t step = 0, steps = 0;
     std::uint32_t triangles = 0, budget = 0;
     double ms_per_step = 0;
-    std::vector<float> loss, psnr;  // of the reports
+    std::vector<float> loss, psnr;  // one value per report
     bool paused = false, ended = false, quit = false;
     std::string error;
   };
-  /// What does not change while training.
+  /// Values that do not change during training.
   struct Setting {
     std::vector<soup::ModelCamera> cameras;
     std::optional<glm::dvec3> up;
@@ -45,36 +45,37 @@ class Live {
     std::uint64_t steps = 0;
     std::uint32_t budget = 0;
     std::string dataset;
-    scene::LoadOptions load;  // of its photographs
-    bool on_cpu = false;      // whether that is what it runs on
+    scene::LoadOptions load;  // for the dataset's photographs
+    bool on_cpu = false;      // the training runs on the CPU
   };
 
-  /// stop: set by whoever wants the program to end.
+  /// stop: becomes true when the program is to end.
   explicit Live(const std::atomic<bool>& stop) : stop_(stop) {}
 
-  // The training's side.
+  // Called by the training's thread.
   void begin(Setting setting);
   void report(const Point& point, std::uint32_t triangles, double ms_per_step);
   void phase(const std::string& text);
   void end(const std::string& error,
-           bool quit);  // error: what went wrong, empty if nothing; quit: the window is to close
-  /// Between steps: waits while paused, gives the window a model when it is due, and says how far to train before
-  /// asking again.
+           bool quit);  // error: empty after success; quit: also close the window
+  /// Call between steps. Waits while paused and publishes a model when one is due. Returns the step up to which to
+  /// train before the next call.
   std::uint64_t until(std::uint64_t step, const std::function<soup::Model()>& model);
   void publish(soup::Model model);
 
-  // The window's side.
-  bool take_news() { return news_.exchange(false); }  // whether anything has changed since it was last asked
+  // Called by the window's thread.
+  bool take_news() { return news_.exchange(false); }  // whether anything changed since the last call
   bool stopped() const { return stop_; }
   State state() const;
   bool running() const;                             // neither paused nor ended
-  std::optional<Setting> take_setting();            // once, when it is there
-  std::shared_ptr<const soup::Model> take_model();  // the newest, once; null without news
+  std::optional<Setting> take_setting();            // once; nullopt before begin()
+  std::shared_ptr<const soup::Model> take_model();  // the newest model, once; null if there is no new one
   void pause(bool paused);
   void step_once();
-  /// The model last taken has been shown. seconds: of uploading and drawing it, where the training uses the same GPU.
+  /// Call after the model from take_model() is shown. seconds: time to upload and draw it if the training uses the same
+  /// GPU, else 0.
   void shown(double seconds);
-  void close();  // nobody looks any more
+  void close();  // the window is closed
 
  private:
   mutable std::mutex mutex_;
@@ -86,8 +87,8 @@ class Live {
   std::atomic<bool> news_{false};
   std::uint64_t single_steps_ = 0;
   bool closed_ = false;
-  bool taken_ = false, fresh_ = true;             // fresh: the window has shown all there was
-  double shown_seconds_ = 0, model_seconds_ = 0;  // what the last model took to show and to make
+  bool taken_ = false, fresh_ = true;             // fresh: the window has shown the last model
+  double shown_seconds_ = 0, model_seconds_ = 0;  // times to show and to create the last model
   std::chrono::steady_clock::time_point last_model_{};
 };
 

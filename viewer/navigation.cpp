@@ -6,7 +6,7 @@
 namespace trisoup::viewer {
 namespace {
 
-constexpr double kSteepest = 1.55;  // straight up and down have no level
+constexpr double kSteepest = 1.55;  // the horizon is undefined when looking straight up or down
 constexpr double kStartElevation = 0.35;
 
 }  // namespace
@@ -89,7 +89,7 @@ glm::dvec3 Navigation::towards_eye() const {
 void Navigation::release() {
   if (!snapped_) return;
   const glm::dvec3 eye = snapped_->centre(), forward = snapped_->forward();
-  // It turns around the point of its axis that lies as far away as the soup.
+  // The new target lies on the viewing axis at the distance of the soup's centre.
   distance_ = std::max(0.05 * home_.distance, glm::dot(home_.target - eye, forward));
   aim(forward);
   target_ = eye - distance_ * towards_eye();

@@ -1,4 +1,4 @@
-// How mouse and keys move the camera.
+// Moves the camera by mouse and keys.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace trisoup::viewer {
 
-/// A camera on a turntable: it orbits a target, level with the ground. Or, after snap(), exactly a given camera, until
-/// it is moved. Normalised coordinates, radians.
+/// A turntable camera that orbits a target and keeps the horizon level. After snap() it is exactly the given camera
+/// until it is moved. Normalised coordinates; angles in radians.
 class Navigation {
  public:
   explicit Navigation(const render::Framing& home) { set_home(home); }
@@ -22,13 +22,13 @@ class Navigation {
   void set_fov(double fov) { fov_ = fov; }
   double fov() const { return fov_; }
 
-  void reset();                                       // to where it began
-  void frame();                                       // the same direction, the whole soup in the picture
+  void reset();                                       // back to the start
+  void frame();                                       // same direction, whole soup in view
   void orbit(double azimuth, double elevation);       // around the target
-  void look(double azimuth, double elevation);        // turns the head
-  void pan(double right, double up);                  // in heights of the picture at the target's distance
-  void zoom(double factor);                           // distance to the target is divided by it
-  void fly(double right, double up, double forward);  // in normalised units; the target comes along
+  void look(double azimuth, double elevation);        // turns around the eye
+  void pan(double right, double up);                  // in image heights at the target's distance
+  void zoom(double factor);                           // divides the distance to the target
+  void fly(double right, double up, double forward);  // normalised units; moves the target too
   void snap(const scene::Camera& camera);
   bool snapped() const { return snapped_.has_value(); }
 
@@ -36,7 +36,7 @@ class Navigation {
 
  private:
   glm::dvec3 towards_eye() const;
-  void release();  // leaves a snapped camera where it stands
+  void release();  // turntable camera at the position of the snapped one
   void aim(const glm::dvec3& forward);
 
   render::Framing home_;

@@ -1,4 +1,4 @@
-// How often pictures come where they must not come too often.
+// Limits the frame rate.
 #pragma once
 
 #include <algorithm>
@@ -6,14 +6,13 @@
 
 namespace trisoup::viewer {
 
-/// One picture in every interval, on average. What comes a little late, as a thread does that gives way, does not put
-/// off all that follows; what is later than an interval is not made up for; and pictures that nobody waited for leave
-/// no debt.
+/// Allows one frame per interval on average. A frame less than an interval late does not delay the following ones. A
+/// frame later than that is not made up for. After a frame that came early the next one is due an interval later.
 class Pace {
  public:
   using Clock = std::chrono::steady_clock;
   explicit Pace(Clock::duration interval) : interval_(interval) {}
-  /// Until when to wait for the next picture; at most an interval after the last.
+  /// Earliest time of the next frame; at most an interval after the last.
   Clock::time_point due() const { return due_; }
   void take(Clock::time_point now) { due_ = (now - due_ < interval_ ? std::min(due_, now) : now) + interval_; }
 

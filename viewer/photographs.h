@@ -1,4 +1,4 @@
-// The photographs of a dataset, loaded beside the running window.
+// Loads the photographs of a dataset in a background thread.
 #pragma once
 
 #include <atomic>
@@ -18,13 +18,13 @@ class Photographs {
   Photographs(const Photographs&) = delete;
   Photographs& operator=(const Photographs&) = delete;
   ~Photographs() { cancel(); }
-  /// Begins to load; returns at once.
+  /// Starts loading and returns at once. Cancels an earlier call that is still loading.
   void load(const std::string& dataset, const scene::LoadOptions& options);
-  /// True once, when loading has ended; then error() says how.
+  /// Returns true once after loading has ended. error() is then empty, or the reason of the failure.
   bool finished();
   bool loading() const { return future_.valid(); }
   const std::string& error() const { return error_; }
-  /// Null where there is none of that name.
+  /// Returns null if no photograph has this name.
   const Image* find(const std::string& name) const;
   std::size_t count() const { return images_.size(); }
 

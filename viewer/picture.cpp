@@ -19,7 +19,7 @@ Rendered Picture::with(Detail detail, const Rendered& all, bool shared) const {
   if (detail == Detail::all) return all;
   if (!shared) return of_pixels(kMotionPixels);
   const Rendered rest = of_pixels(kSharedRestPixels);
-  // What there is may show the same, and better.
+  // Keeps the current rendering if it shows the same at the same or a higher resolution.
   Rendered same = rendered_.value_or(Rendered{});
   const bool enough = rendered_ && same.view.width >= rest.view.width && same.view.width <= width;
   same.view.width = rest.view.width;
@@ -30,7 +30,7 @@ Rendered Picture::with(Detail detail, const Rendered& all, bool shared) const {
 
 void Picture::compile(const render::GpuModel& model, const Rendered& next, bool changes,
                       const render::Renderer::Watch& watch) {
-  // Also where it fails: whoever renders it then is told.
+  // Marked even if compiling fails; render() then reports the error.
   pipelines_.insert(kind(next, changes));
   rendered_.reset();
   gpu::fit(graphics_, rendering_, {gpu::Format::rgba8, next.view.width, next.view.height}, "rendering");
@@ -39,7 +39,7 @@ void Picture::compile(const render::GpuModel& model, const Rendered& next, bool 
 }
 
 void Picture::render(const render::GpuModel& model, const Rendered& next) {
-  // Panels change more often than what they stand on.
+  // The panels change more often than the rendering below them.
   if (rendered_ == next) return;
   rendered_.reset();
   gpu::fit(graphics_, rendering_, {gpu::Format::rgba8, next.view.width, next.view.height}, "rendering");

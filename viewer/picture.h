@@ -1,5 +1,4 @@
-// What a window shows below its panels: a model's rendering, which is kept until another is wanted, and a photograph
-// beside it.
+// The image below the panels: a cached rendering of the model, optionally compared with a photograph.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +15,9 @@
 
 namespace trisoup::viewer {
 
-/// What a rendering shows.
+/// Identifies a rendering.
 struct Rendered {
-  std::uint64_t model = 0;  // counts what the model has been
+  std::uint64_t model = 0;  // version of the model
   render::View view;
   render::DrawOptions options;
   bool operator==(const Rendered&) const = default;
@@ -28,34 +27,35 @@ struct Rendered {
 struct Comparison {
   const Image* photograph = nullptr;
   std::string name;
-  float split = 0.0f;  // share of the width, from the left, that shows the photograph; the rest the rendering
-  bool error = false;  // their difference in place of both
+  float split = 0.0f;  // part of the width, from the left, that shows the photograph, 0 to 1
+  bool error = false;  // show the difference instead
 };
 
 class Picture {
  public:
-  /// Throws Error when the device cannot draw.
+  /// Throws Error if the device cannot draw.
   explicit Picture(gpu::Device& gpu) : gpu_(gpu), renderer_(gpu) {}
 
-  /// `all`, which has all pixels, with as many as `detail` asks for. shared: beside a training that wants the CPU.
+  /// Returns `all`, which is at full resolution, at the resolution for `detail`. shared: a training uses the same CPU.
   Rendered with(Detail detail, const Rendered& all, bool shared) const;
 
-  /// Whether drawing it makes a driver compile. changes: the model does, so its MLP is no part of the pipelines.
+  /// True if drawing `next` makes the driver compile shaders. changes: the model changes (training), so pipelines do
+  /// not contain its MLP.
   bool is_new(const Rendered& next, bool changes) const { return !pipelines_.contains(kind(next, changes)); }
-  /// Draws it and waits for it, which leaves its pipelines and nothing else. watch: as in Renderer::draw.
+  /// Creates the pipelines for `next` by drawing it; the rendering is discarded. watch: as in Renderer::draw.
   void compile(const render::GpuModel& model, const Rendered& next, bool changes, const render::Renderer::Watch& watch);
 
-  /// Draws it, unless that is what there is.
+  /// Draws `next`, unless it is the current rendering.
   void render(const render::GpuModel& model, const Rendered& next);
-  /// Puts the rendering on `to`, enlarged where it is smaller, with the photograph if there is one. Without a
-  /// rendering: a plain grey.
+  /// Copies the rendering to `to`, enlarged if it is smaller, with the photograph if one is given. Without a rendering
+  /// `to` becomes grey.
   void show(const gpu::Image& to, const std::optional<Comparison>& comparison);
-  /// The photograph of that name may be another from now on.
+  /// Drops the cached photograph: its name may now mean another one.
   void forget_photograph() { photograph_name_.clear(); }
   const gpu::ImageShape& shape() const { return rendering_.shape(); }
 
  private:
-  /// Model, mode and smoothing.
+  /// Model version, mode and anti-aliasing.
   using Kind = std::tuple<std::uint64_t, render::Mode, render::AntiAliasing>;
   static Kind kind(const Rendered& r, bool changes) { return {changes ? 0 : r.model, r.options.mode, r.options.aa}; }
 

@@ -10,7 +10,7 @@ namespace trisoup::viewer {
 
 void give_way() {
 #ifdef __linux__
-  // Linux has a niceness for every thread. Ten is a ninth of the weight of a thread that has none.
+  // Linux has a niceness per thread. A niceness of 10 gives a ninth of the weight of niceness 0.
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 10);
 #endif
 }

@@ -1,10 +1,10 @@
-// Who goes first where a window and a training share a CPU.
+// CPU priority of the window beside a training.
 #pragma once
 
 namespace trisoup::viewer {
 
-/// From here on this thread, and those it starts, take little of a CPU that others want, and all that nobody wants.
-/// Cannot be undone. Where the system has no such thing nothing happens.
+/// Lowers the priority of this thread and of threads that it starts later. They then run mostly on idle CPU time.
+/// Cannot be undone. Linux only; does nothing on other systems.
 void give_way();
 
 }  // namespace trisoup::viewer

@@ -1,4 +1,4 @@
-// soup-view: draws a soup in a window, or without one to files.
+// soup-view: shows a soup in a window or draws it to files.
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/option_names.h"
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
@@ -22,7 +23,7 @@ using namespace trisoup;
 
 namespace {
 
-/// The page that soup-export writes, in browsers of this machine.
+/// Serves the page of soup-export to browsers on this machine.
 void serve(const viewer::CommandLine& options) {
   const viewer::Subject subject = viewer::load_subject(options.model, {}, {});
   if (options.camera) viewer::find_camera(subject, *options.camera);
@@ -33,7 +34,7 @@ void serve(const viewer::CommandLine& options) {
   std::map<std::string, std::string> files = web::page_files(page, "");
   files[web::kModel] = read_file(subject.path);
   web::serve(files, static_cast<std::uint16_t>(options.port), [&](std::uint16_t port) {
-    std::printf("http://127.0.0.1:%d/ shows %s, and %s there measures; Control C ends\n", port,
+    std::printf("http://127.0.0.1:%d/ shows %s; %s there measures its speed; press Ctrl+C to stop\n", port,
                 printable(subject.path).c_str(), web::kBenchmark);
     std::fflush(stdout);
   });
@@ -45,11 +46,11 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   const auto options = viewer::parse(argc, argv, exit_code);
   if (!options) return exit_code;
-  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+  std::signal(SIGXFSZ, SIG_IGN);  // report a file beyond the size limit as an error
   try {
     if (options->list_devices) {
       for (const gpu::DeviceInfo& d : gpu::list_devices())
-        if (d.backend == "vulkan")  // what can draw
+        if (d.backend == "vulkan")  // other backends cannot draw
           std::printf("%d: %s (%s, %s)\n", d.index, d.name.c_str(), to_string(d.kind), d.driver.c_str());
       return 0;
     }
@@ -59,7 +60,7 @@ int main(int argc, char** argv) {
     }
     const bool headless = options->screenshot || options->path || options->benchmark;
     if (!headless) {
-      const auto display_lost = [] { std::fputs("soup-view: the display is gone; start it again\n", stderr); };
+      const auto display_lost = [] { std::fputs("soup-view: the display is gone; start soup-view again\n", stderr); };
       if (!viewer::run_window(*options, nullptr, {}, display_lost)) viewer::end_process(0);
       return 0;
     }

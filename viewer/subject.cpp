@@ -11,7 +11,7 @@
 namespace trisoup::viewer {
 namespace {
 
-/// A camera of one normalisation in the coordinates of another.
+/// Converts a camera between normalised coordinates.
 scene::Camera moved(const scene::Camera& camera, const scene::Normalisation& from, const scene::Normalisation& to) {
   scene::Camera c = camera;
   const glm::dvec3 centre = to.to_normalised(from.to_world(camera.centre()));
@@ -43,15 +43,15 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
       s.model.drop_near = file.settings.value("drop_near", file.settings.contains("steps"));
       if (file.settings.value("alpha", "composite") == "mask") s.load.alpha = scene::AlphaUse::mask;
       if (!(s.near >= 1e-6 && s.near < s.far && s.far < 1e37))
-        throw Error("{}: its clip planes are impossible; train it again", model);
+        throw Error("{}: its clip planes are invalid; train it again", model);
       const double test_every = file.settings.value("test_every", 8.0);
       if (!(s.load.downscale >= 1 && s.load.downscale < 1e6 && test_every >= 0 && test_every < 1e9))
-        throw Error("{}: its settings for the photographs are impossible; train it again", model);
+        throw Error("{}: its settings for the photographs are invalid; train it again", model);
     }
   } catch (const nlohmann::json::exception&) {
-    // Settings of another program: the defaults will do.
+    // Settings of another program: keep the defaults.
   }
-  // As it was trained against, whatever the photographs suggest.
+  // The background of the training, whatever the photographs suggest.
   s.load.background = s.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
   s.up = up ? glm::dvec3(*up) : file.up;
   if (dataset.empty())
@@ -87,12 +87,13 @@ std::size_t find_camera(const Subject& subject, const std::string& which) {
   const char* end = which.data() + which.size();
   if (const auto [rest, problem] = std::from_chars(which.data(), end, number); rest == end && !which.empty()) {
     if (problem != std::errc() || number >= subject.cameras.size())
-      throw Error("--camera {}: there are {}, counted from 0, test views first", which, subject.cameras.size());
+      throw Error("--camera {}: there are {} cameras; give a number from 0 (test views first) or a name", which,
+                  subject.cameras.size());
     return number;
   }
   for (std::size_t i = 0; i < subject.cameras.size(); ++i)
     if (subject.cameras[i].name == which) return i;
-  throw Error("--camera {}: no view has that name; the first is {}", printable(which),
+  throw Error("--camera {}: no view has this name; the first is {}", printable(which),
               printable(subject.cameras[0].name));
 }
 

@@ -1,4 +1,4 @@
-// What soup-view looks at: a model, the cameras around it, and photographs where there is a dataset.
+// The model that the viewer shows, its cameras, and how its dataset is loaded.
 #pragma once
 
 #include <optional>
@@ -17,25 +17,26 @@ struct Subject {
   std::string path;
   soup::Model model;
   std::vector<soup::ModelCamera> cameras;  // test views first; normalised coordinates of the model
-  std::optional<glm::dvec3> up;            // of the dataset, where it is known
+  std::optional<glm::dvec3> up;            // up direction of the dataset, if known
   render::Framing framing;
   double near = 0.025, far = 2.5;  // normalised units
   scene::LoadOptions load;         // how the model's dataset was loaded
 };
 
-/// Throws Error on a file that is no model, or a dataset that is none. dataset: empty for none.
+/// Reads a model. Takes the cameras from `dataset` unless it is empty. up: replaces the up direction of the file.
+/// Throws Error if the model or the dataset cannot be read.
 Subject load_subject(const std::string& model, const std::string& dataset, const std::optional<glm::vec3>& up);
 
-/// The cameras of a dataset instead of the model's own. Throws Error.
+/// Replaces the cameras by those of a dataset. Throws Error if it cannot be read.
 void take_cameras(Subject& subject, const std::string& dataset);
 
-/// Reads all of a dataset but its photographs. Throws Error where it is none.
+/// Reads a dataset without its photographs. Throws Error if it cannot be read.
 void check_dataset(const Subject& subject, const std::string& dataset);
 
-/// Sorts the cameras, test views first, and finds the framing.
+/// Sorts the cameras, test views first, and computes the framing.
 void frame_subject(Subject& subject);
 
-/// Index of the camera with this number or name. Throws Error.
+/// Returns the index of the camera with this number or name. Throws Error if there is none.
 std::size_t find_camera(const Subject& subject, const std::string& which);
 
 }  // namespace trisoup::viewer

@@ -19,7 +19,7 @@ void training_panel(Live& live, float scale) {
     ImGui::ProgressBar(static_cast<float>(double(state.step) / double(state.steps)), {width, 0},
                        fmt::format("step {} of {}", state.step, state.steps).c_str());
     ImGui::Text("%u triangles, budget %u", state.triangles, state.budget);
-    ImGui::Text("%.1f ms a step, %.0f s left", state.ms_per_step,
+    ImGui::Text("%.1f ms per step, %.0f s left", state.ms_per_step,
                 1e-3 * state.ms_per_step * double(state.steps - state.step));
   }
   const auto plot = [&](const char* name, const std::vector<float>& values, const char* format) {

@@ -1,11 +1,11 @@
-// The panel of a training that is looked at.
+// The panel that shows the progress of a training.
 #pragma once
 
 #include "live.h"
 
 namespace trisoup::viewer {
 
-/// Part of a frame of Dear ImGui's. scale: of its fonts.
+/// Adds the panel to the current Dear ImGui frame. scale: font scale.
 void training_panel(Live& live, float scale);
 
 }  // namespace trisoup::viewer

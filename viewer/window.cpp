@@ -1,4 +1,4 @@
-// The window's loop and its surface.
+// The window's main loop and surface.
 #include "window.h"
 
 #include <algorithm>
@@ -21,7 +21,8 @@
 namespace trisoup::viewer {
 namespace {
 
-constexpr std::chrono::milliseconds kFarewell{300};  // that a closed window gives a driver to finish what it compiles
+/// Time for the driver to finish compiling after the window is closed.
+constexpr std::chrono::milliseconds kFarewell{300};
 
 }  // namespace
 
@@ -29,7 +30,7 @@ Glfw::Glfw() {
   if (glfwInit()) return;
   const char* why = nullptr;
   glfwGetError(&why);
-  throw Error("no window can be opened ({}); run without one, see --help", why ? why : "no display");
+  throw Error("no window can be opened ({}); run without a window, see --help", why ? why : "no display");
 }
 
 Glfw::~Glfw() { glfwTerminate(); }
@@ -43,7 +44,7 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   const glm::ivec2 size = options.size.value_or(glm::ivec2(1280, 800));
   window_ = glfwCreateWindow(size.x, size.y, title_.c_str(), nullptr, nullptr);
-  if (!window_) throw Error("no window can be opened; run without one, see --help");
+  if (!window_) throw Error("no window can be opened; run without a window, see --help");
   surface_ = open_surface(*gpu_, window_);
   picture_ = std::make_unique<Picture>(*gpu_);
   painter_ = std::make_unique<InterfacePainter>(*gpu_);
@@ -54,14 +55,14 @@ Window::Window(const CommandLine& options, Live* live) : options_(options), live
   ImGui::GetIO().IniFilename = nullptr;
   ImGui::GetIO().LogFilename = nullptr;
   ImGui_ImplGlfw_InitForVulkan(window_, true);
-  // What the command line names must be there: a script is to notice.
+  // Errors in files of the command line end the program, so that scripts notice them.
   if (!options.model.empty()) open_model(options.model);
   if (!options.dataset.empty() && subject_) open_dataset(options.dataset);
   if (live_) set_title(fmt::format("soup-train - {}", options.dataset));
 }
 
 Window::~Window() {
-  // From here on nobody may wake this window.
+  // The training must not use this window from here on.
   if (live_) live_->close();
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
@@ -93,9 +94,9 @@ void Window::scale_fonts() {
   int framebuffer = 1, size = 1, unused = 0;
   glfwGetFramebufferSize(window_, &framebuffer, &unused);
   glfwGetWindowSize(window_, &size, &unused);
-  // Where the window library scales by itself, its units are larger than pixels already.
+  // If GLFW scales by itself, its units are already larger than pixels.
   const float units = size > 0 && framebuffer > 0 ? static_cast<float>(framebuffer) / static_cast<float>(size) : 1.0f;
-  // In eighths: sizes are whole numbers, so the units wobble while the window is resized.
+  // Rounded to eighths: sizes are integers, so the ratio varies while the window is resized.
   const float scale = std::clamp(std::round(8.0f * x / std::max(units, 0.1f)) / 8.0f, 0.5f, 4.0f);
   if (scale == font_scale_) return;
   font_scale_ = scale;
@@ -111,11 +112,11 @@ void Window::scale_fonts() {
   ImGui::GetStyle().WindowRounding = 4 * scale;
 }
 
-/// What a thread of photographs and one of a training have brought since the last frame.
+/// Takes what the training and the photograph loader have delivered since the last frame.
 void Window::take_news(bool rest_due) {
   if (live_) {
     try {
-      // Beside a training on its CPU a model that is not drawn at once can wait for the next.
+      // On a shared CPU a model that would not be drawn at once is skipped in favour of the next one.
       if (!model_ || !shares_cpu() || rest_due || rest_.moving(Clock::now())) show_training();
     } catch (const Error& e) {
       complain(e.what());
@@ -125,7 +126,7 @@ void Window::take_news(bool rest_due) {
       if (!state.error.empty() && !std::exchange(told_, true)) complain(state.error);
     }
   }
-  // Photographs are loaded when somebody asks to see one.
+  // Photographs are loaded when the user first asks for one.
   if (chosen_.compare != Compare::rendering && subject_ && std::exchange(photographs_wanted_, false))
     photographs_.load(dataset_, subject_->load);
 }
@@ -133,7 +134,7 @@ void Window::take_news(bool rest_due) {
 void Window::frame() {
   int width = 0, height = 0;
   glfwGetFramebufferSize(window_, &width, &height);
-  // Minimised: nothing to draw until an event says otherwise.
+  // A minimised window draws nothing until the next event.
   if (width <= 0 || height <= 0) {
     redraw_ = 0;
     coarse_ = false;
@@ -158,7 +159,7 @@ void Window::frame() {
   panels();
   if (model_) {
     Rendered now = wanted(columns, rows);
-    // However it came to move, and whatever else is to be seen.
+    // Any change of camera or options counts as motion.
     const bool moves = wanted_ && (wanted_->view != now.view || wanted_->options != now.options);
     if (shares_cpu() && moves) rest_.moved(Clock::now());
     wanted_ = std::move(now);
@@ -188,7 +189,7 @@ void Window::frame() {
   redraw_ = shown_ ? redraw_ - 1 : std::max(1, redraw_);
 }
 
-/// How long the picture took that was begun at `start`, for the panel, for `wants_coarse` and for a training.
+/// Records how long the frame that began at `start` took, for the panel, wants_coarse() and the training.
 void Window::take_timings(Detail detail, Clock::time_point start) {
   double first = 0, shade = 0;
   for (const auto& [pass, t] : gpu_->timings()) {
@@ -197,21 +198,20 @@ void Window::take_timings(Detail detail, Clock::time_point start) {
   }
   gpu_->enable_timings(false);
   if (model_ && detail == Detail::rest) rest_.take(Clock::now(), Clock::now() - start);
-  // Else what was drawn before stands.
+  // No time: the earlier rendering was reused.
   if (first + shade > 0) {
     first_ms_ = first;
     shade_ms_ = shade;
     if (!coarse_) sharp_ms_ = first + shade;
   }
-  // A CPU that does both gives this thread what the training leaves (give_way); a GPU takes turns.
+  // A shared CPU limits the window by priority (give_way()); a shared GPU needs the drawing time to be reported.
   const bool same_gpu = setting_ && !setting_->on_cpu && gpu_->info().kind != gpu::Kind::cpu;
   if (live_ && !rests()) live_->shown(same_gpu ? upload_seconds_ + 1e-3 * (first + shade) : 0.0);
 }
 
-/// Nothing is to be drawn: sleeps until something may have changed.
+/// Sleeps until something may need drawing.
 void Window::wait_for_news() {
-  // Neither photographs nor a training wake the window: waking it from another thread would take its X connection
-  // there.
+  // Photographs and trainings are polled: waking the window from their threads would use its X connection there.
   if (live_ || coarse_)
     glfwWaitEventsTimeout(0.02);
   else if (photographs_.loading())
@@ -219,15 +219,15 @@ void Window::wait_for_news() {
   else
     glfwWaitEvents();
   if (rests()) {
-    // The next model is made for the next picture, not right after the last one.
+    // Requests the next model shortly before the next frame is due, not right after the last one.
     const std::chrono::duration<double, std::milli> a_step(100 + 1.2 * live_->state().ms_per_step);
     if (Clock::now() + a_step >= rest_.next()) live_->shown(0.0);
-    // Twice: the panels tell of it.
+    // Two frames, because the panels show the result of the first.
     if (rest_.due(Clock::now())) redraw_ = std::max(redraw_, 2);
   } else if (photographs_.loading() || (live_ && live_->take_news())) {
     redraw_ = std::max(redraw_, 1);
   }
-  // The camera stands still again.
+  // The camera has come to rest.
   if (coarse_ && !wants_coarse()) redraw_ = 3;
 }
 
@@ -240,7 +240,7 @@ void Window::run() {
         if (left.count() <= 0) break;
         glfwWaitEventsTimeout(left.count());
       }
-      // A surface that has just been lost is given a moment.
+      // Waits a moment after the surface was lost.
       if (shown_)
         glfwPollEvents();
       else
@@ -263,7 +263,7 @@ bool run_window(const CommandLine& options, Live* live, const std::function<void
   if (started) started();
   window->run();
   if (window->leave()) return true;
-  window.release();  // NOLINT: the driver is at work in it
+  window.release();  // NOLINT: the driver still uses it
   return false;
 }
 

@@ -8,12 +8,12 @@
 
 namespace trisoup::viewer {
 
-/// Opens a window and runs until it is closed. Throws Error when there is no display or the device fails; a file that
-/// cannot be opened is told in the window.
-/// live: a training to show instead of a file; null for none. started: called once the window is open. display_lost:
+/// Opens a window and runs until it is closed. Throws Error if there is no display or the device fails. Errors of files
+/// that are opened later appear in the window.
+/// live: a training to show; null: show the model in `options`. started: called once the window is open. display_lost:
 /// see display_loss.h.
-/// False: the window is closed, but its driver still compiles shaders, in a thread that nothing can stop. Whoever has
-/// called it ends the process with end_process (end_process.h) when all else is done.
+/// Returns false if the driver is still compiling shaders for the closed window. That thread cannot be stopped, so the
+/// caller must end the process with end_process().
 bool run_window(const CommandLine& options, Live* live = nullptr, const std::function<void()>& started = {},
                 const std::function<void()>& display_lost = {});
 

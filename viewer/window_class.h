@@ -1,5 +1,5 @@
-// The window of soup-view from inside. window.cpp is the loop and the surface, window_subject.cpp what is looked at,
-// window_input.cpp mouse and keys, window_panels.cpp the panels, window_picture.cpp the picture below them.
+// Implementation of the window. window.cpp: main loop and surface. window_subject.cpp: models, datasets, trainings.
+// window_input.cpp: mouse and keys. window_panels.cpp: panels. window_picture.cpp: the image below the panels.
 #pragma once
 
 #include <array>
@@ -31,21 +31,21 @@ namespace trisoup::viewer {
 using Clock = std::chrono::steady_clock;
 inline constexpr double kDegrees = std::numbers::pi / 180;
 
-/// What a snapped camera's rendering is put beside.
+/// What a view of the dataset shows: the rendering, its photograph, both with a slider, or their difference.
 enum class Compare { rendering, photograph, slider, error };
 
-/// What keys and panels choose.
+/// Settings that the user changes by keys and panels.
 struct Choices {
   render::DrawOptions draw;
   Compare compare = Compare::rendering;
-  float split = 0.5f;               // of Compare::slider, in widths of the window
-  float near = 0.025f, far = 2.5f;  // of a camera that moves, normalised units
-  int up_axis = 0;                  // 0: the model's; then +X -X +Y -Y +Z -Z
-  bool smooth = true;               // on a CPU: rather more pictures than more pixels, see wants_coarse
-  bool panel = true, help = false;  // that are seen
+  float split = 0.5f;               // position of the slider, 0 to 1 of the width
+  float near = 0.025f, far = 2.5f;  // clip planes of a free camera, normalised units
+  int up_axis = 0;                  // 0: as in the model; then +X -X +Y -Y +Z -Z
+  bool smooth = true;               // on a CPU: lower the resolution for a higher frame rate, see wants_coarse()
+  bool panel = true, help = false;  // visible panels
 };
 
-/// The window library, while it is used. Throws Error where there is no display.
+/// Initialises GLFW for its lifetime. Throws Error if there is no display.
 class Glfw {
  public:
   Glfw();
@@ -61,11 +61,12 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
   void run();
-  /// After run(): hides the window. False where a driver still compiles for it; it must not be destroyed then.
+  /// Call after run(). Hides the window. If it returns false, the driver is still compiling shaders and the window must
+  /// not be destroyed.
   bool leave();
 
  private:
-  // window.cpp: the loop and the surface.
+  // window.cpp: main loop and surface
   void wait_for_news();
   void frame();
   void take_news(bool rest_due);
@@ -78,13 +79,13 @@ class Window {
     redraw_ = 3;
     raise_message_ = true;
   }
-  /// Says how something went that has worked.
+  /// Shows the result of a successful operation.
   void tell(const std::string& text) {
     status_ = text;
     message_.clear();
   }
 
-  // window_subject.cpp: what is looked at.
+  // window_subject.cpp: models, datasets, trainings
   void open(const std::string& path);
   void open_model(const std::string& path);
   void open_dataset(const std::string& path);
@@ -94,14 +95,14 @@ class Window {
   void snap(int step);
   void snap_to(std::size_t index);
 
-  // window_input.cpp: mouse and keys.
+  // window_input.cpp: mouse and keys
   void listen();
   void handle_key(int key, int modifiers);
   void handle_mouse();
   void handle_input();
   bool animated() const;
 
-  // window_panels.cpp
+  // window_panels.cpp: panels
   void panels();
   void view_panel();
   void model_section();
@@ -112,24 +113,24 @@ class Window {
   void message_panel();
   void announce_shaders();
 
-  // window_picture.cpp: the picture below the panels.
-  /// A training wants the CPU that draws here, and is to have most of it.
+  // window_picture.cpp: the image below the panels
+  /// True if a running training uses the CPU that also draws; the training then gets most of it.
   bool shares_cpu() const;
-  /// It does, and there is nothing to show but its next model, now and then.
+  /// True if shares_cpu() and only new models of the training need drawing.
   bool rests() const { return model_ && shares_cpu() && !photographs_.loading() && !rest_.moving(Clock::now()); }
   bool wants_coarse() const;
-  /// The model as it is to be seen, with as many pixels.
+  /// Returns the rendering to show, at full resolution in pixels.
   Rendered wanted(std::uint32_t width, std::uint32_t height) const;
   std::optional<Comparison> comparison() const;
-  /// With as many pixels as `detail` asks for.
+  /// Draws at the resolution for `detail`.
   void draw_picture(const gpu::Image& to, Detail detail);
-  /// The same; complains where the device cannot. False: nothing can be shown.
+  /// Does the same, and shows errors of the device as messages. Returns false if nothing can be shown.
   bool try_to_draw(const gpu::Image& to, Detail detail);
-  /// What is new to the driver, which may compile it for many seconds, now or while it draws: the panels, and `next`
-  /// where that is not null. First shows what there is and a line that says so.
+  /// Creates the pipelines of the panels and, if not null, of `next`. The driver may compile them for many seconds.
+  /// Shows the current image and a notice first.
   void compile(const gpu::Image& to, const Rendered* next);
-  /// Work that has the device to itself, in a thread of its own, while this one answers the window. False: the window
-  /// is to close, and the work may go on.
+  /// Runs work that has exclusive use of the device in another thread while this one handles events. Returns false if
+  /// the window is to close; the work may still be running then.
   bool answer_beside(std::function<void(const Beside::Say&)> work);
   void take_screenshot();
 
@@ -145,34 +146,34 @@ class Window {
   std::optional<render::GpuModel> model_;
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
-  std::uint64_t model_number_ = 0;  // counts what model_ has been
+  std::uint64_t model_number_ = 0;  // version of model_
   std::unique_ptr<Picture> picture_;
   std::string dataset_;
-  bool photographs_wanted_ = false;  // dataset_ is still to be loaded
+  bool photographs_wanted_ = false;  // photographs of dataset_ are not loaded yet
   Choices chosen_;
 
-  std::optional<Rendered> wanted_;     // with all pixels, by the last frame
-  double sharp_ms_ = 0;                // what a rendering took with all its pixels
-  bool coarse_ = false;                // it may have had fewer
-  bool painted_ = false;               // the panels, once
-  bool pictured_ = false;              // a model, once
+  std::optional<Rendered> wanted_;     // the last frame's rendering at full resolution
+  double sharp_ms_ = 0;                // time of the last rendering at full resolution
+  bool coarse_ = false;                // the last frame may have had a lower resolution
+  bool painted_ = false;               // the panels have been drawn once
+  bool pictured_ = false;              // a model has been drawn once
   Rest rest_;                          // of the camera
-  bool shown_ = true;                  // the surface took the last picture
-  bool sliding_ = false;               // the mouse holds the line between photograph and rendering
-  std::optional<std::size_t> camera_;  // that it was last snapped to
+  bool shown_ = true;                  // the surface accepted the last frame
+  bool sliding_ = false;               // the mouse drags the slider
+  std::optional<std::size_t> camera_;  // last view selected
   std::string message_, status_;
-  bool raise_message_ = false;        // before the other panels
-  bool told_ = false;                 // how the training ended
-  std::vector<std::string> dropped_;  // paths to open at the next frame
-  std::array<char, 1024> path_{};     // that is being typed
+  bool raise_message_ = false;        // bring the message to the front
+  bool told_ = false;                 // the error of the training has been shown
+  std::vector<std::string> dropped_;  // paths to open in the next frame
+  std::array<char, 1024> path_{};     // text field
   bool ask_path_ = false, typed_ = false;
-  std::vector<std::pair<int, int>> keys_;  // pressed since the last frame, and their modifiers
+  std::vector<std::pair<int, int>> keys_;  // keys pressed since the last frame, with modifiers
   float font_scale_ = 0.0f;
-  int redraw_ = 3;                      // frames that are still to be drawn; Dear ImGui takes a few to settle
+  int redraw_ = 3;                      // frames still to draw; Dear ImGui needs a few to settle
   double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
-  double upload_seconds_ = 0;           // of the last model of a training
+  double upload_seconds_ = 0;           // of the training's last model
   std::string title_ = "soup-view";
-  Beside beside_;  // the last member: what it does uses the others
+  Beside beside_;  // last member: its work uses the others
 };
 
 }  // namespace trisoup::viewer

@@ -1,4 +1,4 @@
-// Mouse and keys of the window.
+// Mouse and keys.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -26,7 +26,7 @@ void Window::listen() {
     of(w)->dropped_.assign(paths, paths + count);
     of(w)->redraw_ = 3;
   });
-  // Whatever happens to the window, it is drawn anew; Dear ImGui calls these before its own.
+  // Every event redraws the window. Dear ImGui calls these callbacks before its own.
   glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { of(w)->redraw_ = 3; });
   glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { of(w)->redraw_ = 3; });
   glfwSetWindowContentScaleCallback(window_, [](GLFWwindow* w, float, float) { of(w)->redraw_ = 3; });
@@ -36,7 +36,7 @@ void Window::listen() {
   glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { of(w)->redraw_ = 3; });
   glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { of(w)->redraw_ = 3; });
   glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
-    // Dear ImGui looks at keys once a frame and would miss a short press in a long one.
+    // Dear ImGui reads keys once per frame and would miss a short press during a long frame.
     if (action == GLFW_PRESS) of(w)->keys_.emplace_back(key, modifiers);
     of(w)->redraw_ = 3;
   });

@@ -1,4 +1,4 @@
-// The panels of the window: what is shown and how, help, messages.
+// Panels: view settings, help, messages.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,9 +20,9 @@ constexpr std::array<const char*, 8> kChannelLabels{"0 red",    "1 green",  "2 b
                                                     "4 latent", "5 latent", "6 latent", "7 opacity"};
 constexpr std::array<const char*, 3> kAaLabels{"none", "4 samples (msaa)", "2 x 2 shaded (ssaa)"};
 constexpr std::array<const char*, 4> kCompareLabels{"Rendering", "Photograph", "Slider", "Error x 4"};
-constexpr std::array<const char*, 7> kAxes{"as the model says", "+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+constexpr std::array<const char*, 7> kAxes{"as in the model", "+X", "-X", "+Y", "-Y", "+Z", "-Z"};
 
-/// A list of names to choose from. True when another one was chosen.
+/// Adds a drop-down list. Returns true if the choice has changed.
 template <typename Choice, std::size_t n>
 bool choose(const char* label, const std::array<const char*, n>& names, Choice& choice) {
   int index = static_cast<int>(choice);
@@ -72,12 +72,12 @@ void Window::view_panel() {
 void Window::model_section() {
   ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
   ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-  if (coarse_) ImGui::Text("coarse: %u x %u pixels", picture_->shape().width, picture_->shape().height);
+  if (coarse_) ImGui::Text("reduced to %u x %u pixels", picture_->shape().width, picture_->shape().height);
   ImGui::Separator();
   choose("Show", kModeLabels, chosen_.draw.mode);
   if (chosen_.draw.mode == render::Mode::channel) choose("Channel", kChannelLabels, chosen_.draw.channel);
-  choose("Smooth edges", kAaLabels, chosen_.draw.aa);
-  if (gpu_->info().kind == gpu::Kind::cpu) ImGui::Checkbox("Coarse in motion (V)", &chosen_.smooth);
+  choose("Anti-aliasing", kAaLabels, chosen_.draw.aa);
+  if (gpu_->info().kind == gpu::Kind::cpu) ImGui::Checkbox("Fast in motion (V)", &chosen_.smooth);
   ImGui::ColorEdit3("Background", &chosen_.draw.background.x, ImGuiColorEditFlags_NoInputs);
 }
 
@@ -91,7 +91,7 @@ void Window::camera_section() {
     }
     ImGui::EndCombo();
   }
-  choose("Against", kCompareLabels, chosen_.compare);
+  choose("Compare", kCompareLabels, chosen_.compare);
   if (chosen_.compare == Compare::slider) ImGui::SliderFloat("Slider", &chosen_.split, 0.0f, 1.0f, "%.2f");
   if (chosen_.compare == Compare::rendering) return;
   if (photographs_.loading())
@@ -99,15 +99,15 @@ void Window::camera_section() {
   else if (photographs_.count() == 0)
     ImGui::TextUnformatted("drop the dataset's folder here for photographs");
   else if (!navigation_.snapped())
-    ImGui::TextUnformatted("choose a camera to see its photograph");
+    ImGui::TextUnformatted("select a camera to see its photograph");
   else if (camera_ && !photographs_.find(subject_->cameras[*camera_].name))
-    ImGui::TextUnformatted("no photograph has this view's name");
+    ImGui::TextUnformatted("this view has no photograph");
 }
 
 void Window::lens_section() {
   float fov = static_cast<float>(navigation_.fov() / kDegrees);
   if (ImGui::SliderFloat("Field of view", &fov, 5.0f, 120.0f, "%.0f deg")) {
-    navigation_.orbit(0, 0);  // leaves the snapped camera: it has a field of view of its own
+    navigation_.orbit(0, 0);  // releases a snapped camera, which has its own field of view
     navigation_.set_fov(fov * kDegrees);
   }
   ImGui::DragFloatRange2("Near, far", &chosen_.near, &chosen_.far, 0.005f, 0.001f, 100.0f, "%.3f", "%.2f",
@@ -140,20 +140,20 @@ void Window::help_panel() {
   ImGui::Begin("Help", &chosen_.help, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::TextUnformatted(
       "Left drag         orbit            Shift or right drag   pan\n"
-      "Control drag      look around      Wheel                 nearer, farther\n"
+      "Ctrl drag         look around      Wheel                 zoom\n"
       "W A S D, Q E      fly; Shift: faster\n"
-      "F                 frame the soup   R                     back to the start\n"
+      "F                 frame the soup   R                     reset the camera\n"
       "1 2 3 4           colour, triangles, normals, depth\n"
       "5 6 7 8           opacity, texture level, wireframe, feature channel\n"
-      "[ ]               last, next camera\n"
-      "Space             rendering, photograph, slider (drag its line), error\n"
-      "X                 smooth edges: none, msaa, ssaa\n"
-      "V                 on a CPU: coarse pictures in motion, fewer beside a training, or not\n"
-      "P                 picture to a file\n"
-      "O                 open a path      Tab                   hide the panel\n"
-      "T, N              while training: pause, one step\n"
+      "[ ]               previous, next camera\n"
+      "Space             rendering, photograph, slider (drag the line), error\n"
+      "X                 anti-aliasing: none, msaa, ssaa\n"
+      "V                 on a CPU: lower resolution in motion and while training, on or off\n"
+      "P                 save a picture\n"
+      "O                 open a path      Tab                   hide or show the panels\n"
+      "T, N              training: pause or continue, one step\n"
       "H                 this help        Escape                close messages\n"
-      "Control Q         close the window");
+      "Ctrl+Q            close the window");
   ImGui::End();
 }
 
@@ -161,7 +161,7 @@ void Window::message_panel() {
   bool open = true;
   ImGui::SetNextWindowPos(part_of_window(0.5f, 0.3f), ImGuiCond_Appearing, {0.5f, 0.5f});
   if (std::exchange(raise_message_, false)) ImGui::SetNextWindowFocus();
-  ImGui::Begin("This did not work", &open, ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::Begin("Error", &open, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PushTextWrapPos(std::min(600.0f * font_scale_, ImGui::GetIO().DisplaySize.x * 0.9f));
   ImGui::TextUnformatted(message_.c_str());
   ImGui::PopTextWrapPos();
@@ -170,9 +170,9 @@ void Window::message_panel() {
 }
 
 void Window::announce_shaders() {
-  const char* const line = pictured_ ? "Compiling shaders; the title says which."
-                                     : "Compiling shaders; the title says which. Escape closes.";
-  // Dear ImGui hides a window of its own for a frame, until it knows its size.
+  const char* const line = pictured_ ? "Compiling shaders; see the window title."
+                                     : "Compiling shaders; see the window title. Escape: close.";
+  // Drawn directly: Dear ImGui hides a new window for one frame, until its size is known.
   ImDrawList& list = *ImGui::GetForegroundDrawList();
   const ImVec2 size = ImGui::CalcTextSize(line), screen = ImGui::GetIO().DisplaySize;
   const ImVec2 at(std::round(0.5f * (screen.x - size.x)), std::round(0.5f * (screen.y - size.y)));

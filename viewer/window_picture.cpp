@@ -1,4 +1,4 @@
-// The picture below the panels: with how many pixels, beside which photograph, and what a driver compiles for it.
+// The image below the panels: resolution, comparison with photographs, compiling shaders.
 #include <filesystem>
 #include <string>
 
@@ -23,7 +23,7 @@ bool Window::wants_coarse() const {
 
 Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const {
   const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
-  // A view of the dataset is shown as it was evaluated.
+  // Views of the dataset are drawn as in the evaluation.
   const bool exact = navigation_.snapped();
   const render::View view = exact ? render::view_of(camera, subject_->near, subject_->far)
                                   : render::view_of(camera, chosen_.near, chosen_.far);
@@ -53,7 +53,7 @@ bool Window::try_to_draw(const gpu::Image& to, Detail detail) {
     draw_picture(to, detail);
     return true;
   } catch (const Error& e) {
-    // Too large for the device in this way, perhaps; the plain way has to work.
+    // Possibly out of memory: retry without anti-aliasing and photograph.
     complain(e.what());
     chosen_.draw.aa = render::AntiAliasing::none;
     chosen_.compare = Compare::rendering;
@@ -63,7 +63,7 @@ bool Window::try_to_draw(const gpu::Image& to, Detail detail) {
     draw_picture(to, detail);
     return true;
   } catch (const Error& again) {
-    // Nothing can be shown until the window has another size.
+    // Nothing can be shown until the window is resized.
     complain(again.what());
     redraw_ = 0;
     return false;
@@ -93,7 +93,7 @@ void Window::compile(const gpu::Image& to, const Rendered* next) {
       if (!answer_beside(draw)) return;
       pictured_ = true;
     } catch (const Error& e) {
-      // The next frame draws it as if it were not new, and knows what to do.
+      // The next frame draws it without compile() and handles the error.
       complain(e.what());
     }
   }
@@ -107,7 +107,7 @@ bool Window::answer_beside(std::function<void(const Beside::Say&)> work) {
     glfwWaitEventsTimeout(0.02);
     if (const auto what = beside_.news())
       glfwSetWindowTitle(window_, fmt::format("{} - compiling shaders: {}", title_, *what).c_str());
-    // Other keys are for the picture that comes.
+    // Other keys apply to the next frame.
     for (const auto& [key, modifiers] : keys_) {
       const bool quits = key == GLFW_KEY_Q && ((modifiers & GLFW_MOD_CONTROL) || !pictured_);
       if (quits || (!pictured_ && key == GLFW_KEY_ESCAPE)) glfwSetWindowShouldClose(window_, GLFW_TRUE);
@@ -123,7 +123,7 @@ void Window::take_screenshot() {
   try {
     std::string name;
     for (int i = 1; name.empty() || std::filesystem::exists(name); ++i) name = fmt::format("soup-view-{:03}.png", i);
-    // As on the screen, without the panels.
+    // As on the screen, but without panels and at full resolution.
     int width = 1, height = 1;
     glfwGetFramebufferSize(window_, &width, &height);
     const auto columns = static_cast<std::uint32_t>(width), rows = static_cast<std::uint32_t>(height);

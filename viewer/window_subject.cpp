@@ -1,4 +1,4 @@
-// What the window looks at: models, datasets, a training, and their cameras.
+// Models, datasets and trainings in the window, and their cameras.
 #include <algorithm>
 #include <filesystem>
 #include <utility>
@@ -16,22 +16,22 @@ void Window::open(const std::string& path) {
     if (!std::filesystem::exists(path, problem)) throw Error("{}: no such file or folder; check the path", path);
     const std::filesystem::path inside = std::filesystem::path(path) / "model.glb";
     if (!std::filesystem::is_directory(path, problem) || std::filesystem::exists(inside, problem)) {
-      if (live_) throw Error("{}: this window shows a training; open it with soup-view", path);
+      if (live_) throw Error("{}: this window shows a training; open the model with soup-view", path);
       open_model(path);
     } else if (subject_) {
       open_dataset(path);
     } else {
-      complain(fmt::format("{}: has no model.glb; open a model first, then its photographs", path));
+      complain(fmt::format("{}: has no model.glb; open a model first, then its dataset", path));
     }
   } catch (const std::exception& e) {
-    // What was open stays open.
+    // The current model stays open.
     complain(e.what());
   }
 }
 
 void Window::open_model(const std::string& path) {
   Subject subject = load_subject(path, {}, options_.up);
-  const std::optional<std::string> which = std::exchange(options_.camera, std::nullopt);  // of the first model alone
+  const std::optional<std::string> which = std::exchange(options_.camera, std::nullopt);  // only for the first model
   const std::size_t camera = which && !subject.cameras.empty() ? find_camera(subject, *which) : 0;
   set_planes(subject);
   render::GpuModel model = render::upload_model(*gpu_, subject.model);
@@ -43,7 +43,7 @@ void Window::open_model(const std::string& path) {
   chosen_.draw.background = options_.background.value_or(subject_->model.background);
   chosen_.up_axis = 0;
   set_home();
-  // The first test view: right way up, framed as the photographer did.
+  // Starts with the first test view: its up direction and framing are the photographer's.
   if (!subject_->cameras.empty() && !options_.fov) snap_to(camera);
   tell(fmt::format("{}: {} triangles", path, model_->triangles));
   set_title(fmt::format("soup-view - {}", path));
@@ -57,7 +57,8 @@ void Window::set_home() {
 void Window::set_planes(Subject& subject) {
   const double near = options_.near.value_or(subject.near), far = options_.far.value_or(subject.far);
   if (!(near < far))
-    throw Error("--near and --far: {} must be less than {}, which is what the model says or you gave", near, far);
+    throw Error("--near {} and --far {} (given or from the model): near must be less than far; change one of them",
+                near, far);
   subject.near = near;
   subject.far = far;
   chosen_.near = static_cast<float>(options_.near.value_or(0.01));
@@ -73,7 +74,7 @@ void Window::show_training() {
   upload_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
   ++model_number_;
   if (subject_) return;
-  // The first one: from here on only the triangles change.
+  // The first model of the training; later only the triangles change.
   Subject s;
   s.path = "training";
   s.model = *model;
@@ -94,13 +95,13 @@ void Window::show_training() {
 void Window::open_dataset(const std::string& path) {
   std::error_code problem;
   if (!std::filesystem::exists(path, problem)) throw Error("{}: no such dataset; check the path", path);
-  // Cameras of the dataset where the model has none of its own.
+  // Uses the dataset's cameras if the model has none.
   if (subject_->cameras.empty()) {
     take_cameras(*subject_, path);
     set_home();
     if (!subject_->cameras.empty() && !options_.fov) snap_to(0);
   } else if (!live_) {
-    check_dataset(*subject_, path);  // or it would be found wrong only when a photograph is wanted
+    check_dataset(*subject_, path);  // reports errors now, not when a photograph is first wanted
   }
   dataset_ = path;
   photographs_wanted_ = true;

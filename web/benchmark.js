@@ -1,4 +1,4 @@
-// Times pictures of any number of scenes at once, side by side on one canvas, from the views of soup-view --benchmark.
+// Measures frame times of one or more scenes, side by side on one canvas, from the views of soup-view --benchmark.
 import { framingOf, hemisphere, reshaped, viewOf } from "./camera.js";
 import { SoupError } from "./error.js";
 import { makeContext } from "./gpu.js";
@@ -7,7 +7,7 @@ import { checkDecoder, decodePages } from "./pictures.js";
 import { Renderer } from "./renderer.js";
 import { uploadModel } from "./upload.js";
 
-/** Lets the browser do what else it has to, without the 4 ms that timers wait. */
+/** Yields to the browser without the 4 ms delay of timers. */
 const pause = () => new Promise((resolve) => {
   const { port1, port2 } = new MessageChannel();
   port1.onmessage = () => { port1.close(); resolve(); };
@@ -15,8 +15,8 @@ const pause = () => new Promise((resolve) => {
 });
 
 /**
- * Where `count` pictures lie in one: in rows and columns that have room for the largest squares.
- * @returns {{width: number, height: number, columns: number}} of each, pixels
+ * Arranges `count` scenes in a grid such that the largest square that fits in a cell is as large as possible.
+ * @returns {{width: number, height: number, columns: number}} width, height: of a cell, pixels
  */
 export function gridOf(count, width, height) {
   const grids = Array.from({ length: count }, (_, i) => {
@@ -28,7 +28,7 @@ export function gridOf(count, width, height) {
 }
 
 /**
- * Mean and percentiles as soup-view --benchmark has them; null of none.
+ * Mean and percentiles, computed as in soup-view --benchmark; null if `ms` is empty.
  * @param {number[]} ms
  */
 export function statistics(ms) {
@@ -40,11 +40,11 @@ export function statistics(ms) {
   };
 }
 
-/** Scenes on a canvas. */
+/** Draws scenes on a canvas and measures the time. */
 export class Benchmark {
   #canvas; #gl; #renderer; #timer; #drawn = []; #lost = false;
 
-  /** @param {HTMLCanvasElement} canvas @throws {SoupError} without WebGL2 */
+  /** @param {HTMLCanvasElement} canvas @throws {SoupError} if WebGL2 is not available */
   constructor(canvas) {
     this.#canvas = canvas;
     this.#gl = makeContext(canvas);
@@ -54,9 +54,10 @@ export class Benchmark {
   }
 
   /**
-   * @param {Uint8Array} bytes of a model.glb
-   * @param {string} name
-   * @throws {SoupError} where it is none, or does not fit
+   * Adds a scene.
+   * @param {Uint8Array} bytes a model.glb file
+   * @param {string} name file name for messages
+   * @throws {SoupError} if the file is invalid or the device cannot hold it
    */
   async add(bytes, name) {
     const model = decodeModel(bytes, name);
@@ -69,16 +70,16 @@ export class Benchmark {
 
   /**
    * @param {{width: number, height: number, views: number, warmup: number, aa: "none" | "msaa" | "ssaa"}} options
-   *   width, height: of all, pixels
-   * @param {(done: number) => void} onProgress 0..1
-   * @returns {Promise<object>} what the JSON file holds; times in milliseconds
-   * @throws {SoupError} when the graphics device was lost
+   *   width, height: size of the whole canvas, pixels; views: number of views of the hemisphere
+   * @param {(done: number) => void} onProgress called with the completed fraction, 0 to 1
+   * @returns {Promise<object>} contents of the JSON file; times in milliseconds
+   * @throws {SoupError} if the canvas is too large or the graphics device is lost
    */
   async run({ width, height, views, warmup, aa }, onProgress) {
     const most = this.#renderer.largestSide;
     if (width > most || height > most)
       throw new SoupError(
-        `${width} x ${height} pixels are too many for this device, which ends at ${most}; give fewer`);
+        `${width} x ${height} pixels exceed the limit of this device, ${most} a side; give a smaller size`);
     this.#canvas.width = width;
     this.#canvas.height = height;
     const grid = gridOf(this.#drawn.length, width, height), sets = this.#views(views, grid);
@@ -97,7 +98,7 @@ export class Benchmark {
     return result;
   }
 
-  /** Draws one of the views of the hemisphere, as run() does. */
+  /** Draws one view of the hemisphere, as run() does. */
   show({ width, height, views, aa }, index) {
     this.#canvas.width = width;
     this.#canvas.height = height;
@@ -108,12 +109,12 @@ export class Benchmark {
   #check() {
     if (this.#lost || this.#gl.isContextLost())
       throw new SoupError(
-        "the graphics device was lost: too much memory or too long a picture; load the page again with less");
+        "the graphics device was lost (out of memory or a frame took too long); reload the page and measure less");
   }
 
   /**
-   * Lists of views, one of each scene in each: from the models' cameras where all have some, and from the upper
-   * hemisphere.
+   * Views of the hemisphere and, if all models have cameras, views of these cameras. Each entry of a list has one view
+   * per scene.
    */
   #views(count, { width, height }) {
     const clip = (drawn, camera) => viewOf(camera, drawn.model.near, drawn.model.far);
@@ -136,7 +137,7 @@ export class Benchmark {
   }
 
   /**
-   * Draws, waits for the picture, and returns how long both took. Reading a pixel is what a browser really waits for.
+   * Draws a frame and returns the time until it is complete. Browsers wait for completion only when a pixel is read.
    */
   async #timed(draw) {
     const gl = this.#gl, start = performance.now();
@@ -150,7 +151,7 @@ export class Benchmark {
 
   async #measure(count, draw) {
     const gl = this.#gl, timer = this.#timer, queries = [], ms = [];
-    if (timer) gl.getParameter(timer.GPU_DISJOINT_EXT);  // forgets what was before
+    if (timer) gl.getParameter(timer.GPU_DISJOINT_EXT);  // clears the flag
     for (let i = 0; i < count; ++i) {
       const query = timer ? gl.createQuery() : null;
       ms.push(await this.#timed(() => {
@@ -164,7 +165,7 @@ export class Benchmark {
     return { ...statistics(ms), frame_ms: ms, gpu: gpu && { ...statistics(gpu), frame_ms: gpu } };
   }
 
-  /** Times of the GPU; null where there is no timer, or the clock was disturbed (as by saving power). */
+  /** GPU times; null if there is no timer or its clock was disturbed, for example by power saving. */
   async #queried(queries) {
     const gl = this.#gl;
     if (queries.length === 0) return null;
@@ -177,7 +178,7 @@ export class Benchmark {
     return ms;
   }
 
-  /** Pictures a second that are shown, which the display limits. */
+  /** Frames shown per second, limited by the refresh rate of the display. */
   async #displayed(count, draw) {
     const refresh = () => new Promise((resolve) => requestAnimationFrame(resolve));
     const start = await refresh();

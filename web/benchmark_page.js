@@ -1,4 +1,4 @@
-// benchmark.html: its form, table and plot. Parameters of the address fill the form in, and `run` starts at once:
+// Form, table and plot of benchmark.html. Parameters of the URL fill in the form; `run` starts the measurement at once:
 //   benchmark.html?model=a.glb&model=b.glb&width=2000&height=1000&views=120&warmup=30&aa=none&run
 import { Benchmark } from "./benchmark.js";
 import { download, nameOf } from "./download.js";
@@ -6,7 +6,7 @@ import { SoupError } from "./error.js";
 
 const PLOT_WIDTH = 800, PLOT_HEIGHT = 260, LEFT = 50, BOTTOM = 30, TOP = 10;
 const COLOURS = { cameras: "#b5651d", hemisphere: "#1f5fa8" };
-const NAMES = { cameras: "the models' cameras", hemisphere: "upper hemisphere" };
+const NAMES = { cameras: "cameras of the models", hemisphere: "upper hemisphere" };
 
 const form = document.querySelector("form"), message = document.getElementById("message"),
   table = document.querySelector("table");
@@ -26,11 +26,11 @@ async function models() {
       nameOf(address)]);
   const files = Array.from(fields.files.files, async (file) => [new Uint8Array(await file.arrayBuffer()), file.name]);
   const all = await Promise.all([...loaded, ...files]);
-  if (all.length === 0) throw new SoupError("there is no model; give the address of a model.glb, or choose a file");
+  if (all.length === 0) throw new SoupError("there is no model; give the URL of a model.glb or choose a file");
   return all;
 }
 
-/** Measures what the form says. */
+/** Runs the benchmark with the values of the form. */
 async function measure() {
   const wrong = Array.from(fields).find((field) => !field.checkValidity());
   if (wrong) throw new SoupError(`${wrong.name}: ${wrong.validationMessage}`);
@@ -52,16 +52,16 @@ async function measure() {
 function show(result) {
   message.textContent =
     `${result.device}: ${result.scenes.length} at once, ${result.width} x ${result.height} pixels, ` +
-    `${result.aa === "none" ? "one sample a pixel" : result.aa}, ` +
+    `${result.aa === "none" ? "one sample per pixel" : result.aa}, ` +
     `${(1e-6 * result.gpu_bytes).toFixed(0)} MB on the GPU. ${result.timer ? "" : "This browser has no GPU timer."}`;
-  const rows = [["milliseconds a picture", "mean", "median", "90 %", "99 %", "shown a second"]];
+  const rows = [["milliseconds per frame", "mean", "median", "90 %", "99 %", "frames shown per second"]];
   const row = (name, times, shown) => [name,
     ...["mean_ms", "p50_ms", "p90_ms", "p99_ms"].map((key) => times[key].toFixed(2)), shown];
   for (const set of Object.keys(NAMES)) {
     const times = result[set];
     if (!times) continue;
     rows.push(row(`${NAMES[set]} (${times.frames})`, times, times.display.per_second.toFixed(1)));
-    if (times.gpu) rows.push(row("by the GPU's timer", times.gpu, ""));
+    if (times.gpu) rows.push(row("GPU timer", times.gpu, ""));
   }
   table.replaceChildren(...rows.map((cells, i) => {
     const line = document.createElement("tr");
@@ -77,7 +77,7 @@ function show(result) {
   link.hidden = false;
 }
 
-/** Time of each picture, one dot a view, and the means as lines. */
+/** Plots the time of each view as a dot and the means as lines. */
 function plot(result) {
   const canvas = document.getElementById("plot"), context = canvas.getContext("2d"),
     ratio = Math.min(3, devicePixelRatio);
@@ -106,15 +106,15 @@ function plot(result) {
     times(name).frame_ms.forEach((ms, i) => context.fillRect(x(i) - 1.5, y(ms) - 1.5, 3, 3));
     context.fillRect(LEFT, y(times(name).mean_ms), right - LEFT, 1);
     context.textAlign = "left";
-    const text = `${NAMES[name]}, view by view, mean ${times(name).mean_ms.toFixed(2)} ms`;
+    const text = `${NAMES[name]}, mean ${times(name).mean_ms.toFixed(2)} ms`;
     context.fillText(text, at, PLOT_HEIGHT - 10);
     at += context.measureText(text).width + 24;
   }
   canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", "milliseconds of each picture");
+  canvas.setAttribute("aria-label", "milliseconds per frame, by view");
 }
 
-/** 1, 2 or 5 times a power of ten, at least `least`. */
+/** The smallest of 1, 2 or 5 times a power of ten that is at least `least`. */
 function tickOf(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   return power * [1, 2, 5, 10].find((factor) => factor * power >= least);
@@ -139,5 +139,5 @@ form.addEventListener("submit", (event) => {
 });
 const parameters = new URLSearchParams(location.search);
 fillIn(parameters);
-/** What was measured, for those who drive this page by a program: a promise. */
+/** Promise of the results, for scripts that drive this page; null without `run`. */
 export const measured = parameters.has("run") ? start() : null;

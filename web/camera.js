@@ -1,15 +1,14 @@
-// Cameras: their projection, framing a soup, and how mouse, touch and keys move one (engine/scene/camera.cpp,
-// engine/render/cameras.cpp, viewer/navigation.cpp). Normalised coordinates, radians, doubles until the shaders get
-// them.
+// Cameras: projection, framing of a soup, navigation (as in engine/scene/camera.cpp, engine/render/cameras.cpp and
+// viewer/navigation.cpp). Normalised coordinates; angles in radians.
 
 /**
- * @typedef {object} Camera pinhole, OpenCV axes: x right, y down, z forward; pixel (i, j) has its middle at (i + 0.5, j
- *   + 0.5), row 0 on top
- * @property {string} [name] of its photograph
+ * @typedef {object} Camera pinhole camera with OpenCV axes: x right, y down, z forward. The centre of pixel (i, j) is
+ *   at (i + 0.5, j + 0.5); row 0 is the top row.
+ * @property {string} [name] name of its photograph
  * @property {boolean} [test]
  * @property {number} width pixels
  * @property {number} height
- * @property {number} fx pixels, as are fy, cx, cy
+ * @property {number} fx focal length in pixels, like fy; cx, cy: principal point
  * @property {number} fy
  * @property {number} cx
  * @property {number} cy
@@ -26,11 +25,11 @@ const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 
 const row = (camera, i) => camera.pose.slice(4 * i, 4 * i + 3);
 const forward = (camera) => row(camera, 2);
-/** A direction of the camera's axes in the world: the transpose of a rotation is its inverse. */
+/** Rotates a direction from camera to world axes. The inverse of a rotation is its transpose. */
 const toWorld = (camera, d) => add(add(times(row(camera, 0), d[0]), row(camera, 1), d[1]), row(camera, 2), d[2]);
 const centre = (camera) => times(toWorld(camera, [camera.pose[3], camera.pose[7], camera.pose[11]]), -1);
 
-/** Square pixels, principal point in the middle. fov: vertical. */
+/** A camera with square pixels and a centred principal point. fov: vertical. */
 export function lookAt(eye, target, up, fov, width, height) {
   const focal = (0.5 * height) / Math.tan(0.5 * fov);
   const z = normalize(add(target, eye, -1)), x = normalize(cross(z, up)), y = cross(z, x);
@@ -38,7 +37,7 @@ export function lookAt(eye, target, up, fov, width, height) {
   return { width, height, fx: focal, fy: focal, cx: 0.5 * width, cy: 0.5 * height, pose };
 }
 
-/** The camera for a picture of another shape: its vertical field of view stays, and so does what lies in the middle. */
+/** The camera for another image size. The vertical field of view and the centre of the image stay the same. */
 export function reshaped(camera, width, height) {
   const s = height / camera.height;
   return {
@@ -48,11 +47,11 @@ export function reshaped(camera, width, height) {
 }
 
 /**
- * @typedef {object} View a camera as the renderer takes it. NDC y grows downwards, like the rows of the picture.
+ * @typedef {object} View a camera in the form that the renderer needs. NDC y points down, like the rows of the image.
  * @property {number} width pixels
  * @property {number} height
- * @property {Float32Array} clipFromWorld OpenGL clip space, column after column
- * @property {number[]} eye world
+ * @property {Float32Array} clipFromWorld world to OpenGL clip space, column-major
+ * @property {number[]} eye world coordinates
  * @property {number[]} ray direction from the surface to the camera at NDC (x, y): ray + x rayX + y rayY, not
  *   normalised
  * @property {number[]} rayX
@@ -62,7 +61,7 @@ export function reshaped(camera, width, height) {
 /** @returns {View} */
 export function viewOf(camera, near, far) {
   const { width, height, pose } = camera;
-  // clip = these times (x, y, z, 1) of the camera's axes, where w is z.
+  // clip = (ax x + bx z, ay y + by z, az z + bz, z) for (x, y, z) in camera axes.
   const ax = (2 * camera.fx) / width, ay = (2 * camera.fy) / height;
   const bx = (2 * camera.cx) / width - 1, by = (2 * camera.cy) / height - 1;
   const az = (far + near) / (far - near), bz = (-2 * far * near) / (far - near);
@@ -77,15 +76,13 @@ export function viewOf(camera, near, far) {
   };
 }
 
-/** Mean of the cameras' up directions, unit; +Y where they cancel out or there are none. */
+/** Mean up direction of the cameras, unit length; +Y if they cancel out or there are none. */
 function meanUp(cameras) {
   const sum = cameras.reduce((up, camera) => add(up, row(camera, 1), -1), [0, 0, 0]);
   return cameras.length > 0 && length(sum) > 1e-3 * cameras.length ? normalize(sum) : [0, 1, 0];
 }
 
-/**
- * The box that most vertices lie in: axis by axis without the share `leftOut` at either end, since soups have strays.
- */
+/** The box of the vertices without the fraction `leftOut` at both ends of each axis: soups have outliers. */
 function innerBox(vertices, leftOut) {
   const count = vertices.length / 3, left = Math.floor(leftOut * (count - 1));
   const axes = [0, 1, 2].map((axis) => Float32Array.from({ length: count }, (_, i) => vertices[3 * i + axis]).sort());
@@ -93,13 +90,13 @@ function innerBox(vertices, leftOut) {
 }
 
 /**
- * Where a soup is and how far away it fits the picture.
+ * Target, up direction, distance and field of view with which the whole soup is in view.
  * @param {import("./model.js").Model} model
  */
 export function framingOf(model) {
   const { cameras } = model, up = model.up ?? meanUp(cameras);
   if (cameras.length > 0) {
-    // Cameras lie at mean distance 1 from the origin, and look at it.
+    // In normalised coordinates the cameras surround the origin at mean distance 1.
     const mean = (value) => cameras.reduce((sum, camera) => sum + value(camera), 0) / cameras.length;
     const distance = Math.max(1e-3, mean((camera) => length(centre(camera))));
     return { target: [0, 0, 0], up, distance, fov: mean((camera) => 2 * Math.atan((0.5 * camera.height) / camera.fy)) };
@@ -109,18 +106,18 @@ export function framingOf(model) {
     distance: Math.max(1e-3, (0.65 * length(add(high, low, -1))) / Math.tan(0.5 * fov)), fov };
 }
 
-/** Two unit vectors that complete a unit `up` to a right-handed basis. */
+/** Two unit vectors that form a right-handed basis with the unit vector `up`. */
 function groundAxes(up) {
   const x = normalize(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
   return [x, cross(up, x)];
 }
 
-/** Unit vector that stands `elevation` above the ground. axes: groundAxes(up) */
+/** Unit vector with this azimuth and elevation above the ground. axes: groundAxes(up) */
 const direction = ([x, y], up, azimuth, elevation) =>
   add(times(add(times(x, Math.cos(azimuth)), y, Math.sin(azimuth)), Math.cos(elevation)), up, Math.sin(elevation));
 
 /**
- * Cameras on a Fibonacci lattice of the upper hemisphere, as soup-view --benchmark takes them.
+ * Cameras on a Fibonacci lattice of the upper hemisphere, as in soup-view --benchmark.
  * @param {ReturnType<typeof framingOf>} framing
  * @param {number} count
  * @param {number} width pixels
@@ -131,18 +128,18 @@ export function hemisphere({ target, up, distance, fov }, count, width, height) 
   const axes = groundAxes(up), goldenAngle = Math.PI * (3 - Math.sqrt(5));
   return Array.from({ length: count }, (_, i) => {
     const elevation = Math.asin((i + 0.5) / count), towards = direction(axes, up, goldenAngle * i, elevation);
-    // From straight above, any direction on the ground will do for up.
+    // Looking straight down, any horizontal direction can be up.
     return lookAt(add(target, towards, distance), target, Math.abs(Math.sin(elevation)) > 0.9999 ? axes[1] : up, fov,
       width, height);
   });
 }
 
-const STEEPEST = 1.55;  // straight up and down have no level
+const STEEPEST = 1.55;  // the horizon is undefined when looking straight up or down
 const START_AZIMUTH = 0.6, START_ELEVATION = 0.35;
 
 /**
- * A camera on a turntable: it orbits a target, level with the ground. Or, after snap(), exactly a given camera, until
- * it is moved.
+ * A turntable camera that orbits a target and keeps the horizon level. After snap() it is exactly the given camera
+ * until it is moved.
  */
 export class Navigation {
   #home; #target; #up; #axes; #azimuth; #elevation; #distance; #fov; #snapped = null;
@@ -158,7 +155,7 @@ export class Navigation {
   get home() { return this.#home; }
   get snapped() { return this.#snapped !== null; }
 
-  /** To where it began. */
+  /** Back to the start. */
   reset() {
     this.#snapped = null;
     this.#target = this.#home.target;
@@ -168,21 +165,21 @@ export class Navigation {
     this.#elevation = START_ELEVATION;
   }
 
-  /** The same direction, the whole soup in the picture. */
+  /** Same direction, whole soup in view. */
   frame() {
     this.#release();
     this.#target = this.#home.target;
     this.#distance = this.#home.distance;
   }
 
-  /** Around the target. */
+  /** Orbits the target. */
   orbit(azimuth, elevation) {
     this.#release();
     this.#azimuth += azimuth;
     this.#elevation = clamp(this.#elevation + elevation, -STEEPEST, STEEPEST);
   }
 
-  /** Turns the head. */
+  /** Turns around the eye. */
   look(azimuth, elevation) {
     this.#release();
     const eye = this.#eye();
@@ -190,19 +187,19 @@ export class Navigation {
     this.#target = add(eye, this.#towardsEye(), -this.#distance);
   }
 
-  /** In heights of the picture at the target's distance. */
+  /** Moves sideways. Unit: image height at the target's distance. */
   pan(right, up) {
     const height = 2 * this.#distance * Math.tan(0.5 * this.#fov);
     this.fly(right * height, up * height, 0);
   }
 
-  /** The distance to the target is divided by `factor`. */
+  /** Divides the distance to the target by `factor`. */
   zoom(factor) {
     this.#release();
     this.#distance = clamp(this.#distance / factor, 1e-4, 1e3);
   }
 
-  /** In normalised units; the target comes along. */
+  /** Moves the eye and the target, in normalised units. */
   fly(right, up, ahead) {
     this.#release();
     const z = times(this.#towardsEye(), -1), x = normalize(cross(z, this.#up)), y = cross(x, z);
@@ -225,11 +222,11 @@ export class Navigation {
 
   #eye() { return add(this.#target, this.#towardsEye(), this.#distance); }
 
-  /** Leaves a snapped camera where it stands. */
+  /** Continues as a turntable camera at the position of the snapped one. */
   #release() {
     if (!this.#snapped) return;
     const eye = centre(this.#snapped), ahead = forward(this.#snapped);
-    // It turns around the point of its axis that lies as far away as the soup.
+    // The new target lies on the viewing axis at the distance of the soup's centre.
     this.#distance = Math.max(0.05 * this.#home.distance, dot(add(this.#home.target, eye, -1), ahead));
     const d = times(normalize(ahead), -1);
     this.#elevation = clamp(Math.asin(clamp(dot(d, this.#up), -1, 1)), -STEEPEST, STEEPEST);

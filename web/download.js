@@ -1,13 +1,14 @@
-// Gets the bytes of a model.
+// Downloads models.
 import { SoupError } from "./error.js";
 
 /**
- * @param {string} source an address, or "#id" of an element of the page that holds the file as base64 text: pages of
- *   one file, opened from a disk, may load nothing else
- * @param {{signal: AbortSignal, onProgress: (loaded: number, total: number | null) => void}} options bytes; total:
- *   where it is known
+ * Loads the bytes of a file.
+ * @param {string} source a URL, or "#id" of an element of the page whose text is the file in base64. Single-file pages
+ *   embed the model this way, because a page opened from a disk cannot load other files.
+ * @param {{signal: AbortSignal, onProgress: (loaded: number, total: number | null) => void}} options onProgress:
+ *   called with bytes; total: null if unknown
  * @returns {Promise<Uint8Array>}
- * @throws {SoupError} when it cannot be had
+ * @throws {SoupError} if it cannot be loaded
  */
 export async function download(source, { signal, onProgress }) {
   if (source.startsWith("#")) return embedded(source);
@@ -20,7 +21,7 @@ export async function download(source, { signal, onProgress }) {
     throw new SoupError(`${name}: cannot be reached; check the connection and the address`);
   }
   if (!response.ok) throw new SoupError(`${name}: the server answers ${response.status}; check the address`);
-  // The length is that of what is sent, packed perhaps.
+  // Content-Length is the compressed length if the response is compressed.
   const packed = response.headers.get("Content-Encoding"), length = Number(response.headers.get("Content-Length"));
   const total = !packed && length > 0 ? length : null;
   const parts = [];
@@ -35,7 +36,7 @@ export async function download(source, { signal, onProgress }) {
     }
   } catch (error) {
     if (signal.aborted) throw error;
-    throw new SoupError(`${name}: the connection broke off after ${loaded} bytes; load the page again`);
+    throw new SoupError(`${name}: the connection broke off after ${loaded} bytes; reload the page`);
   }
   const bytes = new Uint8Array(loaded);
   parts.reduce((at, part) => {
@@ -45,7 +46,7 @@ export async function download(source, { signal, onProgress }) {
   return bytes;
 }
 
-/** What messages call a file: the last part of its address. */
+/** The name of a file in messages: the last part of its URL. */
 export const nameOf = (source) => (source.split(/[?#]/)[0].split("/").pop() || source).slice(0, 120);
 
 function embedded(source) {
@@ -54,7 +55,7 @@ function embedded(source) {
   const bytes = new Uint8Array(Math.floor((text.length * 3) / 4));
   let at = 0;
   try {
-    // In parts: a string of the whole would take as much memory again.
+    // Decoded in parts: one string of the whole file would double the memory.
     for (let from = 0; from < text.length; from += 1 << 20)
       for (const letter of atob(text.slice(from, from + (1 << 20)))) bytes[at++] = letter.charCodeAt(0);
   } catch {

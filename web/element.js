@@ -1,15 +1,15 @@
-// <tri-soup src poster camera aa autorotate>: a soup in a page.
+// <tri-soup src poster camera aa autorotate>: shows a soup in a page.
 import { Navigation, framingOf, viewOf } from "./camera.js";
 import { SoupError } from "./error.js";
 import { Input } from "./input.js";
 import { SAMPLES } from "./shaders.js";
 import { theStage } from "./stage.js";
 
-const FREE_NEAR = 0.01, FREE_FAR = 10;   // clip planes of a camera that has been moved, as in the desktop viewer
-const RADIANS_PER_SECOND = 0.25;         // of autorotate
-const LOST = "The graphics device was lost. The picture comes back with it; if not, load the page again.";
+const FREE_NEAR = 0.01, FREE_FAR = 10;   // clip planes of a free camera, as in soup-view
+const RADIANS_PER_SECOND = 0.25;         // speed of autorotate
+const LOST = "The graphics device was lost. The scene returns with the device; if not, reload the page.";
 
-// Constructed style sheets are what a strict Content-Security-Policy lets a component have.
+// A strict Content-Security-Policy allows constructed style sheets, but no style elements.
 const style = `
 :host {
   display: block; position: relative; aspect-ratio: 16 / 9; overflow: hidden; touch-action: none; cursor: grab;
@@ -41,7 +41,7 @@ function dress(root) {
     }
     root.adoptedStyleSheets = [sheet];
   } catch {
-    // Safari before 16.4, which takes an element for it where no policy forbids that.
+    // Safari before 16.4 has no constructed style sheets; a style element works unless a policy forbids it.
     root.append(Object.assign(document.createElement("style"), { textContent: style }));
   }
 }
@@ -56,18 +56,18 @@ export class TriSoup extends HTMLElement {
   #message = document.createElement("p");
   #input;
   #stage = null;
-  #resident = null;       // the model: shown, or on its way
-  #navigation = null;     // from when it is there
-  #cameraIndex = null;    // that it was last snapped to
+  #resident = null;       // the model, shown or loading
+  #navigation = null;     // null until the model is loaded
+  #cameraIndex = null;    // last camera selected
   #rotating = false;
   #visible = true;
   #dirty = false;
   #connected = false;
-  #first = true;          // nothing has been drawn of this source yet
-  #time = null;           // of the last tick, while something moves by itself
+  #first = true;          // nothing of this source has been drawn yet
+  #time = null;           // of the last tick during an animation
   #resize; #intersection;
   #box = { width: 0, height: 0 };  // CSS pixels
-  #ratio = devicePixelRatio;       // of the canvas
+  #ratio = devicePixelRatio;       // device pixel ratio of the canvas
 
   constructor() {
     super();
@@ -96,7 +96,7 @@ export class TriSoup extends HTMLElement {
     });
   }
 
-  // Properties are their attributes.
+  // Properties reflect attributes.
   get src() { return this.getAttribute("src") ?? ""; }
   set src(value) { this.setAttribute("src", value); }
   get poster() { return this.getAttribute("poster") ?? ""; }
@@ -108,10 +108,10 @@ export class TriSoup extends HTMLElement {
   get autorotate() { return this.hasAttribute("autorotate"); }
   set autorotate(value) { this.toggleAttribute("autorotate", Boolean(value)); }
 
-  /** Names of the model's cameras, test views first; empty while it is not there. */
+  /** Names of the model's cameras, test views first; empty until it is loaded. */
   get cameras() { return this.#resident?.model?.cameras.map((camera) => camera.name) ?? []; }
 
-  /** Whether a picture of `src` is to be seen. */
+  /** True once `src` has been drawn. */
   get loaded() { return !this.#first; }
 
   connectedCallback() {
@@ -121,7 +121,7 @@ export class TriSoup extends HTMLElement {
     try {
       this.#resize.observe(this, { box: "device-pixel-content-box" });
     } catch {
-      this.#resize.observe(this);  // Safari knows no pixels
+      this.#resize.observe(this);  // Safari does not support this box
     }
     this.#intersection.observe(this);
     this.#connected = true;
@@ -139,16 +139,16 @@ export class TriSoup extends HTMLElement {
   attributeChangedCallback(name, before, value) {
     if (before === value) return;
     if (name === "poster") this.#showPoster();
-    // Where a page's text has the element, attributes come before it is connected.
+    // In HTML, attributes are set before the element is connected; connectedCallback() loads then.
     if (name === "src" && this.#connected) this.#load();
     if (name === "autorotate") this.#rotating = this.autorotate;
     if (name === "camera") this.#guard(() => this.#snapToAttribute());
     this.#redraw();
   }
 
-  // From here on: called by the stage.
+  // The following are called by the stage.
 
-  /** The display is refreshed: draws if there is anything new. */
+  /** Called once per display refresh. Draws if something has changed. */
   tick(now) {
     const drawn = this.#drawable();
     if (!drawn || !this.#visible) {
@@ -169,10 +169,7 @@ export class TriSoup extends HTMLElement {
     if (this.#dirty) this.#guard(() => this.#draw(drawn));
   }
 
-  /**
-   * The element has as many CSS pixels as before, and each has others of the screen: not every observer of sizes tells
-   * that.
-   */
+  /** Called when the device pixel ratio changes. Not every ResizeObserver reports this. */
   ratioChanged() { this.#fit(this.#box); }
 
   contextLost() {
@@ -180,7 +177,7 @@ export class TriSoup extends HTMLElement {
     this.dispatchEvent(new Event("contextlost"));
   }
 
-  /** @param {Error | null} problem why not */
+  /** @param {Error | null} problem reason if it failed */
   contextRestored(problem) {
     if (problem) return this.#fail(problem);
     if (this.#navigation) this.#show("");
@@ -201,12 +198,12 @@ export class TriSoup extends HTMLElement {
     try {
       this.#stage ??= theStage();
       this.#stage.join(this);
-      // An address is the same model however it is written.
+      // Absolute URLs identify models, however the attribute is written.
       resident = this.#resident =
         this.#stage.take(this.src.startsWith("#") ? this.src : new URL(this.src, document.baseURI).href);
       resident.listeners.add(onProgress);
       await resident.ready;
-      if (this.#resident !== resident) return;  // it has another by now
+      if (this.#resident !== resident) return;  // src has changed meanwhile
       this.#navigation = new Navigation(framingOf(resident.model));
       this.#rotating = this.autorotate;
       this.#snapToAttribute();
@@ -225,21 +222,18 @@ export class TriSoup extends HTMLElement {
     this.#canvas.hidden = this.#progress.hidden = true;
   }
 
-  /**
-   * Without the attribute it begins as the desktop viewer does: with the first test view, right way up and framed by a
-   * photographer.
-   */
+  /** Selects the camera of the attribute; without it the first test view, as in soup-view. */
   #snapToAttribute() {
     if (!this.#navigation) return;
     const { cameras, name } = this.#resident.model, which = this.camera || "0";
     if (cameras.length === 0) {
-      if (this.camera) throw new SoupError(`${name}: has no cameras; leave out camera="${which}"`);
+      if (this.camera) throw new SoupError(`${name}: has no cameras; remove camera="${which}"`);
       return;
     }
     const index = /^\d+$/.test(which) ? Number(which) : cameras.findIndex((camera) => camera.name === which);
     if (!cameras[index])
       throw new SoupError(
-        `${name}: has no camera ${which}; it has ${cameras.length}, counted from 0, test views first`);
+        `${name}: has no camera ${which}; give a name, or a number below ${cameras.length} (from 0)`);
     this.#snapTo(index);
   }
 
@@ -253,14 +247,14 @@ export class TriSoup extends HTMLElement {
     if (count > 0) this.#snapTo(((this.#cameraIndex ?? -step) + step + count) % count);
   }
 
-  /** The model as it can be drawn now: not before it is there, nor while the context is lost. */
+  /** The model on the GPU; null before it is loaded and while the context is lost. */
   #drawable() { return this.#navigation && this.#stage.renderer ? this.#resident.drawn : null; }
 
   #draw(drawn) {
     const { width, height } = this.#canvas, { model } = this.#resident;
     if (width === 0 || height === 0) return;
     this.#dirty = false;
-    // A view of the dataset is shown as it was evaluated.
+    // Views of the dataset are drawn as in the evaluation.
     const exact = this.#navigation.snapped, camera = this.#navigation.camera(width, height);
     const view = exact ? viewOf(camera, model.near, model.far) : viewOf(camera, FREE_NEAR, FREE_FAR);
     this.#stage.draw(this.#context, drawn, view, { aa: this.aa, dropBehind: exact && model.dropNear });
@@ -282,21 +276,21 @@ export class TriSoup extends HTMLElement {
   }
 
   /**
-   * device: the box in the screen's pixels, where the browser knows them (an emulated screen does not, and tells
-   * something else).
+   * Fits the canvas to the element. device: size in device pixels, if the browser reports it. Emulated screens report
+   * wrong values, which are ignored.
    */
   #fit(css, device) {
     this.#ratio = devicePixelRatio;
     const size = [[css.width, device?.inlineSize], [css.height, device?.blockSize]].map(([side, exact]) =>
       Math.abs(side * devicePixelRatio - exact) <= 1 ? exact : Math.round(side * devicePixelRatio));
-    // What the device cannot draw is drawn smaller, and enlarged.
+    // Sizes that exceed the limits of the device are drawn smaller and enlarged.
     const shrink = Math.min(1, (this.#stage?.renderer?.largestSide ?? 4096) / Math.max(1, ...size));
     const [width, height] = size.map((side) => Math.max(1, Math.floor(side * shrink)));
     if (width === this.#canvas.width && height === this.#canvas.height) return;
     this.#canvas.width = width;
     this.#canvas.height = height;
     this.#redraw();
-    // A canvas is empty when its size has changed, and would show it until the next refresh.
+    // Resizing clears the canvas, so it is drawn at once, not at the next refresh.
     const drawn = this.#drawable();
     if (drawn && this.#visible) this.#guard(() => this.#draw(drawn));
   }
@@ -316,11 +310,11 @@ export class TriSoup extends HTMLElement {
     this.#message.hidden = text === "";
   }
 
-  /** What a person can mend is told; a fault of this module goes on to the console as well. */
+  /** Shows an error in the element. Errors other than SoupError are bugs and also go to the console. */
   #fail(error) {
     if (!(error instanceof SoupError)) console.error(error);
     const message = error instanceof SoupError ? error.message
-      : `the picture cannot be drawn (${error.message}); load the page again`;
+      : `the scene cannot be drawn (${error.message}); reload the page`;
     this.#show(message);
     this.dispatchEvent(new ErrorEvent("error", { message, error }));
   }

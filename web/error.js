@@ -1,5 +1,2 @@
-/**
- * What a person is told: one sentence that names the file, the thing and the fix. Any other exception is a fault of
- * this module.
- */
+/** An error to show to the user: one line with the file, the problem and the fix. Other exceptions are bugs. */
 export class SoupError extends Error {}

@@ -5,22 +5,22 @@ const MAGIC = 0x46546c67, VERSION = 2, JSON_CHUNK = 0x4e4f534a, BINARY_CHUNK = 0
 const FILE_HEADER = 12, CHUNK_HEADER = 8;
 
 /**
- * Takes a file apart; nothing is said about what the document means.
- * @param {Uint8Array} bytes the whole file; `binary` is a part of it, not a copy
- * @param {string} name begins error messages
+ * Splits a file into its chunks. Does not interpret the document.
+ * @param {Uint8Array} bytes the whole file; `binary` of the result refers to it
+ * @param {string} name prefix of error messages
  * @returns {{document: object, binary: Uint8Array}}
- * @throws {SoupError} unless the lengths in the headers are those of the file and the first chunk is JSON
+ * @throws {SoupError} if a length in a header is wrong or the first chunk is not JSON
  */
 export function decodeGlb(bytes, name) {
-  const damaged = (what) => new SoupError(`${name}: ${what}; the file is cut or damaged, export or copy it again`);
+  const damaged = (what) => new SoupError(`${name}: ${what}; the file is damaged, export or copy it again`);
   const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const u32 = (at) => {
     if (at + 4 > bytes.length) throw damaged("ends within a header");
     return data.getUint32(at, true);
   };
   if (bytes.length < 4 || u32(0) !== MAGIC) throw new SoupError(`${name}: is not a binary glTF file; give a model.glb`);
-  if (u32(4) !== VERSION) throw new SoupError(`${name}: is of glTF version ${u32(4)}, not 2; export it as glTF 2.0`);
-  if (u32(8) !== bytes.length) throw damaged("does not have the length it states");
+  if (u32(4) !== VERSION) throw new SoupError(`${name}: has glTF version ${u32(4)}, not 2; export it as glTF 2.0`);
+  if (u32(8) !== bytes.length) throw damaged("has another length than its header states");
 
   let at = FILE_HEADER;
   const chunk = (type, missing) => {
@@ -30,14 +30,14 @@ export function decodeGlb(bytes, name) {
     at += CHUNK_HEADER + size;
     return content;
   };
-  const text = chunk(JSON_CHUNK, "has no whole JSON chunk");
+  const text = chunk(JSON_CHUNK, "has no complete JSON chunk");
   let document;
   try {
     document = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(text));
   } catch {
-    throw damaged("its JSON cannot be read");
+    throw damaged("has invalid JSON");
   }
-  // A file without binary data has no second chunk.
-  const binary = at < bytes.length ? chunk(BINARY_CHUNK, "has no whole binary chunk") : new Uint8Array(0);
+  // Files without binary data have no second chunk.
+  const binary = at < bytes.length ? chunk(BINARY_CHUNK, "has no complete binary chunk") : new Uint8Array(0);
   return { document, binary };
 }

@@ -1,14 +1,14 @@
-// WebGL2 objects as all passes make them: arrays of textures that are fetched, targets of one layer, programs.
+// Helpers for WebGL2 objects: texture arrays, framebuffers of one layer, programs.
 import { SoupError } from "./error.js";
 import { UNITS, screenVertex } from "./shaders.js";
 
-export const FRAME_BINDING = 0;  // of the block Frame
+export const FRAME_BINDING = 0;  // binding of the uniform block Frame
 const UNIFORMS = ["move", "offset", "drop_behind", "layer", "triangles"];
 
 /**
  * @param {HTMLCanvasElement} canvas
  * @returns {WebGL2RenderingContext}
- * @throws {SoupError} without WebGL2
+ * @throws {SoupError} if WebGL2 is not available
  */
 export function makeContext(canvas) {
   const gl = canvas.getContext("webgl2",
@@ -19,9 +19,9 @@ export function makeContext(canvas) {
 }
 
 /**
- * Binds arrays of textures to their units.
+ * Binds texture arrays to their units.
  * @param {WebGL2RenderingContext} gl
- * @param {Record<string, WebGLTexture | null>} textures by the names of UNITS
+ * @param {Record<string, WebGLTexture | null>} textures keys: names in UNITS
  */
 export function bindTextures(gl, textures) {
   for (const [name, texture] of Object.entries(textures)) {
@@ -30,7 +30,7 @@ export function bindTextures(gl, textures) {
   }
 }
 
-/** A new array of textures that are fetched and never filtered, bound to the unit of `features`. */
+/** Creates a texture array without filtering and binds it to the unit of `features`. */
 export function makeTexture(gl, format, width, height, layers) {
   const texture = gl.createTexture();
   bindTextures(gl, { features: texture });
@@ -40,7 +40,7 @@ export function makeTexture(gl, format, width, height, layers) {
   return texture;
 }
 
-/** A new framebuffer whose colour is a layer of an array of textures; it is bound. */
+/** Creates and binds a framebuffer that draws to one layer of a texture array. */
 export function layerTarget(gl, texture, layer) {
   const target = gl.createFramebuffer();
   gl.bindFramebuffer(gl.FRAMEBUFFER, target);
@@ -51,10 +51,10 @@ export function layerTarget(gl, texture, layer) {
 /**
  * @param {WebGL2RenderingContext} gl
  * @param {string} vertex GLSL
- * @param {string} fragment
+ * @param {string} fragment GLSL
  * @returns {{program: WebGLProgram, uniforms: Record<string, WebGLUniformLocation | null>}} its textures are those of
  *   UNITS
- * @throws {SoupError} where it cannot be compiled
+ * @throws {SoupError} if it cannot be compiled
  */
 export function makeProgram(gl, vertex, fragment) {
   const program = gl.createProgram();
@@ -81,7 +81,7 @@ export function makeProgram(gl, vertex, fragment) {
   return { program, uniforms };
 }
 
-/** Draws one pixel for each of a target's, with a program that is needed once. */
+/** Draws all pixels of a target with a program that is used only once. */
 export function drawOnce(gl, fragment, target, width, height, setUniforms) {
   const { program, uniforms } = makeProgram(gl, screenVertex, fragment);
   gl.useProgram(program);

@@ -1,4 +1,4 @@
-// Mouse, touch, wheel and keys as in the desktop viewer (docs/viewer.md), for one element.
+// Mouse, touch, wheel and keys of one element, as in soup-view (docs/viewer.md).
 
 const RADIANS_PER_PIXEL = 0.008, ZOOM_PER_NOTCH = 1.15, PIXELS_PER_NOTCH = 100, LINES_PER_NOTCH = 3;
 const ARROW_RADIANS = 0.1;
@@ -7,10 +7,10 @@ const FLY_KEYS = { KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0,
 const ARROWS = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /**
- * @typedef {object} Controlled what input moves
- * @property {import("./camera.js").Navigation | null} navigation null while there is nothing to move
- * @property {() => void} moved is told after every change
- * @property {(step: number) => void} stepCamera to the next or last camera of the model
+ * @typedef {object} Controlled the object that input controls
+ * @property {import("./camera.js").Navigation | null} navigation null before the model is loaded
+ * @property {() => void} moved called after every change
+ * @property {(step: number) => void} stepCamera selects the next (1) or previous (-1) camera
  * @property {() => void} cycleAntiAliasing
  */
 
@@ -18,7 +18,7 @@ export class Input {
   #element; #to; #pointers = new Map(); #held = new Set(); #fast = false;
 
   /**
-   * @param {HTMLElement} element gets the events
+   * @param {HTMLElement} element receives the events
    * @param {Controlled} to
    */
   constructor(element, to) {
@@ -35,10 +35,10 @@ export class Input {
     element.addEventListener("blur", () => this.#held.clear());
   }
 
-  /** Whether keys are held that fly. */
+  /** True while a key for flying is held. */
   get flying() { return this.#held.size > 0; }
 
-  /** Moves the camera as far as the keys that are held take it in `seconds`. */
+  /** Moves the camera for `seconds` according to the held keys. */
   fly(seconds) {
     const { navigation } = this.#to;
     if (!navigation) return;
@@ -60,12 +60,12 @@ export class Input {
     const now = { x: event.clientX, y: event.clientY }, dx = now.x - before.x, dy = now.y - before.y;
     const pixels = Math.max(1, this.#element.clientHeight);
     if (this.#pointers.size === 1) {
-      // Buttons as bits: 1 left, 2 right, 4 middle.
+      // Bits of event.buttons: 1 left, 2 right, 4 middle.
       if (event.buttons & 6 || event.shiftKey) navigation.pan(-dx / pixels, dy / pixels);
       else if (event.ctrlKey) navigation.look(-RADIANS_PER_PIXEL * dx, RADIANS_PER_PIXEL * dy);
       else navigation.orbit(-RADIANS_PER_PIXEL * dx, RADIANS_PER_PIXEL * dy);
     } else if (this.#pointers.size === 2) {
-      // One finger after the other tells that it moved: their middle has moved by half of it.
+      // Each finger has its own events, so the point between the fingers moves by half of the distance.
       const other = [...this.#pointers.entries()].find(([id]) => id !== event.pointerId)[1];
       const apart = (p) => Math.max(1, Math.hypot(p.x - other.x, p.y - other.y));
       navigation.pan((-0.5 * dx) / pixels, (0.5 * dy) / pixels);
@@ -79,7 +79,7 @@ export class Input {
     const { navigation } = this.#to;
     if (!navigation) return;
     event.preventDefault();
-    // Trackpads tell of two fingers spreading as of a wheel with Control, in small steps.
+    // Trackpads report pinch gestures as wheel events with Ctrl, in small steps.
     const notches = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL
       ? event.deltaY / PIXELS_PER_NOTCH : event.deltaY / LINES_PER_NOTCH;
     navigation.zoom(ZOOM_PER_NOTCH ** (-notches * (event.ctrlKey ? 5 : 1)));
@@ -88,7 +88,7 @@ export class Input {
 
   #keyDown(event) {
     const { navigation } = this.#to;
-    // Those with Control, Alt or the like are the browser's.
+    // Keys with Ctrl, Alt or Meta belong to the browser.
     if (!navigation || event.ctrlKey || event.altKey || event.metaKey) return;
     this.#fast = event.shiftKey;
     if (event.code in FLY_KEYS) this.#held.add(event.code);

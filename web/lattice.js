@@ -1,9 +1,9 @@
-// The lattices of a model.glb: differences from coarser samples, arithmetically coded (engine/format/lattice_code.cpp,
-// refinement.cpp), and the atlas of pages that they are drawn from (engine/soup/atlas.cpp).
+// Decodes the lattices of a model.glb, which are stored as arithmetically coded differences from coarser samples
+// (engine/format/lattice_code.cpp, lattice_hierarchy.cpp), and arranges them in an atlas (engine/soup/atlas.cpp).
 import { RangeDecoder } from "./range_decoder.js";
 
 const CHANNELS = 8, FINEST_LEVEL = 5;
-/** Where the chances of each kind of decision begin. */
+/** First index of the probabilities of each kind of decision. */
 const LEVELS = 0, ZERO = 64, SIGN = ZERO + 4 * CHANNELS * 16 * 8, BITS = SIGN + CHANNELS * 9,
   REST = BITS + 4 * 16 * 8 * 7;
 const CHANCES = REST + 8 * CHANNELS * 64;
@@ -11,8 +11,8 @@ const CHANCES = REST + 8 * CHANNELS * 64;
 const latticeIndex = (x, y) => ((x + y) * (x + y + 1)) / 2 + y;
 
 /**
- * Samples of a lattice, those that each lies between before it: sample, a, b, depth of each. The first has -1 for a and
- * b.
+ * By level: four numbers per sample (index, a, b, depth), coarse samples first. a and b are the coarser samples between
+ * which it lies; -1 for the first sample.
  */
 const refinements = Array.from({ length: FINEST_LEVEL + 1 }, (_, level) => {
   const r = 1 << level, right = latticeIndex(r, 0),
@@ -28,7 +28,7 @@ const refinements = Array.from({ length: FINEST_LEVEL + 1 }, (_, level) => {
   return Int32Array.from(all);
 });
 
-/** Samples of a lattice of this level. */
+/** Number of samples of a lattice of this level. */
 export const samplesAt = (level) => (((1 << level) + 1) * ((1 << level) + 2)) / 2;
 
 function halfOctave(n) {
@@ -38,7 +38,7 @@ function halfOctave(n) {
 
 const signOf = (difference) => (difference < 0 ? 0 : difference === 0 ? 1 : 2);
 
-/** One difference. place: of kind, channel, what is near and beside. */
+/** Decodes one difference. The other arguments select the probabilities, see decodeTriangle. */
 function difference(decoder, kind, channel, near, beside, signs) {
   if (!decoder.decide(ZERO + ((kind * CHANNELS + channel) * 16 + near) * 8 + beside)) return 0;
   const negative = decoder.decide(SIGN + channel * 9 + signs), bits = BITS + ((kind * 16 + near) * 8 + beside) * 7;
@@ -49,7 +49,7 @@ function difference(decoder, kind, channel, near, beside, signs) {
   return negative ? -number : number;
 }
 
-/** Differences and values of one triangle, CHANNELS a sample. */
+/** Decodes the differences and values of one triangle, CHANNELS per sample. */
 function decodeTriangle(decoder, level, steps, differences, values, begin) {
   const samples = refinements[level], recent = new Int32Array(CHANNELS).fill(32);
   for (let i = 0; i < samples.length; i += 4) {
@@ -71,12 +71,12 @@ function decodeTriangle(decoder, level, steps, differences, values, begin) {
 }
 
 /**
- * Levels and values of all triangles' textures; null where the bytes end too early.
+ * Decodes the textures of all triangles; null if the bytes end too early.
  * @param {Uint8Array} bytes
  * @param {number} triangles
- * @param {number[]} steps of each feature
- * @returns {{levels: Uint8Array, offsets: Uint32Array, values: Uint8Array} | null} offsets count samples, of eight
- *   values each
+ * @param {number[]} steps quantisation step of each feature
+ * @returns {{levels: Uint8Array, offsets: Uint32Array, values: Uint8Array} | null} offsets: in samples of eight
+ *   values
  */
 export function decodeLattices(bytes, triangles, steps) {
   const decoder = new RangeDecoder(bytes, CHANCES), differences = new Int32Array(samplesAt(FINEST_LEVEL) * CHANNELS);
@@ -102,10 +102,10 @@ export function decodeLattices(bytes, triangles, steps) {
 }
 
 /**
- * Places for lattices of these levels, two of one level a block, on pages of at most `side` texels each way.
+ * Places lattices of these levels on pages of at most `side` x `side` texels. A block holds two lattices of one level.
  * @param {Uint8Array} levels
  * @param {number} side
- * @returns {{places: DataView, pages: {width: number, height: number}[]}} places: 8 bytes a triangle, see placeOf
+ * @returns {{places: DataView, pages: {width: number, height: number}[]}} places: 8 bytes per triangle, see placeOf
  */
 export function makeAtlas(levels, side) {
   const block = (level) => ({ width: (1 << level) + 3, height: (1 << level) + 2 });
@@ -138,7 +138,7 @@ export function makeAtlas(levels, side) {
 }
 
 /**
- * The pages of an atlas, RGBA bytes: features 0..3, and 4..7, of which the last is opacity.
+ * Fills the pages of an atlas with RGBA bytes: features 0 to 3 and features 4 to 7; feature 7 is the opacity.
  * @param {{levels: Uint8Array, offsets: Uint32Array, values: Uint8Array}} lattices
  * @param {{places: DataView, pages: {width: number, height: number}[]}} atlas
  * @returns {{width: number, height: number, features: {rgba: Uint8Array}[]}[]}

@@ -1,4 +1,4 @@
-// model.glb: a soup with its neural textures in a glTF extension (docs/format.md, engine/format/model_file.cpp).
+// Reads model.glb: a soup with neural textures in a glTF extension (docs/formats.md, engine/format/model_file.cpp).
 import { SoupError } from "./error.js";
 import { decodeGlb } from "./glb.js";
 import { decodeLattices, fillAtlas, makeAtlas } from "./lattice.js";
@@ -12,9 +12,9 @@ export const MAX_LEVEL = 5;  // of a lattice
 export const MLP_PARAMETERS = 595;
 
 /**
- * Where a triangle's lattice lies in the atlas: lattice point (x, y) is texel (x0 + x, y0 + y), or (x0 - x, y0 - y) if
- * it is turned.
- * @param {DataView} places 8 bytes a triangle
+ * Returns the place of a triangle's lattice in the atlas. Lattice point (x, y) is texel (x0 + x, y0 + y), or
+ * (x0 - x, y0 - y) if `turned` is 1.
+ * @param {DataView} places 8 bytes per triangle
  * @param {number} triangle
  */
 export function placeOf(places, triangle) {
@@ -29,30 +29,30 @@ export function placeOf(places, triangle) {
 }
 
 /**
- * @typedef {object} Model what decodeModel makes of a file. Normalised coordinates: cameras at mean distance 1 from the
- *   origin.
+ * @typedef {object} Model a decoded model. Normalised coordinates: the mean distance of the cameras from the origin
+ *   is 1.
  * @property {string} name
  * @property {number} triangles
  * @property {{scale: number, middle: number[]}} normalisation normalised = scale (vertex of the file - middle)
- * @property {Float32Array} vertices x y z of three vertices a triangle, normalised
+ * @property {Float32Array} vertices x, y, z of three vertices per triangle, normalised
  * @property {DataView} places see placeOf
  * @property {Float32Array} mlp w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3]
- * @property {{width: number, height: number, features: (Uint8Array | {rgba: Uint8Array})[]}[]} pages two pictures each,
- *   PNG files or their RGBA bytes: features 0..3; 4..6 and opacity
- * @property {number[]} background RGB 0..1
- * @property {number[] | null} up where it is known
- * @property {number} near clip planes of the model's own cameras, normalised
+ * @property {{width: number, height: number, features: (Uint8Array | {rgba: Uint8Array})[]}[]} pages two images each,
+ *   PNG files or RGBA bytes: features 0 to 3; features 4 to 6 and opacity
+ * @property {number[]} background RGB, 0 to 1
+ * @property {number[] | null} up up direction, if known
+ * @property {number} near clip planes of the model's cameras, normalised
  * @property {number} far
- * @property {boolean} dropNear these cameras leave out triangles that reach behind them, as in training
+ * @property {boolean} dropNear these cameras do not draw triangles that reach behind them, as in training
  * @property {import("./camera.js").Camera[]} cameras test views first
  */
 
 /**
- * Reads a whole model.glb. In files of version 1 the pixels of its textures stay PNG.
+ * Decodes a model.glb. Textures of version 1 files stay PNG.
  * @param {Uint8Array} bytes
- * @param {string} name begins error messages
+ * @param {string} name prefix of error messages
  * @returns {Model}
- * @throws {SoupError} on anything that is no whole model file
+ * @throws {SoupError} if the file is not a complete model
  */
 export function decodeModel(bytes, name) {
   const { document, binary } = decodeGlb(bytes, name);
@@ -60,12 +60,12 @@ export function decodeModel(bytes, name) {
 }
 
 /**
- * decodeModel for a file that has been taken apart.
+ * Decodes the document and buffer of a model.glb.
  * @param {object} document glTF JSON
  * @param {Uint8Array} binary its buffer
- * @param {string} name begins error messages
+ * @param {string} name prefix of error messages
  * @returns {Model}
- * @throws {SoupError} on anything that is no whole model
+ * @throws {SoupError} if it is not a complete model
  */
 export function decodeDocument(document, binary, name) {
   if (!document?.extensions?.[EXTENSION])
@@ -74,12 +74,12 @@ export function decodeDocument(document, binary, name) {
     return new Reader(document, binary, name).model();
   } catch (error) {
     if (error instanceof SoupError) throw error;
-    // A member that is missing, or something else than it has to be.
-    throw new SoupError(`${name}: its JSON is not that of a trisoup model (${error.message}); export it again`);
+    // A member is missing or has another type.
+    throw new SoupError(`${name}: has JSON that is not of a trisoup model (${error.message}); export it again`);
   }
 }
 
-/** One file while it is read. */
+/** Reads one file. */
 class Reader {
   constructor(document, binary, name) {
     this.document = document;
@@ -89,17 +89,17 @@ class Reader {
   }
 
   damaged(what) {
-    return new SoupError(`${this.name}: ${what}; the file is cut or damaged, export or copy it again`);
+    return new SoupError(`${this.name}: ${what}; the file is damaged, export or copy it again`);
   }
 
   whole(value) {
     if (!Number.isSafeInteger(value) || value < 0)
-      throw this.damaged("has something else where a whole number belongs");
+      throw this.damaged("has an invalid whole number");
     return value;
   }
 
   number(value) {
-    if (!Number.isFinite(value)) throw this.damaged("has something else where a number belongs");
+    if (!Number.isFinite(value)) throw this.damaged("has an invalid number");
     return value;
   }
 
@@ -107,7 +107,7 @@ class Reader {
     return [0, 1, 2].map((i) => this.number(values[i]));
   }
 
-  /** Bytes of a bufferView. */
+  /** Returns the bytes of a bufferView. */
   view(index) {
     const view = this.document.bufferViews[this.whole(index)];
     const offset = this.whole(view.byteOffset ?? 0), length = this.whole(view.byteLength);
@@ -117,7 +117,7 @@ class Reader {
   }
 
   floats(bytes) {
-    // Copied: a part of the file need not begin where an array of floats may.
+    // Copied because the bytes may not be aligned for floats.
     const values = new Float32Array(bytes.slice().buffer);
     return values.every(Number.isFinite) ? values : null;
   }
@@ -127,10 +127,10 @@ class Reader {
     const version = this.whole(extension.version);
     if (version < 1 || version > VERSIONS)
       throw new SoupError(
-        `${this.name}: is of version ${version}, this page reads versions 1 to ${VERSIONS}; use a newer one`);
+        `${this.name}: has version ${version}, this page reads versions 1 to ${VERSIONS}; use a newer page`);
     if (extension.sphericalHarmonicsDegree !== 2)
       throw new SoupError(
-        `${this.name}: was made with spherical harmonics of another degree than 2; use a newer trisoup`);
+        `${this.name}: has spherical harmonics of another degree than 2; use a newer trisoup`);
     const triangles = this.whole(extension.triangles), normalisation = this.normalisation();
     const vertices = version >= 4 && extension.vertices !== undefined
       ? this.codedVertices(triangles) : this.vertices(triangles, normalisation);
@@ -153,9 +153,9 @@ class Reader {
   normalisation() {
     const centre = this.vector(this.extension.centre), scale = this.number(this.extension.scale);
     const origin = this.extension.origin === undefined ? [0, 0, 0] : this.vector(this.extension.origin);
-    // Beyond these, floats have no digits left for the soup.
+    // Beyond these limits floats cannot resolve the soup.
     if (!(Math.hypot(...centre) < 1e12 && Math.hypot(...origin) < 1e12 && scale > 1e-9 && scale < 1e9))
-      throw this.damaged("has an impossible centre or scale");
+      throw this.damaged("has an invalid centre or scale");
     return { scale, middle: centre.map((value, axis) => value - origin[axis]) };
   }
 
@@ -163,21 +163,21 @@ class Reader {
     const accessor = this.document.accessors[this.whole(this.document.meshes[0].primitives[0].attributes.POSITION)];
     const bytes = this.view(accessor.bufferView);
     if (triangles === 0 || bytes.length !== triangles * TRIANGLE_BYTES)
-      throw this.damaged("has another number of vertices than its triangles need");
+      throw this.damaged("has a number of vertices that does not match its triangles");
     const vertices = this.floats(bytes);
-    if (!vertices) throw this.damaged("has a vertex that is no number");
+    if (!vertices) throw this.damaged("has a vertex that is not a number");
     for (let i = 0; i < vertices.length; ++i) vertices[i] = scale * (vertices[i] - middle[i % 3]);
     return vertices;
   }
 
-  /** Bytes of a part that is coded. */
+  /** Returns the bytes of a coded part after checking their CRC. */
   coded({ bufferView, crc32: sum }, what) {
     const bytes = this.view(bufferView);
     if (crc32(bytes) !== this.whole(sum)) throw this.damaged(`has damaged ${what}`);
     return bytes;
   }
 
-  /** Vertices of files that have no mesh. */
+  /** Vertices of files without a mesh. */
   codedVertices(triangles) {
     const vertices = decodeVertices(this.coded(this.extension.vertices, "vertices"), triangles);
     if (triangles === 0 || !vertices) throw this.damaged("has vertices that end too early");
@@ -186,22 +186,22 @@ class Reader {
 
   mlp() {
     const bytes = this.view(this.extension.mlp);
-    if (bytes.length !== 4 * MLP_PARAMETERS) throw this.damaged("has an MLP of another size");
+    if (bytes.length !== 4 * MLP_PARAMETERS) throw this.damaged("has an MLP of the wrong size");
     const mlp = this.floats(bytes);
-    if (!mlp) throw this.damaged("has an MLP weight that is no number");
+    if (!mlp) throw this.damaged("has an MLP weight that is not a number");
     return mlp;
   }
 
-  /** Textures of all versions after the first. */
+  /** Textures of versions 2 and later. */
   textures(triangles) {
     const { steps } = this.extension.textures, bytes = this.coded(this.extension.textures, "textures");
     if (!Array.isArray(steps) || steps.length !== 8 ||
       !steps.every((step) => this.whole(step) >= 1 && step <= MAX_STEP))
-      throw this.damaged("has impossible texture steps");
+      throw this.damaged("has invalid texture steps");
     const lattices = decodeLattices(bytes, triangles, steps);
     if (!lattices) throw this.damaged("has textures that end too early");
     const atlas = makeAtlas(lattices.levels, PAGE_SIDE);
-    if (atlas.pages.length > MAX_PAGES) throw this.damaged("needs an impossible number of atlas pages");
+    if (atlas.pages.length > MAX_PAGES) throw this.damaged("needs too many atlas pages");
     return { places: atlas.places, pages: fillAtlas(lattices, atlas) };
   }
 
@@ -213,59 +213,57 @@ class Reader {
 
   places(triangles) {
     const bytes = this.view(this.extension.places);
-    if (bytes.length !== PLACE_BYTES * triangles) throw this.damaged("has a texture table of another length");
+    if (bytes.length !== PLACE_BYTES * triangles) throw this.damaged("has a texture table of the wrong length");
     return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
 
   pages(triangles, places) {
     const rows = this.extension.pages;
-    if (!Array.isArray(rows) || rows.length > MAX_PAGES) throw this.damaged("has an impossible number of atlas pages");
+    if (!Array.isArray(rows) || rows.length > MAX_PAGES) throw this.damaged("has an invalid number of atlas pages");
     const pages = rows.map((row) => {
       const features = [0, 1].map((half) => this.view(this.document.images[this.whole(row.features[half])].bufferView));
       const [low, high] = features.map(pngSize);
-      if (!low || !high) throw this.damaged("has a texture that is no PNG");
-      if (low.width !== high.width || low.height !== high.height) throw this.damaged("has a page in two sizes");
+      if (!low || !high) throw this.damaged("has a texture that is not a PNG file");
+      if (low.width !== high.width || low.height !== high.height) throw this.damaged("has a page with two sizes");
       if (!features.every(isWholePng)) throw this.damaged("has a damaged texture");
       return { ...low, features };
     });
-    // One page of the usual largest size, however little it holds, and room for every place: a header may claim any
-    // number.
+    // Limits the texels: headers of damaged files can claim any size. Allows one page of the largest usual size and
+    // room for every lattice.
     let texels = 8192 * 8192;
     for (let t = 0; t < triangles; ++t) {
       const place = placeOf(places, t), page = pages[place.page], side = (1 << place.level) * (place.turned ? -1 : 1);
-      if (place.level > MAX_LEVEL || !page || place.turned > 1) throw this.damaged("has an impossible texture table");
+      if (place.level > MAX_LEVEL || !page || place.turned > 1) throw this.damaged("has an invalid texture table");
       const outside = (from, size) => from >= size || from + side < 0 || from + side >= size;
       if (outside(place.x0, page.width) || outside(place.y0, page.height))
         throw this.damaged("has a texture outside its page");
       texels += 2 * ((1 << place.level) + 3) * ((1 << place.level) + 2);
     }
     for (const page of pages) texels -= page.width * page.height;
-    if (texels < 0) throw this.damaged("has textures of more texels than its triangles need");
+    if (texels < 0) throw this.damaged("has more texels than its triangles need");
     return pages;
   }
 
   background() {
     const background = this.vector(this.extension.background);
-    if (!background.every((c) => c >= 0 && c <= 1)) throw this.damaged("has a background that is no colour");
+    if (!background.every((c) => c >= 0 && c <= 1)) throw this.damaged("has a background that is not a colour");
     return background;
   }
 
   up() {
     if (this.extension.up === undefined) return null;
     const up = this.vector(this.extension.up), length = Math.hypot(...up);
-    if (!(length > 1e-12 && length < 1e12)) throw this.damaged("has an up direction without a length");
+    if (!(length > 1e-12 && length < 1e12)) throw this.damaged("has an up direction of invalid length");
     return up.map((x) => x / length);
   }
 
-  /**
-   * Clip planes of the model's cameras, as viewer/subject.cpp has them: settings of another program are passed over.
-   */
+  /** Clip planes of the model's cameras, as in viewer/subject.cpp: settings of other programs are ignored. */
   planes() {
     const settings = this.extension.settings ?? {};
     const number = (value, otherwise) => (typeof value === "number" ? value : otherwise);
     const near = number(settings.test_near, 0.025), far = number(settings.far, 2.5);
     if (!(near >= 1e-6 && near < far && far < 1e37))
-      throw new SoupError(`${this.name}: its clip planes are impossible; train it again`);
+      throw new SoupError(`${this.name}: has invalid clip planes; train it again`);
     return { near, far, dropNear: typeof settings.drop_near === "boolean"
       ? settings.drop_near : "steps" in Object(settings) };
   }
@@ -274,32 +272,32 @@ class Reader {
     const { cameras = [] } = this.extension;
     const read = Array.isArray(cameras)
       ? cameras.map((row) => this.camera(row, row.name, row.test === true, this.pose(row))) : this.table(cameras);
-    if (!read.every(possible)) throw this.damaged("has an impossible camera");
-    // Array.sort is stable: beyond that the order is the file's.
+    if (!read.every(possible)) throw this.damaged("has an invalid camera");
+    // Array.sort is stable: within test and training views the order of the file remains.
     return read.sort((a, b) => Number(b.test) - Number(a.test));
   }
 
-  /** lens: an object with size, focal and centre. */
+  /** Reads a camera. lens: an object with `size`, `focal` and `centre`. */
   camera(lens, name, test, pose) {
     const [width, height] = [0, 1].map((i) => this.whole(lens.size[i]));
     const [fx, fy, cx, cy] = [lens.focal[0], lens.focal[1], lens.centre[0], lens.centre[1]].map((x) => this.number(x));
     return { name: String(name), test, width, height, fx, fy, cx, cy, pose };
   }
 
-  /** Of versions 1 and 2. */
+  /** Pose in files of versions 1 and 2. */
   pose(row) {
     return Array.from({ length: 12 }, (_, i) => this.number(row.world_to_camera[i]));
   }
 
-  /** Cameras of version 3: what photographs of one lens have in common is told once. */
+  /** Cameras of versions 3 and later: photographs of one lens share its entry. */
   table({ names, test, lenses, lens, poses }) {
     const bytes = this.view(poses);
     if (!Array.isArray(names) || bytes.length !== 4 * POSE_FLOATS * names.length)
-      throw this.damaged("has another number of poses than of cameras");
+      throw this.damaged("has different numbers of poses and cameras");
     const numbers = this.floats(bytes), ofTest = new Set(test.map((index) => this.whole(index)));
-    if (!numbers) throw this.damaged("has an impossible camera");
+    if (!numbers) throw this.damaged("has an invalid camera");
     if ([...ofTest].some((index) => index >= names.length))
-      throw this.damaged("has a test view that it has no camera of");
+      throw this.damaged("has a test view without a camera");
     return names.map((name, i) => {
       const its = lenses[lens ? this.whole(lens[i]) : 0];
       return this.camera(its, name, ofTest.has(i), poseOf(numbers.subarray(POSE_FLOATS * i, POSE_FLOATS * (i + 1))));
@@ -307,9 +305,9 @@ class Reader {
   }
 }
 
-/** Rotation and translation, 3 x 4 row by row, from a unit quaternion x, y, z, w and a translation. */
+/** Row-major 3 x 4 matrix from a unit quaternion x, y, z, w and a translation. */
 function poseOf([x0, y0, z0, w0, ...place]) {
-  // Far from unit length it is no rotation, and `possible` says so.
+  // If the length is far from 1, the result is not a rotation and possible() rejects it.
   const length = Math.hypot(x0, y0, z0, w0), unit = Math.abs(length - 1) < 1e-3 ? length : 1;
   const [x, y, z, w] = [x0, y0, z0, w0].map((value) => value / unit);
   return [
@@ -320,7 +318,7 @@ function poseOf([x0, y0, z0, w0, ...place]) {
 }
 
 function possible({ width, height, fx, fy, cx, cy, pose }) {
-  const largest = 1e6;  // pixels, or units in which the cameras are 1 from the middle
+  const largest = 1e6;  // pixels or normalised units
   const row = (i) => pose.slice(4 * i, 4 * i + 3);
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const rotates = [0, 1, 2]

@@ -1,10 +1,10 @@
-// The pictures of a model as a browser decodes them, pixel for pixel as they are stored.
+// Decodes the images of a model without changing any pixel value.
 import { SoupError } from "./error.js";
 import { uploadedPixel } from "./upload.js";
 
 /**
- * The pixels exactly as they are stored: lattices are numbers, not colours. Without these options a browser would apply
- * colour profiles, and multiply features by opacity, which cannot be undone where it is 0.
+ * Decodes a PNG without changing its values. Without these options browsers apply colour profiles and multiply features
+ * by opacity, which cannot be undone if the opacity is 0.
  * @param {Uint8Array} bytes
  * @returns {Promise<ImageBitmap>}
  */
@@ -12,11 +12,11 @@ const decodePng = (bytes) =>
   createImageBitmap(new Blob([bytes], { type: "image/png" }),
     { premultiplyAlpha: "none", colorSpaceConversion: "none" });
 
-/** A picture to upload: a PNG file is decoded, bytes are as they are. */
+/** Converts an image for upload: decodes PNG files, wraps RGBA bytes. */
 const decodePicture = ({ width, height }, picture) =>
   picture.rgba ? new ImageData(new Uint8ClampedArray(picture.rgba.buffer), width, height) : decodePng(picture);
 
-/** One pixel that a browser alters which minds alpha or the file's gamma, and what its bytes are. */
+/** A PNG of one pixel that changes if a browser applies alpha or gamma, and its correct value. */
 const PROBE = {
   png: Uint8Array.from(
     atob("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAABGdBTUEAAYagMeiWXwAAAA1JREFUeNpjOJFixAQABLcBYSanGRMAAAAA" +
@@ -26,9 +26,9 @@ const PROBE = {
 };
 
 /**
- * Old browsers do not know the options of decodePng, and features would be others without a word.
+ * Checks that decodePng returns exact values. Old browsers silently ignore its options.
  * @param {WebGL2RenderingContext} gl
- * @throws {SoupError} where pixels are not those of the file
+ * @throws {SoupError} if the pixel has changed
  */
 export async function checkDecoder(gl) {
   const picture = await decodePng(PROBE.png);
@@ -36,14 +36,14 @@ export async function checkDecoder(gl) {
   picture.close();
   if (rgba?.some((value, i) => value !== PROBE.rgba[i]))
     throw new SoupError(
-      "this browser alters the pixels of pictures (its WebGL2 is too old, or a privacy setting does it); " +
-      "use a newer one");
+      "this browser alters the pixels of images (its WebGL2 is too old, or a privacy setting does it); " +
+      "use another browser");
 }
 
 /**
  * @param {import("./model.js").Model} model
- * @returns {Promise<(ImageBitmap | ImageData)[][]>} two pictures a page; bitmaps are to be closed
- * @throws {SoupError} when one is damaged
+ * @returns {Promise<(ImageBitmap | ImageData)[][]>} two images per page; the caller closes bitmaps
+ * @throws {SoupError} if an image is damaged
  */
 export async function decodePages(model) {
   let pages;
@@ -52,7 +52,7 @@ export async function decodePages(model) {
       .map((page) => Promise.all(page.features.map((picture) => decodePicture(page, picture)))));
   } catch {
     throw new SoupError(
-      `${model.name}: has a texture that cannot be decoded; the file is cut or damaged, export or copy it again`);
+      `${model.name}: has a texture that cannot be decoded; the file is damaged, export or copy it again`);
   }
   const fits = pages.flat().every((picture, i) => picture.width === model.pages[i >> 1].width &&
     picture.height === model.pages[i >> 1].height);

@@ -1,4 +1,4 @@
-// PNG files: browsers decode them (pictures.js), and take damaged ones without a word, so they are checked before.
+// Checks PNG files. Browsers decode them (pictures.js), but accept damaged files silently.
 
 const SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
 const END = 0x49454e44;  // "IEND"
@@ -16,7 +16,7 @@ export function crc32(bytes) {
 }
 
 /**
- * Width and height in pixels that a PNG states, null if it is none.
+ * Width and height in pixels from the header; null if the bytes are not a PNG file.
  * @param {Uint8Array} bytes
  */
 export function pngSize(bytes) {
@@ -27,7 +27,7 @@ export function pngSize(bytes) {
 }
 
 /**
- * Whether all chunks of a PNG are there and have the sums they state.
+ * True if all chunks are complete and their CRCs are correct.
  * @param {Uint8Array} bytes
  */
 export function isWholePng(bytes) {

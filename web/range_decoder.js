@@ -1,19 +1,19 @@
-// Binary arithmetic coding with chances that adapt: the reading half of engine/format/range_coder.h.
+// Decoder for adaptive binary arithmetic coding, the counterpart of engine/format/range_coder.h.
 
 const CHANCE_BITS = 15, LEAST_CHANCE = 32, MOST_SEEN = 120;
 
-/** How fast a chance learns after so many decisions, in 2^16ths. */
+/** Adaptation rate of a probability after so many decisions, times 2^16. */
 const RATES = Int32Array.from({ length: MOST_SEEN + 1 }, (_, seen) => Math.floor(131072 / (2 * seen + 3)));
 
-/** Decisions from bytes; beyond their end it reads zeros. */
+/** Decodes decisions from bytes. Reads zeros beyond their end. */
 export class RangeDecoder {
   #bytes; #at = 0;
-  #interval = new Uint32Array(2);  // code and range: as members, numbers of 32 bits would be allocated again and again
+  #interval = new Uint32Array(2);  // code, range; an array avoids allocating 32-bit numbers
   #chances; #seen;
 
   /**
    * @param {Uint8Array} bytes
-   * @param {number} chances how many different ones there are
+   * @param {number} chances number of probabilities
    */
   constructor(bytes, chances) {
     this.#chances = new Uint16Array(chances).fill(1 << (CHANCE_BITS - 1));
@@ -32,7 +32,7 @@ export class RangeDecoder {
     return this.#at > this.#bytes.length;
   }
 
-  /** 0 or 1, by the chance of this number, which learns. */
+  /** Decodes 0 or 1 with probability i, and adapts it. */
   decide(i) {
     const interval = this.#interval, chances = this.#chances, seen = this.#seen;
     let code = interval[0], range = interval[1];

@@ -1,4 +1,4 @@
-// Draws soups with WebGL2: what is visible first, then the MLP once per pixel (engine/render/renderer.cpp).
+// Draws soups with WebGL2: a visibility pass, then the MLP once per pixel (as in engine/render/renderer.cpp).
 import { FRAME_BINDING, bindTextures, layerTarget, makeProgram, makeTexture } from "./gpu.js";
 import { DEPTHS, SAMPLES, maskedFragment, opaqueFragment, screenVertex, shadeFragment, soupVertex } from "./shaders.js";
 
@@ -8,12 +8,12 @@ export class Renderer {
   #gl; #vertex; #opaque; #masked = {}; #frame; #frameValues = new Float32Array(FRAME_FLOATS);
   #hits = null; #depth = null; #layers = []; #width = 0; #height = 0;
 
-  /** @param {WebGL2RenderingContext} gl without depth, alpha and multisamples of its own */
+  /** @param {WebGL2RenderingContext} gl a context without depth, alpha and antialiasing, see makeContext */
   constructor(gl) {
     this.#gl = gl;
     gl.disable(gl.DITHER);
     gl.depthFunc(gl.GREATER);
-    // Depth is reversed. Where clip space cannot be Vulkan's it still works, with the digits of a fixed-point depth.
+    // Depth is reversed. Without EXT_clip_control this still works, with the precision of fixed-point depth.
     const clip = gl.getExtension("EXT_clip_control");
     clip?.clipControlEXT(clip.LOWER_LEFT_EXT, clip.ZERO_TO_ONE_EXT);
     this.#vertex = soupVertex(clip ? DEPTHS.zeroToOne : DEPTHS.reversed);
@@ -23,22 +23,22 @@ export class Renderer {
     gl.bufferData(gl.UNIFORM_BUFFER, 4 * FRAME_FLOATS, gl.DYNAMIC_DRAW);
   }
 
-  /** Longest side of a picture in pixels. */
+  /** Largest side of a frame in pixels. */
   get largestSide() {
     const gl = this.#gl;
     return Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), gl.getParameter(gl.MAX_RENDERBUFFER_SIZE),
       ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
   }
 
-  /** Bytes of the targets of the first pass: a number for each sample, one depth. */
+  /** Bytes of the targets of the first pass: a triangle number per sample, and one depth. */
   get targetBytes() { return 4 * (MOST_SAMPLES + 1) * this.#width * this.#height; }
 
   /**
-   * Draws a picture to the canvas, which has to have room for it.
+   * Draws a frame to the canvas, which must be large enough.
    * @param {import("./upload.js").GpuModel} drawn
    * @param {import("./camera.js").View} view
-   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean, left?: number, top?: number}} options left, top: where
-   *   it lies, pixels
+   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean, left?: number, top?: number}} options left, top:
+   *   position on the canvas, pixels
    */
   draw(drawn, view, { aa, dropBehind, left = 0, top = 0 }) {
     const gl = this.#gl, { width, height } = view;
@@ -65,7 +65,7 @@ export class Renderer {
       };
       pass(this.#opaque, 0, drawn.opaque);
       pass(this.#masked[aa], drawn.opaque, drawn.masked);
-      // Phones need not write to memory what nobody reads.
+      // Lets tile-based GPUs skip writing the depth to memory.
       gl.invalidateFramebuffer(gl.FRAMEBUFFER, [gl.DEPTH_ATTACHMENT]);
     });
     gl.bindVertexArray(null);
@@ -81,11 +81,11 @@ export class Renderer {
   }
 
   /**
-   * What the first pass of the last picture found: per pixel, rows downwards, the number (from 1) of the visible
-   * triangle, 0 where there is none.
-   * @param {number} width of the last picture
+   * Returns the result of the last frame's first pass: per pixel, top row first, the number (from 1) of the visible
+   * triangle, or 0.
+   * @param {number} width size of the last frame
    * @param {number} height
-   * @param {number} [sample] which of the pixel's samples
+   * @param {number} [sample] index of the sample in the pixel
    */
   hits(width, height, sample = 0) {
     const gl = this.#gl, values = new Uint32Array(4 * width * height);
@@ -95,7 +95,7 @@ export class Renderer {
     return values.filter((_, i) => i % 4 === 0);
   }
 
-  /** Makes the targets of the first pass as large as a picture. They only grow: pages have soups of several sizes. */
+  /** Enlarges the targets of the first pass to the frame. They never shrink: soups of a page have various sizes. */
   #fit(width, height) {
     if (width <= this.#width && height <= this.#height) return;
     const gl = this.#gl;

@@ -1,22 +1,21 @@
-// The two passes in GLSL ES 3.00, line by line as shaders/ has them for Vulkan. Where they differ, WebGL2 is why:
-//  - it can neither multisample integers nor read single samples, so a pass is drawn once for every sample, moved by
-//    the sample's distance from the middle of the pixel, into a layer of its own. A pixel then sees the same samples as
-//    the native renderer's;
-//  - it has no textureGather, so opacity takes three fetches, and no specialisation constants, so the MLP is written
-//    into the text.
-// Pictures are drawn with their rows downwards, as in Vulkan, and turned over on the way to the canvas.
+// The two passes in GLSL ES 3.00, equal to those for Vulkan in shaders/ except for what WebGL2 lacks:
+//  - It can neither multisample integers nor read single samples. The first pass is drawn once per sample, shifted by
+//    the offset of the sample in the pixel, into its own layer. The samples are the same as in the native renderer.
+//  - It has no textureGather: opacity takes three fetches.
+//  - It has no specialisation constants: the weights of the MLP are written into the shader text.
+// Frames are drawn top row first, as in Vulkan, and flipped when they are drawn to the canvas.
 
-export const TABLE_WIDTH = 1024;  // triangle t is the column (t % 1024, t / 1024) of the table of triangles
+export const TABLE_WIDTH = 1024;  // triangle t is at texel (t % 1024, t / 1024) of the triangle table
 export const UNITS = { table: 0, features: 1, opacities: 2, hits: 3 };  // texture units
 
 /**
- * Anti-aliasing: where the samples of a pixel lie, in pixels from its middle.
- * `shadeAll`: opacity is read and colour computed at each sample; else in the middle, and opacity continued by its
- * slope.
+ * Sample positions of each kind of anti-aliasing, in pixels from the pixel centre.
+ * `shadeAll`: opacity and colour are evaluated at each sample; otherwise at the pixel centre, and opacity is
+ * extrapolated to the samples by its slope.
  */
 export const SAMPLES = {
   none: { at: [[0, 0]], shadeAll: false },
-  // Vulkan's standard sample locations.
+  // The standard sample locations of Vulkan.
   msaa: { at: [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]], shadeAll: false },
   ssaa: { at: [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]], shadeAll: true },
 };
@@ -34,13 +33,13 @@ const FRAME_MEMBERS = `
   vec4 ray, ray_x, ray_y;  // direction from the surface to the camera at NDC (x, y): ray + x ray_x + y ray_y
   vec4 background;
   vec2 pixel;              // NDC per pixel
-  vec2 corner;             // upper left one of the picture on the canvas, from the lower left one of that, pixels
+  vec2 corner;             // upper left corner of the frame, from the lower left corner of the canvas, pixels
 `;
 const FRAME = `
 layout(std140) uniform Frame {${FRAME_MEMBERS}};
 `;
 
-/** The same shader for an engine that states the version itself and sets one uniform after the other: no block. */
+/** The shader without #version and with single uniforms instead of a block, as three.js needs it. */
 export const withPlainUniforms = (shader) =>
   shader.replace("#version 300 es\n", "").replace(FRAME, FRAME_MEMBERS.replace(/^ {2}(?=\w)/gm, "uniform "));
 
@@ -60,7 +59,7 @@ SoupTriangle soup_triangle(uint t) {
 }
 `;
 
-// Three lattice points and their weights: i0 and i1 weigh w.x and w.y, i2 the rest.
+// Three lattice points. Their weights: w.x for i0, w.y for i1, 1 - w.x - w.y for i2.
 const LATTICE = `
 struct LatticeCell {
   ivec3 i0, i1, i2;  // texels of the atlas; z: page
@@ -69,8 +68,8 @@ struct LatticeCell {
 
 vec3 to_camera(vec2 ndc) { return ray.xyz + ndc.x * ray_x.xyz + ndc.y * ray_y.xyz; }
 
-// From the ray, not interpolated between corners that the rasteriser has snapped to its grid. With several samples the
-// middle of a pixel may lie outside, and is moved to the edge.
+// Computed from the ray: interpolation would use corners that the rasteriser has snapped to its grid. With several
+// samples the pixel centre can lie outside of the triangle; it is clamped to the edge.
 vec2 barycentrics(SoupTriangle t, vec2 ndc) {
   vec3 direction = to_camera(ndc), s = eye.xyz - t.v2, p = cross(direction, t.e1);
   float det = dot(p, t.e0), scale = det != 0.0 ? 1.0 / det : 0.0;
@@ -84,7 +83,7 @@ LatticeCell lattice_cell(SoupTriangle t, vec2 b) {
   int x = min(int(u.x), r - 1), y = min(int(u.y), r - 1 - x);
   vec2 f = u - vec2(x, y);
   bool lower = f.x + f.y <= 1.0;
-  // In the squares along the hypotenuse rounding can get into the other half; there is no sample beyond it.
+  // In cells along the hypotenuse rounding can select the upper half, which has no sample.
   bool upper = !lower && x + y + 2 <= r;
   ivec2 at = ivec2(int(t.place & 65535u), int(t.place >> 16)) + side * ivec2(x, y);
   int page = int((t.layer_level >> 8) & 255u);
@@ -94,17 +93,17 @@ LatticeCell lattice_cell(SoupTriangle t, vec2 b) {
 `;
 
 /**
- * Depth in clip space. `reversed` and `zeroToOne` are 1 near and 0 far as in Vulkan, where floats are dense near 0; the
- * latter needs EXT_clip_control. `usual` is what clip_from_world makes it.
+ * Depth in clip space. `reversed` and `zeroToOne`: 1 at the near plane, 0 at the far plane, because floats are dense
+ * near 0; zeroToOne needs EXT_clip_control. `usual`: unchanged from clip_from_world.
  */
 export const DEPTHS = { usual: "p.z", reversed: "-p.z", zeroToOne: "0.5 * (p.w - p.z)" };
 
-/** First pass: a corner of a triangle. depth: one of DEPTHS. */
+/** First pass, vertex shader. depth: one of DEPTHS. */
 export const soupVertex = (depth) => `${HEADER}${FRAME}${TRIANGLES}
 layout(location = 0) in vec3 position;  // world
-layout(location = 1) in uint number;    // of the triangle, from 1
-uniform vec2 move;         // NDC from the sample to the middle of the pixel
-// Leave out a triangle that reaches behind the camera, as in training, instead of clipping it.
+layout(location = 1) in uint number;    // number of the triangle, from 1
+uniform vec2 move;         // NDC from the sample to the pixel centre
+// Omit triangles that reach behind the camera, as in training, instead of clipping them.
 uniform bool drop_behind;
 flat out uint triangle;
 
@@ -122,17 +121,17 @@ void main() {
 }
 `;
 
-/** First pass, triangles that are opaque everywhere: nothing is read, and depth can be tested and written early. */
+/** First pass, opaque triangles: reads no texture, so early depth tests are possible. */
 export const opaqueFragment = `${HEADER}
 flat in uint triangle;
 layout(location = 0) out uint hit;
 void main() { hit = triangle; }
 `;
 
-/** First pass, triangles with holes: opacity is all that is read, one byte a lattice point. */
+/** First pass, triangles with holes: reads only opacity, one byte per lattice point. */
 export const maskedFragment = (aa) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}
 uniform sampler2DArray opacities;
-uniform vec2 offset;  // of the sample, in pixels
+uniform vec2 offset;  // of the sample, pixels
 flat in uint triangle;
 layout(location = 0) out uint hit;
 
@@ -152,12 +151,12 @@ ${SAMPLES[aa].at.length > 1 && !SAMPLES[aa].shadeAll
 }
 `;
 
-/** One triangle that covers the picture. */
+/** One triangle that covers the viewport. */
 export const screenVertex = `${HEADER}
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }
 `;
 
-/** Nine digits give a float back to the bit; GLSL knows a float by its point or exponent. */
+/** A GLSL float literal. Nine digits are exact; GLSL needs a point or an exponent. */
 export function literal(value) {
   const text = String(Number(value.toPrecision(9)));
   return /[.e]/.test(text) ? text : `${text}.0`;
@@ -166,7 +165,7 @@ export function literal(value) {
 const vector = (type, values) => `${type}(${Array.from(values, literal).join(",")})`;
 
 /**
- * A layer of the MLP for vectors of four: one expression for each vector of outputs.
+ * GLSL expressions of a layer of the MLP, one per vector of up to four outputs.
  * @param {Float32Array} weights [outputs][16], row-major
  * @param {Float32Array} biases [outputs]
  * @param {string} input name of an array of four vec4
@@ -187,7 +186,7 @@ export function layer(weights, biases, input) {
   return expressions;
 }
 
-/** A 16 -> 16 -> 16 -> 3 MLP with ReLU, ReLU and sigmoid, its weights compiled in. */
+/** GLSL of a 16 -> 16 -> 16 -> 3 MLP with ReLU, ReLU and sigmoid; the weights are literals. */
 export function mlpFunction(mlp) {
   const hidden = (weights, input) =>
     layer(mlp.subarray(weights, weights + 256), mlp.subarray(weights + 256, weights + 272), input)
@@ -201,9 +200,9 @@ vec3 mlp(vec4 x[4]) {
 `;
 }
 
-/** Colour of a triangle at a point of the screen. */
+/** GLSL function for the colour of a triangle at a point of the screen. */
 const surface = (mlp) => `${mlpFunction(mlp)}
-uniform sampler2DArray features;  // 0..3 of a lattice point; 4..7 lie in the layer after
+uniform sampler2DArray features;  // features 0 to 3 of a page; 4 to 7 are in the next layer
 
 vec4 mixed(LatticeCell c, int half_page) {
   ivec3 scale = ivec3(1, 1, 2), layer = ivec3(0, 0, half_page);
@@ -217,7 +216,7 @@ vec3 surface_colour(uint hit, vec2 ndc) {
   LatticeCell c = lattice_cell(t, barycentrics(t, ndc));
   vec4 low = mixed(c, 0), high = mixed(c, 1);
   vec3 v = normalize(to_camera(ndc));
-  // Seven features, then real spherical harmonics up to degree 2.
+  // Seven features, then the real spherical harmonics up to degree 2.
   vec4 x[4] = vec4[4](low, vec4(high.xyz, 0.28209479),
     vec4(-0.48860251 * v.y, 0.48860251 * v.z, -0.48860251 * v.x, 1.09254843 * v.x * v.y),
     vec4(-1.09254843 * v.y * v.z, 0.31539157 * (2.0 * v.z * v.z - v.x * v.x - v.y * v.y), -1.09254843 * v.x * v.z,
@@ -226,7 +225,7 @@ vec3 surface_colour(uint hit, vec2 ndc) {
 }
 `;
 
-/** Second pass: features and MLP once per pixel, or once for every triangle in a pixel that the samples see. */
+/** Second pass: features and MLP once per pixel, or once per visible triangle in the pixel. */
 export const shadeFragment = (aa, mlp) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}${surface(mlp)}
 uniform usampler2DArray hits;
 layout(location = 0) out vec4 colour;
@@ -238,14 +237,14 @@ ${SAMPLES[aa].at.length === 1 ? `
   colour = background;
   if (hit != 0u) colour.rgb = surface_colour(hit, at * pixel - 1.0);` : `
   uint hit[4];
-  int left = 0;  // samples that are to be added, as bits
+  int left = 0;  // bits of the samples still to be added
   vec3 sum = vec3(0.0);
   for (int i = 0; i < 4; ++i) {
     hit[i] = texelFetch(hits, ivec3(ivec2(at), i), 0).x;
     if (hit[i] == 0u) sum += background.rgb;
     else left |= 1 << i;
   }
-  // The loop's length, not a branch, is what saves work on a CPU.
+  // On a CPU a shorter loop saves work, a branch does not.
   while (left != 0) {
     int i = (left & 1) != 0 ? 0 : (left & 2) != 0 ? 1 : (left & 4) != 0 ? 2 : 3;
     uint h = i == 0 ? hit[0] : i == 1 ? hit[1] : i == 2 ? hit[2] : hit[3];
@@ -267,9 +266,9 @@ ${SAMPLES[aa].shadeAll ? `
 }
 `;
 
-/** Shading of triangles as they are drawn, where another engine's depth test says what is visible. */
+/** Shades triangles directly, for engines that determine visibility by their own depth test. */
 export const meshFragment = (mlp) => `${HEADER}${FRAME}${TRIANGLES}${LATTICE}${surface(mlp)}
-uniform bool linear;  // the target holds light, not sRGB
+uniform bool linear;  // the target stores linear colours, not sRGB
 flat in uint triangle;
 layout(location = 0) out vec4 colour;
 
@@ -279,7 +278,7 @@ void main() {
 }
 `;
 
-/** The opacity of features 4..6 as a texture of its own, a quarter of the bytes for the first pass. */
+/** Copies opacity to its own texture, which has a quarter of the bytes that the first pass would read. */
 export const opacityFragment = `${HEADER}
 uniform sampler2DArray features;
 uniform int layer;
@@ -288,8 +287,8 @@ void main() { opacity = texelFetch(features, ivec3(gl_FragCoord.xy, layer), 0).a
 `;
 
 /**
- * A pixel for each triangle, in the table's places: the least and the greatest opacity of its lattice. Between points
- * it is a mixture.
+ * Computes the minimum and maximum opacity of each triangle's lattice, one pixel per triangle at its place in the
+ * table. Interpolated opacities lie between them.
  */
 export const rangeFragment = `${HEADER}${TRIANGLES}
 uniform sampler2DArray features;

@@ -1,11 +1,10 @@
-// What all soups of a page share: one WebGL context, the models in it, and one clock.
+// Shared by all soups of a page: one WebGL context, the models in it, and one animation loop.
 //
-// Browsers allow a page some 16 contexts (8 on phones), and each would hold its shaders and targets anew. So there is
-// one canvas that nobody sees; each element has a 2D canvas, to which its part of a picture is copied. drawImage
-// between canvases stays on the GPU, is exact (both are opaque, of one colour space and size) and works in every
-// browser with WebGL2. Two other ways lost: transferToImageBitmap makes a new drawing buffer for every picture, and
-// needs OffscreenCanvas with WebGL (Safari 17); one canvas behind the whole page scrolls late and cannot lie in two
-// layers.
+// Browsers limit a page to about 16 contexts (8 on phones), and each needs its own shaders and targets. Therefore all
+// soups are drawn on one hidden canvas and copied to the 2D canvas of their element. drawImage between canvases stays
+// on the GPU, is exact (both canvases are opaque and have the same colour space and size) and works in every browser
+// with WebGL2. Alternatives have drawbacks: transferToImageBitmap creates a drawing buffer per frame and needs
+// OffscreenCanvas with WebGL (Safari 17); one canvas behind the page lags when scrolling and cannot be in two layers.
 import { decodeModel } from "./model.js";
 import { download, nameOf } from "./download.js";
 import { makeContext } from "./gpu.js";
@@ -13,12 +12,12 @@ import { checkDecoder, decodePages } from "./pictures.js";
 import { Renderer } from "./renderer.js";
 import { releaseModel, uploadModel } from "./upload.js";
 
-/** A model in use: the file's bytes stay, since a context that was lost wants them again. */
+/** A model in use. The decoded file stays in memory, to upload it again after the context was lost. */
 class Resident {
   users = 0;
-  drawn = null;  // GpuModel, while there is a context
+  drawn = null;  // GpuModel; null while the context is lost
   abort = new AbortController();
-  listeners = new Set();  // of progress: called with bytes loaded, and in all where that is known
+  listeners = new Set();  // called with bytes loaded and the total, if known
   model = null;
 
   constructor(source) {
@@ -37,7 +36,7 @@ class Resident {
     const { model } = this;
     if (stage.renderer) await checkDecoder(stage.gl);
     const pages = await decodePages(model);
-    // Without a context now, all models are uploaded when it comes back.
+    // If the context is lost now, all models are uploaded when it is restored.
     if (this.users > 0 && stage.renderer && !this.drawn) this.drawn = uploadModel(stage.gl, model, pages);
     for (const picture of pages.flat()) picture.close?.();
   }
@@ -51,11 +50,11 @@ class Stage {
   #elements = new Set();
   #frame = 0;
 
-  /** @throws {SoupError} without WebGL2 */
+  /** @throws {SoupError} if WebGL2 is not available */
   constructor() {
     this.gl = makeContext(this.#canvas);
     this.#canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault();  // it is to come back
+      event.preventDefault();  // allows the context to be restored
       this.renderer = null;
       for (const resident of this.#residents.values()) resident.drawn = null;
       for (const element of this.#elements) element.contextLost();
@@ -66,8 +65,8 @@ class Stage {
   }
 
   /**
-   * A window that moves to another screen, or a page that is zoomed: a query knows one ratio, so each change wants a
-   * new one.
+   * Reports changes of the device pixel ratio (another screen, zoom). A media query matches one ratio, so each change
+   * needs a new query.
    */
   #watchRatio() {
     matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
@@ -85,11 +84,11 @@ class Stage {
     } catch (error) {
       problem = error;
     }
-    if (!this.renderer) return;  // lost again in between
+    if (!this.renderer) return;  // lost again meanwhile
     for (const element of this.#elements) element.contextRestored(problem);
   }
 
-  /** Elements of the page join and leave; those that joined are asked for pictures. */
+  /** Registers an element for tick(). */
   join(element) { this.#elements.add(element); }
 
   leave(element) {
@@ -98,9 +97,9 @@ class Stage {
   }
 
   /**
-   * A model by its address, loaded once however many show it: its `ready` becomes itself, or a SoupError. Whoever takes
-   * one gives it back with release().
-   * @param {string} source absolute address or "#id"
+   * Returns the model of a URL. Each URL is loaded once and shared. Its promise `ready` resolves to the model or
+   * rejects with a SoupError. The caller must release() it.
+   * @param {string} source absolute URL or "#id"
    */
   take(source) {
     let resident = this.#residents.get(source);
@@ -108,7 +107,7 @@ class Stage {
       resident = new Resident(source);
       this.#residents.set(source, resident);
       resident.ready = resident.load(this);
-      // Whoever tries again starts anew.
+      // After a failure the next take() loads it again.
       resident.ready.catch(() => this.#forget(resident));
     }
     ++resident.users;
@@ -127,7 +126,7 @@ class Stage {
     if (this.#residents.get(resident.source) === resident) this.#residents.delete(resident.source);
   }
 
-  /** Asks for a picture of every element that wants one, with the display's next refresh. */
+  /** Calls tick() of every element at the next display refresh. */
   wake() {
     this.#frame ||= requestAnimationFrame((now) => {
       this.#frame = 0;
@@ -136,7 +135,7 @@ class Stage {
   }
 
   /**
-   * Draws a picture and copies it to a 2D canvas of its size.
+   * Draws a frame and copies it to a 2D canvas of the same size.
    * @param {CanvasRenderingContext2D} context
    * @param {import("./renderer.js").GpuModel} drawn
    * @param {import("./camera.js").View} view
@@ -153,5 +152,5 @@ class Stage {
 
 let stage = null;
 
-/** The page's stage, made when first asked for. @throws {SoupError} without WebGL2 */
+/** Returns the stage of the page and creates it if needed. @throws {SoupError} if WebGL2 is not available */
 export const theStage = () => (stage ??= new Stage());

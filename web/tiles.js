@@ -1,23 +1,20 @@
-// Atlas pages that are larger than a device's textures, cut into tiles: each tile holds every lattice that begins in it
-// as a whole.
+// Cuts atlas pages that exceed the texture size of a device into overlapping tiles. A lattice lies completely in the
+// tile in which it begins.
 import { MAX_LEVEL } from "./model.js";
 
-const REACH = 1 << MAX_LEVEL;  // texels from the first to the last of a lattice
+const REACH = 1 << MAX_LEVEL;  // extent of the largest lattice, texels
 
 /**
- * @typedef {object} Cut one page in tiles
+ * @typedef {object} Cut the tiles of one page
  * @property {number} page
- * @property {number} first number of its first tile
- * @property {number} across tiles side by side
- * @property {number} down
+ * @property {number} first number of the first tile
+ * @property {number} across number of tiles per row
+ * @property {number} down number of rows
  * @property {number} strideX texels from a tile to the next one
  * @property {number} strideY
  */
 
-/**
- * One side of a page: how many tiles, how far apart and how long they are. The fewest that fit, and those as small as
- * they can be.
- */
+/** Cuts one side of a page into the fewest tiles, as small as possible: their number, distance and length. */
 function cutSide(side, most) {
   if (side <= most) return { count: 1, stride: side, length: side };
   const count = Math.ceil((side - REACH) / (most - REACH)), stride = Math.ceil((side - REACH) / count);
@@ -25,10 +22,11 @@ function cutSide(side, most) {
 }
 
 /**
+ * Cuts pages into tiles.
  * @param {{width: number, height: number}[]} pages
- * @param {number} most longest side of a texture, above 32
- * @returns {{cuts: Cut[], count: number, width: number, height: number}} count: of tiles; width and height hold each of
- *   them
+ * @param {number} most largest side of a texture, more than 32
+ * @returns {{cuts: Cut[], count: number, width: number, height: number}} count: number of tiles;
+ *   width, height: size of the largest one
  */
 export function cutPages(pages, most) {
   const result = { cuts: [], count: 0, width: 0, height: 0 };
@@ -44,7 +42,7 @@ export function cutPages(pages, most) {
 }
 
 /**
- * A place on a page as one on a tile, which is its `page` then.
+ * Converts a place on a page to a place on a tile; `page` of the result is the tile.
  * @param {ReturnType<typeof import("./model.js").placeOf>} place
  * @param {Cut[]} cuts
  */

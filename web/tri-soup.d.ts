@@ -1,26 +1,26 @@
-/** Smooth edges: one sample a pixel; four samples of visibility; 2 x 2 shaded samples. */
+/** Anti-aliasing: none; four visibility samples per pixel; 2 x 2 shaded samples per pixel. */
 export type AntiAliasing = "none" | "msaa" | "ssaa";
 
 /**
- * A soup of triangles in a page: `<tri-soup src="model.glb" poster="poster.png" camera="3" autorotate></tri-soup>`.
- * Its size is that of any block; without a height it is 16 to 9. Drag, wheel, touch and keys move the camera as in
- * soup-view. Shadow parts for styles: canvas, poster, progress, message.
+ * Shows a soup in a page: `<tri-soup src="model.glb" poster="poster.png" camera="3" autorotate></tri-soup>`.
+ * A block element; without a height its aspect ratio is 16:9. Mouse, touch and keys move the camera as in soup-view.
+ * Shadow parts for styles: canvas, poster, progress, message.
  */
 export class TriSoup extends HTMLElement {
-  /** Address of a model.glb, or "#id" of an element whose text is one as base64. */
+  /** URL of a model.glb, or "#id" of an element whose text is one in base64. */
   src: string;
-  /** Address of a picture to show until the first one has been drawn. */
+  /** URL of an image to show until the first frame is drawn. */
   poster: string;
   /** Number (from 0, test views first) or name of one of the model's cameras. */
   get camera(): string;
   set camera(value: string | number);
-  /** "msaa" unless something else is given. */
+  /** Default: "msaa". */
   aa: AntiAliasing;
-  /** Turns until somebody moves it, unless the reader prefers less motion. */
+  /** Rotates the scene until the visitor moves it. Ignored if the visitor prefers reduced motion. */
   autorotate: boolean;
   /** Names of the model's cameras, test views first; empty until it is loaded. */
   readonly cameras: string[];
-  /** Whether a picture of `src` has been drawn. */
+  /** True once `src` has been drawn. */
   readonly loaded: boolean;
 
   addEventListener<K extends keyof TriSoupEventMap>(type: K,
@@ -30,15 +30,15 @@ export class TriSoup extends HTMLElement {
 }
 
 export interface TriSoupEventMap extends Omit<HTMLElementEventMap, "load" | "progress" | "error"> {
-  /** The first picture has been drawn. */
+  /** The first frame has been drawn. */
   load: Event;
-  /** Part of the model has arrived. */
+  /** Part of the model has been downloaded. */
   progress: ProgressEvent;
-  /** It cannot be shown; `message` says why and what helps, and the element shows it. */
+  /** The model cannot be shown. The element shows `message`, which names the reason and a fix. */
   error: ErrorEvent;
-  /** The graphics device was lost; the last picture stays, with a message. */
+  /** The graphics device was lost. The last frame stays visible, with a message. */
   contextlost: Event;
-  /** It came back, and so does the picture. */
+  /** The device was restored, and the scene is drawn again. */
   contextrestored: Event;
 }
 

@@ -1,4 +1,4 @@
-// The module: defines <tri-soup>. See docs/web.md.
+// Defines <tri-soup>. See docs/viewer.md.
 import { TriSoup } from "./element.js";
 
 if (!customElements.get("tri-soup")) customElements.define("tri-soup", TriSoup);

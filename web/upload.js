@@ -1,38 +1,38 @@
-// A model on its way to the GPU: textures, the table of triangles, and vertices in the order in which they are drawn.
+// Uploads models to the GPU: textures, the triangle table, and vertices in drawing order.
 import { SoupError } from "./error.js";
 import { bindTextures, drawOnce, layerTarget, makeTexture } from "./gpu.js";
 import { placeOf } from "./model.js";
 import { TABLE_WIDTH, opacityFragment, rangeFragment } from "./shaders.js";
 import { cutPages, placeOnTile } from "./tiles.js";
 
-const MOST_TILES = 256;  // a byte in the table of triangles
+const MOST_TILES = 256;  // tile numbers are one byte in the triangle table
 
 /**
- * @typedef {object} GpuModel a model as it is drawn
+ * @typedef {object} GpuModel a model on the GPU
  * @property {import("./model.js").Model} model
- * @property {number} opaque triangles that are at least a half everywhere: drawn first, without looking at opacity
- * @property {number} masked triangles that are a half somewhere; those that are it nowhere are not drawn at all
- * @property {number} width of a layer of its textures, texels
+ * @property {number} opaque number of triangles with opacity of at least 0.5 everywhere; drawn first, without opacity
+ * @property {number} masked number of triangles that reach opacity 0.5 somewhere; others are not drawn
+ * @property {number} width of a texture layer, texels
  * @property {number} height
- * @property {number} tiles two layers of features each
- * @property {number} rows of the table of triangles
+ * @property {number} tiles number of tiles; each has two layers of features
+ * @property {number} rows of the triangle table
  * @property {number} bytes on the GPU
  */
 
 /**
  * @param {WebGL2RenderingContext} gl
  * @param {import("./model.js").Model} model
- * @param {TexImageSource[][]} pages its decoded pages, two pictures each
+ * @param {TexImageSource[][]} pages decoded pages, two images each
  * @returns {GpuModel}
- * @throws {SoupError} when the device cannot hold it
+ * @throws {SoupError} if the device cannot hold it
  */
 export function uploadModel(gl, model, pages) {
   const most = gl.getParameter(gl.MAX_TEXTURE_SIZE), rows = Math.ceil(model.triangles / TABLE_WIDTH);
   const { cuts, count, width, height } = cutPages(model.pages, most);
   if (rows > most || count > MOST_TILES || 2 * count > gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS))
     throw new SoupError(
-      `${model.name}: its textures are too large for this device, which ends at ${most} texels; use a smaller model`);
-  while (gl.getError() !== gl.NO_ERROR);  // of others
+      `${model.name}: its textures exceed the limit of this device, ${most} texels a side; use a smaller model`);
+  while (gl.getError() !== gl.NO_ERROR);  // clears errors of earlier calls
   const features = makeTexture(gl, gl.RGBA8, width, height, 2 * count);
   cuts.forEach((cut) => fillTiles(gl, cut, pages[cut.page], width, height));
   const table = makeTexture(gl, gl.RGBA32UI, TABLE_WIDTH, rows, 3);
@@ -48,7 +48,7 @@ export function uploadModel(gl, model, pages) {
   if (gl.getError() === gl.OUT_OF_MEMORY) {
     releaseModel(gl, drawn);
     throw new SoupError(
-      `${model.name}: does not fit the memory of this device; close other pages or use a smaller model`);
+      `${model.name}: does not fit into the memory of this device; close other pages or use a smaller model`);
   }
   return drawn;
 }
@@ -65,7 +65,7 @@ export function releaseModel(gl, drawn) {
 }
 
 /**
- * RGBA of the upper left pixel of a picture, as uploadModel has it.
+ * Uploads an image as uploadModel does and returns RGBA of its upper left pixel.
  * @param {WebGL2RenderingContext} gl
  * @param {TexImageSource} picture
  */
@@ -79,7 +79,7 @@ export function uploadedPixel(gl, picture) {
   return rgba;
 }
 
-/** Both pictures of a page, tile after tile, to the texture that is bound. */
+/** Uploads both images of a page, tile by tile, to the bound texture. */
 function fillTiles(gl, { first, across, down, strideX, strideY }, pictures, width, height) {
   for (let tile = 0; tile < across * down; ++tile) {
     const x = (tile % across) * strideX, y = Math.floor(tile / across) * strideY;
@@ -95,7 +95,7 @@ function fillTiles(gl, { first, across, down, strideX, strideY }, pictures, widt
   gl.pixelStorei(gl.UNPACK_SKIP_ROWS, 0);
 }
 
-/** The table of triangles: three layers of four numbers a triangle, as soup_triangle in shaders.js reads them. */
+/** The triangle table: three layers of four numbers per triangle, as soup_triangle in shaders.js reads them. */
 function tableLayers(model, cuts, rows) {
   const layers = Array.from({ length: 3 }, () => new Uint32Array(4 * TABLE_WIDTH * rows));
   const floats = layers.map((texels) => new Float32Array(texels.buffer));
@@ -124,7 +124,7 @@ function opacityLayers(gl, features, width, height, tiles) {
   return opacities;
 }
 
-/** Four bytes a triangle, of which the first two are the least and the greatest opacity of its lattice. */
+/** Four bytes per triangle; the first two are the minimum and maximum opacity of its lattice. */
 function opacityRanges(gl, model, table, features, rows) {
   const ranges = makeTexture(gl, gl.RGBA8, TABLE_WIDTH, rows, 1), target = layerTarget(gl, ranges, 0);
   const bytes = new Uint8Array(4 * TABLE_WIDTH * rows);
@@ -138,10 +138,10 @@ function opacityRanges(gl, model, table, features, rows) {
   return bytes;
 }
 
-/** Vertices in the order in which they are drawn, each with the number of its triangle. */
+/** Uploads vertices in drawing order, each with the number of its triangle. */
 function uploadCorners(gl, model, ranges) {
   const opaque = [], masked = [];
-  // A byte is at least a half from 128 on: 127.5 / 255 is the threshold.
+  // Opacity 0.5 is 127.5 / 255, so bytes from 128 reach it.
   for (let t = 0; t < model.triangles; ++t)
     if (ranges[4 * t] >= 128) opaque.push(t);
     else if (ranges[4 * t + 1] >= 128) masked.push(t);

@@ -1,11 +1,11 @@
-// The vertices of a model.glb without a mesh: steps on a grid of each triangle's own, arithmetically coded
-// (engine/format/vertex_code.cpp).
+// Decodes the vertices of a model.glb without a mesh. They are arithmetically coded integers on a grid whose spacing
+// can differ per triangle (engine/format/vertex_code.cpp).
 import { RangeDecoder } from "./range_decoder.js";
 
 const MOST_BITS = 26, MOST_EXPONENT = 30, MOST_STEPS = 1 << 24;
-/** Chances of a number: how many bits it has, its sign, what follows its first bit. */
+/** Probabilities of a number: its count of bits, its sign, the bits after the first one. */
 const SIGN_OF_NUMBER = MOST_BITS, REST_OF_NUMBER = SIGN_OF_NUMBER + 1, NUMBER = REST_OF_NUMBER + MOST_BITS;
-/** Those of exponents come first, then those of each corner, axis and number of bits before it. */
+/** Sets of probabilities: one for exponents, then one per corner, axis and count of bits of the number before. */
 const NUMBERS = 1 + 9 * (MOST_BITS + 1);
 
 function wholeNumber(decoder, chances) {
@@ -21,14 +21,14 @@ function wholeNumber(decoder, chances) {
 const bitsOf = (number) => 32 - Math.clz32(Math.abs(number));
 
 /**
- * Corners of all triangles in normalised coordinates; null where the bytes end too early or a number lies beyond its
- * limits.
+ * Decodes the corners of all triangles in normalised coordinates; null if the bytes end too early or a number exceeds
+ * its limits.
  * @param {Uint8Array} bytes
  * @param {number} triangles
- * @returns {Float32Array | null} x y z of three corners a triangle
+ * @returns {Float32Array | null} x, y, z of three corners per triangle
  */
 export function decodeVertices(bytes, triangles) {
-  // A header may claim any number; files have four bytes for each beyond the first.
+  // Limits memory: damaged headers can claim any number, but real files have at least 4 bytes per triangle.
   if (triangles > 4096 + bytes.length / 4) return null;
   const decoder = new RangeDecoder(bytes, NUMBERS * NUMBER), corners = new Int32Array(9);
   const vertices = new Float32Array(9 * triangles);
@@ -37,7 +37,7 @@ export function decodeVertices(bytes, triangles) {
     const before = exponent;
     exponent += wholeNumber(decoder, 0);
     if (decoder.ended || Math.abs(exponent) > MOST_EXPONENT) return null;
-    // From the middle of the triangle before, then from the first corner.
+    // The first corner is relative to the centre of the triangle before, the others to the first corner.
     let from = [0, 1, 2].map((axis) => {
       const sum = corners[axis] + corners[3 + axis] + corners[6 + axis];
       return Math.min(Math.max(Math.floor((sum * 2 ** (exponent - before)) / 3), -MOST_STEPS), MOST_STEPS);

@@ -53,7 +53,7 @@ Picture Model::render(Device& device, const Camera& camera) const {
   const train::BatchView view = train::batch_view(scene::normalised(c, normalisation), impl_->near, impl_->far);
   gpu::Device& gpu = *device.impl().device;
   train::SoupBuffers soup = train::load_model(gpu, impl_->model, normalisation);
-  train::Frame frame(gpu);
+  train::BatchBuffers frame(gpu);
   train::StepInputs inputs;
   inputs.background = impl_->model.background;
   Picture picture{c.width, c.height, {}};

@@ -66,7 +66,7 @@ Model Training::model() {
   model->model = impl_->trainer.model();
   model->near = settings.test_near;
   model->far = settings.far;
-  model->file = soup::encode_model(model->model, train::file_options(dataset.scene, settings, dataset.load));
+  model->file = soup::encode_model(model->model, train::model_options(dataset.scene, settings, dataset.load));
   return Model(std::move(model));
 }
 

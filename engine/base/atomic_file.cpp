@@ -13,7 +13,7 @@
 namespace trisoup {
 namespace {
 
-// Unique among processes and threads, so that two writers of one name cannot mix their bytes; the last rename wins.
+// Unique among processes and threads, so that two writers of one file cannot mix their bytes. The last rename wins.
 std::filesystem::path temporary_name(const std::filesystem::path& target) {
   static std::atomic<unsigned> count{0};
   std::filesystem::path name = target;
@@ -25,9 +25,10 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
-/// The file that `name` stands for: what a symbolic link points to. Renaming onto a device or a pipe would replace it.
+/// Follows symbolic links from `name` to the file itself. Throws Error for a device or a pipe, because the rename would
+/// replace it.
 std::filesystem::path target_of(const std::filesystem::path& name) {
-  if (name.empty()) throw Error("a file to write has no name; give one");
+  if (name.empty()) throw Error("the output file has no name; give one");
   std::error_code ignored;
   std::filesystem::path file = name;
   for (int links = 0; links < 40 && std::filesystem::is_symlink(std::filesystem::symlink_status(file, ignored));
@@ -38,7 +39,7 @@ std::filesystem::path target_of(const std::filesystem::path& name) {
   const std::filesystem::file_status status = std::filesystem::status(file, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
       !std::filesystem::is_directory(status))
-    throw Error("{}: is a device or a pipe, not a file; choose another name", name.string());
+    throw Error("{}: this is a device or a pipe, not a file; choose another name", name.string());
   return file;
 }
 
@@ -46,7 +47,7 @@ std::filesystem::path target_of(const std::filesystem::path& name) {
 
 OutputFile::OutputFile(const std::filesystem::path& target, std::uint64_t expected_bytes)
     : target_(target_of(target)), temporary_(temporary_name(target_)), expected_(expected_bytes) {
-  ::unlink(temporary_.c_str());  // of a killed process that had our number
+  ::unlink(temporary_.c_str());  // may be left from a killed process with the same id
   do {
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   } while (descriptor_ < 0 && errno == EINTR);
@@ -68,8 +69,8 @@ void OutputFile::fail(int error, std::size_t pending_bytes) const {
       throw Error("{}: the disk quota is used up; free {} MB", name, (end - std::min(end, written_)) / 1'000'000 + 1);
     case EFBIG:
       throw Error(
-          "{}: {} bytes are more than a file may have here; raise the limit (ulimit -f) or write to another disk", name,
-          end);
+          "{}: {} bytes exceed the largest file allowed here; raise the limit (ulimit -f) or write to another disk",
+          name, end);
     case ENOTDIR:
       throw Error("{}: {} is not a folder; choose another name", name, folder);
     case ENOENT:
@@ -82,7 +83,7 @@ void OutputFile::fail(int error, std::size_t pending_bytes) const {
     case EISDIR:
     case ENOTEMPTY:
     case EEXIST:
-      throw Error("{}: is a folder; choose another name", name);
+      throw Error("{}: this is a folder; choose another name", name);
     case ENAMETOOLONG:
       throw Error("{}: the name is too long; choose a shorter one", name);
     case EMFILE:
@@ -95,7 +96,7 @@ void OutputFile::fail(int error, std::size_t pending_bytes) const {
 
 void OutputFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    // Linux writes at most 2 GiB at once.
+    // Linux writes at most 2 GiB per call.
     const std::size_t chunk = std::min<std::size_t>(bytes.size(), std::size_t{1} << 30);
     const ssize_t done = ::write(descriptor_, bytes.data(), chunk);
     if (done < 0) {
@@ -108,14 +109,15 @@ void OutputFile::write(std::span<const std::byte> bytes) {
 }
 
 void OutputFile::commit() {
-  // Without the flush a power cut could leave the new name with no content: the rename may reach the disk first.
+  // Without this flush, a power cut could leave an empty file: the rename may reach the disk before the content.
   if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno, 0);
   const int closed = ::close(descriptor_);
   descriptor_ = -1;
   if (closed != 0 && errno != EINTR) fail(errno, 0);  // network file systems report a full disk here
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno, 0);
   committed_ = true;
-  // The rename itself lives in the folder. Some file systems cannot flush one; the file is whole either way.
+  // The rename is stored in the folder, so the folder is flushed too. Some file systems cannot flush a folder. The file
+  // is complete in either case.
   const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) {
     ::fsync(folder);

@@ -1,5 +1,5 @@
-// Writing a file so that its name always means a whole one: to a temporary name in the same folder, flushed to the
-// disk, renamed.
+// Atomic file writes: the content goes to a temporary file in the same folder, is flushed to disk, and is then renamed.
+// Readers never see a partial file.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace trisoup {
 
-/// The file while it is being written, under its temporary name. Made by write_file_atomically only.
+/// A file that is being written under its temporary name. Only write_file_atomically creates one.
 class OutputFile {
  public:
   OutputFile(const OutputFile&) = delete;
@@ -28,7 +28,7 @@ class OutputFile {
   friend void write_file_atomically(const std::filesystem::path&, const std::function<void(OutputFile&)>&,
                                     std::uint64_t);
   OutputFile(const std::filesystem::path& target, std::uint64_t expected_bytes);
-  ~OutputFile();  // removes what is there unless it was committed
+  ~OutputFile();  // removes the temporary file unless it was committed
   void commit();
   [[noreturn]] void fail(int error, std::size_t pending_bytes) const;
 
@@ -38,15 +38,15 @@ class OutputFile {
   bool committed_ = false;
 };
 
-/// Makes `path` hold what `fill` writes, or leaves it as it was: if fill or any write throws, the temporary file is
-/// removed and the exception goes on. Permissions are those of a new file, a symbolic link stays, and the file it
-/// points to is written. expected_bytes: the size
-/// to come if it is known; it only makes "the disk is full" tell how much is missing. Throws Error that names `path`
-/// and the fix: disk full, quota, size limit, folder missing or not writable.
+/// Calls `fill` and makes its output the content of `path`. If `fill` or a write throws, the temporary file is removed,
+/// `path` is unchanged and the exception is passed on. The file gets the permissions of a new file. If `path` is a
+/// symbolic link, its target is written.
+/// expected_bytes: the final size, if known. It is used only to report how much space a full disk lacks.
+/// Throws Error with the path and the fix: disk full, quota, size limit, folder missing or not writable.
 void write_file_atomically(const std::filesystem::path& path, const std::function<void(OutputFile&)>& fill,
                            std::uint64_t expected_bytes = 0);
 
-/// The same for content that is in memory.
+/// Writes content that is already in memory.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> content);
 
 }  // namespace trisoup

@@ -29,8 +29,8 @@ std::string last_line(const std::filesystem::path& path) {
   return last;
 }
 
-/// Hands on the lines that are added to a file. The program writes to the file itself, so that it goes on at its own
-/// pace and none of its last words are lost.
+/// Passes lines that are appended to a log file to a callback. The program writes to the file directly, not through a
+/// pipe, so that it never waits for this process and its last lines are never lost.
 class NewLines {
  public:
   NewLines(const std::filesystem::path& path, const std::function<void(std::string_view)>& on_line)
@@ -43,7 +43,7 @@ class NewLines {
     if (!on_line_) return;
     char buffer[4096];
     do {
-      in_.clear();  // the end that was met last time
+      in_.clear();  // clears the end-of-file state of the last read
       in_.read(buffer, sizeof buffer);
       pending_.append(buffer, static_cast<std::size_t>(in_.gcount()));
     } while (in_.gcount() > 0);
@@ -56,15 +56,15 @@ class NewLines {
  private:
   const std::function<void(std::string_view)>& on_line_;
   std::ifstream in_;
-  std::string pending_;  // a line without its end
+  std::string pending_;  // an incomplete line
 };
 
-/// Sends a signal to a program and to all that it has started: it may be a script around the one that works.
+/// Sends a signal to a program and to all processes that it started: the program may be a wrapper script.
 void signal_all(pid_t program, int signal) {
   if (::kill(-program, signal) != 0) ::kill(program, signal);
 }
 
-/// Ends and collects a program that is still running when an exception leaves this file.
+/// Kills and reaps a program that is still running when an exception is thrown.
 struct Child {
   pid_t id = -1;
   ~Child() {
@@ -80,11 +80,11 @@ pid_t start(const std::vector<std::string>& arguments, int out, int keep_open) {
   argv.push_back(nullptr);
   const pid_t parent = ::getpid(), child = ::fork();
   if (child != 0) return child;
-  // Between fork and exec nothing that allocates.
+  // Nothing may allocate memory between fork and exec.
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != parent) ::_exit(125);
-  // Some programs take keys from the terminal, and would take those that are not meant for them.
+  // Some programs read keys from the terminal. They must not read keys meant for this program.
   const int nothing = ::open("/dev/null", O_RDONLY);
   if (nothing >= 0) ::dup2(nothing, STDIN_FILENO);
   ::dup2(out, STDOUT_FILENO);
@@ -106,7 +106,7 @@ ChildResult run_child(const std::vector<std::string>& arguments, const ChildOpti
   ::close(out);
   if (child.id < 0) throw Error("{}: cannot be started ({}); end some programs", arguments[0], std::strerror(errno));
   int state = 0;
-  std::chrono::steady_clock::time_point asked{};  // when it was asked to end
+  std::chrono::steady_clock::time_point asked{};  // when SIGTERM was sent
   while (::waitpid(child.id, &state, WNOHANG) != child.id) {
     lines.read();
     const auto now = std::chrono::steady_clock::now();

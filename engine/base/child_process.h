@@ -11,28 +11,28 @@
 namespace trisoup {
 
 struct ChildOptions {
-  std::filesystem::path log{};  // receives what the program prints
-  bool append = false;          // to what the log holds already
-  int keep_open =
-      -1;  // a descriptor that the program inherits: a lock on it holds as long as the program runs; -1: none
-  /// Seconds between asking the program to end (SIGTERM) and ending it (SIGKILL); 0: it may take as long as it likes.
+  std::filesystem::path log{};  // receives the output of the program
+  bool append = false;          // keep the existing content of the log
+  /// A descriptor that the program inherits, so that a lock on it lasts as long as the program runs; -1: none.
+  int keep_open = -1;
+  /// Seconds between SIGTERM and SIGKILL; 0: never send SIGKILL.
   double patience = 0;
-  std::function<void(std::string_view line)>
-      on_line{};  // called for each whole line that it prints, from the thread that waits
+  /// Called for each complete line that the program prints, on the thread that called run_child.
+  std::function<void(std::string_view line)> on_line{};
 };
 
 struct ChildResult {
-  int status = 0;     // exit status, or 128 + the signal that ended it
-  std::string error;  // the last line that it wrote, or that a signal ended it; empty where status is 0
+  int status = 0;     // exit status, or 128 + the number of the signal that ended the program
+  std::string error;  // the program's last line, or a message about the signal that ended it; empty if status is 0
 };
 
-/// Runs arguments[0], a path, with the others and nothing to read. When this process ends, whatever the cause, the
-/// program is asked to end (SIGTERM), and so it is when `stop` is set while it runs. Throws Error when it cannot be
-/// started.
+/// Runs the program at the path arguments[0] with the remaining arguments and an empty standard input, and waits for
+/// it. The program receives SIGTERM when `stop` is set and when this process ends for any reason. Throws Error if the
+/// program cannot be started.
 ChildResult run_child(const std::vector<std::string>& arguments, const ChildOptions& options,
                       const std::atomic<bool>& stop);
 
-/// The first executable file of that name in the folders of PATH; empty where there is none.
+/// Returns the first executable file with that name in the folders of PATH, or an empty path if there is none.
 std::filesystem::path find_program(const std::string& name);
 
 }  // namespace trisoup

@@ -1,4 +1,4 @@
-// The one exception type of the engine.
+// The exception type of the engine.
 #pragma once
 
 #include <stdexcept>
@@ -8,9 +8,10 @@
 
 namespace trisoup {
 
-/// Bad input or environment. The message is one line that names the file, the thing and the fix:
+/// Bad input or environment. The message is one line that says where, what is wrong and what to do:
 /// "scene/images.bin: claims 4000000000 images in 120 bytes; export the COLMAP model again".
-/// Programs print it on stderr and exit with status 1.
+/// Programs print it to stderr and exit with status 1. A message names a setting in backquotes, as in `test_every`.
+/// Programs print the name of their option instead.
 class Error : public std::runtime_error {
  public:
   template <typename... Args>

@@ -9,7 +9,7 @@
 namespace trisoup {
 namespace {
 
-/// Value of `key: value` or `key=value` in the first such line of a file; empty where there is none.
+/// Returns the value of the first line `key: value` or `key=value` of a file, or an empty string if there is none.
 std::string value_in(const char* file, const std::string& key, char between) {
   std::ifstream in(file);
   for (std::string line; std::getline(in, line);) {

@@ -1,11 +1,11 @@
-// What a figure was measured on.
+// Description of the machine, stored with measurements.
 #pragma once
 
 #include <string>
 
 namespace trisoup {
 
-/// "AMD EPYC, 2 threads, Debian GNU/Linux 12 (bookworm)".
+/// Returns processor, threads and operating system: "AMD EPYC, 2 threads, Debian GNU/Linux 12 (bookworm)".
 std::string machine();
 
 }  // namespace trisoup

@@ -17,7 +17,7 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body) 
   int failed_index = count;
   std::exception_ptr failure;
 
-  // Indices are taken in order, so the lowest one that throws has always been taken when a higher one has.
+  // Indices start in order. When a call throws, all lower indices have started, so the lowest failure is always seen.
   const auto work = [&] {
     while (!failed) {
       const int index = next++;

@@ -1,4 +1,4 @@
-// Text from a file, made fit for a one-line message or for JSON.
+// Makes text from files safe for one-line messages and for JSON.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@
 
 namespace trisoup {
 
-/// `text` with control characters replaced by '?' and cut to 120 characters: names in a damaged file must not break the
-/// one-line promise of Error.
+/// Replaces control characters with '?' and cuts the text to 120 bytes, so that names from a damaged file cannot break
+/// the one-line messages of Error.
 std::string printable(std::string_view text);
 
-/// "a, b and 3 more", eight names at most, each printable().
+/// Returns at most eight names, each through printable(): "a, b and 3 more".
 std::string some_names(const std::vector<std::string>& names);
 
-/// `text` with what is not UTF-8 replaced by U+FFFD: JSON takes nothing else, and file names may hold any byte.
+/// Replaces invalid UTF-8 with U+FFFD. JSON requires UTF-8, but file names may contain any bytes.
 std::string utf8(std::string_view text);
 
 }  // namespace trisoup

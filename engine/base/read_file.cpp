@@ -20,7 +20,7 @@ std::string read_file(const std::filesystem::path& path) {
   if (!is_file(path)) throw Error("{}: not a regular file; give the path of a file", name);
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error("{}: cannot be opened ({}); check its permissions", name, std::strerror(errno));
-  // Of what was opened: by now another file may have that name.
+  // Takes the size from the open file, because another file may have that name by now.
   const std::streamoff size = file.seekg(0, std::ios::end).tellg();
   if (size < 0) throw Error("{}: its size cannot be read; check the disk", name);
   std::string content(static_cast<std::size_t>(size), '\0');

@@ -1,4 +1,4 @@
-// Whole files into memory.
+// Reads whole files into memory.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 
 namespace trisoup {
 
-/// True for a regular file or a link to one; false on any doubt.
+/// Returns true for a regular file or a link to one, and false if that cannot be determined.
 bool is_file(const std::filesystem::path& path);
 
-/// The bytes of a file. Throws Error if it is missing, is no regular file or cannot be read.
+/// Returns the content of a file. Throws Error if the file is missing, is not a regular file or cannot be read.
 std::string read_file(const std::filesystem::path& path);
 
-/// The same bytes for the readers of binary formats; valid as long as `content` is.
+/// Views the content as bytes, for readers of binary formats. Valid as long as `content` is.
 inline std::span<const std::byte> bytes_of(const std::string& content) { return std::as_bytes(std::span(content)); }
 
 }  // namespace trisoup

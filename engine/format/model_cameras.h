@@ -1,4 +1,4 @@
-// The cameras in a model.glb's extension (docs/format.md).
+// The cameras in a model.glb's extension (docs/formats.md).
 #pragma once
 
 #include <span>

@@ -270,7 +270,7 @@ json material_json(std::size_t texture) {
            {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
 }
 
-/// The extension's content (docs/format.md).
+/// The extension's content (docs/formats.md).
 json extension_json(const Model& model, const ModelFileOptions& options, Binary& binary) {
   json extension;
   extension["version"] = codes_vertices(options) ? kVersion : kVersionOfMeshes;

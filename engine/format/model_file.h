@@ -1,4 +1,4 @@
-// model.glb: a glTF 2.0 file that any glTF viewer opens. An extension holds the neural textures (docs/format.md).
+// model.glb: a glTF 2.0 file that any glTF viewer opens. An extension holds the neural textures (docs/formats.md).
 #pragma once
 
 #include <cstddef>

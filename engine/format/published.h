@@ -1,5 +1,5 @@
 // Reads and writes the files of the published viewer: a mesh, two look-up textures, the MLP and some numbers as JSON
-// (docs/web.md). All triangles have the same texture level; vertices are in dataset coordinates.
+// (docs/viewer.md). All triangles have the same texture level; vertices are in dataset coordinates.
 #pragma once
 
 #include <cstdint>

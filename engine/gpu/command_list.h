@@ -1,4 +1,4 @@
-// Commands that are given once and run often.
+// Lists of device commands that are recorded once and replayed many times.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace trisoup::gpu {
 
-/// A pointer in device memory. Kernels take these inside their argument structs.
+/// A pointer into device memory. Kernels receive addresses in their argument structs.
 using Address = std::uint64_t;
 
 /// A kernel and the values of its specialisation constants (constant_id 0, 1, ...).
@@ -24,10 +24,10 @@ struct Kernel {
   }
 };
 
-constexpr std::size_t kMaxArgumentBytes = 128;  // what every Vulkan device takes as push constants
+constexpr std::size_t kMaxArgumentBytes = 128;  // size of push constants that every Vulkan device supports
 
-/// Launches, fills and copies, as Device::record() finds them. The buffers that they name must live when they run, and
-/// the list must end before its device.
+/// Launches, fills and copies recorded by Device::record(). Their buffers must exist when the list runs. The list must
+/// be destroyed before its device.
 class CommandList {
  public:
   struct Launch {
@@ -49,12 +49,12 @@ class CommandList {
     bool operator==(const Copy&) const = default;
   };
   using Command = std::variant<Launch, Fill, Copy>;
-  /// What one submission takes.
+  /// The commands of one submission.
   using Segment = std::vector<Command>;
 
   std::vector<Segment> segments;
 
-  /// What a backend has made of the segments.
+  /// A backend's translation of the segments.
   struct Prepared {
     virtual ~Prepared() = default;
   };

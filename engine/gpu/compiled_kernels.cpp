@@ -16,10 +16,11 @@ const Compiled<Run>& find_compiled(std::span<const Compiled<Run>> kernels, const
     }
     if (!fits) continue;
     if (argument_bytes > k.argument_bytes)
-      throw Error("{}: takes {} bytes of arguments, not {}", kernel.name, k.argument_bytes, argument_bytes);
+      throw Error("kernel {}: takes {} bytes of arguments, not {}; rebuild the program", kernel.name, k.argument_bytes,
+                  argument_bytes);
     return k;
   }
-  throw Error("kernel {} was not compiled with these constants; add them to engine/gpu/kernel_variants.cmake",
+  throw Error("kernel {}: not compiled with these constants; add them to engine/gpu/kernel_variants.cmake",
               kernel.name);
 }
 

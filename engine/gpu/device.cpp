@@ -20,16 +20,16 @@ Buffer::~Buffer() {
 
 void Device::count(std::uint64_t bytes, std::string_view what) {
   if (allocated_ + bytes > ceiling_)
-    throw OutOfMemory(
-        allocated_ + bytes, ceiling_,
-        "device memory: {} needs {} MB, {} of {} MB are left; use fewer triangles, a lower resolution (-r) or --memory",
-        what, (bytes >> 20) + 1, (ceiling_ - allocated_) >> 20, ceiling_ >> 20);
+    throw OutOfMemory(allocated_ + bytes, ceiling_,
+                      "device memory: {} needs {} MB, {} of {} MB are left; use fewer triangles, smaller photographs "
+                      "(`resolution`) or a higher limit (`memory`)",
+                      what, (bytes >> 20) + 1, (ceiling_ - allocated_) >> 20, ceiling_ >> 20);
   allocated_ += bytes;
   peak_ = std::max(peak_, allocated_);
 }
 
 Buffer Device::allocate(std::uint64_t bytes, std::string_view what) {
-  // Odd sizes would make fills and 8-byte loads at the end of a buffer illegal.
+  // Sizes that are not multiples of 16 could make fills and 8-byte loads at the end of a buffer illegal.
   bytes = std::max<std::uint64_t>(16, (bytes + 15) / 16 * 16);
   count(bytes, what);
   try {
@@ -56,7 +56,7 @@ std::pair<Address, std::uint64_t> Device::find(Address address, std::uint64_t by
     const auto& [start, size] = *std::prev(after);
     if (address - start <= size && bytes <= size - (address - start)) return {start, address - start};
   }
-  throw Error("gpu: {} bytes at {:#x} lie outside every buffer", bytes, address);
+  throw Error("device memory: {} bytes at {:#x} are outside all buffers; report this as a bug", bytes, address);
 }
 
 void Device::launch(const Kernel& kernel, std::uint64_t groups, std::span<const std::byte> args) {
@@ -116,7 +116,7 @@ void Device::run_list(CommandList& list) {
 
 namespace {
 
-/// careful: a CUDA that is broken is an error, and not one device less.
+/// careful: throw Error if CUDA fails, instead of leaving its devices out.
 std::vector<DeviceInfo> all_devices(bool careful) {
   std::vector<DeviceInfo> devices = list_vulkan_devices();
   try {
@@ -149,8 +149,8 @@ bool has_gpu(std::string_view backend, const std::vector<DeviceInfo>& devices) {
   return std::ranges::any_of(devices, [&](const DeviceInfo& d) { return d.backend == backend && d.kind != Kind::cpu; });
 }
 
-/// What choose_backend() has to know, and no more: looking for devices takes a while, and where Vulkan has one a broken
-/// CUDA is nobody's business.
+/// Lists only the devices that choose_backend() needs. Enumeration takes time, and a CUDA failure does not matter if
+/// Vulkan has a GPU.
 std::vector<DeviceInfo> devices_in_question(const DeviceOptions& options) {
   if (options.backend != "auto" || needs_vulkan(options)) return {};
   std::vector<DeviceInfo> devices = list_vulkan_devices();
@@ -158,7 +158,7 @@ std::vector<DeviceInfo> devices_in_question(const DeviceOptions& options) {
   try {
     for (DeviceInfo& device : list_cuda_devices()) devices.push_back(std::move(device));
   } catch (const Error&) {
-    // --backend cuda says what is wrong with it.
+    // The error is reported if the CUDA backend is chosen explicitly.
   }
   return devices;
 }
@@ -190,14 +190,14 @@ const DeviceInfo* choose_device(const DeviceOptions& options, const std::vector<
 
 namespace {
 
-/// The same options for the backend of the device that they name, by its number there.
+/// Resolves options.device to a backend and a number within that backend.
 DeviceOptions with_backend(DeviceOptions options) {
   const std::vector<DeviceInfo> devices = all_devices(options.backend == "cuda");
   const DeviceInfo* const chosen = choose_device(options, devices);
   if (!chosen)
-    throw Error("--device {}: there is no such device{}; --list-devices names them", options.device,
-                options.backend != "auto" ? " of --backend " + options.backend
-                : needs_vulkan(options)   ? " that Vulkan has"
+    throw Error("`device` {}: there is no such device{}; `list_devices` prints the devices", options.device,
+                options.backend != "auto" ? " of `backend` " + options.backend
+                : needs_vulkan(options)   ? " in Vulkan"
                                           : "");
   const auto before = std::ranges::count_if(
       devices, [&](const DeviceInfo& d) { return d.backend == chosen->backend && d.index < chosen->index; });
@@ -218,14 +218,14 @@ std::unique_ptr<Device> open_device(const DeviceOptions& given) {
   if (backend == "vulkan") return open_vulkan_device(options);
   if (backend == "cuda") return open_cuda_device(options);
   if (backend == "cpu") return open_host_device(options);
-  throw Error("--backend {}: this program has no such backend; use auto, vulkan, cuda or cpu", options.backend);
+  throw Error("`backend` {}: there is no such backend; use auto, vulkan, cuda or cpu", options.backend);
 }
 
 std::string slow_load_note(const DeviceInfo& device) {
   if (device.load_seconds <= 1) return "";
   return fmt::format(
-      "loading the kernels took {:.1f} s: if the program has no code for this card, the driver compiles PTX at the "
-      "first start, and keeps the code",
+      "loading the kernels took {:.1f} s; if the program has no code for this card, the driver compiles PTX at the "
+      "first start and caches the result",
       device.load_seconds);
 }
 

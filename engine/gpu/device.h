@@ -1,4 +1,4 @@
-// The one interface between the trainer and a graphics API: an in-order stream of kernels and copies.
+// The interface between the trainer and the compute backends: an in-order stream of kernels and copies.
 #pragma once
 
 #include <cstddef>
@@ -19,21 +19,21 @@
 
 namespace trisoup::gpu {
 
-enum class Kind { discrete, integrated, virtual_gpu, other, cpu };  // the fastest first
+enum class Kind { discrete, integrated, virtual_gpu, other, cpu };  // fastest first
 
 struct DeviceInfo {
-  int index = 0;        // what --device takes: in list_devices() among all, in a backend's own list among its own
+  int index = 0;        // position in the list that contains it: list_devices() or the list of one backend
   std::string backend;  // "vulkan", "cuda", "cpu"
-  std::string name;     // as the driver says it
-  std::string driver;   // driver and its version
+  std::string name;     // as reported by the driver
+  std::string driver;   // driver name and version
   Kind kind = Kind::other;
   std::uint64_t memory_bytes = 0;  // of the largest device-local heap
-  std::uint64_t free_bytes = 0;    // what the driver says is free in it; memory_bytes where it does not say
+  std::uint64_t free_bytes = 0;    // free part of it as reported by the driver; memory_bytes if not reported
   std::uint32_t subgroup_size = 0;
-  double load_seconds = 0;  // that loading the kernels took when the device was opened; CUDA only
+  double load_seconds = 0;  // time to load the kernels when the device was opened; CUDA only
 };
 
-/// Time that a kernel took, from device timestamps, since Device::reset_timings().
+/// Time spent in a kernel since Device::reset_timings(), from device timestamps.
 struct KernelTiming {
   std::uint64_t launches = 0;
   double milliseconds = 0;
@@ -42,7 +42,7 @@ struct KernelTiming {
 class Device;
 class Graphics;
 
-/// Device memory; freed with the object. Contents start undefined.
+/// Device memory, freed by the destructor. The initial contents are undefined.
 class Buffer {
  public:
   Buffer() = default;
@@ -69,66 +69,66 @@ class Buffer {
   std::uint64_t bytes_ = 0;
 };
 
-/// In-order stream: every command sees the writes of the one before it. Nothing runs before submit() (download() and
-/// wait() submit by themselves). Not thread-safe. Every call throws trisoup::Error when the device fails; when it is
-/// lost, the message names the kernel that was running.
+/// A device with one in-order stream: every command sees the writes of all earlier commands. Commands may run only
+/// after submit(); download() and wait() submit too. Not thread-safe. Every call throws trisoup::Error if the device
+/// fails. If the device is lost, the message names the kernel that was running.
 class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceInfo& info() const = 0;
 
-  /// Throws OutOfMemory when `bytes` would pass the ceiling or the device has no more; `what` names the contents for
-  /// people.
+  /// Throws OutOfMemory if the allocation would exceed the ceiling or if the device is out of memory. `what` describes
+  /// the contents in error messages.
   Buffer allocate(std::uint64_t bytes, std::string_view what);
   std::uint64_t allocated_bytes() const { return allocated_; }
   std::uint64_t peak_bytes() const { return peak_; }
-  /// Bytes that allocate() never passes. Default: what is free on the device.
+  /// Limit of allocated_bytes(). Default: a backend's share of the free device memory.
   void set_ceiling(std::uint64_t bytes) { ceiling_ = bytes; }
   std::uint64_t ceiling() const { return ceiling_; }
 
-  virtual void upload(Address to, std::span<const std::byte> bytes) = 0;  // the bytes are copied before it returns
+  virtual void upload(Address to, std::span<const std::byte> bytes) = 0;  // copies the bytes before it returns
   void download(Address from, std::span<std::byte> bytes) {               // waits
     downloaded_ += bytes.size();
     read(from, bytes);
   }
-  std::uint64_t downloaded_bytes() const { return downloaded_; }    // by download(), since the device was opened
+  std::uint64_t downloaded_bytes() const { return downloaded_; }    // total of download() since the device was opened
   void fill(Address to, std::uint64_t bytes, std::uint32_t value);  // bytes: a multiple of 4
   void copy(Address to, Address from, std::uint64_t bytes);
 
-  /// Runs `groups` workgroups. Kernels number them with group_index() (shaders/common/kernel.h), since one dimension of
-  /// a launch may hold no more than 65,535.
+  /// Runs `groups` workgroups. Kernels must use group_index() (shaders/common/kernel.h) for the number of the
+  /// workgroup, because launches of more than 65,535 workgroups use two dimensions.
   template <typename Args>
   void launch(const Kernel& kernel, std::uint64_t groups, const Args& args) {
     static_assert(std::is_trivially_copyable_v<Args> && sizeof(Args) <= kMaxArgumentBytes);
     if (groups > 0) launch(kernel, groups, std::as_bytes(std::span(&args, 1)));
   }
 
-  /// Where a submission ends, so that none keeps the device for long: drivers kill what runs for seconds.
+  /// Ends a submission. Drivers abort submissions that run for several seconds, so long work needs cuts.
   void cut();
 
-  /// The launches, fills, copies and cuts that `commands` asks for; none of them is run. It may do nothing else with
-  /// the device.
+  /// Records the launches, fills, copies and cuts made by `commands` without running them. `commands` must not use the
+  /// device in any other way.
   CommandList record(const std::function<void()>& commands);
-  /// Submits what was given before, then the segments of the list. The first time a backend may translate the list;
-  /// after that the host has next to nothing to do.
+  /// Submits earlier commands, then the segments of the list. A backend may translate the list at the first replay.
+  /// Later replays take almost no host time.
   void replay(CommandList& list);
 
   virtual void submit() = 0;
   virtual void wait() = 0;
 
-  /// For drawing (gpu/graphics.h); null where the backend or the device has no rasteriser.
+  /// The drawing interface (gpu/graphics.h); null if the backend or the device has no rasteriser.
   virtual Graphics* graphics() { return nullptr; }
 
-  /// Kernel times need timestamps on the device and cost a little; off at the start.
+  /// Turns kernel timing on or off. Timestamps slow the device a little. Default: off.
   virtual void enable_timings(bool on) = 0;
   virtual std::map<std::string, KernelTiming> timings() = 0;  // waits
   virtual void reset_timings() = 0;
 
-  /// What a workgroup of this kernel takes, as far as it is known; compiles the kernel if the backend has a compiler.
-  /// Null if the backend does not have this kernel.
+  /// Returns the known resources of a workgroup of this kernel, or null if the backend does not have the kernel.
+  /// Compiles the kernel if the backend has a compiler.
   virtual std::optional<KernelResources> kernel_resources(const Kernel& kernel) { return declared_resources(kernel); }
 
-  /// Messages of the validation layers so far; empty when they are off or content.
+  /// Messages of the validation layers so far. Empty if the layers are off or reported nothing.
   virtual std::vector<std::string> validation_messages() const = 0;
 
   template <typename T>
@@ -146,24 +146,26 @@ class Device {
   friend class Buffer;
   virtual void read(Address from, std::span<std::byte> bytes) = 0;
   virtual void run(const CommandList::Launch& launch) = 0;
-  virtual void run(const CommandList::Fill& fill) = 0;  // of at least one word
-  virtual void run(const CommandList::Copy& copy) = 0;  // of at least one byte
+  virtual void run(const CommandList::Fill& fill) = 0;  // at least one word
+  virtual void run(const CommandList::Copy& copy) = 0;  // at least one byte
   void run(const CommandList::Command& command) {
     std::visit([this](const auto& c) { run(c); }, command);
   }
-  /// replay() where there is nothing better: one command after the other.
+  /// Runs the segments of a list for replay(). The default runs the commands one by one.
   virtual void run_list(CommandList& list);
-  /// The bytes have been counted. Throws OutOfMemory.
+  /// Allocates device memory after the bytes have been counted. Throws OutOfMemory.
   virtual Address allocate_raw(std::uint64_t bytes, std::string_view what) = 0;
   virtual void free_raw(Address address) = 0;
 
-  /// Counts memory that is about to be taken or was given back. Throws OutOfMemory when it would pass the ceiling.
+  /// Adds memory that is about to be allocated to allocated_bytes(). Throws OutOfMemory if the sum would exceed the
+  /// ceiling.
   void count(std::uint64_t bytes, std::string_view what);
   void uncount(std::uint64_t bytes) { allocated_ -= bytes; }
 
-  /// Start of the buffer that holds these bytes, and where in it they begin. Throws Error where none does.
+  /// Returns the start of the buffer that contains these bytes, and their offset in it. Throws Error if no buffer
+  /// contains them.
   std::pair<Address, std::uint64_t> find(Address address, std::uint64_t bytes) const;
-  /// Changes whenever memory is taken or given back: addresses may mean other buffers then.
+  /// A number that changes with every allocation and release, after which an address may belong to another buffer.
   std::uint64_t generation() const { return generation_; }
 
   std::uint64_t ceiling_ = ~0ull;
@@ -173,38 +175,40 @@ class Device {
   void give(CommandList::Command command);
   void release(Address address, std::uint64_t bytes);
   std::uint64_t allocated_ = 0, peak_ = 0, generation_ = 0, downloaded_ = 0;
-  std::map<Address, std::uint64_t> buffers_;  // and their bytes
-  CommandList* recorded_ = nullptr;           // takes commands in place of the device
+  std::map<Address, std::uint64_t> buffers_;  // start and size in bytes
+  CommandList* recorded_ = nullptr;           // list that is being recorded
 };
 
 struct DeviceOptions {
   std::string backend = "auto";  // auto (see choose_backend()), vulkan, cuda, cpu
-  std::string device =
-      {};              // number in list_devices(), a part of a name or a backend's; empty: the fastest kind there is
-  bool draws = false;  // the device has to have a rasteriser (Device::graphics())
-  std::vector<std::string> window_extensions = {};  // what the window library needs of the instance; empty: no windows
-  bool validation = false;                          // Khronos validation layer, core and synchronisation
-  bool kernel_statistics = false;  // Vulkan: kernel_resources() asks the driver, which may compile kernels anew for it
+  /// Number in list_devices(), part of a device name, or name of a backend; empty: the fastest kind of device.
+  std::string device = {};
+  bool draws = false;  // the device must have a rasteriser (Device::graphics())
+  /// Vulkan instance extensions that the window library needs; empty: no windows.
+  std::vector<std::string> window_extensions = {};
+  bool validation = false;         // Khronos validation layer, core and synchronisation
+  bool kernel_statistics = false;  // Vulkan: kernel_resources() queries the driver, which may recompile kernels for it
   std::uint64_t lose_after_launches = 0;  // fault injection for tests: report a lost device at this launch; 0: never
 };
 
-/// Every usable device, numbered from 0 on: those of Vulkan, of CUDA, the CPU. Empty when there is none.
+/// Returns all usable devices, numbered from 0: the devices of Vulkan, then those of CUDA, then the CPU.
 std::vector<DeviceInfo> list_devices();
 
-/// What the backend "auto" stands for where these devices are: a GPU through Vulkan, else through CUDA, else the CPU's
-/// own threads, which take less than half the time of a Vulkan driver for the CPU (docs/benchmarks.md). Vulkan whatever
-/// there is where something is asked for that it alone has: drawing, windows, validation. Not asked where a device is.
+/// Resolves the backend "auto" for these devices: a GPU through Vulkan, else a GPU through CUDA, else the "cpu"
+/// backend, which takes less than half the time of a Vulkan driver for the CPU (docs/benchmarks.md). Drawing, windows
+/// and validation always need Vulkan. If options.device is set, open_device() takes the backend from choose_device()
+/// instead.
 std::string choose_backend(const DeviceOptions& options, const std::vector<DeviceInfo>& devices);
 
-/// The one of `devices`, as list_devices() has them, that options.device means: its number, a part of its name in
-/// capitals or not, or the name of its backend; of several the first of the fastest kind. Only one of options.backend,
-/// and only one that has what is asked for. Null where there is none.
+/// Finds the device that options.device describes in `devices`, a list as returned by list_devices(): by number, by
+/// part of a name (case-insensitive) or by name of a backend. If several match, returns the first of the fastest kind.
+/// Considers only devices that fit options.backend and the requested features. Returns null if none matches.
 const DeviceInfo* choose_device(const DeviceOptions& options, const std::vector<DeviceInfo>& devices);
 
-/// Throws Error when no device fits.
+/// Opens the device that fits the options. Throws Error if none fits.
 std::unique_ptr<Device> open_device(const DeviceOptions& options);
 
-/// One line if loading the kernels took more than a second; else empty.
+/// Returns a one-line note if loading the kernels took more than a second, else an empty string.
 std::string slow_load_note(const DeviceInfo& device);
 
 const char* to_string(Kind kind);

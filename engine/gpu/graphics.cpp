@@ -6,7 +6,7 @@ namespace trisoup::gpu {
 
 Graphics& graphics_of(Device& gpu) {
   Graphics* graphics = gpu.graphics();
-  if (!graphics) throw Error("{} cannot draw, only compute; choose another with --device", gpu.info().name);
+  if (!graphics) throw Error("{}: this device cannot draw; choose another one with `device`", gpu.info().name);
   return *graphics;
 }
 

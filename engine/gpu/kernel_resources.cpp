@@ -13,7 +13,7 @@
 namespace trisoup::gpu {
 namespace {
 
-// Numbers of the SPIR-V specification, sections 3 and 3.49.
+// Values from the SPIR-V specification, sections 3 and 3.49.
 enum Opcode : std::uint32_t {
   kExecutionMode = 16,
   kTypeBool = 20,
@@ -37,13 +37,13 @@ enum Opcode : std::uint32_t {
 };
 constexpr std::uint32_t kLocalSize = 17, kSpecId = 1, kWorkgroup = 4;
 
-/// The declarations of a module; its code is not looked at.
+/// The declarations of a SPIR-V module. Function bodies are ignored.
 class Module {
  public:
   using Instruction = std::span<const std::uint32_t>;
 
   explicit Module(const Kernel& kernel) : kernel_(kernel), words_(kernel_binary(kernel.name)) {
-    if (words_.empty()) throw Error("gpu: there is no kernel '{}'", kernel.name);
+    if (words_.empty()) throw Error("there is no kernel '{}'; check the name", kernel.name);
     constexpr std::size_t kHeader = 5;
     for (std::size_t at = kHeader; at < words_.size();) {
       const Instruction i = words_.subspan(at, words_[at] >> 16);
@@ -70,8 +70,10 @@ class Module {
     throw unknown(0);
   }
   Error unknown(std::uint32_t opcode) const {
-    return Error("{}: its shared memory is declared by SPIR-V instruction {}, which is not known", kernel_.name,
-                 opcode);
+    return Error(
+        "kernel {}: SPIR-V instruction {} in the declaration of shared memory is not supported; add it to "
+        "kernel_resources.cpp",
+        kernel_.name, opcode);
   }
 
   std::uint32_t value(std::uint32_t id) const {
@@ -115,7 +117,7 @@ class Module {
         return sum;
       }
       case kTypePointer:
-        return 8;  // into device memory
+        return 8;  // an address in device memory
       default:
         throw unknown(i[0] & 0xffff);
     }
@@ -140,7 +142,7 @@ void take_statistic(KernelResources& resources, const std::string& name, std::ui
   const auto most = [&](std::optional<std::uint32_t>& field) {
     field = std::max(field.value_or(0), static_cast<std::uint32_t>(value));
   };
-  // NVIDIA's driver, NVK, RADV, AMD's driver, Intel's ANV.
+  // The names used by NVIDIA's driver, NVK, RADV, AMD's driver and Intel's ANV.
   if (is({"Register Count", "Number of GPRs", "VGPRs", "numUsedVgprs", "Max live registers"}))
     most(resources.registers);
   if (is({"Local Memory Size", "SLM Size", "Scratch size", "scratchMemUsageInBytes", "Scratch Memory Size"}))

@@ -1,4 +1,4 @@
-// What a workgroup of a kernel takes of a device, which decides how many of them run at once.
+// The resources that a workgroup of a kernel needs. They limit how many workgroups run at once.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,21 @@
 namespace trisoup::gpu {
 
 struct KernelResources {
-  std::uint32_t threads = 0;                 // of a workgroup
-  std::uint32_t shared_bytes = 0;            // of a workgroup
-  std::optional<std::uint32_t> registers;    // of a thread, 32 bits each
-  std::optional<std::uint32_t> local_bytes;  // of a thread, in device memory: spilled registers, arrays with an index
+  std::uint32_t threads = 0;                 // per workgroup
+  std::uint32_t shared_bytes = 0;            // per workgroup
+  std::optional<std::uint32_t> registers;    // per thread, 32 bits each
+  std::optional<std::uint32_t> local_bytes;  // per thread, in device memory: spilled registers and indexed arrays
   std::optional<std::uint32_t> groups;       // workgroups that fit on one multiprocessor at once
-  std::string statistics = {};               // all that a Vulkan driver says of the kernel, "NAME=VALUE; NAME=VALUE"
+  std::string statistics = {};               // all statistics of a Vulkan driver: "NAME=VALUE; NAME=VALUE"
 };
 
-/// Threads and shared memory as the kernel's SPIR-V declares them, with its specialisation constants. Arrays are
-/// counted without padding, and variables that are never used are counted too; a compiler may take more or less. Throws
-/// Error if there is no such kernel.
+/// Returns threads and shared memory as declared in the kernel's SPIR-V, with its specialisation constants. Arrays
+/// count without padding, and unused variables count too, so the compiled kernel may use more or less. Throws Error if
+/// there is no such kernel.
 KernelResources declared_resources(const Kernel& kernel);
 
-/// Enters one statistic of VK_KHR_pipeline_executable_properties into its field, if the name is known; drivers choose
-/// the names. If a field has several values, the largest stays.
+/// Stores one statistic of VK_KHR_pipeline_executable_properties in the matching field. Names are specific to a driver;
+/// unknown names are ignored. If a field has several values, the largest is kept.
 void take_statistic(KernelResources& resources, const std::string& name, std::uint64_t value);
 
 }  // namespace trisoup::gpu

@@ -7,7 +7,7 @@ set(variants
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
   "count_visible 0" "count_visible 1" "edge_forces 0" "edge_forces 1" "expose" "fetch_features" "fit_exposure"
   "hide_triangles" "image_metrics 0" "image_metrics 1" "importance 0" "importance 1" "inherit_textures" "keep_range"
-  "lift_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0"
+  "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0"
   "opacity_backward 1" "paint_textures" "place_pixels" "project" "quantise" "sample_photographs"
   "shade 0 0" "shade 0 1" "shade 1 0" "shade_one 0 0" "shade_one 0 1" "shade_one 1 0"
   "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients"
@@ -72,7 +72,7 @@ endfunction()
 set(lane_variants_0
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
   "count_visible 0" "count_visible 1" "edge_forces 0" "expose" "fetch_features" "fit_exposure" "hide_triangles"
-  "image_metrics 0" "image_metrics 1" "importance 0" "importance 1" "inherit_textures" "keep_range" "lift_textures"
+  "image_metrics 0" "image_metrics 1" "importance 0" "importance 1" "inherit_textures" "keep_range" "upsample_textures"
   "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures"
   "place_pixels" "project" "quantise" "sample_photographs" "sort_gradients" "sum_photographs")
 set(lane_variants_1

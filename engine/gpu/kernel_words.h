@@ -1,5 +1,5 @@
-// What the kernels' language is for any C++ compiler; common/kernel.h says what the words in capitals mean. Included by
-// the kernel_language.h of each backend, which defines KERNEL_TYPES, the namespace of its kernels.
+// Definitions for compiling kernels with any C++ compiler. common/kernel.h documents the macros. The kernel_language.h
+// of each backend defines KERNEL_TYPES, the namespace of its kernels, and includes this file.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +43,7 @@ using glm::vec4;
 
 }  // namespace KERNEL_TYPES
 
-// The constants' values are those of the variant that is being compiled (kernel_variants.cmake).
+// The values of the constants come from the variant that is compiled (kernel_variants.cmake).
 #define CONSTANT(id, type, name, value) [[maybe_unused]] constexpr type name = static_cast<type>(KERNEL_CONSTANT_##id)
 #define KERNEL(threads, Args) \
   ARGUMENTS(Args)             \

@@ -1,4 +1,4 @@
-// What a device's allocations throw when there is no room. Not in device.h: nvcc cannot read fmt.
+// The exception for failed device allocations. It is not in device.h because nvcc cannot compile fmt.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace trisoup::gpu {
 /// Device memory has run out.
 class OutOfMemory : public Error {
  public:
-  /// needed: bytes that the program would hold with what it asked for; available: that it could hold, as far as is
+  /// needed: bytes that the program would hold with the failed allocation. available: bytes that it can hold, as far as
   /// known.
   template <typename... Args>
   OutOfMemory(std::uint64_t needed, std::uint64_t available, fmt::format_string<Args...> format, Args&&... args)

@@ -10,7 +10,7 @@
 namespace trisoup {
 namespace {
 
-/// Between which two pixels of a line of `from` each pixel of a line of `to` lies, and how far, in 1/256.
+/// The two source pixels of a target pixel along one axis, and the weight of the second one in 1/256.
 struct Place {
   std::uint32_t before, after;
   std::uint16_t weight;
@@ -26,7 +26,7 @@ std::vector<Place> places(std::uint32_t from, std::uint32_t to) {
   return all;
 }
 
-/// In 16 bits, so that compilers make vector instructions of loops over it.
+/// Uses 16-bit arithmetic so that compilers can vectorise loops over it.
 constexpr std::uint8_t mix(std::uint8_t a, std::uint8_t b, std::uint16_t weight) {
   return static_cast<std::uint8_t>(static_cast<std::uint16_t>(a * (256 - weight) + b * weight + 128) >> 8);
 }
@@ -37,12 +37,12 @@ void scale_bilinear(const Pixels& from, std::span<std::uint8_t> to, std::uint32_
                     bool swap_red_blue) {
   if (from.width == 0 || from.height == 0 || from.bytes.size() != 4ull * from.width * from.height ||
       to.size() != 4ull * width * height)
-    throw Error("image: {} and {} bytes are not {} x {} and {} x {} pixels", from.bytes.size(), to.size(), from.width,
-                from.height, width, height);
+    throw Error("bilinear scaling: {} and {} bytes do not match {} x {} and {} x {} pixels; report this as a bug",
+                from.bytes.size(), to.size(), from.width, from.height, width, height);
   const std::vector<Place> columns = places(from.width, width), lines = places(from.height, height);
   const std::size_t bytes = 4ull * width;
-  // Rows of `from` at full width: the two that the current line lies between. Lines come in order, so each is made
-  // once.
+  // The two source rows of the current line, scaled to the target width. Lines are visited in order, so each row is
+  // computed once.
   struct Row {
     std::uint32_t line;
     std::vector<std::uint8_t> pixels;

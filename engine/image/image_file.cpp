@@ -20,13 +20,13 @@
 #include "image/palette.h"
 #include "image/webp_tiff.h"
 
-// The decoder is private to this file: other libraries in the program bring their own copy under the same names. Memory
-// is cleared for it, because it reads tables that a damaged JPEG never sets.
+// stb_image is static in this file because other libraries in the program contain copies with the same names. Its
+// memory is zeroed because it reads tables that a damaged JPEG never sets.
 #define STBI_MALLOC(size) std::calloc(1, size)
 #define STBI_REALLOC(pointer, size) std::realloc(pointer, size)
 #define STBI_FREE(pointer) std::free(pointer)
 #define STBI_ASSERT(condition) ((void)0)
-#ifdef __clang__  // its arithmetic on damaged data overflows and shifts too far, without harm
+#ifdef __clang__  // stb_image overflows and shifts too far on damaged data, without harm
 #pragma clang attribute push(__attribute__((no_sanitize("shift", "signed-integer-overflow"))), apply_to = function)
 #endif
 #pragma GCC diagnostic push
@@ -59,26 +59,27 @@ std::uint32_t big_endian_32(const std::uint8_t* p) {
   return std::uint32_t(p[0]) << 24 | std::uint32_t(p[1]) << 16 | std::uint32_t(p[2]) << 8 | p[3];
 }
 
-// stb_image checks neither the checksums nor that the last chunk is there.
+// Returns what is wrong with a PNG, or null. stb_image checks neither the checksums nor the presence of the last chunk.
 const char* png_damage(Bytes bytes) {
   std::size_t position = png_signature.size();
   while (bytes.size() - position >= 12) {
     const std::uint8_t* chunk = bytes.data() + position;
     const std::uint32_t length = big_endian_32(chunk);
-    if (length > bytes.size() - position - 12) return "is cut in the middle of a chunk";
+    if (length > bytes.size() - position - 12) return "cut off in the middle of a chunk";
     if (crc32(crc32(0, nullptr, 0), chunk + 4, length + 4) != big_endian_32(chunk + 8 + length))
       return "has a wrong checksum";
     if (std::memcmp(chunk + 4, "IEND", 4) == 0) return nullptr;
     position += length + 12;
   }
-  return "is cut before its end";
+  return "cut off before its end";
 }
 
-// The Huffman tables that a JPEG has defined so far, by class (0: DC, 1: AC) and number. stb_image neither checks that
-// a table has at most 256 codes, and writes past its own if one has more, nor that a scan's tables are there.
+// The Huffman tables defined so far in a JPEG, by class (0: DC, 1: AC) and number. These checks are needed because
+// stb_image does not make them: a table with more than 256 codes makes it write out of bounds, and a scan may use
+// tables that were never defined.
 class HuffmanTables {
  public:
-  /// Reads a DHT segment; false if it is malformed.
+  /// Reads a DHT segment. Returns false if it is malformed.
   bool define(Bytes segment) {
     while (!segment.empty()) {
       if (segment.size() < 17 || segment[0] >> 4 > 1 || (segment[0] & 15) > 3) return false;
@@ -91,18 +92,18 @@ class HuffmanTables {
     return true;
   }
 
-  /// Reads a SOS segment; false if it is malformed or names a table that is not there.
+  /// Reads an SOS segment. Returns false if it is malformed or refers to a table that is not defined.
   bool has_those_of(Bytes segment, bool progressive) const {
     const std::size_t components = segment.empty() ? 0 : segment[0];
     if (components < 1 || components > 4 || segment.size() != 4 + 2 * components) return false;
-    // A baseline scan holds all coefficients, whatever it says.
+    // A baseline scan contains all coefficients, regardless of these fields.
     const int first = progressive ? segment[2 * components + 1] : 0,
               last = progressive ? segment[2 * components + 2] : 63;
     const bool refines = progressive && segment[2 * components + 3] >> 4 != 0;
     for (std::size_t i = 0; i < components; ++i) {
       const int dc = segment[2 * i + 2] >> 4, ac = segment[2 * i + 2] & 15;
       if (dc > 3 || ac > 3) return false;
-      // Refining the DC coefficients takes plain bits.
+      // Refinement of DC coefficients uses no Huffman table.
       if (first == 0 && !refines && !defined_[0][dc]) return false;
       if (last > 0 && !defined_[1][ac]) return false;
     }
@@ -113,10 +114,11 @@ class HuffmanTables {
   bool defined_[2][4]{};
 };
 
-// stb_image fills what is missing of a cut JPEG with grey. Segments are walked rather than searched for the end marker,
-// because thumbnails inside EXIF segments carry end markers of their own.
+// Returns what is wrong with a JPEG, or null. stb_image fills missing parts of a truncated JPEG with grey. The function
+// parses all segments instead of searching for the end marker, because thumbnails in EXIF segments contain end markers
+// too.
 const char* jpeg_damage(Bytes bytes) {
-  constexpr const char* cut = "is cut before its end";
+  constexpr const char* cut = "cut off before its end";
   HuffmanTables tables;
   bool progressive = false;
   std::size_t position = 2;
@@ -140,16 +142,17 @@ const char* jpeg_damage(Bytes bytes) {
   }
 }
 
-// A header may claim any size. No PNG or JPEG packs more than about 8300 pixels into a byte (WebP does, of one colour),
-// and no photograph of a scene is larger than 2^28 pixels; both are checked before memory is allocated for them.
+// Limits that are checked before memory is allocated, because a damaged header may claim any size. PNG and JPEG store
+// at most about 8300 pixels per byte; WebP stores more if all have one colour. No photograph of a scene has more than
+// 2^28 pixels.
 constexpr std::uintmax_t kMostPixels = std::uintmax_t(1) << 28, kMostPerByte = 10000, kMostPerByteOfWebp = 1 << 20;
 
 void check_size(const std::string& name, std::int64_t width, std::int64_t height, std::uintmax_t bytes,
                 std::uintmax_t per_byte = kMostPerByte) {
   const auto pixels = std::uintmax_t(width) * std::uintmax_t(height);
   if (width > 0 && height > 0 && pixels > kMostPixels)
-    throw Error("{}: is {} x {} pixels, and an image may have {:.0f} million (2^28); export it at a smaller size", name,
-                width, height, double(kMostPixels) / 1e6);
+    throw Error("{}: {} x {} pixels exceed the limit of {:.0f} million (2^28); export the image at a smaller size",
+                name, width, height, double(kMostPixels) / 1e6);
   if (width < 1 || height < 1 || pixels / per_byte > bytes)
     throw Error("{}: claims {} x {} pixels in {} bytes; the image is damaged or too large, export it again", name,
                 width, height, bytes);
@@ -166,7 +169,7 @@ void append_chunk(std::string& file, const char* type, std::string_view content)
                                        static_cast<uInt>(file.size() - start))));
 }
 
-/// `rows` as the content of an IDAT chunk.
+/// Compresses `rows` to the content of an IDAT chunk.
 std::string packed(const std::string& rows, int strategy, int level, const std::string& name) {
   z_stream stream{};
   if (deflateInit2(&stream, level, Z_DEFLATED, MAX_WBITS, 8, strategy) != Z_OK)
@@ -183,7 +186,7 @@ std::string packed(const std::string& rows, int strategy, int level, const std::
   return result;
 }
 
-/// `kind`: PNG's number for what a pixel is; `chunks` stand between header and content.
+/// kind: PNG colour type. chunks: chunks between IHDR and IDAT.
 std::string png_file(int width, int height, char kind, const std::string& chunks, const std::string& content) {
   std::string header;
   for (const std::uint32_t side : {std::uint32_t(width), std::uint32_t(height)})
@@ -215,7 +218,7 @@ Image turned(Image image, int orientation) {
   Image result{exchange ? h : w, exchange ? w : h, std::vector<std::uint8_t>(image.rgba.size())};
   for (int y = 0; y < result.height; ++y)
     for (int x = 0; x < result.width; ++x) {
-      // Where the pixel lies in the file: 2 and 3 from the right, 3 and 4 from below; 5 to 8 by columns.
+      // Position of the pixel in the file. 5 to 8 exchange rows and columns.
       int from_x = exchange ? y : x, from_y = exchange ? x : y;
       if (orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8) from_x = w - 1 - from_x;
       if (orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7) from_y = h - 1 - from_y;
@@ -231,7 +234,7 @@ ImageSize image_size(const std::filesystem::path& path) {
   if (!file) throw Error("{}: cannot be opened ({}); check its permissions", name, std::strerror(errno));
   std::error_code problem;
   const std::uintmax_t bytes = std::filesystem::file_size(path, problem);
-  // EXIF and thumbnails stand before the size of a JPEG, in segments of 64 KiB.
+  // EXIF data and thumbnails, in segments of up to 64 KiB, precede the size in a JPEG.
   std::vector<std::uint8_t> head(std::size_t(1) << 18);
   head.resize(std::fread(head.data(), 1, head.size(), file.get()));
   const Bytes start(head);
@@ -242,12 +245,12 @@ ImageSize image_size(const std::filesystem::path& path) {
     return size;
   }
   if (is_tiff(std::as_bytes(start))) {
-    const std::string content = read_file(path);  // its directory may stand at the end
+    const std::string content = read_file(path);  // the directory may be at the end of the file
     size = tiff_size(bytes_of(content), name);
     check_size(name, size.width, size.height, bytes);
     return size;
   }
-  // What stb_image has no number for.
+  // Checks sizes that stb_image cannot represent.
   if (is_png(start) && start.size() >= 24)
     check_size(name, big_endian_32(&start[16]), big_endian_32(&start[20]), bytes);
   if (is_jpeg(std::as_bytes(start))) {
@@ -258,9 +261,8 @@ ImageSize image_size(const std::filesystem::path& path) {
   std::rewind(file.get());
   int channels = 0;
   if (stbi_info_from_file(file.get(), &size.width, &size.height, &channels) == 0)
-    throw Error(
-        "{}: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF ({}); convert or copy the image again",
-        name, stbi_failure_reason());
+    throw Error("{}: not a PNG, JPEG, WebP or TIFF, or its header is damaged ({}); convert or copy the image again",
+                name, stbi_failure_reason());
   check_size(name, size.width, size.height, bytes);
   return size;
 }
@@ -286,7 +288,7 @@ Image decode_image(std::span<const std::byte> content, const std::string& name, 
   int channels = 0;
   const int size = static_cast<int>(bytes.size());
   if (stbi_info_from_memory(bytes.data(), size, &image.width, &image.height, &channels) == 0)
-    throw Error("{}: header cannot be read ({}); export the image again", name, stbi_failure_reason());
+    throw Error("{}: the header cannot be read ({}); export the image again", name, stbi_failure_reason());
   check_size(name, image.width, image.height, bytes.size());
   if (divisor > 1 && is_jpeg(content))
     if (auto reduced = decode_jpeg_reduced(content, name, divisor)) return std::move(*reduced);
@@ -307,7 +309,7 @@ std::string encode_png(const Image& image, const std::string& name) {
   for (std::size_t i = 3; i < image.rgba.size() && opaque; i += 4) opaque = image.rgba[i] == 255;
   const std::size_t channels = opaque ? 3 : 4, row_bytes = std::size_t(image.width) * channels;
 
-  // Every row is stored as differences to the one above (filter 2): half the size of plain rows for renders, one pass.
+  // Stores every row as differences to the row above (filter 2), which halves the size of renders and needs one pass.
   std::string rows;
   rows.reserve((row_bytes + 1) * std::size_t(image.height));
   std::string above(row_bytes, '\0'), row(row_bytes, '\0');
@@ -325,8 +327,7 @@ std::string encode_png(const Image& image, const std::string& name) {
 
 std::string encode_png(const PaletteImage& image, const std::string& name) {
   const std::size_t width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-  // Plain rows, and differences to what the neighbours suggest (filter 4, Paeth): which packs into less is up to the
-  // picture.
+  // Compresses plain rows and rows with the Paeth predictor (filter 4), and keeps the smaller result.
   std::string plain, predicted;
   const auto pixel = [&](std::size_t x, std::size_t y) { return image.pixels[y * width + x]; };
   for (std::size_t y = 0; y < height; ++y) {
@@ -350,7 +351,7 @@ std::string encode_png(const PaletteImage& image, const std::string& name) {
   std::string colours, alphas, chunks;
   for (const glm::u8vec4& c : image.colours) {
     for (int i = 0; i < 3; ++i) colours.push_back(static_cast<char>(c[i]));
-    if (c.a != 255) alphas.push_back(static_cast<char>(c.a));  // those with alpha 0 come first, and others are 255
+    if (c.a != 255) alphas.push_back(static_cast<char>(c.a));  // colours with alpha 0 come first; all others have 255
   }
   append_chunk(chunks, "PLTE", colours);
   if (!alphas.empty()) append_chunk(chunks, "tRNS", alphas);
@@ -361,7 +362,7 @@ void write_png(const std::filesystem::path& path, const Image& image) {
   const std::string name = printable(path.string());
   if (image.width < 1 || image.height < 1 ||
       image.rgba.size() != std::size_t(image.width) * std::size_t(image.height) * 4)
-    throw Error("{}: an image of {} x {} pixels cannot be written; give it its pixels first", name, image.width,
+    throw Error("{}: the image data do not match its size of {} x {} pixels; report this as a bug", name, image.width,
                 image.height);
   const std::string content = encode_png(image, name);
   write_file_atomically(path, bytes_of(content));

@@ -9,7 +9,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// The orientation in an EXIF segment: a TIFF directory whose entries are 12 bytes long.
+/// Reads the orientation from an EXIF segment, a TIFF directory with entries of 12 bytes. Returns 1 if there is none.
 int orientation_in(Bytes segment) {
   constexpr std::size_t kMark = 6, kEntry = 12;
   if (segment.size() < kMark + 8 || std::memcmp(segment.data(), "Exif\0\0", kMark) != 0) return 1;
@@ -50,7 +50,7 @@ JpegHeader jpeg_header(Bytes bytes) {
     if (length < 2 || marker == 0xd9 || marker == 0xda) return header;
     const Bytes content = bytes.subspan(position + 4, std::min(length - 2, bytes.size() - position - 4));
     if (marker == 0xe1 && header.orientation == 1) header.orientation = orientation_in(content);
-    // SOF0 to SOF15, of which three numbers are other segments.
+    // SOF0 to SOF15, except three markers of other segments (DHT, JPG, DAC).
     const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
     if (frame && content.size() >= 5) {
       header.height = content[1] << 8 | content[2];

@@ -1,4 +1,4 @@
-// What a JPEG says of itself before its pixels.
+// Size and orientation from the header of a JPEG.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,11 @@
 namespace trisoup {
 
 struct JpegHeader {
-  int width = 0, height = 0;  // pixels, as they are stored; 0 where the bytes end before
-  int orientation = 1;  // EXIF: how the camera was held, 1 to 8 (turned() says which is which); 1 where nothing is said
+  int width = 0, height = 0;  // pixels, as stored in the file; 0 if the size was not found
+  int orientation = 1;        // EXIF orientation, 1 to 8 (see turned()); 1 if there is none
 };
 
-/// The header of a JPEG (is_jpeg), as far as `bytes` reach. What is damaged counts as not said.
+/// Reads the header of a JPEG (see is_jpeg) from its first bytes. Damaged parts count as missing.
 JpegHeader jpeg_header(std::span<const std::uint8_t> bytes);
 
 }  // namespace trisoup

@@ -12,7 +12,8 @@
 namespace trisoup {
 namespace {
 
-/// The library ends by a jump: nothing between it and its target may have a destructor to run.
+/// libjpeg reports errors by longjmp, which skips destructors. Functions that the jump leaves must not own objects with
+/// destructors.
 struct Reader {
   jpeg_decompress_struct info;
   jpeg_error_mgr errors;

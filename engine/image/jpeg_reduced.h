@@ -1,4 +1,4 @@
-// Large JPEGs at a part of their size, by libjpeg-turbo.
+// Decodes large JPEGs at a reduced size with libjpeg-turbo.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace trisoup {
 
-/// A JPEG with its sides divided by 2, 4 or 8, rounded up: blocks of its cosine transform are computed at that size, so
-/// that the whole picture is never in memory. About the mean over the pixels. Nothing for a JPEG that has neither one
-/// colour nor three (CMYK). Throws Error, naming `name`, where it cannot be decoded; what is cut must have been noticed
-/// before.
+/// Decodes a JPEG with its sides divided by 2, 4 or 8, rounded up. The inverse cosine transform is computed at the
+/// reduced size, so the full image is never in memory. The result is close to the mean over the pixels. Returns nullopt
+/// unless the JPEG has one or three components (CMYK has four). Throws Error that begins with `name` if decoding fails.
+/// Truncated files are not detected here; check before.
 std::optional<Image> decode_jpeg_reduced(std::span<const std::byte> bytes, const std::string& name, int divisor);
 
 }  // namespace trisoup

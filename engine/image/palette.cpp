@@ -8,14 +8,14 @@ namespace trisoup {
 namespace {
 
 constexpr std::size_t kColours = 256, kTransparent = 32;
-constexpr int kCellBits = 6;  // of each channel: colours that differ by less share a cell
+constexpr int kCellBits = 6;  // per channel; colours with the same upper bits share a cell
 constexpr int kMeansSteps = 3;
 
-/// Pixels of about one colour.
+/// Pixels of similar colour.
 struct Cell {
   std::array<std::uint64_t, 3> sum{};
   std::uint64_t pixels = 0;
-  std::uint32_t colour = 0;  // of the palette
+  std::uint32_t colour = 0;  // index in the palette
   int at(int channel) const { return static_cast<int>(sum[channel] / pixels); }
 };
 
@@ -36,17 +36,17 @@ glm::ivec3 mean_of(std::span<const Cell> cells) {
   return {mean(0), mean(1), mean(2)};
 }
 
-/// A part of the cells, and along which channel they differ most.
+/// A range of cells and the channel along which they differ most.
 struct Box {
   std::size_t begin, end;
   int channel = 0;
-  double spread = 0;  // sum of squared distances to the mean along it
+  double spread = 0;  // sum of squared distances to the mean along that channel
 };
 
 Box box_of(std::span<const Cell> cells, std::size_t begin, std::size_t end) {
   Box box{begin, end};
   const auto part = cells.subspan(begin, end - begin);
-  // A cell cannot be cut, though its own mean, rounded, may be another than the box's.
+  // A single cell cannot be split, so its spread must be 0. Rounded means could give another value.
   if (part.size() < 2) return box;
   const glm::ivec3 mean = mean_of(part);
   for (int c = 0; c < 3; ++c) {
@@ -60,7 +60,7 @@ Box box_of(std::span<const Cell> cells, std::size_t begin, std::size_t end) {
   return box;
 }
 
-/// At most `most` colours for the cells; sorts these.
+/// Returns at most `most` colours for the cells. Reorders the cells.
 std::vector<glm::ivec3> median_cut(std::vector<Cell>& cells, std::size_t most) {
   std::vector<Box> boxes{box_of(cells, 0, cells.size())};
   while (boxes.size() < most) {
@@ -97,7 +97,7 @@ std::uint32_t nearest(const glm::ivec3& colour, std::span<const glm::ivec3> colo
   return best;
 }
 
-/// The palette of these cells; sets the colour of each.
+/// Returns a palette of at most `most` colours, and sets the colour of each cell.
 std::vector<glm::ivec3> colours_for(std::vector<Cell>& cells, std::size_t most) {
   if (cells.empty()) return {};
   std::vector<glm::ivec3> colours = median_cut(cells, most);
@@ -125,9 +125,9 @@ std::vector<glm::ivec3> colours_for(std::vector<Cell>& cells, std::size_t most) 
 
 PaletteImage make_palette(const Image& image, const std::vector<bool>& used) {
   const std::size_t pixels = std::size_t(image.width) * std::size_t(image.height);
-  // Cells of pixels that are seen, and of those that are not.
+  // Cells of opaque pixels and cells of transparent pixels.
   std::array<std::vector<Cell>, 2> kinds;
-  std::array<std::vector<std::uint32_t>, 2> number;  // of a cell, from 1
+  std::array<std::vector<std::uint32_t>, 2> number;  // number of a cell, starting at 1; 0: none
   for (auto& n : number) n.assign(std::size_t(1) << 3 * kCellBits, 0);
   const auto kind_of = [&](std::size_t i) { return image.rgba[4 * i + 3] >= 128 ? 0 : 1; };
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -147,7 +147,7 @@ PaletteImage make_palette(const Image& image, const std::vector<bool>& used) {
   const std::vector<glm::ivec3> seen = colours_for(kinds[0], kColours - unseen.size());
   for (const glm::ivec3& c : unseen) result.colours.emplace_back(c, 0);
   for (const glm::ivec3& c : seen) result.colours.emplace_back(c, 255);
-  // Cells were sorted: which is where now?
+  // The cells were reordered, so their numbers are replaced by indices of the palette.
   for (int kind = 0; kind < 2; ++kind)
     for (std::size_t i = 0; i < kinds[kind].size(); ++i) {
       const Cell& cell = kinds[kind][i];
@@ -155,7 +155,7 @@ PaletteImage make_palette(const Image& image, const std::vector<bool>& used) {
                                     static_cast<std::uint8_t>(cell.at(2)), 0};
       number[kind][cell_of(rgba)] = cell.colour + (kind == 0 ? static_cast<std::uint32_t>(unseen.size()) : 0);
     }
-  std::uint8_t last = 0;  // repeated where nothing is used: it packs into nothing
+  std::uint8_t last = 0;  // unused pixels repeat the last index, which compresses well
   for (std::size_t i = 0; i < pixels; ++i) {
     if (used[i]) last = static_cast<std::uint8_t>(number[kind_of(i)][cell_of(&image.rgba[4 * i])]);
     result.pixels[i] = last;

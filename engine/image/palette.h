@@ -1,4 +1,4 @@
-// A picture in as many colours as a byte can tell apart.
+// Images with a palette of at most 256 colours.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,18 @@
 
 namespace trisoup {
 
-/// At most 256 colours, and which of them each pixel has.
+/// At most 256 colours, and the index of a colour for each pixel.
 struct PaletteImage {
   int width = 0, height = 0;
-  std::vector<glm::u8vec4> colours;  // RGBA; those with alpha 0 first, then by lightness
-  std::vector<std::uint8_t> pixels;  // row after row
+  std::vector<glm::u8vec4> colours;  // RGBA; colours with alpha 0 first, then sorted by lightness
+  std::vector<std::uint8_t> pixels;  // [height * width]
 };
 
-/// RGB by median cut (Heckbert 1982), then the nearest of the means (k-means); alpha becomes 255 from 128 on and 0
-/// below. Pixels that `used` (as many as the image has) leaves out may take any colour. The same image gives the same
-/// bits.
+/// Reduces an image to a palette: median cut (Heckbert 1982), then k-means. Alpha becomes 255 if it is at least 128,
+/// else 0. used: [height * width]; the other pixels may get any colour. Deterministic.
 PaletteImage make_palette(const Image& image, const std::vector<bool>& used);
 
-/// A PNG of 8-bit indices. `name` begins error messages.
+/// Encodes a PNG with 8-bit indices. Error messages begin with `name`.
 std::string encode_png(const PaletteImage& image, const std::string& name);
 
 }  // namespace trisoup

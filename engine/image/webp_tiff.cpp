@@ -22,18 +22,18 @@ using Content = std::span<const std::byte>;
 
 const std::uint8_t* data_of(Content bytes) { return reinterpret_cast<const std::uint8_t*>(bytes.data()); }
 
-/// A TIFF that lies in memory, and the first complaint of the library about it.
+/// A TIFF file in memory, and the first error that libtiff reported for it.
 class Tiff {
  public:
   Tiff(Content bytes, const std::string& name) : bytes_(bytes), name_(name) {
-    // No strip, tile or table of a file that is read is larger.
+    // No strip, tile or table of a supported file is larger.
     constexpr tmsize_t kMostAtOnce = tmsize_t(1) << 30;
     const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
                                                                                    &TIFFOpenOptionsFree);
     TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), kMostAtOnce);
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), &Tiff::complain, this);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), &Tiff::ignore, this);
-    // "m" would map the file.
+    // The mode "m" disables memory mapping.
     file_ = TIFFClientOpenExt("tiff", "rm", this, &Tiff::read, &Tiff::write, &Tiff::seek, &Tiff::close, &Tiff::size,
                               nullptr, nullptr, options.get());
     if (file_ == nullptr) fail();
@@ -46,7 +46,7 @@ class Tiff {
 
   TIFF* file() const { return file_; }
   [[noreturn]] void fail() const {
-    throw Error("{}: cannot be read as TIFF ({}); convert the image to PNG or JPEG", name_,
+    throw Error("{}: the TIFF cannot be read ({}); convert the image to PNG or JPEG", name_,
                 complaint_.empty() ? "damaged" : complaint_);
   }
 
@@ -108,8 +108,8 @@ bool is_tiff(Content bytes) {
 ImageSize webp_size(Content bytes, const std::string& name) {
   WebPBitstreamFeatures features;
   if (WebPGetFeatures(data_of(bytes), bytes.size(), &features) != VP8_STATUS_OK)
-    throw Error("{}: its header is damaged, not that of a WebP; export the image again", name);
-  if (features.has_animation) throw Error("{}: is an animation; export one picture of it", name);
+    throw Error("{}: the WebP header is damaged; export the image again", name);
+  if (features.has_animation) throw Error("{}: animations are not supported; export a single picture", name);
   return {features.width, features.height};
 }
 
@@ -119,7 +119,7 @@ Image decode_webp(Content bytes, const std::string& name, const CheckSize& check
   Image image{size.width, size.height,
               std::vector<std::uint8_t>(std::size_t(size.width) * std::size_t(size.height) * 4)};
   if (WebPDecodeRGBAInto(data_of(bytes), bytes.size(), image.rgba.data(), image.rgba.size(), 4 * size.width) == nullptr)
-    throw Error("{}: cannot be decoded as WebP, damaged or cut; copy or export the image again", name);
+    throw Error("{}: the WebP is damaged or cut off; copy or export the image again", name);
   return image;
 }
 
@@ -131,7 +131,7 @@ std::string encode_webp(const Image& image, float quality, const std::string& na
   const std::size_t size = WebPEncodeRGB(rgb.data(), image.width, image.height, 3 * image.width, quality, &output);
   const std::unique_ptr<std::uint8_t, decltype(&WebPFree)> bytes(output, &WebPFree);
   if (size == 0)
-    throw Error("{}: {} x {} pixels cannot become a WebP; choose a smaller picture", name, image.width, image.height);
+    throw Error("{}: {} x {} pixels cannot be encoded as WebP; use a smaller picture", name, image.width, image.height);
   return {reinterpret_cast<const char*>(bytes.get()), size};
 }
 
@@ -145,9 +145,9 @@ Image decode_tiff(Content bytes, const std::string& name, const CheckSize& check
   TIFFGetFieldDefaulted(tiff.file(), TIFFTAG_BITSPERSAMPLE, &bits);
   TIFFGetFieldDefaulted(tiff.file(), TIFFTAG_SAMPLESPERPIXEL, &channels);
   if ((bits != 8 && bits != 16) || channels > 4)
-    throw Error("{}: is a TIFF of {} channels of {} bits; export it with 8 or 16 bits, RGB or RGBA", name, channels,
-                bits);
-  // As the pixels lie in the file, like those of JPEG.
+    throw Error("{}: TIFF with {} channels of {} bits is not supported; export RGB or RGBA with 8 or 16 bits", name,
+                channels, bits);
+  // Ignores the orientation of the file, as for JPEG.
   TIFFSetField(tiff.file(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
   const std::size_t pixels = std::size_t(size.width) * std::size_t(size.height);
   Image image{size.width, size.height, std::vector<std::uint8_t>(pixels * 4)};
@@ -158,7 +158,7 @@ Image decode_tiff(Content bytes, const std::string& name, const CheckSize& check
   for (std::size_t i = 0; i < pixels; ++i) {
     const std::uint32_t colour[3]{TIFFGetR(raster[i]), TIFFGetG(raster[i]), TIFFGetB(raster[i])},
         alpha = TIFFGetA(raster[i]);
-    // The library multiplies colours by alpha.
+    // Undoes the multiplication of colours by alpha that libtiff does.
     for (std::size_t c = 0; c < 3; ++c)
       image.rgba[4 * i + c] = static_cast<std::uint8_t>(
           alpha == 255 || alpha == 0 ? colour[c] : std::min(255u, (colour[c] * 255 + alpha / 2) / alpha));

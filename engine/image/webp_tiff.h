@@ -1,4 +1,4 @@
-// WebP and TIFF, by libwebp and libtiff.
+// WebP and TIFF files, with libwebp and libtiff.
 #pragma once
 
 #include <cstddef>
@@ -14,12 +14,12 @@ namespace trisoup {
 bool is_webp(std::span<const std::byte> bytes);
 bool is_tiff(std::span<const std::byte> bytes);
 
-/// Called with the size that a file claims, before memory is taken for it; throws where that is too much.
+/// Called with the size in the header before memory is allocated. Throws Error if the size is too large.
 using CheckSize = std::function<void(ImageSize)>;
 
-/// The size in the header, and the pixels as decode_image() gives them, of the first picture of a file. `name` begins
-/// messages. Both throw Error on damage, and on what is not read: animations, TIFF of other than 8 or 16 bits, or of
-/// more than four channels.
+/// The functions below read the size in the header, or decode the first picture of a file like decode_image(). They
+/// throw Error that begins with `name` for damaged files, animations, and TIFF with more than four channels or other
+/// than 8 or 16 bits.
 ImageSize webp_size(std::span<const std::byte> bytes, const std::string& name);
 Image decode_webp(std::span<const std::byte> bytes, const std::string& name, const CheckSize& check);
 ImageSize tiff_size(std::span<const std::byte> bytes, const std::string& name);

@@ -21,8 +21,8 @@ class Mpi : public Ranks {
  public:
   explicit Mpi(const TrisoupMpi& mpi) : Ranks(mpi.rank, mpi.size, mpi.library), mpi_(mpi) {}
   ~Mpi() override {
-    // To end MPI is to wait for the others. Without it the launcher takes this process for one that died, and ends
-    // them.
+    // MPI_Finalize waits for the other ranks. Without it, the launcher would treat this process as crashed and kill the
+    // others.
     if (!broken_) mpi_.finish();
   }
 
@@ -52,8 +52,8 @@ class Mpi : public Ranks {
   bool broken_ = false;
 };
 
-/// Open MPI and MPICH have nothing in common but their interface's source, so each has a plugin, and the launcher says
-/// which it is.
+/// Returns the plugin files to try, in order. Open MPI and MPICH are compatible in source code only, so each has its
+/// own plugin. The environment set by the launcher tells which one is in use.
 std::vector<std::string> plugins() {
   std::vector<std::string> names{"trisoup-openmpi.so", "trisoup-mpich.so", "trisoup-mpi.so"};
   const bool mpich = !std::getenv("OMPI_COMM_WORLD_SIZE") && !std::getenv("PMIX_RANK") && std::getenv("PMI_RANK");
@@ -64,7 +64,7 @@ std::vector<std::string> plugins() {
 }  // namespace
 
 int launched_size() {
-  // Open MPI; MPICH, Intel MPI and srun --mpi=pmi2; srun, whatever the MPI.
+  // In this order: Open MPI; MPICH, Intel MPI and srun --mpi=pmi2; srun with any MPI.
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
     if (const int size = number_in(variable); size > 0) return size;
   return 1;
@@ -80,37 +80,36 @@ std::unique_ptr<Ranks> open_launched(const std::filesystem::path& programs) {
   const auto says = [](const char* variable) { return std::getenv(variable) != nullptr; };
   if (says("SLURM_STEP_NUM_TASKS") && !says("PMIX_RANK") && !says("PMI_RANK") && !says("OMPI_COMM_WORLD_SIZE"))
     throw Error(
-        "srun has started {} processes without an MPI; give it --mpi=pmix for Open MPI or --mpi=pmi2 for MPICH, or "
-        "soup-train --by-itself",
+        "srun started {} processes without an MPI; run srun with --mpi=pmix for Open MPI or --mpi=pmi2 for MPICH, or "
+        "set `by_itself`",
         launched_size());
   std::string why = "this build has none";
   for (const std::string& name : plugins()) {
     const std::filesystem::path file = programs / name;
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored)) continue;
-    // Global, because MPI libraries load parts of their own that look for them. Never closed: they leave threads and
-    // handlers behind.
+    // RTLD_GLOBAL is needed because components that an MPI library loads resolve symbols of the library. Never closed,
+    // because MPI libraries leave threads and handlers behind.
     void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL);
     if (!library) {
       why = ::dlerror();
       continue;
     }
     const auto open = reinterpret_cast<TrisoupMpiOpen>(::dlsym(library, "trisoup_mpi_open"));
-    const char* error = "it is of another build";
+    const char* error = "the plugin belongs to another build";
     const TrisoupMpi* const mpi = open ? open(&error) : nullptr;
     if (!mpi || mpi->version != TRISOUP_MPI_PLUGIN_VERSION)
-      throw Error("{}: MPI does not start ({})", file.string(), error);
+      throw Error("{}: MPI does not start ({}); check the MPI installation", file.string(), error);
     if (mpi->size != launched_size())
       throw Error(
-          "{}: its launcher has started {} processes, {} sees {}; use the launcher of the same MPI (mpirun of Open "
+          "{}: the launcher started {} processes, but {} sees {}; use the launcher of the same MPI (mpirun of Open "
           "MPI, mpiexec of MPICH)",
           file.string(), launched_size(), mpi->library, mpi->size);
     return std::make_unique<Mpi>(*mpi);
   }
   throw Error(
-      "{} processes were started to train together, and there is no MPI plugin to do it with ({}); install "
-      "libopenmpi-dev or "
-      "libmpich-dev and build again, or start one process",
+      "{} processes were started, but no MPI plugin could be loaded ({}); install libopenmpi-dev or libmpich-dev and "
+      "build again, or start one process",
       launched_size(), why);
 }
 

@@ -1,4 +1,4 @@
-// The ranks that mpirun, mpiexec or srun has started this process as one of.
+// Ranks started by mpirun, mpiexec or srun.
 #pragma once
 
 #include <filesystem>
@@ -8,17 +8,18 @@
 
 namespace trisoup::ranks {
 
-/// How many processes a launcher says it has started, from the environment that it gives to each; 1 where there is
-/// none.
+/// Returns the number of processes started by the launcher, from the environment variables that it sets; 1 without a
+/// launcher.
 int launched_size();
 
-/// This process as one of those, through the MPI library that its launcher belongs to: what knows of MPI is a file
-/// beside the program, loaded here and only here, so that programs start on machines without it. alone() where the
-/// launcher has started one process, or there is none. programs: folder of the plugins. Throws Error where several were
-/// started and there is no plugin that can be loaded.
+/// Connects this process to the other ranks through the MPI library of its launcher. MPI is used only through plugins
+/// that this function loads, so that programs also run on machines without MPI. Returns alone() if there is no launcher
+/// or it started one process.
+/// programs: folder that contains the plugins. Throws Error if several processes were started and no plugin can be
+/// loaded.
 std::unique_ptr<Ranks> open_launched(const std::filesystem::path& programs);
 
-/// The folder of the running program.
+/// Returns the folder of the running program.
 std::filesystem::path folder_of_program();
 
 }  // namespace trisoup::ranks

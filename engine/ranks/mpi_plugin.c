@@ -1,4 +1,4 @@
-/* Built once for each MPI library that CMake finds, into a file of its own beside the programs. */
+/* The MPI plugin. Built once for each MPI library that CMake finds, into a separate file next to the programs. */
 #include "mpi_plugin.h"
 
 #include <mpi.h>
@@ -13,17 +13,17 @@ static struct TrisoupMpi table;
 
 static const char* message_of(int code) {
   int length = 0;
-  if (MPI_Error_string(code, text, &length) != MPI_SUCCESS) return "MPI failed, and does not say why";
+  if (MPI_Error_string(code, text, &length) != MPI_SUCCESS) return "unknown MPI error";
   return text;
 }
 
-/* MPI counts in int: longer messages go in pieces, which arrive in order. */
+/* MPI counts bytes in int, so longer messages are sent in pieces. Pieces arrive in order. */
 static const uint64_t kPiece = 1u << 30;
 
 static uint64_t pieces_of(uint64_t bytes) { return (bytes + kPiece - 1) / kPiece; }
 
-/* MPI libraries wait by asking again and again. With a core for each rank that is the fastest; here whoever waits long
-   also lets others compute. */
+/* MPI libraries wait in a busy loop, which is fastest with one core per rank. A rank that waits for long sleeps between
+   polls, so that ranks on the same core can compute. */
 static int wait_all(int count, MPI_Request* requests) {
   const struct timespec nap = {0, 50000};
   for (long turn = 0;; ++turn) {
@@ -42,7 +42,7 @@ static const char* exchange(const void* const* send, const uint64_t* send_bytes,
   if (!requests) return "out of memory";
   int count = 0, code = MPI_SUCCESS;
   for (int i = 1; i < table.size && code == MPI_SUCCESS; ++i) {
-    /* Each rank begins with another one, so that not all send to the same. */
+    /* Ranks start with different partners, so that they do not all send to the same rank. */
     const int from = (table.rank + table.size - i) % table.size, to = (table.rank + i) % table.size;
     for (uint64_t at = 0; at < receive_bytes[from] && code == MPI_SUCCESS; at += kPiece) {
       const uint64_t left = receive_bytes[from] - at;

@@ -8,7 +8,7 @@
 namespace trisoup::ranks {
 namespace {
 
-/// Bit of a message's length that says it is why its sender leaves.
+/// Bit in the length of a message that marks the message as the sender's reason for leaving.
 constexpr std::uint64_t kLeaves = 1ull << 63;
 
 std::string host_name() {
@@ -59,7 +59,7 @@ std::vector<Bytes> Ranks::exchange(std::span<const ByteView> to, bool leaving) {
 }
 
 std::vector<Bytes> Ranks::exchange(std::span<const ByteView> to) {
-  if (ended_) throw Error("rank {} of {}: has left already", rank_, size_);
+  if (ended_) throw Error("rank {} of {}: communication has ended; no exchange is possible", rank_, size_);
   try {
     return exchange(to, false);
   } catch (...) {

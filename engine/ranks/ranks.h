@@ -1,6 +1,6 @@
-// Processes that train one soup together, usually on several machines, and what they tell each other. How bytes travel
-// is for the implementations to say: MPI (launched.h), or threads of one process in the tests. Kernels know nothing of
-// it.
+// Communication between processes (ranks) that train one soup together, usually on several machines. Implementations
+// transfer the bytes through MPI (launched.h) or, in tests, between threads of one process. Kernels do not depend on
+// ranks.
 #pragma once
 
 #include <cstddef>
@@ -19,46 +19,46 @@ namespace trisoup::ranks {
 using Bytes = std::vector<std::byte>;
 using ByteView = std::span<const std::byte>;
 
-/// Thrown on every rank where one could not go on. The message names that rank: "rank 2 of 4 (node17): what went
-/// wrong".
+/// Thrown on all other ranks when one rank fails. The message names that rank: "rank 2 of 4 (node17): REASON".
 class RankLost : public Error {
  public:
   explicit RankLost(const std::string& message) : Error("{}", message) {}
 };
 
-/// All ranks make the same calls in the same order: each call waits for the others. Not thread-safe.
+/// Collective communication. All ranks must make the same calls in the same order, and each call waits for the other
+/// ranks. Not thread-safe.
 class Ranks {
  public:
   virtual ~Ranks() = default;
   int rank() const { return rank_; }
   int size() const { return size_; }
-  /// Who speaks for all, and writes their files.
+  /// Rank 0 prints messages and writes files for all ranks.
   bool is_first() const { return rank_ == 0; }
 
-  /// Sends to[r] to rank r, for every r (itself too), and returns what each rank has sent to this one, in order of
-  /// rank. Throws RankLost where a rank has left, and Error where the connection breaks.
+  /// Sends to[r] to rank r, for every r including this rank. Returns the bytes received from each rank, in order of
+  /// rank. Throws RankLost if a rank has left, and Error if the connection breaks.
   std::vector<Bytes> exchange(std::span<const ByteView> to);
-  /// The same bytes to every rank.
+  /// Sends the same bytes to every rank. Returns the bytes of all ranks, in order of rank.
   std::vector<Bytes> gather(ByteView mine);
-  /// What `rank` has, to every rank; `mine` of the others is not looked at.
+  /// Broadcasts `mine` of `rank` to every rank and returns it. `mine` of the other ranks is ignored.
   Bytes from(int rank, ByteView mine);
 
-  /// Takes part in the exchange that the others are waiting in, or will come to, with nothing but `why` it ends. Theirs
-  /// throws. False where nobody can be told, because the connection is broken. There is no exchange after it.
+  /// Tells the other ranks that this rank fails and why: their current or next exchange throws RankLost. Returns false
+  /// if the connection is broken, so that they cannot be told. No exchange is possible afterwards.
   bool leave(std::string_view why) noexcept;
-  /// Whether there can be no exchange any more.
+  /// Returns whether communication has ended, so that no exchange is possible.
   bool ended() const { return ended_; }
 
-  /// Sent to other ranks so far.
+  /// Number of bytes sent to other ranks so far.
   std::uint64_t bytes_sent() const { return bytes_sent_; }
-  /// What carries the bytes, for people: "Open MPI 4.1.4".
+  /// Name of the library that transfers the bytes, for messages: "Open MPI 4.1.4".
   const std::string& transport() const { return transport_; }
 
  protected:
   Ranks(int rank, int size, std::string transport) : rank_(rank), size_(size), transport_(std::move(transport)) {}
-  /// One number to each rank and one from each. Both [size].
+  /// Sends one number to each rank and receives one from each. Both [size].
   virtual void send_numbers(std::span<const std::uint64_t> to, std::span<std::uint64_t> from) = 0;
-  /// Both [size]; each part of `from` is as long as what is sent to it.
+  /// Sends and receives bytes. Both [size]. Each part of `from` has the length of the message that it receives.
   virtual void send_bytes(std::span<const ByteView> to, std::span<const std::span<std::byte>> from) = 0;
 
  private:
@@ -69,10 +69,11 @@ class Ranks {
   std::uint64_t bytes_sent_ = 0;
 };
 
-/// A process by itself: what it sends, it receives.
+/// Returns the ranks of a single process, which only sends to itself.
 std::unique_ptr<Ranks> alone();
 
-/// The bytes of a list of plain values, and the values again. Throws Error where the bytes are not whole values.
+/// Convert a list of trivially copyable values to bytes and back. values_of throws Error if the number of bytes is not
+/// a multiple of the size of a value.
 template <typename T>
 ByteView bytes_of(const std::vector<T>& values) {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -82,7 +83,7 @@ template <typename T>
 std::vector<T> values_of(ByteView bytes) {
   static_assert(std::is_trivially_copyable_v<T>);
   if (bytes.size() % sizeof(T) != 0)
-    throw Error("ranks: {} bytes are no list of values of {} bytes; all ranks have to run the same build", bytes.size(),
+    throw Error("ranks: {} bytes are not a list of values of {} bytes; run the same build on all ranks", bytes.size(),
                 sizeof(T));
   std::vector<T> values(bytes.size() / sizeof(T));
   std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(values)).begin());

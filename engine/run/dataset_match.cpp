@@ -29,8 +29,8 @@ nlohmann::json fingerprints_of(const scene::Scene& scene) {
           {"test_photographs", fmt::format("{:016x}", scene::fingerprint_of_photographs(scene.test))}};
 }
 
-std::string misfit(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained,
-                   const std::string& dataset) {
+std::string mismatch(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained,
+                     const std::string& dataset) {
   const scene::Normalisation model{file.model.centre, file.model.scale};
   std::map<std::string, const soup::ModelCamera*> by_name;
   for (const soup::ModelCamera& camera : file.cameras) by_name.emplace(camera.name, &camera);

@@ -19,6 +19,7 @@ nlohmann::json fingerprints_of(const scene::Scene& scene);
 /// nearest one: position (to 1 % of the cameras' mean distance from the scene), direction (to a degree) and field of
 /// view (to 1 %). Photographs of the test views are compared where `as_trained` says that they were loaded with the
 /// model's own options. Models of other programs have neither cameras nor fingerprints.
-std::string misfit(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained, const std::string& dataset);
+std::string mismatch(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained,
+                     const std::string& dataset);
 
 }  // namespace trisoup::train

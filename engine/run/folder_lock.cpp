@@ -38,8 +38,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : file_(folder / "lo
     if (descriptor < 0)
       throw Error("{}: cannot be written ({}); choose another folder", file_.string(), std::strerror(errno));
     lock_ = std::make_unique<FileLock>(descriptor, [&](int) {
-      throw Error("{}: {} is training into this folder; wait for it or end it, or choose another `output`", folder.string(),
-                  content_of(descriptor));
+      throw Error("{}: {} is training into this folder; wait for it or end it, or choose another `output`",
+                  folder.string(), content_of(descriptor));
     });
     // A holder that ends removes the file: what was opened before that and locked after it is no longer the one that
     // others open.

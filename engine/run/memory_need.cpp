@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "soup/texture_table.h"
+#include "train/config/schedule.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/small_views.h"
-#include "train/config/schedule.h"
 #include "train/step/soup_buffers.h"
 
 namespace trisoup::train {
@@ -45,7 +45,7 @@ BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& s
   return size;
 }
 
-std::uint64_t usual_most(const Settings& s) { return 8ull * s.triangles; }
+std::uint64_t default_most_triangles(const Settings& s) { return 8ull * s.triangles; }
 
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32_t ranks) {
   MemoryNeed need;
@@ -64,18 +64,18 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
   std::uint64_t most = s.triangles;
   if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
   const BatchSize batch = largest_batch(scene.train, s);
-  need.frame = frame_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
-                           static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
-               kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
+  need.buffers = batch_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
+                             static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
+                 kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
   // A change of topology has, of textures, the logits of the old soup and those
   // of the new one: one array after the other, so that besides one of them all is there once. Rows, parents and corners
   // of triangles come to it.
   const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
-  const std::uint64_t change = triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks +
-                               logits * 2;
+  const std::uint64_t change =
+      triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * 2;
   need.soup = std::max({soup_bytes(s.init_count, kCoarseLevel, kCoarseLevel, ranks),
                         soup_bytes(most, s.level_min, s.level_max, ranks), change});
-  if (ranks > 1) need.frame += batch.pixels * SharedSoup::kPixelBytes;
+  if (ranks > 1) need.buffers += batch.pixels * SharedSoup::kPixelBytes;
   return need;
 }
 
@@ -101,7 +101,7 @@ Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::ui
 
 std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
                                       std::uint32_t ranks) {
-  const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(usual_most(settings), 0xffffffffu));
+  const auto high = static_cast<std::uint32_t>(std::min<std::uint64_t>(default_most_triangles(settings), 0xffffffffu));
   return largest(high, [&](std::uint32_t n) {
     Settings s = settings;
     s.most_triangles = n;

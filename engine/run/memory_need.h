@@ -17,13 +17,13 @@ struct BatchSize {
 BatchSize largest_batch(const std::vector<scene::View>& views, const Settings& settings);
 
 /// Triangles that splitting may reach where nobody said.
-std::uint64_t usual_most(const Settings& settings);
+std::uint64_t default_most_triangles(const Settings& settings);
 
 /// Device memory that a run needs, before anything is allocated. The synthetic recipe's budget is no ceiling: where
 /// more than that is visible at the change to fine textures, a run needs more, and says so then.
 struct MemoryNeed {
-  std::uint64_t photographs = 0, frame = 0, soup = 0;
-  std::uint64_t total() const { return photographs + frame + soup; }
+  std::uint64_t photographs = 0, buffers = 0, soup = 0;
+  std::uint64_t total() const { return photographs + buffers + soup; }
 };
 MemoryNeed memory_need(const scene::Scene& scene, const Settings& settings,
                        std::uint32_t ranks = 1);  // of each of them

@@ -39,8 +39,8 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene) {
   return cameras;
 }
 
-soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& settings,
-                                    const scene::LoadOptions& load) {
+soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
+                                     const scene::LoadOptions& load) {
   soup::ModelFileOptions options;
   options.settings = to_json(settings);
   options.settings["drop_near"] = settings.published;  // a property of the model for its readers

@@ -14,7 +14,7 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene);
 
 /// Cameras, the up direction, where colours are baked from, how exact textures are, and as settings those of the
 /// training with what says which dataset it was and how it was read. load: as the scene was.
-soup::ModelFileOptions file_options(const scene::Scene& scene, const Settings& settings,
-                                    const scene::LoadOptions& load);
+soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
+                                     const scene::LoadOptions& load);
 
 }  // namespace trisoup::train

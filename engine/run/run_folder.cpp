@@ -72,7 +72,8 @@ void RunFolder::look() const {
   const auto has = [&](const char* name) { return std::filesystem::exists(path_ / name); };
   if (earlier_ == Earlier::resume && has("model.glb") && !has("checkpoint.safetensors"))
     throw Error(
-        "{}: holds a model and no checkpoint to go on from; `overwrite` trains anew in its place, or choose another `output`",
+        "{}: holds a model and no checkpoint to go on from; `overwrite` trains anew in its place, or choose another "
+        "`output`",
         path_.string());
   if (earlier_ != Earlier::refuse) return;
   for (const char* name : {"model.glb", "checkpoint.safetensors", "train.csv", "metrics.json"})

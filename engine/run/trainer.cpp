@@ -12,9 +12,9 @@
 #include "run/memory_need.h"
 #include "soup/random.h"
 #include "soup/texture_table.h"
+#include "train/config/schedule.h"
 #include "train/quality/image_sums.h"
 #include "train/step/fixed_sum.h"
-#include "train/config/schedule.h"
 #include "train/step/forward_pass.h"
 
 namespace trisoup::train {
@@ -51,10 +51,10 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
       scene_(scene),
       settings_(settings),
       photographs_(scene::fingerprint_of_photographs(scene.train)),
-      frame_(gpu),
-      schedule_(gpu) {
+      buffers_(gpu),
+      queue_(gpu) {
   ranks_ = ranks;
-  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, buffers_, *ranks);
   const bool paints = starts_from_surface(settings_) && coarse_end(settings_) == 0 && !start.colours.empty();
   const bool coarse = coarse_end(settings_) > 0;
   const soup::TextureLevels levels = paints   ? soup::TextureLevels{0, 0}
@@ -74,7 +74,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   prepare();
   if (!paints) return;
   const Stopwatch watch;
-  paint(gpu_, soup_, frame_, {half_views_, views_}, settings_);
+  paint(gpu_, soup_, buffers_, {half_views_, views_}, settings_);
   gpu_.wait();
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
@@ -84,8 +84,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
       scene_(scene),
       settings_(settings),
       photographs_(scene::fingerprint_of_photographs(scene.train)),
-      frame_(gpu),
-      schedule_(gpu),
+      buffers_(gpu),
+      queue_(gpu),
       step_(settings.steps),
       texture_start_(settings.steps),
       vertex_start_(settings.steps),
@@ -93,13 +93,13 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   start_from_model(gpu_, soup_, model, scene.normalisation);
   prepare();
   // A model has its finest levels alone; they are learnt as what several add up to.
-  Shrunk levels;
+  Pruned levels;
   for (std::uint32_t t = 0; t < soup_.triangles; ++t) {
     const std::uint32_t finest = soup_.table[t].level_max;
     levels.kept.push_back(t);
     levels.levels.push_back({std::min(settings_.level_min, finest), finest});
   }
-  shrink(gpu_, soup_, frame_, levels, settings_);
+  prune(gpu_, soup_, buffers_, levels, settings_);
 }
 
 void Trainer::prepare() {
@@ -109,8 +109,7 @@ void Trainer::prepare() {
     masked_out_.push_back(!has_pixels(scene_.train[i].image));
     const scene::Camera& camera = scene_.train[i].camera;
     for (auto* views : {&views_, &half_views_}) {
-      BatchView view =
-          batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera));
+      BatchView view = batch_view(camera, settings_.near, settings_.far, views == &views_ ? 1.0 : count_scale(camera));
       view.photo = photos_.addresses[i];
       view.index = static_cast<std::uint32_t>(i);
       views->push_back(view);
@@ -118,13 +117,13 @@ void Trainer::prepare() {
   }
   if (small_scale(settings_) < 1 && step_ < small_end(settings_)) small_ = small_views(gpu_, scene_.train, settings_);
   const BatchSize batch = largest_batch(scene_.train, settings_);
-  frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
+  buffers_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
   if (settings_.exposure)
     exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
   // A checkpoint's textures are looked at here for the first time.
   const std::uint32_t step = static_cast<std::uint32_t>(step_);
-  gpu_.upload(frame_.state.address() + offsetof(kernels::StepState, step), std::as_bytes(std::span(&step, 1)));
-  Step(gpu_, soup_, frame_).sum_textures();
+  gpu_.upload(buffers_.state.address() + offsetof(kernels::StepState, step), std::as_bytes(std::span(&step, 1)));
+  Step(gpu_, soup_, buffers_).sum_textures();
 }
 
 std::vector<std::uint32_t> Trainer::batch_of(std::uint64_t step) {
@@ -170,7 +169,7 @@ std::uint64_t Trainer::next_event(const Callbacks& callbacks) const {
   for (const std::uint64_t change : {coarse_end(settings_), small_end(settings_)})
     if (step_ < change) next = std::min(next, change);
   // Sums are kept for so many steps only.
-  return std::min<std::uint64_t>(next, step_ + Frame::kStatisticsRows / 2);
+  return std::min<std::uint64_t>(next, step_ + BatchBuffers::kStatisticsRows / 2);
 }
 
 kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batch) const {
@@ -179,9 +178,10 @@ kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batc
   const std::uint32_t seed =
       static_cast<std::uint32_t>(settings_.seed) ^ f32::hash32(static_cast<std::uint32_t>(settings_.seed >> 32));
   const std::uint32_t key = f32::hash32(seed ^ f32::hash32(static_cast<std::uint32_t>(t) + 0x9e3779b9u));
-  return Step::state(key, static_cast<std::uint32_t>(step), static_cast<std::uint32_t>(step % Frame::kStatisticsRows),
-                     {settings_.lr_texture * factor, settings_.lr_vertex * vertex_factor,
-                      settings_.lr_mlp * factor, t - texture_start_, t - vertex_start_, t - mlp_start_},
+  return Step::state(key, static_cast<std::uint32_t>(step),
+                     static_cast<std::uint32_t>(step % BatchBuffers::kStatisticsRows),
+                     {settings_.lr_texture * factor, settings_.lr_vertex * vertex_factor, settings_.lr_mlp * factor,
+                      t - texture_start_, t - vertex_start_, t - mlp_start_},
                      batch, settings_.huber);
 }
 
@@ -196,10 +196,10 @@ StepInputs Trainer::step_inputs() const {
 }
 
 gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
-  frame_.place(batch, soup_.triangles, true);
+  buffers_.place(batch, soup_.triangles, true);
   gpu::CommandList fresh = gpu_.record([&] {
-    schedule_.begin_step(frame_);
-    Step(gpu_, soup_, frame_).train(step_inputs());
+    queue_.begin_step(buffers_);
+    Step(gpu_, soup_, buffers_).train(step_inputs());
   });
   // Images of many sizes make as many lists; what matters is that few sizes do not record again and again.
   constexpr std::size_t kMostLists = 64;
@@ -210,10 +210,10 @@ gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
 }
 
 bool Trainer::train_together(const BatchLayout& batch, const Callbacks& callbacks) {
-  frame_.place(batch, soup_.triangles, true);
-  schedule_.begin_step(frame_);
+  buffers_.place(batch, soup_.triangles, true);
+  queue_.begin_step(buffers_);
   shared_->ask_to_stop(callbacks.stop && *callbacks.stop);
-  Step(gpu_, soup_, frame_).train(step_inputs());
+  Step(gpu_, soup_, buffers_).train(step_inputs());
   shared_->ask_to_stop(false);  // what is not a step goes on to its end
   return shared_->outcome() == SharedSoup::Outcome::done;
 }
@@ -221,16 +221,16 @@ bool Trainer::train_together(const BatchLayout& batch, const Callbacks& callback
 void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
   do {
     std::vector<BatchLayout> batches;
-    schedule_.clear();
+    queue_.clear();
     for (std::uint64_t step = step_; step < last; ++step) {
       std::vector<BatchView> views;
       for (const std::uint32_t v : batch_of(step))
         views.push_back(
             sampled_at(view_of(step, v), pixel_jitter(settings_.seed, step, view_of(step, v), settings_.pixel_jitter)));
       batches.push_back(lay_out(views));
-      schedule_.add(state_of(step, batches.back()), batches.back());
+      queue_.add(state_of(step, batches.back()), batches.back());
     }
-    schedule_.upload();
+    queue_.upload();
     gpu::CommandList* commands = nullptr;
     std::array<std::uint64_t, 5> sizes{};
     for (const BatchLayout& batch : batches) {
@@ -245,32 +245,35 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
       ++step_;
     }
     gpu_.wait();
-    for (const ParameterFault& fault : take_faults(gpu_, soup_, frame_))
-      if (callbacks.on_fault) callbacks.on_fault(fault);
+    for (const NonFinite& fault : take_non_finite(gpu_, soup_, buffers_))
+      if (callbacks.on_non_finite) callbacks.on_non_finite(fault);
     // Steps whose tile lists did not fit have changed nothing: they are done again with room enough.
-    const auto overflow = grow_lists_if_needed(gpu_, frame_);
+    const auto overflow = grow_lists_if_needed(gpu_, buffers_);
     if (!overflow && !(shared_ && shared_->outcome() == SharedSoup::Outcome::overflow)) return;
     if (overflow) step_ = *overflow;
   } while (true);
 }
 
-bool Trainer::lifts() const { return step_ == coarse_end(settings_) && step_ < settings_.steps && step_ > 0; }
+bool Trainer::gets_fine_levels() const {
+  return step_ == coarse_end(settings_) && step_ < settings_.steps && step_ > 0;
+}
 bool Trainer::prunes() const { return next_pruning(settings_, step_ - 1) == step_; }
 
 void Trainer::change_topology() {
   if (step_ >= small_end(settings_)) small_.reset();
-  if (!lifts() && !is_refinement(settings_, step_) && !prunes()) return;
+  if (!gets_fine_levels() && !is_refinement(settings_, step_) && !prunes()) return;
   const PartTimes::Scope scope(*times_, Part::topology);
-  if (lifts()) {
-    lift(gpu_, soup_, frame_, half_views_, settings_);
+  if (gets_fine_levels()) {
+    add_fine_levels(gpu_, soup_, buffers_, half_views_, settings_);
     texture_start_ = vertex_start_ = step_;
   }
   if (is_refinement(settings_, step_)) {
-    const std::uint64_t most = settings_.most_triangles > 0 ? settings_.most_triangles : usual_most(settings_);
-    last_resampling_ =
-        resample(gpu_, soup_, frame_, {half_views_, views_}, settings_, step_,
-                 static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
-    if (last_resampling_ == Resampling::nothing_seen) {
+    const std::uint64_t most =
+        settings_.most_triangles > 0 ? settings_.most_triangles : default_most_triangles(settings_);
+    last_refinement_ =
+        refine(gpu_, soup_, buffers_, {half_views_, views_}, settings_, step_,
+               static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
+    if (last_refinement_ == RefineOutcome::nothing_seen) {
       // Of nothing an empty picture is the right one; else nothing can be learnt any more.
       if (training_fit().nothing_learnt())
         throw Error(
@@ -283,7 +286,7 @@ void Trainer::change_topology() {
     texture_start_ = step_;
   }
   if (prunes()) {
-    shrink(gpu_, soup_, frame_, down_to_knee(importance(), soup_.table, backdrop(), settings_.knee), settings_);
+    prune(gpu_, soup_, buffers_, pruned_to_knee(importance(), soup_.table, backdrop(), settings_.knee), settings_);
     texture_start_ = vertex_start_ = step_;
   }
 }
@@ -302,7 +305,7 @@ std::vector<BatchView> Trainer::some_views() const {
 
 Importance Trainer::importance() {
   const PartTimes::Scope scope(*times_, Part::importance);
-  return measure_importance(gpu_, soup_, frame_, scene_.background, some_views(), given_exposures(), settings_.batch);
+  return measure_importance(gpu_, soup_, buffers_, scene_.background, some_views(), given_exposures(), settings_.batch);
 }
 
 void Trainer::go_back(const std::filesystem::path& path) {
@@ -311,7 +314,7 @@ void Trainer::go_back(const std::filesystem::path& path) {
   const soup::Safetensors file = soup::Safetensors::open(path);
   read_soup(file, path);
   read_exposures(file);
-  Step(gpu_, soup_, frame_).sum_textures();
+  Step(gpu_, soup_, buffers_).sum_textures();
   gpu_.wait();
   seconds_ += watch.seconds(), cpu_seconds_ += watch.cpu_seconds();
 }
@@ -320,9 +323,9 @@ bool Trainer::begin_round(const Shares& shares) {
   const PartTimes::Scope scope(*times_, Part::topology);
   const Stopwatch watch;
   if (shares.bytes < 1 || shares.triangles < 1) {
-    const Shrunk less = least_important_removed(importance(), soup_.table, backdrop(), shares);
+    const Pruned less = least_important_removed(importance(), soup_.table, backdrop(), shares);
     if (!takes_away(less, soup_.table)) return false;
-    shrink(gpu_, soup_, frame_, less, settings_);
+    prune(gpu_, soup_, buffers_, less, settings_);
     texture_start_ = vertex_start_ = step_;
   }
   ++rounds_;
@@ -337,7 +340,7 @@ const BatchView& Trainer::view_of(std::uint64_t step, std::uint32_t v) const {
 
 double Trainer::share_uncovered() {
   ImageSums all;
-  for (const ImageSums& view : sum_images(gpu_, frame_, scene_.background, Ssim::none))
+  for (const ImageSums& view : sum_images(gpu_, buffers_, scene_.background, Ssim::none))
     all.pixels += view.pixels, all.uncovered += view.uncovered;
   return all.share_uncovered();
 }
@@ -348,14 +351,15 @@ bool Trainer::measures(std::uint64_t step) {
 }
 
 Progress Trainer::progress_since(std::uint64_t first, double seconds) {
-  const auto rows = gpu_.download_vector<kernels::Statistics>(frame_.statistics.address(), Frame::kStatisticsRows);
+  const auto rows =
+      gpu_.download_vector<kernels::Statistics>(buffers_.statistics.address(), BatchBuffers::kStatisticsRows);
   Progress p;
   p.step = step_;
   p.triangles = soup_.triangles;
   double mse = 0, measured = 0;
-  const std::uint64_t count = std::min<std::uint64_t>(step_ - first, Frame::kStatisticsRows);
+  const std::uint64_t count = std::min<std::uint64_t>(step_ - first, BatchBuffers::kStatisticsRows);
   for (std::uint64_t s = step_ - count; s < step_; ++s) {
-    const kernels::Statistics& r = rows[s % Frame::kStatisticsRows];
+    const kernels::Statistics& r = rows[s % BatchBuffers::kStatisticsRows];
     p.l1 += fixed_sum(r.l1_low, r.l1_high);
     p.ssim += fixed_sum(r.ssim_low, r.ssim_high);
     mse += fixed_sum(r.mse_low, r.mse_high);
@@ -432,16 +436,16 @@ soup::Model Trainer::model() {
 }
 
 Evaluation Trainer::evaluate_float(const OnRender& on_render) {
-  return evaluate(gpu_, soup_, frame_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render);
+  return evaluate(gpu_, soup_, buffers_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render);
 }
 
 TrainingFit Trainer::training_fit() {
-  return fit_to_training_views(gpu_, soup_, frame_, scene_, some_views(), given_exposures(), settings_.batch);
+  return fit_to_training_views(gpu_, soup_, buffers_, scene_, some_views(), given_exposures(), settings_.batch);
 }
 
 TrainingFit Trainer::training_fit(const soup::Model& model) {
-  LoadedModel loaded(gpu_, model, scene_.normalisation, ranks_, &frame_);
-  return fit_to_training_views(gpu_, loaded.soup, frame_, scene_, some_views(), given_exposures(), settings_.batch);
+  LoadedModel loaded(gpu_, model, scene_.normalisation, ranks_, &buffers_);
+  return fit_to_training_views(gpu_, loaded.soup, buffers_, scene_, some_views(), given_exposures(), settings_.batch);
 }
 
 std::vector<glm::vec4> Trainer::exposures() {

@@ -74,7 +74,7 @@ class Trainer {
     std::function<void(std::uint64_t step)>
         on_checkpoint;                                    // every Settings::checkpoint_every steps, not after the last
     std::function<void(std::uint64_t step)> on_evaluate;  // every Settings::eval_every steps, not after the last
-    std::function<void(const ParameterFault&)> on_fault;  // a parameter was not a number and has been reset
+    std::function<void(const NonFinite&)> on_non_finite;  // a parameter was not a number and has been reset
     std::function<std::uint64_t(std::uint64_t step)> until;  // asked between steps, the device idle: the step to go on
                                                              // to before asking again; may wait
     std::uint64_t progress_every = 10;
@@ -113,7 +113,7 @@ class Trainer {
   /// Steps, topology and importance count in `times` from now on. It must outlive the trainer.
   void measure_into(PartTimes& times) { times_ = &times; }
   /// Whether the last resampling of this run found too few pixels in the training views to split up to the budget.
-  bool out_of_pixels() const { return last_resampling_ == Resampling::out_of_pixels; }
+  bool out_of_pixels() const { return last_refinement_ == RefineOutcome::out_of_pixels; }
 
   /// note: any text, for CheckpointInfo::note. Of several ranks the first writes.
   void write_checkpoint(const std::filesystem::path& path, const std::string& note = {});
@@ -144,7 +144,7 @@ class Trainer {
   }
   StepInputs step_inputs() const;
   void change_topology();
-  bool lifts() const;
+  bool gets_fine_levels() const;
   bool prunes() const;
   std::vector<bool> backdrop();  // [T] whether a triangle is the backdrop's
   std::vector<std::uint32_t> batch_of(std::uint64_t step);
@@ -168,7 +168,7 @@ class Trainer {
   std::uint64_t photographs_;  // fingerprint
   PartTimes own_times_{gpu_};
   PartTimes* times_ = &own_times_;
-  Frame frame_;
+  BatchBuffers buffers_;
   SoupBuffers soup_;
   ranks::Ranks* ranks_ = nullptr;     // null: this process alone
   std::optional<SharedSoup> shared_;  // where there are several
@@ -176,14 +176,14 @@ class Trainer {
   std::optional<Exposures> exposures_;  // where settings ask for them
   std::vector<BatchView> views_, half_views_;
   std::optional<SmallViews> small_;  // of the first steps
-  Schedule schedule_;
+  StepQueue queue_;
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.
   std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;
   std::uint64_t step_ = 0;    // completed steps
   std::uint64_t rounds_ = 0;  // begun after Settings::steps
   // Completed steps when the moments of textures, vertices and MLP were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0, mlp_start_ = 0;
-  Resampling last_resampling_ = Resampling::done;
+  RefineOutcome last_refinement_ = RefineOutcome::done;
   double uncovered_ = 0;          // of the last step before a report
   std::vector<bool> masked_out_;  // training views without a pixel to measure
   double seconds_ = 0, cpu_seconds_ = 0;

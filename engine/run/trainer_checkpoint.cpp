@@ -56,7 +56,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   std::vector<std::vector<float>> arrays;
   if (shared_) shared_->compare();
   const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
-    arrays.push_back(shared_ && held == Held::by_owners ? shared_->values_on_first(buffer)
+    arrays.push_back(shared_ && held == Held::by_owners ? shared_->gather_values(buffer)
                                                         : gpu_.download_vector<float>(buffer.address(), n));
   };
   each_array(soup_, download);
@@ -93,17 +93,18 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
       scene_(scene),
       settings_(settings),
       photographs_(scene::fingerprint_of_photographs(scene.train)),
-      frame_(gpu),
-      schedule_(gpu) {
+      buffers_(gpu),
+      queue_(gpu) {
   ranks_ = ranks;
-  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, frame_, *ranks);
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, buffers_, *ranks);
   const soup::Safetensors file = soup::Safetensors::open(path);
   const auto text = [&](const char* key) { return checkpoint_text(file, path, key); };
   const auto number = [&](const char* key) { return checkpoint_number(file, path, key); };
   const CheckpointInfo info = checkpoint_info(file, path);
   if (number("scene") != scene.fingerprint)
     throw Error(
-        "{}: belongs to another scene (or another `resolution` or `test_every`); choose another `output` or train anew with "
+        "{}: belongs to another scene (or another `resolution` or `test_every`); choose another `output` or train anew "
+        "with "
         "`overwrite`",
         path.string());
   if (text("background") != background_text(scene))

@@ -17,8 +17,8 @@ struct Edge {
   bool operator<(const Edge& other) const { return length_squared < other.length_squared; }
 };
 
-Resampled unchanged(std::span<const glm::vec3> vertices) {
-  Resampled soup;
+Subdivision unchanged(std::span<const glm::vec3> vertices) {
+  Subdivision soup;
   soup.vertices.assign(vertices.begin(), vertices.end());
   soup.face_map.resize(vertices.size() / 3);
   std::iota(soup.face_map.begin(), soup.face_map.end(), 0u);
@@ -27,7 +27,7 @@ Resampled unchanged(std::span<const glm::vec3> vertices) {
 }
 
 /// Splits a triangle at fraction `t` of edge `index`. One half replaces the triangle, the other is appended.
-void halve(Resampled& soup, std::uint32_t face, int index, float t) {
+void halve(Subdivision& soup, std::uint32_t face, int index, float t) {
   const std::size_t first = 3 * std::size_t{face};
   const std::size_t k[3] = {static_cast<std::size_t>(index), static_cast<std::size_t>((index + 1) % 3),
                             static_cast<std::size_t>((index + 2) % 3)};
@@ -50,7 +50,7 @@ void halve(Resampled& soup, std::uint32_t face, int index, float t) {
 // It is the order of libstdc++'s binary heap for exactly this sequence of pushes, as in the published release. Another
 // standard library gives an equally good soup in another order.
 template <typename Metric, typename Cut>
-void bisect(Resampled& soup, std::vector<std::uint8_t> marked, float threshold_squared, std::size_t max_splits,
+void bisect(Subdivision& soup, std::vector<std::uint8_t> marked, float threshold_squared, std::size_t max_splits,
             Metric&& metric, Cut&& cut) {
   std::vector<std::uint32_t> generation(soup.triangles(), 0);
   std::priority_queue<Edge> longest;
@@ -93,7 +93,7 @@ glm::vec4 to_clip(const glm::mat4& m, const glm::vec3& p) { return ((m[0] * p.x 
 
 constexpr auto kMidpoint = [](const glm::vec3&, const glm::vec3&) { return 0.5f; };
 
-void bisect_on_screen_in_place(Resampled& soup, const ScreenView& view, float fraction,
+void bisect_on_screen_in_place(Subdivision& soup, const ScreenView& view, float fraction,
                                std::span<const std::uint8_t> marked, std::size_t max_splits) {
   const float aspect = static_cast<float>(view.width) / static_cast<float>(view.height);
   const auto metric = [&](const glm::vec3& p, const glm::vec3& q) {
@@ -142,8 +142,8 @@ std::vector<std::uint32_t> visible_at_least(std::span<const std::uint32_t> count
   return kept;
 }
 
-Resampled keep(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> kept) {
-  Resampled soup;
+Subdivision keep(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> kept) {
+  Subdivision soup;
   soup.face_map.assign(kept.begin(), kept.end());
   soup.corners.assign(kept.size(), kWholeParent);
   soup.vertices.reserve(3 * kept.size());
@@ -152,29 +152,30 @@ Resampled keep(std::span<const glm::vec3> vertices, std::span<const std::uint32_
   return soup;
 }
 
-Resampled bisect_longest(std::span<const glm::vec3> vertices, std::size_t target) {
-  Resampled soup = unchanged(vertices);
+Subdivision bisect_longest(std::span<const glm::vec3> vertices, std::size_t target) {
+  Subdivision soup = unchanged(vertices);
   if (target > soup.triangles()) bisect(soup, {}, 0.0f, target - soup.triangles(), world_length_squared, kMidpoint);
   return soup;
 }
 
-Resampled bisect_longer_than(std::span<const glm::vec3> vertices, float longest,
-                             std::optional<std::size_t> max_splits) {
-  Resampled soup = unchanged(vertices);
+Subdivision bisect_longer_than(std::span<const glm::vec3> vertices, float longest,
+                               std::optional<std::size_t> max_splits) {
+  Subdivision soup = unchanged(vertices);
   bisect(soup, {}, longest * longest, max_splits.value_or(SIZE_MAX), world_length_squared, kMidpoint);
   return soup;
 }
 
-Resampled bisect_on_screen(std::span<const glm::vec3> vertices, const ScreenView& view, float fraction,
-                           std::span<const std::uint8_t> marked, std::optional<std::size_t> max_splits) {
-  Resampled soup = unchanged(vertices);
+Subdivision bisect_on_screen(std::span<const glm::vec3> vertices, const ScreenView& view, float fraction,
+                             std::span<const std::uint8_t> marked, std::optional<std::size_t> max_splits) {
+  Subdivision soup = unchanged(vertices);
   bisect_on_screen_in_place(soup, view, fraction, marked, max_splits.value_or(SIZE_MAX));
   return soup;
 }
 
-Resampled bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const ScreenView> views, float fraction,
-                            std::span<const std::vector<std::uint8_t>> visible, std::optional<std::size_t> max_splits) {
-  Resampled soup = unchanged(vertices);
+Subdivision bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const ScreenView> views, float fraction,
+                              std::span<const std::vector<std::uint8_t>> visible,
+                              std::optional<std::size_t> max_splits) {
+  Subdivision soup = unchanged(vertices);
   std::size_t left = max_splits.value_or(SIZE_MAX);
   for (std::size_t view = 0; view < views.size() && left > 0; ++view) {
     const std::size_t before = soup.triangles();
@@ -186,9 +187,9 @@ Resampled bisect_on_screens(std::span<const glm::vec3> vertices, std::span<const
   return soup;
 }
 
-Resampled bisect_largest(std::span<const glm::vec3> vertices, std::span<const double> sizes, double smallest,
-                         std::size_t target) {
-  Resampled soup = unchanged(vertices);
+Subdivision bisect_largest(std::span<const glm::vec3> vertices, std::span<const double> sizes, double smallest,
+                           std::size_t target) {
+  Subdivision soup = unchanged(vertices);
   // Ties: the first index.
   const auto after = [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first < b.first : a.second > b.second;
@@ -218,7 +219,7 @@ Resampled bisect_largest(std::span<const glm::vec3> vertices, std::span<const do
   return soup;
 }
 
-Resampled compose(const Resampled& first, Resampled second) {
+Subdivision compose(const Subdivision& first, Subdivision second) {
   for (std::size_t face = 0; face < second.triangles(); ++face) {
     const std::uint32_t middle = second.face_map[face];
     for (glm::vec3& corner : second.corners[face]) {

@@ -113,16 +113,16 @@ STRUCT ImageSums {
 // A power of two. Sums of up to 2^27 pixels stay in range; the sum of a block stays below kFixedLimit.
 #define IMAGE_SUM_UNIT 1024.0f
 
-/// Non-finite parameters that were reset (common/faults.h).
+/// Non-finite parameters that were reset (common/non_finite.h).
 STRUCT Fault {
   uint count;  // since the host last read it
   uint index;  // of the first: index of the float in its array
   uint step;   // step in which it was found
   uint pad0;
 };
-#define FAULT_VERTEX 0
-#define FAULT_TEXEL 1
-#define FAULT_WEIGHT 2
+#define NON_FINITE_VERTEX 0
+#define NON_FINITE_TEXEL 1
+#define NON_FINITE_WEIGHT 2
 
 /// Flags that persist between steps.
 STRUCT Control {
@@ -130,7 +130,7 @@ STRUCT Control {
   uint overflow;       // 1: the lists did not fit; parameters have not changed since
   uint list_peak;      // maximum over all steps
   uint overflow_step;  // the first step whose lists did not fit
-  Fault faults[3];     // indexed by FAULT_
+  Fault faults[3];     // indexed by NON_FINITE_
 };
 
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)

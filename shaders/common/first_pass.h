@@ -3,7 +3,7 @@
 
 layout(push_constant) uniform Push { SoupArgs a; };
 layout(binding = 0) uniform sampler2DArray opacities;
-layout(binding = 5) uniform Frame { DrawFrame frame; };
+layout(binding = 5) uniform BatchBuffers { DrawFrame frame; };
 #include "common/soup_table.h"
 
 layout(location = 0) flat in uint triangle;  // index + 1

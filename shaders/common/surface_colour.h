@@ -11,7 +11,7 @@
 
 layout(constant_id = 0) const uint MODE = MODE_COLOUR;
 layout(binding = 2) uniform sampler2DArray features;  // features 0..3 of a lattice point; 4..7 are in the next layer
-layout(binding = 5) uniform Frame { DrawFrame frame; };
+layout(binding = 5) uniform BatchBuffers { DrawFrame frame; };
 #include "common/soup_table.h"
 
 // The MLP's parameters. Either specialisation constants, which doubles the speed on a CPU but needs a compilation per

@@ -42,7 +42,7 @@ std::string message_of(const std::function<void()>& call) {
 TEST_CASE("a step is a graph, made once and again when memory has moved", "[cuda]") {
   auto gpu = cuda_device();
   test::SmallScene s(*gpu, 20, {{0, 0}}, {test::view_from(0, 32, 32)});
-  s.frame.reserve_lists(1 << 16);
+  s.buffers.reserve_lists(1 << 16);
   gpu::CommandList list = gpu->record([&] { s.step.train(s.inputs); });
   gpu->wait();
   const auto before = emulated_cuda::operations_of_graphs();
@@ -142,11 +142,11 @@ TEST_CASE("a kernel that leaves its buffers ends the device, and whoever waits i
                                               std::vector{test::view_from(0, 32, 32)});
   gpu->wait();
   // The same addresses, but the memory is another's.
-  emulated_cuda::machine.free(s->frame.hits.address());
+  emulated_cuda::machine.free(s->buffers.hits.address());
   s->step.begin(1, 0, 0, {});
   s->step.visibility(train::Thresholds::half, s->inputs);
   CHECK_THAT(message_of([&] { gpu->wait(); }), Contains("cudaErrorIllegalAddress") && Contains("visibility"));
-  CHECK_THAT(message_of([&] { gpu->download_vector<float>(s->frame.colour.address(), 1); }),
+  CHECK_THAT(message_of([&] { gpu->download_vector<float>(s->buffers.colour.address(), 1); }),
              Contains("cudaErrorIllegalAddress"));
   s.reset();
 }

@@ -10,7 +10,7 @@
 
 #include "args/count_visible.h"
 #include "args/edge_forces.h"
-#include "args/lift_textures.h"
+#include "args/upsample_textures.h"
 #include "base/error.h"
 #include "common/host.h"
 #include "draws.h"
@@ -30,8 +30,8 @@
 namespace trisoup::test {
 namespace {
 
+using train::BatchBuffers;
 using train::BatchView;
-using train::Frame;
 using train::SoupBuffers;
 using train::Step;
 using train::StepInputs;
@@ -90,7 +90,7 @@ std::vector<float> opacity_of(std::span<const float> interleaved) {
 /// A golden scene on the device. Indexed meshes are expanded to soups; their vertex gradients are summed back.
 struct Scene {
   Scene(gpu::Device& device, const Npz& npz, const std::string& suffix = "")
-      : gpu(device), frame(device, 16), step(gpu, soup, frame) {
+      : gpu(device), buffers(device, 16), step(gpu, soup, buffers) {
     faces = need(npz, "F").i;
     const std::vector<float>& v = need(npz, "V" + suffix).f;
     shared_vertices = v.size() / 3;
@@ -117,8 +117,8 @@ struct Scene {
           {row_major(&mvp.f[16 * b]), row_major(&inverse.f[16 * b]), width, height, 0, static_cast<std::uint32_t>(b)});
     views = static_cast<std::uint32_t>(batch.size());
     pixels = views * width * height;
-    frame.set_batch(batch, triangles, true);
-    frame.reserve_lists(std::uint64_t(views) * triangles * frame.batch().tiles);
+    buffers.set_batch(batch, triangles, true);
+    buffers.reserve_lists(std::uint64_t(views) * triangles * buffers.batch().tiles);
 
     inputs.background = glm::vec3(static_cast<float>(scalar(npz, "background")));
     const auto upload = [&](const std::vector<float>& values) {
@@ -168,7 +168,7 @@ struct Scene {
 
   gpu::Device& gpu;
   SoupBuffers soup;
-  Frame frame;
+  BatchBuffers buffers;
   Step step;
   StepInputs inputs;
   std::vector<gpu::Buffer> owned;
@@ -181,7 +181,8 @@ struct Losses {
   double loss, l1, half_dssim;
 };
 Losses losses(Scene& s, std::uint32_t slot) {
-  const auto rows = s.gpu.download_vector<kernels::Statistics>(s.frame.statistics.address(), Frame::kStatisticsRows);
+  const auto rows =
+      s.gpu.download_vector<kernels::Statistics>(s.buffers.statistics.address(), BatchBuffers::kStatisticsRows);
   const kernels::Statistics& r = rows[slot];
   Losses l;
   l.l1 = train::fixed_sum(r.l1_low, r.l1_high);
@@ -219,7 +220,7 @@ struct Settled {
 /// pixel is an error.
 Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
   Settled settled{
-      s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels), std::vector<bool>(s.triangles), {}};
+      s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.pixels), std::vector<bool>(s.triangles), {}};
   const std::vector<float>& rast = need(npz, "out_rast").f;
   const std::size_t view_pixels = std::size_t(s.width) * s.height;
   std::size_t ties = 0, otherwise = 0, wrong = 0;
@@ -258,7 +259,7 @@ Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
       if (shown[p] != 0) settled.triangles[shown[p] - 1] = true;
     }
   }
-  s.gpu.upload(s.frame.hits.address(), settled.hits);
+  s.gpu.upload(s.buffers.hits.address(), settled.hits);
   const std::size_t most = train::most_ties(s.pixels);
   report.check("visible triangle", wrong == 0 && otherwise <= most && ties <= 3 * most,
                fmt::format("{} of {} pixels tie, {} of them differ, {} are wrong", ties, s.pixels, otherwise, wrong));
@@ -280,7 +281,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   s.forward_and_backward({}, 0, [&] { settled = settle_ties(s, npz, report); });
 
   // Clip coordinates per corner.
-  const auto screen = gpu.download_vector<kernels::ScreenTriangle>(s.frame.screen.address(), s.views * s.triangles);
+  const auto screen = gpu.download_vector<kernels::ScreenTriangle>(s.buffers.screen.address(), s.views * s.triangles);
   const std::vector<float>& clip_expected = need(npz, "out_V_clip").f;
   std::vector<float> clip, clip_at_corners;
   for (std::uint32_t v = 0; v < s.views; ++v)
@@ -311,7 +312,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   }
   report.array("out_feat", features, need(npz, "out_feat").f, kImage);
   report.array("out_sh", sh, need(npz, "out_sh").f, kImage);
-  report.array("out_color", s.floats(s.frame.colour.address(), s.pixels * 3), need(npz, "out_color").f, kImage);
+  report.array("out_color", s.floats(s.buffers.colour.address(), s.pixels * 3), need(npz, "out_color").f, kImage);
 
   const Losses l = losses(s, 0);
   const auto scalar_error = [&](const char* name, double value) {
@@ -323,7 +324,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   scalar_error("out_ssim_loss", l.half_dssim);
   scalar_error("out_loss", l.loss);
 
-  const std::vector<float> g4 = s.floats(s.frame.gradient.address(), s.pixels * 4);
+  const std::vector<float> g4 = s.floats(s.buffers.gradient.address(), s.pixels * 4);
   std::vector<float> g3;
   for (std::size_t p = 0; p < s.pixels; ++p) g3.insert(g3.end(), {g4[4 * p], g4[4 * p + 1], g4[4 * p + 2]});
   report.array("d_color", g3, need(npz, "d_color").f, kGradient);
@@ -360,7 +361,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
     return out;
   };
 
-  const std::vector<double> sums = test::lattice_gradient(gpu, s.soup, s.frame);
+  const std::vector<double> sums = test::lattice_gradient(gpu, s.soup, s.buffers);
   const std::vector<float> lattice_gradient(sums.begin(), sums.end());
   const std::size_t lattice_n = soup::samples_at(s.level_max), source_n = soup::samples_in(s.level_min, s.level_max);
   report.array("d_feat_acc", features_of(lattice_gradient), need(npz, "d_feat_acc").f, kGradient,
@@ -396,10 +397,10 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   train::FixedSums clip_sums{gpu.allocate(clip_count * 4, "clip gradients"),
                              gpu.allocate(clip_count * 4, "clip gradients")};
   train::clear(gpu, clip_sums);
-  gpu.launch({"edge_forces", {1}}, s.frame.batch().tiles,
-             kernels::EdgeForcesArgs{s.frame.views.address(), s.frame.hits.address(), s.frame.screen.address(),
-                                     s.frame.colour.address(), s.frame.gradient.address(), clip_sums.low.address(),
-                                     clip_sums.high.address(), s.frame.batch().tiles, s.views, s.triangles, 0});
+  gpu.launch({"edge_forces", {1}}, s.buffers.batch().tiles,
+             kernels::EdgeForcesArgs{s.buffers.views.address(), s.buffers.hits.address(), s.buffers.screen.address(),
+                                     s.buffers.colour.address(), s.buffers.gradient.address(), clip_sums.low.address(),
+                                     clip_sums.high.address(), s.buffers.batch().tiles, s.views, s.triangles, 0});
   const auto clip_low = gpu.download_vector<std::uint32_t>(clip_sums.low.address(), clip_count);
   const auto clip_high = gpu.download_vector<std::uint32_t>(clip_sums.high.address(), clip_count);
   std::vector<float> clip_gradient(s.views * s.shared_vertices * 4, 0.0f);
@@ -426,7 +427,7 @@ void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
   for (std::uint32_t i = 0; i < factors.size(); ++i) {
     const std::uint64_t t = i + 1;
     s.forward_and_backward({5e-2 * factors[i], 1e-3 * factors[i], 1e-2 * factors[i], t, t, t}, i);
-    const auto hits = gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels);
+    const auto hits = gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.pixels);
     for (std::uint32_t p = 0; p < s.pixels; ++p)
       different += hits[p].triangle != static_cast<std::uint32_t>(ids.at(std::size_t(i) * s.pixels + p));
     s.step.update(s.inputs);
@@ -486,7 +487,7 @@ void opacity_expectation(gpu::Device& gpu, Npz npz, Report& report) {
       mean[k] += g / samples;
       square[k] += g * g / samples;
     }
-    const auto hits = gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.pixels);
+    const auto hits = gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.pixels);
     for (std::size_t p = 0; p < s.pixels; ++p) winners[hits[p].triangle * s.pixels + p] += 1.0;
   }
   const std::vector<float>& exact = need(npz, "grad_exact").f;
@@ -521,13 +522,13 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
   std::vector<float> all(soup.source_samples * 8, 0.0f);
   for (std::size_t i = 0; i < logits.size(); ++i) all[i / channels * 8 + i % channels] = logits[i];
   gpu.upload(soup.source.address(), all);
-  Frame frame(gpu, 1);
+  BatchBuffers buffers(gpu, 1);
   train::BatchLayout batch;
   batch.views = batch.tiles = 1;
   batch.pixels = static_cast<std::uint32_t>(soup.lattice_samples);
-  frame.place(batch, triangles, true);
-  gpu.fill(frame.mlp_partial.address(), frame.mlp_partial.bytes(), 0);
-  Step step(gpu, soup, frame);
+  buffers.place(batch, triangles, true);
+  gpu.fill(buffers.mlp_partial.address(), buffers.mlp_partial.bytes(), 0);
+  Step step(gpu, soup, buffers);
   step.sum_textures();
   const auto lattice = gpu.download_vector<float>(soup.lattice.address(), soup.lattice_samples * 8);
   const std::vector<float>& expected_sum = need(npz, sum).f;
@@ -543,7 +544,7 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
     upstream_of_values[at] = kSmall * upstream[i] / (v * (1 - v));
   }
   report.array("sigmoid of " + sum, ours, expected, kImage);
-  test::set_lattice_gradient(gpu, soup, frame, upstream_of_values);
+  test::set_lattice_gradient(gpu, soup, buffers, upstream_of_values);
   const gpu::Buffer seen = gpu.allocate(soup.source_samples * 32, "golden output");
   StepInputs inputs;
   inputs.source_gradient = seen.address();
@@ -571,9 +572,9 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   none.f.assign(triangles * 3, 1.0f);
   const gpu::Buffer source = upload(interleave(coarse, none)),
                     lifted = gpu.allocate(new_table.source_samples * 32, "golden output");
-  gpu.launch({"lift_textures"}, triangles,
-             kernels::LiftTexturesArgs{old_rows.address(), new_rows.address(), source.address(), lifted.address(),
-                                       triangles, 0});
+  gpu.launch({"upsample_textures"}, triangles,
+             kernels::UpsampleTexturesArgs{old_rows.address(), new_rows.address(), source.address(), lifted.address(),
+                                           triangles, 0});
   const auto all = gpu.download_vector<float>(lifted.address(), new_table.source_samples * 8);
   report.array("feat_2_5", features_of(all), need(npz, "feat_2_5").f, kImage);
   report.array("restarted opacity", opacity_of(all), std::vector<float>(new_table.source_samples, 0.0f), 0.0);
@@ -582,8 +583,8 @@ void lift(gpu::Device& gpu, const Npz& npz, Report& report) {
   train::allocate_soup(gpu, soup, std::vector<glm::vec3>(3 * triangles), new_table.entries);
   gpu.upload(soup.source.address(), all);
   train::allocate_mlp(gpu, soup, {});
-  Frame frame(gpu, 1);
-  Step(gpu, soup, frame).sum_textures();
+  BatchBuffers buffers(gpu, 1);
+  Step(gpu, soup, buffers).sum_textures();
   std::vector<float> expected;
   for (const float v : need(npz, "acc_l5").f) expected.push_back(1.0f / (1.0f + std::exp(-v)));
   report.array("sigmoid of acc_l5",
@@ -616,27 +617,27 @@ void ssim(gpu::Device& gpu, const Npz& npz, Report& report) {
   const std::vector<float>& target = need(npz, "target").f;
   SoupBuffers soup;
   train::allocate_soup(gpu, soup, std::vector<glm::vec3>(3), soup::make_texture_table(1, {0, 0}).entries);
-  Frame frame(gpu, 1);
+  BatchBuffers buffers(gpu, 1);
   std::vector<BatchView> views(image.shape.at(0));
   for (BatchView& view : views)
     view.height = static_cast<std::uint32_t>(image.shape.at(1)),
     view.width = static_cast<std::uint32_t>(image.shape.at(2));
-  frame.set_batch(views, 1, true);
-  gpu.upload(frame.colour.address(), image.f);
+  buffers.set_batch(views, 1, true);
+  gpu.upload(buffers.colour.address(), image.f);
   const gpu::Buffer targets = gpu.allocate(target.size() * 4, "golden input");
   gpu.upload(targets.address(), target);
   StepInputs inputs;
   inputs.target = targets.address();
-  Step step(gpu, soup, frame);
+  Step step(gpu, soup, buffers);
   step.begin(0, 0, 0, {});
   step.loss(inputs);
-  const auto rows = gpu.download_vector<kernels::Statistics>(frame.statistics.address(), 1);
+  const auto rows = gpu.download_vector<kernels::Statistics>(buffers.statistics.address(), 1);
   const float value = static_cast<float>(train::fixed_sum(rows[0].ssim_low, rows[0].ssim_high));
   report.array("ssim", {&value, 1}, need(npz, "ssim").f, kImage);
   std::vector<float> window;
   for (int i = 0; i < SSIM_TAPS; ++i) window.push_back(f32::ssim_tap(i));
   report.array("window", window, need(npz, "window").f, 1e-6);
-  const auto gradient = gpu.download_vector<float>(frame.gradient.address(), 4ull * frame.batch().pixels);
+  const auto gradient = gpu.download_vector<float>(buffers.gradient.address(), 4ull * buffers.batch().pixels);
   const double l1 = 0.8 / static_cast<double>(target.size());
   std::vector<float> ours;
   for (std::size_t i = 0; i < target.size(); ++i) {
@@ -674,14 +675,14 @@ void trained_model(gpu::Device& gpu, const Npz& npz, Report& report) {
   }
   const std::vector<std::int32_t>& ids = need(npz, "test_tri_id").i;
   const std::vector<float>& colours = need(npz, "test_color_f16").f;
-  Frame frame(gpu, 1);
+  BatchBuffers buffers(gpu, 1);
   StepInputs inputs;
   inputs.background = glm::vec3(1.0f);
   std::size_t at = 0, ties = 0;
   double worst = 0, squares = 0;
-  train::for_each_batch(gpu, soup, frame, views, true, inputs, 4, [&](std::size_t, std::size_t) {
-    const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), frame.batch().pixels);
-    const auto colour = gpu.download_vector<float>(frame.colour.address(), 3ull * frame.batch().pixels);
+  train::for_each_batch(gpu, soup, buffers, views, true, inputs, 4, [&](std::size_t, std::size_t) {
+    const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), buffers.batch().pixels);
+    const auto colour = gpu.download_vector<float>(buffers.colour.address(), 3ull * buffers.batch().pixels);
     for (std::size_t p = 0; p < hits.size(); ++p, ++at) {
       if (hits[p].triangle != static_cast<std::uint32_t>(ids.at(at))) {
         ++ties;

@@ -32,7 +32,7 @@ glm::dmat4 matrix(const Array& row_major, std::size_t index = 0) {
   return m;
 }
 
-void same_soup(const soup::Resampled& ours, Npz& npz, Report& report) {
+void same_soup(const soup::Subdivision& ours, Npz& npz, Report& report) {
   const std::vector<std::int32_t> map(ours.face_map.begin(), ours.face_map.end());
   report.check("face_map", map == npz["face_map"].i,
                fmt::format("{} faces, expected {}", map.size(), npz["face_map"].i.size()));
@@ -41,7 +41,7 @@ void same_soup(const soup::Resampled& ours, Npz& npz, Report& report) {
 
 /// A level-0 soup with given opacities, for visibility.
 struct Visible {
-  Visible(gpu::Device& gpu, Npz& npz, const char* matrices) : frame(gpu, 1) {
+  Visible(gpu::Device& gpu, Npz& npz, const char* matrices) : buffers(gpu, 1) {
     vertices = expand(npz["V"], npz["F"]);
     train::allocate_soup(gpu, soup, vertices, soup::make_texture_table(vertices.size() / 3, {0, 0}).entries);
     gpu.upload(soup.opacity.address(), npz["alpha_acc"].f);
@@ -53,7 +53,7 @@ struct Visible {
   }
   std::vector<glm::vec3> vertices;
   train::SoupBuffers soup;
-  train::Frame frame;
+  train::BatchBuffers buffers;
   std::vector<train::BatchView> views;
 };
 
@@ -75,14 +75,14 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     same_soup(soup::bisect_on_screen(soup, view, npz["tau_ratio"].f.at(0), marked, cap), npz, report);
   } else if (name.starts_with("D3_")) {
     Visible v(gpu, npz, "mvps");
-    const auto visible = train::visible_in_each(gpu, v.soup, v.frame, v.views);
+    const auto visible = train::visible_in_each(gpu, v.soup, v.buffers, v.views);
     std::vector<soup::ScreenView> screens;
     for (const train::BatchView& view : v.views)
       screens.push_back({glm::mat4(view.clip_from_world), static_cast<int>(view.width), static_cast<int>(view.height)});
     same_soup(soup::bisect_on_screens(v.vertices, screens, npz["tau_ratio"].f.at(0), visible), npz, report);
   } else if (name.starts_with("D4_")) {
     Visible v(gpu, npz, "mvps");
-    const auto counts = train::count_visible(gpu, v.soup, v.frame, v.views);
+    const auto counts = train::count_visible(gpu, v.soup, v.buffers, v.views);
     report.check("counts", std::equal(counts.begin(), counts.end(), npz["counts"].i.begin(), npz["counts"].i.end()),
                  "pixels won per triangle");
     const auto equals = [&](const std::vector<std::uint32_t>& ours, const char* what) {
@@ -93,7 +93,7 @@ bool run_host_case(gpu::Device& gpu, const std::string& name, Npz npz, Report& r
     equals(soup::visible_at_least(counts), "keep_thresh1");
     equals(soup::most_visible(counts, counts.size() - static_cast<std::size_t>(npz["remove"].i.at(0))), "keep_remove");
     const std::vector<std::uint32_t> kept(npz["keep_remove"].i.begin(), npz["keep_remove"].i.end());
-    const soup::Resampled smaller = soup::keep(v.vertices, kept);
+    const soup::Subdivision smaller = soup::keep(v.vertices, kept);
     report.check("kept_V, kept_F", smaller.vertices == expand(npz["kept_V"], npz["kept_F"]), "equal to the last bit");
     report.check("faces kept", smaller.face_map == kept, "each is its own parent");
   } else if (name.starts_with("D5_interp")) {

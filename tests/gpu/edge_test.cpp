@@ -94,12 +94,12 @@ void compare(const std::function<std::vector<Flat>(soup::Random&)>& make, bool a
         const float w = static_cast<float>(weight(x, y));
         gradient.insert(gradient.end(), {w, w, w, 0.0f});
       }
-    gpu->upload(s.frame.gradient.address(), gradient);
-    gpu->launch({"edge_forces", {0}}, s.frame.batch().tiles,
-                kernels::EdgeForcesArgs{s.frame.views.address(), s.frame.hits.address(), s.frame.screen.address(),
-                                        s.frame.colour.address(), s.frame.gradient.address(),
+    gpu->upload(s.buffers.gradient.address(), gradient);
+    gpu->launch({"edge_forces", {0}}, s.buffers.batch().tiles,
+                kernels::EdgeForcesArgs{s.buffers.views.address(), s.buffers.hits.address(), s.buffers.screen.address(),
+                                        s.buffers.colour.address(), s.buffers.gradient.address(),
                                         s.soup.vertex_gradient.low.address(), s.soup.vertex_gradient.high.address(),
-                                        s.frame.batch().tiles, 1, triangles, 0});
+                                        s.buffers.batch().tiles, 1, triangles, 0});
     const auto low = gpu->download_vector<std::uint32_t>(s.soup.vertex_gradient.low.address(), triangles * 9);
     const auto high = gpu->download_vector<std::uint32_t>(s.soup.vertex_gradient.high.address(), triangles * 9);
     const glm::dmat4 clip_from_world = s.views[0].clip_from_world;

@@ -8,9 +8,9 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
-#include "recipe_settings.h"
 #include "train/start/random_start.h"
 
 using namespace trisoup;
@@ -37,11 +37,11 @@ struct ExposedScene : SmallScene {
       : SmallScene(device, 40, {{0, 3}}, batch),
         exposures(train::allocate_exposures(device, photographs, static_cast<std::uint32_t>(batch.size()))) {
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      buffers.push_back(gpu.allocate(images[i].size() * 4, "photograph"));
-      gpu.upload(buffers.back().address(), images[i]);
-      views[i].photo = buffers.back().address();
+      uploads.push_back(gpu.allocate(images[i].size() * 4, "photograph"));
+      gpu.upload(uploads.back().address(), images[i]);
+      views[i].photo = uploads.back().address();
     }
-    frame.set_batch(views, soup.triangles, true);
+    buffers.set_batch(views, soup.triangles, true);
     inputs.target = 0;
     inputs.exposures = &exposures;
   }
@@ -53,14 +53,14 @@ struct ExposedScene : SmallScene {
     step.shade(inputs);
   }
   std::vector<float> colours() {
-    return gpu.download_vector<float>(frame.colour.address(), 3ull * frame.batch().pixels);
+    return gpu.download_vector<float>(buffers.colour.address(), 3ull * buffers.batch().pixels);
   }
   std::vector<glm::vec4> table(const gpu::Buffer& buffer) {
     return gpu.download_vector<glm::vec4>(buffer.address(), 2ull * exposures.photographs);
   }
 
   train::Exposures exposures;
-  std::vector<gpu::Buffer> buffers;
+  std::vector<gpu::Buffer> uploads;
 };
 
 std::vector<std::uint32_t> noise(std::uint32_t pixels, std::uint64_t seed) {
@@ -151,15 +151,15 @@ TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[ex
   gpu->upload(s.exposures.exposure.address(), before);
   s.render();
   const std::vector<float> rendered = s.colours();
-  const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+  const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
   s.step.loss(s.inputs);
   const std::vector<float> shown = s.colours();
-  const auto target = gpu->download_vector<std::uint32_t>(s.frame.target.address(), s.frame.batch().pixels);
+  const auto target = gpu->download_vector<std::uint32_t>(s.buffers.target.address(), s.buffers.batch().pixels);
   const auto fitted = s.table(s.exposures.fitted), exposure = s.table(s.exposures.exposure);
 
   glm::vec4 sums[4][EXPOSURE_SUMS]{};
   std::size_t seen = 0;
-  const auto& records = s.frame.batch().records;
+  const auto& records = s.buffers.batch().records;
   for (const kernels::ViewRecord& v : records)
     for (std::size_t p = v.pixel_offset; p < v.pixel_offset + v.width * v.height; ++p) {
       if (hits[p].triangle == 0) {
@@ -215,7 +215,7 @@ TEST_CASE("a step that will be done again changes no exposure, and leaves nothin
       s.render();
       kernels::Control control{};
       control.overflow = overflow;
-      gpu->upload(s.frame.control.address(), std::as_bytes(std::span(&control, 1)));
+      gpu->upload(s.buffers.control.address(), std::as_bytes(std::span(&control, 1)));
       s.step.loss(s.inputs);
       if (!overflow) continue;
       CHECK(s.table(s.exposures.fitted)[0] == glm::vec4(1, 1, 1, 0));
@@ -246,13 +246,13 @@ TEST_CASE("texture gradients through an exposure agree with differences of the l
   s.inputs.fit_exposures = false;
   gpu->upload(s.exposures.exposure.address(),
               std::vector<glm::vec4>{{0.6, 0.9, 0.7, 0}, {1.05, 1.02, 1.1, 0}, {0.5, 0.3, 0.6, 0}, {0.1, 0, -0.1, 0}});
-  s.frame.reserve_lists(1 << 16);
+  s.buffers.reserve_lists(1 << 16);
   const gpu::Buffer gradient = gpu->allocate(s.soup.source_samples * 32, "gradient");
   s.inputs.source_gradient = gradient.address();
   const auto loss = [&] {
     s.render();
     s.step.loss(s.inputs);
-    const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+    const auto r = gpu->download_vector<kernels::Statistics>(s.buffers.statistics.address(), 1)[0];
     return 0.8 * train::fixed_sum(r.l1_low, r.l1_high) + 0.1 * (1 - train::fixed_sum(r.ssim_low, r.ssim_high));
   };
   loss();

@@ -30,19 +30,19 @@ TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_d
   train::StepInputs inputs;
   inputs.background = background;
   const auto render = [&] {
-    s.frame.set_batch(views, s.soup.triangles, false);
+    s.buffers.set_batch(views, s.soup.triangles, false);
     s.step.visibility(train::Thresholds::half, inputs);
     s.step.shade(inputs);
   };
   render();
   const std::vector<float> colour =
-      gpu->download_vector<float>(s.frame.colour.address(), 3ull * s.frame.batch().pixels);
-  const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+      gpu->download_vector<float>(s.buffers.colour.address(), 3ull * s.buffers.batch().pixels);
+  const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
 
   std::vector<Image> photographs;
   for (std::uint32_t v = 0; v < cases.size(); ++v) {
     Image image{cases[v].width, cases[v].height, {}};
-    const std::uint32_t offset = s.frame.batch().records[v].pixel_offset;
+    const std::uint32_t offset = s.buffers.batch().records[v].pixel_offset;
     for (std::uint32_t p = 0; p < views[v].width * views[v].height; ++p)
       for (std::uint32_t c = 0; c < 4; ++c) {
         const float noise = cases[v].close ? 2.0f * random.uniform01() : 160.0f * random.uniform01();
@@ -60,12 +60,12 @@ TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_d
   for (std::size_t v = 0; v < views.size(); ++v) views[v].photo = uploaded.addresses[v];
   render();
   s.step.photographs(inputs);
-  const std::vector<train::ImageSums> sums = train::sum_images(*gpu, s.frame, background, train::Ssim::whole_windows);
-  const std::vector<train::ImageSums> again = train::sum_images(*gpu, s.frame, background, train::Ssim::none);
+  const std::vector<train::ImageSums> sums = train::sum_images(*gpu, s.buffers, background, train::Ssim::whole_windows);
+  const std::vector<train::ImageSums> again = train::sum_images(*gpu, s.buffers, background, train::Ssim::none);
   REQUIRE(sums.size() == cases.size());
   for (std::size_t v = 0; v < cases.size(); ++v) {
     CAPTURE(v);
-    const kernels::ViewRecord& record = s.frame.batch().records[v];
+    const kernels::ViewRecord& record = s.buffers.batch().records[v];
     const std::size_t first = record.pixel_offset, count = std::size_t(record.width) * record.height;
     const train::ImageMetrics host = train::compare(std::span(colour).subspan(3 * first, 3 * count), photographs[v]);
     const train::ImageMetrics device = train::metrics_of(sums[v]);

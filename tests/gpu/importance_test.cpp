@@ -71,9 +71,9 @@ std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& sc
   inputs.background = scene.background;
   inputs.hidden = hidden.empty() ? 0 : flags.address();
   std::size_t base = 0;
-  train::for_each_batch(s.gpu, s.soup, s.frame, s.views, true, inputs, 1, [&](std::size_t view, std::size_t) {
-    const auto hits = s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), kImportanceSide * kImportanceSide);
-    const auto colour = s.gpu.download_vector<float>(s.frame.colour.address(), 3 * kImportanceSide * kImportanceSide);
+  train::for_each_batch(s.gpu, s.soup, s.buffers, s.views, true, inputs, 1, [&](std::size_t view, std::size_t) {
+    const auto hits = s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), kImportanceSide * kImportanceSide);
+    const auto colour = s.gpu.download_vector<float>(s.buffers.colour.address(), 3 * kImportanceSide * kImportanceSide);
     const std::vector<double> weights = error_weights(scene.train[view].image);
     for (std::uint32_t p = 0; p < kImportanceSide * kImportanceSide; ++p) {
       if (first) winners.push_back(hits[p].triangle);
@@ -104,7 +104,7 @@ TEST_CASE("importance is what pictures lose when a triangle or its finest level 
   const std::vector<float> before = s.state();
   const auto opacity = gpu->download_vector<float>(s.soup.opacity.address(), s.soup.lattice_samples);
   const train::Importance importance =
-      train::measure_importance(*gpu, s.soup, s.frame, scene.background, views, nullptr, 2);
+      train::measure_importance(*gpu, s.soup, s.buffers, scene.background, views, nullptr, 2);
   CHECK(s.state() == before);
   CHECK(gpu->download_vector<float>(s.soup.opacity.address(), s.soup.lattice_samples) == opacity);
 
@@ -131,15 +131,15 @@ TEST_CASE("importance is what pictures lose when a triangle or its finest level 
   CHECK(importance.behind == std::vector<std::pair<std::uint32_t, std::uint32_t>>(behind.begin(), behind.end()));
 
   // All finest levels at once, as a change of topology takes them away.
-  train::Shrunk shrunk;
+  train::Pruned pruned;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
     const soup::TextureEntry& row = s.soup.table[t];
     const std::uint32_t level = std::max(row.level_max, 1u) - 1;
-    shrunk.kept.push_back(t);
-    shrunk.levels.push_back({std::min(row.level_min, level), level});
+    pruned.kept.push_back(t);
+    pruned.levels.push_back({std::min(row.level_min, level), level});
   }
   train::Settings settings;
-  train::shrink(*gpu, s.soup, s.frame, shrunk, settings);
+  train::prune(*gpu, s.soup, s.buffers, pruned, settings);
   const std::vector<double> coarser = errors_by_winner(s, scene, winners, false);
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
     CAPTURE(t);
@@ -199,7 +199,7 @@ TEST_CASE("errors where there is little contrast count for more, and those outsi
     for (std::size_t p = 0; p < weights.size(); ++p)
       for (int c = 0; c < 3; ++c)
         expected += weights[p] * std::pow(double(background[c]) - view.image.rgba[4 * p] / 255.0, 2);
-    const double error = train::measure_importance(*gpu, s.soup, s.frame, background, views, nullptr, 1).error;
+    const double error = train::measure_importance(*gpu, s.soup, s.buffers, background, views, nullptr, 1).error;
     CHECK(error == Approx(expected).epsilon(1e-4));
     return error;
   };

@@ -23,7 +23,7 @@ const std::vector<train::BatchView> kViews{test::view_from(0.3, 64, 48), test::v
 /// The visible fragments in `frame`, measured in double precision by how barycentrics change from pixel to pixel.
 std::vector<double> areas_by_differences(SmallScene& s, std::span<const train::BatchView> views) {
   const auto vertices = s.gpu.download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
-  const auto hits = s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+  const auto hits = s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
   std::vector<double> areas(s.soup.triangles);
   std::size_t i = 0;
   for (const train::BatchView& view : views)
@@ -61,8 +61,8 @@ TEST_CASE("triangles are as large as the pixel says that shows them largest", "[
   std::vector<train::BatchView> views = kViews;
   views[1].photograph_pixels = 4;
   SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
-  CHECK(seen.pixels == train::count_visible(*gpu, s.soup, s.frame, views));
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
+  CHECK(seen.pixels == train::count_visible(*gpu, s.soup, s.buffers, views));
   const std::vector<double> expected = areas_by_differences(s, views);
   int visible = 0;
   for (std::size_t t = 0; t < expected.size(); ++t) {
@@ -88,8 +88,8 @@ TEST_CASE("a photograph's pixels count, not those of the smaller view in which t
   CHECK(full.photograph_pixels == 1);
   CHECK(half.photograph_pixels == 4);
   SmallScene s(*gpu, 60, {{0, 0}}, {full}, 9);
-  const train::Seen large = train::measure_visible(*gpu, s.soup, s.frame, std::span(&full, 1));
-  const train::Seen small = train::measure_visible(*gpu, s.soup, s.frame, std::span(&half, 1));
+  const train::Seen large = train::measure_visible(*gpu, s.soup, s.buffers, std::span(&full, 1));
+  const train::Seen small = train::measure_visible(*gpu, s.soup, s.buffers, std::span(&half, 1));
   int compared = 0;
   for (std::size_t t = 0; t < large.area.size(); ++t)
     if (small.pixels[t] > 30) {
@@ -103,8 +103,8 @@ TEST_CASE("the change to fine levels gives every triangle what its pixels ask fo
   auto gpu = test::open_device();
   const double samples = GENERATE(0.0, 0.2, 1.0);
   SmallScene s(*gpu, 40, {{0, 0}}, kViews, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, kViews);
-  train::lift(*gpu, s.soup, s.frame, kViews, settings_with(samples));
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, kViews);
+  train::add_fine_levels(*gpu, s.soup, s.buffers, kViews, settings_with(samples));
   std::map<std::uint32_t, int> levels;
   for (std::size_t t = 0; t < s.soup.table.size(); ++t) {
     const soup::TextureEntry& row = s.soup.table[t];
@@ -128,13 +128,13 @@ TEST_CASE("a texture that no pixel shows keeps its level", "[levels]") {
   auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 30);
   for (int k = 0; k < 3; ++k) vertices[15 + k] += glm::vec3(0, 0, 40);  // out of all views
   gpu->upload(s.soup.vertices.address(), vertices);
-  REQUIRE(train::measure_visible(*gpu, s.soup, s.frame, kViews).area[5] == 0);
+  REQUIRE(train::measure_visible(*gpu, s.soup, s.buffers, kViews).area[5] == 0);
   train::Settings settings = settings_with(1e-6);
   settings.recipe = train::Recipe::real;
   settings.triangles = 10;
   settings.refine_every = 10;
   settings.refine_until = 0.9;
-  REQUIRE(train::resample(*gpu, s.soup, s.frame, {kViews, kViews}, settings, 90, 10) == train::Resampling::done);
+  REQUIRE(train::refine(*gpu, s.soup, s.buffers, {kViews, kViews}, settings, 90, 10) == train::RefineOutcome::done);
   REQUIRE(s.soup.triangles == 10);
   CHECK(s.soup.table[5].level_max == 4);
   CHECK(s.soup.table[0].level_max == 3);  // it is seen, and has far too many samples
@@ -149,7 +149,7 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
   for (std::uint32_t t = 0; t < 40; ++t) before.push_back({2, 2 + t % 4});
   SmallScene s(*gpu, 40, before, kViews, 5);
   const auto old_vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 120);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, kViews);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, kViews);
   train::Settings settings = settings_with(0.5);
   settings.recipe = recipe;
   settings.triangles = 50;
@@ -158,7 +158,7 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
   settings.refine_until = 0.9;
   const std::uint64_t step =
       GENERATE(40u, 50u, 60u, 90u);  // before the change to fine levels at 50, with it, after it; the last one
-  REQUIRE(train::resample(*gpu, s.soup, s.frame, {kViews, kViews}, settings, step, 80) == train::Resampling::done);
+  REQUIRE(train::refine(*gpu, s.soup, s.buffers, {kViews, kViews}, settings, step, 80) == train::RefineOutcome::done);
   const auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   int whole = 0, split = 0, coarser = 0, finer = 0;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
@@ -217,8 +217,8 @@ TEST_CASE("triangles are counted in every view that shows them", "[levels]") {
   for (int v = 0; v < 70; ++v)
     views.push_back(test::view_from(0.09 * v, 24 + v % 3, 20));  // more than the bits of two words
   SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
-  const auto each = train::visible_in_each(*gpu, s.soup, s.frame, views);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
+  const auto each = train::visible_in_each(*gpu, s.soup, s.buffers, views);
   std::uint32_t fewest = 70, most = 0;
   for (std::size_t t = 0; t < 40; ++t) {
     std::uint32_t expected = 0;
@@ -242,7 +242,7 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
   const auto resampled = [&](int views_in_all, train::Recipe recipe, std::uint32_t least) {
     const auto views = views_of(views_in_all);
     SmallScene s(*gpu, kMany, {{2, 3}}, views, 5);
-    const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
+    const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
     train::Settings settings = settings_with(1);
     settings.recipe = recipe;
     settings.triangles = kMany;
@@ -250,7 +250,7 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
     settings.refine_every = 10;
     settings.refine_until = 0.9;
     settings.published = least == 0;
-    REQUIRE(train::resample(*gpu, s.soup, s.frame, {views, views}, settings, 90, kMany) == train::Resampling::done);
+    REQUIRE(train::refine(*gpu, s.soup, s.buffers, {views, views}, settings, 90, kMany) == train::RefineOutcome::done);
     return std::pair(s.soup.triangles, seen);
   };
   const auto vouched = [](const train::Seen& seen, std::uint32_t least) {
@@ -275,7 +275,7 @@ TEST_CASE("what photographs show largest is split up to the budget, at the last 
   const std::vector<train::BatchView> views{test::view_from(0.3, 64, 64), test::view_from(1.7, 64, 64),
                                             test::view_from(3.9, 64, 64)};
   SmallScene s(*gpu, kTriangles, {{2, 3}}, views, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.frame, views);
+  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
   // What the splits should come to: the largest one again and again.
   std::vector<double> sizes(seen.area.begin(), seen.area.end());
   std::vector<std::size_t> origin(kTriangles);
@@ -295,7 +295,8 @@ TEST_CASE("what photographs show largest is split up to the budget, at the last 
   settings.refine_every = 10;
   settings.refine_until = 0.9;
   const std::uint64_t step = GENERATE(80, 90);  // 90 is the last
-  REQUIRE(train::resample(*gpu, s.soup, s.frame, {views, views}, settings, step, kBudget) == train::Resampling::done);
+  REQUIRE(train::refine(*gpu, s.soup, s.buffers, {views, views}, settings, step, kBudget) ==
+          train::RefineOutcome::done);
   REQUIRE(s.soup.triangles == (train::starts_from_surface(settings) ? kBudget : kTriangles));
   const auto after = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   const auto area = [](const std::vector<glm::vec3>& v, std::size_t t) {

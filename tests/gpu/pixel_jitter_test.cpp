@@ -19,24 +19,24 @@ struct Picture {
 };
 
 Picture render(SmallScene& s, const train::BatchView& view) {
-  s.frame.set_batch(std::span(&view, 1), s.soup.triangles, true);
+  s.buffers.set_batch(std::span(&view, 1), s.soup.triangles, true);
   s.step.begin(1, 0, 0, {});
   s.step.visibility(train::Thresholds::half, s.inputs);
   s.step.shade(s.inputs);
-  const std::uint32_t pixels = s.frame.batch().pixels;
-  return {s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), pixels),
-          s.gpu.download_vector<float>(s.frame.colour.address(), 3ull * pixels)};
+  const std::uint32_t pixels = s.buffers.batch().pixels;
+  return {s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), pixels),
+          s.gpu.download_vector<float>(s.buffers.colour.address(), 3ull * pixels)};
 }
 
 /// What the loss takes for the photographs of these views, RGBA8.
 std::vector<std::uint32_t> targets(SmallScene& s, std::span<const train::BatchView> views) {
-  s.frame.set_batch(views, s.soup.triangles, true);
+  s.buffers.set_batch(views, s.soup.triangles, true);
   s.inputs.target = 0;
   s.step.begin(1, 0, 0, {});
   s.step.visibility(train::Thresholds::half, s.inputs);
   s.step.shade(s.inputs);
   s.step.loss(s.inputs);
-  return s.gpu.download_vector<std::uint32_t>(s.frame.target.address(), s.frame.batch().pixels);
+  return s.gpu.download_vector<std::uint32_t>(s.buffers.target.address(), s.buffers.batch().pixels);
 }
 
 gpu::Buffer upload(gpu::Device& gpu, const std::vector<std::uint32_t>& photograph) {
@@ -133,15 +133,15 @@ TEST_CASE("photographs between their pixels are cubic, and the same bits everywh
   auto gpu = test::open_device();
   constexpr std::uint32_t kSizes[][2] = {{21, 17}, {3, 40}, {1, 1}};
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, 8, 8)});
-  std::vector<gpu::Buffer> buffers;
+  std::vector<gpu::Buffer> uploads;
   std::vector<std::vector<std::uint32_t>> photographs;
   std::vector<train::BatchView> centres, off;
   const glm::dvec2 offsets[] = {{0.2, -0.3}, {-0.875, 0.5}, {0.9, 0.01}};
   for (int v = 0; v < 3; ++v) {
     photographs.push_back(noise(kSizes[v][0], kSizes[v][1], 11 + v));
-    buffers.push_back(upload(*gpu, photographs.back()));
+    uploads.push_back(upload(*gpu, photographs.back()));
     centres.push_back(test::view_from(0, kSizes[v][0], kSizes[v][1]));
-    centres.back().photo = buffers.back().address();
+    centres.back().photo = uploads.back().address();
     off.push_back(train::sampled_at(centres.back(), offsets[v]));
   }
 

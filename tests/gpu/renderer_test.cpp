@@ -136,10 +136,10 @@ TEST_CASE("renderer and kernels clip triangles that reach behind the camera alik
       CHECK(a.psnr > 60);
     }
     train::SoupBuffers soup = train::load_model(*gpu, model, {});
-    train::Frame frame(*gpu);
+    train::BatchBuffers buffers(*gpu);
     std::vector<train::BatchView> batch;
     for (const scene::View& view : views) batch.push_back(train::batch_view(view.camera, 0.025, 4.0));
-    shown.push_back(train::count_visible(*gpu, soup, frame, batch));
+    shown.push_back(train::count_visible(*gpu, soup, buffers, batch));
   }
   // Some of them cross, and are seen, or the test says nothing.
   std::size_t crossing = 0;

@@ -127,16 +127,16 @@ TEST_CASE("one rank and several measure and paint the same", "[ranks][repeats]")
     test::SmallScene fine(*gpu, 40, {{0, 0}, {2, 3}, {2, 5}, {2, 2}}, with_photographs, 1, ranks);
     Found found;
     found.importance =
-        train::measure_importance(*gpu, fine.soup, fine.frame, glm::vec3(0.5f), with_photographs, nullptr, 2);
+        train::measure_importance(*gpu, fine.soup, fine.buffers, glm::vec3(0.5f), with_photographs, nullptr, 2);
     for (std::uint32_t t = 0; t < 40; t += 3) found.kept.push_back(t);
     std::vector<bool> backdrop(40);
     for (std::uint32_t t = 20; t < 30; ++t) backdrop[t] = true;
-    train::add_plugs(*gpu, fine.soup, fine.frame, with_photographs, backdrop, 40, found.kept);
+    train::guard_holes(*gpu, fine.soup, fine.buffers, with_photographs, backdrop, 40, found.kept);
     test::SmallScene coarse(*gpu, 40, {{0, 0}}, with_photographs, 2, ranks);
     train::Settings settings;
     settings.samples_per_pixel = 1;
     settings.level_max = 4;
-    train::paint(*gpu, coarse.soup, coarse.frame, {with_photographs, with_photographs}, settings);
+    train::paint(*gpu, coarse.soup, coarse.buffers, {with_photographs, with_photographs}, settings);
     found.painted = coarse.state();
     return found;
   };
@@ -162,15 +162,15 @@ TEST_CASE("lists that do not fit on one rank let no rank take the step", "[ranks
     auto gpu = test::open_device();
     test::SmallScene scene(*gpu, kTriangles, {{2, 4}}, views(), 1, &ranks);
     if (self == 1) {
-      scene.frame.lists = {};
-      scene.frame.reserve_lists(4);
+      scene.buffers.lists = {};
+      scene.buffers.reserve_lists(4);
     }
     for (std::uint32_t i = 0; i < 2;) {
       scene.train(i, test::SmallScene::rates(i));
       if (scene.shared->outcome() == train::SharedSoup::Outcome::done)
         ++i;
       else
-        ++again[self], train::grow_lists_if_needed(*gpu, scene.frame);
+        ++again[self], train::grow_lists_if_needed(*gpu, scene.buffers);
     }
     states[self] = scene.state();
     scene.shared->ask_to_stop(self == 2);

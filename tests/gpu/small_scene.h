@@ -62,8 +62,8 @@ inline train::BatchView view_from(double angle, std::uint32_t width, std::uint32
 struct SmallScene {
   SmallScene(gpu::Device& device, std::uint32_t triangles, std::vector<soup::TextureLevels> levels,
              std::vector<train::BatchView> batch, std::uint64_t seed = 1, ranks::Ranks* ranks = nullptr)
-      : gpu(device), frame(device, 8), step(device, soup, frame), views(std::move(batch)) {
-    if (ranks) shared.emplace(gpu, soup, frame, *ranks);
+      : gpu(device), buffers(device, 8), step(device, soup, buffers), views(std::move(batch)) {
+    if (ranks) shared.emplace(gpu, soup, buffers, *ranks);
     soup::Random random(seed);
     std::vector<glm::vec3> vertices;
     for (std::uint32_t t = 0; t < triangles; ++t) {
@@ -80,8 +80,8 @@ struct SmallScene {
     const std::uint64_t first = 8 * soup.source_at(soup.own().first), last = 8 * soup.source_at(soup.own().last);
     if (last > first) gpu.upload(soup.source.address(), std::as_bytes(std::span(logits).subspan(first, last - first)));
     train::allocate_mlp(gpu, soup, train::initial_mlp(seed));
-    frame.set_batch(views, triangles, true);
-    std::vector<float> values(3ull * frame.batch().pixels);
+    buffers.set_batch(views, triangles, true);
+    std::vector<float> values(3ull * buffers.batch().pixels);
     for (float& v : values) v = random.uniform01();
     target = gpu.allocate(values.size() * 4, "target");
     gpu.upload(target.address(), values);
@@ -90,7 +90,7 @@ struct SmallScene {
   }
 
   void train(std::uint32_t i, const train::Rates& rates) {
-    step.begin(i * 7919u + 1u, i, i % train::Frame::kStatisticsRows, rates);
+    step.begin(i * 7919u + 1u, i, i % train::BatchBuffers::kStatisticsRows, rates);
     step.train(inputs);
   }
   static train::Rates rates(std::uint32_t i) { return {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1}; }
@@ -114,7 +114,7 @@ struct SmallScene {
 
   gpu::Device& gpu;
   train::SoupBuffers soup;
-  train::Frame frame;
+  train::BatchBuffers buffers;
   std::optional<train::SharedSoup> shared;
   train::Step step;
   train::StepInputs inputs;

@@ -7,10 +7,10 @@
 
 #include "common/host.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "train/step/photographs.h"
 #include "train/topology/hole_guard.h"
-#include "recipe_settings.h"
 #include "train/topology/refine.h"
 
 using namespace trisoup;
@@ -100,8 +100,8 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
       soup::make_texture_table(14, {settings.level_min, settings.level_max}).entries;
   std::vector<glm::dvec4> sums(train::source_samples(table), glm::dvec4(0.0));
   gpu->fill(s.soup.opacity.address(), s.soup.opacity.bytes(), 0x3f800000u);
-  train::for_each_batch(*gpu, s.soup, s.frame, views, false, {}, 1, [&](std::size_t view, std::size_t) {
-    const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+  train::for_each_batch(*gpu, s.soup, s.buffers, views, false, {}, 1, [&](std::size_t view, std::size_t) {
+    const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
     for (std::size_t p = 0; p < hits.size(); ++p) {
       const std::uint8_t* rgba = &images[view].rgba[4 * p];
       if (hits[p].triangle == 0 || rgba[3] < 128) continue;
@@ -149,7 +149,7 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
       }
     }
   REQUIRE(most_seen > 10);
-  train::paint(*gpu, s.soup, s.frame, {views, views}, settings);
+  train::paint(*gpu, s.soup, s.buffers, {views, views}, settings);
   const auto painted = gpu->download_vector<float>(s.soup.source.address(), expected.size());
   double worst = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) worst = std::max(worst, std::abs(painted[i] - expected[i]));
@@ -169,7 +169,7 @@ TEST_CASE("what would open a hole stays", "[start][each_driver]") {
   s.step.sum_textures();
   const auto before = gpu->download_vector<float>(s.soup.opacity.address(), s.soup.lattice_samples);
   const auto plugged = [&](std::vector<std::uint32_t> kept, std::vector<bool> backdrop, std::size_t most) {
-    train::add_plugs(*gpu, s.soup, s.frame, s.views, backdrop, most, kept);
+    train::guard_holes(*gpu, s.soup, s.buffers, s.views, backdrop, most, kept);
     return kept;
   };
   using List = std::vector<std::uint32_t>;

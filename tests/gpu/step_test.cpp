@@ -36,7 +36,7 @@ TEST_CASE("twenty steps from the same state give the same bits", "[step]") {
   std::vector<std::vector<float>> states;
   for (int run = 0; run < 2; ++run) {
     SmallScene s(*gpu, 40, kFine, {test::view_from(0, 48, 40), test::view_from(2, 33, 47)});
-    s.frame.reserve_lists(1 << 16);
+    s.buffers.reserve_lists(1 << 16);
     for (std::uint32_t i = 0; i < 20; ++i) s.train(i, SmallScene::rates(i));
     states.push_back(s.state());
   }
@@ -49,15 +49,15 @@ TEST_CASE("lists that do not fit change nothing until they do, then give the sam
   auto gpu = test::open_device();
   const std::vector<train::BatchView> views{test::view_from(0, 64, 64), test::view_from(2, 64, 64)};
   SmallScene roomy(*gpu, 60, kFine, views);
-  roomy.frame.reserve_lists(1 << 16);
+  roomy.buffers.reserve_lists(1 << 16);
   SmallScene tight(*gpu, 60, kFine, views);
-  tight.frame.lists = gpu->allocate(64 * 4, "too small on purpose");
+  tight.buffers.lists = gpu->allocate(64 * 4, "too small on purpose");
   const std::vector<float> before = tight.state();
 
   tight.train(5, SmallScene::rates(0));
   tight.train(6, SmallScene::rates(1));
   CHECK(same_bits(tight.state(), before));
-  const auto overflow = train::grow_lists_if_needed(*gpu, tight.frame);
+  const auto overflow = train::grow_lists_if_needed(*gpu, tight.buffers);
   REQUIRE(overflow.has_value());
   CHECK(*overflow == 5);
 
@@ -65,7 +65,7 @@ TEST_CASE("lists that do not fit change nothing until they do, then give the sam
     s->train(5, SmallScene::rates(0));
     s->train(6, SmallScene::rates(1));
   }
-  CHECK_FALSE(train::grow_lists_if_needed(*gpu, tight.frame).has_value());
+  CHECK_FALSE(train::grow_lists_if_needed(*gpu, tight.buffers).has_value());
   CHECK_FALSE(same_bits(tight.state(), before));
   CHECK(same_bits(tight.state(), roomy.state()));
   test::require_silence(*gpu);
@@ -77,16 +77,16 @@ TEST_CASE("bands of tiles and one pixel a thread give the bits of a step in one 
   std::vector<std::vector<float>> states;
   for (int variant = 0; variant < 3; ++variant) {
     SmallScene s(*gpu, 60, {{2, 4}, {0, 0}, {2, 3}, {1, 2}, {2, 2}, {2, 5}}, views);
-    if (variant == 2) s.frame.one_pixel = s.frame.wide_textures = true;  // what GPUs do anyway
+    if (variant == 2) s.buffers.one_pixel = s.buffers.wide_textures = true;  // what GPUs do anyway
     if (variant == 1) {
-      s.frame.most_entries = 300;
-      s.frame.lists = gpu->allocate(300 * 4, "few entries");
+      s.buffers.most_entries = 300;
+      s.buffers.lists = gpu->allocate(300 * 4, "few entries");
     }
     for (std::uint32_t i = 0; i < 3; ++i) {
       do s.train(i, SmallScene::rates(i));
-      while (train::grow_lists_if_needed(*gpu, s.frame));
+      while (train::grow_lists_if_needed(*gpu, s.buffers));
     }
-    CHECK((s.frame.bands() > 3) == (variant == 1));
+    CHECK((s.buffers.bands() > 3) == (variant == 1));
     states.push_back(s.state());
   }
   CHECK(all_finite(states[0]));
@@ -100,19 +100,19 @@ TEST_CASE("a schedule and a recorded step give the bits of steps given one by on
   const std::vector<train::BatchView> first{test::view_from(0, 48, 40), test::view_from(2, 33, 47)},
       second{test::view_from(4, 48, 40), test::view_from(5, 33, 47)};
   SmallScene single(*gpu, 40, kFine, first), recorded(*gpu, 40, kFine, first);
-  for (auto* s : {&single, &recorded}) s->frame.reserve_lists(1 << 16);
+  for (auto* s : {&single, &recorded}) s->buffers.reserve_lists(1 << 16);
 
-  train::Schedule schedule(*gpu);
+  train::StepQueue schedule(*gpu);
   for (std::uint32_t i = 0; i < 8; ++i) {
     const auto& views = i % 3 == 1 ? second : first;
-    single.frame.set_batch(views, 40, true);
+    single.buffers.set_batch(views, 40, true);
     single.train(i, SmallScene::rates(i));
     const train::BatchLayout batch = train::lay_out(views);
     schedule.add(train::Step::state(i * 7919u + 1u, i, i, SmallScene::rates(i), batch), batch);
   }
   schedule.upload();
   gpu::CommandList list = gpu->record([&] {
-    schedule.begin_step(recorded.frame);
+    schedule.begin_step(recorded.buffers);
     recorded.step.train(recorded.inputs);
   });
   for (int i = 0; i < 8; ++i) {
@@ -122,7 +122,7 @@ TEST_CASE("a schedule and a recorded step give the bits of steps given one by on
   }
   CHECK(same_bits(recorded.state(), single.state()));
   const auto rows = [&](SmallScene& s) {
-    return gpu->download_vector<std::uint32_t>(s.frame.statistics.address(), 8 * 8);
+    return gpu->download_vector<std::uint32_t>(s.buffers.statistics.address(), 8 * 8);
   };
   CHECK(rows(recorded) == rows(single));
   test::require_silence(*gpu);
@@ -142,7 +142,7 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   gpu->upload(s.soup.vertices.address(), vertices);
   gpu->upload(s.soup.source.address(), std::vector<float>(kTriangles * 24ull, 3.0f));
   s.step.sum_textures();
-  s.frame.set_batch(std::vector{test::view_from(0, 3840, 2160)}, kTriangles, true);
+  s.buffers.set_batch(std::vector{test::view_from(0, 3840, 2160)}, kTriangles, true);
   s.step.begin(1, 0, 0, {});
 
   const auto visibility = [&] { return gpu->record([&] { s.step.visibility(train::Thresholds::half, s.inputs); }); };
@@ -153,11 +153,11 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
       for (const gpu::CommandList::Command& command : segment)
         if (const auto* launch = std::get_if<gpu::CommandList::Launch>(&command);
             launch && launch->kernel == gpu::Kernel{"visibility", {0, 0}}) {
-          CHECK(launch->groups * kTriangles <= train::Frame::kMostPairs);
-          CHECK(s.frame.list_capacity() * 64ull <= train::Frame::kMostPairs);
+          CHECK(launch->groups * kTriangles <= train::BatchBuffers::kMostPairs);
+          CHECK(s.buffers.list_capacity() * 64ull <= train::BatchBuffers::kMostPairs);
           tiles += launch->groups;
         }
-    CHECK(tiles == s.frame.batch().tiles);
+    CHECK(tiles == s.buffers.batch().tiles);
   };
   gpu::CommandList list = visibility();
   within_bound(list);
@@ -169,7 +169,7 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
     last.segments.push_back(list.segments.back());
     if (tries == 0) last.segments.insert(last.segments.begin(), list.segments.front());  // projects
     gpu->replay(last);
-    fits = !train::grow_lists_if_needed(*gpu, s.frame);
+    fits = !train::grow_lists_if_needed(*gpu, s.buffers);
     list = visibility();
     within_bound(list);
   }
@@ -179,8 +179,8 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   gpu::CommandList middle;
   middle.segments.push_back(list.segments[list.segments.size() / 2]);
   gpu->replay(middle);
-  CHECK_FALSE(train::grow_lists_if_needed(*gpu, s.frame));
-  const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels);
+  CHECK_FALSE(train::grow_lists_if_needed(*gpu, s.buffers));
+  const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
   CHECK(hits[hits.size() - 1].triangle == 61'803 + 1);
   CHECK(hits[hits.size() / 2].triangle == 61'803 + 1);
   test::require_silence(*gpu);
@@ -196,14 +196,14 @@ TEST_CASE("before the optimiser every buffer of a step is that of the kernels on
   std::vector<Named> buffers;
   for (gpu::Device* device : {gpu.get(), cpu.get()}) {
     SmallScene s(*device, 60, kFine, views);
-    s.frame.reserve_lists(1 << 16);
+    s.buffers.reserve_lists(1 << 16);
     s.step.begin(7, 0, 0, SmallScene::rates(0));
     s.step.visibility(train::Thresholds::random, s.inputs);
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
     s.step.backward(s.inputs);
     Named& named = buffers.emplace_back();
-    const std::size_t pixels = s.frame.batch().pixels;
+    const std::size_t pixels = s.buffers.batch().pixels;
     const auto floats = [&](const char* name, const gpu::Buffer& buffer, std::size_t count) {
       const auto values = device->download_vector<float>(buffer.address(), count);
       named.emplace_back(name, std::vector<double>(values.begin(), values.end()));
@@ -216,19 +216,19 @@ TEST_CASE("before the optimiser every buffer of a step is that of the kernels on
       named.emplace_back(name, std::move(values));
     };
     std::vector<double> triangles, rest;
-    for (const kernels::Hit& h : device->download_vector<kernels::Hit>(s.frame.hits.address(), pixels)) {
+    for (const kernels::Hit& h : device->download_vector<kernels::Hit>(s.buffers.hits.address(), pixels)) {
       triangles.push_back(h.triangle);
       for (const float v : {h.b0, h.b1, h.depth}) rest.push_back(v);
     }
     named.emplace_back("visible triangles", std::move(triangles));
     named.emplace_back("barycentrics and depth", std::move(rest));
-    floats("colours", s.frame.colour, 3 * pixels);
-    floats("colour gradients", s.frame.gradient, 4 * pixels);
-    named.emplace_back("lattice gradients", test::lattice_gradient(*device, s.soup, s.frame));
+    floats("colours", s.buffers.colour, 3 * pixels);
+    floats("colour gradients", s.buffers.gradient, 4 * pixels);
+    named.emplace_back("lattice gradients", test::lattice_gradient(*device, s.soup, s.buffers));
     sums("vertex gradients", s.soup.vertex_gradient, 9ull * s.soup.triangles);
     // Devices cut the sum over pixels into different parts.
     const auto partial =
-        device->download_vector<float>(s.frame.mlp_partial.address(), std::size_t(s.frame.mlp_groups) * 595);
+        device->download_vector<float>(s.buffers.mlp_partial.address(), std::size_t(s.buffers.mlp_groups) * 595);
     std::vector<double> mlp(595);
     for (std::size_t i = 0; i < partial.size(); ++i) mlp[i % 595] += partial[i];
     named.emplace_back("MLP gradients", std::move(mlp));
@@ -259,11 +259,11 @@ TEST_CASE("levels of a texture sum up and their gradients go back by the transpo
   soup::Random random(7);
   std::vector<double> gradient(s.soup.lattice_samples * 8);
   for (double& g : gradient) g = (random.uniform01() - 0.5) * 1e-3;
-  test::set_lattice_gradient(*gpu, s.soup, s.frame, gradient);
+  test::set_lattice_gradient(*gpu, s.soup, s.buffers, gradient);
   const gpu::Buffer seen = gpu->allocate(s.soup.source_samples * 32, "gradient");
   train::StepInputs inputs;
   inputs.source_gradient = seen.address();
-  gpu->fill(s.frame.mlp_partial.address(), s.frame.mlp_partial.bytes(), 0);
+  gpu->fill(s.buffers.mlp_partial.address(), s.buffers.mlp_partial.bytes(), 0);
   s.step.begin(1, 0, 0, {});
   s.step.update(inputs);
   const auto actual = gpu->download_vector<float>(seen.address(), s.soup.source_samples * 8);
@@ -402,7 +402,7 @@ TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their 
     s.step.visibility(train::Thresholds::half, s.inputs);  // which half of the rows a triangle covers
     gpu->upload(s.soup.opacity.address(), std::vector<float>(6, 1.0f));
     s.step.visibility(train::Thresholds::half, s.inputs);
-    const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), 256);
+    const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), 256);
     int covered[3] = {};
     for (int p = 0; p < 256; ++p) {
       ++covered[hits[p].triangle];
@@ -414,7 +414,7 @@ TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their 
     const gpu::Buffer photos = gpu->allocate(1024, "photograph");
     gpu->upload(photos.address(), photo);
     s.views[0].photo = photos.address();
-    s.frame.set_batch(s.views, 2, true);
+    s.buffers.set_batch(s.views, 2, true);
     s.step.sum_textures();
     train::clear(*gpu, s.soup.opacity_gradient);
     s.step.begin(1, 0, 0, {});
@@ -445,14 +445,14 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
   for (std::uint32_t v = 0; v < views.size(); ++v) views[v].index = v;
   constexpr std::uint32_t kTriangles = 30;
   SmallScene together(*gpu, kTriangles, kFine, views);
-  together.frame.reserve_lists(1 << 16);
-  const auto& batch = together.frame.batch();
+  together.buffers.reserve_lists(1 << 16);
+  const auto& batch = together.buffers.batch();
   // A view alone weighs as much as in the batch.
   const auto run = [&](SmallScene& s) {
     s.step.begin(1, 0, 0, {});
     const float weights[2] = {static_cast<float>(1.0 / (3.0 * batch.pixels)),
                               static_cast<float>(1.0 / (3.0 * double(batch.windows)))};
-    gpu->upload(s.frame.state.address() + offsetof(kernels::StepState, pixel_weight),
+    gpu->upload(s.buffers.state.address() + offsetof(kernels::StepState, pixel_weight),
                 std::as_bytes(std::span(weights)));
     s.step.visibility(train::Thresholds::random, s.inputs);
     s.step.shade(s.inputs);
@@ -463,8 +463,8 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
   const auto floats = [&](const gpu::Buffer& buffer, std::size_t count) {
     return gpu->download_vector<float>(buffer.address(), count);
   };
-  const auto colours = floats(together.frame.colour, 3ull * batch.pixels),
-             gradients = floats(together.frame.gradient, 4ull * batch.pixels);
+  const auto colours = floats(together.buffers.colour, 3ull * batch.pixels),
+             gradients = floats(together.buffers.gradient, 4ull * batch.pixels);
   CHECK(all_finite(colours));
   CHECK(all_finite(gradients));
   const auto target = floats(together.target, 3ull * batch.pixels);
@@ -478,12 +478,12 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
     return out;
   };
   const auto losses = [&](SmallScene& s) {
-    const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+    const auto r = gpu->download_vector<kernels::Statistics>(s.buffers.statistics.address(), 1)[0];
     return std::array{train::fixed_sum(r.l1_low, r.l1_high), train::fixed_sum(r.ssim_low, r.ssim_high),
                       train::fixed_sum(r.mse_low, r.mse_high)};
   };
   const auto mlp_gradient = [&](SmallScene& s) {
-    const auto partial = floats(s.frame.mlp_partial, 595ull * s.frame.mlp_groups);
+    const auto partial = floats(s.buffers.mlp_partial, 595ull * s.buffers.mlp_groups);
     std::vector<double> out(595, 0.0);
     for (std::size_t i = 0; i < partial.size(); ++i) out[i % 595] += partial[i];
     return out;
@@ -495,15 +495,15 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
   for (std::size_t v = 0; v < views.size(); ++v) {
     CAPTURE(v);
     SmallScene alone(*gpu, kTriangles, kFine, {views[v]});
-    alone.frame.reserve_lists(1 << 16);
-    const std::size_t first = batch.records[v].pixel_offset, n = alone.frame.batch().pixels;
+    alone.buffers.reserve_lists(1 << 16);
+    const std::size_t first = batch.records[v].pixel_offset, n = alone.buffers.batch().pixels;
     gpu->upload(alone.target.address(),
                 std::vector<float>(target.begin() + 3 * first, target.begin() + 3 * (first + n)));
     run(alone);
-    const auto colour = floats(alone.frame.colour, 3 * n), gradient = floats(alone.frame.gradient, 4 * n);
+    const auto colour = floats(alone.buffers.colour, 3 * n), gradient = floats(alone.buffers.gradient, 4 * n);
     CHECK(std::equal(colour.begin(), colour.end(), colours.begin() + 3 * first));
     CHECK(std::equal(gradient.begin(), gradient.end(), gradients.begin() + 4 * first));
-    const auto own_lattice = test::lattice_quanta(*gpu, alone.soup, alone.frame);
+    const auto own_lattice = test::lattice_quanta(*gpu, alone.soup, alone.buffers);
     const auto own_vertices = sums(alone.soup.vertex_gradient, vertex_words);
     for (std::size_t i = 0; i < lattice_words; ++i) lattice[i] += own_lattice[i];
     for (std::size_t i = 0; i < vertex_words; ++i) vertices[i] += own_vertices[i];
@@ -513,7 +513,7 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
     for (std::size_t i = 0; i < 3; ++i) loss[i] += own_loss[i];
   }
   // Fixed-point sums of parts are the sum of the whole, to the last bit.
-  CHECK(lattice == test::lattice_quanta(*gpu, together.soup, together.frame));
+  CHECK(lattice == test::lattice_quanta(*gpu, together.soup, together.buffers));
   CHECK(vertices == sums(together.soup.vertex_gradient, vertex_words));
   const auto whole_mlp = mlp_gradient(together);
   double worst = 0, largest = 0;
@@ -530,12 +530,12 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
 TEST_CASE("a batch without a single SSIM window trains on L1 alone", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 10, kFine, {test::view_from(0, 10, 40), test::view_from(1, 64, 10)});
-  REQUIRE(s.frame.batch().windows == 0);
+  REQUIRE(s.buffers.batch().windows == 0);
   s.train(0, SmallScene::rates(0));
-  const std::size_t n = s.frame.batch().pixels;
-  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * n),
+  const std::size_t n = s.buffers.batch().pixels;
+  const auto colour = gpu->download_vector<float>(s.buffers.colour.address(), 3 * n),
              target = gpu->download_vector<float>(s.target.address(), 3 * n);
-  const auto gradient = gpu->download_vector<float>(s.frame.gradient.address(), 4 * n);
+  const auto gradient = gpu->download_vector<float>(s.buffers.gradient.address(), 4 * n);
   double worst = 0;
   for (std::size_t i = 0; i < 3 * n; ++i) {
     const double sign = colour[i] > target[i] ? 1 : colour[i] < target[i] ? -1 : 0;
@@ -549,16 +549,16 @@ TEST_CASE("a batch without a single SSIM window trains on L1 alone", "[step]") {
 TEST_CASE("small errors pull in proportion to their size where they are to, larger ones all alike", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 10, kFine, {test::view_from(0, 10, 40), test::view_from(1, 64, 10)});
-  REQUIRE(s.frame.batch().windows == 0);  // no SSIM
+  REQUIRE(s.buffers.batch().windows == 0);  // no SSIM
   constexpr double kHuber = 0.2;
   s.step.begin(1, 0, 0, SmallScene::rates(0), kHuber);
   s.step.visibility(train::Thresholds::half, s.inputs);
   s.step.shade(s.inputs);
   s.step.loss(s.inputs);
-  const std::size_t n = s.frame.batch().pixels;
-  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * n);
+  const std::size_t n = s.buffers.batch().pixels;
+  const auto colour = gpu->download_vector<float>(s.buffers.colour.address(), 3 * n);
   const auto target = gpu->download_vector<float>(s.target.address(), 3 * n);
-  const auto gradient = gpu->download_vector<float>(s.frame.gradient.address(), 4 * n);
+  const auto gradient = gpu->download_vector<float>(s.buffers.gradient.address(), 4 * n);
   double worst = 0;
   std::size_t small = 0, large = 0;
   for (std::size_t i = 0; i < 3 * n; ++i) {
@@ -593,9 +593,9 @@ TEST_CASE("triangles that no rasteriser likes leave every value finite", "[step]
   v[23] = {0.97f, 0, 100};  // before everything, far out of the picture
   v[24] = {1e6f, 0, 0};
   gpu->upload(s.soup.vertices.address(), v);
-  s.frame.reserve_lists(1 << 16);
+  s.buffers.reserve_lists(1 << 16);
   for (std::uint32_t i = 0; i < 5; ++i) s.train(i, SmallScene::rates(i));
-  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3 * 48 * 48);
+  const auto colour = gpu->download_vector<float>(s.buffers.colour.address(), 3 * 48 * 48);
   CHECK(all_finite(colour));
   CHECK(all_finite(gpu->download_vector<float>(s.soup.source.address(), s.soup.source_samples * 8)));
   CHECK(all_finite(gpu->download_vector<float>(s.soup.mlp.address(), 595)));
@@ -608,12 +608,12 @@ TEST_CASE("triangles that no rasteriser likes leave every value finite", "[step]
 TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 60, kFine, {test::view_from(0, 48, 48), test::view_from(1.5, 48, 48)});
-  std::vector<float> flat(3ull * s.frame.batch().pixels, 0.25f);
+  std::vector<float> flat(3ull * s.buffers.batch().pixels, 0.25f);
   gpu->upload(s.target.address(), flat);
   s.inputs.background = glm::vec3(0.25f);
-  s.frame.reserve_lists(1 << 16);
+  s.buffers.reserve_lists(1 << 16);
   for (std::uint32_t i = 0; i < 60; ++i) s.train(i, SmallScene::rates(i));
-  const auto rows = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 60);
+  const auto rows = gpu->download_vector<kernels::Statistics>(s.buffers.statistics.address(), 60);
   const double first = train::fixed_sum(rows[0].l1_low, rows[0].l1_high),
                last = train::fixed_sum(rows[59].l1_low, rows[59].l1_high);
   CAPTURE(first, last);
@@ -631,7 +631,7 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
   std::array<After, 4> after;  // at the start; one step; one step of everything; one step that looks at every gradient
   for (int run = 0; run < 4; ++run) {
     SmallScene s(*gpu, kTriangles, kFine, {test::view_from(0, 48, 40), test::view_from(2, 33, 47)});
-    s.frame.reserve_lists(1 << 16);
+    s.buffers.reserve_lists(1 << 16);
     // Above all cameras, far out of their sight.
     auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3 * kTriangles);
     for (std::uint32_t k = 0; k < 3; ++k) vertices[3 * kHidden + k].z += 50;
@@ -645,7 +645,7 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
     for (std::size_t i = 7; i < logits.size(); i += 8)
       if (i / each % 3 == 0) logits[i] = -10.0f;
     gpu->upload(s.soup.source.address(), logits);
-    train::Step(*gpu, s.soup, s.frame).sum_textures();
+    train::Step(*gpu, s.soup, s.buffers).sum_textures();
     fill(s.soup.vertex_moment1, 9 * kTriangles, 0.01f);
     fill(s.soup.vertex_moment2, 3 * kTriangles, 1e-4f);
     fill(s.soup.source_moment1, s.soup.source_samples * 8, 0.01f);
@@ -702,10 +702,10 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
   // One view brighter than anything drawn, the other darker: where a colour passes its target, the L1 error has a kink
   // that differences step over.
-  auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.frame.batch().pixels);
+  auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.buffers.batch().pixels);
   for (std::size_t i = 0; i < targets.size(); ++i) targets[i] += i < targets.size() / 2 ? 1.0f : -1.0f;
   gpu->upload(s.target.address(), targets);
-  s.frame.reserve_lists(1 << 16);
+  s.buffers.reserve_lists(1 << 16);
   std::vector<gpu::Buffer> outputs;
   const auto room = [&](std::uint64_t floats) {
     outputs.push_back(gpu->allocate(floats * 4, "gradient"));
@@ -719,7 +719,7 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
     s.step.visibility(train::Thresholds::half, s.inputs);
     s.step.shade(s.inputs);
     s.step.loss(s.inputs);
-    const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+    const auto r = gpu->download_vector<kernels::Statistics>(s.buffers.statistics.address(), 1)[0];
     return 0.8 * train::fixed_sum(r.l1_low, r.l1_high) + 0.1 * (1 - train::fixed_sum(r.ssim_low, r.ssim_high));
   };
   loss();
@@ -765,11 +765,11 @@ TEST_CASE("visible pixels of many views are counted in passes that do not outgro
   for (int i = 0; i < 24; ++i) views.push_back(test::view_from(0.26 * i, 8, 8));
   constexpr std::uint32_t kTriangles = 24'000;  // all views at once would take 37 MB
   SmallScene s(*gpu, kTriangles, {{0, 0}}, {views[0]});
-  const auto together = train::count_visible(*gpu, s.soup, s.frame, views);
-  CHECK(s.frame.screen.bytes() <= train::kPassScreenBytes);
+  const auto together = train::count_visible(*gpu, s.soup, s.buffers, views);
+  CHECK(s.buffers.screen.bytes() <= train::kPassScreenBytes);
   std::vector<std::uint32_t> sum(kTriangles);
   for (const train::BatchView& view : views) {
-    const auto one = train::count_visible(*gpu, s.soup, s.frame, std::span(&view, 1));
+    const auto one = train::count_visible(*gpu, s.soup, s.buffers, std::span(&view, 1));
     for (std::uint32_t t = 0; t < kTriangles; ++t) sum[t] += one[t];
   }
   CHECK(together == sum);
@@ -780,11 +780,11 @@ TEST_CASE("visible pixels of many views are counted in passes that do not outgro
 TEST_CASE("where rendering and target are the same nothing pulls, and next to it as much as it should", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 20, kFine, {test::view_from(0, 90, 70), test::view_from(1, 40, 57), test::view_from(2, 33, 9)});
-  const auto& batch = s.frame.batch();
+  const auto& batch = s.buffers.batch();
   s.step.begin(1, 0, 0, {});
   s.step.visibility(train::Thresholds::half, s.inputs);
   s.step.shade(s.inputs);
-  const auto colour = gpu->download_vector<float>(s.frame.colour.address(), 3ull * batch.pixels);
+  const auto colour = gpu->download_vector<float>(s.buffers.colour.address(), 3ull * batch.pixels);
   auto target = colour;
   // A pixel whose windows all begin in its own block and reach into three others, four at the corner of another, a
   // strip at a border.
@@ -797,10 +797,10 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
           target[3 * (batch.records[view].pixel_offset + y * batch.records[view].width + x) + c] = random.uniform01();
   gpu->upload(s.target.address(), target);
   // What a step before left must not be taken for this one's.
-  gpu->fill(s.frame.partial.address(), s.frame.partial.bytes(), 0x3f800000u);
-  gpu->fill(s.frame.gradient.address(), s.frame.gradient.bytes(), 0x3f800000u);
+  gpu->fill(s.buffers.partial.address(), s.buffers.partial.bytes(), 0x3f800000u);
+  gpu->fill(s.buffers.gradient.address(), s.buffers.gradient.bytes(), 0x3f800000u);
   s.step.loss(s.inputs);
-  const auto gradient = gpu->download_vector<float>(s.frame.gradient.address(), 4ull * batch.pixels);
+  const auto gradient = gpu->download_vector<float>(s.buffers.gradient.address(), 4ull * batch.pixels);
 
   std::vector<double> expected(3ull * batch.pixels, 0.0);
   double ssim = 0, largest = 0;
@@ -842,7 +842,7 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
     for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(gradient[4 * p + c] - expected[3 * p + c]));
   CHECK(worst < 1e-5 * largest);
   CHECK(none > batch.pixels);  // a third and more of all values: or nothing was passed over
-  const auto r = gpu->download_vector<kernels::Statistics>(s.frame.statistics.address(), 1)[0];
+  const auto r = gpu->download_vector<kernels::Statistics>(s.buffers.statistics.address(), 1)[0];
   CHECK(std::abs(train::fixed_sum(r.ssim_low, r.ssim_high) - ssim) < 1e-6);
   test::require_silence(*gpu);
 }

@@ -41,7 +41,7 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
   gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, -9}, {0, 9, -9}, {0, 0, 18}});
   gpu->upload(s.soup.source.address(), std::vector<float>(24, 1.0f));
   s.step.sum_textures();
-  const std::size_t pixels = s.frame.batch().pixels;
+  const std::size_t pixels = s.buffers.batch().pixels;
   const gpu::Buffer seen = gpu->allocate(pixels * 28, "feature gradient");
   s.inputs.feature_gradient = seen.address();
   const gpu::Buffer sums = gpu->allocate(3 * 32, "texture gradient");
@@ -60,10 +60,10 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
       std::vector<float> gradient(4 * pixels, 0.0f);  // the fourth, the L1 error, is 0: nothing of opacity
       for (std::size_t i = 0; i < gradient.size(); ++i)
         if (i % 4 != 3) gradient[i] = size * (random.uniform(-1, 1) + bias);
-      gpu->upload(s.frame.gradient.address(), gradient);
+      gpu->upload(s.buffers.gradient.address(), gradient);
       s.step.backward(s.inputs);
 
-      const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), pixels);
+      const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), pixels);
       const auto terms = gpu->download_vector<float>(seen.address(), 7 * pixels);
       double expected[3][7] = {}, magnitude[3][7] = {}, largest = 0;
       for (const float term : terms) largest = std::max(largest, std::abs(double(term)));
@@ -100,9 +100,9 @@ TEST_CASE("terms beyond every bound saturate: sums keep their sign", "[fixed poi
   s.step.sum_textures();
   const float sign = GENERATE(1.0f, -1.0f);
   forward_and_backward(s, train::Thresholds::half);
-  std::vector<float> gradient(4ull * s.frame.batch().pixels, sign * 1e12f);
+  std::vector<float> gradient(4ull * s.buffers.batch().pixels, sign * 1e12f);
   for (std::size_t i = 3; i < gradient.size(); i += 4) gradient[i] = 0;
-  gpu->upload(s.frame.gradient.address(), gradient);
+  gpu->upload(s.buffers.gradient.address(), gradient);
   const gpu::Buffer sums = gpu->allocate(3 * 32, "texture gradient");
   s.inputs.source_gradient = sums.address();
   s.step.backward(s.inputs);
@@ -135,10 +135,10 @@ TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double",
     std::vector<float> gradient(4ull * kWidth * kHeight, 0.0f);
     for (std::size_t i = 3; i < gradient.size(); i += 4)
       gradient[i] = random.uniform(0, 1) * size * static_cast<float>(alpha / weight);
-    gpu->upload(s.frame.gradient.address(), gradient);
+    gpu->upload(s.buffers.gradient.address(), gradient);
     s.step.backward(s.inputs);
 
-    const auto hits = gpu->download_vector<kernels::Hit>(s.frame.hits.address(), std::size_t(kWidth) * kHeight);
+    const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), std::size_t(kWidth) * kHeight);
     double expected[3] = {}, magnitude[3] = {};
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
@@ -176,8 +176,8 @@ TEST_CASE("gradients have the same bits whatever the order of the triangles", "[
   constexpr std::uint32_t kTriangles = 50;
   const std::vector<train::BatchView> views{test::view_from(0, 48, 40), test::view_from(2, 33, 47)};
   SmallScene a(*gpu, kTriangles, {{0, 3}}, views), b(*gpu, kTriangles, {{0, 3}}, views);
-  a.frame.reserve_lists(1 << 16);
-  b.frame.reserve_lists(1 << 16);
+  a.buffers.reserve_lists(1 << 16);
+  b.buffers.reserve_lists(1 << 16);
 
   std::vector<std::uint32_t> order(kTriangles);
   std::iota(order.begin(), order.end(), 0u);
@@ -196,16 +196,16 @@ TEST_CASE("gradients have the same bits whatever the order of the triangles", "[
   // Not random ones: a threshold belongs to the number of its triangle.
   forward_and_backward(a, train::Thresholds::half);
   forward_and_backward(b, train::Thresholds::half);
-  CHECK(permuted(test::lattice_quanta(*gpu, a.soup, a.frame)) == test::lattice_quanta(*gpu, b.soup, b.frame));
+  CHECK(permuted(test::lattice_quanta(*gpu, a.soup, a.buffers)) == test::lattice_quanta(*gpu, b.soup, b.buffers));
   const Words wa = download(*gpu, a.soup.vertex_gradient, 9 * kTriangles),
               wb = download(*gpu, b.soup.vertex_gradient, 9 * kTriangles);
   CHECK(permuted(wa.low) == wb.low);
   CHECK(permuted(wa.high) == wb.high);
   CHECK(
       std::any_of(wa.high.begin(), wa.high.end(), [](std::uint32_t w) { return w != 0; }));  // or the test says little
-  const std::size_t partial = 595ull * a.frame.mlp_groups;
-  CHECK(gpu->download_vector<std::uint32_t>(a.frame.mlp_partial.address(), partial) ==
-        gpu->download_vector<std::uint32_t>(b.frame.mlp_partial.address(), partial));
+  const std::size_t partial = 595ull * a.buffers.mlp_groups;
+  CHECK(gpu->download_vector<std::uint32_t>(a.buffers.mlp_partial.address(), partial) ==
+        gpu->download_vector<std::uint32_t>(b.buffers.mlp_partial.address(), partial));
   std::vector<std::uint32_t> gradients[2];
   for (const auto& [scene, gradient] : {std::pair(&a, &gradients[0]), {&b, &gradients[1]}}) {
     const gpu::Buffer seen = gpu->allocate(scene->soup.source_samples * 32, "texture gradient");

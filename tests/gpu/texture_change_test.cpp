@@ -1,13 +1,13 @@
-// Tests shaders/lift_textures.comp and shaders/inherit_textures.comp: what becomes of textures when levels or triangles
-// change.
+// Tests shaders/upsample_textures.comp and shaders/inherit_textures.comp: what becomes of textures when levels or
+// triangles change.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 #include "args/inherit_textures.h"
-#include "args/lift_textures.h"
 #include "args/quantise.h"
+#include "args/upsample_textures.h"
 #include "common/host.h"
 #include "gpu/small_scene.h"
 #include "soup/atlas.h"
@@ -67,9 +67,10 @@ TEST_CASE("lifted textures look the same at the coarsest new level, whatever the
   for (const std::uint32_t keep_opacity : {0u, 1u}) {
     CAPTURE(keep_opacity);
     Pool new_pool(*gpu, after, random);  // what it held is overwritten, to the last sample
-    gpu->launch({"lift_textures"}, triangles,
-                kernels::LiftTexturesArgs{old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
-                                          new_pool.source.address(), triangles, keep_opacity});
+    gpu->launch(
+        {"upsample_textures"}, triangles,
+        kernels::UpsampleTexturesArgs{old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
+                                      new_pool.source.address(), triangles, keep_opacity});
     const auto actual = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
     double worst = 0;
     for (std::uint32_t t = 0; t < triangles; ++t) {
@@ -133,7 +134,7 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures][e
   std::vector<glm::vec3> vertices;
   for (std::size_t i = 0; i < 3 * parent_levels.size(); ++i)
     vertices.push_back(glm::vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)});
-  const soup::Resampled split = soup::bisect_longest(vertices, 20);
+  const soup::Subdivision split = soup::bisect_longest(vertices, 20);
   std::vector<soup::TextureLevels> levels;
   for (const std::uint32_t p : split.face_map) levels.push_back(parent_levels[p]);
   const bool finer = GENERATE(false, true);
@@ -197,7 +198,7 @@ TEST_CASE(
     }
   gpu->upload(old_pool.source.address(), old_pool.logits);
   const std::vector<glm::vec3> vertices{{0, 0, 0}, {1, 0.1f, 0}, {0.3f, 1, 0.2f}};
-  const soup::Resampled split = soup::bisect_longest(vertices, 50);
+  const soup::Subdivision split = soup::bisect_longest(vertices, 50);
   const std::vector<soup::TextureLevels> levels(split.triangles(), {2, 5});
   Pool new_pool(*gpu, levels, random);
   const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"),

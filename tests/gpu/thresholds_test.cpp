@@ -41,13 +41,13 @@ TEST_CASE("a triangle wins as often as its opacity and what is before it say", "
   fill_picture(s, opacity, order);
   const gpu::Buffer counts = gpu->allocate(triangles * 4, "counts");
   gpu->fill(counts.address(), counts.bytes(), 0);
-  const std::uint32_t pixels = s.frame.batch().pixels;
+  const std::uint32_t pixels = s.buffers.batch().pixels;
   constexpr std::uint32_t kSteps = 400;
   for (std::uint32_t i = 0; i < kSteps; ++i) {
     s.step.begin(f32::hash32(i), i, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
     gpu->launch({"count_visible", {0}}, (pixels + 63) / 64,
-                kernels::CountVisibleArgs{s.frame.hits.address(), counts.address(), 0, pixels, 0});
+                kernels::CountVisibleArgs{s.buffers.hits.address(), counts.address(), 0, pixels, 0});
   }
   const auto won = gpu->download_vector<std::uint32_t>(counts.address(), triangles);
   const double draws = double(pixels) * kSteps;
@@ -75,7 +75,8 @@ TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel,
     s.step.begin(key, 0, 0, {});
     s.step.visibility(train::Thresholds::random, s.inputs);
     std::vector<int> shown;
-    for (const kernels::Hit& hit : gpu->download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels))
+    for (const kernels::Hit& hit :
+         gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels))
       shown.push_back(hit.triangle != 0);
     return shown;
   };

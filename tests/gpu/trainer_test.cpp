@@ -12,13 +12,13 @@
 
 #include "format/lattice_hierarchy.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "soup/texture_table.h"
 #include "temporary_folder.h"
+#include "train/config/schedule.h"
 #include "train/start/random_start.h"
 #include "train/start/surface_start.h"
-#include "train/config/schedule.h"
-#include "recipe_settings.h"
 #include "train/step/small_views.h"
 
 using namespace trisoup;

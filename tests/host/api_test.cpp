@@ -1,4 +1,4 @@
-// Tests the public headers (engine/api/trisoup): coordinates of cameras, models read again, what is refused.
+// Tests the public headers (engine/api/trisoup): camera coordinates, reading models back, errors.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 using namespace trisoup;
 
-TEST_CASE("a library's training, its pictures and its file agree", "[api]") {
+TEST_CASE("training, renderings and model file of the library agree", "[api]") {
   const test::TemporaryFolder folder;
   test::TinyScene tiny;
   tiny.scale = 3;
@@ -20,7 +20,7 @@ TEST_CASE("a library's training, its pictures and its file agree", "[api]") {
   test::write_tiny_scene(folder.path() / "scene", tiny);
   Device device("cpu");
   const Dataset dataset(folder.path() / "scene");
-  // A camera is told in the dataset's coordinates, whatever the library computes in.
+  // Cameras are in dataset coordinates, not in normalised ones.
   const scene::Scene scene = scene::load(folder.path() / "scene", {});
   REQUIRE(scene.normalisation.scale != 1);
   REQUIRE(dataset.test_views().size() == scene.test.size());
@@ -46,7 +46,7 @@ TEST_CASE("a library's training, its pictures and its file agree", "[api]") {
   REQUIRE(picture.rgb.size() == 3u * camera.width * camera.height);
   CHECK(again.render(device, camera).rgb == picture.rgb);
   CHECK(again.quality(device, dataset).psnr == model.quality(device, dataset).psnr);
-  // The pictures are those of the views: as far from the photographs as the quality says.
+  // The renderings belong to the views: their error is the one that quality() reports.
   double mae = 0;
   const std::vector<View> views = dataset.test_views();
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -58,7 +58,7 @@ TEST_CASE("a library's training, its pictures and its file agree", "[api]") {
   CHECK(mae == Approx(model.quality(device, dataset).mae).epsilon(1e-3));
 }
 
-TEST_CASE("the library refuses what cannot be with one line", "[api]") {
+TEST_CASE("the library reports invalid input in one line", "[api]") {
   using Catch::Contains;
   const test::TemporaryFolder folder;
   test::write_tiny_scene(folder.path() / "scene", {});

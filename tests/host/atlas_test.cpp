@@ -44,7 +44,7 @@ TEST_CASE("no two lattices or gutters of an atlas share a texel", "[atlas]") {
   CHECK(taken.size() == texels);
 }
 
-TEST_CASE("bilinear sampling inside a triangle reads its own texels and gutter only", "[atlas]") {
+TEST_CASE("bilinear sampling inside a triangle reads only its own texels and gutter", "[atlas]") {
   const std::vector<std::uint32_t> levels{5, 5, 3, 3, 0, 0, 2, 1, 8, 7, 6, 4};
   const soup::Atlas atlas = soup::make_atlas(levels);
   soup::Random random(5);
@@ -69,11 +69,11 @@ TEST_CASE("bilinear sampling inside a triangle reads its own texels and gutter o
         for (int dx = 0; dx < 2; ++dx) {
           const double fx = texel.x - std::floor(texel.x), fy = texel.y - std::floor(texel.y);
           const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
-          if (weight < 1e-3) continue;  // rounding of the coordinates
+          if (weight < 1e-3) continue;  // rounding errors of the coordinates
           CHECK(own.contains({int(std::floor(texel.x)) + dx, int(std::floor(texel.y)) + dy}));
         }
     }
-    // A lattice point is a texel centre.
+    // Lattice points are texel centres.
     const glm::dvec2 corner = glm::dvec2(uv[0]) * glm::dvec2(atlas.pages[place.page]) - 0.5;
     const glm::ivec2 expected = soup::atlas_texel(place, r, 0);
     CHECK(corner.x == Approx(expected.x).margin(1e-3));
@@ -81,14 +81,14 @@ TEST_CASE("bilinear sampling inside a triangle reads its own texels and gutter o
   }
 }
 
-TEST_CASE("an atlas wastes little", "[atlas]") {
+TEST_CASE("an atlas wastes little space", "[atlas]") {
   const std::vector<std::uint32_t> levels(2000, 5);
   const soup::Atlas atlas = soup::make_atlas(levels);
   REQUIRE(atlas.pages.size() == 1);
   CHECK(double(atlas.pages[0].x) * atlas.pages[0].y < 1.15 * 2000 * soup::samples_at(5));
 }
 
-TEST_CASE("a gutter texel follows from lattice points of the last cell", "[atlas]") {
+TEST_CASE("a gutter texel is extrapolated from lattice points of the last cell", "[atlas]") {
   for (std::uint32_t level = 0; level <= soup::kMaxAtlasLevel; ++level) {
     const int r = 1 << level;
     int count = 0;
@@ -96,24 +96,25 @@ TEST_CASE("a gutter texel follows from lattice points of the last cell", "[atlas
       ++count;
       CHECK(gutter.at.x + gutter.at.y == r + 1);
       for (const glm::ivec2& p : {gutter.a, gutter.b, gutter.c}) CHECK((p.x >= 0 && p.y >= 0 && p.x + p.y <= r));
-      if (gutter.at.x > 0 && gutter.at.y > 0) CHECK(gutter.a + gutter.b - gutter.c == gutter.at);  // so a plane goes on
+      if (gutter.at.x > 0 && gutter.at.y > 0)
+        CHECK(gutter.a + gutter.b - gutter.c == gutter.at);  // exact for linear textures
     });
     CHECK(count == r + 2);
   }
 }
 
-TEST_CASE("an atlas that cannot be is refused", "[atlas]") {
+TEST_CASE("an invalid atlas is refused", "[atlas]") {
   CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{9}), Contains("level 9"));
   CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{1}, 100), Contains("100 texels"));
   CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>{1}, 1 << 20), Contains("atlas side"));
-  // Two triangles of level 8 share a block, and a page of 512 x 512 holds one.
+  // Two triangles of level 8 share a block, and a page of 512 x 512 texels has room for one block.
   CHECK_THROWS_WITH(soup::make_atlas(std::vector<std::uint32_t>(514, 8), soup::kMinAtlasSide),
                     Contains("256 atlas pages"));
   CHECK(soup::make_atlas(std::vector<std::uint32_t>(512, 8), soup::kMinAtlasSide).pages.size() == 256);
   CHECK(soup::make_atlas({}).pages.size() == 1);
 }
 
-TEST_CASE("lattices of mixed levels stay apart in any order", "[atlas]") {
+TEST_CASE("lattices of mixed levels do not overlap in any order", "[atlas]") {
   const std::uint64_t seed = GENERATE(range(0, 20));
   soup::Random random(seed);
   std::vector<std::uint32_t> levels;
@@ -139,7 +140,7 @@ TEST_CASE("lattices of mixed levels stay apart in any order", "[atlas]") {
   CHECK(shared == 0);
 }
 
-TEST_CASE("texture coordinates between the vertices lead to the lattice point of the same barycentrics", "[atlas]") {
+TEST_CASE("interpolated texture coordinates give the lattice point of the same barycentrics", "[atlas]") {
   const std::vector<std::uint32_t> levels{5, 0, 3, 5, 1, 4, 2, 0, 3};
   const soup::Atlas atlas = soup::make_atlas(levels);
   soup::Random random(9);
@@ -152,7 +153,7 @@ TEST_CASE("texture coordinates between the vertices lead to the lattice point of
       if (b0 + b1 > 1) b0 = 1 - b0, b1 = 1 - b1;
       const glm::vec2 at =
           (b0 * uv[0] + b1 * uv[1] + (1 - b0 - b1) * uv[2]) * glm::vec2(atlas.pages[place.page]) - 0.5f;
-      const glm::vec2 point = float(r) * glm::vec2(b0, b1);  // in lattice units; texels are these, perhaps turned
+      const glm::vec2 point = float(r) * glm::vec2(b0, b1);  // lattice units: texels, possibly turned
       const glm::vec2 origin = glm::vec2(soup::atlas_texel(place, 0, 0));
       const glm::vec2 expected = place.turned ? origin - point : origin + point;
       CHECK(glm::length(at - expected) < 2e-3f);

@@ -1,4 +1,4 @@
-// Tests engine/base/atomic_file.h: a name means a whole file, also when a write fails half way.
+// Tests engine/base/atomic_file.h: files are complete or unchanged, also if a write fails.
 #include <catch2/catch.hpp>
 
 #include <csignal>
@@ -34,7 +34,7 @@ std::string message_of(const std::filesystem::path& path, const std::string& con
   return "";
 }
 
-// Runs `test` in a child process whose limits and mounts may be changed; the test tells failure by its text.
+// Runs `test` in a child process, so that it can change limits and mounts. A returned text is a failure.
 std::string in_child(const std::function<std::string()>& test) {
   int pipe_ends[2];
   REQUIRE(::pipe(pipe_ends) == 0);
@@ -63,7 +63,7 @@ std::string in_child(const std::function<std::string()>& test) {
 
 }  // namespace
 
-TEST_CASE("a file is written whole and replaces the earlier one", "[atomic_file]") {
+TEST_CASE("a file is written completely and replaces the earlier one", "[atomic_file]") {
   const test::TemporaryFolder folder;
   const auto path = folder / "a.txt";
   CHECK(message_of(path, "first, and longer").empty());
@@ -79,7 +79,7 @@ TEST_CASE("a file is written whole and replaces the earlier one", "[atomic_file]
   CHECK(files_in(folder.path()) == 1);
 }
 
-TEST_CASE("the name is taken only at the end, and an exception leaves the earlier file", "[atomic_file]") {
+TEST_CASE("the file is replaced at the end; after an exception the earlier one remains", "[atomic_file]") {
   const test::TemporaryFolder folder;
   const auto path = folder.file("a.txt", "earlier");
   CHECK_THROWS_AS(write_file_atomically(path,
@@ -111,7 +111,7 @@ TEST_CASE("failures name the file and the fix", "[atomic_file]") {
   }
 }
 
-TEST_CASE("what is no file is not replaced, and a link stays one", "[atomic_file]") {
+TEST_CASE("only regular files are replaced, and links remain links", "[atomic_file]") {
   using Catch::Matchers::Contains;
   const test::TemporaryFolder folder;
   const auto pipe = folder / "pipe", link = folder / "link", file = folder.file("file", "earlier");
@@ -126,7 +126,7 @@ TEST_CASE("what is no file is not replaced, and a link stays one", "[atomic_file
   CHECK_THAT(message_of(file / "below", "x"), Contains("not a folder"));
 }
 
-TEST_CASE("beyond the file size limit the earlier file stays and nothing is left behind", "[atomic_file]") {
+TEST_CASE("beyond the file size limit the earlier file remains, and no temporary file", "[atomic_file]") {
   using Catch::Matchers::Contains;
   const test::TemporaryFolder folder;
   const auto path = folder.file("a.bin", "earlier");
@@ -141,11 +141,11 @@ TEST_CASE("beyond the file size limit the earlier file stays and nothing is left
   CHECK(files_in(folder.path()) == 1);
 }
 
-TEST_CASE("on a full disk the earlier file stays and the message tells how much is missing", "[atomic_file]") {
+TEST_CASE("on a full disk the earlier file remains and the message says how much space is missing", "[atomic_file]") {
   using Catch::Matchers::Contains;
   const test::TemporaryFolder folder;
   const std::string message = in_child([&]() -> std::string {
-    // A file system of 1 MiB that only this child sees; needs root or user namespaces.
+    // A file system of 1 MiB that only this process sees. Needs root or user namespaces.
     if (::unshare(CLONE_NEWNS) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return "skipped";
     if (::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return "skipped";
     if (::mount("tmpfs", folder.path().c_str(), "tmpfs", 0, "size=1m") != 0) return "skipped";
@@ -162,7 +162,7 @@ TEST_CASE("on a full disk the earlier file stays and the message tells how much 
   CHECK_THAT(message, Contains("a.bin: the disk is full; free 5 MB"));
 }
 
-TEST_CASE("writers of one name do not mix their bytes", "[atomic_file]") {
+TEST_CASE("concurrent writers of one file do not mix their bytes", "[atomic_file]") {
   const test::TemporaryFolder folder;
   const auto path = folder / "a.bin";
   std::vector<std::thread> writers;

@@ -18,7 +18,7 @@ DeviceInfo device(const char* backend, Kind kind) {
 
 }  // namespace
 
-TEST_CASE("auto is a GPU through Vulkan, else through CUDA, else the CPU's own threads", "[device]") {
+TEST_CASE("auto selects a GPU by Vulkan, else by CUDA, else the CPU backend", "[device]") {
   const DeviceInfo lavapipe = device("vulkan", Kind::cpu), card = device("vulkan", Kind::discrete),
                    phone = device("vulkan", Kind::integrated);
   const DeviceInfo cuda = device("cuda", Kind::discrete), cpu = device("cpu", Kind::cpu);
@@ -31,7 +31,7 @@ TEST_CASE("auto is a GPU through Vulkan, else through CUDA, else the CPU's own t
   CHECK(choose_backend(options, {cpu}) == "cpu");
 }
 
-TEST_CASE("a backend that was asked for, and what only Vulkan has, decide by themselves", "[device]") {
+TEST_CASE("a given backend, or a feature that only Vulkan has, determines the backend", "[device]") {
   const std::vector<DeviceInfo> none{device("vulkan", Kind::cpu), device("cpu", Kind::cpu)};
   const auto choice = [&](auto set) {
     DeviceOptions options;
@@ -51,7 +51,7 @@ TEST_CASE("a backend that was asked for, and what only Vulkan has, decide by the
                     Catch::Contains("metal"));
 }
 
-TEST_CASE("a device is its number in the list, a part of its name, or its backend", "[device]") {
+TEST_CASE("a device is selected by its number in the list, part of its name, or its backend", "[device]") {
   std::vector<DeviceInfo> devices{device("vulkan", Kind::cpu), device("vulkan", Kind::discrete),
                                   device("cuda", Kind::discrete), device("cpu", Kind::cpu)};
   const char* const names[] = {"llvmpipe (LLVM 15.0.6, 256 bits)", "NVIDIA H100", "NVIDIA H100 PCIe", "AMD EPYC 9B45"};
@@ -74,16 +74,16 @@ TEST_CASE("a device is its number in the list, a part of its name, or its backen
   CHECK(chosen("epyc", plain) == 3);
   CHECK(chosen("cpu", plain) == 3);
   CHECK(chosen("CUDA", plain) == 2);
-  CHECK(chosen("vulkan", plain) == 1);  // the fastest kind of it
+  CHECK(chosen("vulkan", plain) == 1);  // the fastest kind of device
   CHECK(chosen("no such", plain) == -1);
-  // Of the backend that was asked for, and with what was asked for.
+  // Only devices of the given backend with the required features are considered.
   CHECK(chosen("H100", [](DeviceOptions& o) { o.backend = "cuda"; }) == 2);
   CHECK(chosen("0", [](DeviceOptions& o) { o.backend = "cuda"; }) == -1);
   CHECK(chosen("epyc", [](DeviceOptions& o) { o.draws = true; }) == -1);
   CHECK(chosen("cpu", [](DeviceOptions& o) { o.backend = "vulkan"; }) == -1);
 }
 
-TEST_CASE("how long kernels took to load is told if that is more than a second", "[device]") {
+TEST_CASE("the time to load kernels is reported if it exceeds a second", "[device]") {
   DeviceInfo slow;
   CHECK(slow_load_note(slow).empty());
   slow.load_seconds = 1;

@@ -1,4 +1,4 @@
-// Tests engine/soup/bake.cpp. That baked colours follow the MLP is tested beside the model file, which holds them.
+// Tests engine/soup/bake.cpp. model_file_test.cpp tests that baked colours follow the MLP.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -22,7 +22,7 @@ soup::Model samples(std::size_t count, std::uint64_t seed) {
   return model;
 }
 
-/// sigmoid(W3 relu(W2 relu(W1 x + b1) + b2) + b3) and the skip connection, written out from the formula.
+/// sigmoid(W3 relu(W2 relu(W1 x + b1) + b2) + b3) with the skip connection, directly from the formula.
 glm::dvec3 shade(const soup::Model& model, std::size_t sample, const glm::dvec3& direction) {
   std::vector<double> x;
   for (int c = 0; c < 7; ++c) x.push_back(model.lattice[sample * 8 + c] / 255.0);
@@ -55,7 +55,7 @@ glm::dvec3 shade(const soup::Model& model, std::size_t sample, const glm::dvec3&
 
 }  // namespace
 
-TEST_CASE("a baked colour is what the formula of the method gives", "[bake]") {
+TEST_CASE("a baked colour equals the formula of the method", "[bake]") {
   const soup::Model model = samples(500, 3);
   const std::vector<glm::vec3> directions{{1, 0, 0}, {0, -1, 0}, glm::normalize(glm::vec3(1, 2, -3))};
   const auto baked = soup::bake_colours(model, directions);
@@ -67,7 +67,7 @@ TEST_CASE("a baked colour is what the formula of the method gives", "[bake]") {
   }
 }
 
-TEST_CASE("without directions colours are baked from eight around the sphere", "[bake]") {
+TEST_CASE("without directions colours are averaged over eight directions on the sphere", "[bake]") {
   const soup::Model model = samples(50, 4);
   std::vector<glm::vec3> corners;
   for (const float x : {-1.0f, 1.0f})
@@ -76,10 +76,10 @@ TEST_CASE("without directions colours are baked from eight around the sphere", "
   const auto with = soup::bake_colours(model, corners), without = soup::bake_colours(model, {});
   REQUIRE(with.size() == without.size());
   for (std::size_t i = 0; i < with.size(); ++i)
-    CHECK(std::abs(int(with[i]) - int(without[i])) <= 1);  // another order of sums
+    CHECK(std::abs(int(with[i]) - int(without[i])) <= 1);  // sums in another order
 }
 
-TEST_CASE("a texture that leaves nothing to the MLP is baked as it is", "[bake]") {
+TEST_CASE("a texture that does not use the MLP is baked unchanged", "[bake]") {
   soup::Model model = samples(256, 5);
   for (std::size_t s = 0; s < 256; ++s) model.lattice[s * 8 + 3] = 0;
   const auto baked = soup::bake_colours(model, {});
@@ -87,7 +87,7 @@ TEST_CASE("a texture that leaves nothing to the MLP is baked as it is", "[bake]"
     for (int c = 0; c < 3; ++c) CHECK(baked[3 * s + c] == model.lattice[8 * s + c]);
 }
 
-TEST_CASE("few samples, and none, are baked too", "[bake]") {
+TEST_CASE("few or no samples can be baked", "[bake]") {
   CHECK(soup::bake_colours(soup::Model{}, {}).empty());
   CHECK(soup::bake_colours(samples(1, 6), {}).size() == 3);
 }

@@ -28,7 +28,7 @@ bench::Plan plan_of(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a plan stands for every combination, each once", "[bench]") {
+TEST_CASE("a plan expands to every combination, each once", "[bench]") {
   const bench::Plan plan = plan_of(R"({
     "scenes": {"a": ["--init-box", "1.2"], "b": []},
     "arguments": ["--backend", "cpu"],
@@ -49,7 +49,7 @@ TEST_CASE("a plan stands for every combination, each once", "[bench]") {
         "soup-bench steps --size 200 --triangles 3 --views 4 --repeats 2 --most-pixels 0 --most-triangles 0");
 }
 
-TEST_CASE("what is wrong with a plan is named", "[bench]") {
+TEST_CASE("errors in a plan are named", "[bench]") {
   const auto refused = [](const std::string& text, const std::string& word) {
     CHECK_THROWS_WITH(plan_of(text), Contains("plan.json") && Contains(word));
   };
@@ -69,14 +69,14 @@ TEST_CASE("what is wrong with a plan is named", "[bench]") {
   refused(R"({"scenes": {"a": []}, "trainings": ["a"]})", "trainings 1");
   refused(R"({"steps": [{"sizes": [], "triangles": [1]}]})", "sizes");
   refused("{\n\"frames\": 2,\n}", "line 3");
-  refused(R"({"frames": )" + std::string(100'000, '[') + std::string(100'000, ']') + "}", "deeper");
+  refused(R"({"frames": )" + std::string(100'000, '[') + std::string(100'000, ']') + "}", "too deeply");
   refused(R"({"two\nlines": 1})", "two?lines");
   refused(R"({"frames": 4294967295})", "at most");
   refused(R"({"frames": 1e999})", "too large");
   refused(R"({"arguments": ["-qr2"]})", "-qr2");
   for (const char* size : {"banana", "64", "0x48", "64x48x2", "-1x5"})
     refused(R"({"frame_size": ")" + std::string(size) + R"("})", "frame_size");
-  // What the plan's own keys say must be what was run.
+  // Arguments must not override the keys of the plan.
   for (const char* argument : {"--steps", "--steps=3", "--triangles", "--seed", "-r", "-r2", "--resolution", "-o",
                                "--output=x", "--help", "--list-devices"}) {
     CAPTURE(argument);
@@ -103,7 +103,7 @@ TEST_CASE("what is wrong with a plan is named", "[bench]") {
             .trainings.size() == 1);
 }
 
-TEST_CASE("a CSV table grows by whole groups of rows and keeps every character", "[bench]") {
+TEST_CASE("a CSV table appends complete groups of rows and keeps every character", "[bench]") {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "t.csv";
   const std::string awkward = "a, \"b\"\nc";
@@ -128,7 +128,7 @@ TEST_CASE("a CSV table grows by whole groups of rows and keeps every character",
   CHECK_THROWS_WITH(bench::CsvTable(path, {"x", "y"}), Contains("3 values"));
 }
 
-TEST_CASE("a CSV table keeps what others add meanwhile, through links too", "[bench]") {
+TEST_CASE("a CSV table keeps rows that other writers add, also through links", "[bench]") {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "t.csv", link = folder.path() / "link.csv";
   std::filesystem::create_symlink(path, link);
@@ -141,7 +141,7 @@ TEST_CASE("a CSV table keeps what others add meanwhile, through links too", "[be
   REQUIRE(one.rows().size() == 4);
   CHECK(one.rows()[1].at("x") == "2");
 
-  // A link to what is not there yet, in another folder, is that file too.
+  // A link to a file that does not exist yet, in another folder, is that file too.
   std::filesystem::create_directories(folder.path() / "sub");
   std::filesystem::create_symlink("sub/u.csv", folder.path() / "u.csv");
   bench::CsvTable by_link(folder.path() / "u.csv", {"x"}), by_name(folder.path() / "sub/u.csv", {"x"});
@@ -150,7 +150,7 @@ TEST_CASE("a CSV table keeps what others add meanwhile, through links too", "[be
   CHECK(read_file(folder.path() / "sub/u.csv") == "x\n1\n2\n");
   CHECK(std::filesystem::is_symlink(folder.path() / "u.csv"));
 
-  // Many at once: none is lost.
+  // With many concurrent writers no row is lost.
   constexpr int kWriters = 4, kEach = 25;
   {
     std::vector<std::jthread> writers;
@@ -166,7 +166,7 @@ TEST_CASE("a CSV table keeps what others add meanwhile, through links too", "[be
   CHECK(values.size() == 4 + kWriters * kEach);
 }
 
-TEST_CASE("a CSV table goes on with files of fewer columns, of none, and with a byte order mark", "[bench]") {
+TEST_CASE("a CSV table accepts files with fewer or no columns, or a byte order mark", "[bench]") {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "t.csv";
   std::ofstream(path).close();
@@ -184,8 +184,8 @@ TEST_CASE("a CSV table goes on with files of fewer columns, of none, and with a 
   CHECK(read_file(path) == "x,y\n,1\n2,\n");
 }
 
-// Else the commands of docs/charts.md would measure again what the recorded results hold.
-TEST_CASE("plans of docs/charts are options of today, and their results hold every run of them", "[bench]") {
+// Otherwise the commands of docs/charts/README.md would measure the recorded results again.
+TEST_CASE("plans in docs/charts use valid options, and their results contain every run", "[bench]") {
   const std::filesystem::path charts = std::filesystem::path(TRISOUP_SOURCE_DIR) / "docs/charts";
   for (const auto& [plan_file, results_file] : {std::pair("cpu_plan.json", "cpu.csv"),
                                                 {"cpu_steps_plan.json", "cpu.csv"},

@@ -12,7 +12,7 @@
 using namespace trisoup;
 using namespace std::chrono_literals;
 
-TEST_CASE("work beside says what it is at while others go on", "[beside]") {
+TEST_CASE("background work reports progress while other threads continue", "[beside]") {
   viewer::Beside beside;
   CHECK_FALSE(beside.busy());
   std::promise<void> compiled, told;
@@ -20,7 +20,7 @@ TEST_CASE("work beside says what it is at while others go on", "[beside]") {
     say("first");
     say("second");
     told.set_value();
-    compiled.get_future().wait();  // what a slow compiler does
+    compiled.get_future().wait();  // as with a slow compiler
   });
   told.get_future().wait();
   CHECK(beside.busy());
@@ -33,7 +33,7 @@ TEST_CASE("work beside says what it is at while others go on", "[beside]") {
   CHECK_FALSE(beside.busy());
 }
 
-TEST_CASE("what goes wrong beside is told at its end, and other work can follow", "[beside]") {
+TEST_CASE("end() throws the error of background work, and other work can follow", "[beside]") {
   viewer::Beside beside;
   beside.begin([](const viewer::Beside::Say&) { throw Error("no such shader"); });
   CHECK_THROWS_WITH(beside.end(), "no such shader");

@@ -13,7 +13,7 @@ using namespace trisoup;
 
 namespace {
 
-/// By definition, in double.
+/// Reference implementation in double.
 double sampled(const std::vector<std::uint8_t>& from, int w, int h, int to_w, int to_h, int x, int y, int channel) {
   const double u = (x + 0.5) * w / to_w - 0.5, v = (y + 0.5) * h / to_h - 0.5, i = std::floor(u), j = std::floor(v);
   const auto at = [&](double column, double line) {
@@ -27,7 +27,7 @@ double sampled(const std::vector<std::uint8_t>& from, int w, int h, int to_w, in
 
 }  // namespace
 
-TEST_CASE("bilinear scaling is the mean of neighbours by their distance", "[image]") {
+TEST_CASE("bilinear scaling is the mean of neighbours weighted by distance", "[image]") {
   struct Sizes {
     int w, h, to_w, to_h;
   };
@@ -47,7 +47,7 @@ TEST_CASE("bilinear scaling is the mean of neighbours by their distance", "[imag
             worst = std::max(worst, std::abs(sampled(from, s.w, s.h, s.to_w, s.to_h, x, y, source) -
                                              to[std::size_t(4 * (s.to_w * y + x) + c)]));
           }
-      CHECK(worst <= 2.0);  // twice rounded to whole numbers, and twice weights rounded by up to 1/512 of 255
+      CHECK(worst <= 2.0);  // two roundings to integers, and twice weights rounded by up to 1/512 of 255
       if (s.w == s.to_w && !swap) CHECK(from == to);
     }
   }

@@ -9,7 +9,7 @@ using namespace trisoup;
 
 namespace {
 
-/// NDC of a point.
+/// Projects a point to NDC.
 glm::dvec2 project(const scene::Camera& camera, const glm::dvec3& p) {
   const glm::dvec4 clip = scene::clip_from_world(camera, 0.01, 10) * glm::dvec4(p, 1);
   REQUIRE(clip.w > 0);
@@ -18,35 +18,35 @@ glm::dvec2 project(const scene::Camera& camera, const glm::dvec3& p) {
 
 }  // namespace
 
-TEST_CASE("look_at sees its target in the middle, up upwards", "[cameras]") {
+TEST_CASE("look_at has its target in the centre and the up direction upwards", "[cameras]") {
   const glm::dvec3 eye(1, -2, 0.5), target(0.2, 0.1, 0), up(0, 0, 1);
   const scene::Camera c = render::look_at(eye, target, up, 0.8, 320, 200);
   CHECK(glm::length(c.centre() - eye) < 1e-12);
   CHECK(glm::length(project(c, target)) < 1e-12);
-  // Rows grow downwards, and so does NDC y.
+  // NDC y points down, like the rows of the image.
   CHECK(project(c, target + 0.1 * up).y < -0.01);
   const glm::dvec3 right = glm::cross(c.forward(), up);
   CHECK(project(c, target + 0.1 * right).x > 0.01);
-  // Rotations, not mirrors.
+  // Rotations without reflection.
   CHECK(glm::determinant(glm::dmat3(c.world_to_camera)) == Approx(1));
-  // The top of the picture is half the field of view away.
+  // The top of the image is at half the field of view.
   const double distance = glm::length(target - eye);
   const glm::dvec3 above = glm::normalize(glm::cross(right, c.forward())) * distance * std::tan(0.4);
   CHECK(project(c, target + above).y == Approx(-1));
 }
 
-TEST_CASE("a reshaped camera keeps its height and its middle", "[cameras]") {
+TEST_CASE("a reshaped camera keeps its vertical field of view and its centre", "[cameras]") {
   scene::Camera c = render::look_at({0, -1, 0}, {0, 0, 0}, {0, 0, 1}, 0.7, 200, 100);
   c.cx = 90;
   c.cy = 55;
   const glm::dvec3 p(0.1, 0.2, 0.05);
   const glm::dvec2 before = project(c, p), after = project(render::reshaped(c, 1000, 1000), p);
   CHECK(after.y == Approx(before.y));
-  // Pixels from the middle, in heights of the picture.
+  // Offset from the centre, in image heights.
   CHECK(0.5 * after.x == Approx(0.5 * before.x * 200 / 100));
 }
 
-TEST_CASE("an orbit stays level, at its distance, looking at its target", "[cameras]") {
+TEST_CASE("an orbit keeps its height and distance and looks at its target", "[cameras]") {
   render::Framing f;
   f.target = {0.1, 0.2, 0.3};
   f.up = glm::normalize(glm::dvec3(0.2, 1, -0.1));
@@ -62,7 +62,7 @@ TEST_CASE("an orbit stays level, at its distance, looking at its target", "[came
   CHECK(glm::length(cameras[0].centre() - cameras[4].centre()) == Approx(3 * std::cos(0.3)));
 }
 
-TEST_CASE("hemisphere views spread evenly over the upper half", "[cameras]") {
+TEST_CASE("hemisphere views are evenly distributed over the upper half", "[cameras]") {
   render::Framing f;
   f.up = {0, 0, 1};
   const auto cameras = render::hemisphere(f, 400, 64, 48);
@@ -73,13 +73,13 @@ TEST_CASE("hemisphere views spread evenly over the upper half", "[cameras]") {
     mean += c.centre() / 400.0;
     lower_half += c.centre().z < 0.5;
   }
-  // A sphere's area is even in height.
+  // The area of a sphere is proportional to height.
   CHECK(lower_half == 200);
   CHECK(mean.z == Approx(0.5).margin(1e-3));
   CHECK(std::hypot(mean.x, mean.y) < 0.01);
 }
 
-TEST_CASE("framing takes strays and cameras into account", "[cameras]") {
+TEST_CASE("framing ignores outliers and considers cameras", "[cameras]") {
   std::vector<glm::vec3> vertices;
   for (int i = 0; i < 1000; ++i)
     vertices.push_back(
@@ -97,7 +97,7 @@ TEST_CASE("framing takes strays and cameras into account", "[cameras]") {
   CHECK(render::mean_up({}) == glm::dvec3(0, 1, 0));
 }
 
-TEST_CASE("the inner box does not follow strays", "[cameras]") {
+TEST_CASE("the inner box ignores outliers", "[cameras]") {
   std::vector<glm::vec3> vertices;
   for (int i = 0; i < 300; ++i) vertices.emplace_back(i / 299.0f, -i / 299.0f, 0.5f);
   const soup::Box before = soup::inner_box(vertices, 0.01);

@@ -12,7 +12,7 @@
 
 using namespace trisoup;
 
-TEST_CASE("a program that is asked to end takes with it what it has started", "[child_process]") {
+TEST_CASE("ending a program also ends the programs that it has started", "[child_process]") {
   const test::TemporaryFolder folder;
   std::atomic<bool> stop{false};
   int grandchild = 0;
@@ -21,11 +21,11 @@ TEST_CASE("a program that is asked to end takes with it what it has started", "[
     grandchild = std::stoi(std::string(line));
     stop = true;
   };
-  // A script around the program that works, as package managers put there.
+  // A wrapper script around the actual program, as package managers install.
   const ChildResult result = run_child({"/bin/sh", "-c", "sleep 100 & echo $!; wait"}, options, stop);
   CHECK(result.status == 128 + SIGTERM);
   REQUIRE(grandchild > 0);
-  // Whoever collects orphans may take a moment.
+  // Reaping orphans may take a moment.
   for (int i = 0; i < 100 && ::kill(grandchild, 0) == 0; ++i) {
     if (test::content_of("/proc/" + std::to_string(grandchild) + "/stat").find(") Z ") != std::string::npos) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

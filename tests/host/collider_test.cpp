@@ -1,4 +1,4 @@
-// engine/format/collider.cpp
+// Tests engine/format/collider.cpp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ void add(soup::Model& model, glm::vec3 a, glm::vec3 b, glm::vec3 c, std::uint8_t
     for (int channel = 0; channel < soup::kChannels; ++channel) model.lattice.push_back(channel == 7 ? opacity : 0);
 }
 
-/// A floor z = 0 over -1..1 of loose triangles that leave gaps of 2 cm between them.
+/// A floor at z = 0 over -1..1 of separate triangles with gaps of 0.02.
 soup::Model floor_of_tiles() {
   soup::Model model;
   const float step = 0.1f, gap = 0.02f;
@@ -36,8 +36,8 @@ soup::Model floor_of_tiles() {
   return model;
 }
 
-/// Areas of the faces as vectors, summed: 0 where a mesh is closed (triangles without area have been dropped, so edges
-/// cannot be counted).
+/// Sum of the area vectors of the faces; 0 if the mesh is closed. (Edges cannot be counted, because triangles without
+/// area have been dropped.)
 double open_area(const soup::Mesh& mesh) {
   glm::dvec3 sum(0.0);
   for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
@@ -48,7 +48,8 @@ double open_area(const soup::Mesh& mesh) {
   return glm::length(sum);
 }
 
-/// Heights in which a vertical line passes the mesh, and whether upwards or downwards the face looks: +1, -1.
+/// Heights at which a vertical line intersects the mesh, with +1 for faces that point up and -1 for faces that point
+/// down.
 std::vector<std::pair<float, int>> passes(const soup::Mesh& mesh, glm::dvec2 at) {
   std::vector<std::pair<float, int>> result;
   for (std::size_t k = 0; k < mesh.indices.size(); k += 3) {
@@ -66,13 +67,13 @@ std::vector<std::pair<float, int>> passes(const soup::Mesh& mesh, glm::dvec2 at)
 
 }  // namespace
 
-TEST_CASE("a collider of loose tiles is a closed slab that carries everywhere") {
+TEST_CASE("a collider of separate tiles is a closed slab without holes") {
   soup::Model model = floor_of_tiles();
   const std::size_t budget = 300;
   const soup::Mesh mesh = soup::collision_mesh(model, budget);
   REQUIRE(mesh.triangles() <= budget);
   REQUIRE(open_area(mesh) < 1e-5);
-  // The grid has 34 cells along 3 m: no corner is farther from the floor than three quarters of one.
+  // The grid has 34 cells along a length of 3. No corner is farther from the floor than 3/4 of a cell.
   const float cell = 3.0f / 34;
   for (const glm::vec3& p : mesh.positions) {
     REQUIRE(std::abs(p.z) < 0.75f * cell);
@@ -86,9 +87,9 @@ TEST_CASE("a collider of loose tiles is a closed slab that carries everywhere") 
     }
 }
 
-TEST_CASE("a collider leaves out what is transparent, strays, specks and a backdrop") {
+TEST_CASE("a collider omits transparent triangles, outliers, specks and the backdrop") {
   soup::Model model = floor_of_tiles();
-  for (int i = -10; i < 10; ++i)  // a wall behind the floor, which makes the box high
+  for (int i = -10; i < 10; ++i)  // a wall behind the floor makes the box high
     for (int k = 0; k < 10; ++k) {
       const float x = 0.1f * i, z = 0.1f * k;
       add(model, {x, 1, z}, {x + 0.1f, 1, z}, {x, 1, z + 0.1f});
@@ -101,20 +102,20 @@ TEST_CASE("a collider leaves out what is transparent, strays, specks and a backd
     return high;
   };
   REQUIRE(height() < 0.1f);
-  add(model, {-0.5f, -0.5f, 0.5f}, {0.5f, -0.5f, 0.5f}, {0, 0.5f, 0.5f}, 127);  // transparent, in the middle of the box
+  add(model, {-0.5f, -0.5f, 0.5f}, {0.5f, -0.5f, 0.5f}, {0, 0.5f, 0.5f}, 127);  // transparent, inside the box
   add(model, {-0.01f, 0, 0.3f}, {0.01f, 0, 0.3f}, {0, 0.01f, 0.3f});            // a speck
   add(model, {-50, -50, -20}, {50, -50, -20}, {0, 80, -20});                    // far below
-  add(model, {0, 0, 40}, {0.1f, 0, 40}, {0, 0.1f, 41});                         // a stray
+  add(model, {0, 0, 40}, {0.1f, 0, 40}, {0, 0.1f, 41});                         // an outlier
   REQUIRE(height() < 0.1f);
-  // One that reaches beyond the box is cut there.
+  // A triangle that extends beyond the box is clipped.
   add(model, {-30, -0.2f, 0}, {30, -0.2f, 0}, {0, 0.3f, 0});
   for (const glm::vec3& p : soup::collision_mesh(model, 300).positions) REQUIRE(std::abs(p.x) < 2);
-  // The same shape, opaque, is an obstacle.
+  // The same triangle is an obstacle if it is opaque.
   add(model, {-0.5f, -0.5f, 0.5f}, {0.5f, -0.5f, 0.5f}, {0, 0.5f, 0.5f});
   REQUIRE(height() > 0.4f);
 }
 
-TEST_CASE("a collider's file is a mesh where the soup is; nothing opaque is an error") {
+TEST_CASE("a collider file has the position of the soup, and no opaque triangle is an error") {
   const soup::Mesh mesh = soup::collision_mesh(floor_of_tiles(), 200);
   const nlohmann::json node = {{"mesh", 0}, {"name", "soup"}, {"translation", {1, 2, 3}}};
   const std::vector<std::byte> file = soup::encode_collider(mesh, node);

@@ -1,21 +1,23 @@
 // Tests trainer/command_line.h: what options and presets come to.
 #include <catch2/catch.hpp>
 
+#include <unistd.h>
+
 #include <cmath>
+#include <cstdio>
 #include <fstream>
-#include <iostream>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "base/read_file.h"
+#include "recipe_settings.h"
 #include "run/checkpoint.h"
 #include "temporary_folder.h"
 #include "train/config/schedule.h"
 #include "train/config/settings.h"
 #include "trainer/command_line.h"
-#include "recipe_settings.h"
 #include "trainer/settings_file.h"
 
 using namespace trisoup;
@@ -65,10 +67,8 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
       CHECK(s.level_max == 5);
       CHECK(s.samples_per_pixel == 1);
       CHECK(s.pixel_jitter == 0.25);
-      CHECK(s.opacity_baseline);
-      CHECK(s.least_views == 4);
       CHECK(s.exposure == !synthetic);
-      CHECK_FALSE((s.copy_textures || s.drop_near || s.update_unseen));
+      CHECK_FALSE(s.published);
       CHECK((s.lr_end == 0.1 && s.lr_vertex_end == 0.1 && s.huber == 0.1 && s.texture_bits == 6 && s.knee == 0.2));
       CHECK(way(s) == Approx(synthetic ? 1.5 : 4.0).epsilon(0.01));
       CHECK(s.init_count == 30'000);
@@ -81,21 +81,19 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
   CHECK(settings_of({"--target-psnr", "28", "--preset", "published"}, true).knee == 0);
   // A model that is there is recorded as it was trained.
   CommandLine simplify;
-  simplify.model = "model.glb", simplify.target_psnr = 28;
+  simplify.model = "model.glb";
+  simplify.request.assignments.push_back(train::read_assignment("target_psnr=28"));
   CHECK(simplify.of_model(train::to_json(settings_of({"--knee", "0.3"}, true)), scene::Scene{}).knee == 0.3);
   CHECK(settings_of({"--set", "samples_per_pixel=0"}, true).samples_per_pixel == 0);
   CHECK(settings_of({"--set", "pixel_jitter=0"}, true).pixel_jitter == 0);
-  CHECK_FALSE(settings_of({"--set", "opacity_baseline=false"}, true).opacity_baseline);
-  CHECK(settings_of({"--set", "copy_textures=true"}, true).copy_textures);
-  CHECK(settings_of({"--set", "drop_near=true"}, true).drop_near);
-  CHECK(settings_of({"--set", "update_unseen=true"}, true).update_unseen);
   CHECK(settings_of({"--exposure"}, true).exposure);
   CHECK_FALSE(settings_of({"--exposure=false"}, false).exposure);
 }
 
 TEST_CASE("as published is everything that has an option", "[command_line]") {
   for (const bool synthetic : {true, false}) {
-    const train::Settings published = test::settings_of_recipe(synthetic ? train::Recipe::synthetic : train::Recipe::real),
+    const train::Settings published =
+                              test::settings_of_recipe(synthetic ? train::Recipe::synthetic : train::Recipe::real),
                           s = settings_of({"--preset", "published"}, synthetic);
     CHECK(s.steps == 10'000);
     CHECK(s.triangles == 15'000);
@@ -105,31 +103,15 @@ TEST_CASE("as published is everything that has an option", "[command_line]") {
     CHECK((s.lr_end == 0.01 && s.lr_vertex_end == 0.01 && s.huber == 0 && s.texture_bits == 8 && s.knee == 0));
     CHECK(s.samples_per_pixel == 0);
     CHECK(s.pixel_jitter == 0);
-    CHECK(s.least_views == 0);
-    CHECK_FALSE((s.opacity_baseline || s.exposure));
+    CHECK((s.published && !s.exposure));
     CHECK(settings_of({"--preset", "published", "--exposure"}, synthetic).exposure);
-    CHECK((s.copy_textures && s.drop_near && s.update_unseen));
     // More steps than published do not slow vertices down.
     CHECK(settings_of({"--preset", "published", "--steps", "30000"}, synthetic).lr_vertex == published.lr_vertex);
-    // Each can be had back.
-    const train::Settings back = settings_of(
-        {"--preset", "published", "--set", "pixel_jitter=0.5", "--set", "copy_textures=false", "--set",
-         "drop_near=false", "--set", "update_unseen=false", "--set", "opacity_baseline=true", "--set", "least_views=3"},
-        synthetic);
-    CHECK(back.pixel_jitter == 0.5);
-    CHECK(back.opacity_baseline);
-    CHECK_FALSE((back.copy_textures || back.drop_near || back.update_unseen));
-    CHECK(back.least_views == 3);
-    // Of a flag given twice the last counts.
-    CHECK(settings_of({"--set", "copy_textures=false", "--set", "copy_textures=true"}, synthetic).copy_textures);
-    CHECK_FALSE(
-        settings_of({"--set", "copy_textures=true", "--set", "copy_textures=true", "--set", "copy_textures=false"},
-                    synthetic)
-            .copy_textures);
-    CHECK(settings_of(
-              {"--set", "opacity_baseline=false", "--set", "opacity_baseline=false", "--set", "opacity_baseline=true"},
-              synthetic)
-              .opacity_baseline);
+    // Options win over the preset, and of an option given twice the last counts.
+    CHECK(settings_of({"--preset", "published", "--set", "pixel_jitter=0.5"}, synthetic).pixel_jitter == 0.5);
+    CHECK(settings_of({"--set", "opaque=false", "--set", "opaque=true"}, synthetic).opaque);
+    CHECK_FALSE(settings_of({"--set", "opaque=true", "--set", "opaque=false"}, synthetic).opaque);
+    CHECK(settings_of({"--seed", "3", "--seed", "4"}, synthetic).seed == 4);
   }
 }
 
@@ -174,14 +156,15 @@ TEST_CASE("from a surface vertices come to rest before textures do", "[command_l
   CHECK(settings_of({"--set", "lr_end=0.5"}, false, true).lr_vertex_end == 0.5);
   CHECK(settings_of({"--set", "lr_vertex_end=0.5"}, false, true).lr_vertex_end == 0.5);
   CHECK(settings_of({"--preset", "published"}, false, true).lr_vertex_end == 0.01);
-  CHECK((s.rest_share == 0.2 && settings_of({"--set", "rest_share=0"}, false, true).rest_share == 0));
-  CHECK((settings_of({"--preset", "published"}, false, true).rest_share == 0 && settings_of({}, true).rest_share == 0));
-  // Nor has it a coarse part, but the photographs' colours.
-  CHECK((s.paint && s.coarse_share == 0 && !settings_of({"--set", "paint=false"}, false, true).paint));
-  CHECK((!settings_of({"--preset", "published"}, false, true).paint && settings_of({}, true).coarse_share == 0.5));
-  // Its budget is filled.
-  CHECK((s.fill_budget && !settings_of({"--set", "fill_budget=false"}, false, true).fill_budget));
-  CHECK_FALSE((settings_of({}, false).fill_budget || settings_of({"--preset", "published"}, false, true).fill_budget));
+  CHECK(train::vertex_lr_factor(s, s.steps) < 1e-3 * train::vertex_lr_factor(s, 1));
+  CHECK(s.coarse_share == 0);
+  CHECK(train::starts_from_surface(s));
+  for (const train::Settings& other : {settings_of({"--preset", "published"}, false, true), settings_of({}, true),
+                                       settings_of({"--init", "points"}, false, true)}) {
+    CHECK_FALSE(train::starts_from_surface(other));
+    CHECK(other.coarse_share == 0.5);
+    CHECK(train::vertex_lr_factor(other, other.steps) == Approx(other.lr_vertex_end));
+  }
   CHECK(settings_of({"--preset", "fast", "--set", "lr_vertex=0.02"}, true).lr_vertex == 0.02);
   CHECK(settings_of({"--set", "lr_vertex=0.00025", "--steps", "1000"}, true).lr_vertex == 0.00025);
 }
@@ -197,16 +180,14 @@ CommandLine line_of(std::vector<std::string> options) {
   return line;
 }
 
-/// The settings with which a training begun with some options goes on with others, half way; noted: by a program that
-/// keeps notes.
-train::Settings resumed(const std::vector<std::string>& begun, const std::vector<std::string>& now, bool synthetic,
-                        bool noted = true) {
+/// The settings with which a training begun with some options continues with others, half way.
+train::Settings resumed(const std::vector<std::string>& begun, const std::vector<std::string>& now, bool synthetic) {
   scene::Scene scene;
   scene.synthetic = synthetic;
   scene.normalisation.scale = 0.25;
   for (int i = 0; !synthetic && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
   const CommandLine first = line_of(begun);
-  train::CheckpointInfo info{0, first.settings(scene), noted ? first.note() : ""};
+  train::CheckpointInfo info{0, first.settings(scene), first.note()};
   info.step = info.settings.steps / 2;
   CommandLine second = line_of(now);
   second.take(info.note, "c");
@@ -228,7 +209,7 @@ TEST_CASE("a training that goes on has the settings of its checkpoint", "[comman
                                           "--set",         "opaque=true",
                                           "--set",         "huber=0.05",
                                           "--far",         "70",
-                                          "--set",         "keep_moments=true",
+                                          "--set",         "level_min=1",
                                           "--set",         "refine_every=50"};
   const train::Settings first = line_of(begun).settings([&] {
     scene::Scene scene;
@@ -237,16 +218,14 @@ TEST_CASE("a training that goes on has the settings of its checkpoint", "[comman
     for (int i = 0; !synthetic && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
     return scene;
   }());
-  for (const bool noted : {true, false}) {
-    CHECK(differences(first, resumed(begun, {}, synthetic, noted)).empty());
-    CHECK(differences(first, resumed(begun, begun, synthetic, noted)).empty());
-    for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"},
-                                                                                        {"--set", "lr_end=0.2"},
-                                                                                        {"--init-radius", "0.2"},
-                                                                                        {"--set", "opaque=true"},
-                                                                                        {"--level-max", "4"}})
-      CHECK(differences(first, resumed(begun, agrees, synthetic, noted)).empty());
-  }
+  CHECK(differences(first, resumed(begun, {}, synthetic)).empty());
+  CHECK(differences(first, resumed(begun, begun, synthetic)).empty());
+  for (const std::vector<std::string>& agrees : std::vector<std::vector<std::string>>{{"--seed", "3"},
+                                                                                      {"--set", "lr_end=0.2"},
+                                                                                      {"--init-radius", "0.2"},
+                                                                                      {"--set", "opaque=true"},
+                                                                                      {"--level-max", "4"}})
+    CHECK(differences(first, resumed(begun, agrees, synthetic)).empty());
   CHECK(differences(first, resumed(begun, {"--preset", "fast"}, synthetic)).empty());
   CHECK(resumed(begun, {"--checkpoint-every", "17"}, synthetic).checkpoint_every == 17);
   CHECK(resumed(begun, {"--eval-every", "9"}, synthetic).eval_every == 9);
@@ -259,25 +238,19 @@ TEST_CASE("what contradicts a checkpoint is told with both values, and nothing e
                   "; without these options it goes on as it began, or train anew with --overwrite");
   };
   const std::vector<std::string> begun = {"--preset", "fast", "--init-box", "0.7", "-r", "2"};
-  CHECK_THROWS_WITH(resumed(begun, {"--seed", "5"}, true), told("seed 0 (now 5)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--seed", "5"}, true), told("`seed` 0 (now 5)"));
   CHECK_THROWS_WITH(resumed(begun, {"--seed", "0", "--triangles", "7", "--level-max", "5"}, true),
-                    told("level_max 4 (now 5), triangles 2000 (now 7)"));
-  CHECK_THROWS_WITH(resumed(begun, {"--preset", "best"}, true), told("preset \"fast\" (now \"best\")"));
-  CHECK_THROWS_WITH(resumed(begun, {"--init-box", "0.75"}, true), told("init_box 0.7 (now 0.75)"));
-  CHECK_THROWS_WITH(resumed(begun, {"-r", "1"}, true), told("resolution 2.0 (now 1.0)"));
+                    told("`level_max` 4 (now 5), `triangles` 2000 (now 7)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--preset", "best"}, true), told("`preset` \"fast\" (now \"best\")"));
+  CHECK_THROWS_WITH(resumed(begun, {"--init-box", "0.75"}, true), told("`init_box` 0.7 (now 0.75)"));
+  CHECK_THROWS_WITH(resumed(begun, {"-r", "1"}, true), told("`resolution` 2.0 (now 1.0)"));
   CHECK_THROWS_WITH(
       resumed(begun, {"--test-every", "3", "--alpha", "mask", "--background", "black"}, true),
-      told("test_every 8 (now 3), background \"auto\" (now \"black\"), alpha \"composite\" (now \"mask\")"));
-  CHECK_THROWS_WITH(resumed(begun, {"--steps", "999"}, true), told("steps 2000 (now 999)"));
-  CHECK_THROWS_WITH(resumed(begun, {"--set", "opaque=true"}, true), told("opaque false (now true)"));
-  CHECK_THROWS_WITH(resumed(begun, {"--recipe", "real"}, true), told("recipe \"synthetic\" (now \"real\")"));
-  CHECK_THROWS_WITH(resumed({}, {"--set", "coarse_share=0"}, true), told("coarse_share 0.5 (now 0.0)"));
-  // Without a note a preset is known by what it brings.
-  CHECK_THROWS_WITH(resumed({"--preset", "fast"}, {"--preset", "balanced"}, true, false),
-                    Catch::Contains("triangles 2000 (now 5000)"));
-  CHECK(differences(resumed({"--preset", "fast"}, {"--preset", "fast"}, true, false),
-                    resumed({"--preset", "fast"}, {}, true))
-            .empty());
+      told("`test_every` 8 (now 3), `background` \"auto\" (now \"black\"), `alpha` \"composite\" (now \"mask\")"));
+  CHECK_THROWS_WITH(resumed(begun, {"--steps", "999"}, true), told("`steps` 2000 (now 999)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--set", "opaque=true"}, true), told("`opaque` false (now true)"));
+  CHECK_THROWS_WITH(resumed(begun, {"--recipe", "real"}, true), told("`recipe` \"synthetic\" (now \"real\")"));
+  CHECK_THROWS_WITH(resumed({}, {"--set", "coarse_share=0"}, true), told("`coarse_share` 0.5 (now 0.0)"));
 }
 
 TEST_CASE("what a checkpoint notes of the dataset's options is taken where they are not given", "[command_line]") {
@@ -295,7 +268,7 @@ TEST_CASE("what a checkpoint notes of the dataset's options is taken where they 
   CommandLine outside = line_of({"--outside"}), later = line_of({});
   later.take(outside.note(), "c");
   CHECK(later.load.outside);
-  CHECK(second.preset == "published");  // for the next checkpoint's note
+  CHECK(second.request.preset == "published");  // for the next checkpoint's note
   CHECK_THROWS_WITH(second.take(R"({"resolution": "fine"})", "c"), Catch::Contains("c: its note is damaged"));
   CHECK_NOTHROW(second.take("anything", "c"));
 }
@@ -355,15 +328,8 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   CHECK((again.load.downscale == 2 && again.load.alpha == scene::AlphaUse::mask));
   CHECK(differences(then, line_of({"--settings", bare}).settings(scene)).empty());
   CHECK(line_of({"--settings", bare}).load.downscale == 1);
-  // One from before pictures of the first steps had settings of their own.
-  nlohmann::json older = train::to_json(then);
-  older.erase("small_share"), older.erase("small_scale"), older["coarse_scale"] = 0.25;
-  write(bare, older);
-  train::Settings before = then;
-  before.small_share = 0, before.small_scale = 0.25;
-  CHECK(differences(before, line_of({"--settings", bare}).settings(scene)).empty());
-  again = line_of({"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "lr_end=0.5",
-                   "--recipe", "real"});
+  again = line_of(
+      {"--settings", path, "--steps", "900", "--set", "huber=0", "-r", "1", "--set", "lr_end=0.5", "--recipe", "real"});
   train::Settings other = then;
   other.steps = 900, other.huber = 0, other.lr_end = 0.5, other.recipe = train::Recipe::real;
   CHECK(differences(other, again.settings(scene)).empty());
@@ -375,11 +341,11 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   resumed.take(info.note, "c");
   CHECK(differences(then, resumed.resumed(info, scene, "c")).empty());
   resumed = line_of({"--settings", path, "--set", "huber=0.1"});
-  CHECK_THROWS_WITH(resumed.resumed(info, scene, "c"), Catch::Contains("huber 0.3 (now 0.1)"));
+  CHECK_THROWS_WITH(resumed.resumed(info, scene, "c"), Catch::Contains("`huber` 0.3 (now 0.1)"));
   other = then;
   other.seed = 9;
   write(bare, train::to_json(other));
-  CHECK_THROWS_WITH(line_of({"--settings", bare}).resumed(info, scene, "c"), Catch::Contains("seed 0 (now 9)"));
+  CHECK_THROWS_WITH(line_of({"--settings", bare}).resumed(info, scene, "c"), Catch::Contains("`seed` 0 (now 9)"));
 
   const auto refused = [&](const nlohmann::json& json, const std::string& what) {
     write(path, json);
@@ -390,9 +356,9 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   refused({{"settings", settings}}, "there is no setting 'pixel_jiter'; the nearest is pixel_jitter");
   settings.erase("pixel_jiter");
   settings["steps"] = -1;
-  refused(settings, "steps is -1, not a whole number");
+  refused(settings, "`steps` is -1; it must be a whole number");
   settings["steps"] = 5, settings["pixel_jitter"] = 0.75;
-  refused(settings, "--set pixel_jitter=0.75 must be");
+  refused(settings, "`pixel_jitter` is 0.75; it must be");
   settings.erase("steps");
   refused(settings, "steps");
   refused(nlohmann::json::array(), "no settings of a training");
@@ -402,28 +368,35 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   CHECK_THROWS_WITH(read_settings_file(path), Catch::Contains("not JSON"));
 }
 
-TEST_CASE("an option that has moved says what to write now", "[command_line]") {
+TEST_CASE("a value that a setting cannot have names its option", "[command_line]") {
   const auto said = [](std::vector<std::string> options) {
+    CommandLine line;
     options.insert(options.begin(), {"soup-train", "scene", "-o", "out"});
     std::vector<char*> argv;
     for (std::string& word : options) argv.push_back(word.data());
-    std::ostringstream text;
-    std::streambuf* const before = std::cerr.rdbuf(text.rdbuf());
-    CommandLine line;
+    std::fflush(stderr);
+    const test::TemporaryFolder folder;
+    const std::string path = (folder.path() / "stderr").string();
+    const int before = dup(2);
+    REQUIRE(std::freopen(path.c_str(), "w", stderr));
     const auto status = parse(static_cast<int>(argv.size()), argv.data(), line);
-    std::cerr.rdbuf(before);
+    std::fflush(stderr);
+    dup2(before, 2);
+    close(before);
     CHECK(status == 1);
-    return text.str();
+    return read_file(path);
   };
   using Catch::Equals;
-  CHECK_THAT(said({"--opaque"}), Equals("soup-train: --opaque is now --set opaque=true; see --help\n"));
-  CHECK_THAT(said({"--paint=false"}), Equals("soup-train: --paint is now --set paint=false; see --help\n"));
-  CHECK_THAT(said({"--no-opacity-baseline"}),
-             Equals("soup-train: --no-opacity-baseline is now --set opacity_baseline=false; see --help\n"));
-  CHECK_THAT(said({"--no-opacity-baseline=false"}), Catch::Contains("opacity_baseline=true"));
-  CHECK_THAT(said({"--levels", "finest"}), Catch::Contains("--set coarse_share=0 --set level_min=N"));
-  CHECK_THAT(said({"--rate-vertex", "0.01", "--huber=0"}),
-             Catch::Contains("--set lr_vertex=0.01") && Catch::Contains("--set huber=0"));
+  CHECK_THAT(said({"--steps", "0"}), Equals("soup-train: --steps is 0; it must be a whole number from 1 on\n"));
+  CHECK_THAT(said({"--set", "huber=-1"}), Equals("soup-train: --set huber is -1; it must be a number from 0 on\n"));
+  CHECK_THAT(said({"--set", "triangles=7"}), Equals("soup-train: --set triangles=7: use the option --triangles\n"));
+  CHECK_THAT(said({"--max-mb", "2e9"}), Catch::Contains("--max-mb: '2e9' is not a size of a file in megabytes"));
+  CHECK_THAT(said({"--exposure=perhaps"}), Catch::Contains("--exposure is perhaps; it must be true or false"));
   // --set takes one word, wherever it stands.
-  CHECK(line_of({"--set", "huber=0", "--set", "batch=2"}).experiments.size() == 2);
+  std::vector<std::string> words{"soup-train", "scene", "--set", "huber=0", "--set", "batch=2", "-o", "out"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  CommandLine line;
+  REQUIRE_FALSE(parse(static_cast<int>(argv.size()), argv.data(), line).has_value());
+  CHECK(line.request.assignments.size() == 2);
 }

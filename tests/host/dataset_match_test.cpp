@@ -1,4 +1,4 @@
-// Tests engine/run/dataset_match.h: the wrong dataset is told from the model's own.
+// Tests engine/run/dataset_match.h: datasets that do not belong to a model are recognised.
 #include <catch2/catch.hpp>
 
 #include <nlohmann/json.hpp>
@@ -29,43 +29,44 @@ soup::ModelFile model_of(const scene::Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("a dataset is told from the one that a model was trained on", "[fits]") {
+TEST_CASE("a dataset other than that of the training is recognised", "[fits]") {
   const scene::Scene own = load(test::TinyScene{});
   const soup::ModelFile model = model_of(own);
-  CHECK(train::misfit(model, own, true, "d").empty());
+  CHECK(train::mismatch(model, own, true, "d").empty());
 
-  // Reduced, split in another way, its photographs under other names.
+  // The same dataset at a lower resolution, with another split or other file names matches.
   scene::LoadOptions half;
   half.downscale = 2;
-  CHECK(train::misfit(model, load(test::TinyScene{}, half), false, "d").empty());
+  CHECK(train::mismatch(model, load(test::TinyScene{}, half), false, "d").empty());
   scene::Scene renamed = own;
   for (scene::View& view : renamed.test) view.name = "other/" + view.name;
   for (scene::View& view : renamed.train) view.name = "other/" + view.name;
-  CHECK(train::misfit(model, renamed, true, "d").empty());
+  CHECK(train::mismatch(model, renamed, true, "d").empty());
 
   test::TinyScene more;
   more.train = 7;
-  CHECK(train::misfit(model, load(more), true, "d").starts_with("d: poses or lenses of "));
+  CHECK(train::mismatch(model, load(more), true, "d").starts_with("d: poses or lenses of "));
   test::TinyScene larger;
   larger.scale = 1.1;
-  CHECK(train::misfit(model, load(larger), true, "d").starts_with("d: poses or lenses of 8 of 8 views are not those "));
+  CHECK(
+      train::mismatch(model, load(larger), true, "d").starts_with("d: poses or lenses of 8 of 8 views are not those "));
   scene::Scene elsewhere = load(larger);
   for (auto* views : {&elsewhere.test, &elsewhere.train})
     for (scene::View& view : *views) view.name = "other/" + view.name;
-  CHECK(train::misfit(model, elsewhere, true, "d")
+  CHECK(train::mismatch(model, elsewhere, true, "d")
             .starts_with("d: 8 of 8 views are seen by no camera of the model, and none has a name that it knows, "
                          "first: other/test/r_0.png; "));
   scene::Scene wide = own;
   for (scene::View& view : wide.test) view.camera.fx *= 1.05;
-  CHECK(train::misfit(model, wide, true, "d").starts_with("d: poses or lenses of 2 of 8 views "));
+  CHECK(train::mismatch(model, wide, true, "d").starts_with("d: poses or lenses of 2 of 8 views "));
 
-  // The same cameras before something else: as NeRF-Synthetic's scenes have them.
+  // The scenes of NeRF-Synthetic have the same cameras with different photographs.
   test::TinyScene green;
   green.plain = {0, 200, 0, 255};
-  CHECK(train::misfit(model, load(green), true, "d")
+  CHECK(train::mismatch(model, load(green), true, "d")
             .starts_with("d: the cameras are the model's, its test photographs or masks are not; "));
-  CHECK(train::misfit(model, load(green), false, "d").empty());
+  CHECK(train::mismatch(model, load(green), false, "d").empty());
 
   soup::ModelFile foreign;
-  CHECK(train::misfit(foreign, own, true, "d").empty());
+  CHECK(train::mismatch(foreign, own, true, "d").empty());
 }

@@ -16,7 +16,7 @@ using namespace trisoup;
 
 namespace {
 
-/// n x n squares over 0..1, each of two triangles; height(x, y).
+/// A height field of n x n squares over 0..1, two triangles each.
 template <typename F>
 soup::Mesh sheet(std::uint32_t n, F&& height) {
   soup::Mesh mesh;
@@ -31,7 +31,7 @@ soup::Mesh sheet(std::uint32_t n, F&& height) {
   return mesh;
 }
 
-/// Rings of latitude and two poles.
+/// A sphere of rings and two poles.
 soup::Mesh ball(std::uint32_t rings, std::uint32_t around) {
   soup::Mesh mesh;
   mesh.positions = {{0, 0, 1}, {0, 0, -1}};
@@ -67,7 +67,7 @@ double area(const soup::Mesh& mesh, const std::vector<std::uint32_t>& indices) {
   return sum;
 }
 
-/// Every side belongs to two triangles, once in each direction.
+/// True if every edge belongs to two triangles, once in each direction.
 bool closed(const std::vector<std::uint32_t>& indices) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
   for (std::size_t k = 0; k < indices.size(); ++k) ++sides[{indices[k], indices[k % 3 == 2 ? k - 2 : k + 1]}];
@@ -78,8 +78,8 @@ bool closed(const std::vector<std::uint32_t>& indices) {
 
 }  // namespace
 
-TEST_CASE("a cube is twelve triangles", "[decimate]") {
-  // Six sheets of 12 x 12 squares, welded.
+TEST_CASE("a cube is reduced to twelve triangles", "[decimate]") {
+  // Six welded sheets of 12 x 12 squares.
   soup::Mesh mesh;
   std::map<std::array<int, 3>, std::uint32_t> numbers;
   const soup::Mesh side = sheet(12, [](double, double) { return 0.0; });
@@ -87,7 +87,7 @@ TEST_CASE("a cube is twelve triangles", "[decimate]") {
     for (const int far : {0, 1})
       for (std::size_t k = 0; k < side.indices.size(); ++k) {
         const glm::vec3& p =
-            side.positions[side.indices[far == 0 ? k - k % 3 + (3 - k % 3) % 3 : k]];  // turned inside out
+            side.positions[side.indices[far == 0 ? k - k % 3 + (3 - k % 3) % 3 : k]];  // reversed winding
         std::array<int, 3> at;
         at[std::size_t(axis)] = 12 * far;
         at[std::size_t((axis + 1) % 3)] = int(std::lround(12 * p.x));
@@ -103,7 +103,7 @@ TEST_CASE("a cube is twelve triangles", "[decimate]") {
   CHECK(area(mesh, indices) == Approx(6).epsilon(1e-6));
 }
 
-TEST_CASE("a ball stays closed and round", "[decimate]") {
+TEST_CASE("a ball remains closed and round", "[decimate]") {
   const soup::Mesh mesh = ball(40, 60);
   REQUIRE(closed(mesh.indices));
   for (const std::size_t budget : {1000u, 200u, 20u}) {
@@ -119,15 +119,15 @@ TEST_CASE("a ball stays closed and round", "[decimate]") {
           glm::dot(glm::dvec3(mesh.positions[indices[k]]),
                    glm::cross(glm::dvec3(mesh.positions[indices[k + 1]]), glm::dvec3(mesh.positions[indices[k + 2]]))) /
           6;
-    // What corners on a ball lack falls with the number of triangles: 46 / n where all are equilateral (8 pi^2 /
+    // The missing volume of a ball with corners on its surface is about 46 / n for equilateral triangles (8 pi^2 /
     // sqrt(3) / n).
     CHECK(volume > 4.18879 - 70 / double(budget));
     CHECK(volume < 4.18879);
   }
 }
 
-TEST_CASE("triangles go where errors are worth most", "[decimate]") {
-  // Waves; the left half counts a hundred times.
+TEST_CASE("triangles are spent where errors have the largest weight", "[decimate]") {
+  // Waves; errors in the left half have a hundred times the weight.
   const soup::Mesh mesh = sheet(60, [](double x, double y) { return 0.03 * std::sin(40 * x) * std::sin(40 * y); });
   std::vector<double> weights = area_weights(mesh);
   const auto left = [&](const std::vector<std::uint32_t>& indices) {
@@ -143,13 +143,13 @@ TEST_CASE("triangles go where errors are worth most", "[decimate]") {
   CHECK(left(soup::decimate_views(mesh, weights, 1500)) > 0.7);
 }
 
-TEST_CASE("whatever the triangles are, the budget is kept", "[decimate]") {
+TEST_CASE("the budget is met for any triangles", "[decimate]") {
   soup::Random random(1);
   soup::Mesh mesh;
   for (int i = 0; i < 60; ++i)
     mesh.positions.emplace_back(random.uniform01(), random.uniform01(),
                                 random.uniform01() < 0.1 ? 0.0 : random.uniform01());
-  mesh.positions.insert(mesh.positions.end(), 5, mesh.positions[7]);  // at one place
+  mesh.positions.insert(mesh.positions.end(), 5, mesh.positions[7]);  // at the same position
   for (int k = 0; k < 3 * 400; ++k) mesh.indices.push_back(random.below(65));
   mesh.indices.insert(mesh.indices.end(), {60, 61, 62, 60, 61, 62, 62, 61, 60, 7, 60, 61, 3, 3, 4});
   std::vector<double> weights = area_weights(mesh);
@@ -162,13 +162,13 @@ TEST_CASE("whatever the triangles are, the budget is kept", "[decimate]") {
                 .size() == 3);
     CHECK(indices == soup::decimate_views(mesh, weights, budget));
   }
-  // The last ones to go are two at a time.
+  // The last edges remove two triangles at a time.
   mesh.indices = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
   for (const std::size_t budget : {3u, 2u, 1u}) {
     const std::size_t left = soup::decimate_views(mesh, area_weights(mesh), budget).size() / 3;
     CHECK((left >= 1 && left <= budget));
   }
-  // Loose triangles.
+  // Separate triangles.
   mesh = {};
   for (std::uint32_t i = 0; i < 300; ++i)
     mesh.positions.emplace_back(random.uniform01(), random.uniform01(), random.uniform01()), mesh.indices.push_back(i);

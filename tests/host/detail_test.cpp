@@ -6,7 +6,7 @@ using namespace trisoup::viewer;
 using namespace std::chrono_literals;
 using Clock = Rest::Clock;
 
-TEST_CASE("a rendering has no more pixels than it may, and no fewer than it must", "[detail]") {
+TEST_CASE("a rendering respects its limit of pixels and uses most of it", "[detail]") {
   CHECK(pixel_side(1280, 800, kSharedRestPixels) == 1);
   CHECK(pixel_side(1280, 800, kMotionPixels) == 4);
   CHECK(pixel_side(1280, 800, kSharedMotionPixels) == 6);
@@ -14,11 +14,11 @@ TEST_CASE("a rendering has no more pixels than it may, and no fewer than it must
   CHECK(pixel_side(100, 100, 10'000) == 1);
   CHECK(pixel_side(101, 100, 10'000) == 2);
   CHECK(pixel_side(1, 1, 10'000) == 1);
-  // An eighth is as coarse as it gets.
+  // An eighth of the resolution is the minimum.
   CHECK(pixel_side(7680, 4320, kSharedMotionPixels) == 8);
 }
 
-TEST_CASE("a camera rests a moment after its last movement", "[detail]") {
+TEST_CASE("a camera is at rest shortly after its last movement", "[detail]") {
   Rest rest;
   const Clock::time_point now = Clock::time_point{} + 1h;
   CHECK(rest.due(now));
@@ -29,7 +29,7 @@ TEST_CASE("a camera rests a moment after its last movement", "[detail]") {
   CHECK(rest.due(now + Rest::kStill));
 }
 
-TEST_CASE("a camera that stops again and again is drawn at rest once in an interval", "[detail]") {
+TEST_CASE("a camera that stops repeatedly is drawn at rest once per interval", "[detail]") {
   Rest rest;
   Clock::time_point now = Clock::time_point{} + 1h;
   int drawn = 0;
@@ -43,7 +43,7 @@ TEST_CASE("a camera that stops again and again is drawn at rest once in an inter
   CHECK(drawn >= 8);
 }
 
-TEST_CASE("a camera that never stops is not drawn at rest, and soon once it does", "[detail]") {
+TEST_CASE("a moving camera is not drawn at rest, but soon after it stops", "[detail]") {
   Rest rest;
   Clock::time_point now = Clock::time_point{} + 1h;
   for (int i = 0; i < 100; ++i, now += 100ms) {
@@ -53,7 +53,7 @@ TEST_CASE("a camera that never stops is not drawn at rest, and soon once it does
   CHECK(rest.due(now + Rest::kStill));
 }
 
-TEST_CASE("a picture at rest that takes long leaves four times as long to others", "[detail]") {
+TEST_CASE("after a slow frame at rest, the next one waits four times as long as it took", "[detail]") {
   Rest rest;
   const Clock::time_point now = Clock::time_point{} + 1h;
   rest.take(now, 100ms);

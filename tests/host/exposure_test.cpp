@@ -1,5 +1,5 @@
-// Tests shaders/common/exposure.h, compiled as C++: its gradient against differences in double, the fit, and what is
-// common to all photographs.
+// Tests shaders/common/exposure.h, compiled as C++: the gradient against finite differences in double, the fit, and
+// centring over all photographs.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -17,12 +17,12 @@ glm::dvec3 random_vector_in(soup::Random& r, double low, double high) {
   return {r.uniform(low, high), r.uniform(low, high), r.uniform(low, high)};
 }
 
-/// What a rendering shows and what its photograph does.
+/// A pixel of a rendering and of its photograph.
 struct Pixel {
   glm::dvec3 colour, photograph;
 };
 
-/// As often as a training would show the photograph.
+/// As many updates as in a training.
 f64::Exposure fit(const std::vector<Pixel>& pixels, int times) {
   f64::Exposure m{glm::dvec3(1), glm::dvec3(0), 0};
   for (int i = 0; i < times; ++i) {
@@ -48,7 +48,7 @@ std::vector<Pixel> tinted_pixels(double noise) {
 
 }  // namespace
 
-TEST_CASE("exposure: the gradient by the colour, also where a photograph is at its end", "[exposure]") {
+TEST_CASE("exposure: gradient with respect to the colour, also where the photograph is saturated", "[exposure]") {
   soup::Random r(1);
   int ended = 0;
   for (int i = 0; i < 200; ++i) {
@@ -59,7 +59,7 @@ TEST_CASE("exposure: the gradient by the colour, also where a photograph is at i
       if (r.uniform01() < 0.3) photograph[k] = r.uniform01() < 0.5 ? 0.0 : 1.0;
       ended += (photograph[k] == 1 && shown[k] > 1) || (photograph[k] == 0 && shown[k] < 0);
       if (std::abs(shown[k]) < 1e-3 || std::abs(shown[k] - 1) < 1e-3)
-        photograph[k] = 0.5;  // no difference across a kink
+        photograph[k] = 0.5;  // no finite difference across a kink
     }
     const glm::dvec3 gradient = f64::recorded_backward(m, c, photograph, d);
     for (int k = 0; k < 3; ++k) {
@@ -74,11 +74,11 @@ TEST_CASE("exposure: the gradient by the colour, also where a photograph is at i
   CHECK(ended > 15);
 }
 
-TEST_CASE("exposure: a known one is found, also where a fifth of the rendering is wrong", "[exposure]") {
+TEST_CASE("exposure: a known exposure is recovered, also if a fifth of the rendering is wrong", "[exposure]") {
   const f64::Exposure exact = fit(tinted_pixels(0), 30);
   auto wrong = tinted_pixels(0.02);
   for (std::size_t i = 0; i < wrong.size(); i += 5)
-    wrong[i].colour = glm::dvec3(0.9, 0.1, 0.1);  // as of something that stands in front
+    wrong[i].colour = glm::dvec3(0.9, 0.1, 0.1);  // as if an object were in front
   const f64::Exposure robust = fit(wrong, 30);
   for (int k = 0; k < 3; ++k) {
     CHECK(exact.gain[k] == Approx(kTinted.gain[k]).margin(1e-3));
@@ -88,21 +88,21 @@ TEST_CASE("exposure: a known one is found, also where a fifth of the rendering i
   }
 }
 
-TEST_CASE("exposure: where there is nothing to tell it from it is the identity, or near it", "[exposure]") {
+TEST_CASE("exposure: without sufficient data the fit is the identity or near it", "[exposure]") {
   const f64::Exposure none = fit({}, 3);
   CHECK(none.gain == glm::dvec3(1));
   CHECK(none.offset == glm::dvec3(0));
-  // Photographs at their end tell a bound only.
+  // Saturated photographs give only a bound.
   CHECK(fit({{glm::dvec3(0.7), glm::dvec3(0.5, 0.5, 1)}, {glm::dvec3(0.7), glm::dvec3(0, 0.5, 0.5)}}, 3).gain ==
         glm::dvec3(1));
-  // One colour leaves open what is gain and what is offset.
+  // A single colour does not separate gain and offset.
   const f64::Exposure plain = fit(std::vector<Pixel>(100, {glm::dvec3(0.5), glm::dvec3(0.6)}), 30);
   for (int k = 0; k < 3; ++k) {
     CHECK(plain.gain[k] * 0.5 + plain.offset[k] == Approx(0.6).margin(1e-3));
     CHECK(plain.gain[k] > 1.15);
     CHECK(std::abs(plain.offset[k]) < 0.02);
   }
-  // A rendering that explains little moves little.
+  // A rendering that explains little of the photograph has little effect.
   soup::Random r(3);
   std::vector<Pixel> noise;
   for (int i = 0; i < 4000; ++i) noise.push_back({random_vector_in(r, 0, 1), random_vector_in(r, 0.1, 0.9)});
@@ -110,7 +110,7 @@ TEST_CASE("exposure: where there is nothing to tell it from it is the identity, 
   for (int k = 0; k < 3; ++k) CHECK(std::abs(little.gain[k] - 1) < 0.35);
 }
 
-TEST_CASE("exposure: float finds what double does", "[exposure]") {
+TEST_CASE("exposure: float and double agree", "[exposure]") {
   const auto pixels = tinted_pixels(0.02);
   glm::dvec4 sums[EXPOSURE_SUMS]{};
   glm::vec4 sums_float[EXPOSURE_SUMS]{};
@@ -124,7 +124,7 @@ TEST_CASE("exposure: float finds what double does", "[exposure]") {
   }
 }
 
-TEST_CASE("exposure: beyond what is common to all, the mean is the identity and nothing else is lost", "[exposure]") {
+TEST_CASE("exposure: after centring the mean is the identity, and share 1 keeps all differences", "[exposure]") {
   soup::Random r(2);
   std::array<f64::Exposure, kPhotographs> all;
   f64::Exposure mean{glm::dvec3(0), glm::dvec3(0), 0};
@@ -152,7 +152,7 @@ TEST_CASE("exposure: beyond what is common to all, the mean is the identity and 
   }
 }
 
-TEST_CASE("exposure: differences are believed as far as they are larger than the errors of the fits", "[exposure]") {
+TEST_CASE("exposure: differences are shrunk according to the errors of the fits", "[exposure]") {
   CHECK(f64::exposure_share(0.01, 0.02) == 0);
   CHECK(f64::exposure_share(0.02, 0.02) == 0);
   CHECK(f64::exposure_share(0, 0) == 0);

@@ -1,4 +1,4 @@
-// Tests engine/scene/image_file.h: what is written comes back, and damage is noticed.
+// Tests engine/image/image_file.h: round trips, and detection of damage.
 #include <catch2/catch.hpp>
 
 #include <sys/resource.h>
@@ -37,7 +37,7 @@ std::string webp_of(const Image& image) {
   return content;
 }
 
-// Of 8 or 16 bits, RGB or RGBA with unassociated alpha.
+// A TIFF of 8 or 16 bits, RGB or RGBA with unassociated alpha.
 std::string tiff_of(const Image& image, int bits, int channels, int compression, int orientation = 1) {
   const test::SceneFolder folder;
   const std::string path = (folder.path() / "a.tif").string();
@@ -70,12 +70,12 @@ std::string decode_message(const std::string& content) {
 
 }  // namespace
 
-TEST_CASE("a PNG comes back as it was written", "[scene][image]") {
+TEST_CASE("a PNG is read back unchanged", "[scene][image]") {
   const test::SceneFolder folder;
   const bool opaque = GENERATE(true, false);
   const Image image = noise(37, 21, opaque);
   const auto path = folder.path() / "a.png";
-  write_png(path, test::plain(5, 5, 1, 2, 3));  // to be replaced
+  write_png(path, test::plain(5, 5, 1, 2, 3));  // replaced below
   write_png(path, image);
   const Image back = read_image(path);
   CHECK(back.width == 37);
@@ -86,7 +86,7 @@ TEST_CASE("a PNG comes back as it was written", "[scene][image]") {
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);  // no temporary file left
 }
 
-TEST_CASE("a JPEG is decoded, its EXIF thumbnail and its trailing bytes do no harm", "[scene][image]") {
+TEST_CASE("a JPEG is decoded, also with an EXIF thumbnail and trailing bytes", "[scene][image]") {
   const std::string jpeg = jpeg_of(test::plain(40, 30, 200, 100, 50));
   const auto near_colour = [](const Image& image) {
     return image.width == 40 && image.height == 30 && std::abs(image.rgba[0] - 200) < 4 && image.rgba[3] == 255;
@@ -99,10 +99,10 @@ TEST_CASE("a JPEG is decoded, its EXIF thumbnail and its trailing bytes do no ha
                                        10));  // an APP1 segment with an end marker inside
   CHECK(near_colour(decode_image(bytes_of(with_thumbnail), "photo")));
   CHECK(decode_message(with_thumbnail.substr(0, with_thumbnail.size() - 30))
-            .starts_with("photo: is cut before its end; "));
+            .starts_with("photo: cut off before its end; "));
 }
 
-TEST_CASE("an image cut anywhere is an Error of one line", "[scene][image]") {
+TEST_CASE("a truncated image is an Error of one line", "[scene][image]") {
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", noise(9, 7, false));
   const std::string png = read_file(folder.path() / "a.png"), jpeg = jpeg_of(noise(24, 24, true));
@@ -123,11 +123,11 @@ TEST_CASE("a JPEG whose Huffman table overflows is refused", "[scene][image]") {
   std::string jpeg = jpeg_of(noise(24, 24, true));
   const std::size_t table = jpeg.find("\xff\xc4");
   REQUIRE(table != std::string::npos);
-  jpeg[table + 5] = jpeg[table + 6] = '\xff';  // 510 codes where 256 are possible
+  jpeg[table + 5] = jpeg[table + 6] = '\xff';  // 510 codes; 256 are possible
   CHECK(decode_message(jpeg) == "photo: has an impossible Huffman table; copy or export the image again");
 }
 
-TEST_CASE("a changed PNG is noticed by its checksum", "[scene][image]") {
+TEST_CASE("a changed PNG is detected by its checksum", "[scene][image]") {
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", noise(9, 7, false));
   std::string png = read_file(folder.path() / "a.png");
@@ -135,7 +135,7 @@ TEST_CASE("a changed PNG is noticed by its checksum", "[scene][image]") {
   CHECK(decode_message(png) == "photo: has a wrong checksum; copy or export the image again");
 }
 
-TEST_CASE("other formats and impossible sizes are Errors", "[scene][image]") {
+TEST_CASE("unknown formats and invalid sizes are Errors", "[scene][image]") {
   CHECK(decode_message("") == "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
   CHECK(decode_message("BM not an image") ==
         "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
@@ -154,7 +154,7 @@ TEST_CASE("other formats and impossible sizes are Errors", "[scene][image]") {
   CHECK(message.find("huge.png: claims 16393 x 12295 pixels in ") != std::string::npos);
 }
 
-TEST_CASE("write_png fails with an Error and leaves the old file", "[scene][image]") {
+TEST_CASE("write_png throws an Error and keeps the old file", "[scene][image]") {
   const test::SceneFolder folder;
   CHECK_THROWS_AS(write_png(folder.path() / "no" / "folder.png", noise(4, 4, true)), Error);
   CHECK_THROWS_AS(write_png(folder.path() / "empty.png", Image{}), Error);
@@ -162,7 +162,7 @@ TEST_CASE("write_png fails with an Error and leaves the old file", "[scene][imag
 
   const auto path = folder.path() / "a.png";
   write_png(path, test::plain(2, 2, 9, 9, 9));
-  // A limit on the file size stands in for a disk that is full.
+  // A limit on the file size simulates a full disk.
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
@@ -196,26 +196,25 @@ TEST_CASE("WebP and TIFF are decoded", "[scene][image][formats]") {
       CAPTURE(compression, bits);
       CHECK(check(opaque, tiff_of(opaque, bits, 3, compression), "a.tif").rgba == opaque.rgba);
     }
-  // As it is stored, like JPEG.
+  // Returned as stored, like JPEG.
   CHECK(check(opaque, tiff_of(opaque, 8, 3, COMPRESSION_NONE, ORIENTATION_BOTRIGHT), "turned.tif").rgba == opaque.rgba);
   Image glass = test::plain(8, 6, 200, 100, 40, 128);
   CHECK(check(glass, webp_of(glass), "b.webp").rgba == glass.rgba);
   const Image back = check(glass, tiff_of(glass, 8, 4, COMPRESSION_NONE), "b.tif");
   for (std::size_t i = 0; i < 4; ++i) CHECK(std::abs(back.rgba[i] - glass.rgba[i]) <= 1);
-  // One colour packs well.
+  // A single colour compresses well.
   const Image plain = test::plain(4000, 3000, 255, 255, 255);
   check(plain, webp_of(plain), "plain.webp");
 }
 
-TEST_CASE("images that are too large, and TIFFs that are not photographs, are named as what they are",
-          "[scene][image][formats]") {
+TEST_CASE("the errors of oversized images and of unsupported TIFFs name the reason", "[scene][image][formats]") {
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", noise(9, 7, true));
   std::string png = read_file(folder.path() / "a.png");
   png[18] = png[22] = 0x4e, png[19] = png[23] = 0x20;  // 20,000 x 20,000
   folder.write("huge.png", png);
   const std::string expected =
-      ": is 20000 x 20000 pixels, and an image may have 268 million (2^28); export it at a smaller size";
+      ": 20000 x 20000 pixels exceed the limit of 268 million (2^28); export the image at a smaller size";
   CHECK(test::message_of([&] { image_size(folder.path() / "huge.png"); }).ends_with("huge.png" + expected));
   CHECK(decode_message(png) == "photo" + expected);
   std::string jpeg = jpeg_of(noise(24, 24, true));
@@ -225,13 +224,12 @@ TEST_CASE("images that are too large, and TIFFs that are not photographs, are na
   folder.write("huge.jpg", jpeg);
   CHECK(test::message_of([&] {
           image_size(folder.path() / "huge.jpg");
-        }).find("huge.jpg: is 60952 x 60952 pixels, and an image may have ") != std::string::npos);
-  CHECK(decode_message(std::string("II*\0 no directory", 18)).starts_with("photo: cannot be read as TIFF ("));
-  CHECK(decode_message("RIFF....WEBPVP8 and no more") ==
-        "photo: its header is damaged, not that of a WebP; export the image again");
+        }).find("huge.jpg: 60952 x 60952 pixels exceed the limit of ") != std::string::npos);
+  CHECK(decode_message(std::string("II*\0 no directory", 18)).starts_with("photo: the TIFF cannot be read ("));
+  CHECK(decode_message("RIFF....WEBPVP8 and no more") == "photo: the WebP header is damaged; export the image again");
 }
 
-TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
+TEST_CASE("EXIF orientation is applied", "[scene][image][exif]") {
   const test::SceneFolder folder;
   const std::string jpeg = jpeg_of(test::plain(40, 30, 200, 100, 50));
   for (int orientation = 1; orientation <= 8; ++orientation)
@@ -246,15 +244,15 @@ TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
   CHECK(image_size(folder.path() / "a.jpg").orientation == 1);
   folder.write("a.jpg", with_orientation(jpeg, 77, true));
   CHECK(image_size(folder.path() / "a.jpg").orientation == 1);
-  for (std::size_t cut = 20; cut < 40; ++cut) {  // an EXIF segment that ends anywhere
+  for (std::size_t cut = 20; cut < 40; ++cut) {  // a truncated EXIF segment
     std::string bytes = with_orientation(jpeg, 6, false);
     bytes[5] = static_cast<char>(cut - 4);
     folder.write("a.jpg", bytes.erase(cut + 2, 34 - std::min<std::size_t>(34, cut + 2)));
     test::message_of([&] { image_size(folder.path() / "a.jpg"); });
   }
-  // 1 2 3   where the camera saw   4 1   after a quarter clockwise
-  // 4 5 6                          5 2
-  //                                6 3
+  // 1 2 3   as stored   4 1   a quarter turn clockwise
+  // 4 5 6               5 2
+  //                     6 3
   Image numbers{3, 2, {}};
   for (std::uint8_t i = 1; i <= 6; ++i) numbers.rgba.insert(numbers.rgba.end(), {i, 0, 0, 255});
   const auto seen = [&](int orientation) {
@@ -275,7 +273,7 @@ TEST_CASE("EXIF says how a camera was held", "[scene][image][exif]") {
   CHECK(seen(8) == "36 25 14 ");
 }
 
-TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
+TEST_CASE("a JPEG is decoded at reduced size", "[scene][image][reduced]") {
   Image image{203, 101, {}};
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
@@ -297,7 +295,7 @@ TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
           worst = std::max(
               worst, std::abs(reduced.rgba[std::size_t(4 * (y * reduced.width + x) + c)] - sum / divisor / divisor));
         }
-    CHECK(worst <= 6);  // of the compression
+    CHECK(worst <= 6);  // compression artefacts
     CHECK(reduced.rgba[3] == 255);
   }
   const test::SceneFolder folder;
@@ -305,7 +303,7 @@ TEST_CASE("a JPEG comes at a part of its size", "[scene][image][reduced]") {
   CHECK(read_image(folder.path() / "a.png", 4).width == 203);
   std::string damaged = jpeg;
   const std::size_t quantisation = damaged.find("\xff\xdb");
-  damaged[quantisation + 1] = '\xfe';  // a comment
+  damaged[quantisation + 1] = '\xfe';  // turns the segment into a comment
   CHECK(
       test::message_of([&] { decode_image(bytes_of(damaged), "photo", 4); }).starts_with("photo: cannot be decoded ("));
 }

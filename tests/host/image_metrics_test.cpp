@@ -1,5 +1,5 @@
-// Tests engine/train/quality/image_metrics.h and the means of engine/train/quality/evaluate.h: what cannot be measured
-// has no value.
+// Tests engine/train/quality/image_metrics.h and the means of engine/train/quality/evaluate.h: metrics without valid
+// pixels have no value.
 #include <catch2/catch.hpp>
 
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ std::vector<float> colour(int side, float value) { return std::vector<float>(std
 
 }  // namespace
 
-TEST_CASE("a view without a valid pixel has no PSNR, and no part in means", "[metrics]") {
+TEST_CASE("a view without valid pixels has no PSNR and is left out of means", "[metrics]") {
   const ImageMetrics none = compare(colour(16, 1.0f), plain(16, 255, 0));
   CHECK(none.pixels == 0);
   CHECK(none.psnr == 0);

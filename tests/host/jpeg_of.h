@@ -1,4 +1,4 @@
-// JPEG files that tests make up.
+// Creates JPEG files for tests.
 #pragma once
 
 #include <string>
@@ -25,7 +25,7 @@ inline std::string jpeg_of(const Image& image) {
   return content;
 }
 
-/// The JPEG with an EXIF segment that states an orientation, in either byte order.
+/// Adds an EXIF segment with this orientation to a JPEG, in either byte order.
 inline std::string with_orientation(std::string jpeg, int orientation, bool little = false) {
   std::string exif = little ? std::string("Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0_\0\0\0", 28)
                             : std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0_\0\0", 28);

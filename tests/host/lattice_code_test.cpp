@@ -20,7 +20,7 @@ struct CodedTextures {
   std::vector<std::uint8_t> values;
 };
 
-/// Of all levels, `noise` in 255ths around a slope.
+/// Textures of random levels with uniform noise of `noise` / 255 around the middle value.
 CodedTextures noisy_textures(std::size_t triangles, std::uint32_t noise, std::uint64_t seed) {
   soup::Random random(seed);
   std::vector<soup::TextureLevels> levels;
@@ -37,7 +37,7 @@ CodedTextures noisy_textures(std::size_t triangles, std::uint32_t noise, std::ui
 
 }  // namespace
 
-TEST_CASE("an arithmetic coder gives decisions back in about their entropy", "[range_coder]") {
+TEST_CASE("an arithmetic coder needs about the entropy of the decisions", "[range_coder]") {
   for (const double often : {0.0, 0.001, 0.1, 0.5, 0.9, 1.0}) {
     CAPTURE(often);
     soup::Random random(3);
@@ -54,14 +54,14 @@ TEST_CASE("an arithmetic coder gives decisions back in about their entropy", "[r
     CHECK(decoder.missing() == 0);
     const double entropy =
         often <= 0 || often >= 1 ? 0 : -often * std::log2(often) - (1 - often) * std::log2(1 - often);
-    // What never happens keeps a chance of 121 / 2^15, from which on its sixteenths round to nothing: 0.0053 bits a
-    // decision.
+    // The probability of an event that never occurs stops at 121 / 2^15, where its updates round to 0. Cost: 0.0053
+    // bits per decision.
     CHECK(8.0 * double(bytes.size()) < 100000 * (1.02 * entropy + 0.0054) + 80);
   }
 }
 
-TEST_CASE("an arithmetic coder carries through bytes that wait", "[range_coder]") {
-  // Chances that never expect what comes make the range small and `low` large.
+TEST_CASE("an arithmetic coder propagates carries through pending bytes", "[range_coder]") {
+  // Unexpected decisions make the range small and `low` large.
   soup::Random random(8);
   for (int repeat = 0; repeat < 300; ++repeat) {
     std::vector<bool> decisions(200, true);
@@ -75,7 +75,7 @@ TEST_CASE("an arithmetic coder carries through bytes that wait", "[range_coder]"
   }
 }
 
-TEST_CASE("lattices come back from their bytes, whatever their steps", "[lattice_code]") {
+TEST_CASE("lattices are decoded unchanged, for any steps", "[lattice_code]") {
   for (std::uint32_t bits = 1; bits <= 8; ++bits) {
     CAPTURE(bits);
     CodedTextures textures = noisy_textures(50, bits % 2 ? 255 : 20, bits);
@@ -88,19 +88,19 @@ TEST_CASE("lattices come back from their bytes, whatever their steps", "[lattice
   }
 }
 
-TEST_CASE("textures take the bytes that their noise needs", "[lattice_code]") {
+TEST_CASE("the size of textures follows from their noise", "[lattice_code]") {
   const auto bits_a_value = [](std::uint32_t noise) {
     const CodedTextures textures = noisy_textures(400, noise, 4);
     return 8.0 * double(soup::encode_lattices(textures.values, textures.table, soup::kExactTextures).size()) /
            double(textures.values.size());
   };
   CHECK(bits_a_value(0) < 0.02);
-  // A difference to the mean of two has half as much variance again.
+  // The difference to the mean of two samples has 1.5 times the variance of a sample.
   CHECK(bits_a_value(7) < 3.6);
   CHECK(bits_a_value(7) > 3.0);
 }
 
-TEST_CASE("values that steps do not reach are not written, and bytes that end too early not read", "[lattice_code]") {
+TEST_CASE("values that the steps cannot represent and truncated bytes are refused", "[lattice_code]") {
   const CodedTextures textures = noisy_textures(30, 255, 7);
   CHECK_THROWS_WITH(soup::encode_lattices(textures.values, textures.table, soup::texture_steps(6)),
                     Contains("round its textures"));

@@ -21,7 +21,7 @@ glm::ivec2 point(std::uint32_t sample) {
 
 }  // namespace
 
-TEST_CASE("a refinement has every sample once, after the two that it lies between", "[refinement]") {
+TEST_CASE("the hierarchy has every sample once, after the two samples it lies between", "[refinement]") {
   for (std::uint32_t level = 0; level <= soup::kMaxLevel; ++level) {
     CAPTURE(level);
     std::vector<bool> seen(soup::samples_at(level), false);
@@ -42,14 +42,14 @@ TEST_CASE("a refinement has every sample once, after the two that it lies betwee
   }
 }
 
-TEST_CASE("rounded textures are near what they were, and opacities on their side of a half", "[refinement]") {
+TEST_CASE("rounding changes textures little and keeps opacities on their side of 0.5", "[refinement]") {
   soup::Random random(5);
   std::vector<soup::TextureLevels> levels;
   for (std::uint32_t t = 0; t < 60; ++t) levels.push_back({t % 6, t % 6});
   std::vector<soup::TextureEntry> table = soup::make_texture_table(levels).entries;
   std::vector<std::uint8_t> values(std::size_t(table.back().lattice_offset + 561) * 8);
   for (std::uint8_t& value : values) value = static_cast<std::uint8_t>(random.bits());
-  for (const soup::TextureEntry& row : table) values[row.lattice_offset * 8 + 7] &= 127;  // none is opaque all over
+  for (const soup::TextureEntry& row : table) values[row.lattice_offset * 8 + 7] &= 127;  // none is completely opaque
   for (std::uint32_t bits = 1; bits <= 8; ++bits) {
     CAPTURE(bits);
     const soup::TextureSteps steps = soup::texture_steps(bits);
@@ -61,14 +61,13 @@ TEST_CASE("rounded textures are near what they were, and opacities on their side
       furthest[i % 8] = std::max(furthest[i % 8], std::abs(rounded[i] - values[i]));
       if (i % 8 == 7) REQUIRE((rounded[i] >= 128) == (values[i] >= 128));
     }
-    // The dead zone; of opacities that would change sides a whole step.
+    // Limits: the dead zone, and a whole step for opacities that would cross 0.5.
     for (int c = 0; c < 7; ++c) CHECK(10 * furthest[c] <= 6 * steps[static_cast<std::size_t>(c)]);
     CHECK(furthest[7] <= steps[7]);
   }
 }
 
-TEST_CASE("what is opaque all over has one opacity, what is not keeps its edge, and rounding again changes neither",
-          "[refinement]") {
+TEST_CASE("opaque textures get one opacity, others keep their edge, and rounding is idempotent", "[refinement]") {
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(2, {3, 3}).entries;
   const std::size_t count = soup::samples_at(3);
   std::vector<std::uint8_t> values(2 * count * 8, 100);
@@ -85,13 +84,13 @@ TEST_CASE("what is opaque all over has one opacity, what is not keeps its edge, 
   CHECK(again == values);
 }
 
-TEST_CASE("a linear texture with less than a dead zone of noise loses the noise", "[refinement]") {
+TEST_CASE("noise below the dead zone is removed from a linear texture", "[refinement]") {
   std::vector<soup::TextureEntry> table = soup::make_texture_table(1, {4, 4}).entries;
   std::vector<std::uint8_t> values(soup::samples_at(4) * 8), plain(values.size());
   for (std::uint32_t s = 0; s < soup::samples_at(4); ++s)
     for (std::size_t c = 0; c < 8; ++c) {
-      plain[s * 8 + c] = static_cast<std::uint8_t>(
-          (c < 7 ? 128 : 64) + 4 * point(s).x);  // steps of 64 from corner to corner; nowhere opaque all over
+      plain[s * 8 + c] = static_cast<std::uint8_t>((c < 7 ? 128 : 64) +
+                                                   4 * point(s).x);  // 64 from corner to corner; not completely opaque
       values[s * 8 + c] = static_cast<std::uint8_t>(plain[s * 8 + c] + (point(s).x % 16 != 0 && s % 2 ? 2 : 0));
     }
   soup::round_textures(values, table, {4, 4, 4, 4, 4, 4, 4, 4});

@@ -18,7 +18,7 @@ struct Training {
   int models = 0;
   std::uint64_t step = 0;
 
-  /// Steps of a millisecond, for a while or until there are so many models.
+  /// Trains with steps of 1 ms for `time` or until `enough` models were published.
   void train(std::chrono::milliseconds time, int enough = 1 << 30) {
     live.report({step, 0.1, 20}, 100, 1.0);
     for (const auto end = std::chrono::steady_clock::now() + time;
@@ -34,11 +34,11 @@ struct Training {
   }
 };
 
-constexpr auto kPatience = 10s;  // for what must come, on a machine that is busy
+constexpr auto kPatience = 10s;  // time limit on a busy machine
 
 }  // namespace
 
-TEST_CASE("live: the next picture waits until the window has shown the last", "[live]") {
+TEST_CASE("live: the next model is published after the window has shown the last one", "[live]") {
   Training t;
   t.train(250ms);
   REQUIRE(t.models == 1);
@@ -50,7 +50,7 @@ TEST_CASE("live: the next picture waits until the window has shown the last", "[
   REQUIRE(t.models == 2);
 }
 
-TEST_CASE("live: a window that shows at once is given ten models a second at most", "[live]") {
+TEST_CASE("live: a fast window receives at most ten models per second", "[live]") {
   Training t;
   const auto start = std::chrono::steady_clock::now();
   {
@@ -66,7 +66,7 @@ TEST_CASE("live: a window that shows at once is given ten models a second at mos
   REQUIRE(std::chrono::steady_clock::now() - start >= 500ms);
 }
 
-TEST_CASE("live: what showing takes from a device that both use lowers the rate", "[live]") {
+TEST_CASE("live: time on a shared device lowers the rate of models", "[live]") {
   Training t;
   const auto start = std::chrono::steady_clock::now();
   t.train(kPatience, 1);
@@ -77,15 +77,15 @@ TEST_CASE("live: what showing takes from a device that both use lowers the rate"
   REQUIRE(std::chrono::steady_clock::now() - start >= 710ms);
 }
 
-TEST_CASE("live: a window without news does not ask for models", "[live]") {
+TEST_CASE("live: a window that has not taken the model gets no new one", "[live]") {
   Training t;
   t.train(10ms);
-  t.live.shown(0);  // panels alone; the model was not taken
+  t.live.shown(0);  // only panels were drawn; the model was not taken
   t.train(250ms);
   REQUIRE(t.models == 1);
 }
 
-TEST_CASE("live: paused it waits, single steps are made, closed it trains on", "[live]") {
+TEST_CASE("live: pause, single steps, and training on after the window is closed", "[live]") {
   Training t;
   const auto model = [] { return soup::Model(); };
   t.live.pause(true);

@@ -1,5 +1,5 @@
-// Tests shaders/common, compiled as C++: every hand-written gradient against central differences in double, and what
-// the kernels take for granted of coverage, lattices, edges and thresholds.
+// Tests shaders/common, compiled as C++: every hand-written gradient against central differences in double, and the
+// properties of coverage, lattices, edges and thresholds on which the kernels rely.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -24,10 +24,10 @@ namespace {
 
 using Triangle = std::array<glm::dvec4, 3>;  // clip coordinates
 
-/// Where several make a vector they stand in braces, which, unlike parentheses, say which is drawn first.
+/// To fill a vector, call this in braces: their order of evaluation is defined, that of parentheses is not.
 double random_in(soup::Random& r, double low, double high) { return low + (high - low) * r.uniform01(); }
 
-/// A triangle from NDC positions, with random w: nothing that is said of NDC may depend on it.
+/// A triangle from NDC positions with random w, on which results in NDC must not depend.
 Triangle clip_triangle(soup::Random& r, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
   Triangle t;
   const glm::dvec3 ndc[3] = {a, b, c};
@@ -35,7 +35,7 @@ Triangle clip_triangle(soup::Random& r, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c
   return t;
 }
 
-/// Central difference of f by x. Of fourth order, so that the step can be long enough for rounding not to matter.
+/// Fourth-order central difference of f with respect to x. The step is long enough that rounding does not matter.
 double difference(const std::function<double()>& f, double& x, double h = 1e-4) {
   const double x0 = x;
   const auto at = [&](double offset) {
@@ -47,7 +47,7 @@ double difference(const std::function<double()>& f, double& x, double h = 1e-4) 
   return (8 * near - far) / (12 * h);
 }
 
-/// Equal to 1e-5, or to the rounding of the differences where the gradient is next to nothing.
+/// Matches to a relative error of 1e-5, or to the rounding error of the differences if the gradient is near 0.
 Approx gradient(double expected) { return Approx(expected).epsilon(1e-5).margin(1e-10); }
 
 f64::ClipGradient no_gradient() { return {glm::dvec4(0), glm::dvec4(0), glm::dvec4(0)}; }
@@ -64,7 +64,7 @@ void check_same(const f64::ClipGradient& actual, const f64::ClipGradient& expect
 
 // --- Neural shading ---
 
-TEST_CASE("MLP: forward is the textbook's, backward the gradient by its inputs and all 595 parameters", "[maths]") {
+TEST_CASE("MLP: forward pass and gradients with respect to inputs and all 595 parameters", "[maths]") {
   soup::Random r(1);
   int networks = 0, attempts = 0;
   while (networks < 4) {
@@ -84,7 +84,7 @@ TEST_CASE("MLP: forward is the textbook's, backward the gradient by its inputs a
         nearest_kink = std::min(nearest_kink, std::abs(sum));
         off += sum < 0;
       }
-    // Differences across a kink of a ReLU would mean nothing; units that are off must be among those tested.
+    // Avoids differences across the kink of a ReLU. Inactive units must be among those tested.
     if (nearest_kink < 1e-2 || off < 6 || off > 26) continue;
     ++networks;
 
@@ -128,7 +128,7 @@ TEST_CASE("MLP: forward is the textbook's, backward the gradient by its inputs a
   }
 }
 
-TEST_CASE("skip connection: gradients by features and the MLP's colour", "[maths]") {
+TEST_CASE("skip connection: gradients with respect to features and the colour of the MLP", "[maths]") {
   soup::Random r(2);
   for (int n = 0; n < 50; ++n) {
     double f[7];
@@ -147,7 +147,7 @@ TEST_CASE("skip connection: gradients by features and the MLP's colour", "[maths
   }
 }
 
-TEST_CASE("a pixel's colour: gradients by the features through the MLP and past it", "[maths]") {
+TEST_CASE("pixel colour: gradients with respect to features through the MLP and the skip connection", "[maths]") {
   soup::Random r(3);
   std::vector<double> w(MLP_COUNT);
   for (double& v : w) v = random_in(r, -0.5, 0.5);
@@ -171,9 +171,9 @@ TEST_CASE("a pixel's colour: gradients by the features through the MLP and past 
   for (int i = 0; i < 7; ++i) CHECK(dx[i] == gradient(difference(loss, x[i])));
 }
 
-TEST_CASE("spherical harmonics are orthonormal, with the published signs", "[maths]") {
-  // Exact up to rounding: products are of degree 4 in z (Gauss-Legendre of 3 points: 5) and of order 4 in phi (8
-  // midpoints: 7).
+TEST_CASE("spherical harmonics are orthonormal and have the published signs", "[maths]") {
+  // The quadrature is exact up to rounding: products have degree 4 in z (3-point Gauss-Legendre: up to 5) and order 4
+  // in phi (8 midpoints: up to 7).
   const double pi = std::acos(-1.0), node = std::sqrt(0.6);
   double gram[9][9] = {};
   for (const auto& [z, weight] : {std::pair(-node, 5.0 / 9), {0.0, 8.0 / 9}, {node, 5.0 / 9}})
@@ -203,7 +203,7 @@ TEST_CASE("spherical harmonics are orthonormal, with the published signs", "[mat
 
 namespace {
 
-/// One channel, and the mean SSIM of its whole windows by the definition.
+/// One channel and its mean SSIM over complete windows, by definition.
 struct SsimImage {
   int width, height;
   std::vector<double> x, y;
@@ -231,8 +231,8 @@ struct SsimImage {
     return sum / windows();
   }
 
-  /// As ssim.comp and loss_gradient.comp do it: maps of the windows' derivatives, known by the window's first pixel and
-  /// zero where the window reaches out of the image, blurred over the windows that a pixel is in.
+  /// Computed as in ssim.comp and loss_gradient.comp: maps of the derivatives, indexed by the first pixel of the window
+  /// and zero if the window leaves the image, are blurred over the windows that contain a pixel.
   std::vector<double> gradient() const {
     std::vector<f64::SsimWindow> maps(x.size(), f64::SsimWindow{0, 0, 0, 0});
     for (int j = 0; j < height - 10; ++j)
@@ -283,8 +283,7 @@ TEST_CASE("SSIM: value and derivatives of a window", "[maths]") {
     const f64::SsimWindow s = f64::ssim_window(x, y, squares, xy);
     CHECK(s.value ==
           Approx((2 * x * y + 1e-4) * (2 * covariance + 9e-4) / ((x * x + y * y + 1e-4) * (var_x + var_y + 9e-4))));
-    // The moments on which it depends are independent variables here. Short steps: with small variances the curve is
-    // steep.
+    // The moments are independent variables here. Steps are short because the curve is steep for small variances.
     const auto value = [&] { return f64::ssim_window(x, y, squares, xy).value; };
     CHECK(s.d_x == Approx(difference(value, x, 3e-6)).epsilon(1e-5).margin(1e-8));
     CHECK(s.d_xx == Approx(difference(value, squares, 3e-6)).epsilon(1e-5).margin(1e-8));
@@ -340,13 +339,13 @@ TEST_CASE("SSIM: golden value and gradient", "[maths]") {
 
 namespace {
 
-/// The basis function of sample (x, y) of a level with r cells along a side.
+/// The basis function of sample (x, y) at a level with r cells per side.
 double hat(double u, double v, std::uint32_t x, std::uint32_t y) {
   const double dx = u - x, dy = v - y;
   return std::max(0.0, 1 - std::max({std::abs(dx), std::abs(dy), std::abs(dx + dy)}));
 }
 
-/// Barycentrics all over the triangle: its corners, its sides, the samples of level 5 and random points.
+/// Barycentrics of corners, points on the sides, samples of level 5 and random points.
 std::vector<glm::dvec2> barycentrics(soup::Random& r) {
   std::vector<glm::dvec2> out;
   for (int x = 0; x <= 32; ++x)
@@ -364,7 +363,7 @@ std::vector<glm::dvec2> barycentrics(soup::Random& r) {
 
 }  // namespace
 
-TEST_CASE("lattice: points and indices are inverse, diagonal by diagonal", "[maths]") {
+TEST_CASE("lattice: conversions of points and indices are inverse", "[maths]") {
   for (std::uint32_t level = 0; level <= 5; ++level) {
     const std::uint32_t r = 1u << level;
     std::uint32_t expected = 0;
@@ -381,7 +380,7 @@ TEST_CASE("lattice: points and indices are inverse, diagonal by diagonal", "[mat
   }
 }
 
-TEST_CASE("lattice: a cell's weights are the hats there, and reproduce linear functions", "[maths]") {
+TEST_CASE("lattice: the weights of a cell are hat functions and reproduce linear functions", "[maths]") {
   soup::Random r(6);
   for (std::uint32_t level = 0; level <= 5; ++level) {
     const double side = 1u << level;
@@ -412,17 +411,17 @@ TEST_CASE("lattice: a cell's weights are the hats there, and reproduce linear fu
   }
 }
 
-TEST_CASE("lattice: rounding in float never leaves the texture nor breaks a constant", "[maths]") {
+TEST_CASE("lattice: with rounding in float, indices stay in the texture and constants stay constant", "[maths]") {
   soup::Random r(7);
   for (std::uint32_t level = 0; level <= 5; ++level)
     for (int n = 0; n < 3000; ++n) {
-      // Along the hypotenuse, where the two may round to a little more than one; and a little outside the other sides.
+      // Along the hypotenuse, where the sum may round to more than 1, and slightly outside the other sides.
       const float b0 = r.uniform01();
       float b1 = n % 2 ? 1 - b0 : r.uniform01() * (1 - b0);
       if (n % 4 == 3) b1 = std::nextafter(b1, 2.0f);
       const f32::LatticeCell cell = f32::lattice_cell(n % 8 == 2 ? -1e-7f : b0, n % 8 == 4 ? -1e-7f : b1, level);
       REQUIRE(std::max({cell.i0, cell.i1, cell.i2}) < f32::lattice_samples(level));
-      // An opacity of 0.5 all over has to pass a threshold of 0.5 all over.
+      // A constant opacity of 0.5 must reach a threshold of 0.5 everywhere.
       REQUIRE(f32::lattice_mix(cell, 0.5f, 0.5f, 0.5f) == 0.5f);
       REQUIRE(f32::lattice_mix(cell, 0.3f, 0.3f, 0.3f) == 0.3f);
     }
@@ -458,7 +457,7 @@ TEST_CASE("logit is the inverse of sigmoid", "[maths]") {
   CHECK(f32::logit(0.5f) == 0);
 }
 
-TEST_CASE("a texture without its finest level is its even samples", "[maths]") {
+TEST_CASE("a texture without its finest level consists of its even samples", "[maths]") {
   soup::Random random(8);
   for (std::uint32_t level = 0; level <= 5; ++level)
     for (int n = 0; n < 200; ++n) {
@@ -474,7 +473,7 @@ TEST_CASE("a texture without its finest level is its even samples", "[maths]") {
 
 // --- Coverage ---
 
-TEST_CASE("coverage: edge functions about any origin agree with the plane's point, in both windings", "[maths]") {
+TEST_CASE("coverage: edge functions agree with the point of the plane, for any origin and winding", "[maths]") {
   soup::Random r(8);
   int inside = 0, outside = 0, counter_clockwise = 0, clockwise = 0;
   for (int n = 0; n < 3000; ++n) {
@@ -486,8 +485,7 @@ TEST_CASE("coverage: edge functions about any origin agree with the plane's poin
     const Triangle t = clip_triangle(r, a, b, c);
     const glm::dvec2 at{random_in(r, -1, 1), random_in(r, -1, 1)};
 
-    // The point is the one of the plane that projects there; its barycentrics sum to one; depth is linear on the
-    // screen.
+    // The point of the plane projects to `at`, its barycentrics sum to 1, and its depth is linear on the screen.
     const f64::PlanePoint point = f64::plane_point(t[0], t[1], t[2], at);
     const double w0 = f64::cross2(glm::dvec2(b) - at, glm::dvec2(c) - at),
                  w1 = f64::cross2(glm::dvec2(c) - at, glm::dvec2(a) - at);
@@ -497,7 +495,7 @@ TEST_CASE("coverage: edge functions about any origin agree with the plane's poin
     CHECK(point.b0 + point.b1 + point.b2 == Approx(1));
     CHECK(point.depth == Approx(s0 * a.z + s1 * b.z + s2 * c.z).margin(1e-9));
     const glm::dvec4 clip = point.b0 * t[0] + point.b1 * t[1] + point.b2 * t[2];
-    // Near the plane's horizon w goes to zero and takes the digits with it.
+    // Near the horizon of the plane w approaches 0 and precision is lost.
     if (std::abs(clip.w) > 1e-3 && std::abs(clip.w) < 1e3) {
       CHECK(clip.x / clip.w == Approx(at.x).margin(1e-8));
       CHECK(clip.y / clip.w == Approx(at.y).margin(1e-8));
@@ -524,7 +522,7 @@ TEST_CASE("coverage: edge functions about any origin agree with the plane's poin
   CHECK(clockwise > 200);
 }
 
-TEST_CASE("coverage: a triangle is as large at a point as barycentrics change slowly there, behind the camera too",
+TEST_CASE("coverage: the area at a point is the inverse of the change of barycentrics, also behind the camera",
           "[maths]") {
   soup::Random r(18);
   int compared = 0, crossing = 0;
@@ -552,11 +550,11 @@ TEST_CASE("coverage: a triangle is as large at a point as barycentrics change sl
   }
   CHECK(compared > 100);
   CHECK(crossing > 20);
-  // Seen at right angles, all of it is as large as it is.
+  // Seen at a right angle, the area is constant.
   CHECK(f64::area_at({0, 0, 0, 2}, {1, 0, 0, 2}, {0, 1, 0, 2}, {0, 0}, 0.2, 0.3) == Approx(0.125));
 }
 
-TEST_CASE("coverage: what has no area is neither valid nor inside", "[maths]") {
+TEST_CASE("coverage: a degenerate triangle is invalid and covers nothing", "[maths]") {
   const glm::dvec4 a(0.2, 0.3, 0.1, 1), b(-0.4, 0.1, 0.2, 2);
   CHECK(!f64::triangle_setup(a, b, b, {0.1, 0.2}).valid);
   CHECK(!f64::triangle_setup(a, a, a, {0.1, 0.2}).valid);
@@ -564,12 +562,11 @@ TEST_CASE("coverage: what has no area is neither valid nor inside", "[maths]") {
   CHECK(!f64::plane_point(a, a, a, {0.2, 0.3}).inside);
 }
 
-TEST_CASE("coverage: a ray's barycentrics are those of the projected triangle, in float too where it is small",
-          "[maths]") {
+TEST_CASE("coverage: barycentrics of a ray equal those of the projected triangle, in float for small ones", "[maths]") {
   soup::Random r(21);
   int small = 0;
   for (int n = 0; n < 2000; ++n) {
-    // A camera somewhere that looks at the origin, as the renderer knows it: eye, and the direction of a pixel.
+    // A random camera that looks at the origin, in the renderer's form: eye and pixel directions.
     const glm::dvec3 eye{random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, 1, 2)};
     const glm::dmat4 clip_from_world =
         glm::perspective(0.8, 1.3, 0.1, 10.0) * glm::lookAt(eye, glm::dvec3(0), glm::dvec3(0, 1, 0));
@@ -590,14 +587,14 @@ TEST_CASE("coverage: a ray's barycentrics are those of the projected triangle, i
       CHECK(b.b0 == Approx(point.b0).margin(1e-7));
       CHECK(b.b1 == Approx(point.b1).margin(1e-7));
     }
-    // Seen at a grazing angle, the digits of the position are not enough.
+    // At grazing angles the precision of the position is not sufficient.
     const glm::dvec3 normal = glm::normalize(glm::cross(v0 - v2, v1 - v2));
     if (size == 1.0 || std::abs(glm::dot(normal, glm::normalize(direction))) < 0.2) continue;
     if (glm::length(glm::cross(v0 - v2, v1 - v2)) < 0.2 * size * size) continue;
     ++small;
     const f32::Barycentrics b = f32::ray_barycentrics(glm::vec3(eye), glm::vec3(direction), glm::vec3(v2),
                                                       glm::vec3(v0 - v2), glm::vec3(v1 - v2));
-    // A thirtieth of a level 5 cell is 1e-3.
+    // 1e-3 is a thirtieth of a cell of level 5.
     CHECK(b.b0 == Approx(point.b0).margin(2e-4));
     CHECK(b.b1 == Approx(point.b1).margin(2e-4));
   }
@@ -607,7 +604,7 @@ TEST_CASE("coverage: a ray's barycentrics are those of the projected triangle, i
   CHECK(parallel.b1 == 0);
 }
 
-TEST_CASE("coverage: an origin nearby keeps small triangles exact in float", "[maths]") {
+TEST_CASE("coverage: a nearby origin keeps small triangles exact in float", "[maths]") {
   soup::Random r(9);
   double worst = 0;
   for (int n = 0; n < 500; ++n) {
@@ -630,7 +627,7 @@ TEST_CASE("coverage: an origin nearby keeps small triangles exact in float", "[m
 
 // --- Edges ---
 
-TEST_CASE("edges: a force is the derivative of the point it acts on", "[maths]") {
+TEST_CASE("edges: a force is the derivative with respect to the point on which it acts", "[maths]") {
   soup::Random r(10);
   for (int n = 0; n < 50; ++n) {
     Triangle t;
@@ -645,7 +642,7 @@ TEST_CASE("edges: a force is the derivative of the point it acts on", "[maths]")
     f64::apply_force(t[0], t[1], t[2], s0, s1, s2, force, once);
     for (int k = 0; k < 3; ++k)
       for (int i = 0; i < 4; ++i) CHECK(rows(once)[k][i] == gradient(difference(work, t[k][i])));
-    // It adds to what is there.
+    // The result is added to the gradient.
     f64::ClipGradient twice = once;
     f64::apply_force(t[0], t[1], t[2], s0, s1, s2, force, twice);
     check_same(twice, {2.0 * once.g0, 2.0 * once.g1, 2.0 * once.g2});
@@ -654,8 +651,7 @@ TEST_CASE("edges: a force is the derivative of the point it acts on", "[maths]")
 
 namespace {
 
-/// Clip coordinates in perspective, near plane at 0.3, of a point of the camera's own space: x, y and the distance
-/// along the axis.
+/// Projects a point of camera space (z forward) to clip coordinates, with the near plane at 0.3.
 glm::dvec4 in_perspective(const glm::dvec3& v) {
   const double near = 0.3, far = 20;
   return {v.x, v.y, (far + near) / (far - near) * v.z - 2 * far * near / (far - near), v.z};
@@ -663,17 +659,17 @@ glm::dvec4 in_perspective(const glm::dvec3& v) {
 
 }  // namespace
 
-TEST_CASE("edges: a silhouette is where the segment leaves the triangle, wherever the corners lie", "[maths]") {
+TEST_CASE("edges: a silhouette is where the segment leaves the triangle, for any corners", "[maths]") {
   soup::Random r(11);
-  int kinds[2][2] = {};  // by whether a corner is behind the camera, and whether the near plane comes first
+  int kinds[2][2] = {};  // [a corner is behind the camera][the near plane comes first]
   for (int n = 0; n < 60000; ++n) {
     Triangle t;
     for (glm::dvec4& v : t)
       v = in_perspective({random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, n % 2 ? 0.2 : -3, 4)});
     const glm::dvec2 p{random_in(r, -1, 1), random_in(r, -1, 1)},
         q = p + glm::dvec2{random_in(r, -0.7, 0.7), random_in(r, -0.7, 0.7)};
-    // By the inverse of the rows (x, y, w): weights that are all above 0 in front of the camera, and z + w above 0
-    // before the near plane.
+    // From the inverse of the rows (x, y, w): weights that are positive inside and in front of the camera, and z + w,
+    // which is positive beyond the near plane.
     glm::dmat3 m;
     for (int k = 0; k < 3; ++k) m[k] = {t[k].x, t[k].y, t[k].w};
     const auto sides = [&](double along) {
@@ -682,11 +678,11 @@ TEST_CASE("edges: a silhouette is where the segment leaves the triangle, whereve
     };
     const auto least = [](const glm::dvec4& v) { return std::min({v.x, v.y, v.z, v.w}); };
     if (least(sides(0)) < 1e-3 || std::abs(glm::determinant(m)) < 1e-2 || least(sides(1)) > -1e-3) continue;
-    double in = 0, out = 1;  // of the first way out: the seen part is convex
+    double in = 0, out = 1;  // bisection for the first exit: the visible part is convex
     for (int i = 0; i < 60; ++i) (least(sides(0.5 * (in + out))) >= 0 ? in : out) = 0.5 * (in + out);
     const glm::dvec4 at = sides(in);
     const int which = static_cast<int>(std::min_element(&at.x, &at.x + 4) - &at.x);
-    double second = 1;  // nearly two ways out at once
+    double second = 1;  // skip almost simultaneous exits
     for (int k = 0; k < 4; ++k)
       if (k != which) second = std::min(second, at[k]);
     if (second < 1e-6) continue;
@@ -710,15 +706,15 @@ TEST_CASE("edges: a silhouette is where the segment leaves the triangle, whereve
   CHECK(kinds[1][1] > 100);
 }
 
-TEST_CASE("coverage: of triangles that reach behind the camera exactly what is before it is inside", "[maths]") {
+TEST_CASE("coverage: of a triangle that reaches behind the camera, only the part in front is inside", "[maths]") {
   soup::Random r(20);
   int seen = 0, behind = 0;
   for (int n = 0; n < 3000; ++n) {
     glm::dvec3 v[3];
     for (glm::dvec3& corner : v) corner = {random_in(r, -2, 2), random_in(r, -2, 2), random_in(r, -3, 3)};
     const glm::dvec4 p[3] = {in_perspective(v[0]), in_perspective(v[1]), in_perspective(v[2])};
-    // A point of the triangle, from which its place on the screen follows; behind the camera it is the place of what it
-    // mirrors.
+    // A point of the triangle and its position on the screen. Behind the camera the position is that of the mirrored
+    // point.
     const double a = random_in(r, 0.02, 0.98), b = (1 - a) * random_in(r, 0.02, 0.98), c = 1 - a - b;
     const glm::dvec3 point = a * v[0] + b * v[1] + c * v[2];
     if (std::abs(point.z) < 1e-2 || c < 0.01 || std::abs(glm::determinant(glm::dmat3(v[0], v[1], v[2]))) < 1e-2)
@@ -743,7 +739,7 @@ TEST_CASE("coverage: of triangles that reach behind the camera exactly what is b
   CHECK(behind > 500);
 }
 
-TEST_CASE("edges: depth's gradient is the normal that the corners give", "[maths]") {
+TEST_CASE("edges: the gradient of depth gives the normal of the corners", "[maths]") {
   soup::Random r(21);
   for (int n = 0; n < 200; ++n) {
     Triangle t;
@@ -760,10 +756,10 @@ TEST_CASE("edges: depth's gradient is the normal that the corners give", "[maths
   }
 }
 
-// In the plane of the pixels' axis s and z, A is the line a . (s, z) = c and B the line b . (s, z) = d, a and b being
-// unit vectors. If A moves by m along a, the point X where they meet moves with a . dX = m and b . dX = 0, so that ds =
-// m b_z / (a_s b_z - a_z b_s). A force f on s does the work f ds: as much as a force f ds/dm a on A.
-TEST_CASE("edges: an intersection's force is the motion of the line in which two planes meet", "[maths]") {
+// In the plane of the pixel axis s and of z, A is the line a . (s, z) = c and B the line b . (s, z) = d, with unit
+// vectors a and b. If A moves by m along a, their intersection X moves with a . dX = m and b . dX = 0. Hence ds = m b_z
+// / (a_s b_z - a_z b_s). A force f on s does the work f ds, the same as a force f ds/dm a on A.
+TEST_CASE("edges: the force of an intersection follows from the motion of the intersection line", "[maths]") {
   soup::Random r(12);
   int tested = 0;
   for (int n = 0; n < 300; ++n) {
@@ -775,14 +771,14 @@ TEST_CASE("edges: an intersection's force is the motion of the line in which two
     const double force = random_in(r, -3, 3);
     double moved = 0;
     const auto work = [&] {
-      // Start from a point of A and walk along A until B is met.
+      // Intersects A with B, starting from a point of A.
       const glm::dvec2 start = glm::dvec2(-0.3, 0.6) + moved * a;
       return force * (start + along_a * (glm::dot(b, on_b - start) / glm::dot(b, along_a))).x;
     };
     const glm::dvec2 result = f64::intersection_force(n_a, n_b, force);
     CHECK(glm::dot(result, a) == gradient(difference(work, moved)));
-    CHECK(glm::dot(result, along_a) == Approx(0).margin(1e-12));  // a plane that slides in itself moves nothing
-    // Neither the length of a normal nor the side it is on matters.
+    CHECK(glm::dot(result, along_a) == Approx(0).margin(1e-12));  // sliding a plane within itself moves nothing
+    // The length and sign of normals do not matter.
     CHECK(glm::length(f64::intersection_force(-3.0 * n_a, n_b, force) - result) <= 1e-12 * glm::length(result));
     CHECK(glm::length(f64::intersection_force(n_a, -0.2 * n_b, force) - result) <= 1e-12 * glm::length(result));
   }
@@ -795,7 +791,7 @@ TEST_CASE("edges: an intersection's force is the motion of the line in which two
 
 namespace {
 
-/// A pixel and one of its four neighbours, the force on the axis between them.
+/// A pixel p, one of its four neighbours q, and the force along the axis between them.
 struct Pair {
   glm::dvec2 p, q, force;
   bool horizontal;
@@ -809,7 +805,7 @@ std::vector<Pair> pairs() {
           {p, p - glm::dvec2(0, 0.1), {0, -1.9}, false}};
 }
 
-/// A plane of the screen: depth z + slope . (ndc - through).
+/// A plane with depth z + slope . (ndc - through).
 struct Plane {
   double z;
   glm::dvec2 slope, through;
@@ -817,7 +813,7 @@ struct Plane {
   double at(glm::dvec2 ndc) const { return z + glm::dot(slope, ndc - through); }
 };
 
-/// A triangle of that plane that covers the whole neighbourhood, of either winding.
+/// A triangle in the plane that covers all pixels used here. flip: selects the winding.
 Triangle covering(soup::Random& r, const Plane& plane, bool flip) {
   const auto corner = [&](double x, double y) { return glm::dvec3(x, y, plane.at({x, y})); };
   const glm::dvec3 a = corner(-3, random_in(r, -3, -2)), b = corner(3, random_in(r, -3, -2)),
@@ -825,7 +821,7 @@ Triangle covering(soup::Random& r, const Plane& plane, bool flip) {
   return flip ? clip_triangle(r, b, a, c) : clip_triangle(r, a, b, c);
 }
 
-/// A triangle of that plane on the side of `through` to which `direction` points: it ends where it passes `through`.
+/// A triangle in the plane with an edge through `through`, on the side to which `direction` points.
 Triangle ending(soup::Random& r, const Plane& plane, glm::dvec2 through, glm::dvec2 direction, int first) {
   const glm::dvec2 along(-direction.y, direction.x);
   glm::dvec2 corners[3] = {through + 0.5 * along, through - 0.8 * along, through + 2.0 * direction + 0.1 * along};
@@ -834,8 +830,7 @@ Triangle ending(soup::Random& r, const Plane& plane, glm::dvec2 through, glm::dv
   return clip_triangle(r, corner(0), corner(1), corner(2));
 }
 
-/// Weights of the vertices at an NDC point of a triangle's plane: perspective-correct, from the inverse of the rows (x,
-/// y, w).
+/// Perspective-correct vertex weights at an NDC point, from the inverse of the rows (x, y, w).
 glm::dvec3 weights_at(const Triangle& t, glm::dvec2 ndc) {
   glm::dmat3 m;
   for (int k = 0; k < 3; ++k) m[k] = {t[k].x, t[k].y, t[k].w};
@@ -872,7 +867,7 @@ TEST_CASE("edges: inside a triangle the force acts midway between the pixels", "
     }
 }
 
-TEST_CASE("edges: what is seen through a triangle pulls at it midway between the pixels", "[maths]") {
+TEST_CASE("edges: at an opacity edge the force acts midway between the pixels", "[maths]") {
   soup::Random r(14);
   for (const Pair& pair : pairs())
     for (const bool flip : {false, true}) {
@@ -884,8 +879,7 @@ TEST_CASE("edges: what is seen through a triangle pulls at it midway between the
       check_same(g, force_at(a, middle, {pair.force, 0}));
       CHECK(edge(a, a, false, true, front.at(pair.p), 0, pair, g) == EDGE_OPACITY);  // the background
       check_same(g, force_at(a, middle, {pair.force, 0}));
-      // A comes nearer towards q, where it lets see B, which is farther than A there and nearer than A at p: nobody's
-      // edge.
+      // At q, A is nearer than B but transparent; at p, B is nearer than A. Neither triangle has an edge.
       const Plane steep{0.5, -(pair.q - pair.p) / 0.01, pair.p}, between{0.1, {0, 0}, pair.p};
       const Triangle sloping = covering(r, steep, flip), seen = covering(r, between, flip);
       REQUIRE(steep.at(pair.q) < -0.4);
@@ -894,7 +888,7 @@ TEST_CASE("edges: what is seen through a triangle pulls at it midway between the
     }
 }
 
-TEST_CASE("edges: a silhouette's force acts where the edge crosses between the pixels", "[maths]") {
+TEST_CASE("edges: the force of a silhouette acts where the edge crosses the pixel axis", "[maths]") {
   soup::Random r(15);
   for (const Pair& pair : pairs())
     for (int first = 0; first < 3; ++first) {
@@ -909,19 +903,19 @@ TEST_CASE("edges: a silhouette's force acts where the edge crosses between the p
       for (const bool empty : {false, true}) {
         CHECK(edge(a, behind, false, empty, plane.at(pair.p), empty ? 0 : back.at(pair.q), pair, g) == EDGE_SILHOUETTE);
         check_same(g, force_at(a, crossing, {pair.force, 0}));
-        // The vertex opposite to the edge has no part in it.
+        // The vertex opposite to the edge gets no force.
         CHECK(rows(g)[(5 - first) % 3] == glm::dvec4(0));
       }
-      // What is before A at q has an edge of its own or hides A's.
+      // A triangle in front of A at q has its own edge or hides that of A.
       CHECK(edge(a, before, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
       check_same(g, no_gradient());
     }
 }
 
-TEST_CASE("edges: where the near plane cuts a triangle off it has no edge", "[maths]") {
+TEST_CASE("edges: the cut of a triangle by the near plane is not an edge", "[maths]") {
   soup::Random r(22);
   for (const Pair& pair : pairs()) {
-    // It comes nearer towards q and passes the near plane between the pixels.
+    // The triangle crosses the near plane between the pixels.
     const Plane plane{-0.9, -2.0 * (pair.q - pair.p) / 0.01, pair.p}, back{0.6, {0, 0}, pair.p};
     REQUIRE(plane.at(pair.q) < -1);
     const Triangle a = covering(r, plane, false), b = covering(r, back, false);
@@ -930,7 +924,7 @@ TEST_CASE("edges: where the near plane cuts a triangle off it has no edge", "[ma
       CHECK(edge(a, b, false, empty, plane.at(pair.p), empty ? 0 : 0.6, pair, g, true) == EDGE_NONE);
       check_same(g, no_gradient());
     }
-    // It ends farther on: that is not where the picture changes. And before that: it is.
+    // An edge beyond the near plane does not change the image; an edge before it does.
     const Plane flat{-0.9, -1.5 * (pair.q - pair.p) / 0.01, pair.p};  // passes -1 at 1/15 of the way
     const glm::dvec2 far_end = pair.p + 0.5 * (pair.q - pair.p), near_end = pair.p + 0.03 * (pair.q - pair.p);
     CHECK(edge(ending(r, flat, far_end, glm::normalize(pair.p - pair.q), 0), b, false, true, -0.9, 0, pair, g, true) ==
@@ -940,28 +934,28 @@ TEST_CASE("edges: where the near plane cuts a triangle off it has no edge", "[ma
   }
 }
 
-TEST_CASE("edges: two triangles that pass through each other move the line in which they meet", "[maths]") {
+TEST_CASE("edges: intersecting triangles move their intersection line", "[maths]") {
   soup::Random r(16);
   for (int n = 0; n < 60; ++n)
     for (const Pair& pair : pairs()) {
       const int axis = pair.horizontal ? 0 : 1;
       const glm::dvec2 crossing = pair.p + random_in(r, 0.1, 0.9) * (pair.q - pair.p);
       Plane front{0.1, {random_in(r, -1, 1), random_in(r, -1, 1)}, crossing}, other = front;
-      // B rises towards p and so comes before A at q.
+      // The slope of B puts it in front of A at q.
       other.slope[axis] -= (pair.q - pair.p)[axis] * random_in(r, 2, 10);
       other.slope[1 - axis] = random_in(r, -1, 1);
       Triangle a = covering(r, front, n % 2 == 0);
       const Triangle b = covering(r, other, n % 4 < 2);
       f64::ClipGradient g;
       REQUIRE(edge(a, b, false, false, front.at(pair.p), other.at(pair.q), pair, g) == EDGE_INTERSECTION);
-      // The force as a whole: what the vertices' NDC positions would feel if they moved together.
+      // Total force: the derivative with respect to a common motion of all NDC positions.
       glm::dvec3 total(0);
       for (int k = 0; k < 3; ++k) total += glm::dvec3(rows(g)[k]) * a[k].w;
       glm::dvec3 moved(0);
       const auto work = [&] {
         Triangle shifted = a;
         for (glm::dvec4& v : shifted) v += glm::dvec4(moved * v.w, 0);
-        // Depths are linear on the screen, so one step of the secant finds the crossing.
+        // Depth is linear on the screen, so one secant step gives the crossing.
         const auto gap = [&](glm::dvec2 at) {
           return f64::plane_point(shifted[0], shifted[1], shifted[2], at).depth -
                  f64::plane_point(b[0], b[1], b[2], at).depth;
@@ -972,12 +966,12 @@ TEST_CASE("edges: two triangles that pass through each other move the line in wh
       CHECK(total[axis] == Approx(difference(work, moved[axis])).epsilon(1e-5).margin(1e-8));
       CHECK(total.z == Approx(difference(work, moved.z)).epsilon(1e-5).margin(1e-8));
       CHECK(total[1 - axis] == Approx(0).margin(1e-11));
-      // It acts on A where A is seen midway.
+      // The force acts on A midway between the pixels.
       check_same(g, force_at(a, 0.5 * (pair.p + pair.q), total));
     }
 }
 
-TEST_CASE("edges: what hides a triangle without being hidden by it has an edge of its own", "[maths]") {
+TEST_CASE("edges: a triangle that only hides another one has its own edge", "[maths]") {
   soup::Random r(17);
   for (const Pair& pair : pairs())
     for (int first = 0; first < 3; ++first) {
@@ -991,11 +985,11 @@ TEST_CASE("edges: what hides a triangle without being hidden by it has an edge o
       f64::ClipGradient g;
       CHECK(edge(a, b, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
       check_same(g, no_gradient());
-      // B is before A at both, and only lets A be seen at p: an edge of B's opacity.
+      // B is in front of A at both pixels and transparent at p: an opacity edge of B.
       const Triangle over = covering(r, front, first == 2);
       CHECK(edge(a, over, false, false, plane.at(pair.p), front.at(pair.q), pair, g) == EDGE_NONE);
       check_same(g, no_gradient());
-      // B's plane passes behind A at p, but B does not reach there.
+      // The plane of B is behind A at p, but B does not reach p.
       Plane through = plane;
       through.through = crossing;
       through.z = plane.at(crossing);
@@ -1010,15 +1004,15 @@ TEST_CASE("edges: what hides a triangle without being hidden by it has an edge o
 
 // --- Optimisers ---
 
-TEST_CASE("Adam and VectorAdam are the textbook's", "[maths]") {
+TEST_CASE("Adam and VectorAdam equal their definitions", "[maths]") {
   soup::Random r(18);
-  // Gradients far above, about and far below the epsilon, which only counts for the last.
+  // Gradients far above, near and far below epsilon, which only matters for the last.
   for (const double size : {1.0, 1e-4, 1e-8}) {
     const double learning_rate = 0.05;
     double p = 1, m = 0, v = 0, tp = 1, tm = 0, tv = 0, vector_v = 0, tvv = 0;
     glm::dvec3 q(1), qm(0), tq(1), tqm(0);
     for (int t = 1; t <= 20; ++t) {
-      // A parameter that nothing has touched yet must stay where it is.
+      // A parameter without gradients so far must not change.
       const double scale = t <= 2 ? 0 : size;
       const double g = scale * random_in(r, -1, 1);
       const glm::dvec3 gv = scale * glm::dvec3{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
@@ -1044,7 +1038,7 @@ TEST_CASE("Adam and VectorAdam are the textbook's", "[maths]") {
   }
 }
 
-TEST_CASE("VectorAdam's step turns with the axes", "[maths]") {
+TEST_CASE("VectorAdam is rotation-equivariant", "[maths]") {
   soup::Random r(19);
   const glm::dmat3 turn = r.rotation();
   glm::dvec3 m(0), turned_m(0);
@@ -1061,7 +1055,7 @@ TEST_CASE("VectorAdam's step turns with the axes", "[maths]") {
 
 namespace {
 
-/// Sum of (observed - expected)^2 / expected with equal expectations.
+/// Chi-squared statistic: the sum of (observed - expected)^2 / expected, with equal expectations.
 double chi_square(const std::vector<int>& bins, int draws) {
   const double expected = static_cast<double>(draws) / static_cast<double>(bins.size());
   double sum = 0;
@@ -1069,8 +1063,7 @@ double chi_square(const std::vector<int>& bins, int draws) {
   return sum;
 }
 
-/// Five standard deviations above the mean of the statistic for so many bins. Counters are fixed: a test passes always
-/// or never.
+/// Limit of the statistic: five standard deviations above its mean. Counters are fixed, so results never vary.
 double chi_square_limit(std::size_t bins) {
   const double freedom = static_cast<double>(bins) - 1;
   return freedom + 5 * std::sqrt(2 * freedom);
@@ -1078,8 +1071,8 @@ double chi_square_limit(std::size_t bins) {
 
 }  // namespace
 
-TEST_CASE("hash32 can be undone, so no two counters share a hash", "[maths]") {
-  // Multiplication by an odd number is undone by its inverse, x ^= x >> n by x ^= x >> n ^ x >> 2n ^ ...
+TEST_CASE("hash32 is invertible, so different counters have different hashes", "[maths]") {
+  // Multiplication by an odd number is inverted by its modular inverse, x ^= x >> n by x ^= x >> n ^ x >> 2n ^ ...
   CHECK(0x7feb352du * 0x1d69e2a5u == 1u);
   CHECK(0x846ca68bu * 0x43021123u == 1u);
   const auto undo = [](std::uint32_t x) {
@@ -1121,12 +1114,12 @@ TEST_CASE("thresholds are uniform over pixels, triangles and steps", "[maths]") 
     check_uniform(
         [&](std::uint32_t i) { return f64::threshold_of(f64::threshold_pixel(f64::hash32(key + i), 4711), 7); });
   }
-  // 24 bits: float and double have the same numbers.
+  // 24 bits: float and double give the same numbers.
   for (std::uint32_t i = 0; i < 1000; ++i) CHECK(f64::threshold_of(i, i * i) == f32::threshold_of(i, i * i));
 }
 
 TEST_CASE("no threshold is 0 and none is above 1", "[maths]") {
-  // The counters whose hashes are the smallest and the largest there are.
+  // Counters with the smallest and the largest possible hash.
   int smallest = 0, largest = 0;
   for (std::uint32_t i = 0; i < 1u << 26; ++i) {
     const std::uint32_t bits = f32::hash32(i) >> 8;
@@ -1138,7 +1131,7 @@ TEST_CASE("no threshold is 0 and none is above 1", "[maths]") {
   CHECK(largest > 0);
 }
 
-TEST_CASE("thresholds of different triangles, pixels and steps have nothing to do with each other", "[maths]") {
+TEST_CASE("thresholds of different triangles, pixels and steps are independent", "[maths]") {
   constexpr int kSide = 16, kDraws = 100000;
   const auto check_independent = [&](const auto& draw_a, const auto& draw_b) {
     std::vector<int> bins(kSide * kSide, 0);

@@ -1,9 +1,9 @@
 // Tests run/memory_need.h: what a run needs and what fits, and that what a run takes stays within it.
 #include <catch2/catch.hpp>
 
+#include "recipe_settings.h"
 #include "run/memory_need.h"
 #include "run/trainer.h"
-#include "recipe_settings.h"
 #include "train/step/soup_buffers.h"
 
 using namespace trisoup;

@@ -1,4 +1,4 @@
-// Tests engine/mesh/mesh.h: OBJ, PLY and glTF to triangles, and damage to one-line errors.
+// Tests engine/mesh/mesh.h: reading OBJ, PLY and glTF, and one-line errors for damaged files.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -71,7 +71,7 @@ std::string ply_binary(bool big) {
   return text;
 }
 
-// Two triangles (a strip of four corners), placed by two nested nodes; base64 of 4 x vec3 float, then 4 x uint16.
+// Two triangles (a strip of four corners) in two nested nodes. The buffer is base64 of 4 vec3 floats and 4 uint16.
 const char* kBuffer = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAACAPwAAgD8AAAAAAAABAAIAAwA=";
 std::string gltf_text(const std::string& buffer_uri, const std::string& more = "", const std::string& count = "4",
                       const std::string& child = "1") {
@@ -94,7 +94,7 @@ const std::string kDataUri = std::string("data:application/octet-stream;base64,"
 void check_strip(const Mesh& mesh) {
   CHECK(mesh.indices == std::vector<std::uint32_t>{0, 1, 2, 2, 1, 3});
   REQUIRE(mesh.positions.size() == 4);
-  // (x, y, z) -> 2 * turned by 90 degrees about z of (x, y, z + 5), then moved by 10 along x
+  // (x, y, z + 5), rotated by 90 degrees about z, scaled by 2, moved by 10 along x.
   CHECK(glm::distance(mesh.positions[0], glm::vec3(10, 0, 10)) < 1e-5f);
   CHECK(glm::distance(mesh.positions[1], glm::vec3(10, 2, 10)) < 1e-5f);
   CHECK(glm::distance(mesh.positions[2], glm::vec3(8, 0, 10)) < 1e-5f);
@@ -135,7 +135,7 @@ TEST_CASE("PLY: ascii and both binary orders", "[mesh]") {
 
 TEST_CASE("PLY: damage", "[mesh]") {
   using Catch::Matchers::Contains;
-  // The last bytes of the text are a line end that no number needs.
+  // The final line break of a text file is not needed.
   for (std::size_t size = 0; size + 3 < kPlyAscii.size(); ++size)
     CHECK_THAT(message_of([&] { ply(kPlyAscii.substr(0, size)); }), Contains("test.ply: "));
   for (std::size_t size = 0; size < ply_binary(true).size(); ++size)

@@ -54,7 +54,7 @@ soup::Model random_model(std::size_t triangles, std::uint64_t seed) {
   return model;
 }
 
-/// A model with a file's JSON changed by `edit`.
+/// Returns the file with its JSON changed by `edit`.
 template <typename F>
 std::vector<std::byte> edited(const std::vector<std::byte>& bytes, F&& edit) {
   soup::Glb glb = soup::decode_glb(bytes, "memory");
@@ -62,7 +62,7 @@ std::vector<std::byte> edited(const std::vector<std::byte>& bytes, F&& edit) {
   return soup::encode_glb(glb.document, glb.binary, "memory");
 }
 
-/// Three triangles, the same in files of all versions; `ending` of its name.
+/// A model of three triangles, stored in files of all versions. ending: of the file name.
 std::vector<std::byte> three_triangles(const char* ending) {
   const std::string content =
       read_file(TRISOUP_SOURCE_DIR "/tests/fuzz/corpus/model_file/three_triangles" + std::string(ending) + ".glb");
@@ -70,7 +70,7 @@ std::vector<std::byte> three_triangles(const char* ending) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// Of version 1, which had PNG pages: one of them.
+/// A PNG page of a version 1 file.
 std::vector<std::byte> first_version() { return three_triangles(""); }
 
 nlohmann::json& extension_of(nlohmann::json& document) { return document["extensions"]["TRISOUP_neural_textures"]; }
@@ -89,7 +89,7 @@ soup::ModelCamera some_camera(const std::string& name, bool test, std::uint64_t 
   return c;
 }
 
-/// The bytes of a bufferView.
+/// Returns the bytes of a bufferView.
 std::span<const std::byte> view_of(const soup::Glb& glb, std::size_t index) {
   const nlohmann::json& view = glb.document["bufferViews"][index];
   return glb.binary.subspan(view["byteOffset"].get<std::size_t>(), view["byteLength"].get<std::size_t>());
@@ -123,7 +123,7 @@ TEST_CASE("baked colours are the mean over directions of the shaded colour", "[b
   }
 }
 
-TEST_CASE("a model file gives back what went in", "[model_file]") {
+TEST_CASE("a model file is read back unchanged", "[model_file]") {
   for (const std::size_t triangles : {1u, 2u, 97u}) {
     const soup::Model model = random_model(triangles, triangles);
     soup::ModelFileOptions options;
@@ -136,7 +136,7 @@ TEST_CASE("a model file gives back what went in", "[model_file]") {
   }
 }
 
-TEST_CASE("a model far from its origin says where it is, to every viewer", "[model_file]") {
+TEST_CASE("a model far from the origin has its position in the root node", "[model_file]") {
   soup::Model model = random_model(2, 5);
   model.origin = {4e5, 5e6, 100.125};
   soup::ModelFileOptions options;
@@ -149,15 +149,14 @@ TEST_CASE("a model far from its origin says where it is, to every viewer", "[mod
       CHECK(node["translation"] == nlohmann::json({4e5, 5e6, 100.125}));
       continue;
     }
-    // The matrix is a rotation R and R origin, so it brings -origin to 0; +z becomes +Y.
+    // The matrix is a rotation R with the translation R origin; +z becomes +Y.
     const auto m = node["matrix"].get<std::vector<double>>();
     CHECK(m[13] == Approx(100.125));
     CHECK(std::hypot(m[12], m[14]) == Approx(std::hypot(4e5, 5e6)));
   }
 }
 
-TEST_CASE("what viewers get as +Y is in the root node alone where the dataset does not say what is up",
-          "[model_file]") {
+TEST_CASE("without an up direction of the dataset, only the root node turns the model for viewers", "[model_file]") {
   soup::Model model = random_model(2, 5);
   model.origin = {4e3, -5e3, 100.125};
   const glm::dvec3 up = glm::normalize(glm::dvec3(0.2, -0.9, 0.4));
@@ -174,14 +173,14 @@ TEST_CASE("what viewers get as +Y is in the root node alone where the dataset do
   };
   CHECK(glm::length(turned(up) - glm::dvec3(0, 1, 0)) < 1e-12);
   CHECK(glm::length(turned(model.origin) - glm::dvec3(m[12], m[13], m[14])) < 1e-9);
-  // An up that is known comes first, and is told to our own readers.
+  // A known up direction takes precedence and is stored in the extension.
   options.up = glm::dvec3(0, 0, 1);
   const auto known = soup::encode_model(model, options);
   CHECK(*soup::decode_model(known, "memory").up == glm::dvec3(0, 0, 1));
   CHECK(soup::decode_glb(known, "memory").document["nodes"][0]["matrix"][9] == 1.0);
 }
 
-TEST_CASE("a model is a mesh in its dataset's coordinates, whatever viewers get as +Y", "[model_file][mesh]") {
+TEST_CASE("the mesh of a model is in dataset coordinates, whatever the root node does", "[model_file][mesh]") {
   soup::Model model = random_model(20, 5);
   model.origin = {40, -50, 10.125};
   const test::TemporaryFolder folder;
@@ -201,12 +200,11 @@ TEST_CASE("a model is a mesh in its dataset's coordinates, whatever viewers get 
   }
 }
 
-TEST_CASE("a model of several atlas pages gives back what went in, and each primitive draws the triangles of its page",
-          "[model_file]") {
+TEST_CASE("a model of several atlas pages is read back unchanged, with one primitive per page", "[model_file]") {
   const soup::Model model = random_model(2500, 11);
   soup::ModelFileOptions options;
   options.atlas_side = soup::kMinAtlasSide;
-  options.bake_directions = {{0, 0, 1}};  // colours are not what this is about, and take longest
+  options.bake_directions = {{0, 0, 1}};  // colours do not matter here and take longest
   const auto bytes = soup::encode_model(model, options);
   CHECK(same(model, soup::decode_model(bytes, "memory").model));
 
@@ -226,10 +224,10 @@ TEST_CASE("a model of several atlas pages gives back what went in, and each prim
   CHECK(std::all_of(drawn.begin(), drawn.end(), [](int times) { return times == 1; }));
 }
 
-TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "[model_file][atlas]") {
+TEST_CASE("bilinear sampling of the base colour agrees with the lattice", "[model_file][atlas]") {
   soup::Model model = random_model(40, 21);
   for (std::uint8_t& value : model.lattice)
-    value = static_cast<std::uint8_t>(100 + value % 50);  // nothing saturates in a gutter
+    value = static_cast<std::uint8_t>(100 + value % 50);  // avoids saturation in gutters
   const auto bytes = soup::encode_model(model, {});
   const soup::Glb glb = soup::decode_glb(bytes, "memory");
   const Image image = decode_image(view_of(glb, glb.document["images"][0]["bufferView"]), "base colour");
@@ -237,7 +235,7 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
   std::memcpy(uv.data(), view_of(glb, glb.document["accessors"][1]["bufferView"]).data(),
               uv.size() * sizeof(glm::vec2));
 
-  const auto bilinear = [&](const glm::dvec2& at, int channel) {  // as OpenGL defines LINEAR with CLAMP_TO_EDGE
+  const auto bilinear = [&](const glm::dvec2& at, int channel) {  // OpenGL LINEAR with CLAMP_TO_EDGE
     const glm::dvec2 texel = at * glm::dvec2(image.width, image.height) - 0.5, corner = glm::floor(texel),
                      f = texel - corner;
     double sum = 0;
@@ -266,7 +264,7 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
     };
     for (int i = 0; i < 60; ++i) {
       const double s = random.uniform01();
-      // The three edges; texture coordinates are floats, hence the margin.
+      // The three edges, with a margin for texture coordinates in float.
       for (const glm::dvec2 b : {glm::dvec2(s, 0), glm::dvec2(0, s), glm::dvec2(s, 1 - s)}) {
         const auto [sampled, exact] = both(b.x, b.y);
         CHECK(sampled == Approx(exact).margin(0.05));
@@ -275,7 +273,7 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
       const std::uint32_t x = random.below(std::uint32_t(r) + 1), y = random.below(std::uint32_t(r) + 1 - x);
       const auto [sampled, exact] = both(x / r, y / r);
       CHECK(sampled == Approx(opacity(f64::lattice_index(x, y))).margin(0.05));
-      // Inside the cells along the diagonal.
+      // Inside of the cells along the diagonal.
       if (x + y == r || x == r || y == r) continue;
       const std::uint32_t last = std::uint32_t(r) - 1 - x;
       double u = random.uniform01(), v = random.uniform01();
@@ -286,7 +284,7 @@ TEST_CASE("a viewer's bilinear sampling of the base colour meets the lattice", "
   }
 }
 
-TEST_CASE("the bytes of a model are told by part", "[model_file][model_bytes]") {
+TEST_CASE("the bytes of a model are counted by part", "[model_file][model_bytes]") {
   soup::Model model = random_model(40, 35);
   soup::ModelFileOptions options;
   options.cameras = {some_camera("a", true, 1), some_camera("b", false, 2)};
@@ -297,7 +295,7 @@ TEST_CASE("the bytes of a model are told by part", "[model_file][model_bytes]") 
   CHECK(parts["mlp"] == 595 * 4);
   nlohmann::json document = soup::decode_glb(bytes, "x").document;
   CHECK(parts["cameras"] == extension_of(document)["cameras"].dump().size() + 2 * 28);
-  // Values are random: seven features take seven times what opacity takes.
+  // Values are random, so seven features take seven times the bytes of opacity.
   CHECK(parts["features"].get<double>() == Approx(7 * parts["opacity"].get<double>()).epsilon(0.05));
   std::size_t sum = 0;
   for (const auto& part : parts) sum += part.get<std::size_t>();
@@ -305,7 +303,7 @@ TEST_CASE("the bytes of a model are told by part", "[model_file][model_bytes]") 
   CHECK_THROWS_WITH(soup::bytes_by_part(first_version(), "x.glb"), Contains("x.glb") && Contains("versions 1 and 2"));
 }
 
-TEST_CASE("without plain colours a model is the same in fewer bytes", "[model_file][model_bytes]") {
+TEST_CASE("a model without plain colours is the same in fewer bytes", "[model_file][model_bytes]") {
   const soup::Model model = random_model(40, 36);
   soup::ModelFileOptions options;
   const auto whole = soup::encode_model(model, options);
@@ -323,7 +321,7 @@ TEST_CASE("without plain colours a model is the same in fewer bytes", "[model_fi
   CHECK(document["extensionsUsed"] == nlohmann::json({"TRISOUP_neural_textures"}));
 }
 
-TEST_CASE("with a vertex share a model has no mesh, and its vertices on a grid", "[model_file][model_bytes]") {
+TEST_CASE("with a vertex share a model has no mesh and its vertices lie on a grid", "[model_file][model_bytes]") {
   soup::Model model = random_model(60, 36);
   for (std::size_t i = 0; i < model.vertices.size(); ++i)
     model.vertices[i] = {float(i % 7), float(i % 5), float(i % 11)};
@@ -340,7 +338,7 @@ TEST_CASE("with a vertex share a model has no mesh, and its vertices on a grid",
   for (const char* list : {"meshes", "accessors", "images"}) CHECK(!document.contains(list));
   CHECK(document["extensionsRequired"] == nlohmann::json({"TRISOUP_neural_textures"}));
 
-  // The same triangles in another order: each is told by its texture.
+  // The triangles are in another order and are identified by their textures.
   const soup::Model read = soup::decode_model(bytes, "memory").model;
   REQUIRE(read.triangles() == 60);
   const auto texture = [](const soup::Model& m, std::size_t t) {
@@ -352,7 +350,7 @@ TEST_CASE("with a vertex share a model has no mesh, and its vertices on a grid",
     for (std::size_t u = 0; u < 60; ++u) {
       if (texture(model, t) != texture(read, u)) continue;
       ++found;
-      // 64 of a hundredth, as seen from 4 units: a sixteenth of a pixel is 0.025.
+      // At a distance of 4 normalised units, a sixteenth of a pixel is 0.025 in dataset units.
       for (std::size_t k = 0; k < 3; ++k)
         CHECK(glm::distance(model.vertices[3 * t + k], read.vertices[3 * u + k]) < 0.025);
     }
@@ -374,12 +372,12 @@ TEST_CASE("with a vertex share a model has no mesh, and its vertices on a grid",
   refuses("no triangles", [](auto& j) { extension_of(j)["triangles"] = 0; });
   refuses("JSON", [](auto& j) { extension_of(j)["version"] = 3; });
   refuses("whole number", [](auto& j) { extension_of(j)["vertices"]["bufferView"] = -1; });
-  // Nobody knows how close a model without cameras is looked at.
+  // Without cameras there is no pixel size, so vertices stay exact.
   options.cameras.clear();
   CHECK(same(model, soup::decode_model(soup::encode_model(model, options), "memory").model));
 }
 
-TEST_CASE("cameras come back as they went in, to the rounding of floats", "[model_file][model_cameras]") {
+TEST_CASE("cameras are read back up to rounding to float", "[model_file][model_cameras]") {
   soup::ModelFileOptions options;
   for (int i = 0; i < 40; ++i)
     options.cameras.push_back(some_camera("photographs/" + std::to_string(i), i % 8 == 0, 100 + i));
@@ -397,12 +395,12 @@ TEST_CASE("cameras come back as they went in, to the rounding of floats", "[mode
       for (int c = 0; c < 4; ++c)
         for (int r = 0; r < 4; ++r) CHECK(is.world_to_camera[c][r] == Approx(was.world_to_camera[c][r]).margin(3e-7));
     }
-    // 28 bytes of pose and a name each; a lens is told once.
+    // A camera takes 28 bytes for the pose, and its name. A lens is stored once.
     CHECK(soup::bytes_by_part(bytes, "x")["cameras"].get<std::size_t>() < 40 * (28 + 24) + lenses * 100 + 250);
   }
 }
 
-TEST_CASE("cameras of earlier files are read, impossible ones refused", "[model_file][model_cameras]") {
+TEST_CASE("cameras of earlier files are read, invalid ones refused", "[model_file][model_cameras]") {
   soup::ModelFileOptions options;
   options.cameras = {some_camera("a", true, 1), some_camera("b", false, 2)};
   const auto bytes = soup::encode_model(random_model(2, 1), options);
@@ -438,7 +436,7 @@ TEST_CASE("cameras of earlier files are read, impossible ones refused", "[model_
   json turned = row;
   turned["world_to_camera"][0] = 2;
   CHECK_THROWS_WITH(soup::decode_model(with(json::array({turned})), "model.glb"), Contains("a camera is not valid"));
-  // Poses that are no rotation, or no numbers.
+  // Poses that are not rotations, or not numbers.
   const soup::Glb glb = soup::decode_glb(bytes, "memory");
   for (const float value : {3.0f, std::nanf("")}) {
     std::vector<std::byte> binary(glb.binary.begin(), glb.binary.end());
@@ -450,7 +448,7 @@ TEST_CASE("cameras of earlier files are read, impossible ones refused", "[model_
   }
 }
 
-TEST_CASE("plain colours of a palette are near the whole ones, and what is cut out stays so", "[model_file][palette]") {
+TEST_CASE("colours of a palette are near the full colours, and the alpha mask is unchanged", "[model_file][palette]") {
   soup::Model model = random_model(60, 23);
   soup::ModelFileOptions few;
   few.colour_palette = true;
@@ -482,12 +480,12 @@ TEST_CASE("plain colours of a palette are near the whole ones, and what is cut o
     });
   }
   CHECK(moved == 0);
-  // Colours that fill the cube: 224 cubes for half of them and 32 for the rest, whose sides are 42 and 80, are 12 and
-  // 23 from their middle.
+  // The colours fill the cube. Half of them share 224 cells of side 42, the others 32 cells of side 80. The error per
+  // channel is then 12 and 23.
   CHECK(std::sqrt(squares / samples) < std::sqrt((12.0 * 12 + 23.0 * 23) / 2));
 }
 
-TEST_CASE("a model file that is cut, damaged or another's is refused", "[model_file]") {
+TEST_CASE("truncated, damaged and foreign files are refused", "[model_file]") {
   const auto bytes = soup::encode_model(random_model(20, 4), {});
   for (std::size_t n = 0; n < bytes.size(); n += 1 + bytes.size() / 200)
     CHECK_THROWS_AS(soup::decode_model(std::span(bytes).first(n), "cut"), Error);
@@ -507,7 +505,7 @@ TEST_CASE("a model file that is cut, damaged or another's is refused", "[model_f
   CHECK_THROWS_WITH(soup::read_model("no/such/model.glb"), Contains("no/such/model.glb"));
 }
 
-TEST_CASE("a model file with impossible values in its JSON is refused", "[model_file]") {
+TEST_CASE("a model file with invalid values in its JSON is refused", "[model_file]") {
   const auto version = GENERATE(1, 3);
   CAPTURE(version);
   const auto bytes = version == 1 ? first_version() : soup::encode_model(random_model(20, 4), {});
@@ -552,7 +550,7 @@ TEST_CASE("a model file with impossible values in its JSON is refused", "[model_
   }
 }
 
-TEST_CASE("a file of version 1 is read, and written again as it is in less", "[model_file]") {
+TEST_CASE("a file of version 1 is read and is smaller when written again", "[model_file]") {
   const auto bytes = first_version();
   const soup::ModelFile file = soup::decode_model(bytes, "memory");
   CHECK(file.model.triangles() == 3);
@@ -565,7 +563,7 @@ TEST_CASE("a file of version 1 is read, and written again as it is in less", "[m
     CHECK(same(file.model, soup::decode_model(three_triangles(later), "memory").model));
 }
 
-TEST_CASE("rounded textures take less, and their steps are told", "[model_file]") {
+TEST_CASE("rounded textures take fewer bytes, and their steps are stored", "[model_file]") {
   soup::Model model = random_model(60, 31);
   const auto whole = soup::encode_model(model, {});
   soup::ModelFileOptions options;
@@ -579,7 +577,7 @@ TEST_CASE("rounded textures take less, and their steps are told", "[model_file]"
   CHECK(file.texture_steps == options.texture_steps);
 }
 
-TEST_CASE("a model file is refused for what its binary part says", "[model_file]") {
+TEST_CASE("a model file with an invalid binary part is refused", "[model_file]") {
   const auto bytes = first_version();
   const soup::Glb glb = soup::decode_glb(bytes, "memory");
   const auto refuses = [&](const char* what, auto&& view_index, auto&& edit) {
@@ -599,7 +597,7 @@ TEST_CASE("a model file is refused for what its binary part says", "[model_file]
   // Rows of the table: u16 x0, u16 y0, u8 level, u8 page, u8 turned.
   refuses("outside its page", places, [](auto row) { row[1] = std::byte{0xff}; });
   refuses("outside its page", places, [](auto row) { row[3] = std::byte{0xff}; });
-  refuses("outside its page", places, [](auto row) {  // turned at the origin: to the left of the page
+  refuses("outside its page", places, [](auto row) {  // turned at the origin: extends beyond the left of the page
     row[0] = row[1] = row[2] = row[3] = std::byte{0};
     row[6] = std::byte{1};
   });
@@ -609,7 +607,7 @@ TEST_CASE("a model file is refused for what its binary part says", "[model_file]
   const auto nan = [](auto floats) { std::fill_n(floats.begin(), 4, std::byte{0xff}); };
   refuses("vertex", vertices, nan);
   refuses("MLP weight", mlp, nan);
-  // A PNG of which the pixels are damaged: its checksums tell.
+  // PNG files with damaged pixels are detected by their checksums.
   refuses("texture", features, [](auto png) { png[png.size() / 2] ^= std::byte{0x55}; });
   refuses("texture", features, [](auto png) { std::fill(png.begin() + 40, png.end(), std::byte{0}); });
   refuses("not a PNG", features, [](auto png) { png[1] = std::byte{'X'}; });
@@ -625,8 +623,8 @@ TEST_CASE("a model file is refused for what its binary part says", "[model_file]
   CHECK_THROWS_WITH(soup::decode_model(other, "model.glb"), Contains("length"));
 }
 
-TEST_CASE("a small file whose pages unpack to gigabytes is refused before they are", "[model_file]") {
-  // One empty page of 2,048 x 2,048 texels is some 20 KB of PNG, and JSON may name it many times.
+TEST_CASE("a small file whose pages would unpack to gigabytes is refused before unpacking", "[model_file]") {
+  // An empty page of 2,048 x 2,048 texels is about 20 KB of PNG, and the JSON can reference it many times.
   const auto bytes = first_version();
   soup::Glb glb = soup::decode_glb(bytes, "memory");
   Image empty{2048, 2048, {}};
@@ -644,7 +642,7 @@ TEST_CASE("a small file whose pages unpack to gigabytes is refused before they a
                     Contains("more texels"));
 }
 
-TEST_CASE("a model that could not be read again is not written", "[model_file]") {
+TEST_CASE("a model that could not be read back is not written", "[model_file]") {
   const auto refuses = [](const char* what, auto&& edit) {
     soup::Model model = random_model(5, 8);
     soup::ModelFileOptions options;
@@ -680,7 +678,7 @@ TEST_CASE("the root node turns the dataset's up axis to +Y", "[model_file]") {
   }
 }
 
-TEST_CASE("a trained model of 2,000 triangles survives its file", "[model_file]") {
+TEST_CASE("a model of 2,000 triangles is read back unchanged", "[model_file]") {
   REQUIRE_SHARED_FOLDER(shared);
   const test::Npz npz = test::load_npz(shared / "golden" / "M_lego_trained.npz");
   soup::Model model;
@@ -701,7 +699,8 @@ TEST_CASE("a trained model of 2,000 triangles survives its file", "[model_file]"
   CHECK(same(model, soup::decode_model(bytes, "memory").model));
 }
 
-// Hidden: writes models for the glTF validator, where TRISOUP_WRITE_MODEL says: one page there, several beside it.
+// Hidden. Writes models for the glTF validator: one with one page to the path in TRISOUP_WRITE_MODEL, one with several
+// pages beside it.
 TEST_CASE("write a model", "[.write_model]") {
   const char* path = std::getenv("TRISOUP_WRITE_MODEL");
   REQUIRE(path != nullptr);

@@ -1,4 +1,4 @@
-// Tests tests/npz.h: what the golden tests read must be what NumPy wrote.
+// Tests tests/npz.h, which reads the NumPy files of the golden tests.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -66,7 +66,7 @@ std::string zip(const std::vector<Member>& members) {
     const auto local = static_cast<std::uint32_t>(file.size());
     file += "PK\3\4";
     common(file);
-    put<std::uint16_t>(file, 4);  // numpy's local headers carry an extra field that the directory lacks
+    put<std::uint16_t>(file, 4);  // local headers of NumPy have an extra field that the directory lacks
     file += member.name + "xtra" + packed;
     directory += "PK\1\2";
     put<std::uint16_t>(directory, 20);
@@ -118,7 +118,7 @@ TEST_CASE("npz arrays of every supported type", "[npz]") {
   CHECK(npz["none"].elements() == 0);
 }
 
-TEST_CASE("npz: a damaged archive is an Error wherever it is cut", "[npz]") {
+TEST_CASE("npz: a truncated archive is an Error", "[npz]") {
   const test::TemporaryFolder folder;
   const std::string whole = zip({{"a.npy", npy("<f4", "(2,)", bytes<float>({1, 2})), true}});
   for (std::size_t size = 0; size < whole.size(); ++size) {

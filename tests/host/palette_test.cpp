@@ -20,7 +20,7 @@ Image image_of(int width, int height, const std::function<glm::ivec4(int)>& pixe
 
 }  // namespace
 
-TEST_CASE("pictures of few colours keep them, to what a cell of like colours spans", "[palette]") {
+TEST_CASE("an image of few colours keeps them to the size of a colour cell", "[palette]") {
   for (int colours : {1, 2, 3, 200}) {
     CAPTURE(colours);
     soup::Random random(static_cast<std::uint64_t>(colours));
@@ -35,14 +35,14 @@ TEST_CASE("pictures of few colours keep them, to what a cell of like colours spa
       for (int c = 0; c < 4; ++c) {
         const int is = palette.colours[palette.pixels[i]][c], was = image.rgba[4 * i + static_cast<std::size_t>(c)];
         if (c < 3 && image.rgba[4 * i + 3] < 128 && colours > 90)
-          continue;  // more than 32 that are not seen share theirs
+          continue;  // more than 32 invisible colours share entries
         worst = std::max(worst, std::abs(is - was));
       }
     CHECK(worst <= 3);
   }
 }
 
-TEST_CASE("a cell whose mean is no whole number has its colour", "[palette]") {
+TEST_CASE("the colour of a cell is its rounded mean", "[palette]") {
   // 5, 6 and 6 share a cell; their mean is 5.67.
   const Image image = image_of(3, 1, [](int i) { return glm::ivec4(glm::ivec3(i == 0 ? 5 : 6), 255); });
   const PaletteImage palette = make_palette(image, {true, true, true});

@@ -12,9 +12,9 @@ using namespace trisoup::scene;
 namespace {
 
 constexpr int kWidth = 96, kHeight = 64;
-constexpr double kWall = 3.0, kBoard = 1.0;  // z of a wall, and of a board before it
+constexpr double kWall = 3.0, kBoard = 1.0;  // z of a wall and of a board in front of it
 
-/// A texture without repetition: hashed values on a grid, interpolated.
+/// A non-repeating texture: interpolated hash values on a grid.
 double texture(double x, double y) {
   const auto value = [](int i, int j) {
     std::uint32_t h = static_cast<std::uint32_t>(i) * 374761393u + static_cast<std::uint32_t>(j) * 668265263u;
@@ -27,7 +27,7 @@ double texture(double x, double y) {
          fy * ((1 - fx) * value(i, j + 1) + fx * value(i + 1, j + 1));
 }
 
-/// Cameras along a line, all looking along z, before a wall with a board in front of its left half.
+/// Cameras on a line that look along z at a wall, with a board in front of its left half.
 std::vector<View> views(int count) {
   std::vector<View> result;
   for (int k = 0; k < count; ++k) {
@@ -53,7 +53,7 @@ std::vector<View> views(int count) {
 
 }  // namespace
 
-TEST_CASE("points lie on the surfaces that were photographed", "[points_from_views]") {
+TEST_CASE("points lie on the photographed surfaces", "[points_from_views]") {
   const std::vector<View> photographs = views(8);
   const Points points = points_from_views(photographs, 2);
   REQUIRE(points.positions.size() > 150);
@@ -82,7 +82,7 @@ TEST_CASE("the points are the same for any number of threads", "[points_from_vie
   CHECK(one.seen_by == three.seen_by);
 }
 
-TEST_CASE("where nothing can be matched there are no points", "[points_from_views]") {
+TEST_CASE("without matches there are no points", "[points_from_views]") {
   CHECK(points_from_views({}).positions.empty());
   CHECK(points_from_views(views(1)).positions.empty());
   std::vector<View> twice = views(1);

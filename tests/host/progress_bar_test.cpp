@@ -1,4 +1,4 @@
-// Tests trainer/progress_bar.h: a line that fits the terminal as wide as it is.
+// Tests trainer/progress_bar.h: the line fits the width of the terminal.
 #include <catch2/catch.hpp>
 
 #include <pty.h>
@@ -14,7 +14,7 @@ using Catch::Contains;
 
 namespace {
 
-/// stderr is a terminal of so many columns while this lives.
+/// Replaces stderr by a terminal of this many columns during its lifetime.
 class Terminal {
  public:
   explicit Terminal(unsigned short columns) {
@@ -31,7 +31,7 @@ class Terminal {
     const winsize size{24, columns, 0, 0};
     ::ioctl(slave_, TIOCSWINSZ, &size);
   }
-  /// The one line that was drawn since the last call.
+  /// Returns the line drawn since the last call.
   std::string line() {
     char text[1000];
     const ssize_t length = ::read(master_, text, sizeof text);
@@ -52,7 +52,7 @@ train::Progress progress() {
 
 }  // namespace
 
-TEST_CASE("the line of a training fits every width from 40 columns on, and says the most that does", "[progress_bar]") {
+TEST_CASE("the training line fits every width from 40 columns and shows as much as possible", "[progress_bar]") {
   for (unsigned short columns = 40; columns <= 200; ++columns) {
     Terminal terminal(columns);
     ProgressBar bar(10'000, 10, false);
@@ -67,7 +67,7 @@ TEST_CASE("the line of a training fits every width from 40 columns on, and says 
   }
 }
 
-TEST_CASE("the line of a training follows the terminal when its width changes", "[progress_bar]") {
+TEST_CASE("the training line adapts when the width of the terminal changes", "[progress_bar]") {
   Terminal terminal(120);
   ProgressBar bar(10'000, 10, false);
   bar.training(progress());
@@ -82,7 +82,7 @@ TEST_CASE("the line of a training follows the terminal when its width changes", 
   }
 }
 
-TEST_CASE("the time that is left follows from how long the steps to come take", "[progress_bar]") {
+TEST_CASE("the remaining time considers how long later steps take", "[progress_bar]") {
   Terminal terminal(120);
   ProgressBar bar(10'000, 10, false);
   train::Progress p = progress();
@@ -92,12 +92,12 @@ TEST_CASE("the time that is left follows from how long the steps to come take", 
   p.pace = 3;
   bar.training(p);
   CHECK_THAT(terminal.line(), Contains("20:00 left"));
-  p.pace = 1, p.ms_per_step = 300;  // what was slower to come is there
+  p.pace = 1, p.ms_per_step = 300;  // the slower steps have begun
   bar.training(p);
   CHECK_THAT(terminal.line(), Contains("20:00 left"));
 }
 
-TEST_CASE("lines of the work before training fit too", "[progress_bar]") {
+TEST_CASE("lines for the work before training fit too", "[progress_bar]") {
   Terminal terminal(40);
   ProgressBar bar(10, 10, false);
   bar.loading(17, 200);
@@ -110,7 +110,7 @@ TEST_CASE("lines of the work before training fit too", "[progress_bar]") {
   CHECK_THAT(line, Contains("features of photographs"));
 }
 
-TEST_CASE("parts of a line go by how little they matter", "[progress_bar]") {
+TEST_CASE("the least important parts of a line are removed first", "[progress_bar]") {
   const std::vector<LinePart> parts{{"aaaa", 1}, {"bbbb", 3}, {"cccc", 2}};
   CHECK(fitted_line("", 0.5, parts, 100) == "[############............] aaaa  bbbb  cccc");
   CHECK(fitted_line("", 0.5, parts, 25) == "[###...] aaaa  bbbb  cccc");

@@ -45,7 +45,7 @@ nlohmann::json json_in(const fs::path& path) { return nlohmann::json::parse(read
 
 }  // namespace
 
-TEST_CASE("a soup in the published viewer's files is what they say", "[published]") {
+TEST_CASE("a soup is written as the files of the published viewer", "[published]") {
   const test::TemporaryFolder folder;
   const soup::Model model = model_of(std::vector<std::uint32_t>(3, 2));
   write_published(folder.path(), "b scene", model, {0, 0, 1});
@@ -58,11 +58,11 @@ TEST_CASE("a soup in the published viewer's files is what they say", "[published
                                 {"background", {0.25, 0.5, 1.0}},
                                 {"num_faces", 3},
                                 {"num_verts", 9}}));
-  // Rows of weights are outputs: W2[1][0] is the 17th of its layer.
+  // Rows of weights are outputs: W2[1][0] is the 17th value of its layer.
   CHECK(mlp["W2"][16].get<float>() == model.mlp.parameters[272 + 16]);
   CHECK(mlp["b3"][2].get<float>() == model.mlp.parameters[594]);
 
-  // 15 samples a triangle: sample s of triangle f is texel 15 f + s.
+  // 15 samples per triangle: sample s of triangle f is texel 15 f + s.
   for (int half = 0; half < 2; ++half) {
     const Image image = read_image(folder / "a" / (half ? "lut1.png" : "lut0.png"));
     CHECK(image.width == 45);
@@ -85,7 +85,7 @@ TEST_CASE("a soup in the published viewer's files is what they say", "[published
   CHECK(corner == 7);
 }
 
-TEST_CASE("look-up textures are 4,096 texels wide, and end with zeros", "[published]") {
+TEST_CASE("look-up textures are 4,096 texels wide and padded with zeros", "[published]") {
   const test::TemporaryFolder folder;
   const soup::Model model = model_of(std::vector<std::uint32_t>(30, 4));  // 30 x 153 = 4,590 samples
   write_published(folder.path(), "x", model, {0, 1, 0});
@@ -96,7 +96,7 @@ TEST_CASE("look-up textures are 4,096 texels wide, and end with zeros", "[publis
   CHECK(std::all_of(image.rgba.begin() + 4 * 4590, image.rgba.end(), [](std::uint8_t c) { return c == 0; }));
 }
 
-TEST_CASE("what was written in the published form is read again", "[published]") {
+TEST_CASE("files of the published viewer are read back", "[published]") {
   const test::TemporaryFolder folder;
   const soup::Model model = model_of(std::vector<std::uint32_t>(30, 4));
   write_published(folder.path(), "x", model, {0, 0, -2});
@@ -111,19 +111,19 @@ TEST_CASE("what was written in the published form is read again", "[published]")
   REQUIRE(file.model.vertices.size() == 90);
   for (std::size_t i = 0; i < 90; ++i)
     CHECK(file.model.vertices[i] == glm::vec3(glm::dvec3(model.vertices[i]) + model.origin));
-  // A model.glb can be made of it, and viewers find it in reach.
+  // It can be written as a model.glb and lies near the origin.
   soup::ModelFileOptions options;
-  options.bake_directions = {{0, 0, 1}};  // colours are not what this is about
+  options.bake_directions = {{0, 0, 1}};  // colours do not matter here
   const soup::ModelFile again = soup::decode_model(soup::encode_model(file.model, options), "x");
   CHECK(again.model.lattice == model.lattice);
   for (const glm::vec3& v : soup::normalised_vertices(again.model)) CHECK(glm::length(v) < 1.5f);
 }
 
-TEST_CASE("triangles of several levels are brought to the highest", "[published]") {
+TEST_CASE("triangles of several levels are resampled to the highest level", "[published]") {
   const std::vector<std::uint32_t> levels{0, 3, 1, 5, 2};
   const soup::Model model = model_of(levels), even = soup::at_one_level(model, 5);
   REQUIRE(even.lattice.size() == 5 * 561 * 8);
-  // Anywhere, not only at lattice points, to the rounding of three samples.
+  // Equal everywhere, not only at lattice points, up to the rounding of three samples.
   soup::Random random(7);
   for (std::size_t t = 0; t < levels.size(); ++t) {
     CHECK(even.textures[t].level_max == 5);
@@ -137,13 +137,13 @@ TEST_CASE("triangles of several levels are brought to the highest", "[published]
       for (std::size_t c = 0; c < 8; ++c) CHECK(std::abs(value(model, c) - value(even, c)) < 0.51f);
     }
   }
-  // The one that had the level already is the same.
+  // The triangle that had this level already is unchanged.
   CHECK(std::equal(&even.lattice[3 * 561 * 8], &even.lattice[4 * 561 * 8],
                    &model.lattice[std::size_t(model.textures[3].lattice_offset) * 8]));
   CHECK_THROWS_WITH(soup::at_one_level(model, 4), Contains("level 5"));
 }
 
-TEST_CASE("a scene of the published viewer whose files do not belong together is refused", "[published]") {
+TEST_CASE("inconsistent files of the published viewer are refused", "[published]") {
   const test::TemporaryFolder folder;
   write_published(folder.path(), "x", model_of(std::vector<std::uint32_t>(4, 1)), {0, 0, 1});
   const fs::path x = folder / "x";
@@ -153,7 +153,7 @@ TEST_CASE("a scene of the published viewer whose files do not belong together is
     fs::copy_file(folder / "lut0.png", x / "lut0.png", fs::copy_options::overwrite_existing);
     CHECK_THROWS_WITH(soup::read_published(x), Contains("lut0.png") && Contains("24 x 1") && Contains("18 x 1"));
   }
-  SECTION("another level") {
+  SECTION("wrong level") {
     folder.file("x/meta.json", R"({"level": 2})");
     CHECK_THROWS_WITH(soup::read_published(x), Contains("lut0.png") && Contains("level 2"));
     for (const char* wrong : {R"({"level": 6})", R"({"level": -1})", R"({"level": "high"})", R"({"up": [1]})",
@@ -162,11 +162,11 @@ TEST_CASE("a scene of the published viewer whose files do not belong together is
       CHECK_THROWS_WITH(soup::read_published(x), Contains("meta.json"));
     }
   }
-  SECTION("no description: as the published page has it") {
+  SECTION("no meta.json: defaults of the published page") {
     fs::remove(x / "meta.json");
     CHECK_THROWS_WITH(soup::read_published(x), Contains("level 5"));
   }
-  SECTION("an MLP of another shape") {
+  SECTION("an MLP of the wrong shape") {
     for (const char* wrong : {"", "[]", R"({"W1": [1, 2]})", R"({"W1": "many"})"}) {
       folder.file("x/mlp_weights.json", wrong);
       CHECK_THROWS_WITH(soup::read_published(x), Contains("mlp_weights.json"));
@@ -177,14 +177,14 @@ TEST_CASE("a scene of the published viewer whose files do not belong together is
     folder.file("x/mlp_weights.json", mlp.dump());
     CHECK_THROWS_WITH(soup::read_published(x), Contains("W2 has 255 values instead of 256"));
   }
-  SECTION("a file that is not there") {
+  SECTION("a missing file") {
     for (const char* name : {"mesh.ply", "lut1.png", "mlp_weights.json"}) {
       write_published(folder.path(), "x", model_of(std::vector<std::uint32_t>(4, 1)), {0, 0, 1});
       fs::remove(x / name);
       CHECK_THROWS_WITH(soup::read_published(x), Contains(name));
     }
   }
-  SECTION("a list of scenes that is none stays") {
+  SECTION("an invalid list of scenes is not overwritten") {
     folder.file("models.json", "{\"mine\": 1}");
     CHECK_THROWS_WITH(write_published(folder.path(), "y", model_of({1}), {0, 0, 1}), Contains("models.json"));
     CHECK(read_file(folder / "models.json") == "{\"mine\": 1}");

@@ -1,4 +1,4 @@
-// Tests engine/train/start/random_start.h, with random.h and decimate.h that it is made of.
+// Tests engine/train/start/random_start.h, and random.h and decimate.h that it uses.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ std::vector<glm::vec3> random_points(std::size_t count, std::uint64_t seed) {
   return points;
 }
 
-// The definition, without any acceleration.
+// Reference implementation without acceleration.
 std::vector<std::uint32_t> farthest_points_plainly(const std::vector<glm::vec3>& points, std::size_t count) {
   std::vector<float> distance(points.size(), INFINITY);
   std::vector<std::uint32_t> chosen{0};
@@ -46,7 +46,7 @@ std::vector<std::uint32_t> farthest_points_plainly(const std::vector<glm::vec3>&
   return chosen;
 }
 
-// A sphere of 4 * rings * rings triangles, 4 * rings of them degenerate at the poles.
+// A sphere of 4 * rings * rings triangles, 4 * rings of which are degenerate at the poles.
 Mesh sphere(int rings) {
   Mesh mesh;
   const int around = 2 * rings;
@@ -65,8 +65,8 @@ Mesh sphere(int rings) {
 
 }  // namespace
 
-TEST_CASE("random numbers: Philox known answers and resumable streams", "[random]") {
-  // From the test vectors that come with Random123.
+TEST_CASE("random numbers: Philox test vectors and resumable streams", "[random]") {
+  // Test vectors of Random123.
   CHECK(philox({0, 0, 0, 0}, {0, 0}) == std::array<std::uint32_t, 4>{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
   CHECK(philox({~0u, ~0u, ~0u, ~0u}, {~0u, ~0u}) ==
         std::array<std::uint32_t, 4>{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
@@ -150,7 +150,7 @@ TEST_CASE("farthest points equal their definition", "[initialise]") {
       CHECK(farthest_points(points, count) == farthest_points_plainly(points, count));
     }
   }
-  // On a grid nearly every distance is tied; and every point is there three times.
+  // On a grid nearly every distance is tied. Every point occurs three times.
   std::vector<glm::vec3> grid;
   for (int k = 0; k < 3 * 512; ++k) grid.emplace_back(k % 8, k / 8 % 8, k / 64 % 8);
   CHECK(farthest_points(grid, 1000) == farthest_points_plainly(grid, 1000));
@@ -184,7 +184,7 @@ TEST_CASE("triangles from points: counts, size and seed", "[initialise]") {
     CHECK(glm::distance(triangles[3 * t], triangles[3 * t + 1]) == Approx(std::sqrt(3.0) * radius).epsilon(1e-3));
     places.emplace(centres[t].x, centres[t].y);
   }
-  CHECK(places.size() == 300);  // no point twice
+  CHECK(places.size() == 300);  // no point is used twice
   CHECK(triangles_from_points(points, options) == triangles);
   options.seed = 10;
   CHECK(triangles_from_points(points, options) != triangles);
@@ -198,8 +198,8 @@ TEST_CASE("triangles from points: counts, size and seed", "[initialise]") {
   CHECK_THROWS_AS(triangles_from_points(std::vector<glm::vec3>(9, glm::vec3(1)), options), Error);
 }
 
-TEST_CASE("in a cloud from hand to horizon triangles have the size of their own surroundings", "[initialise]") {
-  // A plane seen from its middle: as dense to the eye at any distance.
+TEST_CASE("in a cloud of very uneven density triangles have the size of the local spacing", "[initialise]") {
+  // A plane seen from its centre, with constant density in the image.
   std::vector<glm::vec3> points;
   Random random(4);
   for (int i = 0; i < 900; ++i) {
@@ -242,7 +242,7 @@ TEST_CASE("triangles in a box", "[initialise]") {
 }
 
 TEST_CASE("decimation keeps the budget and the shape", "[initialise]") {
-  const Mesh fine = sphere(100);  // 40,000 triangles, of which the poles' are degenerate
+  const Mesh fine = sphere(100);  // 40,000 triangles; those at the poles are degenerate
   for (const std::size_t budget : {20'000u, 1000u, 101u}) {
     const auto triangles = triangles_from_mesh(fine, budget);
     INFO(budget << " -> " << triangles.size() / 3);
@@ -252,10 +252,10 @@ TEST_CASE("decimation keeps the budget and the shape", "[initialise]") {
   }
   const std::size_t few = triangles_from_mesh(fine, 20).size();
   CHECK((few > 0 && few <= 60));
-  CHECK(triangles_from_mesh(sphere(4), 1000).size() == 3 * 48);  // within the budget: all but the degenerate ones
+  CHECK(triangles_from_mesh(sphere(4), 1000).size() == 3 * 48);  // within the budget: only degenerate ones are removed
 }
 
-TEST_CASE("decimation of loose triangles falls back to clustering", "[initialise]") {
+TEST_CASE("decimation of separate triangles falls back to clustering", "[initialise]") {
   Mesh mesh;
   Random random(3);
   for (std::uint32_t t = 0; t < 3000; ++t) {
@@ -268,7 +268,7 @@ TEST_CASE("decimation of loose triangles falls back to clustering", "[initialise
   CHECK(triangles.size() >= 300);
 }
 
-TEST_CASE("a mesh without area, or with damage, is an error", "[initialise]") {
+TEST_CASE("a mesh without area or with invalid values is an error", "[initialise]") {
   const Mesh flat{std::vector<glm::vec3>(3, glm::vec3(1)), {0, 1, 2}};
   CHECK_THROWS_AS(triangles_from_mesh(flat, 10), Error);
   CHECK_THROWS_AS(triangles_from_mesh(Mesh{}, 10), Error);

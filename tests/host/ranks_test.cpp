@@ -1,4 +1,4 @@
-// Tests engine/ranks/ranks.h, with threads as ranks, and what engine/ranks/launched.h makes of an environment.
+// Tests engine/ranks/ranks.h with threads as ranks, and engine/ranks/launched.h.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -15,7 +15,7 @@ std::string text_of(const ranks::Bytes& bytes) { return {reinterpret_cast<const 
 
 }  // namespace
 
-TEST_CASE("ranks exchange messages of any length, in order of rank, however late they arrive", "[ranks]") {
+TEST_CASE("ranks exchange messages of any length in order of rank, whenever they arrive", "[ranks]") {
   constexpr int kRounds = 20;
   std::vector<std::string> wrong(3);
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
@@ -24,7 +24,7 @@ TEST_CASE("ranks exchange messages of any length, in order of rank, however late
       std::vector<std::string> to;
       for (int r = 0; r < 3; ++r)
         to.push_back(fmt::format("{} to {}{}", self, r, std::string(static_cast<std::size_t>(round * (r + 1)), '.')));
-      to[1].clear();  // nothing is a message too
+      to[1].clear();  // an empty message
       const auto received =
           ranks.exchange(std::vector<ranks::ByteView>{bytes_of(to[0]), bytes_of(to[1]), bytes_of(to[2])});
       for (std::size_t r = 0; r < 3; ++r) {
@@ -42,7 +42,7 @@ TEST_CASE("ranks exchange messages of any length, in order of rank, however late
   CHECK(wrong == std::vector<std::string>(3));
 }
 
-TEST_CASE("a rank that cannot go on ends all, with a line that names it", "[ranks]") {
+TEST_CASE("a failing rank ends all ranks with a line that names it", "[ranks]") {
   std::vector<int> rounds(3);
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     for (int round = 0; round < 10; ++round) {
@@ -57,7 +57,7 @@ TEST_CASE("a rank that cannot go on ends all, with a line that names it", "[rank
     CHECK(thrown[static_cast<std::size_t>(r)].starts_with("rank 1 of 3 ("));
     CHECK(thrown[static_cast<std::size_t>(r)].ends_with("): photographs: there is no room"));
   }
-  // Two at once are no deadlock.
+  // Two failures at once do not deadlock.
   const auto both = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     if (ranks.rank() > 0) throw Error("gone {}", ranks.rank());
     ranks.gather({});
@@ -65,7 +65,7 @@ TEST_CASE("a rank that cannot go on ends all, with a line that names it", "[rank
   CHECK(both[0].ends_with("gone 1"));
 }
 
-TEST_CASE("a process by itself is a rank that sends to itself", "[ranks]") {
+TEST_CASE("a single process is one rank that sends to itself", "[ranks]") {
   const auto alone = ranks::alone();
   CHECK(alone->size() == 1);
   CHECK(alone->is_first());
@@ -76,13 +76,13 @@ TEST_CASE("a process by itself is a rank that sends to itself", "[ranks]") {
   CHECK_THROWS_AS(alone->gather({}), Error);
 }
 
-TEST_CASE("a message that is no list of values is refused", "[ranks]") {
+TEST_CASE("a message that is not a list of values is refused", "[ranks]") {
   const std::vector<std::byte> bytes(7);
   CHECK_THROWS_WITH(ranks::values_of<float>(bytes), Catch::Contains("7 bytes"));
   CHECK(ranks::values_of<float>(ranks::ByteView(bytes).first(4)).size() == 1);
 }
 
-TEST_CASE("where a launcher has started several processes, and there is no plugin, that is an error", "[ranks]") {
+TEST_CASE("several launched processes without the plugin are an error", "[ranks]") {
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS", "PMIX_RANK", "PMI_RANK"})
     ::unsetenv(variable);
   CHECK(ranks::launched_size() == 1);

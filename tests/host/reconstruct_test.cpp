@@ -1,4 +1,4 @@
-// Tests engine/scene/reconstruct.h, unposed.h, video_frames.h and child_process.h with programs that only pretend.
+// Tests engine/scene/reconstruct.h, unposed.h, video_frames.h and base/child_process.h with fake programs.
 #include <catch2/catch.hpp>
 
 #include <signal.h>
@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// What the pretended COLMAP does besides noting its calls. $out is the mapper's folder; `model N NAMES...` leaves a
-// model there.
+// Script of the fake COLMAP, besides logging its calls. $out is the output folder of the mapper; `model N NAMES...`
+// writes a model there.
 constexpr const char* kColmap = R"(#!/bin/bash
 here=$(dirname "$0")
 command=$1
@@ -46,7 +46,7 @@ model() {
 [ "$command" = mapper ] || echo "Processed file [1/4]"
 )";
 
-/// Photographs, pretended programs that are found first, and what was said.
+/// A folder of photographs, fake programs first in PATH, and the messages.
 struct Stage {
   SceneFolder folder;
   std::string path = std::getenv("PATH");
@@ -71,7 +71,7 @@ struct Stage {
   void colmap(const std::string& mapper) {
     program("colmap", kColmap + ("[ \"$command\" != mapper ] || {\n" + mapper + "\n}\n"));
   }
-  /// A model of these photographs for the pretended mapper.
+  /// Creates a model of these photographs for the fake mapper.
   void model(const std::string& name, const std::vector<std::string>& names) {
     std::string images = pack(std::uint64_t(names.size()));
     for (std::size_t i = 0; i < names.size(); ++i)
@@ -99,7 +99,7 @@ std::string joined(const std::vector<std::string>& lines) {
 
 }  // namespace
 
-TEST_CASE("lines of COLMAP say how far it is", "[reconstruct]") {
+TEST_CASE("progress is read from the output of COLMAP", "[reconstruct]") {
   const auto text = [](const char* line) {
     const auto p = colmap_progress(line);
     return p ? fmt::format("{}/{}", p->done, p->total) : "";
@@ -114,13 +114,13 @@ TEST_CASE("lines of COLMAP say how far it is", "[reconstruct]") {
     CHECK(text(line) == "");
 }
 
-TEST_CASE("names in a message are cut", "[reconstruct]") {
+TEST_CASE("names in a message are shortened", "[reconstruct]") {
   CHECK(some_names({"a"}) == "a");
   CHECK(some_names({"1", "2", "3", "4", "5", "6", "7", "8"}) == "1, 2, 3, 4, 5, 6, 7, 8");
   CHECK(some_names({"1", "2", "3", "4", "5", "6", "7", "8", "9", "\n"}) == "1, 2, 3, 4, 5, 6, 7, 8 and 2 more");
 }
 
-TEST_CASE("poses win over photographs, images/ over the folder", "[reconstruct]") {
+TEST_CASE("poses take precedence over photographs, and images/ over the folder", "[reconstruct]") {
   SceneFolder folder;
   folder.write("a.PNG", test::plain(2, 2, 0, 0, 0));
   folder.write("._a.png", "hidden");
@@ -146,7 +146,7 @@ TEST_CASE("poses win over photographs, images/ over the folder", "[reconstruct]"
   CHECK_FALSE(find_unposed(folder.path()));
 }
 
-TEST_CASE("photographs become a dataset, and are not worked on twice", "[reconstruct]") {
+TEST_CASE("photographs are reconstructed once and become a dataset", "[reconstruct]") {
   Stage s({"a b.png", "it's.png", "\"c\".png", "d.png"});
   s.model("all", {"a b.png", "it's.png", "\"c\".png", "d.png"});
   s.colmap("echo 'Registering image #1 (3)'; model 0 all");
@@ -162,7 +162,7 @@ TEST_CASE("photographs become a dataset, and are not worked on twice", "[reconst
   CHECK_THAT(test::content_of(s.out("log.txt")), Contains("Processed file") && Contains("Registering image"));
 
   const std::string calls = s.calls();
-  fs::remove(s.folder / "bin/colmap");  // it is not needed any more
+  fs::remove(s.folder / "bin/colmap");  // no longer needed
   CHECK(s.run().reused);
   CHECK(s.calls() == calls);
 
@@ -174,13 +174,13 @@ TEST_CASE("photographs become a dataset, and are not worked on twice", "[reconst
   s.options.resume = false;
   CHECK(s.run().registered == 4);
   CHECK_THAT(joined(s.warnings), Contains("1 of 5 photographs have no pose") && Contains("e.png"));
-  // Each size has its camera.
+  // Each image size has its own camera.
   CHECK(s.calls().substr(calls.size()).find("feature_extractor") !=
         s.calls().substr(calls.size()).rfind("feature_extractor"));
   CHECK_THAT(joined(s.progress), Contains("features 4/5") && Contains("features 5/5"));
 }
 
-TEST_CASE("of several models the largest is taken", "[reconstruct]") {
+TEST_CASE("the largest of several models is used", "[reconstruct]") {
   Stage s;
   s.model("two", {"a.png", "b.png"});
   s.model("three", {"b.png", "c.png", "d.png"});
@@ -203,7 +203,7 @@ TEST_CASE("too few photographs with poses are an error that names the others", "
   CHECK_FALSE(fs::exists(s.out("sparse")));
 }
 
-TEST_CASE("damaged photographs are left out, and too few are refused before COLMAP", "[reconstruct]") {
+TEST_CASE("damaged photographs are skipped, and too few are refused before COLMAP starts", "[reconstruct]") {
   Stage s;
   s.folder.write("photographs/bad.jpg", "no photograph");
   s.model("all", {"a.png", "b.png", "c.png", "d.png"});
@@ -217,7 +217,7 @@ TEST_CASE("damaged photographs are left out, and too few are refused before COLM
   CHECK(few.calls().empty());
 }
 
-TEST_CASE("what COLMAP fails with is said in one line", "[reconstruct]") {
+TEST_CASE("a failure of COLMAP is reported in one line", "[reconstruct]") {
   Stage s;
   s.colmap("echo 'F1123 Check failed: no memory'; echo more; exit 3");
   const std::string message = test::message_of([&] { s.run(); });
@@ -225,7 +225,7 @@ TEST_CASE("what COLMAP fails with is said in one line", "[reconstruct]") {
   CHECK(message.find('\n') == std::string::npos);
   s.colmap("kill -KILL $$");
   CHECK_THAT(test::message_of([&] { s.run(); }), Contains("signal 9"));
-  // Features and matches were whole, and are not made again.
+  // Features and matches were complete and are reused.
   const std::string calls = s.calls();
   CHECK(calls.find("feature_extractor") == calls.rfind("feature_extractor"));
   s.program("colmap", "#!/bin/bash\necho 'unrecognised option --x'\nexit 1\n");
@@ -234,7 +234,7 @@ TEST_CASE("what COLMAP fails with is said in one line", "[reconstruct]") {
   CHECK_FALSE(fs::exists(s.out("database.db")));
 }
 
-TEST_CASE("programs that are missing are named with the command that installs them", "[reconstruct]") {
+TEST_CASE("missing programs are named with the command that installs them", "[reconstruct]") {
   Stage s;
   ::setenv("PATH", (s.folder / "bin").c_str(), 1);
   CHECK_THAT(test::message_of([&] { s.run(); }),
@@ -245,7 +245,7 @@ TEST_CASE("programs that are missing are named with the command that installs th
   CHECK_FALSE(fs::exists(s.folder / "out"));
 }
 
-TEST_CASE("a folder that somebody else has made stays", "[reconstruct]") {
+TEST_CASE("a folder of other origin is not overwritten", "[reconstruct]") {
   Stage s;
   s.colmap("exit 1");
   s.folder.write("out/colmap/database.db", "precious");
@@ -253,10 +253,10 @@ TEST_CASE("a folder that somebody else has made stays", "[reconstruct]") {
   CHECK(test::content_of(s.out("database.db")) == "precious");
 }
 
-TEST_CASE("a stop ends COLMAP, leaves nothing half-made, and the next start goes on", "[reconstruct]") {
+TEST_CASE("stopping ends COLMAP and leaves no partial results, and the next start continues", "[reconstruct]") {
   Stage s;
   s.model("all", {"a.png", "b.png", "c.png", "d.png"});
-  // Deaf to the request to end.
+  // Ignores the request to end.
   s.colmap("trap '' TERM; echo $$ >\"$here/pid\"; model 0 all; while :; do read -t 0.1 <> <(:) || :; done");
   std::jthread stopper([&] {
     for (int i = 0; i < 500 && test::content_of(s.folder / "bin/pid").empty(); ++i)
@@ -277,7 +277,7 @@ TEST_CASE("a stop ends COLMAP, leaves nothing half-made, and the next start goes
   CHECK_FALSE(fs::exists(s.out("sparse.partial")));
 }
 
-TEST_CASE("sharpness tells blurred from sharp, and each window has its sharpest", "[reconstruct]") {
+TEST_CASE("sharpness distinguishes blurred frames, and each window yields its sharpest frame", "[reconstruct]") {
   Image sharp = test::plain(20, 20, 0, 0, 0), soft = sharp;
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 20; ++x)
@@ -294,11 +294,11 @@ TEST_CASE("sharpness tells blurred from sharp, and each window has its sharpest"
   CHECK(sharpest_of_windows({}, 3).empty());
 }
 
-TEST_CASE("a video gives frames, once", "[reconstruct]") {
+TEST_CASE("frames are extracted from a video once", "[reconstruct]") {
   Stage s;
   s.folder.write("a film.mp4", "x");
   s.program("ffprobe", "#!/bin/bash\necho 10.0\n");
-  // It names its frames as jpg, and the reader goes by what they hold.
+  // The fake frames are named .jpg; the reader goes by their contents.
   s.program("ffmpeg",
             "#!/bin/bash\nout=${!#}\necho \"$*\" >>\"$(dirname \"$0\")/calls\"\nfor i in 1 2 3 4; do cp \"$(dirname "
             "\"$0\")/../photographs/a.png\" \"$(printf \"$out\" $i)\"; done\necho frame=4\n");
@@ -310,7 +310,7 @@ TEST_CASE("a video gives frames, once", "[reconstruct]") {
   s.colmap("model 0 all");
   const Reconstruction r = s.run("a film.mp4");
   CHECK((r.registered == 4 && r.photographs == 4));
-  CHECK(s.calls().find("file:") == s.calls().rfind("file:"));  // frames were whole
+  CHECK(s.calls().find("file:") == s.calls().rfind("file:"));  // frames were complete
   CHECK(s.run("a film.mp4").reused);
 
   fs::remove_all(s.out("sparse"));

@@ -31,7 +31,7 @@ std::string message_of(const std::filesystem::path& path) {
 
 }  // namespace
 
-TEST_CASE("safetensors: what is written is read back", "[safetensors]") {
+TEST_CASE("safetensors: arrays are read back unchanged", "[safetensors]") {
   const test::TemporaryFolder folder;
   const std::vector<float> floats{1, -2.5f, 3, 4, 5, 6};
   const std::vector<std::uint8_t> bytes{1, 2, 3};
@@ -70,7 +70,7 @@ TEST_CASE("safetensors: what is written is read back", "[safetensors]") {
   CHECK_THROWS_AS(file.floats("words"), Error);
   CHECK_THROWS_AS(file.values<float>("soup.vertices", {3, 2}), Error);
 
-  // The format: header length, JSON, data right behind it, aligned.
+  // The format: length of the header, JSON, aligned data directly after it.
   const std::string raw = test::content_of(path);
   std::uint64_t header = 0;
   std::memcpy(&header, raw.data(), 8);
@@ -86,7 +86,7 @@ TEST_CASE("safetensors: no arrays at all", "[safetensors]") {
   CHECK(Safetensors::open(folder / "empty.safetensors").tensors().empty());
 }
 
-TEST_CASE("safetensors: the writer refuses what nobody could read", "[safetensors]") {
+TEST_CASE("safetensors: the writer refuses invalid arrays", "[safetensors]") {
   SafetensorsWriter writer;
   const std::vector<float> values{1, 2, 3};
   writer.add<float>("a", {3}, values);
@@ -101,7 +101,7 @@ TEST_CASE("safetensors: the writer refuses what nobody could read", "[safetensor
   CHECK_FALSE(std::filesystem::exists(folder / "a.safetensors"));
 }
 
-TEST_CASE("safetensors: a file cut short anywhere is an error", "[safetensors]") {
+TEST_CASE("safetensors: a truncated file is an error", "[safetensors]") {
   const test::TemporaryFolder folder;
   const std::vector<float> values{1, 2, 3};
   SafetensorsWriter writer;
@@ -118,7 +118,7 @@ TEST_CASE("safetensors: a file cut short anywhere is an error", "[safetensors]")
   CHECK_FALSE(message_of(folder.path()).empty());
 }
 
-TEST_CASE("safetensors: a header that cannot be is an error", "[safetensors]") {
+TEST_CASE("safetensors: an invalid header is an error", "[safetensors]") {
   using Catch::Matchers::Contains;
   const test::TemporaryFolder folder;
   const auto message = [&](const std::string& json, std::size_t data = 8) {
@@ -155,7 +155,7 @@ TEST_CASE("safetensors: a header that cannot be is an error", "[safetensors]") {
   CHECK_THAT(message_of(folder.file("f", std::string(8, '\xff') + "{}")), Contains("its header should have"));
 }
 
-TEST_CASE("safetensors: a failed write leaves the earlier checkpoint", "[safetensors]") {
+TEST_CASE("safetensors: a failed write keeps the earlier checkpoint", "[safetensors]") {
   const test::TemporaryFolder folder;
   const std::vector<float> values{1, 2, 3};
   SafetensorsWriter writer;

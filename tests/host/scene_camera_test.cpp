@@ -1,4 +1,4 @@
-// Tests engine/scene/camera.h: where points land in clip space and on pixels.
+// Tests engine/scene/camera.h: projection to clip space and pixels.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -58,14 +58,14 @@ TEST_CASE("clip space: rows grow with NDC y, depth runs from -1 to 1", "[scene][
   };
   // The centre of the top row of pixels, at depth 2: y = (0.5 - cy) / fy * z.
   CHECK(ndc(0, (0.5 - 25) / 80 * 2, 2).y == Approx(-1 + 2 * 0.5 / 50));
-  CHECK(ndc(0, -0.1, 2).y < 0);  // what is above the axis (y is down) is in the upper rows
+  CHECK(ndc(0, -0.1, 2).y < 0);  // points above the axis (y is down) are in the upper rows
   CHECK(ndc(0.1, 0, 2).x > 0);
   CHECK(ndc(0, 0, 0.5).z == Approx(-1));
   CHECK(ndc(0, 0, 4.0).z == Approx(1));
   CHECK(ndc(0, 0, 2.0).z < ndc(0, 0, 3.0).z);
 }
 
-TEST_CASE("resizing a camera keeps every ray", "[scene][camera]") {
+TEST_CASE("resizing a camera keeps all rays", "[scene][camera]") {
   const Camera camera = example(), small = scene::resized(camera, 213, 159);
   CHECK(small.width == 213);
   CHECK(small.height == 159);
@@ -75,8 +75,8 @@ TEST_CASE("resizing a camera keeps every ray", "[scene][camera]") {
   CHECK(glm::distance(a, b) < 1e-12);
 }
 
-// The published code has the sign of the vertical principal-point term wrong for its y-down camera, so that one term is
-// expected to be the negative of ours; everything else must agree.
+// The published code has the wrong sign in the vertical principal-point term for its y-down camera. This term must be
+// the negative of that in this project; all others must agree.
 TEST_CASE("clip space agrees with the published projection", "[scene][camera][golden]") {
   REQUIRE_SHARED_FOLDER(shared);
   test::Npz golden = test::load_npz(shared / "golden" / "F_camera.npz");
@@ -90,7 +90,7 @@ TEST_CASE("clip space agrees with the published projection", "[scene][camera][go
 
   const glm::dmat4 from_pinhole = scene::clip_from_world(camera, 0.01, 100.0);
   const double off_centre = 2 * camera.cy / camera.height - 1;
-  REQUIRE(std::abs(off_centre) > 0.01);  // or this file could not tell right from wrong
+  REQUIRE(std::abs(off_centre) > 0.01);  // otherwise this case cannot detect an error
 
   std::array<double, 16> pose;
   for (std::size_t i = 0; i < 16; ++i) pose[i] = golden["c2w_blender"].f.at(i);
@@ -111,7 +111,7 @@ TEST_CASE("clip space agrees with the published projection", "[scene][camera][go
       double expected = from_pinhole[column][row];
       if (row == 1) expected -= 2 * off_centre * camera.world_to_camera[column][2];
       CHECK(matrix("mvp_from_K_flipz", row, column) == Approx(expected).margin(2e-6));
-      const double y_up = row == 1 ? -1 : 1;  // their Blender projection has row 0 at the bottom of the picture
+      const double y_up = row == 1 ? -1 : 1;  // the published Blender projection has row 0 at the bottom
       CHECK(matrix("mvp_blender", row, column) == Approx(y_up * from_blender[column][row]).margin(2e-6));
     }
 }

@@ -1,4 +1,4 @@
-// Tests engine/scene/colmap_model.h: both encodings hold the same, and damage is noticed.
+// Tests engine/scene/colmap_model.h: text and binary models are equal, and damage is detected.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -73,7 +73,7 @@ void check_cameras(const ColmapCameras& cameras) {
 void check_image(const ColmapImage& image) {
   CHECK(image.name == "a/b c.jpg");
   CHECK(image.camera_id == 7);
-  // A quarter turn about y takes x to -z.
+  // A quarter turn about y maps x to -z.
   const glm::dvec4 turned = image.world_to_camera * glm::dvec4(1, 0, 0, 1);
   CHECK(glm::distance(turned, glm::dvec4(1, 2, 2, 1)) < 1e-12);
 }
@@ -99,7 +99,7 @@ TEST_CASE("COLMAP cameras, images and points in both encodings", "[scene][colmap
   }
 }
 
-TEST_CASE("every COLMAP camera model puts its parameters in the right place", "[scene][colmap]") {
+TEST_CASE("the parameters of every COLMAP camera model are assigned correctly", "[scene][colmap]") {
   const auto camera = [](const std::string& line) { return parse_colmap_cameras_text("1 " + line, "file").at(1); };
   auto c = camera("SIMPLE_PINHOLE 64 48 50 31 25");
   CHECK(c.pinhole.fy == 50);
@@ -123,7 +123,7 @@ TEST_CASE("every COLMAP camera model puts its parameters in the right place", "[
   CHECK(camera("SIMPLE_RADIAL_FISHEYE 64 48 50 31 25 1").lens.model == Lens::Model::fisheye);
 }
 
-TEST_CASE("COLMAP files cut anywhere are Errors", "[scene][colmap]") {
+TEST_CASE("truncated COLMAP files are Errors", "[scene][colmap]") {
   const auto check = [](auto parse, const std::string& whole) {
     for (std::size_t size = 0; size < whole.size(); ++size) {
       INFO(size << " of " << whole.size());
@@ -135,7 +135,7 @@ TEST_CASE("COLMAP files cut anywhere are Errors", "[scene][colmap]") {
   check(parse_colmap_points_binary, points_binary());
 }
 
-TEST_CASE("impossible counts are refused before anything is allocated", "[scene][colmap]") {
+TEST_CASE("invalid counts are refused before memory is allocated", "[scene][colmap]") {
   const std::uint64_t huge = ~std::uint64_t(0);
   CHECK(message(parse_colmap_cameras_binary, pack(huge) + std::string(100, '\0')) ==
         "file: claims 18446744073709551615 camera records in 100 bytes; the file is cut or damaged, export it again");
@@ -147,7 +147,7 @@ TEST_CASE("impossible counts are refused before anything is allocated", "[scene]
         std::string::npos);
 }
 
-TEST_CASE("bad COLMAP values say what, where and how to mend it", "[scene][colmap]") {
+TEST_CASE("errors of COLMAP files name the problem, the place and the fix", "[scene][colmap]") {
   const auto camera = [](const std::string& line) { return message(parse_colmap_cameras_text, line); };
   CHECK(camera("1 FOV 64 48 50 51 31 25 1")
             .starts_with("file: line 1: unknown camera model FOV; known models: SIMPLE_PINHOLE, "));
@@ -170,14 +170,14 @@ TEST_CASE("bad COLMAP values say what, where and how to mend it", "[scene][colma
   CHECK(image("3 nan 0 0 0 1 2 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
   CHECK(image("3 1 0 0 0 1 inf 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
   CHECK(image("3 1 0 0 0 1 2 3 7\n\n").find("ends before its image name") != std::string::npos);
-  // Blank second lines that an exporter left out: the next image must not pass for observations.
+  // If an exporter omits the empty second line, the next image must not be read as observations.
   CHECK(
       image("3 1 0 0 0 1 2 3 7 a.jpg\n4 1 0 0 0 1 2 3 7 b.jpg\n").starts_with("file: line 2: is not the observations"));
   CHECK(message(parse_colmap_points_text, "5 1 2 nan 1 2 3 0 1\n").find("not finite") != std::string::npos);
   CHECK(message(parse_colmap_points_text, "5 1 2 3 1 2 300 0 1\n").find("colour is '300'") != std::string::npos);
 }
 
-TEST_CASE("COLMAP quaternions of any length are rotations", "[scene][colmap]") {
+TEST_CASE("COLMAP quaternions of any length are accepted", "[scene][colmap]") {
   for (const double length : {1e-200, 0.5, 1.0, 1e200}) {
     const glm::dmat3 r(from_colmap_pose({0.1 * length, -0.7 * length, 0.3 * length, 0.5 * length}, {}, "x"));
     CHECK(glm::determinant(r) == Approx(1.0));

@@ -1,4 +1,4 @@
-// Tests engine/scene/load.cpp, dataset*.cpp and photograph_files.cpp on small datasets made up on the spot.
+// Tests engine/scene/load.cpp, dataset*.cpp and photograph_files.cpp on small generated datasets.
 #include <catch2/catch.hpp>
 
 #include <atomic>
@@ -20,7 +20,7 @@ using test::SceneFolder;
 
 namespace {
 
-// A camera on the unit circle around the z axis, looking at the origin, as a row-major OpenGL camera-to-world matrix.
+// Row-major OpenGL camera-to-world matrix of a camera on a circle around the z axis that looks at the origin.
 std::string pose(int i, double radius = 4) {
   const double a = 0.6 * i, c = std::cos(a), s = std::sin(a);
   return fmt::format("[[{},0,{},{}],[{},0,{},{}],[0,1,0,0],[0,0,0,1]]", -s, c, radius * c, c, s, radius * s);
@@ -36,7 +36,7 @@ std::string file_of(const std::string& shared, const std::vector<std::string>& f
   return text + "]}";
 }
 
-// transforms.json with `count` images of 16 x 12 of growing brightness.
+// transforms.json with `count` images of 16 x 12 pixels and increasing brightness.
 void write_transforms(const SceneFolder& folder, int count, const std::string& shared = "") {
   std::vector<std::string> frames;
   for (int i = 0; i < count; ++i) {
@@ -47,7 +47,7 @@ void write_transforms(const SceneFolder& folder, int count, const std::string& s
   folder.write("transforms.json", file_of("\"fl_x\": 20, \"w\": 16, \"h\": 12," + shared, frames));
 }
 
-// COLMAP text model with two images in a subfolder.
+// A COLMAP text model with two images in a subfolder.
 void write_colmap(const SceneFolder& folder, const std::string& model, const std::string& camera) {
   folder.write(model + "cameras.txt", camera + "\n");
   folder.write(model + "images.txt", "1 1 0 0 0 0 0 4 1 sub/b.png\n\n2 0.8 0.6 0 0 0 0 4 1 sub/a.png\n\n");
@@ -71,7 +71,7 @@ std::vector<int> pixel(const View& view, int index = 0) {
 
 }  // namespace
 
-TEST_CASE("Blender: extension added, given test split, white behind alpha", "[scene][load]") {
+TEST_CASE("Blender: file extension added, given test split, white background", "[scene][load]") {
   const SceneFolder folder;
   for (int i : {0, 1, 2, 10})
     folder.write(fmt::format("train/r_{}.png", i), plain(8, 8, 0, 255, 0, std::uint8_t(i == 2 ? 0 : 255)));
@@ -94,7 +94,7 @@ TEST_CASE("Blender: extension added, given test split, white behind alpha", "[sc
     CHECK(pixel(scene.train[0]) == std::vector<int>{0, 255, 0, 255});
     CHECK(scene.train[0].camera.fx == Approx(4 / std::tan(0.35)));
     CHECK(scene.points.positions.empty());
-    // The circle has radius 4 and lies around the origin.
+    // The circle has radius 4 and is centred at the origin.
     CHECK(scene.normalisation.scale == Approx(0.25));
     CHECK(glm::distance(scene.train[0].camera.centre(), glm::dvec3(1, 0, 0)) < 1e-9);
     CHECK(glm::distance(scene.train[0].camera.forward(), glm::dvec3(-1, 0, 0)) < 1e-9);
@@ -113,7 +113,7 @@ TEST_CASE("Blender: extension added, given test split, white behind alpha", "[sc
   CHECK(names(load(folder.path(), {}).test) == std::vector<std::string>{"train/r_0.png"});  // every 8th
 }
 
-TEST_CASE("transforms.json: every n-th view in name order is held out, index 0 first", "[scene][load]") {
+TEST_CASE("transforms.json: every n-th view in name order is held out, starting with index 0", "[scene][load]") {
   const SceneFolder folder;
   write_transforms(folder, 7);
   LoadOptions options;
@@ -180,7 +180,7 @@ TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
   CHECK(message(folder.path()).find("none of its 6 images is there, first: images/00.png; ") != std::string::npos);
 }
 
-TEST_CASE("COLMAP: subfolders, every place of the model, images beside it", "[scene][load]") {
+TEST_CASE("COLMAP: subfolders, all locations of the model and the images", "[scene][load]") {
   const std::string model = GENERATE("sparse/0/", "sparse/", "");
   const std::string images = GENERATE("images/", "");
   const SceneFolder folder;
@@ -195,11 +195,11 @@ TEST_CASE("COLMAP: subfolders, every place of the model, images beside it", "[sc
   CHECK(names(scene.train) == std::vector<std::string>{images + "sub/b.png"});
   CHECK(pixel(scene.train[0]) == std::vector<int>{2, 0, 0, 255});
   CHECK(scene.points.positions.size() == 1);
-  // The training camera stands at (0, 0, -4) and its only point is 5 ahead.
+  // The training camera is at (0, 0, -4) and its only point 5 units ahead.
   CHECK(scene.normalisation.scale == Approx(0.2));
 }
 
-TEST_CASE("the resolution option resamples or takes the prescaled folder where there is one", "[scene][load]") {
+TEST_CASE("the resolution option resamples, or uses the prescaled folder if there is one", "[scene][load]") {
   const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "1 PINHOLE 33 24 40 41 16.5 12");
   for (const char* name : {"images/sub/a.png", "images/sub/b.png"}) folder.write(name, plain(33, 24, 100, 0, 0));
@@ -220,7 +220,7 @@ TEST_CASE("the resolution option resamples or takes the prescaled folder where t
   folder.write("images_2/sub/b.png", plain(16, 12, 50, 0, 0));
   scene = load(folder.path(), options);
   CHECK(names(scene.train) == std::vector<std::string>{"images/sub/a.png", "images/sub/b.png"});
-  CHECK(scene.train[0].image.width == 17);  // not in the prescaled folder
+  CHECK(scene.train[0].image.width == 17);  // missing in the prescaled folder
   CHECK(scene.train[1].image.width == 16);
   CHECK(scene.train[1].camera.fx == Approx(40 * 16 / 33.0));
   CHECK(pixel(scene.train[1]) == std::vector<int>{50, 0, 0, 255});
@@ -237,7 +237,7 @@ TEST_CASE("the resolution option resamples or takes the prescaled folder where t
   CHECK(load(folder.path(), options).train.size() == 2);
 }
 
-TEST_CASE("distorted images come undistorted, with pixels that see past them out of the loss", "[scene][load]") {
+TEST_CASE("distorted images are undistorted, with pixels outside of the photograph masked", "[scene][load]") {
   const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "1 SIMPLE_RADIAL 32 24 30 16 12 0.3");
   folder.write("images/sub/a.png", plain(32, 24, 100, 0, 0));
@@ -264,7 +264,7 @@ TEST_CASE("images of several sizes in one scene", "[scene][load]") {
   CHECK(scene.train[1].image.rgba.size() == 40 * 8 * 4);
 }
 
-TEST_CASE("train_images = false leaves cameras and fingerprint as they are", "[scene][load]") {
+TEST_CASE("train_images = false does not change cameras and fingerprint", "[scene][load]") {
   const SceneFolder folder;
   write_transforms(folder, 9);
   std::atomic<int> calls = 0;
@@ -290,7 +290,7 @@ TEST_CASE("train_images = false leaves cameras and fingerprint as they are", "[s
   CHECK(tests.train[2].camera.world_to_camera == whole.train[2].camera.world_to_camera);
 }
 
-TEST_CASE("the fingerprint tells scenes apart", "[scene][load]") {
+TEST_CASE("the fingerprint distinguishes scenes", "[scene][load]") {
   const SceneFolder folder;
   write_transforms(folder, 5);
   LoadOptions options;
@@ -307,7 +307,7 @@ TEST_CASE("the fingerprint tells scenes apart", "[scene][load]") {
   CHECK(load(folder.path(), {}).fingerprint != first);
 }
 
-TEST_CASE("the fingerprint of photographs tells apart what is learnt from the same files", "[scene][load]") {
+TEST_CASE("the fingerprint of photographs depends on the options that change them", "[scene][load]") {
   const SceneFolder folder;
   write_transforms(folder, 3);
   LoadOptions options;
@@ -326,7 +326,7 @@ TEST_CASE("the fingerprint of photographs tells apart what is learnt from the sa
   CHECK(fingerprint_of_photographs(scene.train) != first);
 }
 
-TEST_CASE("a single view is for training", "[scene][load]") {
+TEST_CASE("a single view is used for training", "[scene][load]") {
   const SceneFolder folder;
   write_transforms(folder, 1);
   const Scene scene = load(folder.path(), {});
@@ -335,7 +335,7 @@ TEST_CASE("a single view is for training", "[scene][load]") {
   CHECK(glm::length(scene.train[0].camera.centre()) == Approx(1.0));
 }
 
-TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
+TEST_CASE("errors are one line", "[scene][load]") {
   const SceneFolder folder;
   CHECK(message(folder.path() / "nowhere").find("nowhere: no such file or folder; ") != std::string::npos);
   CHECK(message(folder.path()).find("holds neither transforms_train.json nor ") != std::string::npos);
@@ -356,14 +356,14 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
 
   folder.write("images/01.png", plain(12, 16, 0, 0, 0));
   CHECK(message(folder.path()).find("01.png: is 12 x 16 but its camera is 16 x 12; ") != std::string::npos);
-  folder.write("images/01.png", plain(32, 24, 0, 0, 0));  // the same proportions
+  folder.write("images/01.png", plain(32, 24, 0, 0, 0));  // same aspect ratio
   CHECK(message(folder.path()).empty());
 
   const std::filesystem::path image = folder.path() / "images/02.png";
   std::filesystem::resize_file(image, std::filesystem::file_size(image) - 9);
-  CHECK(message(folder.path()).find("02.png: is cut ") != std::string::npos);
+  CHECK(message(folder.path()).find("02.png: cut off ") != std::string::npos);
   folder.write("images/02.png", std::string("this is no image at all"));
-  CHECK(message(folder.path()).find("02.png: its header is damaged, or not that of a PNG, JPEG, WebP or TIFF (") !=
+  CHECK(message(folder.path()).find("02.png: not a PNG, JPEG, WebP or TIFF, or its header is damaged (") !=
         std::string::npos);
   write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
   CHECK(message(folder.path()).find("p.ply: no such file; ") != std::string::npos);
@@ -378,7 +378,7 @@ TEST_CASE("what cannot be loaded gives one line", "[scene][load]") {
   CHECK(message(spot.path(), options).find("transforms.json: all 2 cameras are at one spot; ") != std::string::npos);
 }
 
-TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
+TEST_CASE("inconsistent COLMAP models are Errors", "[scene][load]") {
   const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "2 PINHOLE 32 24 40 41 16 12");
   CHECK(message(folder.path()).find("images.txt: sub/b.png was taken by camera 1, which cameras.txt lacks; ") !=
@@ -393,7 +393,7 @@ TEST_CASE("COLMAP models that do not hold together", "[scene][load]") {
   CHECK(message(folder.path()).find("cameras.txt: no such file; ") != std::string::npos);
 }
 
-TEST_CASE("intrinsics of the full-size photograph beside a reduced image are told", "[scene][load][intrinsics]") {
+TEST_CASE("intrinsics of the full-size photograph with a reduced image are reported", "[scene][load][intrinsics]") {
   const SceneFolder folder;
   const auto with = [&](const std::string& intrinsics) {
     std::vector<std::string> lines;
@@ -406,7 +406,7 @@ TEST_CASE("intrinsics of the full-size photograph beside a reduced image are tol
     return lines;
   };
   const auto error = [&](const std::string& intrinsics) { return test::message_of([&] { with(intrinsics); }); };
-  // Of 64 x 48 pixels.
+  // Intrinsics for 64 x 48 pixels.
   const std::string outside = error("\"fl_x\": 80, \"cx\": 32.5, \"cy\": 23.6,");
   CHECK(
       outside.find(
@@ -416,7 +416,7 @@ TEST_CASE("intrinsics of the full-size photograph beside a reduced image are tol
         std::string::npos);
   CHECK(error("\"fl_x\": 20, \"cx\": 8, \"cy\": -1,").ends_with("; correct cx and cy"));
   CHECK(error("\"fl_x\": 20, \"cx\": 16, \"cy\": 12,").find("at 32 x 24 pixels") != std::string::npos);
-  // Of 24 x 18 and of 8 x 6 pixels: within the picture, far from its middle.
+  // Intrinsics for 24 x 18 and 8 x 6 pixels: inside of the image, but far from its centre.
   for (const auto& [cx, cy, size] : {std::tuple(12.1, 8.9, "24 x 18"), {4.0, 3.1, "8 x 6"}}) {
     const auto lines = with(fmt::format("\"fl_x\": 30, \"cx\": {}, \"cy\": {},", cx, cy));
     REQUIRE(lines.size() == 1);
@@ -424,19 +424,19 @@ TEST_CASE("intrinsics of the full-size photograph beside a reduced image are tol
     CHECK(lines[0].find(size) != std::string::npos);
     CHECK(lines[0].ends_with("(2 of 2 photographs)"));
   }
-  // A focal length of 64 pixels' width beside the field of view.
+  // A focal length for a width of 64 pixels contradicts the field of view.
   const auto lines = with("\"fl_x\": 80, \"camera_angle_x\": 0.7610127542247298,");
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].find("the focal length of a.png, 80 pixels, contradicts camera_angle_x; ") != std::string::npos);
   CHECK(lines[0].find("at 64 x 48 pixels") != std::string::npos);
-  // What is as it should be: a lens off the middle, a crop of one side, the size stated.
+  // Valid cases: a slightly decentred lens, a crop on one side, intrinsics with their size.
   CHECK(with("\"fl_x\": 20, \"cx\": 8.5, \"cy\": 5.6,").empty());
   CHECK(with("\"fl_x\": 20, \"cx\": 12, \"cy\": 6,").empty());
   CHECK(with("\"fl_x\": 80, \"cx\": 32, \"cy\": 24, \"w\": 64, \"h\": 48, \"camera_angle_x\": 0.7610127542247298,")
             .empty());
 }
 
-TEST_CASE("views without a pixel are told, and sets of them are refused", "[scene][load][left_out]") {
+TEST_CASE("views without valid pixels are reported; a set of only such views is refused", "[scene][load][left_out]") {
   const SceneFolder folder;
   write_transforms(folder, 9);
   std::vector<std::string> lines;
@@ -457,7 +457,7 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
   CHECK(message(folder.path())
             .find("no pixel is left of 2 of 2 test views, first: images/00.png: its mask leaves out all of it ") !=
         std::string::npos);
-  options.test_images = false;  // nor looked at
+  options.test_images = false;  // and not loaded
   CHECK(load(folder.path(), options).train.size() == 7);
 
   const SceneFolder transparent;
@@ -470,7 +470,7 @@ TEST_CASE("views without a pixel are told, and sets of them are refused", "[scen
   CHECK(message(transparent.path(), options).empty());
 }
 
-TEST_CASE("missing test images are blamed on the file that lists them", "[scene][load][listing]") {
+TEST_CASE("errors of test images name the file that lists them", "[scene][load][listing]") {
   const SceneFolder folder;
   for (int i = 0; i < 3; ++i) folder.write(fmt::format("train/{}.png", i), plain(8, 8, 0, 0, 0));
   folder.write("transforms_train.json",
@@ -485,12 +485,12 @@ TEST_CASE("missing test images are blamed on the file that lists them", "[scene]
       lines[0].find("transforms_test.json: skipped 2 of 2 frames whose image is missing, first: test/0 (looked for ") !=
       std::string::npos);
   CHECK(lines[0].find("test/0, also with .png, .jpg") != std::string::npos);
-  // So are pictures that do not fit.
+  // Invalid intrinsics too.
   folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7, \"cx\": 9,", {frame("train/0", 3)}));
   CHECK(message(folder.path()).find("transforms_test.json: the principal point ") != std::string::npos);
 }
 
-TEST_CASE("frames listed twice are taken once, and leave the split as it is", "[scene][load][listing]") {
+TEST_CASE("frames listed twice are used once and do not change the split", "[scene][load][listing]") {
   const SceneFolder folder;
   write_transforms(folder, 9);
   const Scene once = load(folder.path(), {});
@@ -524,11 +524,11 @@ TEST_CASE("frames listed twice are taken once, and leave the split as it is", "[
   options.test_every = 0;
   const Scene scene = load(colmap.path(), options);
   CHECK(scene.train.size() == 2);
-  // Image 3 is the photograph of image 1 at another pose: what it saw says nothing.
+  // Image 3 is the photograph of image 1 with another pose; its observations are ignored.
   CHECK(scene.points.seen_by.at(0) == std::vector<std::uint32_t>{0, 1});
 }
 
-TEST_CASE("photographs are found by their names where paths are another machine's", "[scene][load][names]") {
+TEST_CASE("photographs with paths of another machine are found by name", "[scene][load][names]") {
   const SceneFolder folder;
   const auto found = [&](const std::vector<std::string>& paths, bool outside = false) {
     std::vector<std::string> frames;
@@ -547,12 +547,12 @@ TEST_CASE("photographs are found by their names where paths are another machine'
   CHECK(found({"images\\\\left\\\\a.png"}) == Names{"images/left/a.png"});
   CHECK(found({"D:\\\\shots\\\\images\\\\left\\\\a.png", "D:/shots/images/a.png"}) ==
         Names{"images/a.png", "images/left/a.png"});
-  CHECK(found({"/home/else/where/left/a"}) == Names{"images/left/a.png"});  // the longest tail
+  CHECK(found({"/home/else/where/left/a"}) == Names{"images/left/a.png"});  // the longest matching end of the path
   CHECK(found({"/home/else/where/a.png"}) == Names{"images/a.png"});
-  CHECK(found({"/home/else/frames/b.png"}) == Names{"rgb/b.png"});  // nowhere else
+  CHECK(found({"/home/else/frames/b.png"}) == Names{"rgb/b.png"});  // the only file of this name
   CHECK(found({"../images/a.png"}) == Names{"images/a.png"});
   CHECK(found({(folder.path() / "set/images/a.png").string()}) == Names{"images/a.png"});
-  // A link to the folder that the path does not know of.
+  // A path through a link to the folder.
   std::filesystem::create_directory_symlink(folder.path() / "set", folder.path() / "link");
   CHECK(found({(folder.path() / "link/images/a.png").string()}) == Names{"images/a.png"});
   CHECK(found({"images/../images/a.png"}) == Names{"images/a.png"});
@@ -564,9 +564,9 @@ TEST_CASE("photographs are found by their names where paths are another machine'
         std::string::npos);
   CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images is there") == std::string::npos);
   CHECK(error({"sub/images/a.png"}).find("none of its 1 images is there") !=
-        std::string::npos);  // of this machine: as it stands
+        std::string::npos);  // relative paths are used unchanged
   CHECK(error({"/home/else/d.png"}).find("none of its 1 images is there") !=
-        std::string::npos);  // a mask is no photograph
+        std::string::npos);  // masks are not photographs
   CHECK(error({"/home/one/b.png", "/home/two/b.png"})
             .find("/home/one/b.png and /home/two/b.png would both be rgb/b.png, by its name; ") != std::string::npos);
   for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"),
@@ -575,7 +575,7 @@ TEST_CASE("photographs are found by their names where paths are another machine'
     CHECK(error({path}).find("outside.png: lies outside of the dataset ") != std::string::npos);
     CHECK(found({path}, true).size() == 1);
   }
-  // Masks and points as well.
+  // The same holds for masks and points.
   folder.write("mask.png", plain(16, 12, 255, 0, 0));
   folder.write("set/transforms.json",
                file_of("\"fl_x\": 20,", {frame("images/a.png", 0, ", \"mask_path\": \"../mask.png\"")}));
@@ -596,9 +596,9 @@ TEST_CASE("a COLMAP model of another machine finds its photographs", "[scene][lo
   CHECK(names(load(folder.path(), {}).train) == std::vector<std::string>{"images/b.png"});
 }
 
-TEST_CASE("a photograph is turned by EXIF where its camera was", "[scene][load][exif]") {
+TEST_CASE("a photograph is turned by its EXIF orientation if its camera was", "[scene][load][exif]") {
   const SceneFolder folder;
-  // Black, but white at the top right of the file.
+  // Black with a white top right corner as stored.
   Image image = plain(32, 16, 0, 0, 0);
   for (int y = 0; y < 8; ++y)
     for (int x = 24; x < 32; ++x)
@@ -613,10 +613,10 @@ TEST_CASE("a photograph is turned by EXIF where its camera was", "[scene][load][
   };
   const Scene turned = load_as(6, "\"w\": 16, \"h\": 32,");
   CHECK(turned.train[0].image.width == 16);
-  CHECK(white(turned, 13, 29));  // clockwise: the right is below
+  CHECK(white(turned, 13, 29));  // clockwise: the top right moves to the bottom right
   CHECK(turned.summary.find("; 1 turned by EXIF, as their cameras are") != std::string::npos);
   CHECK(white(load_as(8, "\"w\": 16, \"h\": 32,"), 2, 2));
-  // Of its pixels, or of no size: as it is stored.
+  // If the camera has the aspect ratio of the stored image or no size, the image stays as stored.
   for (const char* size : {"\"w\": 32, \"h\": 16,", "\"w\": 64, \"h\": 32,", ""}) {
     const Scene stored = load_as(6, size);
     CHECK(stored.train[0].image.width == 32);
@@ -629,7 +629,7 @@ TEST_CASE("a photograph is turned by EXIF where its camera was", "[scene][load][
         }).find("a.jpg: is 32 x 16 but its camera is 16 x 32; ") != std::string::npos);
 }
 
-TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
+TEST_CASE("the summary describes the dataset in one line", "[scene][load][summary]") {
   const SceneFolder folder;
   write_transforms(folder, 9);
   CHECK(load(folder.path(), {}).summary ==
@@ -649,7 +649,7 @@ TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
   REQUIRE(lines.size() == 3);
   CHECK(lines[1].find("masks for 3 of 9 photographs, none for images/03.png; ") != std::string::npos);
   CHECK(lines[2].find("images_2 holds 2 of 9 photographs, not images/00.png; ") != std::string::npos);
-  // Half of them, and all of them, are meant so.
+  // No warning if at least half have masks and all are in the prescaled folder.
   for (int i = 0; i < 10; ++i) folder.write(fmt::format("images_2/{:02}.png", i), plain(8, 6, 9, 9, 9));
   for (int i = 3; i < 6; ++i) folder.write(fmt::format("masks/{:02}.png", i), plain(16, 12, 255, 255, 255));
   lines.clear();
@@ -667,7 +667,7 @@ TEST_CASE("what was understood is told in one line", "[scene][load][summary]") {
 
 namespace {
 
-// A JPEG of any size, written row by row: the left half dark, the right half bright.
+// Writes a JPEG of any size row by row; the left half is dark, the right half bright.
 std::string large_jpeg(int width, int height) {
   jpeg_compress_struct info{};
   jpeg_error_mgr errors{};
@@ -691,7 +691,7 @@ std::string large_jpeg(int width, int height) {
   return content;
 }
 
-// A number of /proc/self/status, MB; 0 where there is none.
+// Returns a value of /proc/self/status in MB; 0 if it is missing.
 double status_mb(const std::string& key) {
   std::ifstream in("/proc/self/status");
   for (std::string line; std::getline(in, line);)
@@ -701,7 +701,7 @@ double status_mb(const std::string& key) {
 
 }  // namespace
 
-TEST_CASE("large JPEGs are decoded at the size that is asked for", "[scene][load][reduced]") {
+TEST_CASE("large JPEGs are decoded at reduced size", "[scene][load][reduced]") {
   const SceneFolder folder;
   folder.write("a.jpg", large_jpeg(8000, 6000));
   std::vector<std::string> frames;
@@ -711,9 +711,9 @@ TEST_CASE("large JPEGs are decoded at the size that is asked for", "[scene][load
   }
   folder.write("transforms.json", file_of("\"fl_x\": 8000, \"k1\": 0.00001,", frames));
   LoadOptions options;
-  options.downscale = 12;  // a quarter more than is decoded
+  options.downscale = 12;  // not a size that the decoder offers
   options.threads = 4;
-  std::ofstream("/proc/self/clear_refs") << 5;  // the peak begins anew
+  std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak
   const double before = status_mb("VmRSS");
   const Scene scene = load(folder.path(), options);
   const double peak = status_mb("VmHWM") - before;
@@ -726,7 +726,7 @@ TEST_CASE("large JPEGs are decoded at the size that is asked for", "[scene][load
     CHECK(std::abs(pixel(view, y * 667 + 320)[0] - 40) <= 2);
     CHECK(std::abs(pixel(view, y * 667 + 346)[0] - 200) <= 2);
   }
-  // A whole one has 183 MB of pixels, several times.
+  // At full size the pixels alone take 183 MB, and several copies are needed.
   CAPTURE(before, peak);
   CHECK(peak < 100);
 }

@@ -1,4 +1,4 @@
-// Tests engine/scene/normalisation.h: where the centre falls and what scale makes of the cameras.
+// Tests engine/scene/normalisation.h: centre and scale of the cameras.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 Camera looking(const glm::dvec3& from, const glm::dvec3& at) {
   Camera camera{100, 80, 90, 90, 50, 40, glm::dmat4(1.0)};
-  // lookAt has OpenGL axes; the half turn about x makes them OpenCV's.
+  // lookAt has OpenGL axes; a half turn about x gives OpenCV axes.
   camera.world_to_camera = glm::rotate(glm::dmat4(1.0), glm::radians(180.0), glm::dvec3(1, 0, 0)) *
                            glm::lookAt(from, at, glm::dvec3(0.1, 0.2, 1.0));
   return camera;
@@ -30,7 +30,7 @@ double mean_distance(const std::vector<Camera>& cameras, const Normalisation& no
 
 }  // namespace
 
-TEST_CASE("cameras around a point: it becomes the origin, at mean distance 1", "[scene][normalisation]") {
+TEST_CASE("the point that cameras surround becomes the origin, at mean distance 1", "[scene][normalisation]") {
   const glm::dvec3 target(10, -5, 3);
   std::vector<Camera> cameras;
   for (int i = 0; i < 7; ++i)
@@ -40,7 +40,7 @@ TEST_CASE("cameras around a point: it becomes the origin, at mean distance 1", "
   CHECK(mean_distance(cameras, n) == Approx(1.0));
   CHECK(glm::distance(n.to_world(n.to_normalised({1, 2, 3})), glm::dvec3(1, 2, 3)) < 1e-12);
 
-  // The picture stays what it was.
+  // Projections do not change.
   const glm::dvec4 world(9.5, -4.8, 3.1, 1.0), unit(n.to_normalised(glm::dvec3(world)), 1.0);
   const glm::dvec4 a = clip_from_world(cameras[2], 0.1, 10) * world;
   const glm::dvec4 b = clip_from_world(normalised(cameras[2], n), 0.1, 10) * unit;
@@ -49,7 +49,7 @@ TEST_CASE("cameras around a point: it becomes the origin, at mean distance 1", "
   CHECK(b.w == Approx(a.w * n.scale));
 }
 
-TEST_CASE("parallel axes: the centre lies ahead, at the points' median depth if there are any",
+TEST_CASE("parallel axes: the centre lies ahead, at the median depth of the points if there are any",
           "[scene][normalisation]") {
   std::vector<Camera> cameras;
   for (int i = 0; i < 5; ++i) cameras.push_back(looking({i * 0.1, 0, 0}, {i * 0.1 + 1e-4 * (i % 2), 10, 0}));
@@ -59,11 +59,11 @@ TEST_CASE("parallel axes: the centre lies ahead, at the points' median depth if 
   CHECK(glm::distance(n.centre, glm::dvec3(0.2, 5, 0)) < 0.01);
   CHECK(mean_distance(cameras, n) == Approx(1.0));
   n = find_normalisation(cameras, {}, "scene");
-  CHECK(n.centre.y == Approx(4 * 0.12).epsilon(0.01));  // four times the mean distance from the middle camera
+  CHECK(n.centre.y == Approx(4 * 0.12).epsilon(0.01));  // four times the mean distance from the centre of the cameras
   CHECK(mean_distance(cameras, n) == Approx(1.0));
 }
 
-TEST_CASE("two cameras that face each other have their centre between them", "[scene][normalisation]") {
+TEST_CASE("the centre of two cameras that face each other is between them", "[scene][normalisation]") {
   const std::vector<Camera> cameras{looking({-2, 0, 0}, {0, 0, 0}), looking({4, 0, 0}, {0, 0, 0})};
   const Normalisation n = find_normalisation(cameras, {}, "scene");
   CHECK(glm::distance(n.centre, glm::dvec3(1, 0, 0)) < 1e-9);
@@ -81,7 +81,7 @@ TEST_CASE("a single camera", "[scene][normalisation]") {
   CHECK(find_normalisation(at_origin, {}, "scene").scale == Approx(1.0));
 }
 
-TEST_CASE("several cameras at one spot are an Error", "[scene][normalisation]") {
+TEST_CASE("several cameras at one position are an Error", "[scene][normalisation]") {
   for (const glm::dvec3 spot : {glm::dvec3(0), glm::dvec3(100, 20, 3)}) {
     const std::vector<Camera> cameras{looking(spot, spot + glm::dvec3(1, 0, 0)),
                                       looking(spot, spot + glm::dvec3(0, 1, 0)),

@@ -24,7 +24,7 @@ std::string ply_message(const std::string& content) {
 
 }  // namespace
 
-TEST_CASE("ASCII and binary PLY hold the same points", "[scene][ply]") {
+TEST_CASE("ASCII and binary PLY give the same points", "[scene][ply]") {
   const std::string ascii = "ply\r\nformat ascii 1.0\r\ncomment made up\r\nelement vertex 2\r\n" + position_properties +
                             colour_properties +
                             "element face 1\nproperty list uchar int vertex_indices\nend_header\r\n" +
@@ -40,7 +40,7 @@ TEST_CASE("ASCII and binary PLY hold the same points", "[scene][ply]") {
   }
 }
 
-TEST_CASE("PLY colours of other types, or none", "[scene][ply]") {
+TEST_CASE("PLY with other colour types or without colours", "[scene][ply]") {
   const PointCloud floats =
       parse("ply\nformat ascii 1.0\nelement vertex 1\n" + position_properties +
             "property float red\nproperty float green\nproperty ushort blue\nend_header\n1 2 3 1.0 0.5 65535\n");
@@ -52,7 +52,7 @@ TEST_CASE("PLY colours of other types, or none", "[scene][ply]") {
   CHECK(parse("ply\nformat ascii 1.0\nelement vertex 0\n" + position_properties + "end_header\n").positions.empty());
 }
 
-TEST_CASE("bad PLY files say what and how to mend it", "[scene][ply]") {
+TEST_CASE("errors of PLY files name the problem and the fix", "[scene][ply]") {
   const std::string start = "ply\nformat ascii 1.0\nelement vertex 2\n";
   CHECK(ply_message("").find("ends inside the PLY header") != std::string::npos);
   CHECK(ply_message("plx\n") == "p.ply: does not start with 'ply'; give a PLY file");

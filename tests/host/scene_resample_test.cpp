@@ -27,7 +27,7 @@ double overlap(double a0, double a1, double b0, double b1) {
 
 }  // namespace
 
-TEST_CASE("area resampling covers exactly, at any factor", "[scene][resample]") {
+TEST_CASE("area resampling weights pixels by covered area, for any factor", "[scene][resample]") {
   const bool masked = GENERATE(false, true);
   const auto [width, height] =
       GENERATE(std::pair(5, 3), std::pair(13, 9), std::pair(7, 9), std::pair(1, 1), std::pair(12, 8));
@@ -57,8 +57,8 @@ TEST_CASE("area resampling covers exactly, at any factor", "[scene][resample]") 
     }
 }
 
-TEST_CASE("RGB under zero alpha does not bleed into the outline", "[scene][resample]") {
-  // Left half opaque red, right half transparent with green left over in it, as published files have.
+TEST_CASE("RGB of transparent pixels does not bleed into edges", "[scene][resample]") {
+  // Left half opaque red, right half transparent with green, as in published files.
   Image image{4, 4, {}};
   for (int i = 0; i < 16; ++i)
     if (i % 4 < 1)
@@ -85,14 +85,14 @@ TEST_CASE("compositing without resampling is exact", "[scene][resample]") {
   }
 }
 
-TEST_CASE("alpha as a mask leaves RGB alone and cuts at one half", "[scene][resample]") {
+TEST_CASE("alpha as a mask does not change RGB and has the threshold 0.5", "[scene][resample]") {
   const Image image{4, 1, {10, 20, 30, 0, 11, 21, 31, 127, 12, 22, 32, 128, 13, 23, 33, 255}};
   const Image result = composite(from_mask(image), 255);
   CHECK(result.rgba == std::vector<std::uint8_t>{10, 20, 30, 0, 11, 21, 31, 0, 12, 22, 32, 255, 13, 23, 33, 255});
   CHECK(from_mask({1, 1, {1, 2, 3, 255}}).inside.empty());
 }
 
-TEST_CASE("a mask file of another size is looked up at the nearest pixel", "[scene][resample]") {
+TEST_CASE("a mask of another size is sampled at the nearest pixel", "[scene][resample]") {
   Photograph photograph = random_photograph(4, 2, false);
   const Image mask{2, 1, {0, 0, 0, 255, 0, 1, 0, 255}};
   exclude(photograph, mask, 1);

@@ -1,4 +1,4 @@
-// Tests engine/scene/ on the real scenes beside the golden vectors.
+// Tests engine/scene/ on the scenes in the shared data folder.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -24,7 +24,7 @@ double mean_distance(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("lego at 800 with -r 4 is lego at 200", "[scene][shared]") {
+TEST_CASE("lego at 800 pixels, reduced by 4, equals lego at 200", "[scene][shared]") {
   REQUIRE_SHARED_FOLDER(shared);
   LoadOptions options;
   options.train_images = false;
@@ -36,7 +36,7 @@ TEST_CASE("lego at 800 with -r 4 is lego at 200", "[scene][shared]") {
   REQUIRE(large.test.size() == 25);
   CHECK(small.background == glm::vec3(1.0f));
   CHECK(mean_distance(small) == Approx(1.0));
-  CHECK(small.normalisation.scale == Approx(1 / 4.0311).epsilon(1e-4));  // Blender's cameras stand 4.03 from the origin
+  CHECK(small.normalisation.scale == Approx(1 / 4.0311).epsilon(1e-4));  // the cameras are 4.03 from the origin
   CHECK(glm::length(small.normalisation.centre) < 1e-4);
   int largest = 0;
   for (std::size_t v = 0; v < 25; ++v) {
@@ -46,7 +46,7 @@ TEST_CASE("lego at 800 with -r 4 is lego at 200", "[scene][shared]") {
     for (std::size_t i = 0; i < small.test[v].image.rgba.size(); ++i)
       largest = std::max(largest, std::abs(small.test[v].image.rgba[i] - large.test[v].image.rgba[i]));
   }
-  CHECK(largest <= 2);  // both round, the stored one to straight alpha
+  CHECK(largest <= 2);  // both are rounded, the stored image to straight alpha
 }
 
 TEST_CASE("fox: phone photographs, undistorted", "[scene][shared]") {
@@ -63,12 +63,11 @@ TEST_CASE("fox: phone photographs, undistorted", "[scene][shared]") {
   std::size_t outside = 0, pixels = 0;
   for (const View& view : scene.test)
     for (std::size_t i = 3; i < view.image.rgba.size(); i += 4) outside += view.image.rgba[i] == 0, ++pixels;
-  CHECK(outside > 0);  // k1 > 0: the pinhole sees a little past the edges
+  CHECK(outside > 0);  // k1 > 0: the pinhole image extends beyond the photograph
   CHECK(double(outside) / double(pixels) < 0.03);
 }
 
-// COLMAP's own observations say where points were seen; their root mean square distance is what it calls reprojection
-// error.
+// Compares projected points with the observations of COLMAP. The root mean square distance is its reprojection error.
 TEST_CASE("bonsai: points project to where COLMAP observed them", "[scene][shared]") {
   REQUIRE_SHARED_FOLDER(shared);
   LoadOptions options;

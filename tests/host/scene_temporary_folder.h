@@ -1,4 +1,4 @@
-// A folder of small files that a scene test makes up, removed at the end of the test.
+// A temporary folder for the files of scene tests.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@ namespace trisoup::test {
 
 class SceneFolder : public TemporaryFolder {
  public:
-  /// Writes a file below the folder and makes the folders it needs.
+  /// Writes a file in the folder and creates subfolders as needed.
   void write(const std::string& name, const std::string& content) const {
     std::filesystem::create_directories((path() / name).parent_path());
     std::ofstream(path() / name, std::ios::binary) << content;
@@ -35,7 +35,7 @@ inline Image plain(int width, int height, std::uint8_t r, std::uint8_t g, std::u
   return image;
 }
 
-/// The message of the Error that `run` throws; empty if it throws none.
+/// Returns the message of the Error that `run` throws; empty if it throws none.
 template <typename Run>
 std::string message_of(Run&& run) {
   try {

@@ -27,18 +27,18 @@ std::string json_message(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("OpenGL poses become OpenCV world-to-camera", "[scene][transforms]") {
+TEST_CASE("OpenGL poses become OpenCV world-to-camera matrices", "[scene][transforms]") {
   const auto frame = parse_transforms(one_frame("\"camera_angle_x\": 1.0,"), "t.json").frames.at(0);
   const scene::Camera camera = scene::camera_of(frame, {200, 100});
   CHECK(glm::distance(camera.centre(), glm::dvec3(1, 2, 3)) < 1e-12);
   CHECK(glm::distance(camera.forward(), glm::dvec3(0, 0, -1)) < 1e-12);
-  // A point above and right of the axis (world y is up here) is in the upper right quarter.
+  // A point above and right of the axis (world y is up here) is in the upper right quadrant.
   const glm::dvec4 clip = scene::clip_from_world(camera, 0.1, 10) * glm::dvec4(1.1, 2.1, 2, 1);
   CHECK(clip.x / clip.w > 0);
   CHECK(clip.y / clip.w < 0);
 }
 
-TEST_CASE("a rotation that is slightly off is replaced by the nearest", "[scene][transforms]") {
+TEST_CASE("an inexact rotation is replaced by the nearest rotation", "[scene][transforms]") {
   std::array<double, 16> pose{1.003, 0.002, 0, 1, -0.001, 0.998, 0.004, 2, 0, -0.003, 1.001, 3, 0, 0, 0, 1};
   const glm::dmat3 rotation(scene::from_opengl_pose(pose, "t"));
   const glm::dmat3 product = glm::transpose(rotation) * rotation;
@@ -99,7 +99,7 @@ TEST_CASE("masks, points and splits", "[scene][transforms]") {
   CHECK(parse_transforms("{\"frames\": []}", "t").frames.empty());
 }
 
-TEST_CASE("bad transforms files say what, where and how to mend it", "[scene][transforms]") {
+TEST_CASE("errors of transforms files name the problem, the place and the fix", "[scene][transforms]") {
   CHECK(json_message("{\n\"frames\": [\n oops ]}") ==
         "t.json: line 3 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
         "again");

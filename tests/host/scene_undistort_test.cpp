@@ -9,7 +9,7 @@ using namespace trisoup::scene;
 
 namespace {
 
-// A picture whose colour is its own pixel coordinates, so that a sample tells where it was taken.
+// An image whose colours are its pixel coordinates, so that a sample shows its position.
 Photograph coordinates(int width, int height) {
   Photograph photograph{width, height, {}, {}};
   for (int y = 0; y < height; ++y)
@@ -35,7 +35,7 @@ TEST_CASE("Brown-Conrady matches its formula", "[scene][undistort]") {
   CHECK(lens.distort({x, y}).x == Approx(x * radial / (1 + 0.2 * r2)));
 }
 
-TEST_CASE("Kannala-Brandt matches its formula and is never a pinhole", "[scene][undistort]") {
+TEST_CASE("Kannala-Brandt matches its formula and is never treated as a pinhole", "[scene][undistort]") {
   Lens lens;
   lens.model = Lens::Model::fisheye;
   CHECK_FALSE(lens.is_pinhole());
@@ -49,7 +49,7 @@ TEST_CASE("Kannala-Brandt matches its formula and is never a pinhole", "[scene][
   CHECK(lens.distort({0, 0}) == glm::dvec2(0, 0));
 }
 
-TEST_CASE("undistortion looks where the lens put the ray", "[scene][undistort]") {
+TEST_CASE("undistortion samples where the lens projects the ray", "[scene][undistort]") {
   const Camera camera{100, 80, 70, 75, 48, 43, glm::dmat4(1.0)};
   Lens lens;
   lens.radial = {-0.12, 0.03, 0, 0};
@@ -57,7 +57,7 @@ TEST_CASE("undistortion looks where the lens put the ray", "[scene][undistort]")
   const bool fisheye = GENERATE(false, true);
   if (fisheye) lens = Lens{Lens::Model::fisheye, {0.02, 0, 0, 0}, {}, 0, 0};
   const Photograph result = undistort(coordinates(100, 80), camera, lens);
-  CHECK(result.inside.empty());  // a barrel lens sees more than the pinhole
+  CHECK(result.inside.empty());  // a lens with barrel distortion covers all of the pinhole image
   for (const auto& [x, y] : {std::pair(10, 10), std::pair(50, 40), std::pair(90, 70), std::pair(99, 0)}) {
     const glm::dvec2 ray((x + 0.5 - 48) / 70, (y + 0.5 - 43) / 75);
     const glm::dvec2 source = lens.distort(ray) * glm::dvec2(70, 75) + glm::dvec2(48, 43);
@@ -67,7 +67,7 @@ TEST_CASE("undistortion looks where the lens put the ray", "[scene][undistort]")
   }
 }
 
-TEST_CASE("what lies past the photograph is outside of the loss", "[scene][undistort]") {
+TEST_CASE("pixels beyond the photograph are masked", "[scene][undistort]") {
   const Camera camera{100, 80, 70, 70, 50, 40, glm::dmat4(1.0)};
   Lens lens;
   lens.radial = {0.2, 0, 0, 0};
@@ -78,9 +78,9 @@ TEST_CASE("what lies past the photograph is outside of the loss", "[scene][undis
   CHECK(result.colour[0] == glm::u8vec4(0));
 }
 
-TEST_CASE("a polynomial that bends back does not show the picture twice", "[scene][undistort]") {
+TEST_CASE("a polynomial that is not monotonic does not repeat the image", "[scene][undistort]") {
   Lens lens;
-  lens.radial = {-0.4, 0, 0, 0};  // r (1 - 0.4 r^2) grows until r = 0.9129
+  lens.radial = {-0.4, 0, 0, 0};  // r (1 - 0.4 r^2) increases up to r = 0.9129
   CHECK(lens.growing_until(3.0) == Approx(std::sqrt(1 / 1.2)).margin(0.002));
   CHECK(lens.growing_until(0.5) == 0.5);
   const Camera camera{100, 100, 30, 30, 50, 50, glm::dmat4(1.0)};
@@ -88,10 +88,10 @@ TEST_CASE("a polynomial that bends back does not show the picture twice", "[scen
   REQUIRE(result.inside.size() == 10000);
   CHECK(result.inside[50 * 100 + 76] == 255);  // r = 0.88
   CHECK(result.inside[50 * 100 + 79] == 0);    // r = 0.98
-  CHECK(result.inside[50 * 100 + 95] == 0);    // would look inside again
+  CHECK(result.inside[50 * 100 + 95] == 0);    // would map to the inside again
 }
 
-TEST_CASE("masked pixels give no colour to their neighbours", "[scene][undistort]") {
+TEST_CASE("masked pixels do not bleed into their neighbours", "[scene][undistort]") {
   Photograph photograph{40, 40, std::vector<glm::u8vec4>(1600, glm::u8vec4(100, 100, 100, 255)),
                         std::vector<std::uint8_t>(1600, 255)};
   for (std::size_t i = 0; i < 1600; ++i)

@@ -21,8 +21,7 @@ namespace {
 std::string other_value(const train::Setting& setting, const nlohmann::json& usual) {
   if (usual.is_boolean()) return usual.get<bool>() ? "false" : "true";
   if (usual.is_string()) return setting.name == std::string("recipe") ? "real" : "random";
-  for (const char* text : {"1", "0.5", "3", "0.25"})
-    try {
+  for (const char* text : {"1", "0.5", "3", "0.25"}) try {
       const train::Assignment assignment = train::read_value(setting, text);
       train::Settings s;
       train::assign(s, assignment);

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "train/config/schedule.h"
 #include "recipe_settings.h"
+#include "train/config/schedule.h"
 #include "train/config/settings.h"
 
 using namespace trisoup;

@@ -63,18 +63,18 @@ TEST_CASE("what is worth least for its bytes goes first", "[simplify]") {
   const std::vector<bool> none(5);
   // The third triangle, of 15 samples, costs next to nothing, then the first one's finest level: 108 of the 480 samples
   // that five triangles are worth.
-  Shrunk a = least_important_removed(importance, table, none, {0.96, 1});
+  Pruned a = least_important_removed(importance, table, none, {0.96, 1});
   CHECK(a.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
   CHECK(a.levels == std::vector<soup::TextureLevels>{{2, 4}, {2, 4}, {0, 0}, {2, 4}});
-  Shrunk b = least_important_removed(importance, table, none, {0.75, 1});
+  Pruned b = least_important_removed(importance, table, none, {0.75, 1});
   CHECK(b.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
   CHECK(b.levels == std::vector<soup::TextureLevels>{{2, 3}, {2, 4}, {0, 0}, {2, 4}});
   // The backdrop's triangles stay, but their textures need not be fine.
-  Shrunk c = least_important_removed(importance, table, {false, false, true, true, false}, {0.96, 1});
+  Pruned c = least_important_removed(importance, table, {false, false, true, true, false}, {0.96, 1});
   CHECK(c.kept.size() == 5);
   CHECK(c.levels[0].level_max == 3);
   // By number: only whole triangles.
-  Shrunk d = least_important_removed(importance, table, none, {1, 0.6});
+  Pruned d = least_important_removed(importance, table, none, {1, 0.6});
   CHECK(d.kept == std::vector<std::uint32_t>{0, 1, 4});
   CHECK(d.levels == std::vector<soup::TextureLevels>(3, {2, 4}));
   // One triangle is left whatever is asked for.
@@ -91,24 +91,24 @@ TEST_CASE("at the knee stays what brings enough for twice the samples", "[simpli
   Importance importance{1, {5, 5}, {0.01, 0.9}, {0, 0}, {}};
   const auto two = table_of({{0, 0}, {0, 0}});
   const std::vector<bool> none(2);
-  CHECK(down_to_knee(importance, two, none, 0.059).kept.size() == 2);
-  CHECK(down_to_knee(importance, two, none, 0.061).kept == std::vector<std::uint32_t>{1});
-  CHECK(down_to_knee(importance, two, none, 10).kept.size() == 1);
+  CHECK(pruned_to_knee(importance, two, none, 0.059).kept.size() == 2);
+  CHECK(pruned_to_knee(importance, two, none, 0.061).kept == std::vector<std::uint32_t>{1});
+  CHECK(pruned_to_knee(importance, two, none, 10).kept.size() == 1);
   // What no view shows is not judged, nor is the backdrop.
   importance.pixels[0] = 0;
-  CHECK(down_to_knee(importance, two, none, 0.061).kept.size() == 2);
+  CHECK(pruned_to_knee(importance, two, none, 0.061).kept.size() == 2);
   importance.pixels[0] = 5;
-  CHECK(down_to_knee(importance, two, {true, false}, 0.061).kept.size() == 2);
+  CHECK(pruned_to_knee(importance, two, {true, false}, 0.061).kept.size() == 2);
   // Each removal is measured by the error and the samples that those before have left: the second pays with them, and
   // would not without.
   Importance three{1, {5, 5, 5}, {0.001, 0.02, 5}, {0, 0, 0}, {}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}});
-  CHECK(down_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{2});
+  CHECK(pruned_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{2});
   three.triangle[0] = 0.1;
-  CHECK(down_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{0, 1, 2});
+  CHECK(pruned_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{0, 1, 2});
   // A finest level goes by itself.
   const Importance levels{1, {5}, {3}, {1e-6}, {}};
-  CHECK(down_to_knee(levels, table_of({{2, 4}}), {false}, 0.1).levels == std::vector<soup::TextureLevels>{{2, 3}});
+  CHECK(pruned_to_knee(levels, table_of({{2, 4}}), {false}, 0.1).levels == std::vector<soup::TextureLevels>{{2, 3}});
 }
 
 TEST_CASE("of triangles that stand in for each other one stays", "[simplify]") {
@@ -117,12 +117,12 @@ TEST_CASE("of triangles that stand in for each other one stays", "[simplify]") {
   Importance importance{1, {5, 5, 5, 5}, {0, 0, 1e-9, 0}, {0, 0, 0, 0}, {{0, 1}, {1, 0}, {2, 1}}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}, {0, 0}});
   const std::vector<bool> none(4);
-  CHECK(down_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{1});
+  CHECK(pruned_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{1});
   // The second goes first where that is cheaper, and the others, which lean on it, stay.
   importance.triangle = {1e-9, 0, 1e-9, 5};
-  CHECK(down_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{0, 2, 3});
+  CHECK(pruned_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{0, 2, 3});
   importance.behind.clear();
-  CHECK(down_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{3});
+  CHECK(pruned_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{3});
 }
 
 TEST_CASE("rounds end just above a quality, whatever it is", "[simplify]") {
@@ -240,7 +240,7 @@ TEST_CASE("a quality that training does not reach is told, and the best there is
   const auto rounds = simulate(s, 28.0);
   CHECK(rounds.size() == 1);
   CHECK(best_round(rounds, s) == 0);
-  CHECK(outcome(rounds, s).find("more --steps") != std::string::npos);
+  CHECK(outcome(rounds, s).find("more `steps`") != std::string::npos);
 }
 
 TEST_CASE("rounds go through a checkpoint", "[simplify]") {

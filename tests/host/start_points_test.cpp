@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "recipe_settings.h"
 #include "soup/random.h"
 #include "train/start/start_points.h"
-#include "recipe_settings.h"
 #include "train/start/surface_start.h"
 
 using namespace trisoup;
@@ -16,7 +16,7 @@ using namespace trisoup::train;
 
 namespace {
 
-/// Cameras on a circle around the origin that look at it, each with a plain picture of its own.
+/// Cameras on a circle around the origin that look at it, each with an image of one colour.
 scene::Scene ring(int cameras, int side = 32) {
   scene::Scene scene;
   for (int i = 0; i < cameras; ++i) {
@@ -51,25 +51,25 @@ void add_ball(scene::Points& points, int count, std::size_t views = 4) {
 
 }  // namespace
 
-TEST_CASE("points that too few views saw, badly reprojected ones and those beyond the horizon go", "[start]") {
+TEST_CASE("points seen by too few views, with large reprojection error or too far away are dropped", "[start]") {
   scene::Points points;
   add_ball(points, 300);
   add(points, {0.1f, 0, 0}, 2, 0.5f);      // too few views
-  add(points, {0.1f, 0.1f, 0}, 5, 3.0f);   // error
-  add(points, {900, 0, 0}, 5, 0.5f);       // beyond
-  add(points, {0.2f, 0.1f, 0}, 5, -1.0f);  // of unknown error: stays
+  add(points, {0.1f, 0.1f, 0}, 5, 3.0f);   // large error
+  add(points, {900, 0, 0}, 5, 0.5f);       // too far away
+  add(points, {0.2f, 0.1f, 0}, 5, -1.0f);  // unknown error: kept
   const auto chosen = usable_points(points, 100'000);
   CHECK(chosen.size() == 301);
   CHECK(chosen.back() == 303);
 }
 
-TEST_CASE("a sparse but good cloud is not emptied", "[start]") {
+TEST_CASE("a sparse but accurate cloud is kept", "[start]") {
   scene::Points points;
   add_ball(points, 90, 2);
   CHECK(usable_points(points, 100'000).size() == 90);
 }
 
-TEST_CASE("a cloud without tracks loses what is far from its neighbours", "[start]") {
+TEST_CASE("in a cloud without tracks points far from their neighbours are dropped", "[start]") {
   scene::Points points;
   add_ball(points, 300);
   points.positions.push_back({0.9f, 0.9f, 0});
@@ -80,7 +80,7 @@ TEST_CASE("a cloud without tracks loses what is far from its neighbours", "[star
   CHECK(std::count(chosen.begin(), chosen.end(), 300u) == 0);
 }
 
-TEST_CASE("of many points those that most views saw stay, all over the room", "[start]") {
+TEST_CASE("of many points those seen by most views are kept, evenly over the scene", "[start]") {
   scene::Points points;
   add_ball(points, 3000, 3);
   for (std::size_t i = 0; i < points.seen_by.size(); i += 10) points.seen_by[i].push_back(7);
@@ -88,7 +88,7 @@ TEST_CASE("of many points those that most views saw stay, all over the room", "[
   REQUIRE(chosen.size() <= 500);
   CHECK(chosen.size() > 300);
   const auto best = std::count_if(chosen.begin(), chosen.end(), [](std::uint32_t i) { return i % 10 == 0; });
-  CHECK(best > 150);  // a tenth of them would be 50
+  CHECK(best > 150);  // a random choice would give 50
   for (int octant = 0; octant < 8; ++octant)
     CHECK(std::any_of(chosen.begin(), chosen.end(), [&](std::uint32_t i) {
       const glm::vec3& p = points.positions[i];
@@ -96,7 +96,7 @@ TEST_CASE("of many points those that most views saw stay, all over the room", "[
     }));
 }
 
-TEST_CASE("contracted() keeps directions and order of distances, within 2", "[start]") {
+TEST_CASE("contracted() keeps directions and the order of distances, with radius below 2", "[start]") {
   soup::Random random(3);
   for (int i = 0; i < 100; ++i) {
     const glm::dvec3 p = std::pow(10.0, random.uniform(-2, 4)) * glm::normalize(glm::dvec3(random.in_sphere()));
@@ -106,9 +106,9 @@ TEST_CASE("contracted() keeps directions and order of distances, within 2", "[st
   }
 }
 
-TEST_CASE("what is well behind other points is taken for hidden where tracks are missing", "[start]") {
+TEST_CASE("without tracks, points far behind others count as hidden", "[start]") {
   scene::Scene scene = ring(8);
-  // A dense screen between the first camera, at (1, 0, 0), and a point.
+  // A dense sheet of points between the first camera, at (1, 0, 0), and a point.
   for (int y = -12; y <= 12; ++y)
     for (int z = -12; z <= 12; ++z) scene.points.positions.emplace_back(0.5f, 0.02f * float(y), 0.02f * float(z));
   scene.points.positions.emplace_back(-0.2f, 0, 0);
@@ -120,7 +120,7 @@ TEST_CASE("what is well behind other points is taken for hidden where tracks are
   CHECK(std::count(sightings.front().begin(), sightings.front().end(), 0u) == 1);
 }
 
-TEST_CASE("a surface start has no more triangles than asked for, their colours, and a backdrop", "[start]") {
+TEST_CASE("a surface start respects the number of triangles and has colours and a backdrop", "[start]") {
   scene::Scene scene = ring(8);
   add_ball(scene.points, 800, 8);
   Settings settings = test::settings_of_recipe(Recipe::real);
@@ -133,7 +133,7 @@ TEST_CASE("a surface start has no more triangles than asked for, their colours, 
   REQUIRE(start.colours.size() == start.vertices.size());
   std::size_t behind = 0, in_colour = 0;
   for (std::size_t i = 0; i < start.vertices.size(); ++i) {
-    const bool grey = start.colours[i] == glm::vec3(0.5f);  // where no photograph looks
+    const bool grey = start.colours[i] == glm::vec3(0.5f);  // not in any photograph
     CHECK((grey || glm::length(start.colours[i] - glm::vec3(200, 100, 50) / 255.0f) < 1e-5f));
     in_colour += !grey;
     behind += glm::length(start.vertices[i]) > 8.9f;
@@ -143,9 +143,9 @@ TEST_CASE("a surface start has no more triangles than asked for, their colours, 
   CHECK_THROWS_AS(surface_start(ring(4), settings), Error);
 }
 
-TEST_CASE("a surface start has its triangles where photographs show most of it", "[start]") {
+TEST_CASE("a surface start puts triangles where photographs show most detail", "[start]") {
   scene::Scene scene = ring(8);
-  // The same ball twice, each of its points seen by the cameras before it.
+  // Two equal balls; each point is seen by the cameras in front of it.
   soup::Random random(4);
   for (int i = 0; i < 1500; ++i) {
     const glm::vec3 normal = glm::normalize(random.in_sphere());
@@ -166,7 +166,7 @@ TEST_CASE("a surface start has its triangles where photographs show most of it",
     for (std::size_t i = 0; i < start.vertices.size(); i += 3) count += glm::distance(start.vertices[i], middle) < 0.5f;
     return count;
   };
-  // From a distance of 4.1 a squared error is a 280th of what it is from 1.
+  // At a distance of 4.1 a squared error is 1/280 of that at distance 1.
   CHECK(around({0, 0, 4}) > 10);
   CHECK(around({0, 0, 0}) > 4 * around({0, 0, 4}));
 }

@@ -1,4 +1,4 @@
-// Tests engine/soup/subdivision.h against the published implementation (golden D1..D4) and against its own promises.
+// Tests engine/soup/subdivision.h against the published implementation (golden D1..D4) and its own documentation.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using namespace trisoup::soup;
 
 namespace {
 
-// Indexed faces as a soup: vertices never move in a split, so sharing them makes no difference.
+// Converts indexed faces to a soup. Splits do not move vertices, so sharing them does not matter.
 std::vector<glm::vec3> expand(const test::Array& vertices, const test::Array& faces) {
   std::vector<glm::vec3> out;
   for (const std::int32_t v : faces.i)
@@ -29,20 +29,20 @@ glm::mat4 matrix(const test::Array& row_major, std::size_t index = 0) {
   return m;
 }
 
-void check_equals_golden(const Resampled& result, test::Npz& golden) {
+void check_equals_golden(const Subdivision& result, test::Npz& golden) {
   const std::vector<glm::vec3> expected = expand(golden["out_V"], golden["out_F"]);
   const std::vector<std::int32_t>& face_map = golden["face_map"].i;
   REQUIRE(result.triangles() == face_map.size());
   REQUIRE(result.vertices.size() == expected.size());
   REQUIRE(std::vector<std::int32_t>(result.face_map.begin(), result.face_map.end()) == face_map);
-  CHECK(result.vertices == expected);  // to the last bit: ties in the order hang on it
+  CHECK(result.vertices == expected);  // exact, because ties in the order depend on it
   if (golden.count("same_as_original"))
     for (std::size_t t = 0; t < result.triangles(); ++t)
       CHECK((result.corners[t] == kWholeParent) == (golden["same_as_original"].i[t] != 0));
 }
 
-// The corners must name the very points of the parent where the vertices lie, and tile it.
-void check_corners(const Resampled& result, const std::vector<glm::vec3>& parents, float tolerance = 1e-5f) {
+// Checks that the corners are the barycentrics of the vertices in the parent and that the parts tile it.
+void check_corners(const Subdivision& result, const std::vector<glm::vec3>& parents, float tolerance = 1e-5f) {
   std::vector<double> area(parents.size() / 3, 0.0);
   for (std::size_t t = 0; t < result.triangles(); ++t) {
     const glm::vec3* p = &parents[3 * result.face_map[t]];
@@ -71,8 +71,8 @@ std::vector<glm::vec3> random_soup(std::size_t triangles, std::uint64_t seed) {
   return v;
 }
 
-// Pixels won per triangle at threshold 0.5, for level-0 opacity (samples: corner 2, 0, 1), as the published rasteriser
-// counts.
+// Visible pixels per triangle at threshold 0.5 for opacity of level 0 (samples: corners 2, 0, 1), counted as in the
+// published rasteriser.
 std::vector<std::uint32_t> pixels_won(const std::vector<glm::vec3>& v, const std::vector<float>& alpha,
                                       const glm::mat4& clip, int width, int height) {
   std::vector<std::uint32_t> counts(v.size() / 3, 0);
@@ -119,8 +119,8 @@ TEST_CASE("bisecting longest world edges equals the published order", "[topology
     test::Npz golden = test::load_npz(shared / "golden" / (std::string(name) + ".npz"));
     const std::vector<glm::vec3> soup = expand(golden["V"], golden["F"]);
     const int splits = golden["num_splits"].i[0];
-    const Resampled result = splits >= 0 ? bisect_longest(soup, soup.size() / 3 + static_cast<std::size_t>(splits))
-                                         : bisect_longer_than(soup, golden["tau"].f[0]);
+    const Subdivision result = splits >= 0 ? bisect_longest(soup, soup.size() / 3 + static_cast<std::size_t>(splits))
+                                           : bisect_longer_than(soup, golden["tau"].f[0]);
     check_equals_golden(result, golden);
     check_corners(result, soup);
   }
@@ -136,7 +136,7 @@ TEST_CASE("bisecting screen edges of one view equals the published order", "[top
     const std::vector<std::uint8_t> marked(golden["valid_faces"].i.begin(), golden["valid_faces"].i.end());
     std::optional<std::size_t> cap;
     if (golden.count("num_splits")) cap = golden["num_splits"].i[0];
-    const Resampled result = bisect_on_screen(soup, view, golden["tau_ratio"].f[0], marked, cap);
+    const Subdivision result = bisect_on_screen(soup, view, golden["tau_ratio"].f[0], marked, cap);
     check_equals_golden(result, golden);
     check_corners(result, soup);
   }
@@ -154,11 +154,11 @@ TEST_CASE("the composite over training views equals the published one", "[topolo
     for (const std::uint32_t count : pixels_won(soup, golden["alpha_acc"].f, view.clip, view.width, view.height))
       visible.back().push_back(count > 0);
   }
-  const Resampled result = bisect_on_screens(soup, views, golden["tau_ratio"].f[0], visible);
+  const Subdivision result = bisect_on_screens(soup, views, golden["tau_ratio"].f[0], visible);
   check_equals_golden(result, golden);
   check_corners(result, soup, 3e-5f);
 
-  const Resampled capped = bisect_on_screens(soup, views, golden["tau_ratio"].f[0], visible, 7);
+  const Subdivision capped = bisect_on_screens(soup, views, golden["tau_ratio"].f[0], visible, 7);
   CHECK(capped.triangles() == soup.size() / 3 + 7);
 }
 
@@ -185,7 +185,7 @@ TEST_CASE("dropping by visibility equals the published choice", "[topology][gold
   CHECK(keep(soup, kept).vertices == expand(golden["kept_V"], golden["kept_F"]));
 }
 
-TEST_CASE("of equally visible triangles the later ones stay", "[topology]") {
+TEST_CASE("of equally visible triangles the later ones are kept", "[topology]") {
   const std::vector<std::uint32_t> counts{5, 0, 3, 0, 3, 9};
   CHECK(most_visible(counts, 4) == std::vector<std::uint32_t>{0, 2, 4, 5});
   CHECK(most_visible(counts, 3) == std::vector<std::uint32_t>{0, 4, 5});
@@ -198,7 +198,7 @@ TEST_CASE("of equally visible triangles the later ones stay", "[topology]") {
 
 TEST_CASE("a bisection gives (a, m, c) in place and (m, b, c) at the end", "[topology]") {
   const std::vector<glm::vec3> soup{{9, 9, 9}, {9, 9, 9}, {9, 9, 9}, {0, 1, 0}, {0, 0, 0}, {4, 0, 0}};
-  const Resampled result = bisect_longest(soup, 3);  // the longest edge is (v2, v0)
+  const Subdivision result = bisect_longest(soup, 3);  // the longest edge is (v2, v0)
   const std::vector<glm::vec3> expected{{9, 9, 9}, {9, 9, 9},    {9, 9, 9}, {4, 0, 0}, {2, 0.5f, 0},
                                         {0, 0, 0}, {2, 0.5f, 0}, {0, 1, 0}, {0, 0, 0}};
   CHECK(result.vertices == expected);
@@ -210,10 +210,10 @@ TEST_CASE("a bisection gives (a, m, c) in place and (m, b, c) at the end", "[top
 
 TEST_CASE("bisection reaches its target and keeps winding, area and barycentrics", "[topology]") {
   const std::vector<glm::vec3> soup = random_soup(40, 1);
-  const Resampled by_count = bisect_longest(soup, 1000);
+  const Subdivision by_count = bisect_longest(soup, 1000);
   CHECK(by_count.triangles() == 1000);
   check_corners(by_count, soup);
-  const Resampled by_length = bisect_longer_than(soup, 0.25f);
+  const Subdivision by_length = bisect_longer_than(soup, 0.25f);
   CHECK(longest_edge(by_length.vertices) <= 0.25f);
   check_corners(by_length, soup);
   CHECK(bisect_longer_than(soup, 0.25f, 10).triangles() == 50);
@@ -224,23 +224,23 @@ TEST_CASE("bisection reaches its target and keeps winding, area and barycentrics
 TEST_CASE("the largest triangles are bisected, until their halves would be too small", "[topology]") {
   std::vector<glm::vec3> three;
   for (const float x : {0.0f, 10.0f, 20.0f}) three.insert(three.end(), {{x, 0, 0}, {x + 2, 0, 0}, {x, 1, 0}});
-  const auto count = [](const Resampled& r, std::uint32_t face) {
+  const auto count = [](const Subdivision& r, std::uint32_t face) {
     return std::count(r.face_map.begin(), r.face_map.end(), face);
   };
-  // Sizes are what is given, not what lengths say: 80 becomes 4 of 20, one of which two of 10, after 30 has become 15
-  // and 15.
+  // The given sizes count, not the lengths. 80 becomes four of 20, 30 becomes two of 15, then one of the 20 becomes two
+  // of 10.
   const std::vector<double> sizes{30, 0, 80};
-  const Resampled split = bisect_largest(three, sizes, 1, 8);
+  const Subdivision split = bisect_largest(three, sizes, 1, 8);
   REQUIRE(split.triangles() == 8);
   CHECK(count(split, 0) == 2);
   CHECK(count(split, 1) == 1);
   CHECK(count(split, 2) == 5);
   check_corners(split, three);
   CHECK(split.corners[1] == kWholeParent);
-  // The longest edge is cut: from (22, 0) to (20, 1).
+  // The longest edge, from (22, 0) to (20, 1), is split.
   CHECK(bisect_largest(three, sizes, 1, 4).vertices[7] == glm::vec3(21, 0.5, 0));
-  // Four parts of 80 are no smaller than 20, and no part of 30 is as large.
-  const Resampled few = bisect_largest(three, sizes, 20, 100);
+  // With a minimum of 20, 80 is split into four parts and 30 not at all.
+  const Subdivision few = bisect_largest(three, sizes, 20, 100);
   CHECK(few.triangles() == 6);
   CHECK(count(few, 2) == 4);
   CHECK(bisect_largest(three, std::vector<double>{0, NAN, INFINITY}, 1, 100).triangles() == 3);
@@ -253,17 +253,17 @@ TEST_CASE("bisection ends on triangles that cannot be bisected", "[topology]") {
   const float inf = INFINITY, nan = NAN;
   CHECK(bisect_longest(std::vector<glm::vec3>(3, glm::vec3(1)), 10).triangles() == 1);
   const std::vector<glm::vec3> broken{{inf, 0, 0}, {0, 0, 0}, {0, 1, 0}, {nan, 0, 0}, {0, nan, 0}, {1, 0, 0}};
-  const Resampled result = bisect_longer_than(broken, 0.3f);
+  const Subdivision result = bisect_longer_than(broken, 0.3f);
   CHECK(result.triangles() < 20);
-  CHECK(result.triangles() > 2);  // finite edges still count
+  CHECK(result.triangles() > 2);  // finite edges are still split
 }
 
-TEST_CASE("screen bisection leaves alone what is unmarked, outside the cube or behind the camera", "[topology]") {
+TEST_CASE("screen bisection skips triangles that are unmarked, out of view or behind the camera", "[topology]") {
   glm::mat4 clip(0.0f);  // looks along +z, field of view 90 degrees, near 0.1, far 10
   clip[0][0] = clip[1][1] = 1, clip[2][2] = 10.1f / 9.9f, clip[2][3] = 1, clip[3][2] = -2.0f / 9.9f;
   const ScreenView view{clip, 100, 100};
   const std::vector<glm::vec3> inside{{-0.9f, -0.9f, 1}, {3, -3, 4}, {-0.5f, 0.9f, 1}};
-  const Resampled result = bisect_on_screen(inside, view, 0.2f);
+  const Subdivision result = bisect_on_screen(inside, view, 0.2f);
   CHECK(result.triangles() > 10);
   check_corners(result, inside);
   for (std::size_t t = 0; t < result.triangles(); ++t)
@@ -277,14 +277,14 @@ TEST_CASE("screen bisection leaves alone what is unmarked, outside the cube or b
   CHECK(bisect_on_screen(std::vector<glm::vec3>{{2, 0, 1}, {3, 0, 1}, {2, 2, 1}}, view, 0.2f).triangles() == 1);
 }
 
-TEST_CASE("composition of two changes is one change", "[topology]") {
+TEST_CASE("the composition of two refinements is one refinement", "[topology]") {
   const std::vector<glm::vec3> soup = random_soup(10, 2);
-  const Resampled split = bisect_longest(soup, 30);
-  const Resampled again = compose(split, bisect_longest(split.vertices, 70));
+  const Subdivision split = bisect_longest(soup, 30);
+  const Subdivision again = compose(split, bisect_longest(split.vertices, 70));
   CHECK(again.triangles() == 70);
   check_corners(again, soup);
   const std::vector<std::uint32_t> kept{3, 5, 28};
-  const Resampled dropped = compose(split, keep(split.vertices, kept));
+  const Subdivision dropped = compose(split, keep(split.vertices, kept));
   CHECK(dropped.face_map == std::vector<std::uint32_t>{split.face_map[3], split.face_map[5], split.face_map[28]});
   CHECK(dropped.corners[2] == split.corners[28]);
 }

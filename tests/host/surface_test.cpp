@@ -19,7 +19,7 @@ double volume(const std::vector<glm::dvec3>& p, const std::array<std::uint32_t, 
   return std::abs(glm::determinant(glm::dmat3(p[c[1]] - p[c[0]], p[c[2]] - p[c[0]], p[c[3]] - p[c[0]]))) / 6;
 }
 
-/// Whether `p` lies within the sphere through four corners, by more than rounding.
+/// True if `p` lies inside the sphere through four corners, by more than rounding errors.
 bool within_sphere(const std::vector<glm::dvec3>& points, const std::array<std::uint32_t, 4>& c, const glm::dvec3& p) {
   const glm::dvec3 o = points[c[0]];
   const glm::dmat3 rows = glm::transpose(glm::dmat3(points[c[1]] - o, points[c[2]] - o, points[c[3]] - o));
@@ -30,7 +30,8 @@ bool within_sphere(const std::vector<glm::dvec3>& points, const std::array<std::
   return glm::length(p - o - centre) < glm::length(centre) * (1 - 1e-6);
 }
 
-/// Whether the segment from a to b meets a triangle well before its end: close to a point a face contradicts nothing.
+/// True if the segment from a to b intersects a triangle well before its end. Faces near the point are no
+/// contradiction.
 bool crosses(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& r) {
   const glm::dmat3 m(b - a, p - q, p - r);
   if (std::abs(glm::determinant(m)) < 1e-14) return false;
@@ -38,7 +39,8 @@ bool crosses(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& p, cons
   return s.x > 1e-6 && s.x < 0.8 && s.y > 1e-9 && s.z > 1e-9 && s.y + s.z < 1 - 1e-9;
 }
 
-/// Points on the walls of the cube -1..1, seen by cameras near its middle, within a sphere of corners that nobody saw.
+/// Points on the walls of the cube -1..1, seen by cameras near its centre. close() adds a sphere of unseen points
+/// around.
 struct Room {
   std::vector<glm::dvec3> points, cameras;
   std::vector<std::vector<std::uint32_t>> seen_by;
@@ -64,7 +66,7 @@ struct Room {
 
 }  // namespace
 
-TEST_CASE("no point lies in the sphere of a Delaunay tetrahedron, and together they fill the hull", "[delaunay]") {
+TEST_CASE("circumspheres of Delaunay tetrahedra are empty, and the tetrahedra fill the hull", "[delaunay]") {
   Random random(1);
   std::vector<glm::dvec3> points;
   for (int i = 0; i < 8; ++i) points.emplace_back(i & 1, (i >> 1) & 1, i >> 2);
@@ -85,10 +87,10 @@ TEST_CASE("no point lies in the sphere of a Delaunay tetrahedron, and together t
   CHECK(delaunay(points).corners == t.corners);
 }
 
-TEST_CASE("points that span no room are refused", "[delaunay]") {
+TEST_CASE("degenerate points are refused", "[delaunay]") {
   std::vector<glm::dvec3> plane;
   for (int i = 0; i < 30; ++i) plane.emplace_back(i % 5, i / 5, 0);
-  // The joggle may find slivers in it; what it must not do is crash or hang.
+  // Joggled input may give slivers; it must not crash or hang.
   try {
     delaunay(plane);
   } catch (const Error&) {
@@ -96,7 +98,7 @@ TEST_CASE("points that span no room are refused", "[delaunay]") {
   CHECK_THROWS_AS(delaunay(std::vector<glm::dvec3>(4)), Error);
 }
 
-TEST_CASE("the walls of a room become a closed surface that no sighting crosses", "[surface]") {
+TEST_CASE("the walls of a room become a closed surface that no line of sight crosses", "[surface]") {
   Room room(600);
   room.close();
   const Mesh mesh = room.surface();
@@ -107,7 +109,7 @@ TEST_CASE("the walls of a room become a closed surface that no sighting crosses"
       const std::uint32_t a = mesh.indices[k + e], b = mesh.indices[k + (e + 1) % 3];
       ++edges[{a, b}], --edges[{b, a}];
     }
-  // Every edge is walked once in either direction for each pair of faces that meet in it.
+  // Faces use every edge equally often in both directions.
   CHECK(std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 0; }));
   int crossed = 0;
   for (std::size_t i = 0; i < 600; i += 7)
@@ -117,11 +119,11 @@ TEST_CASE("the walls of a room become a closed surface that no sighting crosses"
         crossed += crosses(camera, room.points[i], at(0), at(1), at(2));
       }
   CHECK(crossed == 0);
-  // All of it at the walls: nothing on the sphere beyond is seen.
+  // The surface uses only points on the walls, none of the sphere.
   CHECK(std::all_of(mesh.indices.begin(), mesh.indices.end(), [](std::uint32_t i) { return i < 600; }));
 }
 
-TEST_CASE("a mismatch in the middle of a room is air, since others are seen through it", "[surface]") {
+TEST_CASE("an outlier inside a room is ignored, because lines of sight pass through it", "[surface]") {
   Room room(600);
   const auto stray = static_cast<std::uint32_t>(room.points.size());
   room.points.emplace_back(0.5, 0.4, 0.1);
@@ -131,7 +133,7 @@ TEST_CASE("a mismatch in the middle of a room is air, since others are seen thro
   CHECK(std::count(mesh.indices.begin(), mesh.indices.end(), stray) == 0);
 }
 
-TEST_CASE("where nothing was seen the surface is the sphere around all", "[surface]") {
+TEST_CASE("without observations the surface is the surrounding sphere", "[surface]") {
   Room room(0);
   room.close();
   const Mesh mesh = room.surface();

@@ -7,7 +7,7 @@
 using namespace trisoup;
 using namespace trisoup::soup;
 
-TEST_CASE("textures lie one after the other, each as large as its levels", "[texture_table]") {
+TEST_CASE("textures are stored one after the other, with sizes by level", "[texture_table]") {
   const std::vector<TextureLevels> levels{{0, 0}, {2, 5}, {3, 3}, {0, 1}};
   const TextureTable table = make_texture_table(levels);
   REQUIRE(table.triangles() == 4);
@@ -30,7 +30,7 @@ TEST_CASE("equal levels for all triangles", "[texture_table]") {
   CHECK(make_texture_table(0, TextureLevels{0, 0}).source_samples == 0);
 }
 
-TEST_CASE("a texture is as fine as it has to be, within its levels", "[texture_table]") {
+TEST_CASE("a texture gets the coarsest sufficient level within its range", "[texture_table]") {
   const TextureLevels all{2, 5};
   CHECK(as_fine_as(0, all) == TextureLevels{2, 2});
   CHECK(as_fine_as(8, all) == TextureLevels{2, 2});
@@ -42,11 +42,11 @@ TEST_CASE("a texture is as fine as it has to be, within its levels", "[texture_t
   CHECK(as_fine_as(1, {0, 5}) == TextureLevels{0, 1});
 }
 
-TEST_CASE("impossible levels and overflowing offsets are errors", "[texture_table]") {
+TEST_CASE("invalid levels and overflowing offsets are errors", "[texture_table]") {
   CHECK_THROWS_AS(make_texture_table(1, TextureLevels{3, 2}), Error);
   CHECK_THROWS_AS(make_texture_table(1, TextureLevels{0, kMaxLevel + 1}), Error);
   CHECK_THROWS_AS(make_texture_table(1, TextureLevels{~0u, ~0u}), Error);
-  // The largest count of the largest textures that fits, and one more.
+  // The largest possible number of the largest textures, and one more.
   const std::size_t fits = (1u << 28) / samples_at(kMaxLevel);
   CHECK(make_texture_table(fits, TextureLevels{kMaxLevel, kMaxLevel}).source_samples == fits * samples_at(kMaxLevel));
   CHECK_THROWS_AS(make_texture_table(fits + 1, TextureLevels{kMaxLevel, kMaxLevel}), Error);

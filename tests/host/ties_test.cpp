@@ -1,4 +1,4 @@
-// Tests golden/ties.h: what rounding decides is found and allowed for, and nothing else is.
+// Tests golden/ties.h: differences that rounding can cause are allowed, others are not.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Flat {
 
 using Winners = std::vector<std::uint32_t>;
 
-/// A wall at depth z, and one that it meets where x is `crossing`.
+/// A wall at depth 0.25 and a sloping one that intersects it at x = `crossing`.
 Flat crossed(float crossing) {
   Flat flat;
   flat.add({-3, -3, 0.25f, 5, -3, 0.25f, -3, 5, 0.25f});
@@ -38,8 +38,8 @@ Flat crossed(float crossing) {
   return flat;
 }
 
-/// The gradients of an MLP's parameters in floats, summed over pixels, with every hidden unit that is exactly zero on
-/// or off.
+/// Gradients of the parameters of an MLP in float, summed over pixels. on: hidden units that are exactly zero count as
+/// active.
 std::vector<float> float_gradient(const std::vector<float>& mlp, const std::vector<std::vector<float>>& pixels,
                                   const float* colour_gradient, bool on) {
   std::vector<float> sum(MLP_COUNT, 0.0f);
@@ -78,7 +78,7 @@ std::vector<float> float_gradient(const std::vector<float>& mlp, const std::vect
 
 }  // namespace
 
-TEST_CASE("a bound of rounding holds in floats and is no larger than it has to be", "[ties]") {
+TEST_CASE("the bound of rounding errors holds in float and is tight", "[ties]") {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> draw(-1, 1);
   for (int n = 0; n < 1000; ++n) {
@@ -100,21 +100,21 @@ TEST_CASE("a bound of rounding holds in floats and is no larger than it has to b
   CHECK(std::isinf((Rounded{1, 0} / Rounded{1e-9, 1e-8}).error));
 }
 
-TEST_CASE("a pixel where two triangles cross may show either, and no other pixel may", "[ties]") {
+TEST_CASE("only pixels where two triangles intersect may show either of them", "[ties]") {
   const VisibilityTies ties = crossed(0).ties();
   for (std::size_t p = 0; p < 25; ++p) {
     CAPTURE(p);
     CHECK(ties.winners[p] == (p % 5 < 2 ? Winners{2} : p % 5 > 2 ? Winners{1} : Winners{1, 2}));
   }
-  CHECK(ties.triangles == std::vector<bool>{false, true});  // of what is shown it is sure that it is shown
+  CHECK(ties.triangles == std::vector<bool>{false, true});  // the shown triangle is certain to be visible
   const VisibilityTies none = crossed(1e-3f).ties();
   for (std::size_t p = 0; p < 25; ++p) CHECK_FALSE(none.tied(p));
   CHECK(none.triangles == std::vector<bool>{false, false});
 }
 
-TEST_CASE("a pixel on an edge, and one at its threshold, may show what is behind or nothing", "[ties]") {
+TEST_CASE("a pixel on an edge or at the threshold may show the triangle, the one behind or nothing", "[ties]") {
   Flat flat;
-  flat.add({-3, -3, 0.5f, 0.4f, -3, 0.5f, 0.4f, 9, 0.5f});  // to the left of x = 0.4
+  flat.add({-3, -3, 0.5f, 0.4f, -3, 0.5f, 0.4f, 9, 0.5f});  // covers x < 0.4
   const VisibilityTies edge = flat.ties();
   for (std::size_t p = 0; p < 25; ++p)
     CHECK(edge.winners[p] == (p % 5 < 3 ? Winners{1} : p % 5 > 3 ? Winners{0} : Winners{1, 0}));
@@ -125,14 +125,14 @@ TEST_CASE("a pixel on an edge, and one at its threshold, may show what is behind
   CHECK(half.ties().winners[12] == Winners{1, 2});
   half.opacity[0] = half.opacity[1] = half.opacity[2] = 0.4999f;
   CHECK(half.ties().winners[12] == Winners{2});
-  // Nothing of a triangle of no area is seen, but a pixel on its line.
+  // A triangle without area can only appear at pixels on its line.
   Flat thin;
   thin.add({-3, -3, 0.5f, 3, 3, 0.5f, 1, 1, 0.5f});
   const VisibilityTies line = thin.ties();
   for (std::size_t p = 0; p < 25; ++p) CHECK(line.may_show(p, 1) == (p % 5 == p / 5));
 }
 
-TEST_CASE("a picture with another triangle at a tie is settled, and one with it elsewhere is wrong", "[ties]") {
+TEST_CASE("another triangle is accepted at a tie and wrong elsewhere", "[ties]") {
   const Flat flat = crossed(0);
   const VisibilityTies ties = flat.ties();
   std::vector<std::uint32_t> drawn = flat.shown;
@@ -140,7 +140,7 @@ TEST_CASE("a picture with another triangle at a tie is settled, and one with it 
   const Settlement at_tie = settle(ties, flat.shown, drawn);
   CHECK(at_tie.otherwise == std::vector<std::size_t>{12});
   CHECK(at_tie.wrong == 0);
-  // A sum over the picture is another until the tie is settled, and the same then.
+  // Sums over the image differ until the tie is settled.
   const auto sum_of = [](const std::vector<std::uint32_t>& picture) {
     float sum = 0;
     for (const std::uint32_t t : picture) sum += t == 1 ? 0.2f : 0.9f;
@@ -150,13 +150,13 @@ TEST_CASE("a picture with another triangle at a tie is settled, and one with it 
   for (const std::size_t p : at_tie.otherwise) drawn[p] = flat.shown[p];
   CHECK(compare(sum_of(drawn), sum_of(flat.shown), 1e-3).holds);
   drawn[13] = 2;
-  drawn[12] = 0;  // at a tie, but not of the two
+  drawn[12] = 0;  // at a tie, but neither of the two
   const Settlement elsewhere = settle(ties, flat.shown, drawn);
   CHECK(elsewhere.otherwise.empty());
   CHECK(elsewhere.wrong == 2);
 }
 
-TEST_CASE("sums may differ by what a hidden unit at zero passes on, and by no more", "[ties]") {
+TEST_CASE("sums may differ only by the contribution of a hidden unit at zero", "[ties]") {
   std::mt19937 random(7);
   std::normal_distribution<float> draw(0, 0.5f);
   std::uniform_real_distribution<float> input(0.1f, 1);
@@ -167,7 +167,7 @@ TEST_CASE("sums may differ by what a hidden unit at zero passes on, and by no mo
     for (float& v : x) v = input(random);
   constexpr float kColourGradient[3] = {0.3f, -0.2f, 0.5f};
   const int layer = GENERATE(0, 1);
-  // A unit of that layer that is zero at the third pixel, whatever its bias was.
+  // Sets the bias such that this unit is zero at the third pixel.
   const int unit = 5;
   float h[16];
   std::copy_n(pixels[2].begin(), 16, h);
@@ -198,9 +198,9 @@ TEST_CASE("sums may differ by what a hidden unit at zero passes on, and by no mo
   const Compared with = compare(on, off, 1e-4, {}, allowance);
   CHECK(with.holds);
   CHECK(with.relative < 1e-5);
-  CHECK(with.allowed < MLP_COUNT - 51);  // the last layer has no part in it
+  CHECK(with.allowed < MLP_COUNT - 51);  // does not concern the last layer
   CHECK(compare(off, on, 1e-4, {}, allowance).holds);
-  // A gradient that is wrong where the unit has no part, and one where it is off by twice its part.
+  // Errors in a gradient that does not depend on the unit, and errors of twice its contribution are rejected.
   const std::size_t elsewhere = MLP_B3;
   on[elsewhere] *= 1.05f;
   CHECK_FALSE(compare(on, off, 1e-4, {}, allowance).holds);
@@ -210,7 +210,7 @@ TEST_CASE("sums may differ by what a hidden unit at zero passes on, and by no mo
   CHECK_FALSE(compare(on, off, 1e-4, {}, allowance).holds);
 }
 
-TEST_CASE("what is left out is counted, and what is not a number is wrong", "[ties]") {
+TEST_CASE("excluded values are counted, and NaN is always wrong", "[ties]") {
   const std::vector<float> expected{1, 2, 4}, actual{1, 3, 4};
   CHECK_FALSE(compare(actual, expected, 1e-3).holds);
   const Compared c = compare(actual, expected, 1e-3, {false, true, false});

@@ -19,7 +19,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Beside each other on a sheet, sides of `side` steps.
+/// Triangles in a row with sides of about `side` grid steps.
 std::vector<soup::GridTriangle> sheet(std::size_t triangles, std::uint32_t side, std::uint64_t seed) {
   soup::Random random(seed);
   std::vector<soup::GridTriangle> all;
@@ -52,7 +52,7 @@ soup::ModelCamera camera_at(const glm::dvec3& place, double focal) {
   return c;
 }
 
-/// Triangles anywhere in a ball around (0, 0, 3), of level 0.
+/// Triangles of level 0 with random corners in a box around (0, 0, 3).
 soup::Model ball_of(std::size_t triangles) {
   soup::Random random(5);
   soup::Model model;
@@ -64,10 +64,10 @@ soup::Model ball_of(std::size_t triangles) {
 
 }  // namespace
 
-TEST_CASE("vertices on a grid come back from their bytes", "[vertex_code]") {
+TEST_CASE("vertices on a grid are decoded unchanged", "[vertex_code]") {
   CHECK(come_back(sheet(500, 80, 1)));
   CHECK(come_back({}));
-  // Anywhere within the limits, on grids that have nothing in common.
+  // Any values within the limits, on unrelated grids.
   soup::Random random(2);
   std::vector<soup::GridTriangle> wild;
   for (int t = 0; t < 300; ++t) {
@@ -81,22 +81,22 @@ TEST_CASE("vertices on a grid come back from their bytes", "[vertex_code]") {
   CHECK(come_back(wild));
 }
 
-TEST_CASE("vertices take the bytes that their sides need", "[vertex_code]") {
-  // Five numbers of 2 side, one of side, three of side / 4 or less, some of which twice as wide around the middle of
-  // the one before.
+TEST_CASE("the size of coded vertices follows from the length of their sides", "[vertex_code]") {
+  // Per triangle: five numbers with range 2 side, one with range side, three with range side / 4 or less. Relative to
+  // the centre of the triangle before, some ranges double.
   const auto triangles = sheet(2000, 128, 3);
   const double bits = 8.0 * double(soup::encode_vertices(triangles).size()) / 2000;
   CHECK(bits > 4 * 8 + 7 + 2 * 5);
   CHECK(bits < 6 * 8 + 3 * 7 + 3);
 }
 
-TEST_CASE("vertices beyond their grid are not written, and damaged ones not read", "[vertex_code]") {
+TEST_CASE("vertices beyond the grid and damaged bytes are refused", "[vertex_code]") {
   auto triangles = sheet(50, 80, 4);
   const std::vector<std::byte> bytes = soup::encode_vertices(triangles);
   for (std::size_t n = 0; n + 8 < bytes.size(); n += 7)
     CHECK_THROWS_WITH(soup::decode_vertices(std::span(bytes).first(n), 50, "x.glb"), Contains("x.glb"));
   CHECK_THROWS_WITH(soup::decode_vertices(bytes, std::size_t(1) << 40, "x.glb"), Contains("x.glb"));
-  // Copies of one triangle take next to nothing to code, and a reader's memory all the same.
+  // Copies of one triangle compress to almost nothing, so a minimum size limits the memory of a reader.
   const std::vector<soup::GridTriangle> copies(10000, soup::GridTriangle{});
   const std::vector<std::byte> few = soup::encode_vertices(copies);
   CHECK(few.size() == 4 * (10000 - 4096));
@@ -122,29 +122,29 @@ TEST_CASE("vertices beyond their grid are not written, and damaged ones not read
   CHECK_THROWS_WITH(soup::encode_vertices(triangles), Contains("exceeds its grid"));
 }
 
-TEST_CASE("a grid is as fine as the photograph that shows a triangle closest", "[vertex_grid]") {
+TEST_CASE("the grid of a triangle follows from the photograph that shows it closest", "[vertex_grid]") {
   soup::Model model = ball_of(1);
   model.vertices = {{0, 0, 2}, {0.5f, 0, 2.5f}, {0, 0.5f, 2}};
   const auto exponent = [&](std::vector<soup::ModelCamera> cameras, double share) {
     return soup::on_grid(model, cameras, share)[0].exponent;
   };
-  // A pixel is 2 / 100 wide, an eighth of it 1 / 400: steps of 1 / 512.
+  // A pixel is 2 / 100, an eighth of it 1 / 400, so the steps are 1 / 512.
   CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.125) == 9);
   CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.25) == 8);
   CHECK(exponent({camera_at({0, 0, 0}, 200)}, 0.125) == 10);
-  // From half as far, and from a camera beside which it lies out of the picture.
+  // A camera at half the distance, and one that does not see the triangle.
   CHECK(exponent({camera_at({0, 0, 0}, 100), camera_at({0, 0, 1}, 100)}, 0.125) == 10);
   CHECK(exponent({camera_at({0, 0, 0}, 100), camera_at({2, 0, 1.9}, 100)}, 0.125) == 9);
-  // Behind all cameras: its nearest corner is one away from them.
-  CHECK(exponent({camera_at({0, 0, 3}, 100)}, 0.125) == 11);  // 800 / 0.71 steps a unit
-  // Beyond any grid, and as fine as floats are where it is far away.
+  // Behind all cameras: the distance to the nearest corner counts.
+  CHECK(exponent({camera_at({0, 0, 3}, 100)}, 0.125) == 11);  // 800 / 0.71 steps per unit
+  // Too far for any grid, and far enough that the precision of floats limits the grid.
   model.vertices[1].x = 1e20f;
   CHECK_THROWS_WITH(exponent({camera_at({0, 0, 0}, 100)}, 0.125), Contains("`vertex_share` to 0"));
   model.vertices[1].x = 1e6f;
   CHECK(exponent({camera_at({0, 0, 0}, 100)}, 0.125) == 4);
 }
 
-TEST_CASE("rounded to a grid, no corner moves by more than the share of a pixel", "[vertex_grid]") {
+TEST_CASE("rounding to the grid moves no corner by more than the given part of a pixel", "[vertex_grid]") {
   soup::Model model = ball_of(400);
   model.centre = {3, -2, 1};
   model.origin = {10, 20, 30};
@@ -164,15 +164,15 @@ TEST_CASE("rounded to a grid, no corner moves by more than the share of a pixel"
         };
         most = std::max(most, glm::distance(pixel(was[i]), pixel(is[i])));
       }
-    // Half a step along each axis, of which one is depth: half of it sideways at 30 degrees at most.
+    // At most half a step along each axis. The step in depth counts by half, for view angles up to 30 degrees.
     CHECK(most < 0.5 * share * (std::sqrt(2.0) + 0.6));
     CHECK(most > 0.15 * share);
   }
 }
 
-TEST_CASE("along the curve neighbours follow each other, textures with them", "[vertex_grid]") {
+TEST_CASE("along_curve() sorts triangles and their textures by position", "[vertex_grid]") {
   soup::Model model = ball_of(3000);
-  model.vertices[100].x = 1e30f;  // others keep their places
+  model.vertices[100].x = 1e30f;  // must not affect the others
   const soup::Model sorted = soup::along_curve(model);
   const auto middle = [](const soup::Model& m, std::size_t t) {
     return (m.vertices[3 * t] + m.vertices[3 * t + 1] + m.vertices[3 * t + 2]) / 3.0f;

@@ -35,7 +35,8 @@ using Vertices = std::vector<glm::vec3>;
 struct OpaqueScene : SmallScene {
   OpaqueScene(gpu::Device& device, const Vertices& vertices)
       : SmallScene(device, static_cast<std::uint32_t>(vertices.size() / 3), {{0, 0}}, {forward_view()}) {
-    frame.reserve_lists(std::min<std::uint64_t>(1u << 20, std::uint64_t(soup.triangles + 64) * frame.batch().tiles));
+    buffers.reserve_lists(
+        std::min<std::uint64_t>(1u << 20, std::uint64_t(soup.triangles + 64) * buffers.batch().tiles));
     for (std::size_t i = 7; i < logits.size(); i += 8) logits[i] = 5.0f;
     gpu.upload(soup.source.address(), logits);
     gpu.upload(soup.vertices.address(), vertices);
@@ -46,9 +47,10 @@ struct OpaqueScene : SmallScene {
 std::vector<std::uint32_t> picture(SmallScene& s) {
   s.step.begin(1, 0, 0, {});
   s.step.visibility(train::Thresholds::half, s.inputs);
-  REQUIRE_FALSE(train::grow_lists_if_needed(s.gpu, s.frame));
+  REQUIRE_FALSE(train::grow_lists_if_needed(s.gpu, s.buffers));
   std::vector<std::uint32_t> shown;
-  for (const kernels::Hit& hit : s.gpu.download_vector<kernels::Hit>(s.frame.hits.address(), s.frame.batch().pixels)) {
+  for (const kernels::Hit& hit :
+       s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels)) {
     REQUIRE((std::isfinite(hit.b0) && std::isfinite(hit.b1) && std::isfinite(hit.depth)));
     shown.push_back(hit.triangle);
   }
@@ -74,8 +76,8 @@ void check_training(SmallScene& s) {
   s.inputs.vertex_gradient = 0;
   const auto state = s.state();
   CHECK(std::all_of(state.begin(), state.end(), [](float v) { return std::isfinite(v); }));
-  CHECK(train::take_faults(s.gpu, s.soup, s.frame).empty());
-  const auto colour = s.gpu.download_vector<float>(s.frame.colour.address(), 3ull * s.frame.batch().pixels);
+  CHECK(train::take_non_finite(s.gpu, s.soup, s.buffers).empty());
+  const auto colour = s.gpu.download_vector<float>(s.buffers.colour.address(), 3ull * s.buffers.batch().pixels);
   CHECK(std::all_of(colour.begin(), colour.end(), [](float v) { return v >= 0 && v <= 1; }));
 }
 
@@ -327,8 +329,8 @@ TEST_CASE("a million triangles off the screen do not change the picture", "[geom
   }
   OpaqueScene one(*gpu, few), all(*gpu, many);
   CHECK(picture(one) == picture(all));
-  const auto control = gpu->download_vector<kernels::Control>(all.frame.control.address(), 1)[0];
-  CHECK(control.list_total < 10 * all.frame.batch().tiles);  // no tile's list contains any of the million
+  const auto control = gpu->download_vector<kernels::Control>(all.buffers.control.address(), 1)[0];
+  CHECK(control.list_total < 10 * all.buffers.batch().tiles);  // no tile's list contains any of the million
   all.train(0, SmallScene::rates(0));
   const auto after = gpu->download_vector<glm::vec3>(all.soup.vertices.address(), many.size());
   std::size_t moved = 0;

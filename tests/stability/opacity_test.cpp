@@ -32,7 +32,7 @@ Gradients measure_on(gpu::Device& device, const Layers& layers, int samples, boo
   gpu::Device* const gpu = &device;
   const auto n = static_cast<std::uint32_t>(layers.logit.size());
   SmallScene s(*gpu, n, {{0, 0}}, {test::view_from(0, kSide, kSide)});
-  s.frame.reserve_lists(std::uint64_t(n) * s.frame.batch().tiles);
+  s.buffers.reserve_lists(std::uint64_t(n) * s.buffers.batch().tiles);
   std::vector<glm::vec3> vertices;
   std::vector<float> logits(24 * n, 0.0f);
   for (std::uint32_t t = 0; t < n; ++t) {

@@ -1,7 +1,7 @@
 // Tests long trainings on small photographs.
-#include "train/config/schedule.h"
 #include "recipe_settings.h"
 #include "stability_training/small_training.h"
+#include "train/config/schedule.h"
 
 using namespace trisoup;
 using namespace trisoup::test;

@@ -178,10 +178,10 @@ int main(int argc, char** argv) try {
     nlohmann::json matrix = nlohmann::json::array();
     for (int r = 0; r < 3; ++r) matrix.push_back({c.right[r], c.up[r], c.back[r], c.position[r]});
     matrix.push_back({0, 0, 0, 1});
-    nlohmann::json frame{{"file_path", "images/" + name}, {"transform_matrix", matrix}};
-    json["frames"].push_back(frame);
-    frame["mask_path"] = "on_wheel/" + name;
-    on_wheel["frames"].push_back(frame);
+    nlohmann::json buffers{{"file_path", "images/" + name}, {"transform_matrix", matrix}};
+    json["frames"].push_back(buffers);
+    buffers["mask_path"] = "on_wheel/" + name;
+    on_wheel["frames"].push_back(buffers);
   }
   std::ofstream(folder / "transforms.json") << json.dump(1) << "\n";
   std::ofstream(folder / "transforms_wheel.json") << on_wheel.dump(1) << "\n";

@@ -15,12 +15,12 @@
 #include "format/safetensors.h"
 #include "gpu/device.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "scene/scene.h"
 #include "temporary_folder.h"
 #include "tiny_scene.h"
 #include "train/quality/evaluate.h"
-#include "recipe_settings.h"
 #include "train/start/initial_triangles.h"
 
 namespace trisoup::test {

@@ -1,6 +1,6 @@
 // node page_times.mjs BIN MODEL...: milliseconds a picture of each model in a headless Chromium, by our two passes and
 // by those of the published viewer (published_structure.js), in turn, view by view; three sizes. Not a test: figures
-// for docs/web.md. Best with nothing else running.
+// for docs/viewer.md. Best with nothing else running.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

@@ -146,7 +146,7 @@ test("other files, other cameras, rays", () => {
   pages["/bad.glb"] = Buffer.from(edited(model, (_, extension) => { extension.scale = -1; }));
   return on("/three.html", async (page) => {
     assert.equal(await page.run(() => window.other("/plain.glb")), "no soup");
-    assert.match(await page.run(() => window.other("/bad.glb")), /has an impossible centre or scale/);
+    assert.match(await page.run(() => window.other("/bad.glb")), /has an invalid centre or scale/);
     assert.match(await page.run(() => window.flat()), /PerspectiveCamera/);
     const distances = await page.run(() => window.pick(0));
     assert.ok(distances.length > 0 && distances[0] > 0.1 && distances[0] < 2, `${distances}`);

@@ -103,7 +103,7 @@ test("cameras of version 3: lenses and poses in a table", () => {
   for (const value of [3, NaN]) {
     const turned = edited(third, (d, e, binary) => new DataView(binary.buffer)
       .setFloat32(d.bufferViews[e.cameras.poses].byteOffset, value, true));
-    assert.match(complaint(turned), /impossible camera/);
+    assert.match(complaint(turned), /invalid camera/);
   }
 });
 

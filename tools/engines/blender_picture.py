@@ -1,4 +1,4 @@
-# blender -b -P blender_picture.py -- model.glb CAMERA out.png: a model.glb through one of its cameras, by Cycles. See docs/engines.md.
+# blender -b -P blender_picture.py -- model.glb CAMERA out.png: a model.glb through one of its cameras, by Cycles. See docs/viewer.md.
 import json
 import struct
 import sys
@@ -11,7 +11,7 @@ numpy.bool = bool  # Debian 12: numpy is newer than what Blender's importer know
 
 
 def read_extension(path):
-    """What docs/format.md says of it, and the bytes of its bufferViews."""
+    """What docs/formats.md says of it, and the bytes of its bufferViews."""
     with open(path, "rb") as file:
         data = file.read()
     length = struct.unpack("<I", data[12:16])[0]

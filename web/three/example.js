@@ -1,4 +1,4 @@
-// A soup with a ring around it: docs/web.md says what has to lie where.
+// Shows a soup with a ring through it. docs/viewer.md lists the files that the page needs.
 import { Box3, Mesh, MeshNormalMaterial, PerspectiveCamera, Scene, TorusGeometry, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
@@ -12,7 +12,7 @@ async function main() {
     await loader.loadAsync(new URLSearchParams(location.search).get("model") ?? "../../model.glb");
   let soup;
   model.traverse((object) => { if (object.isSoup) soup = object; });
-  if (!soup) throw new Error("model.glb has no neural textures; give one that soup-train wrote");
+  if (!soup) throw new Error("model.glb has no neural textures; give a model of soup-train");
 
   const renderer = new WebGLRenderer({ antialias: true });
   renderer.setPixelRatio(devicePixelRatio);

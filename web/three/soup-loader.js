@@ -1,9 +1,8 @@
-// A soup in a three.js scene: a plugin of GLTFLoader for model.glb, and the object that it makes. See docs/web.md.
+// Soups in three.js scenes: a plugin of GLTFLoader for model.glb, and the object that it creates. See docs/viewer.md.
 //
-// The two passes of the page's renderer become two meshes of one geometry: the first writes depth alone and reads no
-// more than opacity, the second shades what has exactly that depth, so the MLP runs once per pixel however many
-// triangles lie behind. All else (depth against other meshes, render targets, XR, a context that was lost) is three.js'
-// own.
+// The two passes of renderer.js become two meshes with one geometry. The first writes only depth and reads only
+// opacity. The second shades fragments of exactly that depth, so the MLP runs once per pixel, however many triangles
+// are behind. three.js handles the rest: depth against other meshes, render targets, XR, lost contexts.
 import {
   BufferAttribute, BufferGeometry, Color, DataArrayTexture, DoubleSide, EqualDepth, GLSL3, Group, LinearSRGBColorSpace,
   Matrix4, Mesh,
@@ -17,7 +16,8 @@ import { DEPTHS, TABLE_WIDTH, maskedFragment, meshFragment, opaqueFragment, soup
 import { unpackModel } from "./unpack.js";
 
 /**
- * For GLTFLoader: `loader.register((parser) => new SoupLoader(parser))`. Files without our extension are left alone.
+ * Plugin for GLTFLoader: `loader.register((parser) => new SoupLoader(parser))`. Files without the trisoup extension
+ * load as usual.
  */
 export class SoupLoader {
   name = EXTENSION;
@@ -28,37 +28,37 @@ export class SoupLoader {
 
   loadMesh(index) {
     const { json } = this.parser;
-    // A model has one mesh, or none where its vertices are coded; others that somebody has added are as usual.
+    // A model has one mesh, or none if its vertices are coded. Meshes that were added later load as usual.
     const model = json.extensions?.[EXTENSION];
     return model && !model.vertices && index === 0 ? this.#soup(json) : null;
   }
 
   createNodeMesh(index) {
     const { json } = this.parser;
-    // Where a model has no mesh a node says where it is.
+    // Without a mesh, a node with the extension gives the position of the soup.
     return json.nodes[index].mesh === undefined && json.nodes[index].extensions?.[EXTENSION] ? this.#soup(json) : null;
   }
 
   async #soup(json) {
     const binary = new Uint8Array(await this.parser.getDependency("buffer", 0));
-    // In a group of its own, which takes the place that the file's node has.
+    // The group receives the transform of the file's node.
     return new Group().add(new Soup(await unpackModel(decodeDocument(json, binary, "model.glb"))));
   }
 }
 
-/** A soup, in the coordinates of its file. */
+/** A soup in the coordinates of its file. */
 export class Soup extends Group {
   isSoup = true;
   type = "Soup";
 
-  /** @param {import("./unpack.js").Unpacked} [unpacked] none: for copy() */
+  /** @param {import("./unpack.js").Unpacked} [unpacked] missing in copy() */
   constructor(unpacked) {
     super();
     if (!unpacked) return;
     const { model } = unpacked, parts = makeParts(unpacked);
     this.model = model;
     this.background = new Color().setRGB(...model.background, SRGBColorSpace);
-    // The meshes have normalised coordinates, as cameras and shaders do.
+    // The meshes use normalised coordinates, like cameras and shaders.
     this.scale.setScalar(1 / model.normalisation.scale);
     this.position.fromArray(model.normalisation.middle);
     const depth = new SoupMesh(parts.geometry, [parts.opaque, parts.masked]),
@@ -66,7 +66,7 @@ export class Soup extends Group {
     depth.name = "depth";
     surface.name = "surface";
     surface.renderOrder = 1;
-    surface.raycast = () => {};  // one of the two is enough
+    surface.raycast = () => {};  // the depth mesh is picked instead
     this.add(depth, surface);
   }
 
@@ -81,29 +81,29 @@ export class Soup extends Group {
   get cameras() { return this.model.cameras.map((camera) => camera.name); }
 
   /**
-   * Puts a camera where a photograph was taken: its place, direction and field of view. Its `aspect` stays, and so do
-   * its clip planes.
-   * @param {import("three").PerspectiveCamera} camera without a parent, or one that has not been moved
+   * Sets position, direction and field of view of a camera to those of one of `cameras`. Keeps its `aspect` and clip
+   * planes.
+   * @param {import("three").PerspectiveCamera} camera without a parent, or with a parent at the origin
    * @param {number | string} which number or name of one of `cameras`
-   * @throws {SoupError} where there is none of this name
+   * @throws {SoupError} if there is no such camera
    */
   lookThrough(camera, which = 0) {
     const { cameras, name } = this.model, found = cameras[which] ?? cameras.find((other) => other.name === which);
     if (!found) throw new SoupError(
-      `${name}: has no camera ${which}; it has ${cameras.length}, counted from 0, test views first`);
+      `${name}: has no camera ${which}; give a name, or a number below ${cameras.length} (from 0)`);
     const { pose, width, height, fy, cx, cy } = found, [a, b, c, x, d, e, f, y, g, h, i, z] = pose;
-    // OpenCV's axes are x right, y down, z ahead.
+    // The pose has OpenCV axes: x right, y down, z forward.
     const view = new Matrix4().set(a, b, c, x, -d, -e, -f, -y, -g, -h, -i, -z, 0, 0, 0, 1);
     this.updateWorldMatrix(true, false);
     const world = this.matrixWorld.clone().multiply(view.invert());
     world.decompose(camera.position, camera.quaternion, new Vector3());
     camera.fov = (2 * Math.atan((0.5 * height) / fy) * 180) / Math.PI;
-    // The principal point need not lie in the middle: in units of a picture of the same height.
+    // Shifts the view by the principal point, in pixels of an image of the same height.
     const wide = camera.aspect * height;
     camera.setViewOffset(wide, height, 0.5 * width - cx, 0.5 * height - cy, wide, height);
   }
 
-  /** Frees what lies on the GPU, of all clones too. */
+  /** Frees the GPU memory of this soup and of all its clones. */
   dispose() {
     const { geometry, material } = this.children[0];
     const { features, opacities, table } = this.children[1].material.uniforms;
@@ -115,31 +115,31 @@ export class Soup extends Group {
 
 const modelView = new Matrix4(), toModel = new Matrix4(), viewport = new Vector4();
 
-/** A mesh that tells its materials where the camera is. */
+/** A mesh that passes the camera to its material. */
 class SoupMesh extends Mesh {
   onBeforeRender(renderer, scene, camera, geometry, material) {
-    if (!material.isSoupMaterial) return;  // another one for all of the scene
+    if (!material.isSoupMaterial) return;  // an override material of the scene
     if (camera.isOrthographicCamera)
-      throw new SoupError("a soup is drawn with a PerspectiveCamera; give the renderer one");
+      throw new SoupError("a soup needs a PerspectiveCamera; render with one");
     if (renderer.capabilities.logarithmicDepthBuffer)
       throw new SoupError(
-        "a soup has no logarithmic depth; " +
-        "make the renderer with reversedDepthBuffer instead of logarithmicDepthBuffer");
+        "a soup does not support logarithmicDepthBuffer; " +
+        "create the renderer with reversedDepthBuffer instead");
     const { clip_from_world, eye, ray, ray_x, ray_y, pixel, linear } = material.uniforms;
     modelView.multiplyMatrices(camera.matrixWorldInverse, this.matrixWorld);
     clip_from_world.value.multiplyMatrices(camera.projectionMatrix, modelView);
-    // three reverses a camera's depth when it first draws with it, which is after this.
+    // three.js reverses the depth of a camera when it first draws with it, which is after this call.
     if (renderer.capabilities.reversedDepthBuffer && !camera.reversedDepth)
       reverseDepth(clip_from_world.value.elements);
     toModel.copy(modelView).invert();
     eye.value.set(0, 0, 0, 1).applyMatrix4(toModel);
-    // NDC (x, y) looks along ((x + cx) / ax, (y + cy) / ay, -1) of the camera's axes.
+    // The direction at NDC (x, y) is ((x + cx) / ax, (y + cy) / ay, -1) in camera axes.
     const projection = camera.projectionMatrix.elements, ax = projection[0], ay = projection[5], cx = projection[8],
       cy = projection[9];
     ray_x.value.set(-1 / ax, 0, 0, 0).applyMatrix4(toModel);
     ray_y.value.set(0, -1 / ay, 0, 0).applyMatrix4(toModel);
     ray.value.set(-cx / ax, -cy / ay, 1, 0).applyMatrix4(toModel);
-    // The shader counts pixels from the target's corner.
+    // The shader counts pixels from the corner of the target, not of the viewport.
     renderer.getCurrentViewport(viewport);
     pixel.value.set(2 / viewport.z, 2 / viewport.w);
     ray.value.addScaledVector(ray_x.value, -viewport.x * pixel.value.x)
@@ -193,6 +193,6 @@ function makeParts({ model, width, height, tiles, rows, features, opacities, tab
 
 function arrayTexture(data, width, height, layers, format, type, internalFormat = null) {
   const texture = new DataArrayTexture(data, width, height, layers);
-  Object.assign(texture, { format, type, internalFormat, needsUpdate: true });  // fetched, never filtered
+  Object.assign(texture, { format, type, internalFormat, needsUpdate: true });  // read with texelFetch, without filters
   return texture;
 }

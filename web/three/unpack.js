@@ -1,4 +1,4 @@
-// What the GPU needs of a model, as arrays: for engines that upload by themselves, and again when a context was lost.
+// Converts a model to arrays for the GPU, for engines that upload data themselves.
 import { layerTarget, makeContext } from "../gpu.js";
 import { checkDecoder, decodePages } from "../pictures.js";
 import { TABLE_WIDTH } from "../shaders.js";
@@ -7,25 +7,25 @@ import { releaseModel, uploadModel } from "../upload.js";
 /**
  * @typedef {object} Unpacked
  * @property {import("../model.js").Model} model
- * @property {number} width of the layers of its textures, texels
+ * @property {number} width of a texture layer, texels
  * @property {number} height
  * @property {number} tiles
- * @property {number} rows of the table of triangles
- * @property {Uint8Array} features RGBA, two layers a tile
- * @property {Uint8Array} opacities one layer a tile
+ * @property {number} rows of the triangle table
+ * @property {Uint8Array} features RGBA, two layers per tile
+ * @property {Uint8Array} opacities one layer per tile
  * @property {Uint32Array} table three layers of RGBA
- * @property {Float32Array} position of the vertices in the order in which they are drawn
- * @property {Uint32Array} number of each vertex' triangle, from 1
- * @property {number} opaque triangles that are so everywhere, drawn first
- * @property {number} masked triangles with holes
+ * @property {Float32Array} position vertices in drawing order
+ * @property {Uint32Array} number triangle of each vertex, from 1
+ * @property {number} opaque number of opaque triangles, drawn first
+ * @property {number} masked number of triangles with holes
  */
 
 /**
- * Makes the textures in a context of its own and reads them back: browsers hand over a picture's pixels as they are
- * stored in no other way, and an engine gets the very values that <tri-soup> draws with.
+ * Creates the textures in a temporary context and reads them back. This is the only way to get unchanged pixels of an
+ * image from a browser, and the engine gets the same values as <tri-soup>.
  * @param {import("../model.js").Model} model
  * @returns {Promise<Unpacked>}
- * @throws {import("../error.js").SoupError} when a texture is damaged or the device cannot hold them
+ * @throws {import("../error.js").SoupError} if a texture is damaged or the device cannot hold them
  */
 export async function unpackModel(model) {
   const gl = makeContext(document.createElement("canvas"));
@@ -38,7 +38,7 @@ export async function unpackModel(model) {
     releaseModel(gl, drawn);
     return unpacked;
   } finally {
-    gl.getExtension("WEBGL_lose_context")?.loseContext();  // browsers allow a page a few
+    gl.getExtension("WEBGL_lose_context")?.loseContext();  // browsers limit the number of contexts
   }
 }
 
@@ -47,7 +47,7 @@ function readBack(gl, { model, width, height, tiles, rows, opaque, masked, featu
     opacities = new Uint8Array(texels * tiles);
   readLayers(gl, features, width, height, 2 * tiles, gl.RGBA, gl.UNSIGNED_BYTE, layers);
   for (let tile = 0; tile < tiles; ++tile) {
-    // The opacity is the last of features 4..7.
+    // Opacity is the last of features 4 to 7.
     const high = layers.subarray(4 * texels * (2 * tile + 1));
     for (let i = 0; i < texels; ++i) opacities[tile * texels + i] = high[4 * i + 3];
   }

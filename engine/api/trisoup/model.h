@@ -24,7 +24,7 @@ class Model {
  public:
   /// Reads a model that write() or a trisoup program wrote. Throws if the file has another format or is damaged.
   static Model read(const std::filesystem::path& path);
-  /// Writes a glTF 2.0 file (docs/format.md) that any glTF viewer opens. The file is replaced atomically. Throws if it
+  /// Writes a glTF 2.0 file (docs/formats.md) that any glTF viewer opens. The file is replaced atomically. Throws if it
   /// cannot be written.
   void write(const std::filesystem::path& path) const;
 

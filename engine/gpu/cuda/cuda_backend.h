@@ -1,4 +1,4 @@
-// gpu::Device on CUDA. Built where nvcc is found; elsewhere cuda_absent.cpp says so.
+// The CUDA backend of gpu::Device. If nvcc is not found at build time, cuda_absent.cpp replaces it.
 #pragma once
 
 #include <memory>
@@ -8,9 +8,9 @@
 
 namespace trisoup::gpu {
 
-/// Empty where there is no NVIDIA driver or no device.
+/// Returns the CUDA devices; empty if there is no NVIDIA driver or no device.
 std::vector<DeviceInfo> list_cuda_devices();
-/// Throws Error where there is no such device, or CUDA was left out of this program.
+/// Throws Error if there is no such device or the program was built without CUDA.
 std::unique_ptr<Device> open_cuda_device(const DeviceOptions& options);
 
 }  // namespace trisoup::gpu

@@ -27,7 +27,8 @@ DeviceInfo describe(int index) {
   int driver = 0, runtime = 0;
   if (cudaGetDeviceProperties(&properties, index) != cudaSuccess || cudaDriverGetVersion(&driver) != cudaSuccess ||
       cudaRuntimeGetVersion(&runtime) != cudaSuccess)
-    throw Error("CUDA: device {} cannot be asked what it is ({})", index, cudaGetErrorString(cudaGetLastError()));
+    throw Error("CUDA: the properties of device {} cannot be read ({}); check the NVIDIA driver", index,
+                cudaGetErrorString(cudaGetLastError()));
   DeviceInfo info;
   info.index = index;
   info.backend = "cuda";
@@ -40,11 +41,11 @@ DeviceInfo describe(int index) {
   return info;
 }
 
-/// 0 where there is no driver.
+/// Returns 0 if there is no driver.
 int count_devices() {
   int count = 0;
   if (cudaGetDeviceCount(&count) != cudaSuccess) {
-    cudaGetLastError();  // or the next call would report it again
+    cudaGetLastError();  // clears the error, which the next call would report again
     return 0;
   }
   return count;
@@ -58,12 +59,12 @@ class CudaDevice final : public Device {
     std::size_t free = 0, total = 0;
     check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
     info_.free_bytes = free;
-    // A tenth is left to the rest of the desktop and to the driver.
+    // Leaves a tenth to other programs and to the driver.
     ceiling_ = free / 10 * 9;
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreateWithFlags");
   }
   ~CudaDevice() override {
-    // What goes wrong here can be told to nobody, and has been told before.
+    // A destructor cannot report errors. Earlier calls have reported them.
     cudaStreamSynchronize(stream_);
     for (const Timed& t : timed_) {
       cudaEventDestroy(t.start);
@@ -85,14 +86,14 @@ class CudaDevice final : public Device {
       check(cudaGetLastError(), "launch of a small write");
       return;
     }
-    // From pageable memory: the bytes have been taken when the call returns.
+    // The source is pageable memory, so its bytes have been copied when the call returns.
     check(cudaMemcpyAsync(target, bytes.data(), bytes.size(), cudaMemcpyHostToDevice, stream_),
           "cudaMemcpyAsync to the device");
   }
-  void submit() override {}  // a stream begins by itself
+  void submit() override {}  // a CUDA stream starts work without a submission
   void wait() override {
     if (!lost_.empty())
-      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume",
+      throw Error("{}: the device was lost while running kernel '{}'; continue from the last checkpoint with `resume`",
                   info_.name, lost_);
     check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize");
     since_wait_.clear();
@@ -136,14 +137,14 @@ class CudaDevice final : public Device {
   std::vector<std::string> validation_messages() const override { return {}; }
 
  private:
-  /// Makes the device's context and loads all kernels. The runtime would load each when it is first launched, and its
-  /// module with it. If the program has only PTX for this card, the driver would then compile for seconds in the middle
-  /// of a step. Asking for its attributes loads a kernel without running it.
+  /// Creates the device's context and loads all kernels. Otherwise the runtime would load each module at the first
+  /// launch of one of its kernels. If the program has only PTX for this card, the driver would then compile for seconds
+  /// in the middle of a step. Reading the attributes of a kernel loads it without running it.
   void load_kernels(int index) {
     using Clock = std::chrono::steady_clock;
     auto start = Clock::now();
     check(cudaSetDevice(index), "cudaSetDevice");
-    // The context takes its own time, which is no compiler's; with EAGER, modules are loaded with it.
+    // The time to create the context is not counted, unless EAGER loads the modules together with the context.
     const char* const loading = std::getenv("CUDA_MODULE_LOADING");
     if (!loading || std::string_view(loading) != "EAGER") start = Clock::now();
     for (const cuda::CompiledKernel& kernel : cuda::compiled_kernels()) {
@@ -159,18 +160,19 @@ class CudaDevice final : public Device {
     cudaEvent_t start, end;
   };
 
-  /// A segment as a graph: one call in place of one for every command.
+  /// The segments as CUDA graphs: one call per segment instead of one per command.
   struct Graphs final : CommandList::Prepared {
     explicit Graphs(std::uint64_t of) : generation(of) {}
     ~Graphs() override {
-      for (cudaGraphExec_t graph : graphs) cudaGraphExecDestroy(graph);  // one that still runs is kept until it ends
+      for (cudaGraphExec_t graph : graphs) cudaGraphExecDestroy(graph);  // a running graph is kept until it ends
     }
-    std::uint64_t generation;  // of the device's memory
+    std::uint64_t generation;  // Device::generation() at the time of capture
     std::vector<cudaGraphExec_t> graphs;
   };
 
   void run_list(CommandList& list) override {
-    // Events in a graph time its last run alone, and an injected fault counts launches.
+    // Graphs are not used for timings, because events in a graph time only its last run, nor for fault injection, which
+    // counts launches.
     if (timing_ || lose_after_ > 0) return Device::run_list(list);
     auto* ready = static_cast<Graphs*>(list.prepared.get());
     if (!ready || ready->generation != generation()) {
@@ -187,13 +189,13 @@ class CudaDevice final : public Device {
   }
 
   cudaGraphExec_t capture(const CommandList::Segment& segment) {
-    // Relaxed: a kernel may be loaded when it is first launched, and nothing that is run here is unsafe otherwise.
+    // The relaxed mode is needed because a launch may load its kernel. All calls made here are safe during capture.
     check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeRelaxed), "cudaStreamBeginCapture");
     cudaGraph_t graph = nullptr;
     try {
       for (const CommandList::Command& command : segment) Device::run(command);
     } catch (...) {
-      // The stream has to leave its capture whatever was wrong.
+      // The stream must leave capture mode after any error.
       cudaStreamEndCapture(stream_, &graph);
       if (graph) cudaGraphDestroy(graph);
       throw;
@@ -233,7 +235,8 @@ class CudaDevice final : public Device {
     const cuda::CompiledKernel& found =
         find_compiled(std::span(cuda::compiled_kernels()), launch.kernel, launch.argument_bytes);
     if (launch.groups > 0x7fffffffu)
-      throw Error("{}: {} workgroups are more than a launch may have", name, launch.groups);
+      throw Error("kernel {}: {} workgroups exceed the limit of a CUDA launch; report this as a bug", name,
+                  launch.groups);
     remember(name);
     Timed timed{name, nullptr, nullptr};
     if (timing_) {
@@ -251,7 +254,7 @@ class CudaDevice final : public Device {
   void remember(const char* kernel) {
     if (!since_wait_.empty() && since_wait_.back() == kernel) return;
     since_wait_.emplace_back(kernel);
-    // Steps follow each other without a wait; the last ones are enough to know where to look.
+    // Many steps may run between two waits. The last few kernels are enough to locate an error.
     constexpr std::size_t kRemembered = 20;
     if (since_wait_.size() > kRemembered) since_wait_.pop_front();
   }
@@ -263,41 +266,41 @@ class CudaDevice final : public Device {
       cudaGetLastError();
       std::size_t free = 0, total = 0;
       cudaMemGetInfo(&free, &total);
-      throw OutOfMemory(
-          allocated_bytes(), allocated_bytes() - bytes + free,
-          "device memory: {} needs {} MB, {} of {} MB are free; use fewer triangles or a lower resolution (-r)", what,
-          (bytes >> 20) + 1, free >> 20, total >> 20);
+      throw OutOfMemory(allocated_bytes(), allocated_bytes() - bytes + free,
+                        "device memory: {} needs {} MB, {} of {} MB are free; use fewer triangles or smaller "
+                        "photographs (`resolution`)",
+                        what, (bytes >> 20) + 1, free >> 20, total >> 20);
     }
     check(result, "cudaMalloc");
     return reinterpret_cast<Address>(taken);
   }
   void free_raw(Address address) override {
     cudaFree(reinterpret_cast<void*>(address));
-  }  // waits for what still reads it
+  }  // waits for kernels that use the memory
   void* memory(Address address, std::uint64_t bytes) const {
     find(address, bytes);
     return reinterpret_cast<void*>(address);
   }
   void check(cudaError_t result, std::string_view call) {
     if (result == cudaSuccess) return;
-    cudaGetLastError();  // or the next launch would be blamed for it
+    cudaGetLastError();  // clears the error, which the next launch would report again
     std::string kernels;
     for (const std::string& kernel : since_wait_) kernels += (kernels.empty() ? "" : ", ") + kernel;
-    throw Error(
-        "CUDA: {} failed on {} ({}: {}){}", call, info_.name, cudaGetErrorName(result), cudaGetErrorString(result),
-        kernels.empty()
-            ? std::string()
-            : fmt::format("; kernels that may be to blame: {} (CUDA_LAUNCH_BLOCKING=1 names the one)", kernels));
+    throw Error("CUDA: {} failed on {} ({}: {}){}", call, info_.name, cudaGetErrorName(result),
+                cudaGetErrorString(result),
+                kernels.empty()
+                    ? std::string()
+                    : fmt::format("; possibly in one of the kernels {} (CUDA_LAUNCH_BLOCKING=1 tells which)", kernels));
   }
 
   DeviceInfo info_;
   cudaStream_t stream_ = nullptr;
-  std::deque<std::string> since_wait_;  // kernels that no wait has vouched for
+  std::deque<std::string> since_wait_;  // kernels launched since the last wait
   bool timing_ = false;
   std::vector<Timed> timed_;
   std::map<std::string, KernelTiming> timings_;
   std::uint64_t lose_after_ = 0, launches_ = 0;
-  std::string lost_;  // the kernel that was running
+  std::string lost_;  // kernel that was running when the device was lost; empty: not lost
 };
 
 }  // namespace
@@ -319,8 +322,7 @@ std::vector<DeviceInfo> list_cuda_devices() {
 
 std::unique_ptr<Device> open_cuda_device(const DeviceOptions& options) {
   const std::vector<DeviceInfo> devices = list_cuda_devices();
-  if (devices.empty())
-    throw Error("--backend cuda: there is no NVIDIA driver or no NVIDIA GPU here; use vulkan or cpu");
+  if (devices.empty()) throw Error("`backend` cuda: there is no NVIDIA driver or no NVIDIA GPU; use vulkan or cpu");
   if (options.device.empty()) return std::make_unique<CudaDevice>(0, options);
   int number = -1;
   const char* end = options.device.data() + options.device.size();
@@ -331,7 +333,7 @@ std::unique_ptr<Device> open_cuda_device(const DeviceOptions& options) {
       if (number < 0 && d.name.find(options.device) != std::string::npos) number = d.index;
   }
   if (number < 0 || number >= static_cast<int>(devices.size()))
-    throw Error("--device {}: there is no such device; --list-devices names them", options.device);
+    throw Error("`device` {}: there is no such device; `list_devices` prints the devices", options.device);
   return std::make_unique<CudaDevice>(number, options);
 }
 

@@ -1,14 +1,14 @@
-// The kernels' language for nvcc; common/kernel.h says what the words in capitals mean.
+// Definitions for compiling kernels with nvcc. common/kernel.h documents the macros.
 #pragma once
 
-#include <cuda.h>  // before GLM, which otherwise takes the compiler for one that it does not know
+#include <cuda.h>  // must precede GLM, which otherwise does not recognise the compiler
 #define GLM_FORCE_CUDA
 #include <cstring>
 
 namespace trisoup::gpu::cuda {
 
-/// An array in device memory whose elements lie where GLSL's std430 has them. GLM's vectors are only as aligned as
-/// floats, and nvcc reads four words at once only where it knows that they are aligned.
+/// An array in device memory with the element layout of GLSL's std430. GLM's vectors are aligned like floats, but nvcc
+/// needs the real alignment to load four words at once.
 template <typename T, std::size_t alignment>
 struct Elements {
   __device__ T& operator[](std::size_t i) const {
@@ -49,5 +49,5 @@ __device__ inline uint atomicMax(uint& x, uint value) { return ::atomicMax(&x, v
     kernel<<<groups, kThreads, 0, static_cast<cudaStream_t>(stream)>>>(a);   \
   }                                                                          \
   const void* function() { return reinterpret_cast<const void*>(&kernel); }
-#define SHARED __shared__ __align__(16)  // so that neighbouring words are read together
+#define SHARED __shared__ __align__(16)  // allows vector loads of neighbouring words
 #define MARK(word) word = 1u

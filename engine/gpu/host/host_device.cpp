@@ -26,7 +26,7 @@ namespace {
 
 using host::CompiledKernel;
 
-/// Threads that share the workgroups of a launch.
+/// Thread pool that runs the workgroups of a launch.
 class Pool {
  public:
   Pool() {
@@ -126,7 +126,7 @@ class HostDevice final : public Device {
   void submit() override {}
   void wait() override {
     if (!lost_.empty())
-      throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume",
+      throw Error("{}: the device was lost while running kernel '{}'; continue from the last checkpoint with `resume`",
                   info_.name, lost_);
   }
   void enable_timings(bool on) override { timed_ = on; }
@@ -146,7 +146,7 @@ class HostDevice final : public Device {
     std::memmove(memory(copy.to, copy.bytes), memory(copy.from, copy.bytes), copy.bytes);
   }
   void run(const CommandList::Launch& launch) override {
-    // As an API would tell it: not before somebody waits.
+    // The error is reported at the next wait, as a graphics API does.
     if (lose_after_ > 0 && ++launches_ == lose_after_) lost_ = launch.kernel.name;
     if (!lost_.empty()) return;
     const CompiledKernel& found = find_compiled(std::span(kernels_.kernels), launch.kernel, launch.argument_bytes);
@@ -158,13 +158,13 @@ class HostDevice final : public Device {
     timing.milliseconds += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
   Address allocate_raw(std::uint64_t bytes, std::string_view what) override {
-    // Lanes read a run of words whole, with up to 15 on either side that are not theirs.
+    // Kernels with lanes may read up to 15 words before and after a buffer (lane_memory.h).
     void* memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64 + 2 * kRoom);
     if (!memory)
       throw OutOfMemory(
           allocated_bytes(), allocated_bytes() - bytes,
-          "memory: {} needs {} MB, which this machine does not have; use fewer triangles or a lower resolution (-r)",
-          what, (bytes >> 20) + 1);
+          "memory: {} needs {} MB, more than is free; use fewer triangles or smaller photographs (`resolution`)", what,
+          (bytes >> 20) + 1);
     return reinterpret_cast<Address>(memory) + kRoom;
   }
   void free_raw(Address address) override { std::free(reinterpret_cast<void*>(address - kRoom)); }
@@ -180,7 +180,7 @@ class HostDevice final : public Device {
   bool timed_ = false;
   std::map<std::string, KernelTiming> timings_;
   std::uint64_t lose_after_ = 0, launches_ = 0;
-  std::string lost_;  // the kernel that was running
+  std::string lost_;  // kernel that was running when the device was lost; empty: not lost
 };
 
 }  // namespace

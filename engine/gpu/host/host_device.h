@@ -1,5 +1,5 @@
-// gpu::Device without a graphics API: the kernels, compiled as C++, run on the threads of the CPU. For debugging
-// kernels and for the sanitizers, and where there is no Vulkan at all. It cannot draw.
+// The "cpu" backend of gpu::Device: kernels compiled as C++ run on the threads of the CPU. Used on machines without a
+// GPU, for debugging kernels and for sanitizers. It cannot draw.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Which thread of which workgroup the CPU is at, and how it comes to the next one (workgroup.h).
+// The kernel thread that the current CPU thread is running (workgroup.h).
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@ namespace trisoup::gpu::host {
 struct Invocation {
   std::uint32_t thread = 0, group = 0;
 };
-extern constinit thread_local Invocation invocation;  // constinit: no check whether it has been made yet at every use
+extern constinit thread_local Invocation invocation;  // constinit: avoids an initialisation check at each use
 
-/// Lets the workgroup's other threads come as far.
+/// Workgroup barrier: returns when all threads of the workgroup have reached it.
 void barrier();
 
 }  // namespace trisoup::gpu::host

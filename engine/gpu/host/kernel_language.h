@@ -1,5 +1,5 @@
-// The kernels' language for a C++ compiler: a workgroup's threads take turns on one thread of the CPU (workgroup.h),
-// one lane each. Included before any kernel; common/kernel.h says what the words in capitals mean.
+// Definitions for compiling kernels as C++ with one lane: the threads of a workgroup take turns on one CPU thread
+// (workgroup.h). Included before every kernel. common/kernel.h documents the macros.
 #pragma once
 
 #include <atomic>

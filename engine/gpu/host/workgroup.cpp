@@ -7,7 +7,7 @@
 namespace trisoup::gpu::host {
 namespace {
 
-// The largest kernel keeps a few kilobytes; sanitizers put red zones between its variables.
+// The largest kernel needs a few kilobytes of stack. Sanitizers add red zones between variables.
 constexpr std::size_t kStackBytes = 256 << 10;
 
 thread_local Workgroup* running = nullptr;
@@ -20,7 +20,7 @@ void barrier() { running->pass_on(); }
 
 void Workgroup::make_fibers(std::size_t count) {
   for (std::size_t i = waiting_.size(); i < count; ++i)
-    // A fiber lives as long as the workgroup and runs its threads of kernel after kernel.
+    // A fiber lives as long as the Workgroup object and runs one thread (or group of lanes) of every kernel.
     waiting_.emplace_back(std::allocator_arg, boost::context::fixedsize_stack(kStackBytes),
                           [this, i](boost::context::fiber&& from) {
                             arrived(static_cast<std::uint32_t>(i), std::move(from));
@@ -28,8 +28,8 @@ void Workgroup::make_fibers(std::size_t count) {
                               kernel_->run(arguments_);
                               --left_;
                               const std::uint64_t own_run = run_;
-                              // Others of a kernel that is wrong may have barriers left: the machine that looks for
-                              // that runs on fibers too.
+                              // In a faulty kernel, other threads may still have barriers to reach. tests/emulated_cuda
+                              // detects such kernels with these fibers.
                               do pass_on();
                               while (run_ == own_run);
                             }
@@ -37,7 +37,7 @@ void Workgroup::make_fibers(std::size_t count) {
                           });
 }
 
-/// from: whoever had its turn before.
+/// Stores the fiber that ran before this one. from: that fiber, as returned by resume().
 void Workgroup::arrived(std::uint32_t fiber, boost::context::fiber from) {
   (fiber > 0 ? waiting_[fiber - 1] : caller_ ? waiting_[fibers_ - 1] : caller_) = std::move(from);
 }

@@ -1,5 +1,5 @@
-// A workgroup on one thread of the CPU: its threads, or as many at once as the kernel has lanes, are fibers that take
-// turns at barriers.
+// Runs a workgroup on one CPU thread. If the kernel has barriers, its threads (or groups of threads, for kernels with
+// lanes) are fibers that switch at barriers.
 #pragma once
 
 #include <cstddef>
@@ -17,21 +17,22 @@ class Workgroup {
   Workgroup() = default;
   Workgroup(const Workgroup&) = delete;
   Workgroup& operator=(const Workgroup&) = delete;
-  /// Runs one workgroup of a kernel to its end.
+  /// Runs one workgroup of a kernel to completion.
   void run(const CompiledKernel& kernel, const std::byte* arguments, std::uint32_t group);
 
  private:
   friend void barrier();
-  /// Fibers 0 to fibers_ - 1 run in turn, each to the next barrier: from one straight to the next.
+  /// Creates missing fibers. Fibers 0 to fibers_ - 1 run in turn, each until its next barrier, and switch directly to
+  /// the next fiber.
   void make_fibers(std::size_t count);
   void pass_on();
   void arrived(std::uint32_t fiber, boost::context::fiber from);
 
-  std::vector<boost::context::fiber> waiting_;  // empty: it runs
-  boost::context::fiber caller_;                // of run()
+  std::vector<boost::context::fiber> waiting_;  // suspended fibers; the entry of the running fiber is empty
+  boost::context::fiber caller_;                // the caller of run()
   std::uint32_t current_ = 0, fibers_ = 0;
   std::uint32_t left_ = 0;  // fibers that have not finished
-  std::uint64_t run_ = 0;   // number of this run()
+  std::uint64_t run_ = 0;   // counts calls of run()
   const CompiledKernel* kernel_ = nullptr;
   const std::byte* arguments_ = nullptr;
 };

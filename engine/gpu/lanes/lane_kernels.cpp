@@ -26,7 +26,7 @@ namespace {
                                     std::span<const CompiledKernel> a, std::span<const CompiledKernel> b) {
   LaneKernels set{lanes, instructions, usable, {a.begin(), a.end()}};
   set.kernels.insert(set.kernels.end(), b.begin(), b.end());
-  // What has no variant of so many lanes runs one at a time.
+  // Kernels without a variant for this number of lanes run with one lane. find_compiled() takes the first match.
   const std::span<const CompiledKernel> single = compiled_kernels();
   set.kernels.insert(set.kernels.end(), single.begin(), single.end());
   return set;
@@ -70,7 +70,8 @@ const LaneKernels& chosen_lane_kernels() {
     if (!asked || asked == std::to_string(set.lanes)) return set;
     widths += (widths.empty() ? "" : ", ") + std::to_string(set.lanes);
   }
-  throw Error("TRISOUP_LANES={}: this program and CPU have kernels of {} lanes", asked ? asked : "", widths);
+  throw Error("TRISOUP_LANES={}: this program and CPU have kernels of {} lanes; choose one of these",
+              asked ? asked : "", widths);
 }
 
 }  // namespace trisoup::gpu::host

@@ -1,4 +1,4 @@
-// Kernels that run several invocations at once, a lane for each (translate_spirv.py), in the widths that this program
+// Kernels that run several invocations at once, one per SIMD lane (translate_spirv.py), in the widths that this program
 // was built with.
 #pragma once
 
@@ -10,20 +10,20 @@
 
 namespace trisoup::gpu::host {
 
-/// A set of kernels and what it asks of a CPU.
+/// A set of kernels and its CPU requirements.
 struct LaneKernels {
   std::uint32_t lanes;
-  std::string instructions;  // as people call them: "AVX2"
-  bool usable;               // by this CPU
+  std::string instructions;  // name of the instruction set: "AVX2"
+  bool usable;               // whether this CPU supports it
   std::vector<CompiledKernel> kernels;
 };
 
-/// Widest first; the last ones are those of one lane, which every CPU can run (kernel_language.h) and which alone have
-/// the variants that only tests ask for.
+/// Returns all sets, widest first. The last set has one lane and runs on every CPU (kernel_language.h). Only that set
+/// has native variants of all kernels, including those used only by tests; wider sets fall back to it.
 const std::vector<LaneKernels>& lane_kernels();
 
-/// The widest usable set, or, for tests and measurements, that of as many lanes as the environment variable
-/// TRISOUP_LANES says. Throws Error where there is none such.
+/// Returns the widest usable set. The environment variable TRISOUP_LANES selects another width, for tests and
+/// measurements. Throws Error if there is no usable set of that width.
 const LaneKernels& chosen_lane_kernels();
 
 }  // namespace trisoup::gpu::host

@@ -15,7 +15,7 @@
 namespace trisoup::gpu {
 namespace {
 
-/// Before the data in a file.
+/// Header of a cache file, followed by the driver's data.
 struct Seal {
   char magic[8] = {'t', 'r', 'i', 's', 'o', 'u', 'p', '1'};
   std::uint64_t bytes = 0;
@@ -90,7 +90,7 @@ void write_word(const std::filesystem::path& file, const std::string& word) noex
     const std::string line = word + "\n";
     write_file_atomically(file, bytes_of(line));
   } catch (const std::exception&) {
-    // A home that cannot be written is no reason to stop.
+    // The program works without the file.
   }
 }
 
@@ -104,9 +104,9 @@ void PipelineCache::open(VkPhysicalDevice physical, VkDevice device) {
       if (is_file(file_)) data = unseal_cache(bytes_of(read_file(file_)));
     }
   } catch (const std::exception&) {
-    // It is made again.
+    // A new file is written later.
   }
-  // Every version of a kernel that there ever was stays in it.
+  // Larger files are discarded. A cache grows without limit, because it keeps old versions of kernels.
   constexpr std::size_t kMost = 256u << 20;
   if (data && data->size() <= kMost) info.initialDataSize = saved_ = data->size(), info.pInitialData = data->data();
   if (vkCreatePipelineCache(device_, &info, nullptr, &cache_) != VK_SUCCESS) cache_ = VK_NULL_HANDLE;
@@ -124,7 +124,7 @@ void PipelineCache::save() noexcept {
     write_file_atomically(file_, seal_cache(data));
     saved_ = size;
   } catch (const std::exception&) {
-    // A home that cannot be written, or a full disk, is no reason to stop.
+    // The program works without the file.
   }
 }
 

@@ -1,4 +1,4 @@
-// What a driver has compiled, kept between programs and their calls.
+// Cache of compiled pipelines on disk, shared by all programs.
 #pragma once
 
 #include <cstddef>
@@ -12,23 +12,23 @@
 
 namespace trisoup::gpu {
 
-/// The folder of files that can be made again: XDG_CACHE_HOME/trisoup, or .cache/trisoup in HOME. Empty where neither
-/// is set to an absolute path.
+/// Returns the cache folder: XDG_CACHE_HOME/trisoup, or .cache/trisoup in HOME. Empty if neither variable is an
+/// absolute path.
 std::filesystem::path cache_folder();
 
-/// A file's content around a driver's data, with its length and checksum: drivers believe what they are given.
+/// Returns file content that contains the driver's data, its length and a checksum. The checksum is needed because
+/// drivers do not detect damaged data.
 std::vector<std::byte> seal_cache(std::span<const std::byte> data);
-/// The data of a sealed file; nothing where it is cut, damaged or something else.
+/// Returns the data of a sealed file, or nullopt if the content is truncated, damaged or of another kind.
 std::optional<std::vector<std::byte>> unseal_cache(std::span<const std::byte> file);
 
-/// The word in a file that write_word() wrote; empty if there is no file or its content is not one short line.
+/// Reads a word that write_word() wrote. Empty if there is no file or its content is not one short line.
 std::string read_word(const std::filesystem::path& file);
-/// Writes the file atomically, and ignores all errors: the word can be found again.
+/// Writes the file atomically. Ignores all errors, because the word can be computed again.
 void write_word(const std::filesystem::path& file, const std::string& word) noexcept;
 
-/// A VkPipelineCache that begins with what is in its file and leaves there what has been compiled. Devices and versions
-/// of drivers have files of their own. A file that is missing, damaged or cannot be written is none: everything is
-/// compiled then, which takes longer and changes nothing.
+/// A VkPipelineCache that is loaded from a file and saved to it. There is one file per device and driver version. If
+/// the file is missing, damaged or cannot be written, all pipelines are compiled, which takes longer.
 class PipelineCache {
  public:
   PipelineCache() = default;
@@ -36,13 +36,14 @@ class PipelineCache {
   PipelineCache& operator=(const PipelineCache&) = delete;
 
   void open(VkPhysicalDevice physical, VkDevice device);
-  /// Writes the file, atomically, where there is more than it holds.
+  /// Writes the file atomically if the cache has grown.
   void save() noexcept;
-  /// Before the device goes.
+  /// Saves and destroys the cache. Call before the device is destroyed.
   void close() noexcept;
-  /// The path of a file for the same device and driver version, in the same folder; empty if there is no folder.
+  /// Returns the path of another file for the same device and driver version, in the same folder; empty if there is no
+  /// folder.
   std::filesystem::path beside(const std::string& extension) const;
-  /// VK_NULL_HANDLE where the device gives none.
+  /// VK_NULL_HANDLE if the cache could not be created.
   VkPipelineCache handle() const { return cache_; }
 
  private:

@@ -1,4 +1,4 @@
-// gpu::Device on Vulkan 1.3 with buffer device addresses.
+// Entry points of the Vulkan backend of gpu::Device.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,12 @@
 
 namespace trisoup::gpu {
 
+/// Returns the usable Vulkan devices; empty if there is no loader or no driver.
 std::vector<DeviceInfo> list_vulkan_devices();
+/// Throws Error if there is no such device.
 std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options);
 
-/// VkInstances that this process has made so far. Devices share them (vulkan_instance.h).
+/// Number of VkInstances created by this process so far. Devices share them (vulkan_instance.h).
 std::size_t vulkan_instances_made();
 
 }  // namespace trisoup::gpu

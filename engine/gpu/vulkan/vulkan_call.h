@@ -1,4 +1,4 @@
-// Small things that every call of Vulkan needs.
+// Helpers for Vulkan calls.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -7,10 +7,10 @@ namespace trisoup::gpu {
 
 const char* result_name(VkResult result);
 
-/// Throws Error, naming the call, unless it succeeded.
+/// Throws Error that names the call if it failed.
 void check(VkResult result, const char* call);
 
-/// A zeroed Vulkan structure of this type.
+/// Returns a zeroed Vulkan structure of this type.
 template <typename T>
 T structure(VkStructureType type, void* next = nullptr) {
   T value{};

@@ -1,4 +1,4 @@
-// Kernels that write an image; words that are remembered about a device.
+// VulkanGraphics: kernels that write an image, and words stored for a device.
 #include <algorithm>
 
 #include "gpu/vulkan/vulkan_graphics.h"
@@ -6,7 +6,7 @@
 namespace trisoup::gpu {
 namespace {
 
-constexpr std::uint32_t kGroupSide = 8;  // threads of a kernel that writes an image
+constexpr std::uint32_t kGroupSide = 8;  // side of the workgroups of kernels that write an image, in threads
 
 }  // namespace
 
@@ -20,7 +20,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Compute& call) {
 
 void VulkanGraphics::compute(const Compute& call, const Image& target) {
   limit_pipelines();
-  // Compiling may fail, so it comes before anything is recorded.
+  // Compiles before anything is recorded, because compilation may fail.
   const VkPipeline pipeline = find_pipeline(call);
   device_.begin();
   if (device_.recording_->sets + 1 > kSetsPerRecording) device_.submit();
@@ -28,17 +28,17 @@ void VulkanGraphics::compute(const Compute& call, const Image& target) {
   const VkDescriptorSet set = describe(call.textures, call.uniforms, compute_set_layout_, &target);
   move_to_readable(call.textures);
   Stored& picture = stored(target);
-  picture.layout = VK_IMAGE_LAYOUT_UNDEFINED;  // all of it is written
+  picture.layout = VK_IMAGE_LAYOUT_UNDEFINED;  // the kernel writes the whole image, so the contents need not be kept
   move_to(picture, VK_IMAGE_LAYOUT_GENERAL);
   VkCommandBuffer commands = device_.begin();
-  // Uniform buffers may just have been written.
+  // Earlier commands may have written the uniform buffers.
   device_.memory_barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_MEMORY_READ_BIT);
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, compute_layout_, 0, 1, &set, 0, nullptr);
   const auto groups = [](std::uint32_t pixels) { return (pixels + kGroupSide - 1) / kGroupSide; };
   vkCmdDispatch(commands, groups(picture.shape.width), groups(picture.shape.height), 1);
   device_.end_work(call.kernel);
-  // The next command may write what the kernel has read.
+  // The next command may overwrite data that the kernel reads.
   device_.barrier();
 }
 

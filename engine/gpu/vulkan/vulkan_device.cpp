@@ -22,7 +22,7 @@ VulkanDevice::VulkanDevice(BorrowedInstance instance, VkPhysicalDevice physical,
     close();
     throw;
   }
-  // A tenth is left to the rest of the desktop and to the driver.
+  // Leaves a tenth to other programs and to the driver.
   ceiling_ = info_.free_bytes / 10 * 9;
 }
 
@@ -47,7 +47,7 @@ void VulkanDevice::submit() { submit(VK_NULL_HANDLE, VK_NULL_HANDLE); }
 void VulkanDevice::submit(VkSemaphore wait_for, VkSemaphore signal) {
   if (!recording_) return;
   Recording& r = *recording_;
-  recording_ = nullptr;  // also where submitting fails: it has ended
+  recording_ = nullptr;  // reset before the calls that may throw: the recording ends in any case
   check(vkEndCommandBuffer(r.commands), "vkEndCommandBuffer");
   submit(r.commands, r, wait_for, signal);
 }
@@ -70,7 +70,7 @@ void VulkanDevice::submit(VkCommandBuffer commands, Recording& recording, VkSema
   in_flight_.push_back(&recording);
 }
 
-/// A command buffer for each segment, which may be in flight several times at once.
+/// One command buffer per segment. A buffer may be in flight several times at once.
 class VulkanDevice::CommandBuffers final : public CommandList::Prepared {
  public:
   CommandBuffers(VulkanDevice& device) : generation(device.generation()), device_(device) {}
@@ -80,7 +80,7 @@ class VulkanDevice::CommandBuffers final : public CommandList::Prepared {
       vkFreeCommandBuffers(device_.device_, device_.pool_, static_cast<std::uint32_t>(commands.size()),
                            commands.data());
   }
-  const std::uint64_t generation;  // of the device's memory
+  const std::uint64_t generation;  // Device::generation() at the time of recording
   std::vector<VkCommandBuffer> commands;
 
  private:
@@ -88,7 +88,7 @@ class VulkanDevice::CommandBuffers final : public CommandList::Prepared {
 };
 
 void VulkanDevice::run_list(CommandList& list) {
-  // Queries and breadcrumbs' numbers belong to one run of a command buffer.
+  // Timestamp queries and fault injection need command buffers that are recorded for a single run.
   if (timing_ || lose_after_ > 0) return Device::run_list(list);
   auto* ready = static_cast<CommandBuffers*>(list.prepared.get());
   if (!ready || ready->generation != generation()) {
@@ -124,7 +124,7 @@ void VulkanDevice::wait() {
 }
 
 void VulkanDevice::enable_timings(bool on) {
-  submit();  // what is being recorded began without its queries being reset
+  submit();  // the queries of the current recording have not been reset
   timing_ = on && timestamp_period_ > 0;
 }
 Graphics* VulkanDevice::graphics() {
@@ -146,7 +146,7 @@ std::vector<std::string> VulkanDevice::validation_messages() const { return inst
 bool VulkanDevice::begin_work(const char* name) {
   VkCommandBuffer commands = begin();
   if (lost_now_) return false;
-  // A lost device leaves its last breadcrumb in host memory: that is how the message can name the kernel.
+  // Breadcrumbs are in host memory and survive the loss of the device, so that the message can name the kernel.
   auto crumb = std::find(crumb_names_.begin(), crumb_names_.end(), name);
   if (crumb == crumb_names_.end()) crumb = crumb_names_.insert(crumb, name);
   vkCmdFillBuffer(commands, crumbs_.buffer, 0, 4, static_cast<std::uint32_t>(crumb - crumb_names_.begin()) + 1);
@@ -185,7 +185,7 @@ void VulkanDevice::run(const CommandList::Launch& launch) {
 }
 
 void VulkanDevice::finish() {
-  // Freeing is rare (topology changes): waiting is simpler than keeping memory alive behind the stream.
+  // Memory is rarely freed (at refinement), so waiting is simpler than deferred destruction.
   if (!recording_ && in_flight_.empty()) return;
   try {
     wait();
@@ -218,13 +218,13 @@ void VulkanDevice::create_device(bool kernel_statistics) {
   vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
   vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, families.data());
-  // A family that draws as well, if there is one: every GPU with graphics has it.
+  // Prefers a queue family that also supports graphics. Every GPU with graphics has one.
   family_ = count;
   for (const VkQueueFlags wanted :
        {VkQueueFlags(VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT), VkQueueFlags(VK_QUEUE_COMPUTE_BIT)})
     for (std::uint32_t i = 0; i < count && family_ == count; ++i)
       if ((families[i].queueFlags & wanted) == wanted) family_ = i;
-  if (family_ == count) throw Error("Vulkan: {} has no compute queue; choose another with --device", info_.name);
+  if (family_ == count) throw Error("Vulkan: {} has no compute queue; choose another device with `device`", info_.name);
   draws_ = families[family_].queueFlags & VK_QUEUE_GRAPHICS_BIT;
 
   VkPhysicalDeviceProperties properties;
@@ -238,20 +238,19 @@ void VulkanDevice::create_device(bool kernel_statistics) {
   queue.queueFamilyIndex = family_;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
-  // Nothing optional is switched on: what is not enabled here cannot be relied upon by accident.
-  // Buffer device addresses and dynamic rendering are part of every Vulkan 1.3.
+  // Enables only features that every Vulkan 1.3 driver supports, so that no code depends on optional features.
   auto v13 = structure<VkPhysicalDeviceVulkan13Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
   v13.dynamicRendering = VK_TRUE;
   auto v12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, &v13);
   v12.bufferDeviceAddress = VK_TRUE;
-  v12.separateDepthStencilLayouts = VK_TRUE;  // every Vulkan 1.2 has it; depth images need it
+  v12.separateDepthStencilLayouts = VK_TRUE;  // for depth images
   std::vector<const char*> extensions;
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &v12);
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
   if (instance_->draws_to_windows()) {
     if (!has_extension(physical_, VK_KHR_SWAPCHAIN_EXTENSION_NAME))
-      throw Error("Vulkan: {} cannot draw to windows; choose another with --device", info_.name);
+      throw Error("Vulkan: {} cannot draw to windows; choose another device with `device`", info_.name);
     extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   }
   auto executables = structure<VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR>(
@@ -297,7 +296,7 @@ void VulkanDevice::create_device(bool kernel_statistics) {
 
 VkShaderModule VulkanDevice::make_shader(const char* name) {
   const std::span<const std::uint32_t> words = kernel_binary(name);
-  if (words.empty()) throw Error("gpu: there is no kernel '{}'", name);
+  if (words.empty()) throw Error("there is no kernel '{}'; check the name", name);
   auto module = structure<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
   module.codeSize = words.size_bytes();
   module.pCode = words.data();
@@ -333,7 +332,8 @@ VkPipeline VulkanDevice::compile(const Kernel& kernel, VkPipelineLayout layout) 
   const VkResult result = vkCreateComputePipelines(device_, pipeline_cache_.handle(), 1, &info, nullptr, &pipeline);
   vkDestroyShaderModule(device_, shader, nullptr);
   if (result != VK_SUCCESS)
-    throw Error("Vulkan: kernel {} does not compile on {} ({})", kernel.name, info_.name, result_name(result));
+    throw Error("Vulkan: kernel {} does not compile on {} ({}); update the driver", kernel.name, info_.name,
+                result_name(result));
   return pipeline;
 }
 
@@ -346,7 +346,7 @@ std::optional<KernelResources> VulkanDevice::kernel_resources(const Kernel& kern
       vkGetDeviceProcAddr(device_, "vkGetPipelineExecutableStatisticsKHR"));
   auto pipeline = structure<VkPipelineInfoKHR>(VK_STRUCTURE_TYPE_PIPELINE_INFO_KHR);
   pipeline.pipeline = find_pipeline(kernel);
-  std::uint32_t count = 0;  // more than one where the driver compiles a kernel for several widths
+  std::uint32_t count = 0;  // several if the driver compiles a kernel for several subgroup sizes
   check(executables(device_, &pipeline, &count, nullptr), "vkGetPipelineExecutablePropertiesKHR");
   for (std::uint32_t i = 0; i < count; ++i) {
     auto executable = structure<VkPipelineExecutableInfoKHR>(VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR);
@@ -411,7 +411,6 @@ VkCommandBuffer VulkanDevice::begin() {
   return recording_->commands;
 }
 
-/// In-order semantics: whatever follows sees whatever came before.
 void VulkanDevice::barrier() {
   memory_barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
                  VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
@@ -448,7 +447,7 @@ void VulkanDevice::guard(VkResult result, const char* call) {
     std::uint32_t crumb = 0;
     std::memcpy(&crumb, crumbs_.mapped, 4);
     in_flight_.clear();
-    throw Error("{}: the device was lost while running kernel '{}'; train on from the last checkpoint with --resume",
+    throw Error("{}: the device was lost while running kernel '{}'; continue from the last checkpoint with `resume`",
                 info_.name, crumb == 0 ? "none" : crumb_names_.at(crumb - 1));
   }
   check(result, call);
@@ -460,7 +459,7 @@ std::vector<DeviceInfo> list_vulkan_devices() {
     const BorrowedInstance instance = borrow_instance(false, {});
     for (const auto& [device, info] : usable_devices(*instance)) infos.push_back(info);
   } catch (const Error&) {
-    // No loader or no driver: nothing to list.
+    // Without a loader or a driver there are no devices to list.
   }
   return infos;
 }
@@ -471,7 +470,7 @@ std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options) {
   if (devices.empty())
     throw Error(
         "Vulkan: no device with Vulkan 1.3, buffer device addresses and 32 KB of shared memory; install a driver "
-        "(Debian: mesa-vulkan-drivers also runs on the CPU), or give --backend cpu");
+        "(Debian: mesa-vulkan-drivers also runs on the CPU), or use `backend` cpu");
   const std::pair<VkPhysicalDevice, DeviceInfo>* chosen = nullptr;
   if (options.device.empty()) {
     chosen = &*std::min_element(devices.begin(), devices.end(),
@@ -484,7 +483,7 @@ std::unique_ptr<Device> open_vulkan_device(const DeviceOptions& options) {
       const bool match = is_number ? d.second.index == number : d.second.name.find(options.device) != std::string::npos;
       if (match && !chosen) chosen = &d;
     }
-    if (!chosen) throw Error("--device {}: there is no such device; --list-devices names them", options.device);
+    if (!chosen) throw Error("`device` {}: there is no such device; `list_devices` prints the devices", options.device);
   }
   return std::make_unique<VulkanDevice>(std::move(instance), chosen->first, chosen->second, options);
 }

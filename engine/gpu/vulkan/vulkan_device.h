@@ -1,4 +1,4 @@
-// gpu::Device on Vulkan 1.3 with buffer device addresses.
+// The Vulkan backend of gpu::Device. It needs Vulkan 1.3 with buffer device addresses.
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ class VulkanDevice final : public Device {
 
  private:
   friend class VulkanGraphics;  // draws in the same stream
-  friend class VulkanSurface;   // shows what was drawn
+  friend class VulkanSurface;   // presents images in the same stream
 
   struct Memory {
     VkBuffer buffer = VK_NULL_HANDLE;
@@ -54,21 +54,21 @@ class VulkanDevice final : public Device {
     std::uint64_t bytes = 0;
     void* mapped = nullptr;
   };
-  /// A command buffer and what belongs to it until it has run.
+  /// A command buffer and the objects that it needs until it has run.
   struct Recording {
     VkCommandBuffer commands = VK_NULL_HANDLE;
     VkFence fence = VK_NULL_HANDLE;
     VkQueryPool queries = VK_NULL_HANDLE;
-    VkDescriptorPool descriptors = VK_NULL_HANDLE;  // of its draws; made by VulkanGraphics
-    std::uint32_t sets = 0;                         // taken from it
+    VkDescriptorPool descriptors = VK_NULL_HANDLE;  // for draws; created by VulkanGraphics
+    std::uint32_t sets = 0;                         // descriptor sets allocated from the pool
     std::vector<std::string> timed;
   };
 
-  static constexpr std::size_t kInlineUpload = 65536;  // the most vkCmdUpdateBuffer takes
+  static constexpr std::size_t kInlineUpload = 65536;  // limit of vkCmdUpdateBuffer
   static constexpr std::size_t kStagingBytes = 64u << 20;
   static constexpr std::size_t kMaxTimed = 2048;
 
-  /// Waits for what reads memory that is about to be freed; a lost device has nothing that does.
+  /// Waits until no work uses memory that is about to be freed. Ignores a lost device.
   void finish();
   void submit(VkSemaphore wait_for, VkSemaphore signal);
   void create_device(bool kernel_statistics);
@@ -83,18 +83,18 @@ class VulkanDevice final : public Device {
   VkPipeline find_pipeline(const Kernel& kernel);
   VkPipeline compile(const Kernel& kernel, VkPipelineLayout layout);
 
-  class CommandBuffers;  // what becomes of a CommandList
+  class CommandBuffers;  // translation of a CommandList
   VkCommandBuffer make_commands();
-  /// One of recordings_ that is not in flight; waits where all are.
+  /// Returns one of recordings_ that is not in flight. Waits if all are.
   Recording& free_recording();
   void submit(VkCommandBuffer commands, Recording& recording, VkSemaphore wait_for, VkSemaphore signal);
-  /// The command buffer that is being recorded.
+  /// Returns the command buffer that is being recorded. Begins one if there is none.
   VkCommandBuffer begin();
-  /// Names what runs next: in the message if the device is lost there, and in the timings. False: the device is lost
-  /// already.
+  /// Sets the name of the next work, used in the message for a lost device and in timings. Returns false if the device
+  /// is already lost.
   bool begin_work(const char* name);
   void end_work(const char* name);
-  /// In-order semantics: whatever follows sees whatever came before.
+  /// Makes the writes of all earlier commands visible to all later commands.
   void barrier();
   void host_barrier();
   void memory_barrier(VkPipelineStageFlags stages, VkAccessFlags access);
@@ -107,8 +107,8 @@ class VulkanDevice final : public Device {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   std::uint32_t family_ = 0;
-  bool draws_ = false;       // the queue takes graphics too
-  bool statistics_ = false;  // of kernels: the driver keeps them
+  bool draws_ = false;       // the queue supports graphics
+  bool statistics_ = false;  // the driver provides statistics of kernels
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkPipelineLayout layout_ = VK_NULL_HANDLE;
   std::array<Recording, 3> recordings_;
@@ -119,12 +119,12 @@ class VulkanDevice final : public Device {
   std::map<std::pair<std::string, std::vector<std::uint32_t>>, VkPipeline> pipelines_;
   std::unique_ptr<VulkanGraphics> graphics_;
   Memory staging_, crumbs_;
-  std::vector<std::string> crumb_names_;   // the crumb n + 1 is that of crumb_names_[n]
-  VkCommandBuffer kept_ = VK_NULL_HANDLE;  // is recorded in place of recording_, to be kept
+  std::vector<std::string> crumb_names_;   // breadcrumb n + 1 stands for crumb_names_[n]
+  VkCommandBuffer kept_ = VK_NULL_HANDLE;  // buffer of a CommandList, recorded instead of recording_
   std::uint64_t launches_ = 0, lose_after_ = 0;
   bool lost_now_ = false;
   bool timing_ = false, timed_now_ = false;
-  double timestamp_period_ = 0;  // ns a tick; 0: no timestamps
+  double timestamp_period_ = 0;  // ns per tick; 0: no timestamps
   std::uint64_t timestamp_mask_ = 0;
   std::map<std::string, KernelTiming> timings_;
 };

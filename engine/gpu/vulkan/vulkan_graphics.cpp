@@ -10,7 +10,7 @@ namespace {
 
 constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// Over what is there, by alpha, where it blends at all.
+/// Alpha blending over the existing colour, or no blending.
 VkPipelineColorBlendAttachmentState blending(bool blends) {
   VkPipelineColorBlendAttachmentState b{};
   b.blendEnable = blends;
@@ -23,7 +23,7 @@ VkPipelineColorBlendAttachmentState blending(bool blends) {
   return b;
 }
 
-/// A draw with all that must not fail any more while a rendering is being recorded.
+/// A draw with the results of all calls that may fail, made before rendering is recorded.
 struct Prepared {
   const Draw* draw;
   VkPipeline pipeline;
@@ -206,8 +206,8 @@ VkPipeline VulkanGraphics::compile(const VkGraphicsPipelineCreateInfo& info,
   }
   for (const auto& stage : stages) vkDestroyShaderModule(device_.device_, stage.module, nullptr);
   if (result != VK_SUCCESS)
-    throw Error("Vulkan: shaders {} {} do not compile on {} ({})", draw.vertex, draw.fragment, device_.info_.name,
-                result_name(result));
+    throw Error("Vulkan: shaders {} {} do not compile on {} ({}); update the driver", draw.vertex, draw.fragment,
+                device_.info_.name, result_name(result));
   return pipeline;
 }
 
@@ -244,7 +244,7 @@ VkDescriptorSet VulkanGraphics::describe(std::span<const Image* const> textures,
     w.descriptorType = type;
     return writes.emplace_back(w);
   };
-  // Bindings that the shaders do not use are filled too: lavapipe reads every descriptor of a set.
+  // Fills unused bindings too, because lavapipe reads every descriptor of a set.
   for (std::uint32_t i = 0; i < kTextures && !textures.empty(); ++i) {
     const Image& image = *textures[i < textures.size() ? i : 0];
     images[i] = {sampler_, stored(image).view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
@@ -282,7 +282,7 @@ void VulkanGraphics::move_to_readable(std::span<const Image* const> textures) {
 void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   if (draws.empty() && !targets.clear) return;
   limit_pipelines();
-  // Everything that may fail or that belongs outside of a rendering comes first.
+  // Everything that may fail or is not allowed during rendering comes first.
   std::vector<Prepared> prepared;
   for (const Draw& d : draws) {
     if (d.count == 0) continue;
@@ -291,7 +291,8 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
     if (d.indices != 0) p.indices = device_.buffer_of(d.indices, 4ull * (d.first + d.count));
   }
   if (draws.size() > kSetsPerRecording)
-    throw Error("gpu: {} draws at once; {} are possible", draws.size(), kSetsPerRecording);
+    throw Error("Vulkan: {} draws in one call exceed the limit of {}; report this as a bug", draws.size(),
+                kSetsPerRecording);
   device_.begin();
   if (device_.recording_->sets + draws.size() > kSetsPerRecording) device_.submit();
   const char* name = draws.empty() ? "clear" : draws.back().fragment;
@@ -329,7 +330,7 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
     depth = attachment(*targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, targets.clear && !targets.keep_depth);
     rendering.pDepthAttachment = &depth;
   }
-  // Buffers that the shaders read may just have been written.
+  // Earlier commands may have written buffers that the shaders read.
   VkCommandBuffer commands = device_.begin();
   device_.memory_barrier(VK_PIPELINE_STAGE_ALL_GRAPHICS_BIT, VK_ACCESS_MEMORY_READ_BIT);
   vkCmdBeginRendering(commands, &rendering);
@@ -337,7 +338,7 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   vkCmdSetViewport(commands, 0, 1, &viewport);
   for (const Prepared& p : prepared) record(commands, layout_, shape, p);
   vkCmdEndRendering(commands);
-  // What follows may write what was read here.
+  // Later commands may overwrite data that is read here.
   vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_GRAPHICS_BIT,
                        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, nullptr, 0, nullptr,
                        0, nullptr);

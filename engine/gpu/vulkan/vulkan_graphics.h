@@ -1,5 +1,5 @@
-// gpu::Graphics on Vulkan: dynamic rendering, a descriptor set layout for every draw, one for kernels that write an
-// image.
+// gpu::Graphics on Vulkan with dynamic rendering. One descriptor set layout is shared by all draws, another one by all
+// kernels that write an image.
 #pragma once
 
 #include <map>
@@ -46,38 +46,40 @@ class VulkanGraphics final : public Graphics {
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
     VkFormat format = VK_FORMAT_UNDEFINED;
     ImageShape shape;
-    std::uint64_t bytes = 0;  // counted by the device
-    bool borrowed = false;    // from a swapchain
+    std::uint64_t bytes = 0;  // size counted by the device
+    bool borrowed = false;    // owned by a swapchain
   };
-  /// What a pipeline is made of, in the order in which it is compared.
+  /// The properties of a pipeline, as words.
   using PipelineKey = std::vector<std::uint32_t>;
 
   static constexpr std::size_t kMostPipelines = 128;
   static constexpr std::uint32_t kTextures = 4, kUniforms = 2, kSetsPerRecording = 1024;
 
-  /// An image of a swapchain, to draw on. The swapchain has to outlive it.
+  /// Wraps an image of a swapchain as a render target. The swapchain must outlive it.
   Image borrow(VkImage image, VkFormat format, VkExtent2D extent);
-  /// Makes its view. Destroys what is there where that fails.
+  /// Creates the view of an image and stores both. Destroys the image if that fails.
   Image keep(Stored s);
-  /// copy() where a CPU does the drawing; false where the formats have no bytes for it.
+  /// copy() for software rasterisers, on the host. Returns false if the formats or sizes are not supported.
   bool scale_on_host(const Image& from, const Image& to);
   Stored& stored(const Image& image) { return images_.at(image.id()); }
-  /// Makes the image ready for a use; whatever was done to it before has been done.
+  /// Moves the image to a layout, after all earlier accesses to it.
   void move_to(Stored& image, VkImageLayout layout);
   VkPipeline find_pipeline(const Draw& draw, const Targets& targets);
-  /// stages: of vertices and of fragments, whose modules it makes.
+  /// stages: the vertex and the fragment stage. The function creates their modules.
   VkPipeline compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages,
                      const Draw& draw);
   VkPipeline find_pipeline(const Compute& call);
-  /// Destroys all pipelines if there are too many: a model may have its own, and those of old models must not pile up.
+  /// Destroys all pipelines if there are too many. Models may have pipelines of their own, so pipelines of old models
+  /// would accumulate.
   void limit_pipelines();
   VkDescriptorSetLayout make_set_layout(VkShaderStageFlags stages, bool writes_image);
   VkPipelineLayout make_pipeline_layout(VkShaderStageFlags stages, VkDescriptorSetLayout sets);
-  /// written: the image that a kernel writes, in the general layout; null for a draw.
+  /// Allocates and fills a descriptor set. written: the image that a kernel writes, in the general layout; null for a
+  /// draw.
   VkDescriptorSet describe(std::span<const Image* const> textures,
                            std::span<const std::pair<Address, std::uint64_t>> uniforms, VkDescriptorSetLayout layout,
                            const Image* written);
-  /// Makes images ready to be read by shaders.
+  /// Moves images to the layout for reading in shaders.
   void move_to_readable(std::span<const Image* const> textures);
   void destroy(Stored& image);
 
@@ -85,7 +87,7 @@ class VulkanGraphics final : public Graphics {
   VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE, compute_set_layout_ = VK_NULL_HANDLE;
   VkPipelineLayout layout_ = VK_NULL_HANDLE, compute_layout_ = VK_NULL_HANDLE;
   VkSampler sampler_ = VK_NULL_HANDLE;
-  VulkanDevice::Memory nothing_;  // stands where a draw has no uniform buffer
+  VulkanDevice::Memory nothing_;  // placeholder for unused uniform buffers
   std::map<std::uint32_t, Stored> images_;
   std::uint32_t next_image_ = 1, max_side_ = 0, subpixel_bits_ = 0;
   std::map<std::pair<std::string, PipelineKey>, VkPipeline> pipelines_;

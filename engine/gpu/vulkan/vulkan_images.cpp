@@ -1,4 +1,4 @@
-// Images of a Vulkan device: made, moved between layouts, filled, read and copied.
+// VulkanGraphics: creation, layouts, transfers and copies of images.
 #include <algorithm>
 #include <cstring>
 
@@ -36,7 +36,7 @@ VkImageSubresourceRange whole(const ImageShape& shape) {
   return {aspect(shape.format), 0, 1, 0, std::max(1u, shape.layers)};
 }
 
-/// Rows first.. of a layer, tightly packed at the beginning of a buffer.
+/// Returns the copy region for `count` rows of a layer from row `first` on, tightly packed at the start of a buffer.
 VkBufferImageCopy rows_of(const ImageShape& shape, std::uint32_t layer, std::uint32_t first, std::uint32_t count) {
   VkBufferImageCopy region{};
   region.imageSubresource = {aspect(shape.format), 0, layer, 1};
@@ -59,8 +59,8 @@ bool VulkanGraphics::can_multisample(Format format, std::uint32_t samples) const
 
 Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view what) {
   if (shape.width == 0 || shape.height == 0 || std::max(shape.width, shape.height) > max_side_)
-    throw Error("{}: {} x {} pixels are not possible on {}; choose 1 to {}", what, shape.width, shape.height,
-                device_.info_.name, max_side_);
+    throw Error("{}: {} x {} pixels are not supported on {}; use 1 to {} pixels per side", what, shape.width,
+                shape.height, device_.info_.name, max_side_);
   Stored s;
   s.shape = shape;
   auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
@@ -77,7 +77,7 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
     info.usage |= VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
   else if (shape.layers == 0 && shape.format != Format::r8)
     info.usage |= VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
-  // A kernel may shade a picture. Vulkan requires this format to be a storage image.
+  // Kernels may write such images. Vulkan guarantees that this format supports storage images.
   if (shape.format == Format::rgba8 && shape.layers == 0 && shape.samples == 1)
     info.usage |= VK_IMAGE_USAGE_STORAGE_BIT;
   VkDevice device = device_.device_;
@@ -89,7 +89,7 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
   if (possible != VK_SUCCESS || info.arrayLayers > can.maxArrayLayers || bytes > can.maxResourceSize ||
       !(can.sampleCounts & shape.samples))
     throw Error(
-        "{}: {} x {} pixels in {} layers ({} MB) are not possible on {}; use fewer triangles or a smaller picture",
+        "{}: {} x {} pixels in {} layers ({} MB) are not supported on {}; use fewer triangles or a smaller picture",
         what, shape.width, shape.height, info.arrayLayers, bytes >> 20, device_.info_.name);
   check(vkCreateImage(device, &info, nullptr, &s.image), "vkCreateImage");
   try {
@@ -101,7 +101,7 @@ Image VulkanGraphics::create_image(const ImageShape& shape, std::string_view wha
       s.memory = device_.allocate_memory(requirements, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, false);
     } catch (const Error&) {
       throw OutOfMemory(device_.allocated_bytes(), device_.allocated_bytes() - requirements.size,
-                        "device memory: {} ({} MB) cannot be had; use a smaller picture or fewer triangles", what,
+                        "device memory: {} ({} MB) cannot be allocated; use a smaller picture or fewer triangles", what,
                         (requirements.size >> 20) + 1);
     }
     check(vkBindImageMemory(device, s.image, s.memory, 0), "vkBindImageMemory");
@@ -163,7 +163,7 @@ void VulkanGraphics::move_to(Stored& image, VkImageLayout layout) {
   barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
   barrier.image = image.image;
   barrier.subresourceRange = whole(image.shape);
-  // A frame has a handful of these; finer stages would save nothing that can be measured.
+  // A frame has few of these barriers; more specific stages gain nothing measurable.
   vkCmdPipelineBarrier(device_.begin(), VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0,
                        nullptr, 0, nullptr, 1, &barrier);
   image.layout = layout;
@@ -172,11 +172,12 @@ void VulkanGraphics::move_to(Stored& image, VkImageLayout layout) {
 void VulkanGraphics::upload(const Image& image, std::uint32_t layer, std::span<const std::byte> bytes) {
   Stored& s = stored(image);
   const std::uint64_t row = std::uint64_t(s.shape.width) * bytes_per_pixel(s.shape.format);
-  if (bytes.size() != row * s.shape.height) throw Error("gpu: {} bytes do not fill an image layer", bytes.size());
+  if (bytes.size() != row * s.shape.height)
+    throw Error("Vulkan: {} bytes are not the size of an image layer; report this as a bug", bytes.size());
   const std::uint32_t rows = static_cast<std::uint32_t>(VulkanDevice::kStagingBytes / row);
   for (std::uint32_t first = 0; first < s.shape.height; first += rows) {
     const std::uint32_t count = std::min(rows, s.shape.height - first);
-    device_.wait();  // the staging memory may still be read by what was submitted before
+    device_.wait();  // earlier submissions may still read the staging memory
     std::memcpy(device_.staging().mapped, bytes.data() + first * row, count * row);
     move_to(s, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
     const VkBufferImageCopy region = rows_of(s.shape, layer, first, count);
@@ -188,7 +189,8 @@ void VulkanGraphics::upload(const Image& image, std::uint32_t layer, std::span<c
 void VulkanGraphics::download(const Image& image, std::uint32_t layer, std::span<std::byte> bytes) {
   Stored& s = stored(image);
   const std::uint64_t row = std::uint64_t(s.shape.width) * bytes_per_pixel(s.shape.format);
-  if (bytes.size() != row * s.shape.height) throw Error("gpu: {} bytes do not hold an image layer", bytes.size());
+  if (bytes.size() != row * s.shape.height)
+    throw Error("Vulkan: {} bytes are not the size of an image layer; report this as a bug", bytes.size());
   const std::uint32_t rows = static_cast<std::uint32_t>(VulkanDevice::kStagingBytes / row);
   for (std::uint32_t first = 0; first < s.shape.height; first += rows) {
     const std::uint32_t count = std::min(rows, s.shape.height - first);
@@ -217,15 +219,15 @@ bool VulkanGraphics::scale_on_host(const Image& from, const Image& to) {
   move_to(target, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
   const VkBufferImageCopy region = rows_of(target.shape, 0, 0, target.shape.height);
   vkCmdCopyBufferToImage(device_.begin(), device_.staging_.buffer, target.image, target.layout, 1, &region);
-  device_.barrier();  // whoever uses the staging memory next finds it free
+  device_.barrier();  // the copy must finish before the staging memory is used again
   return true;
 }
 
 void VulkanGraphics::copy(const Image& from, const Image& to) {
   Stored &source = stored(from), &target = stored(to);
-  target.layout = VK_IMAGE_LAYOUT_UNDEFINED;  // all of it is written
+  target.layout = VK_IMAGE_LAYOUT_UNDEFINED;  // the copy writes the whole image, so the contents need not be kept
   const bool scaled = source.shape.width != target.shape.width || source.shape.height != target.shape.height;
-  // A blit on a CPU runs a shader for every pixel: three times the time of a loop over rows.
+  // A software rasteriser blits with a shader per pixel, which takes three times as long as a loop over rows.
   if (scaled && device_.info_.kind == Kind::cpu && scale_on_host(from, to)) return;
   move_to(source, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
   move_to(target, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);

@@ -62,7 +62,7 @@ Instance::Instance(bool validation, const std::vector<std::string>& extensions)
   messenger.pfnUserCallback = on_message;
   messenger.pUserData = &log_;
   if (validation) {
-    features.pNext = &messenger;  // so that creating and destroying the instance is watched too
+    features.pNext = &messenger;  // reports messages during creation and destruction of the instance too
     info.pNext = &features;
     info.enabledLayerCount = 1;
     info.ppEnabledLayerNames = &layer;
@@ -72,9 +72,9 @@ Instance::Instance(bool validation, const std::vector<std::string>& extensions)
   info.ppEnabledExtensionNames = names.data();
   const VkResult result = vkCreateInstance(&info, nullptr, &instance_);
   if (result == VK_ERROR_LAYER_NOT_PRESENT)
-    throw Error("Vulkan: the validation layer is not installed (Debian: vulkan-validationlayers)");
-  // The loader returns this too if there are drivers and each of them refuses. After one instance was made, there is a
-  // driver.
+    throw Error("Vulkan: the validation layer is missing; install it (Debian: vulkan-validationlayers)");
+  // The loader also returns this if drivers exist but all of them fail. If an instance was created before, a driver
+  // exists.
   if (result == VK_ERROR_INCOMPATIBLE_DRIVER && instances_made == 0) throw no_driver("vkCreateInstance", result);
   check(result, "vkCreateInstance");
   if (validation) {
@@ -99,8 +99,8 @@ Instance::~Instance() {
 std::vector<VkPhysicalDevice> Instance::physical_devices() const {
   std::uint32_t count = 0;
   const VkResult result = vkEnumeratePhysicalDevices(instance_, &count, nullptr);
-  // Loaders differ in what they return if no driver has a device. After one was seen, this failure means something
-  // else.
+  // If no driver has a device, some loaders return this error and others return a count of 0. If a device was found
+  // before, the error has another cause.
   if ((result == VK_ERROR_INITIALIZATION_FAILED && !device_seen) || (result == VK_SUCCESS && count == 0))
     throw no_driver("vkEnumeratePhysicalDevices", result);
   check(result, "vkEnumeratePhysicalDevices");
@@ -123,7 +123,7 @@ void Instance::forget_messages() {
 
 namespace {
 
-/// Every instance that this process has made.
+/// All instances of this process.
 struct Instances {
   struct Entry {
     bool validation;
@@ -136,7 +136,8 @@ struct Instances {
 };
 
 Instances& instances() {
-  // Never destroyed: a device may be a static object, and threads of drivers may still run while static objects go.
+  // Never destroyed, because devices may be static objects and driver threads may still run while static objects are
+  // destroyed.
   static Instances& all = *new Instances;
   return all;
 }
@@ -161,7 +162,7 @@ BorrowedInstance borrow_instance(bool validation, const std::vector<std::string>
 void GiveBack::operator()(Instance* instance) const {
   Instances& all = instances();
   std::lock_guard lock(all.mutex);
-  // Matters with validation alone; other instances are lent any number of times.
+  // Matters only with validation; other instances are shared.
   for (Instances::Entry& e : all.entries)
     if (e.instance.get() == instance) e.lent = false;
 }
@@ -181,8 +182,8 @@ bool usable(VkPhysicalDevice device) {
   VkPhysicalDeviceProperties properties;
   vkGetPhysicalDeviceProperties(device, &properties);
   if (properties.apiVersion < VK_API_VERSION_1_3) return false;
-  // What the largest kernels take (shade_backward: 24 KB, bin_scan: 256 threads). Vulkan promises 16 KB and 128;
-  // desktop and phone GPUs of today have more.
+  // Requirements of the largest kernels (shade_backward: 24 KB, bin_scan: 256 threads). Vulkan guarantees only 16 KB
+  // and 128 threads, but current desktop and mobile GPUs have more.
   if (properties.limits.maxComputeSharedMemorySize < kSharedMemoryBytes ||
       properties.limits.maxComputeWorkGroupInvocations < 256)
     return false;
@@ -238,7 +239,7 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
       info.free_bytes = budget.heapBudget[h] - std::min(budget.heapBudget[h], budget.heapUsage[h]);
   }
   if (info.kind == Kind::cpu) {
-    // lavapipe states 2 GiB whatever the machine has; its memory is the machine's.
+    // lavapipe always reports 2 GiB but uses the memory of the machine.
     const std::uint64_t page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
     info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
     info.free_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_AVPHYS_PAGES));

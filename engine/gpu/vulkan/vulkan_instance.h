@@ -1,4 +1,4 @@
-// The Vulkan instance, and which of its devices will do.
+// The Vulkan instance and its usable devices.
 #pragma once
 
 #include <memory>
@@ -12,14 +12,13 @@
 
 namespace trisoup::gpu {
 
-/// Shared memory that a workgroup of ours may take, in bytes.
+/// Limit of the shared memory of a workgroup in all kernels, in bytes. Usable devices have at least this much.
 inline constexpr std::uint32_t kSharedMemoryBytes = 32768;
 
-/// A VkInstance with the validation layer, if that is asked for, and what the layer said. Only borrow_instance() makes
-/// one.
+/// A VkInstance, optionally with the validation layer and its messages. Created only by borrow_instance().
 class Instance {
  public:
-  /// extensions: of the instance, by name, as the window library asks for them. Throws Error, which names the failed
+  /// extensions: names of the instance extensions that the window library needs. Throws Error that names the failed
   /// call.
   Instance(bool validation, const std::vector<std::string>& extensions);
   Instance(const Instance&) = delete;
@@ -27,7 +26,7 @@ class Instance {
   ~Instance();
 
   VkInstance handle() const { return instance_; }
-  /// Throws Error where there is none.
+  /// Throws Error if there is none.
   std::vector<VkPhysicalDevice> physical_devices() const;
   std::vector<std::string> messages();
   void forget_messages();
@@ -48,22 +47,22 @@ class Instance {
   bool draws_to_windows_ = false;
 };
 
-/// Gives the instance back for the next device; it is not destroyed.
+/// Deleter that returns the instance for use by the next device instead of destroying it.
 struct GiveBack {
   void operator()(Instance* instance) const;
 };
 using BorrowedInstance = std::unique_ptr<Instance, GiveBack>;
 
-/// An instance with these properties, made on first need and kept until the process ends: drivers limit how many
-/// instances a process may make, and unloading them with the last instance is slow and not always safe. All devices
-/// without validation share one instance for each list of extensions. With validation an instance belongs to one device
-/// at a time, because the layer does not say which device a message is about; the next device gets it after it was
-/// given back. Any thread may call this. Throws Error.
+/// Returns an instance with these properties. Instances are created on demand and kept until the process ends, because
+/// drivers limit the number of instances per process, and unloading a driver with its last instance is slow and not
+/// always safe. Without validation, all devices with the same extensions share one instance. With validation, an
+/// instance belongs to one device at a time, because messages of the layer do not identify the device; it is reused
+/// after it is returned. Thread-safe. Throws Error.
 BorrowedInstance borrow_instance(bool validation, const std::vector<std::string>& extensions);
 
 bool has_extension(VkPhysicalDevice device, const char* name);
 
-/// The devices that can run the kernels, in the order of their indices.
+/// Returns the devices that can run the kernels, ordered by index.
 std::vector<std::pair<VkPhysicalDevice, DeviceInfo>> usable_devices(const Instance& instance);
 
 }  // namespace trisoup::gpu

@@ -1,4 +1,4 @@
-// Memory of a Vulkan device: buffers, and the way to and from the host.
+// VulkanDevice: buffers, and transfers between host and device.
 #include <algorithm>
 #include <cstring>
 
@@ -21,10 +21,10 @@ Address VulkanDevice::allocate_raw(std::uint64_t bytes, std::string_view what) {
     memory = create(bytes, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0, true);
   } catch (const Error&) {
     const std::uint64_t held = allocated_bytes() - bytes;
-    throw OutOfMemory(
-        allocated_bytes(), held,
-        "device memory: {} ({} MB) cannot be had, {} MB are in use; use fewer triangles or a lower resolution (-r)",
-        what, (bytes >> 20) + 1, held >> 20);
+    throw OutOfMemory(allocated_bytes(), held,
+                      "device memory: {} ({} MB) cannot be allocated, {} MB are in use; use fewer triangles or smaller "
+                      "photographs (`resolution`)",
+                      what, (bytes >> 20) + 1, held >> 20);
   }
   VkBufferDeviceAddressInfo info{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, memory.buffer};
   const Address address = vkGetBufferDeviceAddress(device_, &info);
@@ -50,7 +50,7 @@ void VulkanDevice::upload(Address to, std::span<const std::byte> bytes) {
   }
   for (std::size_t done = 0; done < bytes.size();) {
     const std::size_t part = std::min<std::size_t>(bytes.size() - done, kStagingBytes);
-    wait();  // the staging memory may still be read by what was submitted before
+    wait();  // earlier submissions may still read the staging memory
     std::memcpy(staging().mapped, bytes.data() + done, part);
     const VkBufferCopy region{0, offset + done, part};
     vkCmdCopyBuffer(begin(), staging_.buffer, buffer, 1, &region);
@@ -84,9 +84,9 @@ VkDeviceMemory VulkanDevice::allocate_memory(const VkMemoryRequirements& require
   allocate.allocationSize = requirements.size;
   VkDeviceMemory memory = VK_NULL_HANDLE;
   VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
-  // Types that need a feature of their own (AMD's device-coherent memory) are not for us.
+  // Memory types that need an extra feature, such as AMD's device-coherent memory, cannot be used.
   const VkMemoryPropertyFlags strange = VK_MEMORY_PROPERTY_DEVICE_COHERENT_BIT_AMD | VK_MEMORY_PROPERTY_PROTECTED_BIT;
-  // First those that are all that is preferred, then those that will do.
+  // Tries types with the preferred properties first, then types with the required properties only.
   for (const VkMemoryPropertyFlags flags_now : {wanted | preferred, wanted}) {
     for (std::uint32_t i = 0; i < properties.memoryTypeCount && result != VK_SUCCESS; ++i) {
       const VkMemoryPropertyFlags has = properties.memoryTypes[i].propertyFlags;
@@ -129,7 +129,7 @@ void VulkanDevice::destroy(Memory& m) {
 
 VulkanDevice::Memory& VulkanDevice::staging() {
   if (!staging_.buffer)
-    // Uncached memory is slow to read from, and checkpoints read a lot.
+    // Prefers cached memory: checkpoints download much data, and reads from uncached memory are slow.
     staging_ = create(kStagingBytes, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
                       VK_MEMORY_PROPERTY_HOST_CACHED_BIT, false);
   return staging_;

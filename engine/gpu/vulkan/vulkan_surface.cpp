@@ -9,7 +9,7 @@
 namespace trisoup::gpu {
 namespace {
 
-constexpr std::uint64_t kPatience = 100'000'000;  // ns to wait for an image of the window
+constexpr std::uint64_t kPatience = 100'000'000;  // timeout for acquiring an image, in ns
 
 }  // namespace
 
@@ -33,13 +33,13 @@ VulkanSurface::~VulkanSurface() {
 
 void VulkanSurface::open() {
   surface_ = reinterpret_cast<VkSurfaceKHR>(create_(device_.instance_->handle()));
-  if (!surface_) throw Error("Vulkan: the window has no surface to draw on; run without a window, see --help");
+  if (!surface_) throw Error("Vulkan: the window has no surface to draw on; run without a window");
   VkBool32 supported = VK_FALSE;
   if (!stands(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical_, device_.family_, surface_, &supported),
               "vkGetPhysicalDeviceSurfaceSupportKHR"))
-    return;  // lost already: the next picture opens another
+    return;  // already lost; the next frame recreates it
   if (!supported)
-    throw Error("Vulkan: {} cannot show pictures in this window; choose another with --device", device_.info_.name);
+    throw Error("Vulkan: {} cannot present to this window; choose another device with `device`", device_.info_.name);
 }
 
 void VulkanSurface::close() {
@@ -79,13 +79,14 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
               "vkGetPhysicalDeviceSurfaceCapabilitiesKHR"))
     return false;
   extent_ = can.currentExtent;
-  // Some window systems leave the size to the program.
+  // Some window systems let the program choose the size.
   if (extent_.width == ~0u)
     extent_ = {std::clamp(width, can.minImageExtent.width, can.maxImageExtent.width),
                std::clamp(height, can.minImageExtent.height, can.maxImageExtent.height)};
   if (extent_.width == 0 || extent_.height == 0) return false;
   if (!(can.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_DST_BIT))
-    throw Error("Vulkan: {} cannot copy pictures to this window; choose another with --device", device_.info_.name);
+    throw Error("Vulkan: {} cannot copy images to this window; choose another device with `device`",
+                device_.info_.name);
 
   std::uint32_t count = 0;
   constexpr const char* kFormats = "vkGetPhysicalDeviceSurfaceFormatsKHR";
@@ -94,7 +95,7 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   std::vector<VkSurfaceFormatKHR> formats(count);
   if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()), kFormats))
     return false;
-  // Colours are display values already, so they must not be encoded once more.
+  // Accepts only UNORM formats: colours are already sRGB-encoded and must not be encoded again.
   const auto fits = [&](const VkSurfaceFormatKHR& f) {
     VkFormatProperties properties;
     vkGetPhysicalDeviceFormatProperties(device_.physical_, f.format, &properties);
@@ -108,7 +109,7 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   };
   const auto found = std::find_if(formats.begin(), formats.end(), fits);
   if (found == formats.end())
-    throw Error("Vulkan: this window takes no plain 8-bit colours; choose another device with --device");
+    throw Error("Vulkan: this window does not support UNORM colour formats; choose another device with `device`");
   const VkSurfaceFormatKHR format = *found;
 
   auto info = structure<VkSwapchainCreateInfoKHR>(VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR);
@@ -147,16 +148,16 @@ const Image* VulkanSurface::next(std::uint32_t width, std::uint32_t height) {
   if (width == 0 || height == 0) return nullptr;
   const bool fits = swapchain_ && !stale_ && asked_.width == width && asked_.height == height;
   if (held_ && fits) return &images_[*held_];
-  // The picture before this one has been shown: its semaphores are free.
+  // Waits for the previous frame, so that its semaphores can be reused.
   device_.wait();
   if (!fits && !open_swapchain(width, height)) return nullptr;
   std::uint32_t index = 0;
   const VkResult result =
       vkAcquireNextImageKHR(device_.device_, swapchain_, kPatience, acquired_, VK_NULL_HANDLE, &index);
-  // A window that nobody can see may be given no image at all.
+  // A hidden window may receive no image at all.
   if (result == VK_TIMEOUT || result == VK_NOT_READY) return nullptr;
   if (!stands(result, "vkAcquireNextImageKHR")) return nullptr;
-  // Whatever is submitted from here on waits as well.
+  // All later submissions in the stream also wait for the acquired image.
   device_.begin();
   device_.submit(acquired_, VK_NULL_HANDLE);
   held_ = index;
@@ -176,7 +177,7 @@ bool VulkanSurface::show() {
   present.swapchainCount = 1;
   present.pSwapchains = &swapchain_;
   present.pImageIndices = &index;
-  // Suboptimal is shown all the same; a change of size comes with an event, and with another size to ask for.
+  // VK_SUBOPTIMAL_KHR counts as success. A change of size arrives as a window event, and next() then gets the new size.
   return stands(vkQueuePresentKHR(device_.queue_, &present), "vkQueuePresentKHR");
 }
 

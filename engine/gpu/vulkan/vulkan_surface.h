@@ -1,4 +1,4 @@
-// gpu::Surface on Vulkan: a swapchain whose images pictures are drawn on.
+// gpu::Surface on Vulkan: draws directly to the images of a swapchain.
 #pragma once
 
 #include <functional>
@@ -24,10 +24,10 @@ class VulkanSurface final : public Surface {
   void open();
   void close();
   void close_swapchain();
-  /// False where the window has no area now, or its surface was lost.
+  /// Returns false if the window has no area at the moment or its surface was lost.
   bool open_swapchain(std::uint32_t width, std::uint32_t height);
-  /// False where the surface was lost or its swapchain no longer fits: the next picture opens another. Else as
-  /// VulkanDevice::guard.
+  /// Returns false if the surface was lost or its swapchain is out of date; the next frame recreates it. Handles other
+  /// results like VulkanDevice::guard.
   bool stands(VkResult result, const char* call);
 
   VulkanDevice& device_;
@@ -37,10 +37,10 @@ class VulkanSurface final : public Surface {
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
   VkExtent2D asked_{}, extent_{};
   std::vector<Image> images_;
-  std::optional<std::uint32_t> held_;  // the image that is being drawn on
-  std::vector<VkSemaphore> drawn_;     // per image: it may be presented
+  std::optional<std::uint32_t> held_;  // index of the acquired image
+  std::vector<VkSemaphore> drawn_;     // per image: signalled when it may be presented
   VkSemaphore acquired_ = VK_NULL_HANDLE;
-  bool lost_ = false, stale_ = false;  // the surface, the swapchain
+  bool lost_ = false, stale_ = false;  // lost_: the surface was lost; stale_: the swapchain must be recreated
 };
 
 }  // namespace trisoup::gpu

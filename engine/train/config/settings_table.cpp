@@ -278,8 +278,7 @@ Assignment read_value(const Setting& setting, const std::string& text) {
 
 Assignment read_assignment(const std::string& text) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos)
-    throw Error("{}: is not name=value", printable(text));
+  if (equals == std::string::npos) throw Error("{}: is not name=value", printable(text));
   const std::string name = text.substr(0, equals);
   const Setting* const setting = find_setting(name);
   if (!setting || setting->access == internal)

@@ -37,7 +37,7 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
   return {sum.psnr / n, sum.ssim / n, sum.mae / n, sum.pixels, sum.uncovered / n};
 }
 
-Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
+Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render) {
   check_clip_planes(near, far);
   constexpr std::size_t kMost = 4;  // views in a batch; their photographs are on the device for as long
@@ -52,19 +52,19 @@ Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std
   }
   StepInputs inputs;
   inputs.background = background;
-  Step step(gpu, soup, frame);
+  Step step(gpu, soup, buffers);
   Evaluation evaluation;
-  for_each_batch(gpu, soup, frame, batch, true, inputs, kMost, [&](std::size_t first, std::size_t count) {
+  for_each_batch(gpu, soup, buffers, batch, true, inputs, kMost, [&](std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i) gpu.upload(batch[i].photo, views[i].image.rgba);
     step.photographs(inputs);
-    const std::vector<ImageSums> sums = sum_images(gpu, frame, background, Ssim::whole_windows);
+    const std::vector<ImageSums> sums = sum_images(gpu, buffers, background, Ssim::whole_windows);
     for (std::size_t i = 0; i < count; ++i) {
       const scene::View& view = views[first + i];
-      const kernels::ViewRecord& record = frame.batch().records[i];
-      evaluation.views.push_back({view.name, metrics_of(sums[i]), share_shown(gpu, soup, frame, record, counts)});
+      const kernels::ViewRecord& record = buffers.batch().records[i];
+      evaluation.views.push_back({view.name, metrics_of(sums[i]), share_shown(gpu, soup, buffers, record, counts)});
       if (!on_render) continue;
       const std::size_t pixels = std::size_t(record.width) * record.height;
-      on_render(view, gpu.download_vector<float>(frame.colour.address() + 12ull * record.pixel_offset, 3 * pixels));
+      on_render(view, gpu.download_vector<float>(buffers.colour.address() + 12ull * record.pixel_offset, 3 * pixels));
     }
   });
   evaluation.mean = mean(evaluation.views);
@@ -133,9 +133,9 @@ void load_into(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model,
   soup.textures = gpu.allocate(soup.table.size() * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(soup.textures.address(), soup.shared ? local_rows(soup.table, soup.own()) : soup.table);
   if (soup.shared)
-    upload_lattice(
-        gpu, soup,
-        ranks::values_of<std::uint8_t>(soup.shared->own_of_first(ranks::bytes_of(model.lattice), soup::kChannels)));
+    upload_lattice(gpu, soup,
+                   ranks::values_of<std::uint8_t>(
+                       soup.shared->scatter_from_first(ranks::bytes_of(model.lattice), soup::kChannels)));
   else
     upload_lattice(gpu, soup, model.lattice);
   allocate_mlp(gpu, soup, model.mlp);
@@ -150,9 +150,9 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
 }
 
 LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation,
-                         ranks::Ranks* ranks, Frame* in)
-    : frame(in ? *in : own_frame_.emplace(gpu)) {
-  if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, frame, *ranks);
+                         ranks::Ranks* ranks, BatchBuffers* in)
+    : buffers(in ? *in : own_frame_.emplace(gpu)) {
+  if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, buffers, *ranks);
   load_into(gpu, soup, model, normalisation);
 }
 
@@ -160,7 +160,7 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render,
                     ranks::Ranks* ranks) {
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
-  return evaluate(gpu, loaded.soup, loaded.frame, views, model.background, near, far, on_render);
+  return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render);
 }
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
@@ -192,7 +192,7 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
     gpu.download(packed.address(), std::as_writable_bytes(std::span(model.lattice).subspan(8 * first, 8ull * count)));
   }
   if (soup.shared)
-    model.lattice = ranks::values_of<std::uint8_t>(soup.shared->on_first(ranks::bytes_of(model.lattice)));
+    model.lattice = ranks::values_of<std::uint8_t>(soup.shared->gather_on_first(ranks::bytes_of(model.lattice)));
   model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
   model.background = background;
   model.drop_near = soup.drop_near;

@@ -42,7 +42,7 @@ using OnRender = std::function<void(const scene::View& view, const std::vector<f
 
 /// Renders the test views of a soup in normalised coordinates and compares them with the photographs. Pictures come to
 /// the host for `on_render` alone.
-Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const std::vector<scene::View>& views,
+Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {});
 
 /// A model as the kernels render it: 8-bit textures, normalised coordinates. No gradients and no moments.
@@ -54,15 +54,15 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
 class LoadedModel {
  public:
   LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation,
-              ranks::Ranks* ranks = nullptr, Frame* in = nullptr);
+              ranks::Ranks* ranks = nullptr, BatchBuffers* in = nullptr);
 
  private:
-  std::optional<Frame> own_frame_;
+  std::optional<BatchBuffers> own_frame_;
   std::optional<SharedSoup> shared_;
 
  public:
   SoupBuffers soup;
-  Frame& frame;
+  BatchBuffers& buffers;
 };
 
 /// The same to be trained on: logits of the finest level alone, moments of zero. What is opaque stays so.

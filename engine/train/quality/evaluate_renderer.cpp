@@ -8,8 +8,8 @@
 
 namespace trisoup::train {
 
-Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
-                          double far, render::AntiAliasing aa, const OnRender& on_render) {
+Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
+                             double far, render::AntiAliasing aa, const OnRender& on_render) {
   check_clip_planes(near, far);
   render::Renderer renderer(gpu);
   const render::GpuModel drawn = render::upload_model(gpu, model);
@@ -41,7 +41,7 @@ std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, con
                                  render::MlpUse mlp) {
   check_clip_planes(near, far);
   SoupBuffers soup = load_model(gpu, model, normalisation);
-  Frame frame(gpu);
+  BatchBuffers buffers(gpu);
   render::Renderer renderer(gpu);
   const render::GpuModel drawn = render::upload_model(gpu, model, mlp);
   render::DrawOptions options;
@@ -52,10 +52,10 @@ std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, con
   StepInputs inputs;
   inputs.background = model.background;
   std::vector<Agreement> result;
-  for_each_batch(gpu, soup, frame, batch, true, inputs, 1, [&](std::size_t first, std::size_t) {
-    const std::size_t pixels = frame.batch().pixels;
-    const auto hits = gpu.download_vector<kernels::Hit>(frame.hits.address(), pixels);
-    const auto colour = gpu.download_vector<float>(frame.colour.address(), 3 * pixels);
+  for_each_batch(gpu, soup, buffers, batch, true, inputs, 1, [&](std::size_t first, std::size_t) {
+    const std::size_t pixels = buffers.batch().pixels;
+    const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
+    const auto colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
     const Image image =
         renderer.picture(drawn, render::view_of(views[first].camera, normalisation, drawn, near, far), options);
     const std::vector<std::uint32_t> ours = renderer.hits();

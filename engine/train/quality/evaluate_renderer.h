@@ -11,8 +11,8 @@
 namespace trisoup::train {
 
 /// As evaluate(), with pictures of the renderer.
-Evaluation evaluate_drawn(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
-                          double far, render::AntiAliasing aa, const OnRender& on_render = {});
+Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
+                             double far, render::AntiAliasing aa, const OnRender& on_render = {});
 
 /// One view by the renderer without anti-aliasing and by the kernels, from the same 8-bit textures.
 struct Agreement {

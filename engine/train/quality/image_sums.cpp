@@ -5,15 +5,16 @@
 
 namespace trisoup::train {
 
-std::vector<ImageSums> sum_images(gpu::Device& gpu, const Frame& frame, const glm::vec3& background, Ssim ssim) {
-  const BatchLayout& batch = frame.batch();
+std::vector<ImageSums> sum_images(gpu::Device& gpu, const BatchBuffers& buffers, const glm::vec3& background,
+                                  Ssim ssim) {
+  const BatchLayout& batch = buffers.batch();
   kernels::ImageSums empty{};
   empty.l1_low = empty.mse_low = empty.ssim_low = kFixedZero;
-  const gpu::Address rows = frame.image_sums.address();
+  const gpu::Address rows = buffers.image_sums.address();
   gpu.upload(rows, std::vector<kernels::ImageSums>(batch.views, empty));
   gpu.launch({"image_metrics", {ssim == Ssim::whole_windows}}, batch.blocks,
-             kernels::ImageMetricsArgs{frame.views.address(), frame.hits.address(), frame.colour.address(),
-                                       frame.target.address(), 0, rows, batch.views, batch.blocks, background.r,
+             kernels::ImageMetricsArgs{buffers.views.address(), buffers.hits.address(), buffers.colour.address(),
+                                       buffers.target.address(), 0, rows, batch.views, batch.blocks, background.r,
                                        background.g, background.b, 0});
   const auto unit = static_cast<double>(IMAGE_SUM_UNIT);
   std::vector<ImageSums> sums;

@@ -27,9 +27,10 @@ struct ImageSums {
 
 enum class Ssim { none, whole_windows };
 
-/// Compares Frame::colour with Frame::target, view by view of the batch in `frame`, whose visible fragments it holds
-/// too. Waits for the device.
-std::vector<ImageSums> sum_images(gpu::Device& gpu, const Frame& frame, const glm::vec3& background, Ssim ssim);
+/// Compares BatchBuffers::colour with BatchBuffers::target, view by view of the batch in `frame`, whose visible
+/// fragments it holds too. Waits for the device.
+std::vector<ImageSums> sum_images(gpu::Device& gpu, const BatchBuffers& buffers, const glm::vec3& background,
+                                  Ssim ssim);
 
 /// What compare() finds on the host, within 1e-4 dB and an SSIM of 1e-5, and coverage.
 ImageMetrics metrics_of(const ImageSums& sums);

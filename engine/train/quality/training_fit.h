@@ -26,7 +26,7 @@ struct TrainingFit {
 
 /// views: those to measure, with their photographs on the device; view.index: of the photograph in scene.train.
 /// exposures: null where photographs are taken as they are. most: views in a batch.
-TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const scene::Scene& scene,
+TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const scene::Scene& scene,
                                   std::span<const BatchView> views, const Exposures* exposures, std::size_t most);
 
 }  // namespace trisoup::train

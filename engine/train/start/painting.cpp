@@ -7,7 +7,7 @@
 
 namespace trisoup::train {
 
-FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
                           std::span<const soup::TextureEntry> table, TriangleRange own) {
   // So many pixels of all photographs together say enough; the sums hold no more.
   constexpr std::uint64_t kMostPixels = 1u << 26;
@@ -21,12 +21,12 @@ FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std
   const std::vector<soup::TextureEntry> rows = local_rows(table, own);
   const gpu::Buffer textures = gpu.allocate(rows.size() * sizeof(soup::TextureEntry), "texture table");
   gpu.upload(textures.address(), rows);
-  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
-    const BatchLayout& batch = frame.batch();
-    gpu.launch(
-        {"sum_photographs"}, batch.blocks,
-        kernels::SumPhotographsArgs{frame.views.address(), frame.hits.address(), textures.address(), sums.low.address(),
-                                    sums.high.address(), batch.views, batch.blocks, own.first, own.last, stride, 0});
+  for_each_batch(gpu, soup, buffers, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
+    const BatchLayout& batch = buffers.batch();
+    gpu.launch({"sum_photographs"}, batch.blocks,
+               kernels::SumPhotographsArgs{buffers.views.address(), buffers.hits.address(), textures.address(),
+                                           sums.low.address(), sums.high.address(), batch.views, batch.blocks,
+                                           own.first, own.last, stride, 0});
   });
   gpu.wait();  // the table goes
   return sums;

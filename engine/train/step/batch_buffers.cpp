@@ -16,7 +16,7 @@ std::uint32_t usual_groups(const gpu::Device& gpu) {
 
 }  // namespace
 
-Frame::Frame(gpu::Device& gpu, std::uint32_t groups)
+BatchBuffers::BatchBuffers(gpu::Device& gpu, std::uint32_t groups)
     : mlp_groups(groups > 0 ? groups : usual_groups(gpu)),
       wide_textures(gpu.info().kind != gpu::Kind::cpu),
       one_pixel(gpu.info().kind != gpu::Kind::cpu || (gpu.info().backend == "cpu" && gpu.info().subgroup_size > 1)),
@@ -28,14 +28,14 @@ Frame::Frame(gpu::Device& gpu, std::uint32_t groups)
   gpu.fill(control.address(), sizeof(kernels::Control), 0);
 }
 
-void Frame::grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what) {
+void BatchBuffers::grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what) {
   if (bytes <= buffer.bytes()) return;
   buffer = {};
   buffer = gpu_.allocate(bytes, what);
 }
 
-void Frame::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
-                    bool training) {
+void BatchBuffers::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
+                           bool training) {
   grow(views, view_count * sizeof(kernels::ViewRecord), "views");
   grow(image_sums, view_count * sizeof(kernels::ImageSums), "image metrics");
   grow(screen, std::uint64_t(view_count) * triangles * sizeof(kernels::ScreenTriangle), "projected triangles");
@@ -55,24 +55,24 @@ void Frame::reserve(std::uint32_t view_count, std::uint64_t pixels, std::uint64_
   grow(mlp_partial, std::uint64_t(mlp_groups) * 595 * 4, "MLP gradient sums");
 }
 
-void Frame::place(const BatchLayout& batch, std::uint32_t triangles, bool training) {
+void BatchBuffers::place(const BatchLayout& batch, std::uint32_t triangles, bool training) {
   batch_ = batch;
   triangles_ = triangles;
   reserve(batch_.views, batch_.pixels, batch_.tiles, triangles, training);
 }
 
-void Frame::set_batch(std::span<const BatchView> batch, std::uint32_t triangles, bool training) {
+void BatchBuffers::set_batch(std::span<const BatchView> batch, std::uint32_t triangles, bool training) {
   place(lay_out(batch), triangles, training);
   gpu_.upload(views.address(), batch_.records);
 }
 
-std::uint32_t Frame::bands() const {
+std::uint32_t BatchBuffers::bands() const {
   const std::uint64_t pairs = std::uint64_t(batch_.tiles) * triangles_, most_pairs = most_entries * 64;
   const std::uint64_t wanted = std::max<std::uint64_t>(bands_, (pairs + most_pairs - 1) / most_pairs);
   return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, 1, std::max(batch_.tiles, 1u)));
 }
 
-void Frame::make_room(std::uint32_t peak) {
+void BatchBuffers::make_room(std::uint32_t peak) {
   // Half as much again: lists grow a little at every step.
   const std::uint64_t wanted = peak + peak / 2;
   if (wanted <= most_entries) return reserve_lists(wanted);
@@ -84,9 +84,9 @@ void Frame::make_room(std::uint32_t peak) {
       std::min<std::uint64_t>(batch_.tiles, now * ((wanted + most_entries - 1) / most_entries)));
 }
 
-void Frame::reserve_lists(std::uint64_t entries) { grow(lists, entries * 4, "tile lists"); }
+void BatchBuffers::reserve_lists(std::uint64_t entries) { grow(lists, entries * 4, "tile lists"); }
 
-std::uint64_t frame_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
+std::uint64_t batch_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
                           bool training) {
   return views * (sizeof(kernels::ViewRecord) + sizeof(kernels::ImageSums)) +
          std::uint64_t(views) * triangles * sizeof(kernels::ScreenTriangle) + tiles * (12 + 16 * 4) +

@@ -9,12 +9,12 @@
 
 namespace trisoup::train {
 
-class Frame {
+class BatchBuffers {
  public:
   static constexpr std::uint32_t kStatisticsRows = 256;  // steps whose sums are kept
 
   /// mlp_groups: workgroups over which shade_backward splits a batch; 0: what suits the device.
-  Frame(gpu::Device& gpu, std::uint32_t mlp_groups = 0);
+  BatchBuffers(gpu::Device& gpu, std::uint32_t mlp_groups = 0);
 
   /// Makes room for batches of up to `views` views, `pixels` pixels in all and `triangles` triangles. Buffers only
   /// grow.
@@ -61,8 +61,8 @@ class Frame {
   std::uint32_t bands_ = 1;  // that the lists need
 };
 
-/// Bytes that Frame::reserve takes for such batches.
-std::uint64_t frame_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
+/// Bytes that BatchBuffers::reserve takes for such batches.
+std::uint64_t batch_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64_t tiles, std::uint32_t triangles,
                           bool training);
 
 }  // namespace trisoup::train

@@ -20,32 +20,33 @@ gpu::Buffer zeroes(gpu::Device& gpu, const SoupBuffers& soup) {
 }
 
 /// Adds what `pixels` pixels of the batch in `frame` show, from `first` on.
-void count(gpu::Device& gpu, const Frame& frame, std::uint32_t first, std::uint32_t pixels, const gpu::Buffer& counts) {
+void count(gpu::Device& gpu, const BatchBuffers& buffers, std::uint32_t first, std::uint32_t pixels,
+           const gpu::Buffer& counts) {
   gpu.launch(
       {"count_visible", {0}}, (pixels + 63) / 64,
-      kernels::CountVisibleArgs{frame.hits.address() + sizeof(kernels::Hit) * first, counts.address(), 0, pixels, 0});
+      kernels::CountVisibleArgs{buffers.hits.address() + sizeof(kernels::Hit) * first, counts.address(), 0, pixels, 0});
 }
 
 /// Adds what the batch in `frame` shows.
-void count(gpu::Device& gpu, const Frame& frame, const gpu::Buffer& counts) {
-  count(gpu, frame, 0, frame.batch().pixels, counts);
+void count(gpu::Device& gpu, const BatchBuffers& buffers, const gpu::Buffer& counts) {
+  count(gpu, buffers, 0, buffers.batch().pixels, counts);
 }
 
 }  // namespace
 
-std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, Frame& frame) {
-  const kernels::Control control = gpu.download_vector<kernels::Control>(frame.control.address(), 1)[0];
+std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, BatchBuffers& buffers) {
+  const kernels::Control control = gpu.download_vector<kernels::Control>(buffers.control.address(), 1)[0];
   if (control.overflow == 0) return std::nullopt;
-  frame.make_room(control.list_peak);
-  gpu.fill(frame.control.address(), offsetof(kernels::Control, faults), 0);
+  buffers.make_room(control.list_peak);
+  gpu.fill(buffers.control.address(), offsetof(kernels::Control, faults), 0);
   return control.overflow_step;
 }
 
-void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views, bool colours,
-                    const StepInputs& inputs, std::size_t most,
+void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
+                    bool colours, const StepInputs& inputs, std::size_t most,
                     const std::function<void(std::size_t, std::size_t)>& visit) {
-  Step step(gpu, soup, frame);
-  const std::uint64_t screen_bytes = std::max(frame.screen.bytes(), kPassScreenBytes);
+  Step step(gpu, soup, buffers);
+  const std::uint64_t screen_bytes = std::max(buffers.screen.bytes(), kPassScreenBytes);
   for (std::size_t first = 0; first < views.size();) {
     std::size_t count = 0;
     std::uint64_t pixels = 0;
@@ -58,9 +59,9 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span
       ++count;
     }
     do {
-      frame.set_batch(views.subspan(first, count), soup.triangles, false);
+      buffers.set_batch(views.subspan(first, count), soup.triangles, false);
       step.visibility(Thresholds::half, inputs);
-    } while (grow_lists_if_needed(gpu, frame) ||
+    } while (grow_lists_if_needed(gpu, buffers) ||
              (soup.shared && soup.shared->outcome() == SharedSoup::Outcome::overflow));
     if (colours) step.shade(inputs);
     visit(first, count);
@@ -68,32 +69,32 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span
   }
 }
 
-std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
+std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                          std::span<const BatchView> views) {
   const gpu::Buffer counts = zeroes(gpu, soup);
-  for_each_batch(gpu, soup, frame, views, false, {}, views.size(),
-                 [&](std::size_t, std::size_t) { count(gpu, frame, counts); });
+  for_each_batch(gpu, soup, buffers, views, false, {}, views.size(),
+                 [&](std::size_t, std::size_t) { count(gpu, buffers, counts); });
   return gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
 }
 
-double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const Frame& frame, const kernels::ViewRecord& record,
-                   const gpu::Buffer& counts) {
+double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const BatchBuffers& buffers,
+                   const kernels::ViewRecord& record, const gpu::Buffer& counts) {
   gpu.fill(counts.address(), counts.bytes(), 0);
-  count(gpu, frame, record.pixel_offset, record.width * record.height, counts);
+  count(gpu, buffers, record.pixel_offset, record.width * record.height, counts);
   const auto pixels = gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
   return double(soup.triangles - std::count(pixels.begin(), pixels.end(), 0u)) / soup.triangles;
 }
 
-Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views) {
+Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views) {
   constexpr std::size_t kBits = 32;  // of a word of `shown`
   const gpu::Buffer counts = zeroes(gpu, soup), areas = zeroes(gpu, soup), shown = zeroes(gpu, soup);
   std::vector<std::uint32_t> in_views(soup.triangles);
-  for_each_batch(gpu, soup, frame, views, false, {}, kBits, [&](std::size_t, std::size_t) {
-    count(gpu, frame, counts);
-    const BatchLayout& batch = frame.batch();
+  for_each_batch(gpu, soup, buffers, views, false, {}, kBits, [&](std::size_t, std::size_t) {
+    count(gpu, buffers, counts);
+    const BatchLayout& batch = buffers.batch();
     gpu.launch(
         {"measure_visible"}, batch.tiles,
-        kernels::MeasureVisibleArgs{frame.views.address(), frame.screen.address(), frame.hits.address(),
+        kernels::MeasureVisibleArgs{buffers.views.address(), buffers.screen.address(), buffers.hits.address(),
                                     areas.address(), shown.address(), soup.triangles, batch.views, batch.tiles, 0});
     const auto of_batch = gpu.download_vector<std::uint32_t>(shown.address(), soup.triangles);
     for (std::uint32_t t = 0; t < soup.triangles; ++t)
@@ -104,13 +105,13 @@ Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::spa
           gpu.download_vector<std::uint32_t>(areas.address(), soup.triangles), std::move(in_views)};
 }
 
-std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
+std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                                        std::span<const BatchView> views) {
   std::vector<std::vector<std::uint8_t>> visible;
   const gpu::Buffer counts = zeroes(gpu, soup);
-  for_each_batch(gpu, soup, frame, views, false, {}, 1, [&](std::size_t, std::size_t) {
+  for_each_batch(gpu, soup, buffers, views, false, {}, 1, [&](std::size_t, std::size_t) {
     gpu.fill(counts.address(), counts.bytes(), 0);
-    count(gpu, frame, counts);
+    count(gpu, buffers, counts);
     const auto of_view = gpu.download_vector<std::uint32_t>(counts.address(), soup.triangles);
     auto& row = visible.emplace_back(soup.triangles);
     std::transform(of_view.begin(), of_view.end(), row.begin(), [](std::uint32_t n) { return std::uint8_t(n > 0); });

@@ -22,8 +22,8 @@ std::uint32_t collapse_lost(gpu::Device& gpu, SoupBuffers& soup) {
 
 }  // namespace
 
-std::string to_string(const ParameterFault& f) {
-  using Kind = ParameterFault::Kind;
+std::string to_string(const NonFinite& f) {
+  using Kind = NonFinite::Kind;
   if (f.kind == Kind::weight)
     return fmt::format(
         "step {}: weight {} of the MLP or its optimiser state was not a number and has been reset ({} in all)", f.step,
@@ -40,21 +40,21 @@ std::string to_string(const ParameterFault& f) {
                      f.step, f.place, f.triangle, f.count);
 }
 
-std::vector<ParameterFault> take_faults(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) {
-  std::vector<ParameterFault> found;
-  const gpu::Address at = frame.control.address() + offsetof(kernels::Control, faults);
+std::vector<NonFinite> take_non_finite(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers) {
+  std::vector<NonFinite> found;
+  const gpu::Address at = buffers.control.address() + offsetof(kernels::Control, faults);
   const auto faults = gpu.download_vector<kernels::Fault>(at, 3);
   if (std::all_of(faults.begin(), faults.end(), [](const kernels::Fault& f) { return f.count == 0; })) return found;
   gpu.fill(at, sizeof(kernels::Control::faults), 0);
   for (std::uint32_t kind = 0; kind < 3; ++kind) {
     const kernels::Fault& fault = faults[kind];
     if (fault.count == 0) continue;
-    ParameterFault f{static_cast<ParameterFault::Kind>(kind), fault.step + 1ull, 0, fault.index, 0, fault.count};
-    if (kind == FAULT_VERTEX) {
+    NonFinite f{static_cast<NonFinite::Kind>(kind), fault.step + 1ull, 0, fault.index, 0, fault.count};
+    if (kind == NON_FINITE_VERTEX) {
       f.triangle = fault.index / 9;
       f.place = fault.index % 9 / 3;
       f.count = collapse_lost(gpu, soup);
-    } else if (kind == FAULT_TEXEL) {
+    } else if (kind == NON_FINITE_TEXEL) {
       const auto sample = static_cast<std::uint32_t>(fault.index / 8 + soup.source_at(soup.own().first));
       f.channel = fault.index % 8;
       for (std::uint32_t t = 0; t < soup.triangles; ++t) {

@@ -12,11 +12,11 @@
 namespace trisoup::train {
 
 /// The first of its kind since the last look. Kernels reset what they find in the step in which they find it
-/// (shaders/common/faults.h): a texel's logit or a weight becomes 0, its optimiser state starts anew. A triangle with
-/// such a vertex is drawn by no view; it becomes a point, which the next change of topology that drops unseen triangles
-/// drops.
-struct ParameterFault {
-  enum class Kind { vertex, texel, weight };  // FAULT_
+/// (shaders/common/non_finite.h): a texel's logit or a weight becomes 0, its optimiser state starts anew. A triangle
+/// with such a vertex is drawn by no view; it becomes a point, which the next change of topology that drops unseen
+/// triangles drops.
+struct NonFinite {
+  enum class Kind { vertex, texel, weight };  // NON_FINITE_
   Kind kind = Kind::vertex;
   std::uint64_t step = 0;      // in which it was found, counted from 1
   std::uint32_t triangle = 0;  // of a vertex or texel
@@ -26,9 +26,9 @@ struct ParameterFault {
 };
 
 /// One line for people.
-std::string to_string(const ParameterFault& fault);
+std::string to_string(const NonFinite& fault);
 
 /// What was found since the last call, at most one of each kind; takes the triangles out. Waits for the device.
-std::vector<ParameterFault> take_faults(gpu::Device& gpu, SoupBuffers& soup, Frame& frame);
+std::vector<NonFinite> take_non_finite(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers);
 
 }  // namespace trisoup::train

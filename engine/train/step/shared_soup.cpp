@@ -105,11 +105,11 @@ void SharedSoup::grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what
 }
 
 void SharedSoup::place_batch() {
-  const BatchLayout& batch = frame_.batch();
-  std::vector<std::uint64_t> sizes{frame_.mlp_groups};
+  const BatchLayout& batch = buffers_.batch();
+  std::vector<std::uint64_t> sizes{buffers_.mlp_groups};
   for (const kernels::ViewRecord& view : batch.records) sizes.push_back(std::uint64_t(view.width) << 32 | view.height);
   if (sizes != shaders_for_) {
-    shaders_ = shaders_of(batch, frame_.mlp_groups, ranks_.size());
+    shaders_ = shaders_of(batch, buffers_.mlp_groups, ranks_.size());
     shaders_for_ = std::move(sizes);
   }
   hits_.resize(batch.pixels);
@@ -117,7 +117,7 @@ void SharedSoup::place_batch() {
 }
 
 void SharedSoup::place_stand_in() {
-  const std::uint64_t pixels = frame_.batch().pixels;
+  const std::uint64_t pixels = buffers_.batch().pixels;
   if (pixels * sizeof(Hit) <= hits_here_.bytes()) return;
   grow(hits_here_, pixels * sizeof(Hit), "fragments to shade");
   grow(textures_here_, pixels * sizeof(kernels::Texture), "fragments to shade");
@@ -142,9 +142,9 @@ ShadedFrom SharedSoup::stand_in() const {
 void SharedSoup::agree_on_winners() {
   place_batch();
   const int ranks = size();
-  const auto control = gpu_.download_vector<kernels::Control>(frame_.control.address(), 1)[0];
+  const auto control = gpu_.download_vector<kernels::Control>(buffers_.control.address(), 1)[0];
   const std::uint32_t flags = (control.overflow != 0 ? kOverflow : 0u) | (stop_ ? kStop : 0u);
-  gpu_.download(frame_.hits.address(), std::as_writable_bytes(std::span(hits_)));
+  gpu_.download(buffers_.hits.address(), std::as_writable_bytes(std::span(hits_)));
   std::vector<ranks::Bytes> messages(static_cast<std::size_t>(ranks));
   for (int r = 0; r < ranks; ++r) {
     ranks::Bytes& message = messages[static_cast<std::size_t>(r)];
@@ -175,7 +175,7 @@ void SharedSoup::agree_on_winners() {
   const std::vector<ranks::Bytes> slices = ranks_.gather(ranks::bytes_of(winners));
   auto to = std::as_writable_bytes(std::span(hits_)).begin();
   for (const ranks::Bytes& slice : slices) to = std::copy(slice.begin(), slice.end(), to);
-  gpu_.upload(frame_.hits.address(), hits_);
+  gpu_.upload(buffers_.hits.address(), hits_);
   const auto owner_of = [&](std::uint32_t triangle) {
     const auto above = std::upper_bound(soup_.ranges.begin(), soup_.ranges.end(), triangle,
                                         [](std::uint32_t t, const TriangleRange& range) { return t < range.last; });
@@ -190,7 +190,7 @@ ShadedFrom SharedSoup::fetch_features(bool coarser) {
   const auto pixels = static_cast<std::uint32_t>(hits_.size());
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   gpu_.launch({"fetch_features"}, (pixels + 63) / 64,
-              kernels::FetchFeaturesArgs{frame_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
+              kernels::FetchFeaturesArgs{buffers_.hits.address(), soup_.textures.address(), soup_.lattice.address(),
                                          features_.address(), pixels, soup_.own().first, soup_.own().last, coarser});
   features_here_.resize((pixels + 2) * kFeatureStride);
   gpu_.download(features_.address(), std::as_writable_bytes(std::span(features_here_)));
@@ -215,7 +215,7 @@ ShadedFrom SharedSoup::fetch_features(bool coarser) {
 void SharedSoup::send_colours() {
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   // Where nothing is visible it is the background for everybody.
-  auto colours = gpu_.download_vector<float>(frame_.colour.address(), 3 * hits_.size());
+  auto colours = gpu_.download_vector<float>(buffers_.colour.address(), 3 * hits_.size());
   ranks::Bytes mine;
   each_pixel([&](std::size_t p, std::uint16_t, std::uint16_t shader) {
     if (shader == self) append<float>(mine, {&colours[3 * p], 3});
@@ -223,14 +223,15 @@ void SharedSoup::send_colours() {
   const std::vector<ranks::Bytes> received = ranks_.gather(mine);
   std::vector<Reader> readers(received.begin(), received.end());
   each_pixel([&](std::size_t p, std::uint16_t, std::uint16_t shader) { readers[shader].take({&colours[3 * p], 3}); });
-  gpu_.upload(frame_.colour.address(), colours);
+  gpu_.upload(buffers_.colour.address(), colours);
 }
 
 void SharedSoup::send_gradients() {
-  const std::size_t pixels = hits_.size(), ranks = static_cast<std::size_t>(ranks_.size()), groups = frame_.mlp_groups;
+  const std::size_t pixels = hits_.size(), ranks = static_cast<std::size_t>(ranks_.size()),
+                    groups = buffers_.mlp_groups;
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   auto gradient = gpu_.download_vector<float>(gradient_.address(), kFeatures * pixels);
-  auto sums = gpu_.download_vector<float>(frame_.mlp_partial.address(), groups * kMlp);
+  auto sums = gpu_.download_vector<float>(buffers_.mlp_partial.address(), groups * kMlp);
   const auto each_group_of = [&](std::size_t rank, const auto& visit) {
     for (std::size_t g = rank; g < groups; g += ranks) visit(std::span(sums).subspan(g * kMlp, kMlp));
   };
@@ -251,12 +252,13 @@ void SharedSoup::send_gradients() {
     readers[shader].take(own);
     for (std::size_t c = 0; c < kFeatures; ++c) gradient[c * pixels + p] = own[c];
   });
-  gpu_.upload(frame_.mlp_partial.address(), sums);
+  gpu_.upload(buffers_.mlp_partial.address(), sums);
   gpu_.upload(gradient_.address(), gradient);
-  gpu_.launch({"sort_gradients"}, (pixels + 63) / 64,
-              kernels::SortGradientsArgs{frame_.hits.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull),
-                                         frame_.ranks.address(), gradient_.address(), frame_.sorted(),
-                                         static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
+  gpu_.launch(
+      {"sort_gradients"}, (pixels + 63) / 64,
+      kernels::SortGradientsArgs{buffers_.hits.address(), buffers_.shown.address() + 4 * (soup_.triangles + 1ull),
+                                 buffers_.ranks.address(), gradient_.address(), buffers_.sorted(),
+                                 static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
 }
 
 SharedSoup::Parents SharedSoup::parents_of(std::span<const std::uint32_t> parents,
@@ -281,7 +283,7 @@ SharedSoup::Parents SharedSoup::parents_of(std::span<const std::uint32_t> parent
   return found;
 }
 
-gpu::Buffer SharedSoup::bring(const Parents& parents, gpu::Buffer pool) {
+gpu::Buffer SharedSoup::fetch(const Parents& parents, gpu::Buffer pool) {
   constexpr std::size_t kChannels = soup::kChannels;
   const TriangleRange own = soup_.own();
   std::vector<ranks::Bytes> messages(static_cast<std::size_t>(size()));
@@ -316,7 +318,7 @@ ranks::Bytes SharedSoup::on_all(ranks::ByteView mine) {
   return all;
 }
 
-ranks::Bytes SharedSoup::on_first(ranks::ByteView mine) {
+ranks::Bytes SharedSoup::gather_on_first(ranks::ByteView mine) {
   std::vector<ranks::ByteView> to(static_cast<std::size_t>(size()));
   to[0] = mine;
   ranks::Bytes all;
@@ -324,7 +326,7 @@ ranks::Bytes SharedSoup::on_first(ranks::ByteView mine) {
   return all;
 }
 
-ranks::Bytes SharedSoup::own_of_first(ranks::ByteView all, std::uint64_t size) {
+ranks::Bytes SharedSoup::scatter_from_first(ranks::ByteView all, std::uint64_t size) {
   std::vector<ranks::ByteView> to(static_cast<std::size_t>(this->size()));
   for (std::size_t r = 0; is_first() && r < to.size(); ++r) {
     const std::uint64_t first = soup_.lattice_at(soup_.ranges[r].first), last = soup_.lattice_at(soup_.ranges[r].last);
@@ -342,8 +344,8 @@ std::vector<float> SharedSoup::own_values(const gpu::Buffer& pool) {
 std::vector<float> SharedSoup::all_values(const gpu::Buffer& pool) {
   return ranks::values_of<float>(on_all(ranks::bytes_of(own_values(pool))));
 }
-std::vector<float> SharedSoup::values_on_first(const gpu::Buffer& pool) {
-  return ranks::values_of<float>(on_first(ranks::bytes_of(own_values(pool))));
+std::vector<float> SharedSoup::gather_values(const gpu::Buffer& pool) {
+  return ranks::values_of<float>(gather_on_first(ranks::bytes_of(own_values(pool))));
 }
 
 void SharedSoup::compare() {

@@ -21,15 +21,15 @@ namespace trisoup::train {
 std::vector<TriangleRange> divided(std::span<const soup::TextureEntry> table, int ranks);
 
 /// For each pixel of a batch which rank shades it: whole blocks of 16 x 16, and all that shade_backward.comp sums up in
-/// one workgroup. groups: Frame::mlp_groups. [pixels]
+/// one workgroup. groups: BatchBuffers::mlp_groups. [pixels]
 std::vector<std::uint16_t> shaders_of(const BatchLayout& batch, std::uint32_t groups, int ranks);
 
 /// All ranks make the same calls, in the same order, and find the same; Step makes most of them.
 class SharedSoup {
  public:
   /// The soup becomes shared, before it is allocated. All must outlive this object.
-  SharedSoup(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, ranks::Ranks& ranks)
-      : gpu_(gpu), soup_(soup), frame_(frame), ranks_(ranks) {
+  SharedSoup(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, ranks::Ranks& ranks)
+      : gpu_(gpu), soup_(soup), buffers_(buffers), ranks_(ranks) {
     soup.shared = this;
   }
   SharedSoup(const SharedSoup&) = delete;
@@ -53,12 +53,12 @@ class SharedSoup {
   void ask_to_stop(bool stop) { stop_ = stop; }
 
   // Parts of a step, of the batch in the frame.
-  void agree_on_winners();  // Frame::hits, of all ranks
+  void agree_on_winners();  // BatchBuffers::hits, of all ranks
   ShadedFrom fetch_features(
       bool coarser = false);    // of the pixels that this rank shades; coarser: without textures' finest levels
-  void send_colours();          // Frame::colour, of all ranks
+  void send_colours();          // BatchBuffers::colour, of all ranks
   ShadedFrom stand_in() const;  // the same as fetch_features() returned
-  void send_gradients();        // to Frame::sorted, of own triangles; Frame::mlp_partial, of all ranks
+  void send_gradients();        // to BatchBuffers::sorted, of own triangles; BatchBuffers::mlp_partial, of all ranks
 
   /// Triangles of this soup that those of a new one are made of.
   struct Parents {
@@ -71,17 +71,17 @@ class SharedSoup {
   Parents parents_of(std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) const;
   /// Samples that this rank needs, of a pool (source or a moment) of which each has its own triangles' part. That part
   /// goes before the samples come.
-  gpu::Buffer bring(const Parents& parents, gpu::Buffer pool);
+  gpu::Buffer fetch(const Parents& parents, gpu::Buffer pool);
 
   /// Bytes that each rank has a part of, one after the other: on the first rank, and nothing on the others.
-  ranks::Bytes on_first(ranks::ByteView mine);
+  ranks::Bytes gather_on_first(ranks::ByteView mine);
   /// Of bytes that the first rank has, `size` for each sample of the lattices of all triangles: those of own triangles.
-  ranks::Bytes own_of_first(ranks::ByteView all, std::uint64_t size);
+  ranks::Bytes scatter_from_first(ranks::ByteView all, std::uint64_t size);
   /// The same on every rank.
   ranks::Bytes on_all(ranks::ByteView mine);
   /// Values of source samples of all ranks. [source samples][8]
   std::vector<float> all_values(const gpu::Buffer& pool);
-  std::vector<float> values_on_first(const gpu::Buffer& pool);
+  std::vector<float> gather_values(const gpu::Buffer& pool);
 
   /// Throws Error where what all ranks compute, vertices and MLP, has come out differently.
   void compare();
@@ -103,7 +103,7 @@ class SharedSoup {
 
   gpu::Device& gpu_;
   SoupBuffers& soup_;
-  Frame& frame_;
+  BatchBuffers& buffers_;
   ranks::Ranks& ranks_;
   bool stop_ = false;
   Outcome outcome_ = Outcome::done;

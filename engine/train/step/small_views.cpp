@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "base/parallel_for.h"
-#include "train/config/schedule.h"
 #include "scene/area_resample.h"
+#include "train/config/schedule.h"
 
 namespace trisoup::train {
 

@@ -59,7 +59,7 @@ struct SoupBuffers {
   gpu::Buffer source, source_moment1,
       source_moment2;                         // [source samples][8], logits; of own triangles, as the next three
   gpu::Buffer lattice, opacity;               // [lattice samples][8], [lattice samples], after the sigmoid
-  FixedSums opacity_gradient;                 // [lattice samples]; those of the features: Frame::sorted
+  FixedSums opacity_gradient;                 // [lattice samples]; those of the features: BatchBuffers::sorted
   gpu::Buffer touched;                        // [T] 0 where opacity_gradient is known to be zero
   gpu::Buffer mlp, mlp_moment1, mlp_moment2;  // [595]
 };

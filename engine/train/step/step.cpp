@@ -58,20 +58,20 @@ kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, 
 
 void Step::begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates,
                  double huber) {
-  const StepState row = state(threshold_key, step, slot, rates, frame_.batch(), huber);
-  gpu_.upload(frame_.state.address(), std::as_bytes(std::span(&row, 1)));
+  const StepState row = state(threshold_key, step, slot, rates, buffers_.batch(), huber);
+  gpu_.upload(buffers_.state.address(), std::as_bytes(std::span(&row, 1)));
   Statistics zero{};
   zero.l1_low = zero.ssim_low = zero.mse_low = kFixedZero;
-  gpu_.upload(frame_.statistics.address() + slot * sizeof(Statistics), std::as_bytes(std::span(&zero, 1)));
+  gpu_.upload(buffers_.statistics.address() + slot * sizeof(Statistics), std::as_bytes(std::span(&zero, 1)));
 }
 
 void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
-  const BatchLayout& batch = frame_.batch();
+  const BatchLayout& batch = buffers_.batch();
   const std::uint32_t triangles = soup_.triangles, views = batch.views;
   const std::uint64_t projected = views * groups_of(triangles);
-  const auto view_table = frame_.views.address(), screen = frame_.screen.address();
+  const auto view_table = buffers_.views.address(), screen = buffers_.screen.address();
 
-  const bool listed = inputs.listed && frame_.bands() == 1;
+  const bool listed = inputs.listed && buffers_.bands() == 1;
   if (!listed) {
     gpu_.launch({"project"}, projected,
                 ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
@@ -83,17 +83,18 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   }
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
-    gpu_.launch(
-        {"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}}, band.tiles,
-        VisibilityArgs{view_table, screen, frame_.offsets.address(), frame_.lists.address(), soup_.textures.address(),
-                       soup_.opacity.address(), inputs.thresholds, inputs.first, frame_.state.address(),
-                       frame_.hits.address(), triangles, views, band.first, band.tiles, frame_.list_capacity(), 0});
+    gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}},
+                band.tiles,
+                VisibilityArgs{view_table, screen, buffers_.offsets.address(), buffers_.lists.address(),
+                               soup_.textures.address(), soup_.opacity.address(), inputs.thresholds, inputs.first,
+                               buffers_.state.address(), buffers_.hits.address(), triangles, views, band.first,
+                               band.tiles, buffers_.list_capacity(), 0});
   });
   if (soup_.shared) soup_.shared->agree_on_winners();
 }
 
 void Step::for_each_band(const std::function<void(const Band&)>& visit) {
-  const std::uint64_t tiles = frame_.batch().tiles, bands = frame_.bands();
+  const std::uint64_t tiles = buffers_.batch().tiles, bands = buffers_.bands();
   for (std::uint64_t b = 0; b < bands; ++b) {
     const auto first = static_cast<std::uint32_t>(tiles * b / bands),
                last = static_cast<std::uint32_t>(tiles * (b + 1) / bands);
@@ -103,39 +104,39 @@ void Step::for_each_band(const std::function<void(const Band&)>& visit) {
 }
 
 void Step::list_triangles(const Band& band) {
-  const std::uint32_t triangles = soup_.triangles, views = frame_.batch().views;
+  const std::uint32_t triangles = soup_.triangles, views = buffers_.batch().views;
   const std::uint64_t projected = views * groups_of(triangles);
-  const BinArgs bin{frame_.views.address(),
-                    frame_.screen.address(),
-                    frame_.counts.address(),
-                    frame_.offsets.address(),
-                    frame_.lists.address(),
-                    frame_.control.address(),
-                    frame_.state.address(),
+  const BinArgs bin{buffers_.views.address(),
+                    buffers_.screen.address(),
+                    buffers_.counts.address(),
+                    buffers_.offsets.address(),
+                    buffers_.lists.address(),
+                    buffers_.control.address(),
+                    buffers_.state.address(),
                     triangles,
                     views,
                     band.first,
                     band.tiles,
-                    frame_.list_capacity(),
+                    buffers_.list_capacity(),
                     0};
-  gpu_.fill(frame_.counts.address() + 4ull * band.first, 4ull * band.tiles, 0);
+  gpu_.fill(buffers_.counts.address() + 4ull * band.first, 4ull * band.tiles, 0);
   gpu_.launch({"bin", {0}}, projected, bin);
   gpu_.launch({"bin_scan"}, (band.tiles + BIN_SCAN_TILES - 1) / BIN_SCAN_TILES, bin);
   gpu_.launch({"bin", {1}}, projected, bin);
 }
 
 void Step::end_kernel() {
-  if (frame_.batch().pixels > Frame::kMostPixels) gpu_.cut();
+  if (buffers_.batch().pixels > BatchBuffers::kMostPixels) gpu_.cut();
 }
 
 std::uint32_t Step::groups_over(std::uint32_t blocks) const {
-  return gpu_.info().kind == gpu::Kind::cpu ? std::min(blocks, frame_.mlp_groups) : blocks;
+  return gpu_.info().kind == gpu::Kind::cpu ? std::min(blocks, buffers_.mlp_groups) : blocks;
 }
 
 ShadedFrom Step::of_soup() const {
-  return {frame_.hits.address(),   soup_.textures.address(),
-          soup_.lattice.address(), frame_.shown.address() + 4 * (soup_.triangles + 1ull),
-          frame_.ranks.address(),  frame_.sorted()};
+  return {buffers_.hits.address(),  soup_.textures.address(),
+          soup_.lattice.address(),  buffers_.shown.address() + 4 * (soup_.triangles + 1ull),
+          buffers_.ranks.address(), buffers_.sorted()};
 }
 
 void Step::shade(const StepInputs& inputs) {
@@ -145,47 +146,47 @@ void Step::shade(const StepInputs& inputs) {
 }
 
 void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
-  const BatchLayout& batch = frame_.batch();
+  const BatchLayout& batch = buffers_.batch();
   const std::uint32_t groups = groups_over(batch.blocks);
-  gpu_.launch({frame_.one_pixel ? "shade_one" : "shade",
+  gpu_.launch({buffers_.one_pixel ? "shade_one" : "shade",
                {inputs.mlp_inputs != 0, inputs.layer == Layer::coarser && !soup_.shared}},
               groups,
-              ShadeArgs{frame_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(),
-                        frame_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views, inputs.background.r,
+              ShadeArgs{buffers_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(),
+                        buffers_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views, inputs.background.r,
                         inputs.background.g, inputs.background.b, groups});
 }
 
 void Step::photographs(const StepInputs& inputs) {
-  const BatchLayout& batch = frame_.batch();
+  const BatchLayout& batch = buffers_.batch();
   gpu_.launch({"sample_photographs"}, batch.blocks,
-              SamplePhotographsArgs{frame_.views.address(), frame_.target.address(), batch.blocks, batch.views});
+              SamplePhotographsArgs{buffers_.views.address(), buffers_.target.address(), batch.blocks, batch.views});
   end_kernel();
   expose(inputs);
 }
 
 void Step::loss(const StepInputs& inputs) {
-  const BatchLayout& batch = frame_.batch();
+  const BatchLayout& batch = buffers_.batch();
   const std::uint32_t float_target = inputs.target != 0;
   const std::uint32_t groups = groups_over(batch.blocks);
   if (!float_target) photographs(inputs);
   gpu_.launch({"ssim", {float_target}}, groups,
-              SsimArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target,
-                       frame_.partial.address(), frame_.same.address(), frame_.state.address(),
-                       frame_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
+              SsimArgs{buffers_.views.address(), buffers_.colour.address(), buffers_.target.address(), inputs.target,
+                       buffers_.partial.address(), buffers_.same.address(), buffers_.state.address(),
+                       buffers_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
   end_kernel();
   gpu_.launch({"loss_gradient", {float_target}}, groups,
-              LossGradientArgs{frame_.views.address(), frame_.colour.address(), frame_.target.address(), inputs.target,
-                               frame_.partial.address(), frame_.same.address(), frame_.gradient.address(),
-                               frame_.state.address(), frame_.statistics.address(), batch.views, batch.blocks,
-                               batch.pixels, groups});
+              LossGradientArgs{buffers_.views.address(), buffers_.colour.address(), buffers_.target.address(),
+                               inputs.target, buffers_.partial.address(), buffers_.same.address(),
+                               buffers_.gradient.address(), buffers_.state.address(), buffers_.statistics.address(),
+                               batch.views, batch.blocks, batch.pixels, groups});
 }
 
 void Step::expose(const StepInputs& inputs) {
   if (!inputs.exposures) return;
-  const BatchLayout& batch = frame_.batch();
+  const BatchLayout& batch = buffers_.batch();
   const Exposures& e = *inputs.exposures;
-  const auto views = frame_.views.address(), hits = frame_.hits.address(), colour = frame_.colour.address(),
-             target = frame_.target.address(), exposure = e.exposure.address(), low = e.sums.low.address(),
+  const auto views = buffers_.views.address(), hits = buffers_.hits.address(), colour = buffers_.colour.address(),
+             target = buffers_.target.address(), exposure = e.exposure.address(), low = e.sums.low.address(),
              high = e.sums.high.address();
   if (inputs.fit_exposures) {
     const std::uint32_t groups = groups_over(batch.blocks);
@@ -193,7 +194,7 @@ void Step::expose(const StepInputs& inputs) {
         {"measure_exposure"}, groups,
         MeasureExposureArgs{views, hits, colour, target, exposure, low, high, batch.blocks, batch.views, groups, 0});
     gpu_.launch({"fit_exposure"}, 1,
-                FitExposureArgs{views, low, high, e.fitted.address(), exposure, frame_.control.address(), batch.views,
+                FitExposureArgs{views, low, high, e.fitted.address(), exposure, buffers_.control.address(), batch.views,
                                 e.photographs});
     end_kernel();
   }
@@ -202,11 +203,11 @@ void Step::expose(const StepInputs& inputs) {
 }
 
 void Step::sort_pixels() {
-  const auto pixels = static_cast<std::uint32_t>(frame_.batch().pixels);
-  const auto shown = frame_.shown.address();
+  const auto pixels = static_cast<std::uint32_t>(buffers_.batch().pixels);
+  const auto shown = buffers_.shown.address();
   gpu_.fill(shown, 4 * (soup_.triangles + 1ull), 0);
   gpu_.launch({"count_visible", {1}}, groups_of(pixels),
-              CountVisibleArgs{frame_.hits.address(), shown, frame_.ranks.address(), pixels, 0});
+              CountVisibleArgs{buffers_.hits.address(), shown, buffers_.ranks.address(), pixels, 0});
   gpu_.launch({"place_pixels"}, groups_of(soup_.triangles), PlacePixelsArgs{shown, soup_.triangles, 0});
 }
 
@@ -219,55 +220,56 @@ void Step::backward(const StepInputs& inputs) {
 }
 
 void Step::shade_backward(const StepInputs& inputs, const ShadedFrom& to) {
-  const BatchLayout& batch = frame_.batch();
+  const BatchLayout& batch = buffers_.batch();
   const bool exposed = inputs.exposures && inputs.target == 0;
-  gpu_.launch({frame_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}},
-              frame_.mlp_groups,
-              ShadeBackwardArgs{frame_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
-                                frame_.gradient.address(), to.places, to.ranks, to.sorted, frame_.mlp_partial.address(),
-                                inputs.feature_gradient, frame_.target.address(),
-                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, frame_.mlp_groups,
+  gpu_.launch({buffers_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}},
+              buffers_.mlp_groups,
+              ShadeBackwardArgs{buffers_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
+                                buffers_.gradient.address(), to.places, to.ranks, to.sorted,
+                                buffers_.mlp_partial.address(), inputs.feature_gradient, buffers_.target.address(),
+                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, buffers_.mlp_groups,
                                 batch.views, exposed, static_cast<std::uint32_t>(batch.pixels), 0});
   end_kernel();
 }
 
 void Step::edge_forces() {
-  const BatchLayout& batch = frame_.batch();
-  gpu_.launch({"edge_forces", {0}}, batch.tiles,
-              EdgeForcesArgs{frame_.views.address(), frame_.hits.address(), frame_.screen.address(),
-                             frame_.colour.address(), frame_.gradient.address(), soup_.vertex_gradient.low.address(),
-                             soup_.vertex_gradient.high.address(), batch.tiles, batch.views, soup_.triangles, 0});
+  const BatchLayout& batch = buffers_.batch();
+  gpu_.launch(
+      {"edge_forces", {0}}, batch.tiles,
+      EdgeForcesArgs{buffers_.views.address(), buffers_.hits.address(), buffers_.screen.address(),
+                     buffers_.colour.address(), buffers_.gradient.address(), soup_.vertex_gradient.low.address(),
+                     soup_.vertex_gradient.high.address(), batch.tiles, batch.views, soup_.triangles, 0});
 }
 
 void Step::opacity_backward(const StepInputs& inputs) {
-  const BatchLayout& batch = frame_.batch();
+  const BatchLayout& batch = buffers_.batch();
   end_kernel();
-  const bool listed = frame_.bands() == 1;  // by visibility()
+  const bool listed = buffers_.bands() == 1;  // by visibility()
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
     gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,
-                OpacityBackwardArgs{frame_.views.address(), frame_.screen.address(), frame_.offsets.address(),
-                                    frame_.lists.address(), soup_.textures.address(), soup_.opacity.address(),
-                                    frame_.hits.address(), frame_.gradient.address(), frame_.state.address(),
+                OpacityBackwardArgs{buffers_.views.address(), buffers_.screen.address(), buffers_.offsets.address(),
+                                    buffers_.lists.address(), soup_.textures.address(), soup_.opacity.address(),
+                                    buffers_.hits.address(), buffers_.gradient.address(), buffers_.state.address(),
                                     soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
                                     soup_.touched.address(), soup_.triangles, batch.views, band.first, band.tiles,
-                                    frame_.list_capacity(), 0});
+                                    buffers_.list_capacity(), 0});
   });
 }
 
 void Step::update_textures(bool adam, const StepInputs& inputs) {
   const bool debug = inputs.source_gradient != 0;
   for (const TextureClass& c : soup_.classes) {
-    const bool wide = frame_.wide_textures && adam && !debug && c.samples > 100;
-    gpu_.launch(
-        {wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
-        UpdateTexturesArgs{soup_.tasks.address() + sizeof(TextureTask) * c.first, soup_.source.address(),
-                           soup_.source_moment1.address(), soup_.source_moment2.address(), soup_.lattice.address(),
-                           soup_.opacity.address(), frame_.shown.address() + 4ull * soup_.own().first, frame_.sorted(),
-                           soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
-                           soup_.touched.address() + 4ull * soup_.own().first, frame_.state.address(),
-                           frame_.control.address(), inputs.source_gradient, soup_.triangles,
-                           inputs.update_unseen || debug, static_cast<std::uint32_t>(frame_.batch().pixels), c.count});
+    const bool wide = buffers_.wide_textures && adam && !debug && c.samples > 100;
+    gpu_.launch({wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
+                UpdateTexturesArgs{
+                    soup_.tasks.address() + sizeof(TextureTask) * c.first, soup_.source.address(),
+                    soup_.source_moment1.address(), soup_.source_moment2.address(), soup_.lattice.address(),
+                    soup_.opacity.address(), buffers_.shown.address() + 4ull * soup_.own().first, buffers_.sorted(),
+                    soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
+                    soup_.touched.address() + 4ull * soup_.own().first, buffers_.state.address(),
+                    buffers_.control.address(), inputs.source_gradient, soup_.triangles, inputs.update_unseen || debug,
+                    static_cast<std::uint32_t>(buffers_.batch().pixels), c.count});
   }
 }
 
@@ -276,12 +278,12 @@ void Step::update(const StepInputs& inputs) {
   gpu_.launch({"update_vertices", {inputs.vertex_gradient != 0}}, groups_of(3ull * soup_.triangles),
               UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(),
                                  soup_.vertex_moment2.address(), soup_.vertex_gradient.low.address(),
-                                 soup_.vertex_gradient.high.address(), frame_.state.address(), frame_.control.address(),
-                                 inputs.vertex_gradient, 3 * soup_.triangles, 0});
+                                 soup_.vertex_gradient.high.address(), buffers_.state.address(),
+                                 buffers_.control.address(), inputs.vertex_gradient, 3 * soup_.triangles, 0});
   gpu_.launch({"update_mlp", {inputs.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
               UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
-                            frame_.mlp_partial.address(), frame_.state.address(), frame_.control.address(),
-                            inputs.mlp_gradient, frame_.mlp_groups, 0});
+                            buffers_.mlp_partial.address(), buffers_.state.address(), buffers_.control.address(),
+                            inputs.mlp_gradient, buffers_.mlp_groups, 0});
 }
 
 void Step::sum_textures() { update_textures(false, {}); }

@@ -67,22 +67,25 @@ struct ShadedFrom {
 class Step {
  public:
   /// Where the soup is shared, all ranks make the same calls (shared_soup.h).
-  Step(gpu::Device& gpu, SoupBuffers& soup, Frame& frame) : gpu_(gpu), soup_(soup), frame_(frame) {}
+  Step(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers) : gpu_(gpu), soup_(soup), buffers_(buffers) {}
 
-  /// What changes from step to step. slot: row of Frame::statistics. huber: Settings::huber.
+  /// What changes from step to step. slot: row of BatchBuffers::statistics. huber: Settings::huber.
   static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot,
                                   const Rates& rates, const BatchLayout& batch, double huber = 0);
 
-  /// Uploads the state of a step with the frame's batch and clears its row of Frame::statistics.
+  /// Uploads the state of a step with the frame's batch and clears its row of BatchBuffers::statistics.
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
-  void visibility(Thresholds thresholds,
-                  const StepInputs& inputs);  // project .. Frame::hits, unless SharedSoup::outcome() says otherwise
-  void shade(const StepInputs& inputs);       // .. Frame::colour
+  void visibility(
+      Thresholds thresholds,
+      const StepInputs& inputs);         // project .. BatchBuffers::hits, unless SharedSoup::outcome() says otherwise
+  void shade(const StepInputs& inputs);  // .. BatchBuffers::colour
   void shade(const StepInputs& inputs, const ShadedFrom& from);
-  void photographs(const StepInputs& inputs);  // Frame::target; exposes Frame::colour
-  void expose(const StepInputs& inputs);    // Frame::colour alone, with photographs() before; nothing without exposures
-  void loss(const StepInputs& inputs);      // .. Frame::gradient, Frame::statistics, with photographs() before
+  void photographs(const StepInputs& inputs);  // BatchBuffers::target; exposes BatchBuffers::colour
+  void expose(
+      const StepInputs& inputs);  // BatchBuffers::colour alone, with photographs() before; nothing without exposures
+  void loss(
+      const StepInputs& inputs);  // .. BatchBuffers::gradient, BatchBuffers::statistics, with photographs() before
   void backward(const StepInputs& inputs);  // .. gradients of textures, vertices, MLP
   // backward() is these four.
   void sort_pixels();  // places of each pixel's gradients
@@ -99,7 +102,7 @@ class Step {
 
  private:
   void update_textures(bool adam, const StepInputs& inputs);
-  /// Tiles that are listed and visited together (Frame::bands).
+  /// Tiles that are listed and visited together (BatchBuffers::bands).
   struct Band {
     std::uint32_t first, tiles;
   };
@@ -114,7 +117,7 @@ class Step {
   std::uint32_t groups_over(std::uint32_t blocks) const;
   gpu::Device& gpu_;
   SoupBuffers& soup_;
-  Frame& frame_;
+  BatchBuffers& buffers_;
 };
 
 }  // namespace trisoup::train

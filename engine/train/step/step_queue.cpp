@@ -6,9 +6,9 @@
 
 namespace trisoup::train {
 
-Schedule::Schedule(gpu::Device& gpu) : gpu_(gpu), cursor_(gpu.allocate(4, "cursor of the schedule")) {}
+StepQueue::StepQueue(gpu::Device& gpu) : gpu_(gpu), cursor_(gpu.allocate(4, "cursor of the schedule")) {}
 
-void Schedule::add(const kernels::StepState& state, const BatchLayout& batch) {
+void StepQueue::add(const kernels::StepState& state, const BatchLayout& batch) {
   const auto append = [this](const void* from, std::size_t bytes) {
     const std::size_t at = words_.size();
     words_.resize(at + bytes / 4);
@@ -20,20 +20,20 @@ void Schedule::add(const kernels::StepState& state, const BatchLayout& batch) {
   ++rows_;
 }
 
-void Schedule::upload() {
-  if (words_.size() * 4 > schedule_.bytes()) {
-    schedule_ = {};
-    schedule_ = gpu_.allocate(words_.size() * 4, "schedule");
+void StepQueue::upload() {
+  if (words_.size() * 4 > queue_.bytes()) {
+    queue_ = {};
+    queue_ = gpu_.allocate(words_.size() * 4, "schedule");
   }
-  gpu_.upload(schedule_.address(), words_);
+  gpu_.upload(queue_.address(), words_);
   gpu_.fill(cursor_.address(), 4, 0);
 }
 
-void Schedule::begin_step(Frame& frame) {
+void StepQueue::begin_step(BatchBuffers& buffers) {
   gpu_.launch(
       {"begin_step"}, 1,
-      kernels::BeginStepArgs{schedule_.address(), cursor_.address(), frame.state.address(), frame.views.address(),
-                             frame.statistics.address(),
+      kernels::BeginStepArgs{queue_.address(), cursor_.address(), buffers.state.address(), buffers.views.address(),
+                             buffers.statistics.address(),
                              static_cast<std::uint32_t>(sizeof(kernels::StepState) / 4) + view_words_, view_words_});
 }
 

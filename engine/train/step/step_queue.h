@@ -12,9 +12,9 @@
 namespace trisoup::train {
 
 /// Rows that shaders/begin_step.comp takes one after the other.
-class Schedule {
+class StepQueue {
  public:
-  explicit Schedule(gpu::Device& gpu);
+  explicit StepQueue(gpu::Device& gpu);
 
   void clear() { words_.clear(), rows_ = 0; }
   /// All batches between two clear() have the same number of views.
@@ -22,11 +22,11 @@ class Schedule {
   /// The device begins with the first row again.
   void upload();
   /// Launches what makes the next row the frame's state and views and clears its row of the statistics.
-  void begin_step(Frame& frame);
+  void begin_step(BatchBuffers& buffers);
 
  private:
   gpu::Device& gpu_;
-  gpu::Buffer schedule_, cursor_;
+  gpu::Buffer queue_, cursor_;
   std::vector<std::uint32_t> words_;
   std::uint32_t rows_ = 0, view_words_ = 0;
 };

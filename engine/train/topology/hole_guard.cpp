@@ -11,7 +11,7 @@ namespace {
 
 /// Pixels of `views` that show each hidden triangle and, without the hidden ones, the backdrop or nothing. flags: as
 /// count_holes.comp has them. [T]
-std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Frame& frame,
+std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                        std::span<const BatchView> views, const std::vector<std::uint32_t>& flags) {
   const gpu::Buffer flag_words = gpu.allocate(4 * flags.size(), "hidden triangles"),
                     counts = gpu.allocate(4 * flags.size(), "visible pixels");
@@ -20,15 +20,15 @@ std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Fram
   gpu::Buffer first;  // what all triangles show
   StepInputs without;
   without.hidden = flag_words.address();
-  Step step(gpu, soup, frame);
-  for_each_batch(gpu, soup, frame, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
-    const std::uint32_t pixels = frame.batch().pixels;
+  Step step(gpu, soup, buffers);
+  for_each_batch(gpu, soup, buffers, views, false, {}, views.size(), [&](std::size_t, std::size_t) {
+    const std::uint32_t pixels = buffers.batch().pixels;
     const std::uint64_t bytes = sizeof(kernels::Hit) * std::uint64_t(pixels);
     if (first.bytes() < bytes) first = {}, first = gpu.allocate(bytes, "visible fragments");
-    gpu.copy(first.address(), frame.hits.address(), bytes);
+    gpu.copy(first.address(), buffers.hits.address(), bytes);
     step.visibility(Thresholds::half, without);
     gpu.launch({"count_holes"}, (pixels + 63) / 64,
-               kernels::CountHolesArgs{first.address(), frame.hits.address(), flag_words.address(), counts.address(),
+               kernels::CountHolesArgs{first.address(), buffers.hits.address(), flag_words.address(), counts.address(),
                                        pixels, 0});
   });
   return gpu.download_vector<std::uint32_t>(counts.address(), flags.size());
@@ -36,12 +36,12 @@ std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Fram
 
 }  // namespace
 
-void add_plugs(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
-               const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept) {
+void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
+                 const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept) {
   std::vector<std::uint32_t> flags(soup.triangles, 1);
   for (const std::uint32_t t : kept) flags[t] = 0;
   for (std::uint32_t t = 0; t < soup.triangles; ++t) flags[t] |= backdrop[t] ? 2 : 0;
-  const std::vector<std::uint32_t> open = count_holes(gpu, soup, frame, views, flags);
+  const std::vector<std::uint32_t> open = count_holes(gpu, soup, buffers, views, flags);
 
   std::vector<std::uint32_t> plugs = soup::visible_at_least(open), pixels;
   for (const std::uint32_t t : plugs) pixels.push_back(open[t]);

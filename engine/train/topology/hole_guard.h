@@ -15,7 +15,7 @@ namespace trisoup::train {
 /// `kept` are the triangles that a change of topology leaves, ascending. Adds those of the others behind which `views`
 /// would show the backdrop (backdrop[t]: triangle t is of it) or nothing at all, those that hide most of it first,
 /// until there are `most`.
-void add_plugs(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
-               const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept);
+void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
+                 const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept);
 
 }  // namespace trisoup::train

@@ -41,12 +41,12 @@ class Sums {
 /// One batch after the other: what its photographs are like, and its three renderings.
 class Measurement {
  public:
-  Measurement(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background,
+  Measurement(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const glm::vec3& background,
               std::span<const BatchView> views, const Exposures* exposures)
       : gpu_(gpu),
         soup_(soup),
-        frame_(frame),
-        step_(gpu, soup, frame),
+        buffers_(buffers),
+        step_(gpu, soup, buffers),
         whole_(gpu, soup.triangles),
         finest_(gpu, soup.triangles),
         pixels_(gpu.allocate(4ull * soup.triangles, "visible pixels")),
@@ -63,15 +63,15 @@ class Measurement {
 
   /// `frame` holds the batch as it is, with colours.
   void measure_batch() {
-    const BatchLayout& batch = frame_.batch();
-    frame_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
+    const BatchLayout& batch = buffers_.batch();
+    buffers_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
     step_.photographs(inputs_);
     measure_contrast();
-    gpu_.copy(first(), frame_.hits.address(), sizeof(kernels::Hit) * std::uint64_t(batch.pixels));
+    gpu_.copy(first(), buffers_.hits.address(), sizeof(kernels::Hit) * std::uint64_t(batch.pixels));
     add_errors(true, whole_);
     render(Layer::behind);
     add_errors(false, whole_);
-    pairs_.add(first(), frame_.hits.address(), batch.pixels);
+    pairs_.add(first(), buffers_.hits.address(), batch.pixels);
     render(Layer::coarser);
     add_errors(false, finest_);
   }
@@ -91,10 +91,10 @@ class Measurement {
   const StepInputs& inputs() const { return inputs_; }
 
  private:
-  // Frame buffers that only training steps use hold the first rendering.
-  gpu::Address first() const { return frame_.gradient.address(); }  // Hit
-  gpu::Address flatness() const { return frame_.partial.address(); }
-  gpu::Address errors() const { return frame_.partial.address() + 4ull * frame_.batch().pixels; }
+  // BatchBuffers buffers that only training steps use hold the first rendering.
+  gpu::Address first() const { return buffers_.gradient.address(); }  // Hit
+  gpu::Address flatness() const { return buffers_.partial.address(); }
+  gpu::Address errors() const { return buffers_.partial.address() + 4ull * buffers_.batch().pixels; }
 
   void render(Layer layer) {
     StepInputs inputs = inputs_;
@@ -106,26 +106,26 @@ class Measurement {
     step_.expose(inputs);
   }
   void measure_contrast() {
-    const BatchLayout& batch = frame_.batch();
+    const BatchLayout& batch = buffers_.batch();
     if (contrast_.bytes() < 16ull * batch.views)
       contrast_ = gpu_.allocate(16ull * batch.views, "contrast of photographs");
     gpu_.upload(contrast_.address(), std::vector<glm::uvec4>(batch.views, {kFixedZero, 0, 0, 0}));
     gpu_.launch({"contrast"}, batch.blocks,
-                kernels::ContrastArgs{frame_.views.address(), frame_.target.address(), flatness(), contrast_.address(),
-                                      batch.views, batch.blocks});
+                kernels::ContrastArgs{buffers_.views.address(), buffers_.target.address(), flatness(),
+                                      contrast_.address(), batch.views, batch.blocks});
   }
   void add_errors(bool first_rendering, const Sums& to) {
-    const BatchLayout& batch = frame_.batch();
+    const BatchLayout& batch = buffers_.batch();
     gpu_.launch(
         {"importance", {first_rendering}}, batch.blocks,
-        kernels::ImportanceArgs{frame_.views.address(), first(), frame_.colour.address(), frame_.target.address(),
+        kernels::ImportanceArgs{buffers_.views.address(), first(), buffers_.colour.address(), buffers_.target.address(),
                                 flatness(), contrast_.address(), errors(), to.low(), to.high(), pixels_.address(),
                                 batch.views, batch.blocks, soup_.triangles, static_cast<float>(unit_)});
   }
 
   gpu::Device& gpu_;
   SoupBuffers& soup_;
-  Frame& frame_;
+  BatchBuffers& buffers_;
   Step step_;
   StepInputs inputs_;
   Sums whole_, finest_;
@@ -165,10 +165,10 @@ void PairSet::add(gpu::Address first, gpu::Address behind, std::uint32_t pixels)
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
 }
 
-Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background,
+Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const glm::vec3& background,
                               std::span<const BatchView> views, const Exposures* exposures, std::size_t most) {
-  Measurement measurement(gpu, soup, frame, background, views, exposures);
-  for_each_batch(gpu, soup, frame, views, true, measurement.inputs(), most,
+  Measurement measurement(gpu, soup, buffers, background, views, exposures);
+  for_each_batch(gpu, soup, buffers, views, true, measurement.inputs(), most,
                  [&](std::size_t, std::size_t) { measurement.measure_batch(); });
   return measurement.result();
 }

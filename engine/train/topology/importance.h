@@ -53,7 +53,7 @@ class PairSet {
 
 /// views: those to measure, at their own size, with their photographs on the device. exposures: of the photographs;
 /// null for none. most: views in a batch. The soup is not changed.
-Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const glm::vec3& background,
+Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const glm::vec3& background,
                               std::span<const BatchView> views, const Exposures* exposures, std::size_t most);
 
 }  // namespace trisoup::train

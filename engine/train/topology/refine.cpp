@@ -5,16 +5,16 @@
 #include <numeric>
 
 #include "args/inherit_textures.h"
-#include "args/lift_textures.h"
 #include "args/paint_textures.h"
+#include "args/upsample_textures.h"
 #include "soup/random.h"
 #include "soup/subdivision.h"
 #include "soup/texture_table.h"
+#include "train/config/schedule.h"
 #include "train/start/painting.h"
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/step.h"
-#include "train/config/schedule.h"
 #include "train/topology/hole_guard.h"
 
 namespace trisoup::train {
@@ -35,9 +35,9 @@ std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& so
 }
 
 /// The splits of the real recipe: random views, edges measured on their screens.
-soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views,
-                                 const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
-                                 std::uint32_t most_triangles) {
+soup::Subdivision split_on_screens(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+                                   const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
+                                   std::uint32_t most_triangles) {
   const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
   if (room == 0) return soup::bisect_longest(vertices, 0);  // as it is
   constexpr std::uint64_t kStream = 0x73706c69740000;       // "split"
@@ -55,7 +55,7 @@ soup::Resampled split_on_screens(gpu::Device& gpu, SoupBuffers& soup, Frame& fra
     chosen.push_back(views.half[order[i]]);
     screens.push_back({glm::mat4(view.clip_from_world), static_cast<int>(view.width), static_cast<int>(view.height)});
   }
-  auto visible = visible_in_each(gpu, soup, frame, chosen);
+  auto visible = visible_in_each(gpu, soup, buffers, chosen);
   // The backdrop is large in every picture, and shows next to nothing.
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
   for (auto& row : visible)
@@ -84,7 +84,7 @@ double share_of_parent(const soup::Corners& c) {
 }
 
 /// Pixels that the triangles of a change cover where they are seen largest, from those of their parents.
-std::vector<double> areas_of(const soup::Resampled& change, std::span<const double> parents) {
+std::vector<double> areas_of(const soup::Subdivision& change, std::span<const double> parents) {
   std::vector<double> areas;
   areas.reserve(change.triangles());
   for (std::size_t t = 0; t < change.triangles(); ++t)
@@ -106,7 +106,7 @@ soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings
 }
 
 /// The levels of the triangles of `change`. areas: of those triangles; empty: they have their parents'.
-std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::Resampled& change,
+std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::Subdivision& change,
                                            std::span<const double> areas, const Settings& settings) {
   std::vector<soup::TextureLevels> levels;
   for (const std::uint32_t parent : change.face_map) {
@@ -119,10 +119,11 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
 /// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this
 /// rank's. What a change does not read, opacities and lattices, and the moments unless they are kept, goes before it,
 /// so that it needs no more memory than the soup before and after.
-class Heirs {
+class TextureTransfer {
  public:
   /// parents: for each triangle of the new soup. `soup` must outlive it.
-  Heirs(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents)
+  TextureTransfer(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table,
+                  std::span<const std::uint32_t> parents)
       : gpu_(gpu), soup_(soup), table_(table), own_(all_of(table.entries)) {
     gpu.wait();
     for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high})
@@ -132,10 +133,10 @@ class Heirs {
     if (soup.shared) {
       const std::vector<TriangleRange> ranges = divided(table.entries, soup.shared->size());
       own_ = ranges[static_cast<std::size_t>(soup.shared->rank())];
-      brought_ = soup.shared->parents_of(parents, ranges);
-      numbers = brought_.numbers;
-      old_rows_ = gpu.allocate(brought_.rows.size() * sizeof(kernels::Texture), "texture table");
-      gpu.upload(old_rows_.address(), brought_.rows);
+      fetched_ = soup.shared->parents_of(parents, ranges);
+      numbers = fetched_.numbers;
+      old_rows_ = gpu.allocate(fetched_.rows.size() * sizeof(kernels::Texture), "texture table");
+      gpu.upload(old_rows_.address(), fetched_.rows);
     }
     parents_ = gpu.allocate(numbers.size() * 4, "parents of triangles");
     gpu.upload(parents_.address(), std::as_bytes(numbers));
@@ -152,7 +153,7 @@ class Heirs {
   template <typename Launch>
   gpu::Buffer take(gpu::Buffer& pool, Launch&& launch) const {
     const gpu::Buffer from =
-        soup_.shared ? soup_.shared->bring(brought_, std::move(pool)) : gpu::Buffer(std::move(pool));
+        soup_.shared ? soup_.shared->fetch(fetched_, std::move(pool)) : gpu::Buffer(std::move(pool));
     const auto at = [&](std::uint32_t t) {
       return t < table_.entries.size() ? table_.entries[t].source_offset : table_.source_samples;
     };
@@ -167,16 +168,16 @@ class Heirs {
   const SoupBuffers& soup_;
   const soup::TextureTable& table_;
   TriangleRange own_;
-  SharedSoup::Parents brought_;
+  SharedSoup::Parents fetched_;
   gpu::Buffer old_rows_, parents_, rows_;
 };
 
 /// Replaces the soup by `change` of it, with textures of `levels`.
-void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resampled& change,
+void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const soup::Subdivision& change,
            std::span<const soup::TextureLevels> levels, const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
-  const Heirs heirs(gpu, soup, table, change.face_map);
-  const TriangleRange own = heirs.own();
+  const TextureTransfer transfer(gpu, soup, table, change.face_map);
+  const TriangleRange own = transfer.own();
   gpu::Buffer corners;
   if (!settings.published) {
     std::vector<glm::vec2> barycentrics;
@@ -186,22 +187,22 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const soup::Resamp
     gpu.upload(corners.address(), barycentrics);
   }
   Textures textures;
-  textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
+  textures.source = transfer.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"inherit_textures"}, own.count(),
-               kernels::InheritTexturesArgs{heirs.parents(), settings.published ? gpu::Address{0} : corners.address(),
-                                            heirs.old_rows(), heirs.rows(), from, to, own.count(),
-                                            settings.published ? INHERIT_COPY : 0u});
+               kernels::InheritTexturesArgs{
+                   transfer.parents(), settings.published ? gpu::Address{0} : corners.address(), transfer.old_rows(),
+                   transfer.rows(), from, to, own.count(), settings.published ? INHERIT_COPY : 0u});
   });
   replace(gpu, soup, change.vertices, table, std::move(textures));
-  Step(gpu, soup, frame).sum_textures();
+  Step(gpu, soup, buffers).sum_textures();
 }
 
 /// Textures of level_min..level_max, or as much of it as `views` show.
-soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
-                               const Settings& settings) {
+soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
+                               std::span<const BatchView> views, const Settings& settings) {
   std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
   if (settings.samples_per_pixel > 0) {
-    const Seen seen = measure_visible(gpu, soup, frame, views);
+    const Seen seen = measure_visible(gpu, soup, buffers, views);
     for (std::uint32_t t = 0; t < soup.triangles; ++t)
       levels[t] = soup::as_fine_as(settings.samples_per_pixel * seen.area[t], levels[t]);
   }
@@ -217,7 +218,8 @@ struct Kept {
 /// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
 std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings,
                                         std::size_t views) {
-  const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
+  const auto least =
+      static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
   std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
   if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
   std::vector<std::uint32_t> pixels, kept;
@@ -231,9 +233,9 @@ std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool
   return kept;
 }
 
-Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
+Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
              const std::vector<bool>& backdrop, const Settings& settings) {
-  Seen seen = measure_visible(gpu, soup, frame, views);
+  Seen seen = measure_visible(gpu, soup, buffers, views);
   const auto total = [&] { return std::accumulate(seen.pixels.begin(), seen.pixels.end(), std::uint64_t{0}); };
   const auto areas = [&] { return std::vector<double>(seen.area.begin(), seen.area.end()); };
   const std::uint64_t pixels = total();
@@ -243,8 +245,8 @@ Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const 
             pixels, areas()};
   // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
-  seen = measure_visible(gpu, soup, frame, views);
-  Step(gpu, soup, frame).sum_textures();
+  seen = measure_visible(gpu, soup, buffers, views);
+  Step(gpu, soup, buffers).sum_textures();
   if (total() == 0) return {};
   return {soup::most_visible(seen.pixels, settings.triangles), total(), areas()};
 }
@@ -262,42 +264,42 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
   return backdrop;
 }
 
-Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views,
-                    const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
+RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+                     const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
   // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand
   // at 0.5 now.
-  const std::uint64_t lifted = coarse_end(settings);
-  const bool fit_levels = settings.samples_per_pixel > 0 && (step > lifted || lifted == 0);
+  const std::uint64_t coarse = coarse_end(settings);
+  const bool fit_levels = settings.samples_per_pixel > 0 && (step > coarse || coarse == 0);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
-  Kept kept = to_keep(gpu, soup, frame, views.half, backdrop, settings);
-  if (kept.triangles.empty()) return Resampling::nothing_seen;
+  Kept kept = to_keep(gpu, soup, buffers, views.half, backdrop, settings);
+  if (kept.triangles.empty()) return RefineOutcome::nothing_seen;
   // A start that does not cover the scene has nothing to keep shut, and strays where nothing is behind them.
   if (settings.backdrop > 0 && settings.recipe == Recipe::real &&
       kept.triangles.size() < std::min(soup.triangles, settings.triangles))
-    add_plugs(gpu, soup, frame, views.half, backdrop, settings.triangles, kept.triangles);
-  soup::Resampled change = soup::keep(vertices, kept.triangles);
-  const auto areas = [&](const soup::Resampled& c, std::span<const double> parents) {
+    guard_holes(gpu, soup, buffers, views.half, backdrop, settings.triangles, kept.triangles);
+  soup::Subdivision change = soup::keep(vertices, kept.triangles);
+  const auto areas = [&](const soup::Subdivision& c, std::span<const double> parents) {
     return fit_levels ? areas_of(c, parents) : std::vector<double>{};
   };
   if (settings.recipe == Recipe::synthetic) {
     const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
     change = soup::compose(
         change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
-    apply(gpu, soup, frame, change, levels_of(soup, change, areas(change, kept.areas), settings), settings);
-    return worth_showing < settings.triangles ? Resampling::out_of_pixels : Resampling::done;
+    apply(gpu, soup, buffers, change, levels_of(soup, change, areas(change, kept.areas), settings), settings);
+    return worth_showing < settings.triangles ? RefineOutcome::out_of_pixels : RefineOutcome::done;
   }
   const std::vector<double> kept_areas = areas(change, kept.areas);
   const bool last = is_last_refinement(settings, step);
   const bool fills_budget = starts_from_surface(settings);
   const bool splits = !last || fills_budget;
   // Where splits follow, only they say what is needed.
-  apply(gpu, soup, frame, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings),
+  apply(gpu, soup, buffers, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings),
         settings);
-  if (!splits) return Resampling::done;
+  if (!splits) return RefineOutcome::done;
   // What edges ask for is not asked for by the last change, after which nothing is dropped any more.
-  soup::Resampled split =
-      split_on_screens(gpu, soup, frame, views, settings, step, change.vertices, last ? 0 : most_triangles);
+  soup::Subdivision split =
+      split_on_screens(gpu, soup, buffers, views, settings, step, change.vertices, last ? 0 : most_triangles);
   if (fills_budget && split.triangles() < settings.triangles) {
     std::vector<double> sizes = areas_of(split, areas_of(change, kept.areas));
     const std::vector<bool> backdrop = find_backdrop(split.vertices, settings);
@@ -305,52 +307,53 @@ Resampling resample(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Res
       if (backdrop[t]) sizes[t] = 0;
     split = soup::compose(split, soup::bisect_largest(split.vertices, sizes, kPixelsPerTriangle, settings.triangles));
   }
-  apply(gpu, soup, frame, split, levels_of(soup, split, areas(split, kept_areas), settings), settings);
-  return Resampling::done;
+  apply(gpu, soup, buffers, split, levels_of(soup, split, areas(split, kept_areas), settings), settings);
+  return RefineOutcome::done;
 }
 
-void shrink(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const Shrunk& shrunk, const Settings& settings) {
-  apply(gpu, soup, frame, soup::keep(download_vertices(gpu, soup), shrunk.kept), shrunk.levels, settings);
+void prune(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Pruned& pruned, const Settings& settings) {
+  apply(gpu, soup, buffers, soup::keep(download_vertices(gpu, soup), pruned.kept), pruned.levels, settings);
 }
 
-void lift(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, std::span<const BatchView> views,
-          const Settings& settings) {
-  const soup::TextureTable table = shown_table(gpu, soup, frame, views, settings);
+void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
+                     const Settings& settings) {
+  const soup::TextureTable table = shown_table(gpu, soup, buffers, views, settings);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
-  const Heirs heirs(gpu, soup, table, same);
+  const TextureTransfer transfer(gpu, soup, table, same);
   Textures textures;
-  textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
-    gpu.launch({"lift_textures"}, heirs.own().count(),
-               kernels::LiftTexturesArgs{heirs.old_rows(), heirs.rows(), from, to, heirs.own().count(),
-                                         starts_from_surface(settings) || settings.opaque});
+  textures.source = transfer.take(soup.source, [&](gpu::Address from, gpu::Address to) {
+    gpu.launch({"upsample_textures"}, transfer.own().count(),
+               kernels::UpsampleTexturesArgs{transfer.old_rows(), transfer.rows(), from, to, transfer.own().count(),
+                                             starts_from_surface(settings) || settings.opaque});
   });
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
-  Step(gpu, soup, frame).sum_textures();
+  Step(gpu, soup, buffers).sum_textures();
 }
 
-void paint(gpu::Device& gpu, SoupBuffers& soup, Frame& frame, const ResampleViews& views, const Settings& settings) {
+void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+           const Settings& settings) {
   // Opacities that a start may have are below what is looked at.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
-  const soup::TextureTable table = shown_table(gpu, soup, frame, views.half, settings);
+  const soup::TextureTable table = shown_table(gpu, soup, buffers, views.half, settings);
   const TriangleRange own =
       soup.shared ? divided(table.entries, soup.shared->size())[static_cast<std::size_t>(soup.shared->rank())]
                   : all_of(table.entries);
-  FixedSums colours = sum_photographs(gpu, soup, frame, views.full, table.entries, own);
+  FixedSums colours = sum_photographs(gpu, soup, buffers, views.full, table.entries, own);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
-  const Heirs heirs(gpu, soup, table, same);
+  const TextureTransfer transfer(gpu, soup, table, same);
   Textures textures;
-  textures.source = heirs.take(soup.source, [&](gpu::Address from, gpu::Address to) {
+  textures.source = transfer.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"paint_textures"}, own.count(),
-               kernels::PaintTexturesArgs{heirs.parents(), heirs.old_rows(), heirs.rows(), from, to,
+               kernels::PaintTexturesArgs{transfer.parents(), transfer.old_rows(), transfer.rows(), from, to,
                                           colours.low.address(), colours.high.address(), own.count(), 0});
   });
   colours = {};  // the new soup may need its room
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
-  Step(gpu, soup, frame).sum_textures();
+  Step(gpu, soup, buffers).sum_textures();
 }
 
 }  // namespace trisoup::train

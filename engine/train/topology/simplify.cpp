@@ -146,7 +146,7 @@ class Removals {
   void keep_stand_ins(const Importance& importance) { behind_ = importance.behind, stands_in_.resize(table_.size()); }
   /// Takes one after the other as long as `pays` says so, but for the last triangle.
   template <typename Pays>
-  Shrunk take(Pays&& pays) {
+  Pruned take(Pays&& pays) {
     std::stable_sort(all_.begin(), all_.end(), [](const Removal& a, const Removal& b) { return a.each() < b.each(); });
     for (const Removal& r : all_) {
       if (r.whole && (left_ == 1 || is_leant_on(r.triangle))) continue;
@@ -156,14 +156,14 @@ class Removals {
       else
         coarser_[r.triangle] = true;
     }
-    Shrunk shrunk;
+    Pruned pruned;
     for (std::uint32_t t = 0; t < table_.size(); ++t) {
       if (goes_[t]) continue;
       const std::uint32_t finest = table_[t].level_max - (coarser_[t] ? 1 : 0);
-      shrunk.kept.push_back(t);
-      shrunk.levels.push_back({std::min(table_[t].level_min, finest), finest});
+      pruned.kept.push_back(t);
+      pruned.levels.push_back({std::min(table_[t].level_min, finest), finest});
     }
-    return shrunk;
+    return pruned;
   }
 
  private:
@@ -198,8 +198,8 @@ double samples_of(std::span<const soup::TextureEntry> table) {
 
 }  // namespace
 
-Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
-                    const std::vector<bool>& backdrop, double knee) {
+Pruned pruned_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
+                      const std::vector<bool>& backdrop, double knee) {
   Removals removals(table);
   removals.keep_stand_ins(importance);
   for (std::uint32_t t = 0; t < table.size(); ++t)
@@ -215,7 +215,7 @@ Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureE
   });
 }
 
-Shrunk least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
+Pruned least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
                                const std::vector<bool>& backdrop, const Shares& shares) {
   const bool triangles = shares.triangles < 1;
   Removals removals(table);
@@ -234,9 +234,9 @@ Shrunk least_important_removed(const Importance& importance, std::span<const sou
   });
 }
 
-bool takes_away(const Shrunk& shrunk, std::span<const soup::TextureEntry> table) {
-  return shrunk.kept.size() < table.size() ||
-         !std::equal(table.begin(), table.end(), shrunk.levels.begin(),
+bool takes_away(const Pruned& pruned, std::span<const soup::TextureEntry> table) {
+  return pruned.kept.size() < table.size() ||
+         !std::equal(table.begin(), table.end(), pruned.levels.begin(),
                      [](const auto& row, const auto& level) { return row.level_max == level.level_max; });
 }
 

@@ -25,18 +25,18 @@ struct Shares {
 };
 /// The soup without what is worth least for the bytes that it takes: of each triangle at most the whole or its finest
 /// level goes, the backdrop's triangles stay. At least one triangle is kept. backdrop: [T].
-Shrunk least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
+Pruned least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
                                const std::vector<bool>& backdrop, const Shares& shares);
 
 /// Whether a triangle, or a level of one, goes.
-bool takes_away(const Shrunk& shrunk, std::span<const soup::TextureEntry> table);
+bool takes_away(const Pruned& pruned, std::span<const soup::TextureEntry> table);
 
 /// The soup at its knee: without what brings less than `knee` dB for twice the samples, by the squared errors of
 /// `importance` and before anything is trained on. Otherwise as above; what no view of `importance` shows stays, and so
 /// does what stands in for a triangle that goes: of several layers of one colour each looks as if it could go, but not
 /// all of them can.
-Shrunk down_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
-                    const std::vector<bool>& backdrop, double knee);
+Pruned pruned_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
+                      const std::vector<bool>& backdrop, double knee);
 
 /// A model as it would be saved, on the validation views.
 struct Round {

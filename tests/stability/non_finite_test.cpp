@@ -1,5 +1,5 @@
-// Stability of the optimiser with non-finite parameters (shaders/common/faults.h, engine/train/step/non_finite.h): they
-// are reported with their position, do not spread, are reset, and training continues.
+// Stability of the optimiser with non-finite parameters (shaders/common/non_finite.h, engine/train/step/non_finite.h):
+// they are reported with their position, do not spread, are reset, and training continues.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -8,14 +8,14 @@
 
 #include "format/safetensors.h"
 #include "gpu/small_scene.h"
+#include "recipe_settings.h"
 #include "run/trainer.h"
 #include "temporary_folder.h"
-#include "recipe_settings.h"
 #include "train/step/non_finite.h"
 
 using namespace trisoup;
 using test::SmallScene;
-using train::ParameterFault;
+using train::NonFinite;
 
 namespace {
 
@@ -32,7 +32,7 @@ bool all_finite(const std::vector<float>& values) {
 
 double loss(SmallScene& s, std::uint32_t slot) {
   const auto row = s.gpu.download_vector<kernels::Statistics>(
-      s.frame.statistics.address() + slot * sizeof(kernels::Statistics), 1)[0];
+      s.buffers.statistics.address() + slot * sizeof(kernels::Statistics), 1)[0];
   return train::fixed_sum(row.l1_low, row.l1_high);
 }
 
@@ -41,10 +41,10 @@ struct Twins {
   explicit Twins(gpu::Device& gpu)
       : injured(gpu, kTriangles, kMixed, views()), healthy(gpu, kTriangles, kMixed, views()) {
     for (SmallScene* s : {&injured, &healthy}) {
-      s->frame.reserve_lists(1 << 16);
+      s->buffers.reserve_lists(1 << 16);
       s->inputs.opacity_baseline = true;
       s->inputs.background = glm::vec3(0.3f);
-      gpu.upload(s->target.address(), std::vector<float>(3ull * s->frame.batch().pixels, 0.3f));
+      gpu.upload(s->target.address(), std::vector<float>(3ull * s->buffers.batch().pixels, 0.3f));
     }
     step(5);
   }
@@ -61,8 +61,8 @@ struct Twins {
       if (std::memcmp(&a[i], &b[i], 4) != 0) out.push_back(i);
     return out;
   }
-  std::vector<ParameterFault> faults() { return train::take_faults(injured.gpu, injured.soup, injured.frame); }
-  ParameterFault only_fault() {
+  std::vector<NonFinite> faults() { return train::take_non_finite(injured.gpu, injured.soup, injured.buffers); }
+  NonFinite only_fault() {
     const auto found = faults();
     REQUIRE(found.size() == 1);
     return found[0];
@@ -76,7 +76,7 @@ struct Twins {
     CAPTURE(before, after);
     CHECK(after > 0);
     CHECK(after < 0.8 * before);
-    CHECK(train::take_faults(healthy.gpu, healthy.soup, healthy.frame).empty());
+    CHECK(train::take_non_finite(healthy.gpu, healthy.soup, healthy.buffers).empty());
     test::require_silence(injured.gpu);
   }
 
@@ -107,10 +107,11 @@ TEST_CASE("a non-finite vertex removes its triangle from the picture and nothing
   gpu->upload(t.healthy.soup.vertex_moment1.address() + 36 * kTriangle, none);
   gpu->upload(t.healthy.soup.vertex_moment2.address() + 12 * kTriangle, std::vector<float>(3, 0.0f));
   t.step(3);
-  const auto hits = gpu->download_vector<kernels::Hit>(t.injured.frame.hits.address(), t.injured.frame.batch().pixels);
+  const auto hits =
+      gpu->download_vector<kernels::Hit>(t.injured.buffers.hits.address(), t.injured.buffers.batch().pixels);
   CHECK(std::none_of(hits.begin(), hits.end(), [](const kernels::Hit& h) { return h.triangle == kTriangle + 1; }));
-  const ParameterFault found = t.only_fault();
-  CHECK(found.kind == ParameterFault::Kind::vertex);
+  const NonFinite found = t.only_fault();
+  CHECK(found.kind == NonFinite::Kind::vertex);
   CHECK(found.step == 6);
   CHECK(found.triangle == kTriangle);
   CHECK(found.place == kVertex);
@@ -133,8 +134,8 @@ TEST_CASE("a non-finite texel is reset before it is rendered", "[faults]") {
   const std::uint64_t index = 8ull * (t.injured.soup.table[kTriangle].source_offset + kSample) + kChannel;
   put(*gpu, t.injured.soup.source, index, bad);
   t.step(1);
-  const ParameterFault found = t.only_fault();
-  CHECK(found.kind == ParameterFault::Kind::texel);
+  const NonFinite found = t.only_fault();
+  CHECK(found.kind == NonFinite::Kind::texel);
   CHECK(found.step == 6);
   CHECK(found.triangle == kTriangle);
   CHECK(found.place == kSample);
@@ -160,8 +161,8 @@ TEST_CASE("a non-finite weight delays the others by one step", "[faults]") {
   const auto before = gpu->download_vector<float>(t.injured.soup.mlp.address(), 595);
   put(*gpu, t.injured.soup.mlp, index, bad);
   t.step(1);
-  const ParameterFault found = t.only_fault();
-  CHECK(found.kind == ParameterFault::Kind::weight);
+  const NonFinite found = t.only_fault();
+  CHECK(found.kind == NonFinite::Kind::weight);
   CHECK(found.step == 6);
   CHECK(found.place == index);
   CHECK(found.count == 1);
@@ -174,7 +175,7 @@ TEST_CASE("a non-finite weight delays the others by one step", "[faults]") {
   // The next step's picture is not affected.
   t.step(1);
   const auto colour =
-      gpu->download_vector<float>(t.injured.frame.colour.address(), 3ull * t.injured.frame.batch().pixels);
+      gpu->download_vector<float>(t.injured.buffers.colour.address(), 3ull * t.injured.buffers.batch().pixels);
   CHECK(all_finite(colour));
   t.check_goes_on();
 }
@@ -269,14 +270,14 @@ TEST_CASE("a checkpoint with non-finite values is reported, and its training con
     writer.write(path);
   }
   train::Trainer trainer(*gpu, scene, settings, path);
-  std::vector<ParameterFault> faults;
+  std::vector<NonFinite> faults;
   std::vector<double> losses;
   train::Trainer::Callbacks callbacks;
-  callbacks.on_fault = [&](const ParameterFault& fault) { faults.push_back(fault); };
+  callbacks.on_non_finite = [&](const NonFinite& fault) { faults.push_back(fault); };
   callbacks.on_progress = [&](const train::Progress& p) { losses.push_back(p.l1); };
   trainer.run(callbacks);
   REQUIRE(faults.size() == 3);
-  for (const ParameterFault& fault : faults) {
+  for (const NonFinite& fault : faults) {
     CHECK(fault.step == 11);
     CHECK(fault.count == 1);
   }

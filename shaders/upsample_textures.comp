@@ -1,10 +1,10 @@
 // Coarse to fine (DiffSoup, section 5): the coarsest new level starts with the old texture sampled at its points, finer
 // levels start at zero. One workgroup per triangle.
 #include "common/kernel.h"
-#include "args/lift_textures.h"
+#include "args/upsample_textures.h"
 #include "common/lattice.h"
 
-KERNEL(64, LiftTexturesArgs) {
+KERNEL(64, UpsampleTexturesArgs) {
   const uint triangle = group_index();
   if (triangle >= a.triangles) return;
   const Texture old_row = a.old_textures.v[triangle], new_row = a.new_textures.v[triangle];

@@ -1,4 +1,4 @@
-// Arguments of lift_textures.comp.
+// Arguments of upsample_textures.comp.
 #ifndef TRISOUP_ARGS_LIFT_TEXTURES_H
 #define TRISOUP_ARGS_LIFT_TEXTURES_H
 #include "args/types.h"
@@ -7,7 +7,7 @@ namespace KERNEL_TYPES {
 #endif
 
 /// Coarse to fine: a new level starts with the old texture sampled at its points.
-struct LiftTexturesArgs {
+struct UpsampleTexturesArgs {
   POINTER(Textures) old_textures;
   POINTER(Textures) new_textures;
   POINTER(Floats) old_source;
