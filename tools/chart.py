@@ -562,7 +562,7 @@ def quality_over_rate(rows: list[Row]) -> Figure | None:
                           marker=marker[end], ms=3.2, mew=0.7, mfc=fill[steps])
                 labels.append(Label(*points[-1], f"{describe(budget, steps)}, to {100 * end:g} %", shade[end]))
         logarithmic(axes)
-        axes.set_xlabel("way of a vertex: sum of its rates [normalised units]")
+        axes.set_xlabel("sum of vertex learning rates [normalised units]")
         axes.set_ylabel(QUALITIES["psnr"])
         axes.set_title(escaped(scene), loc="left")
         label_at_right(axes, labels)
