@@ -1,19 +1,23 @@
 #!/usr/bin/env python3
-"""Draws the charts of docs/benchmarks.md from what `soup-bench run` has measured, as SVG and PNG.
+"""Draws the charts of docs/benchmarks.md from the CSV file that `soup-bench run` writes, as SVG and PNG.
 
-Needs matplotlib (Debian: python3-matplotlib). Everything comes from the CSV file; a chart whose measurements are not in it is left out.
+Needs matplotlib (Debian: python3-matplotlib). A chart whose measurements are not in the file is left out.
 """
 
+from __future__ import annotations
+
 import argparse
-import collections
 import csv
 import json
 import math
 import os
-import pathlib
 import re
 import statistics
 import sys
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Callable, Iterable, NamedTuple, NoReturn, Sequence
 
 try:
     import matplotlib
@@ -21,486 +25,795 @@ except ImportError:
     sys.exit("chart.py: matplotlib is missing; install python3-matplotlib")
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-# Dark to light (luminance 0, 72, 113, 145, 178 of 255), so that the order survives a black and white printer; markers and line styles say the same again.
+# Dark to light (luminance 0, 72, 113, 145, 178 of 255), so that the order survives a black and white printer. Markers
+# and line styles repeat the distinction.
 SHADES = ["#000000", "#1f4e96", "#c2571f", "#58b184", "#bea5d6"]
 MARKERS = ["o", "s", "^", "D", "v"]
 LINES = [":", "--", "-", "-."]
 HATCHES = ["", "////", "....", "\\\\\\\\", "xxxx", "----", "oo", "||||", "++"]
-ABLATIONS = ["full", "nothing painted", "vertices never rest", "errors pull alike", "one exposure", "no backdrop", "pixels at their centres",
-             "no coarse to fine", "opaque", "finest level only", "points for a start", "random start", "as published"]
+GREY = "#777777"
+# Names of the options that are ablations, in the order of the chart.
+ABLATIONS = [
+    "full", "nothing painted", "vertices never rest", "errors pull alike", "one exposure", "no backdrop",
+    "pixels at their centres", "no coarse to fine", "opaque", "finest level only", "points for a start",
+    "random start", "as published"]
+QUALITIES = {"psnr": "PSNR [dB]", "ssim": "SSIM"}
+MIN_SHARE = 0.03  # of a step; kernels below it are drawn together as "others"
 
 plt.rcParams.update({
     "font.size": 8, "axes.labelsize": 8, "axes.titlesize": 8, "xtick.labelsize": 7, "ytick.labelsize": 7,
-    "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.6, "lines.linewidth": 1.0, "lines.markersize": 3.5,
-    "axes.grid": True, "grid.linewidth": 0.3, "grid.color": "#cccccc", "axes.axisbelow": True, "hatch.linewidth": 0.4,
-    "figure.dpi": 100, "savefig.dpi": 200, "svg.fonttype": "none", "svg.hashsalt": "trisoup", "font.family": "DejaVu Sans"})
+    "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.6, "lines.linewidth": 1.0,
+    "lines.markersize": 3.5, "axes.grid": True, "grid.linewidth": 0.3, "grid.color": "#cccccc",
+    "axes.axisbelow": True, "hatch.linewidth": 0.4, "figure.dpi": 100, "savefig.dpi": 200, "svg.fonttype": "none",
+    "svg.hashsalt": "trisoup", "font.family": "DejaVu Sans"})
 
-NUMBERS = ["resolution", "budget", "steps", "seed", "step", "seconds", "cpu_seconds", "triangles", "psnr", "ssim", "mae", "bytes", "frame_ms",
-           "views", "size", "kernel_ms"]
-TEXTS = ["record", "scene", "options", "command", "kernel", "frame_size", "frame_device", "device", "driver", "date", "revision", "settings"]
+NUMBERS = [
+    "resolution", "budget", "steps", "seed", "step", "seconds", "cpu_seconds", "triangles", "psnr", "ssim", "mae",
+    "bytes", "frame_ms", "views", "size", "kernel_ms"]
+TEXTS = [
+    "record", "scene", "options", "command", "kernel", "frame_size", "frame_device", "device", "driver", "date",
+    "revision", "settings"]
+# Numbers that a record of each kind must have. Quality may be missing: a dataset need not have test views.
+NEEDED = {
+    "evaluation": ["budget", "steps", "seed", "step", "seconds", "cpu_seconds"],
+    "model": ["budget", "steps", "seed", "triangles", "bytes"],
+    "frame": ["frame_ms"],
+    "step": ["triangles", "views", "size", "kernel_ms"],
+    "kernel": ["kernel_ms"]}
+
+# Settings that had other names in older files.
+RENAMED_SETTINGS = {"rate_vertex": "lr_vertex", "rate_end": "lr_end", "rate_vertex_end": "lr_vertex_end"}
 
 
-# Settings that results of earlier versions have under other names.
-EARLIER_NAMES = {"rate_texture": "lr_texture", "rate_mlp": "lr_mlp", "rate_vertex": "lr_vertex", "rate_end": "lr_end", "rate_vertex_end": "lr_vertex_end",
-                 "resample_every": "refine_every", "resample_until": "refine_until"}
-REST_SHARE = 0.2  # last share of a training from a surface, in which the vertex rate also falls to zero
+@dataclass(frozen=True)
+class Row:
+    """A record of the CSV file. Numbers that are empty there are NaN; NEEDED says which are not."""
 
-# What a row of a record cannot be drawn without. Quality may be missing: a dataset need not have test views.
-NEEDED = {"evaluation": ["budget", "steps", "seed", "step", "seconds", "cpu_seconds"], "model": ["budget", "steps", "seed", "triangles", "bytes"],
-          "frame": ["frame_ms"], "step": ["triangles", "views", "size", "kernel_ms"], "kernel": ["kernel_ms"]}
+    record: str
+    scene: str
+    options: str
+    command: str
+    kernel: str
+    frame_size: str
+    revision: str
+    resolution: float
+    budget: float
+    steps: float
+    seed: float
+    step: float
+    seconds: float
+    cpu_seconds: float
+    triangles: float
+    psnr: float
+    ssim: float
+    bytes: float
+    frame_ms: float
+    views: float
+    size: float
+    kernel_ms: float
+    settings: dict[str, Any] = field(compare=False, hash=False)
+
+    def number(self, column: str) -> float:
+        return getattr(self, column)
+
+    def has(self, *columns: str) -> bool:
+        """Whether numbers are not empty."""
+        return not any(math.isnan(self.number(column)) for column in columns)
+
+    @property
+    def scene_name(self) -> str:
+        """Name of the scene and its resolution: qualities at different resolutions cannot be compared."""
+        suffix = f" at 1/{self.resolution:g} resolution" if self.has("resolution") and self.resolution != 1 else ""
+        return self.scene + suffix
 
 
-def warn(line):
+class Training(NamedTuple):
+    """What trainings that are drawn as one curve have in common."""
+
+    scene: str
+    budget: float
+    steps: float
+
+
+class Group(NamedTuple):
+    """Trainings that differ in nothing but the settings that a chart is about; `settings` are the others."""
+
+    scene: str
+    budget: float
+    steps: float
+    settings: str
+
+
+class Label(NamedTuple):
+    """A label for the end (x, y) of a curve."""
+
+    x: float
+    y: float
+    text: str
+    colour: str
+
+
+class Point(NamedTuple):
+    """A point of a curve, with the look of its marker."""
+
+    cost: float
+    quality: float
+    colour: str
+    marker: str
+
+
+def warn(line: str) -> None:
     print(f"chart.py: {line}", file=sys.stderr)
 
 
-def read(path):
-    """Rows as dictionaries, numbers as floats; what is empty is None."""
-    rows = []
+# Reading.
+
+
+def read(path: str) -> list[Row]:
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, strict=True)
             missing = [c for c in NUMBERS + TEXTS if c not in (reader.fieldnames or [])]
             if missing:
-                raise ValueError(f"{path}: has no column '{missing[0]}'; it is not of soup-bench run")
-            for number, row in enumerate(reader, 1):
-                if None in row or None in row.values():
-                    raise ValueError(f"{path}: record {number} has more or fewer values than there are columns; remove it")
-                for column in NUMBERS:
-                    row[column], text = None, row[column]
-                    try:
-                        row[column] = float(text) if text else None
-                    except ValueError:
-                        pass
-                    least = -1 if column == "ssim" else 0
-                    if text and not (row[column] is not None and least <= row[column] < math.inf):
-                        raise ValueError(f"{path}: record {number}: '{text}' in column {column} is not a number from {least} on; remove the record")
-                empty = [c for c in NEEDED.get(row["record"], []) if row[c] is None]
-                if empty:
-                    raise ValueError(f"{path}: record {number}: column {empty[0]} is empty in a row of kind '{row['record']}'; remove the record")
-                if row["record"] == "model":
-                    row["settings"] = settings_of(path, number, row["settings"])
-                rows.append(row)
+                raise ValueError(f"{path}: has no column '{missing[0]}'; it is not a file of soup-bench run")
+            return [read_row(f"{path}: record {number}", record) for number, record in enumerate(reader, 1)]
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{path}: is not the CSV of soup-bench run ({error})") from None
-    return rows
 
 
-def settings_of(path, number, text):
+def read_row(where: str, record: dict[str, str]) -> Row:
+    if None in record or None in record.values():
+        raise ValueError(f"{where} has more or fewer values than there are columns; remove it")
+    numbers = {column: read_number(where, column, record[column]) for column in NUMBERS}
+    empty = [c for c in NEEDED.get(record["record"], []) if math.isnan(numbers[c])]
+    if empty:
+        kind = record["record"]
+        raise ValueError(f"{where}: column {empty[0]} is empty in a row of kind '{kind}'; remove the record")
+    settings = read_settings(where, record["settings"]) if record["record"] == "model" else {}
+    fields = Row.__dataclass_fields__
+    texts = {column: record[column] for column in TEXTS if column in fields and column != "settings"}
+    return Row(settings=settings, **texts, **{c: n for c, n in numbers.items() if c in fields})
+
+
+def read_number(where: str, column: str, text: str) -> float:
+    if not text:
+        return math.nan
+    least = -1 if column == "ssim" else 0
+    try:
+        value = float(text)
+        if least <= value < math.inf:
+            return value
+    except ValueError:
+        pass
+    raise ValueError(f"{where}: '{text}' in column {column} is not a number from {least} on; remove the record")
+
+
+def read_settings(where: str, text: str) -> dict[str, Any]:
     try:
         settings = json.loads(text) if text else {}
-        if isinstance(settings, dict):
-            settings = {EARLIER_NAMES.get(k, k): v for k, v in settings.items()}
-            if all(isinstance(settings.get(k, 0), (int, float)) for k in ("lr_vertex", "lr_end", "lr_vertex_end", "rest_share", "steps", "seed")):
-                return settings
     except json.JSONDecodeError:
-        pass
-    raise ValueError(f"{path}: record {number}: column settings is no JSON object of settings; remove the record")
+        settings = None
+    if isinstance(settings, dict):
+        settings = {RENAMED_SETTINGS.get(name, name): value for name, value in settings.items()}
+        if all(isinstance(settings.get(k, 0), (int, float)) for k in ("lr_vertex", "lr_end", "steps", "seed")):
+            return settings
+    raise ValueError(f"{where}: column settings is not a JSON object of settings; remove the record")
 
 
-def title(text):
-    """matplotlib takes what stands between dollars for mathematics."""
+# Drawing.
+
+
+def escaped(text: str) -> str:
+    """Text for matplotlib, which reads text between dollars as mathematics."""
     return text.replace("$", r"\$")
 
 
-def short(count):
+def short(count: float) -> str:
     """15000 -> 15K"""
     return f"{count / 1000:g}K" if count >= 1000 else f"{count:g}"
 
 
-def label_at_right(axes, ends):
-    """Labels beside the axes, one below the other, each with a line to its (x, y). ends: [(x, y, text, colour)]"""
+def describe(budget: float, steps: float) -> str:
+    return f"{short(budget)} triangles, {short(steps)} steps"
+
+
+def styles(values: Iterable[float], choices: list[str]) -> dict[float, str]:
+    """A style for each value, in order."""
+    return {v: choices[i % len(choices)] for i, v in enumerate(sorted(values))}
+
+
+def spread(places: Sequence[float], gap: float) -> list[float]:
+    """Ascending places in 0..1, moved apart until neighbours have a gap."""
+    moved = list(places)
+    for _ in range(500):
+        overlapped = False
+        for i in range(len(moved) - 1):
+            overlap = gap - (moved[i + 1] - moved[i])
+            if overlap > 1e-4:
+                moved[i] -= overlap / 2
+                moved[i + 1] += overlap / 2
+                overlapped = True
+        if not overlapped:
+            break
+    if moved and moved[-1] > 1:
+        moved = [min(p, 1 - gap * (len(moved) - 1 - i)) for i, p in enumerate(moved)]
+    if moved and moved[0] < 0:
+        moved = [max(p, gap * i) for i, p in enumerate(moved)]
+    return moved
+
+
+def label_at_right(axes: Axes, labels: list[Label]) -> None:
+    """Writes labels beside the axes, one below the other, each with a line to its point."""
+    if not labels:
+        return
     figure = axes.figure
     figure.canvas.draw()
-    height = axes.get_window_extent().height
-    gap = 1.25 * plt.rcParams["xtick.labelsize"] * figure.dpi / 72 / height
-    smaller = min(1, 1 / (gap * len(ends))) if ends else 1  # where there are more than fit
-    gap *= smaller
-    to_axes = lambda x, y: axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
-    labels = sorted(([*to_axes(x, y), x, y, text, colour] for x, y, text, colour in ends), key=lambda e: e[1])
-    places = [e[1] for e in labels]
-    for _ in range(500):  # push neighbours apart until none overlap
-        moved = False
-        for i in range(len(places) - 1):
-            overlap = gap - (places[i + 1] - places[i])
-            if overlap > 1e-4:
-                places[i] -= overlap / 2
-                places[i + 1] += overlap / 2
-                moved = True
-        if not moved:
-            break
-    if places and places[-1] > 1:
-        places = [min(p, 1 - gap * (len(places) - 1 - i)) for i, p in enumerate(places)]
-    if places and places[0] < 0:
-        places = [max(p, gap * i) for i, p in enumerate(places)]
-    for place, (_, _, x, y, text, colour) in zip(places, labels):
-        axes.annotate(text, (x, y), xytext=(1.05, place), textcoords="axes fraction", fontsize=smaller * plt.rcParams["xtick.labelsize"], va="center",
-                      color=colour, annotation_clip=False, arrowprops={"arrowstyle": "-", "lw": 0.35, "relpos": (0, 0.5), "color": "#888888", "shrinkB": 2, "shrinkA": 0})
+    font_size = plt.rcParams["xtick.labelsize"]
+    gap = 1.25 * font_size * figure.dpi / 72 / axes.get_window_extent().height
+    smaller = min(1, 1 / (gap * len(labels)))  # if they do not fit
+
+    def height(label: Label) -> float:
+        return axes.transAxes.inverted().transform(axes.transData.transform((label.x, label.y)))[1]
+    ordered = sorted(labels, key=height)
+    for place, label in zip(spread([height(label) for label in ordered], gap * smaller), ordered):
+        line = {"arrowstyle": "-", "lw": 0.35, "relpos": (0, 0.5), "color": "#888888", "shrinkB": 2, "shrinkA": 0}
+        axes.annotate(
+            label.text, (label.x, label.y), xytext=(1.05, place), textcoords="axes fraction",
+            fontsize=smaller * font_size, va="center", color=label.colour, annotation_clip=False, arrowprops=line)
 
 
-def logarithmic(axes, subs=(1.0, 2.0, 5.0)):
+def logarithmic(axes: Axes) -> None:
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=subs))
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: short(v)))
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def pareto(points):
-    """The points (cost, quality, ...) that none beats in both, by cost."""
-    front = []
-    for p in sorted(points, key=lambda p: (p[0], -p[1])):
-        if not front or p[1] > front[-1][1]:
+def pareto(points: Iterable[Point]) -> list[Point]:
+    """The points that no other point beats in both cost and quality, by cost."""
+    front: list[Point] = []
+    for p in sorted(points, key=lambda p: (p.cost, -p.quality)):
+        if not front or p.quality > front[-1].quality:
             front.append(p)
     return front
 
 
-def scene_name(row):
-    """A scene at another resolution is another scene: their qualities do not compare."""
-    return row["scene"] + (f" at 1/{row['resolution']:g} resolution" if row["resolution"] not in (None, 1) else "")
+# Trainings with the full method.
 
 
-def scenes_of(rows):
-    return list(dict.fromkeys(scene_name(r) for r in rows))
-
-
-def styles(values, choices):
-    return {v: choices[i % len(choices)] for i, v in enumerate(sorted(values))}
-
-
-def trainings(rows, record):
-    """The full method's rows, of the first seed: {(scene, budget, steps): rows}"""
-    found = collections.defaultdict(dict)
+def full_trainings(rows: list[Row], record: str) -> dict[Training, list[Row]]:
+    """Rows of trainings with the full method, of the first seed."""
+    found: dict[Training, dict[str, list[Row]]] = defaultdict(dict)
     for r in rows:
-        if r["record"] == record and r["options"] == "full" and r["psnr"] is not None and r["ssim"] is not None:
-            of_command = found[scene_name(r), r["budget"], r["steps"]].setdefault(r["command"], [])
-            of_command.append(r)
+        if r.record == record and r.options == "full" and r.has("psnr", "ssim"):
+            found[Training(r.scene_name, r.budget, r.steps)].setdefault(r.command, []).append(r)
     chosen = {}
-    for key, commands in sorted(found.items()):
-        of_seed = sorted(commands.values(), key=lambda c: (c[0]["seed"], c[0]["command"]))
-        chosen[key] = of_seed[0]
-        same = [c[0]["command"] for c in of_seed if c[0]["seed"] == of_seed[0][0]["seed"]]
+    for training, commands in sorted(found.items()):
+        by_seed = sorted(commands.values(), key=lambda c: (c[0].seed, c[0].command))
+        chosen[training] = by_seed[0]
+        same = [c[0].command for c in by_seed if c[0].seed == by_seed[0][0].seed]
         if len(same) > 1:
-            warn(f"{len(same)} trainings are called 'full' with {key[0]}, {describe(*key[1:])}; drawn is {same[0]}")
+            warn(f"{len(same)} trainings are called 'full' with {training.scene}, "
+                 f"{describe(training.budget, training.steps)}; only this one is drawn: {same[0]}")
     return chosen
 
 
-def describe(budget, steps):
-    return f"{short(budget)} triangles, {short(steps)} steps"
-
-
-def quality_over_time(rows, time):
-    curves = trainings(rows, "evaluation")
-    scenes = list(dict.fromkeys(key[0] for key in curves))
+def quality_over_time(rows: list[Row], time: str) -> Figure | None:
+    """time: the column of the time axis."""
+    curves = full_trainings(rows, "evaluation")
+    scenes = list(dict.fromkeys(training.scene for training in curves))
     if not scenes:
         return None
-    shade, marker = (styles({k[1] for k in curves}, c) for c in (SHADES, MARKERS))
-    line = styles({k[2] for k in curves}, LINES)
-    figure, grid = plt.subplots(2, len(scenes), figsize=(4.2 * len(scenes), 5.2), squeeze=False, sharex="col")
-    figure.subplots_adjust(wspace=0.95, left=0.12 / len(scenes), right=1 - 0.36 / len(scenes), bottom=0.09, top=0.95, hspace=0.16)
+    n = len(scenes)
+    figure, grid = plt.subplots(2, n, figsize=(4.2 * n, 5.2), squeeze=False, sharex="col")
+    figure.subplots_adjust(wspace=0.95, left=0.12 / n, right=1 - 0.36 / n, bottom=0.09, top=0.95, hspace=0.16)
+    look = Look({t.budget for t in curves}, {t.steps for t in curves})
     for column, scene in enumerate(scenes):
+        of_scene = {training: points for training, points in sorted(curves.items()) if training.scene == scene}
         started = math.inf
-        for row, quality in enumerate(["psnr", "ssim"]):
-            axes = grid[row][column]
-            ends, all_points = [], []
-            for (of, budget, steps), points in sorted(curves.items()):
-                if of != scene:
-                    continue
-                points = sorted(points, key=lambda p: p["step"])
-                axes.plot([p[time] for p in points], [p[quality] for p in points], color=shade[budget], ls=line[steps], lw=0.9,
-                          marker=marker[budget], ms=2.6, mfc="white", mew=0.6, zorder=3)
-                ends.append((points[-1][time], points[-1][quality], describe(budget, steps), shade[budget]))
-                all_points += [(p[time], p[quality], shade[budget], marker[budget]) for p in points]
-            front = pareto(all_points)
-            axes.plot([p[0] for p in front], [p[1] for p in front], color="#cccccc", lw=4, drawstyle="steps-post", solid_joinstyle="round", zorder=1)
-            for p in front:
-                axes.plot(p[0], p[1], marker=p[3], ms=4, color=p[2], zorder=4)
+        for axes, quality in zip(grid[:, column], QUALITIES):
+            points, labels = draw_curves(axes, of_scene, time, quality, look)
+            draw_front(axes, points)
             logarithmic(axes)
-            # How a training ends is what counts: first steps may be outside the frame.
-            best, worst = max(p[1] for p in all_points), min(e[1] for e in ends)
-            worst = min(worst, best - (3 if quality == "psnr" else 0.1))
-            margin = 0.1 * (best - worst)
-            axes.set_ylim(worst - margin, best + margin)
-            started = min([started, *(p[0] for p in all_points if p[1] >= worst - margin)])
+            lowest = frame_ends(axes, points, labels, quality)
+            started = min([started, *(p.cost for p in points if p.quality >= lowest)])
             axes.set_xlim(left=0.8 * started)
-            axes.set_ylabel("PSNR [dB]" if quality == "psnr" else "SSIM")
-            if row == 0:
-                axes.set_title(title(scene), loc="left")
+            axes.set_ylabel(QUALITIES[quality])
+            if quality == "psnr":
+                axes.set_title(escaped(scene), loc="left")
                 axes.tick_params(labelbottom=False)
             else:
-                axes.set_xlabel("training time [CPU seconds, all threads]" if time == "cpu_seconds" else "training time [s]")
-            label_at_right(axes, ends)
+                is_cpu = time == "cpu_seconds"
+                axes.set_xlabel("training time [CPU seconds, all threads]" if is_cpu else "training time [s]")
+            label_at_right(axes, labels)
     return figure
 
 
-def quality_over_cost(rows, scene):
-    models = {k: r[0] for k, r in trainings(rows, "model").items() if k[0] == scene}
-    if len({k[1] for k in models}) < 2:
+class Look:
+    """Colours and markers by budget, line styles by steps."""
+
+    def __init__(self, budgets: set[float], steps: set[float]) -> None:
+        self.shade, self.marker = styles(budgets, SHADES), styles(budgets, MARKERS)
+        self.line = styles(steps, LINES)
+
+
+def draw_curves(axes: Axes, curves: dict[Training, list[Row]], time: str, quality: str,
+                look: Look) -> tuple[list[Point], list[Label]]:
+    points: list[Point] = []
+    labels: list[Label] = []
+    for (_, budget, steps), rows in curves.items():
+        ordered = sorted(rows, key=lambda r: r.step)
+        shade, marker = look.shade[budget], look.marker[budget]
+        curve = [Point(r.number(time), r.number(quality), shade, marker) for r in ordered]
+        axes.plot([p.cost for p in curve], [p.quality for p in curve], color=shade, ls=look.line[steps], lw=0.9,
+                  marker=marker, ms=2.6, mfc="white", mew=0.6, zorder=3)
+        labels.append(Label(curve[-1].cost, curve[-1].quality, describe(budget, steps), shade))
+        points += curve
+    return points, labels
+
+
+def draw_front(axes: Axes, points: list[Point]) -> None:
+    front = pareto(points)
+    axes.plot([p.cost for p in front], [p.quality for p in front], color="#cccccc", lw=4, drawstyle="steps-post",
+              solid_joinstyle="round", zorder=1)
+    for p in front:
+        axes.plot(p.cost, p.quality, marker=p.marker, ms=4, color=p.colour, zorder=4)
+
+
+def frame_ends(axes: Axes, points: list[Point], labels: list[Label], quality: str) -> float:
+    """Sets the range of quality so that the ends of curves are seen; their first steps may lie below. Returns its lower
+    limit."""
+    best, worst = max(p.quality for p in points), min(label.y for label in labels)
+    worst = min(worst, best - (3 if quality == "psnr" else 0.1))
+    margin = 0.1 * (best - worst)
+    axes.set_ylim(worst - margin, best + margin)
+    return worst - margin
+
+
+class Cost(NamedTuple):
+    """An axis of costs of a model: its column, unit and label."""
+
+    column: str
+    unit: float
+    label: str
+
+
+def quality_over_cost(rows: list[Row], scene: str) -> Figure | None:
+    trained = {t: r[0] for t, r in full_trainings(rows, "model").items() if t.scene == scene}
+    if len({t.budget for t in trained}) < 2:
         return None
-    frames = {(r["command"], r["frame_size"]): r["frame_ms"] for r in rows if r["record"] == "frame"}
-    commands = {m["command"] for m in models.values()}
-    sizes = collections.Counter(size for command, size in frames if command in commands)
-    size = max(sorted(sizes), key=sizes.get, default=None)
-    if len(sizes) > 1:
-        warn(f"{scene}: times of pictures of several sizes; drawn are those of {size}")
-    models = {k: {**m, "frame_ms": frames.get((m["command"], size)), "frame_size": size} for k, m in models.items()}
-    costs = [("triangles", 1, "triangles"), ("bytes", 1e-6, "model file [MB]")]
-    timed = [m for m in models.values() if m["frame_ms"]]
-    if timed:
-        costs.append(("frame_ms", 1, f"time of a picture of {timed[0]['frame_size'].replace('x', ' x ')} [ms]"))
-    series = sorted({k[2] for k in models})
-    shade, marker, line = (styles(series, c) for c in (SHADES, MARKERS, LINES))
+    models, costs = with_frame_times(rows, scene, trained)
+    all_steps = sorted({t.steps for t in models})
+    shade, marker, line = (styles(all_steps, choices) for choices in (SHADES, MARKERS, LINES))
     figure, grid = plt.subplots(2, len(costs), figsize=(2.7 * len(costs), 4.4), squeeze=False, sharey="row")
     figure.subplots_adjust(wspace=0.12, left=0.07, right=0.86, bottom=0.1, top=0.94, hspace=0.14)
-    for row, quality in enumerate(["psnr", "ssim"]):
-        for column, (cost, unit, name) in enumerate(costs):
+    for row, quality in enumerate(QUALITIES):
+        for column, cost in enumerate(costs):
             axes = grid[row][column]
-            ends = []
-            for key in series:
-                points = sorted(((m[cost] * unit, m[quality]) for k, m in models.items() if k[2] == key and m[cost]), key=lambda p: p[0])
+            labels = []
+            for steps in all_steps:
+                points = sorted(((m.number(cost.column) * cost.unit, m.number(quality)) for t, m in models.items()
+                                 if t.steps == steps and m.number(cost.column) > 0), key=lambda p: p[0])
                 if not points:
                     continue
-                axes.plot(*zip(*points), color=shade[key], ls=line[key], marker=marker[key], mfc="white", mew=0.8)
-                ends.append((*points[-1], f"{short(key)} steps", shade[key]))
+                axes.plot(*zip(*points), color=shade[steps], ls=line[steps], marker=marker[steps], mfc="white", mew=0.8)
+                labels.append(Label(*points[-1], f"{short(steps)} steps", shade[steps]))
             logarithmic(axes)
             if column == 0:
-                axes.set_ylabel("PSNR [dB]" if quality == "psnr" else "SSIM")
+                axes.set_ylabel(QUALITIES[quality])
             if row == 0:
                 axes.tick_params(labelbottom=False)
                 if column == 0:
-                    axes.set_title(title(scene), loc="left")
+                    axes.set_title(escaped(scene), loc="left")
             else:
-                axes.set_xlabel(name)
+                axes.set_xlabel(cost.label)
             if column == len(costs) - 1:
-                label_at_right(axes, ends)
+                label_at_right(axes, labels)
     return figure
 
 
-def ablations(rows):
-    """Every training that was made with several of ABLATIONS; a dot for each seed, their mean and range."""
-    found = collections.defaultdict(lambda: collections.defaultdict(dict))
-    for r in rows:
-        if r["record"] == "model" and r["psnr"] is not None and r["ssim"] is not None:
-            found[scene_name(r), r["budget"], r["steps"]][r["options"]][r["seed"]] = r
-    found = {key: {n: o for n, o in options.items() if n in ABLATIONS} for key, options in sorted(found.items())}
-    found = {key: options for key, options in found.items() if len(options) > 1}
-    for key, options in list(found.items()):
-        if not set.intersection(*(set(seeds) for seeds in options.values())):
-            warn(f"no seed is common to the ablations of {key[0]}, {describe(*key[1:])}; left out")
-            del found[key]
+def with_frame_times(rows: list[Row], scene: str,
+                     models: dict[Training, Row]) -> tuple[dict[Training, Row], list[Cost]]:
+    """Models with the times of their frames, at the frame size that most of them have, and the costs to draw."""
+    times = {(r.command, r.frame_size): r.frame_ms for r in rows if r.record == "frame"}
+    commands = {m.command for m in models.values()}
+    sizes = Counter(size for command, size in times if command in commands)
+    size = max(sorted(sizes), key=lambda s: sizes[s], default="")
+    if len(sizes) > 1:
+        warn(f"{scene}: frames of several sizes; only those of {size} are drawn")
+    timed = {t: replace(m, frame_ms=times.get((m.command, size), math.nan)) for t, m in models.items()}
+    costs = [Cost("triangles", 1, "triangles"), Cost("bytes", 1e-6, "model file [MB]")]
+    if any(m.frame_ms > 0 for m in timed.values()):
+        costs.append(Cost("frame_ms", 1, f"time of a picture of {size.replace('x', ' x ')} [ms]"))
+    return timed, costs
+
+
+# Ablations.
+
+Ablations = dict[str, dict[float, Row]]  # rows by option and seed
+
+
+def ablations(rows: list[Row]) -> Figure | None:
+    """Trainings with at least two of ABLATIONS: a dot for each seed, their mean and range."""
+    found = find_ablations(rows)
     if not found:
         return None
-    figure, grid = plt.subplots(len(found), 2, figsize=(7.2, 0.7 + 1.7 * len(found)), squeeze=False)
-    figure.subplots_adjust(left=0.19, right=0.98, wspace=0.12, hspace=0.5, bottom=0.3 / (0.5 + len(found)), top=1 - 0.2 / (0.5 + len(found)))
+    n = len(found)
+    figure, grid = plt.subplots(n, 2, figsize=(7.2, 0.7 + 1.7 * n), squeeze=False)
+    figure.subplots_adjust(left=0.19, right=0.98, wspace=0.12, hspace=0.5, bottom=0.3 / (0.5 + n),
+                           top=1 - 0.2 / (0.5 + n))
     for row, ((scene, budget, steps), options) in enumerate(found.items()):
-        names = [n for n in ABLATIONS if n in options]
-        # The same seeds of all, so that what differs is the option.
-        seeds = sorted(set.intersection(*(set(options[n]) for n in names)))
-        for column, quality in enumerate(["psnr", "ssim"]):
-            axes = grid[row][column]
+        names = [name for name in ABLATIONS if name in options]
+        seeds = sorted(common_seeds(options))  # the same for all options
+        for axes, quality in zip(grid[row], QUALITIES):
             for i, name in enumerate(names):
-                values = [options[name][s][quality] for s in seeds]
-                mean = statistics.fmean(values)
-                axes.plot([min(values), max(values)], [i, i], color="#777777", lw=1)
-                axes.plot(values, [i] * len(values), "o", mfc="white", mec="black", ms=4, mew=0.7)
-                axes.plot(mean, i, "|", color="black", ms=9, mew=1.8)
-                axes.annotate(f"{mean:.2f}" if quality == "psnr" else f"{mean:.3f}", (max(values), i), xytext=(6, 0), textcoords="offset points",
-                              va="center", fontsize=7)
+                draw_values(axes, i, [options[name][seed].number(quality) for seed in seeds], quality)
             axes.set_ylim(len(names) - 0.5, -0.5)
-            axes.set_yticks(range(len(names)), names if column == 0 else [""] * len(names))
+            axes.set_yticks(range(len(names)), names if quality == "psnr" else [""] * len(names))
             axes.grid(axis="y", visible=False)
             axes.margins(x=0.16)
             axes.xaxis.set_major_locator(MaxNLocator(6))
-            if column == 0:
-                axes.set_title(title(f"{scene}, {describe(budget, steps)}, {len(seeds)} seed{'s' if len(seeds) > 1 else ''}"), loc="left")
-            if row == len(found) - 1:
-                axes.set_xlabel("PSNR [dB]" if quality == "psnr" else "SSIM")
+            if quality == "psnr":
+                count = f"{len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
+                axes.set_title(escaped(f"{scene}, {describe(budget, steps)}, {count}"), loc="left")
+            if row == n - 1:
+                axes.set_xlabel(QUALITIES[quality])
     return figure
 
 
-def rests(settings):
-    """The share of a training's end in which vertices come to rest, where the settings do not record it."""
-    records = "published" in settings  # without it and rest_share the result is of a version whose vertices never rest
-    return REST_SHARE if records and settings.get("init") == "surface" and not settings["published"] else 0
+def common_seeds(options: Ablations) -> set[float]:
+    return set.intersection(*(set(seeds) for seeds in options.values()))
 
 
-def quality_over_rate(rows):
-    """PSNR over how far vertices can travel, of trainings that differ in nothing but the vertex rate and how rates fall."""
-    found = collections.defaultdict(lambda: collections.defaultdict(list))
+def find_ablations(rows: list[Row]) -> dict[Training, Ablations]:
+    found: dict[Training, Ablations] = defaultdict(lambda: defaultdict(dict))
     for r in rows:
-        s = r["settings"]
-        if r["record"] == "model" and r["psnr"] is not None and all(k in s for k in ("lr_vertex", "lr_end", "steps", "seed")) and 0 < s["lr_end"] <= 1:
-            same = {k: v for k, v in s.items() if k not in ("lr_vertex", "lr_end", "lr_vertex_end", "seed")}
-            # The mean over t from 0 to 1 of end^t and of what the rest at the end leaves, times the steps.
-            end, rest = s.get("lr_vertex_end", s["lr_end"]), s.get("rest_share", rests(s))
-            times = [(i + 0.5) / 1000 for i in range(1000)]
-            travel = s["lr_vertex"] * s["steps"] * sum(end ** t * min(1, (1 - t) / rest if rest else 1) for t in times) / 1000
-            found[scene_name(r), r["budget"], r["steps"], json.dumps(same, sort_keys=True)][end].append((s["seed"], travel, r["psnr"]))
-    for by_end in found.values():  # of several seeds the first
-        for end, points in by_end.items():
-            first = min(p[0] for p in points)
-            by_end[end] = [p[1:] for p in points if p[0] == first]
-    groups = {k: v for k, v in sorted(found.items()) if len({p[0] for points in v.values() for p in points}) > 2}
+        if r.record == "model" and r.has("psnr", "ssim") and r.options in ABLATIONS:
+            found[Training(r.scene_name, r.budget, r.steps)][r.options][r.seed] = r
+    compared = {}
+    for training, options in sorted(found.items()):
+        if len(options) < 2:
+            continue
+        if common_seeds(options):
+            compared[training] = options
+        else:
+            warn(f"no seed is common to the ablations of {training.scene}, "
+                 f"{describe(training.budget, training.steps)}; left out")
+    return compared
+
+
+def draw_values(axes: Axes, y: int, values: list[float], quality: str) -> None:
+    """One ablation: values of all seeds, their range and mean."""
+    mean = statistics.fmean(values)
+    axes.plot([min(values), max(values)], [y, y], color=GREY, lw=1)
+    axes.plot(values, [y] * len(values), "o", mfc="white", mec="black", ms=4, mew=0.7)
+    axes.plot(mean, y, "|", color="black", ms=9, mew=1.8)
+    axes.annotate(f"{mean:.2f}" if quality == "psnr" else f"{mean:.3f}", (max(values), y), xytext=(6, 0),
+                  textcoords="offset points", va="center", fontsize=7)
+
+
+# Learning rates.
+
+RATE_SETTINGS = ("lr_vertex", "lr_end", "lr_vertex_end", "seed")
+
+
+def way_of_vertices(settings: dict[str, Any]) -> float:
+    """The sum of the vertex learning rates over all steps. The rate falls exponentially to the share `end`, and in
+    older trainings linearly to zero in the last `rest` of the steps."""
+    end, rest = settings.get("lr_vertex_end", settings["lr_end"]), settings.get("rest_share", 0)
+    times = [(i + 0.5) / 1000 for i in range(1000)]
+    falling = sum(end ** t * min(1, (1 - t) / rest if rest else 1) for t in times)
+    return settings["lr_vertex"] * settings["steps"] * falling / 1000
+
+
+class RatePoint(NamedTuple):
+    way: float
+    psnr: float
+
+
+def find_rates(rows: list[Row]) -> dict[Group, dict[float, list[RatePoint]]]:
+    """Points by group and by the final share of the rate, of the first seed."""
+    found: dict[Group, dict[float, dict[float, list[RatePoint]]]] = defaultdict(
+        lambda: defaultdict(lambda: defaultdict(list)))
+    for r in rows:
+        s = r.settings
+        if r.record != "model" or not r.has("psnr") or not {"lr_vertex", "lr_end", "steps", "seed"} <= s.keys():
+            continue
+        if 0 < s["lr_end"] <= 1:
+            group = group_of(r, RATE_SETTINGS)
+            end = s.get("lr_vertex_end", s["lr_end"])
+            found[group][end][s["seed"]].append(RatePoint(way_of_vertices(s), r.psnr))
+    groups = {}
+    for group, by_end in sorted(found.items()):
+        of_first_seed = {end: by_seed[min(by_seed)] for end, by_seed in by_end.items()}
+        if len({p.way for points in of_first_seed.values() for p in points}) > 2:
+            groups[group] = of_first_seed
+    return groups
+
+
+def group_of(r: Row, varied: tuple[str, ...]) -> Group:
+    """The group of a training: all settings but those that the chart varies."""
+    same = json.dumps({k: v for k, v in r.settings.items() if k not in varied}, sort_keys=True)
+    return Group(r.scene_name, r.budget, r.steps, same)
+
+
+def quality_over_rate(rows: list[Row]) -> Figure | None:
+    """PSNR over the sum of the vertex learning rates, of trainings that differ in nothing but these rates."""
+    groups = find_rates(rows)
     if not groups:
         return None
-    scenes = list(dict.fromkeys(k[0] for k in groups))
-    line, marker, shade = (styles({e for v in groups.values() for e in v}, c) for c in (LINES, MARKERS, SHADES))
-    fill = styles({k[2] for k in groups}, ["white", "#bbbbbb", "black"])
-    figure, grid = plt.subplots(1, len(scenes), figsize=(4.6 * len(scenes), 2.9), squeeze=False)
-    figure.subplots_adjust(wspace=1.15, left=0.11 / len(scenes), right=1 - 0.42 / len(scenes), bottom=0.16, top=0.92)
+    scenes = list(dict.fromkeys(group.scene for group in groups))
+    ends = {end for by_end in groups.values() for end in by_end}
+    line, marker, shade = (styles(ends, choices) for choices in (LINES, MARKERS, SHADES))
+    fill = styles({group.steps for group in groups}, ["white", "#bbbbbb", "black"])
+    n = len(scenes)
+    figure, grid = plt.subplots(1, n, figsize=(4.6 * n, 2.9), squeeze=False)
+    figure.subplots_adjust(wspace=1.15, left=0.11 / n, right=1 - 0.42 / n, bottom=0.16, top=0.92)
     for axes, scene in zip(grid[0], scenes):
-        ends = []
+        labels = []
         for (of, budget, steps, _), by_end in groups.items():
-            if of != scene:
-                continue
-            for end, points in sorted(by_end.items()):
-                points = sorted(points)
-                axes.plot([p[0] for p in points], [p[1] for p in points], color=shade[end], ls=line[end], lw=0.9, marker=marker[end], ms=3.2, mew=0.7,
-                          mfc=fill[steps])
-                ends.append((points[-1][0], points[-1][1], f"{describe(budget, steps)}, to {100 * end:g} %", shade[end]))
+            for end, unordered in sorted(by_end.items()) if of == scene else []:
+                points = sorted(unordered)
+                axes.plot([p.way for p in points], [p.psnr for p in points], color=shade[end], ls=line[end], lw=0.9,
+                          marker=marker[end], ms=3.2, mew=0.7, mfc=fill[steps])
+                labels.append(Label(*points[-1], f"{describe(budget, steps)}, to {100 * end:g} %", shade[end]))
         logarithmic(axes)
-        axes.set_xlabel("way of a vertex: sum of its rates [normalised units]")
-        axes.set_ylabel("PSNR [dB]")
-        axes.set_title(title(scene), loc="left")
-        label_at_right(axes, ends)
+        axes.set_xlabel("sum of vertex learning rates [normalised units]")
+        axes.set_ylabel(QUALITIES["psnr"])
+        axes.set_title(escaped(scene), loc="left")
+        label_at_right(axes, labels)
     return figure
 
 
-def quality_over_knee(rows):
-    """Quality over bytes, of trainings that differ in nothing but --knee, or with --knee 0 in the samples of a pixel: the uniform way."""
-    found = collections.defaultdict(lambda: collections.defaultdict(dict))
+# Model size.
+
+
+class Series(NamedTuple):
+    """The look of a series of models, and of the values beside its points."""
+
+    name: str
+    label: str
+    colour: str
+    line: str
+    marker: str
+    value: str  # format
+    offset: int  # of the value above its point
+
+
+KNEE_SERIES = [
+    Series("knee", "--knee", "black", "-", "o", "{:g} dB", 6),
+    Series("uniform", "uniform: samples for each pixel", GREY, "--", "s", "{:g}", -11)]
+
+ByValue = dict[float, Row]
+
+
+def find_knees(rows: list[Row]) -> dict[Group, dict[str, ByValue]]:
+    """Models by the value of --knee, and without a knee by the samples for each pixel ("uniform")."""
+    found: dict[Group, dict[str, ByValue]] = defaultdict(lambda: {series.name: {} for series in KNEE_SERIES})
     for r in rows:
-        s = r["settings"]
-        if r["record"] != "model" or None in (r["psnr"], r["ssim"], r["bytes"]) or not {"knee", "samples_per_pixel"} <= s.keys():
+        s = r.settings
+        if r.record != "model" or not r.has("psnr", "ssim", "bytes") or not {"knee", "samples_per_pixel"} <= s.keys():
             continue
-        same = json.dumps({k: v for k, v in s.items() if k not in ("knee", "samples_per_pixel")}, sort_keys=True)
-        of = found[scene_name(r), r["budget"], r["steps"], same]
+        series = found[group_of(r, ("knee", "samples_per_pixel"))]
         if s["samples_per_pixel"] == 1:
-            of["knee"][s["knee"]] = r
+            series["knee"][s["knee"]] = r
         if s["knee"] == 0:
-            of["uniform"][s["samples_per_pixel"]] = r
-    found = {k: v for k, v in sorted(found.items()) if len(v["knee"]) > 2}
+            series["uniform"][s["samples_per_pixel"]] = r
+    return {group: series for group, series in sorted(found.items()) if len(series["knee"]) > 2}
+
+
+def quality_over_knee(rows: list[Row]) -> Figure | None:
+    """Quality over bytes, of trainings that differ in nothing but --knee, or without a knee in the samples for each
+    pixel."""
+    found = find_knees(rows)
     if not found:
         return None
-    looks = {"knee": ("black", "-", "o", "{:g} dB"), "uniform": ("#777777", "--", "s", "{:g}")}
     figure, grid = plt.subplots(2, len(found), figsize=(4.2 * len(found), 4.6), squeeze=False)
     figure.subplots_adjust(left=0.09, right=0.97, wspace=0.24, bottom=0.1, top=0.94, hspace=0.12)
-    for column, ((scene, budget, steps, _), series) in enumerate(found.items()):
-        for axes, quality in zip(grid[:, column], ["psnr", "ssim"]):
-            for name, by_value in series.items():
-                colour, line, marker, text = looks[name]
-                points = sorted((r["bytes"] * 1e-6, r[quality], value) for value, r in by_value.items())
-                what = "--knee" if name == "knee" else "uniform: samples for each pixel"
-                axes.plot([p[0] for p in points], [p[1] for p in points], color=colour, ls=line, marker=marker, mfc="white", mew=0.8, label=what)
-                for x, y, value in points:
-                    axes.annotate(text.format(value), (x, y), xytext=(0, 6 if name == "knee" else -11), textcoords="offset points", ha="center", fontsize=6, color=colour)
+    for column, ((scene, budget, steps, _), by_series) in enumerate(found.items()):
+        for axes, quality in zip(grid[:, column], QUALITIES):
+            for series in KNEE_SERIES:
+                draw_series(axes, series, by_series[series.name], quality)
             logarithmic(axes)
             axes.margins(y=0.12)
             if column == 0:
-                axes.set_ylabel("PSNR [dB]" if quality == "psnr" else "SSIM")
-        grid[0][column].set_title(title(f"{scene}, {describe(budget, steps)}"), loc="left")
-        grid[0][column].tick_params(labelbottom=False)
-        grid[1][column].set_xlabel("model file [MB]")
+                axes.set_ylabel(QUALITIES[quality])
+        name_size_axes(grid[:, column], f"{scene}, {describe(budget, steps)}")
     grid[0][0].legend(loc="lower right", fontsize=7, frameon=False)
     return figure
 
 
-def quality_over_goals(rows):
-    """Quality over bytes, of trainings towards a PSNR, and of those of the same scene without goal and knee: the uniform way."""
-    found = collections.defaultdict(lambda: {"goal": [], "uniform": []})
+def draw_series(axes: Axes, series: Series, models: ByValue, quality: str) -> None:
+    points = sorted((r.bytes * 1e-6, r.number(quality), value) for value, r in models.items())
+    axes.plot([p[0] for p in points], [p[1] for p in points], color=series.colour, ls=series.line,
+              marker=series.marker, mfc="white", mew=0.8, label=series.label)
+    for x, y, value in points:
+        axes.annotate(series.value.format(value), (x, y), xytext=(0, series.offset), textcoords="offset points",
+                      ha="center", fontsize=6, color=series.colour)
+
+
+def name_size_axes(column: Sequence[Axes], title: str) -> None:
+    """Title and x axis of two charts of quality over bytes, one above the other."""
+    above, below = column
+    above.set_title(escaped(title), loc="left")
+    above.tick_params(labelbottom=False)
+    below.set_xlabel("model file [MB]")
+
+
+class Sized(NamedTuple):
+    """A model. value: its goal as text, or the samples for each pixel."""
+
+    megabytes: float
+    psnr: float
+    ssim: float
+    value: Any
+
+
+@dataclass
+class Goals:
+    """Models that were trained to reach a goal, and models without goal and knee."""
+
+    goal: list[Sized] = field(default_factory=list)
+    uniform: list[Sized] = field(default_factory=list)
+
+
+def find_goals(rows: list[Row]) -> dict[str, Goals]:
+    found: dict[str, Goals] = defaultdict(Goals)
     for r in rows:
-        s = r["settings"]
-        if r["record"] != "model" or None in (r["psnr"], r["ssim"], r["bytes"]) or not {"knee", "target_psnr", "samples_per_pixel"} <= s.keys():
+        s = r.settings
+        if r.record != "model" or not r.has("psnr", "ssim", "bytes"):
+            continue
+        if not {"knee", "target_psnr", "samples_per_pixel"} <= s.keys():
             continue
         if s["target_psnr"] > 0:
-            found[scene_name(r)]["goal"].append((r["bytes"] * 1e-6, r["psnr"], r["ssim"], f"{s['target_psnr']:g} dB"))
+            found[r.scene_name].goal.append(Sized(r.bytes * 1e-6, r.psnr, r.ssim, f"{s['target_psnr']:g} dB"))
         elif s["knee"] == 0:
-            found[scene_name(r)]["uniform"].append((r["bytes"] * 1e-6, r["psnr"], r["ssim"], s["samples_per_pixel"]))
-    found = {k: v for k, v in sorted(found.items()) if len(v["goal"]) > 2}
+            found[r.scene_name].uniform.append(Sized(r.bytes * 1e-6, r.psnr, r.ssim, s["samples_per_pixel"]))
+    return {scene: goals for scene, goals in sorted(found.items()) if len(goals.goal) > 2}
+
+
+def quality_over_goals(rows: list[Row]) -> Figure | None:
+    """Quality over bytes, of trainings with a PSNR as goal, and of trainings of the same scene without goal and
+    knee."""
+    found = find_goals(rows)
     if not found:
         return None
     figure, grid = plt.subplots(2, len(found), figsize=(3.3 * len(found) + 0.5, 4.6), squeeze=False)
     figure.subplots_adjust(left=0.07, right=0.98, wspace=0.26, bottom=0.1, top=0.94, hspace=0.12)
-    for column, (scene, series) in enumerate(found.items()):
-        goals = sorted(series["goal"])
-        for axes, quality in zip(grid[:, column], [1, 2]):
-            axes.plot([p[0] for p in goals], [p[quality] for p in goals], color="black", marker="o", mfc="white", mew=0.8, label="--target-psnr")
-            for samples, marker in zip(sorted({p[3] for p in series["uniform"]}, reverse=True), ["s", "v", "D", "^"]):
-                points = sorted(p for p in series["uniform"] if p[3] == samples)
-                axes.plot([p[0] for p in points], [p[quality] for p in points], color="#777777", ls="--", lw=0.8, marker=marker, ms=3.5, mfc="white", mew=0.8,
-                          label=f"uniform, samples for each pixel: {samples:g}")
-            for p in goals if quality == 1 else []:
-                axes.annotate(p[3], (p[0], p[1]), xytext=(-3, 5), textcoords="offset points", ha="right", fontsize=6)
+    for column, (scene, goals) in enumerate(found.items()):
+        for axes, quality in zip(grid[:, column], QUALITIES):
+            draw_goals(axes, goals, quality)
             logarithmic(axes)
             axes.margins(x=0.12, y=0.12)
             if column == 0:
-                axes.set_ylabel("PSNR [dB]" if quality == 1 else "SSIM")
-        grid[0][column].set_title(title(scene), loc="left")
-        grid[0][column].tick_params(labelbottom=False)
-        grid[1][column].set_xlabel("model file [MB]")
+                axes.set_ylabel(QUALITIES[quality])
+        name_size_axes(grid[:, column], scene)
     grid[0][-1].legend(loc="lower right", fontsize=6, frameon=False)
     return figure
 
 
-def step_by_kernel(rows):
-    """Stacked over pixels, at the number of triangles that has most sizes, and over triangles, at the size that has most of them."""
-    steps = collections.defaultdict(dict)
-    for r in rows:
-        if r["record"] == "step":
-            steps[r["size"], r["triangles"], r["views"]][r["kernel"]] = r["kernel_ms"]
+def draw_goals(axes: Axes, goals: Goals, quality: str) -> None:
+    with_goal = sorted(goals.goal)
+    axes.plot([p.megabytes for p in with_goal], [getattr(p, quality) for p in with_goal], color="black", marker="o",
+              mfc="white", mew=0.8, label="--target-psnr")
+    all_samples = sorted({p.value for p in goals.uniform}, reverse=True)
+    for samples, marker in zip(all_samples, ["s", "v", "D", "^"]):
+        points = sorted(p for p in goals.uniform if p.value == samples)
+        axes.plot([p.megabytes for p in points], [getattr(p, quality) for p in points], color=GREY, ls="--", lw=0.8,
+                  marker=marker, ms=3.5, mfc="white", mew=0.8, label=f"uniform, samples for each pixel: {samples:g}")
+    for p in with_goal if quality == "psnr" else []:
+        axes.annotate(p.value, (p.megabytes, p.psnr), xytext=(-3, 5), textcoords="offset points", ha="right",
+                      fontsize=6)
+
+
+# Time of a step.
+
+
+class Measured(NamedTuple):
+    """A measurement of steps: the side of the views in pixels, triangles, and views."""
+
+    size: float
+    triangles: float
+    views: float
+
+
+class Panel(NamedTuple):
+    """Measurements that differ in one quantity: size or triangles."""
+
+    over_size: bool
+    measured: list[Measured]
+
+
+Times = dict[Measured, dict[str, float]]  # ms by kernel
+KeyFunction = Callable[[Measured], tuple[float, float]]
+
+
+def step_panels(times: Times) -> list[Panel]:
+    """The largest set of measurements with the same triangles, and with the same size."""
+    same_triangles: KeyFunction = lambda m: (m.triangles, m.views)
+    same_size: KeyFunction = lambda m: (m.size, m.views)
     panels = []
-    for fixed, moving in ((1, 0), (0, 1)):
-        groups = collections.defaultdict(list)
-        for key in steps:
-            groups[key[fixed], key[2]].append(key)
+    for over_size, key in ((True, same_triangles), (False, same_size)):
+        groups: dict[tuple[float, float], list[Measured]] = defaultdict(list)
+        for measured in times:
+            groups[key(measured)].append(measured)
         best = max(groups.values(), key=len, default=[])
         if len(best) > 1:
-            panels.append((moving, sorted(best)))
+            panels.append(Panel(over_size, sorted(best)))
+    return panels
+
+
+def shares_of_kernels(times: Times, panels: list[Panel]) -> Counter[str]:
+    """The largest share of a step that each kernel has."""
+    shares: Counter[str] = Counter()
+    for panel in panels:
+        for measured in panel.measured:
+            total = sum(times[measured].values())
+            for kernel, ms in times[measured].items():
+                shares[kernel] = max(shares[kernel], ms / total)
+    return shares
+
+
+def step_by_kernel(rows: list[Row]) -> Figure | None:
+    """Time of a step by kernel, stacked: over pixels and over triangles."""
+    times: Times = defaultdict(dict)
+    for r in rows:
+        if r.record == "step":
+            times[Measured(r.size, r.triangles, r.views)][r.kernel] = r.kernel_ms
+    panels = step_panels(times)
     if not panels:
         return None
+    shares = shares_of_kernels(times, panels)
+    shown = [kernel for kernel, share in shares.most_common() if share >= MIN_SHARE]
+    others = [kernel for kernel in shares if kernel not in shown]
     figure, grid = plt.subplots(1, len(panels), figsize=(4.1 * len(panels), 3.4), squeeze=False)
     figure.subplots_adjust(left=0.08, right=0.87, wspace=0.95, bottom=0.14, top=0.91)
-    # One order and one look for both: the largest at the bottom, those that never come to 3 % together.
-    share = collections.Counter()
-    for _, keys in panels:
-        for key in keys:
-            total = sum(steps[key].values())
-            for kernel, ms in steps[key].items():
-                share[kernel] = max(share[kernel], ms / total)
-    shown = [k for k, s in share.most_common() if s >= 0.03]
-    others = [k for k in share if k not in shown]
-    layers = shown + (["others"] if others else [])
-    for axes, (moving, keys) in zip(grid[0], panels):
-        x = [key[0] ** 2 * key[2] / 1e6 if moving == 0 else key[1] / 1e3 for key in keys]
-        stack = [[steps[key].get(k, 0) for key in keys] for k in shown]
+    for axes, panel in zip(grid[0], panels):
+        stack = {kernel: [times[m].get(kernel, 0) for m in panel.measured] for kernel in shown}
         if others:
-            stack.append([sum(steps[key].get(k, 0) for k in others) for key in keys])
-        below = [0.0] * len(x)
-        ends = []
-        for i, (layer, values) in enumerate(zip(layers, stack)):
-            above = [b + v for b, v in zip(below, values)]
-            grey = 0.97 - 0.45 * (i % 3) / 2
-            axes.fill_between(x, below, above, facecolor=str(grey), edgecolor="black", lw=0.5, hatch=HATCHES[i % len(HATCHES)])
-            ends.append((x[-1], (below[-1] + above[-1]) / 2, f"{layer} {values[-1]:.0f}" if values[-1] >= 10 else f"{layer} {values[-1]:.1f}", "black"))
-            below = above
-        axes.plot(x, below, "o-", color="black", ms=3, lw=1)
-        axes.set_xlim(0, x[-1])
-        axes.set_ylim(0, 1.02 * below[-1])
-        axes.set_ylabel("time of a step [ms]")
-        size, triangles, views = keys[0]
-        if moving == 0:
-            axes.set_xlabel("pixels of a step [millions]")
-            axes.set_title(f"{short(triangles)} triangles, {views:g} views", loc="left")
-        else:
-            axes.set_xlabel("triangles [thousands]")
-            axes.set_title(f"{views:g} views of {size:g} x {size:g}", loc="left")
-        label_at_right(axes, ends)
+            stack["others"] = [sum(times[m].get(kernel, 0) for kernel in others) for m in panel.measured]
+        draw_stack(axes, panel, stack)
     return figure
 
 
-def save(figure, path, metadata):
-    """The name always means a whole picture."""
+def draw_stack(axes: Axes, panel: Panel, stack: dict[str, list[float]]) -> None:
+    if panel.over_size:
+        x = [m.size ** 2 * m.views / 1e6 for m in panel.measured]
+    else:
+        x = [m.triangles / 1e3 for m in panel.measured]
+    below = [0.0] * len(x)
+    labels = []
+    for i, (layer, values) in enumerate(stack.items()):
+        above = [b + v for b, v in zip(below, values)]
+        grey = 0.97 - 0.45 * (i % 3) / 2
+        axes.fill_between(x, below, above, facecolor=str(grey), edgecolor="black", lw=0.5,
+                          hatch=HATCHES[i % len(HATCHES)])
+        text = f"{layer} {values[-1]:.0f}" if values[-1] >= 10 else f"{layer} {values[-1]:.1f}"
+        labels.append(Label(x[-1], (below[-1] + above[-1]) / 2, text, "black"))
+        below = above
+    axes.plot(x, below, "o-", color="black", ms=3, lw=1)
+    axes.set_xlim(0, x[-1])
+    axes.set_ylim(0, 1.02 * below[-1])
+    axes.set_ylabel("time of a step [ms]")
+    size, triangles, views = panel.measured[0]
+    if panel.over_size:
+        axes.set_xlabel("pixels of a step [millions]")
+        axes.set_title(f"{short(triangles)} triangles, {views:g} views", loc="left")
+    else:
+        axes.set_xlabel("triangles [thousands]")
+        axes.set_title(f"{views:g} views of {size:g} x {size:g}", loc="left")
+    label_at_right(axes, labels)
+
+
+# Output.
+
+
+def save(figure: Figure, path: Path, metadata: dict[str, None]) -> None:
+    """Writes a picture. A file of that name is always complete."""
     beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         figure.savefig(beside, metadata=metadata, bbox_inches="tight", pad_inches=0.04)
@@ -509,41 +822,60 @@ def save(figure, path, metadata):
         beside.unlink(missing_ok=True)
 
 
-def main():
-    class OneLine(argparse.ArgumentParser):
-        def error(self, message):
-            sys.exit(f"chart.py: {message}; see --help")
+def draw_all(rows: list[Row], time: str) -> dict[str, Figure | None]:
+    """All charts by name; None: no measurements."""
+    figures = {
+        "quality_over_time": quality_over_time(rows, time),
+        "ablations": ablations(rows),
+        "quality_over_rate": quality_over_rate(rows),
+        "quality_over_knee": quality_over_knee(rows),
+        "quality_over_goals": quality_over_goals(rows),
+        "step_by_kernel": step_by_kernel(rows)}
+    for scene in dict.fromkeys(r.scene_name for r in rows if r.record == "model"):
+        name = "quality_over_cost_" + re.sub(r"\W+", "_", scene)
+        while name in figures:  # for scenes such as "a b" and "a_b"
+            name += "_"
+        figures[name] = quality_over_cost(rows, scene)
+    return figures
 
-    parser = OneLine(description=__doc__.splitlines()[0])
+
+def save_all(figures: dict[str, Figure | None], folder: Path) -> int:
+    """Returns the number of charts."""
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = 0
+    for name, figure in figures.items():
+        if figure is None:
+            print(f"{name}: not measured, left out")
+            continue
+        save(figure, folder / f"{name}.svg", {"Date": None})
+        save(figure, folder / f"{name}.png", {"Software": None})
+        drawn += 1
+    return drawn
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """Prints errors in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        sys.exit(f"chart.py: {message}; see --help")
+
+
+def main() -> None:
+    parser = OneLineParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("results", help="CSV file of soup-bench run")
-    parser.add_argument("-o", "--output", required=True, help="folder for the pictures")
+    parser.add_argument("-o", "--output", required=True, help="folder for the charts")
     parser.add_argument("--time", choices=["cpu", "wall"], default="wall",
-                        help="axis of training time: seconds, or CPU seconds of all threads, which a busy machine changes less [wall]")
+                        help="axis of training time: seconds (wall), or CPU seconds of all threads (cpu), which depend "
+                             "less on other programs [wall]")
     arguments = parser.parse_args()
     try:
         rows = read(arguments.results)
-        folder = pathlib.Path(arguments.output)
-        folder.mkdir(parents=True, exist_ok=True)
-        figures = {"quality_over_time": quality_over_time(rows, "cpu_seconds" if arguments.time == "cpu" else "seconds"),
-                   "ablations": ablations(rows), "quality_over_rate": quality_over_rate(rows), "quality_over_knee": quality_over_knee(rows),
-                   "quality_over_goals": quality_over_goals(rows), "step_by_kernel": step_by_kernel(rows)}
-        revisions = sorted({r["revision"] for r in rows if r["record"] in ("evaluation", "model")})
+        revisions = sorted({r.revision for r in rows if r.record in ("evaluation", "model")})
         if len(revisions) > 1:
-            warn(f"{arguments.results}: trainings of {len(revisions)} revisions of the program ({', '.join(revisions)}) in one picture")
-        for scene in scenes_of([r for r in rows if r["record"] == "model"]):
-            name = "quality_over_cost_" + re.sub(r"\W+", "_", scene)
-            while name in figures:  # "a b" and "a_b"
-                name += "_"
-            figures[name] = quality_over_cost(rows, scene)
-        drawn = 0
-        for name, figure in figures.items():
-            if figure is None:
-                print(f"{name}: not measured, left out")
-                continue
-            for suffix, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
-                save(figure, folder / f"{name}.{suffix}", metadata)
-            drawn += 1
-        if drawn == 0:
+            warn(f"{arguments.results}: has trainings of {len(revisions)} revisions of the program "
+                 f"({', '.join(revisions)})")
+        figures = draw_all(rows, "cpu_seconds" if arguments.time == "cpu" else "seconds")
+        if save_all(figures, Path(arguments.output)) == 0:
             raise ValueError(f"{arguments.results}: holds nothing to draw")
     except OSError as error:
         sys.exit(f"chart.py: {error.filename or arguments.results}: {error.strerror}; check the path")

@@ -1,11 +1,13 @@
-"""Makes the bundled scene: a small garden still life with what is hard for opaque triangles.
+"""Makes the bundled scene: a small garden still life with parts that are hard to show with opaque triangles.
 
     blender -b -noaudio -P tools/make_scene.py -- --output assets/garden
 
-A wheel with thin spokes, a leafy bush, a glossy vase, a patterned ball and a tiled plinth, rendered by Cycles from the upper
-hemisphere, in the folder layout of NeRF-Synthetic: RGBA photographs with straight alpha and camera-to-world matrices (Blender axes).
-Everything is procedural and seeded: the same script makes the same scene.
+A wheel with thin spokes, a leafy bush, a glossy vase, a patterned ball and a tiled plinth, rendered by Cycles from the
+upper hemisphere. The folder has the layout of NeRF-Synthetic: RGBA photographs with straight alpha, and camera-to-world
+matrices (Blender's axes). The scene is procedural; the same seed makes the same scene.
 """
+
+from __future__ import annotations
 
 import argparse
 import json
@@ -13,24 +15,35 @@ import math
 import os
 import random
 import sys
+from typing import Any, Callable
 
 import bpy
 from mathutils import Matrix, Vector
 
+Colour = tuple[float, float, float]
 
-def arguments():
-    parser = argparse.ArgumentParser(prog="make_scene.py", description=__doc__.splitlines()[0])
-    parser.add_argument("--output", default="assets/garden", help="folder for images and transforms_*.json")
-    parser.add_argument("--size", type=int, default=200, help="side of the square images in pixels")
-    parser.add_argument("--samples", type=int, default=64, help="Cycles samples per pixel")
-    parser.add_argument("--train", type=int, default=60, help="training views")
-    parser.add_argument("--test", type=int, default=10, help="test views")
-    parser.add_argument("--seed", type=int, default=7, help="of leaves and camera jitter")
+PLINTH_COLOURS: list[Colour] = [(0.62, 0.33, 0.2), (0.75, 0.52, 0.34), (0.85, 0.82, 0.76)]
+LEAF_COLOURS: list[Colour] = [(0.06, 0.25, 0.04), (0.13, 0.38, 0.06), (0.3, 0.48, 0.09)]
+# Radius and height along the profile of the vase.
+VASE_PROFILE = [
+    (0.0, 0.0), (0.16, 0.0), (0.2, 0.06), (0.27, 0.2), (0.25, 0.34), (0.13, 0.47), (0.1, 0.55), (0.15, 0.62)]
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="make_scene.py", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--output", default="assets/garden",
+                        help="folder for images and transforms_*.json [assets/garden]")
+    parser.add_argument("--size", type=int, default=200, help="side of the square images, pixels [200]")
+    parser.add_argument("--samples", type=int, default=64, help="Cycles samples per pixel [64]")
+    parser.add_argument("--train", type=int, default=60, help="training views [60]")
+    parser.add_argument("--test", type=int, default=10, help="test views [10]")
+    parser.add_argument("--seed", type=int, default=7, help="seed of leaves and camera jitter [7]")
     own = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     return parser.parse_args(own)
 
 
-def material(name, colour, roughness=0.6, metallic=0.0, specular=0.4):
+def material(name: str, colour: Colour, roughness: float = 0.6, metallic: float = 0.0,
+             specular: float = 0.4) -> bpy.types.Material:
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     shader = made.node_tree.nodes["Principled BSDF"]
@@ -41,8 +54,8 @@ def material(name, colour, roughness=0.6, metallic=0.0, specular=0.4):
     return made
 
 
-def textured(name, kind, colours, scale, roughness=0.7):
-    """A material whose colour comes from a procedural texture in object coordinates."""
+def textured(name: str, kind: str, colours: list[Colour], scale: float, roughness: float = 0.7) -> bpy.types.Material:
+    """A material with the colours of a procedural texture in object coordinates. kind: type of the texture node."""
     made = material(name, colours[0], roughness)
     nodes, links = made.node_tree.nodes, made.node_tree.links
     coordinates = nodes.new("ShaderNodeTexCoord")
@@ -59,7 +72,9 @@ def textured(name, kind, colours, scale, roughness=0.7):
     return made
 
 
-def add(primitive, matter, smooth=False, **options):
+def add(primitive: Callable[..., Any], matter: bpy.types.Material, smooth: bool = False,
+        **options: Any) -> bpy.types.Object:
+    """Adds an object with an operator such as bpy.ops.mesh.primitive_cone_add and its options."""
     primitive(**options)
     made = bpy.context.object
     made.data.materials.append(matter)
@@ -68,13 +83,13 @@ def add(primitive, matter, smooth=False, **options):
     return made
 
 
-def plinth():
-    tiles = textured("tiles", "ShaderNodeTexBrick", [(0.62, 0.33, 0.2), (0.75, 0.52, 0.34), (0.85, 0.82, 0.76)], 5.0)
+def plinth() -> None:
+    tiles = textured("tiles", "ShaderNodeTexBrick", PLINTH_COLOURS, 5.0)
     add(bpy.ops.mesh.primitive_cylinder_add, tiles, vertices=64, radius=1.2, depth=0.12, location=(0, 0, -0.66))
 
 
-def wheel(spokes=24):
-    """Stands upright; the spokes are one to two pixels thick at the default size."""
+def wheel(spokes: int = 24) -> None:
+    """An upright wheel. Its spokes are one to two pixels thick at the default image size."""
     wood, iron = material("wood", (0.45, 0.2, 0.07), 0.5), material("iron", (0.12, 0.12, 0.14), 0.35, 0.8)
     centre, radius = Vector((-0.25, 0.45, -0.02)), 0.56
     turn = Matrix.Rotation(math.radians(20), 4, "Z") @ Matrix.Rotation(math.radians(90), 4, "X")
@@ -85,29 +100,43 @@ def wheel(spokes=24):
     for i in range(spokes):
         angle = 2 * math.pi * i / spokes
         spoke = add(bpy.ops.mesh.primitive_cylinder_add, wood, vertices=8, radius=0.011, depth=radius)
-        spoke.matrix_world = Matrix.Rotation(angle, 4, "Z") @ Matrix.Translation((radius / 2, 0, 0)) @ Matrix.Rotation(math.pi / 2, 4, "Y")
+        placed = Matrix.Rotation(angle, 4, "Z") @ Matrix.Translation((radius / 2, 0, 0))
+        spoke.matrix_world = placed @ Matrix.Rotation(math.pi / 2, 4, "Y")
         parts.append(spoke)
     for part in parts:
         part.matrix_world = Matrix.Translation(centre) @ turn @ part.matrix_world
-    return centre
 
 
-def bush(rng, leaves=420):
-    """A terracotta pot with a ball of single leaves: each a small rhombus, bent a little along its middle."""
-    pot = add(bpy.ops.mesh.primitive_cone_add, material("pot", (0.6, 0.22, 0.1), 0.8), vertices=40, radius1=0.17, radius2=0.24,
-              depth=0.34, location=(0.55, 0.2, -0.43))
+def random_vector(rng: random.Random, deviation: float) -> Vector:
+    return Vector((rng.gauss(0, deviation), rng.gauss(0, deviation), rng.gauss(0, deviation)))
+
+
+def leaf(rng: random.Random) -> list[Vector]:
+    """Corners of a leaf: a small rhombus, bent a little along its middle."""
+    direction = random_vector(rng, 1).normalized()
+    radius = 0.36 * rng.uniform(0.45, 1.0)
+    at = Vector((0.55, 0.2, 0.02)) + direction * radius * (1.0 if direction.z > 0 else 0.7)
+    along = (direction + random_vector(rng, 0.5)).normalized()
+    across = along.cross(random_vector(rng, 1)).normalized()
+    length, width = rng.uniform(0.09, 0.15), rng.uniform(0.025, 0.045)
+    bend = along.cross(across) * 0.2 * width
+    middle = at + along * length * 0.5
+    return [at, middle + across * width - bend, at + along * length, middle - across * width - bend]
+
+
+def bush(rng: random.Random, leaves: int = 420) -> None:
+    """A terracotta pot with a ball of single leaves."""
+    clay = material("pot", (0.6, 0.22, 0.1), 0.8)
+    pot = add(bpy.ops.mesh.primitive_cone_add, clay, vertices=40, radius1=0.17, radius2=0.24, depth=0.34,
+              location=(0.55, 0.2, -0.43))
     pot.name = "pot"
-    greens = [material(f"leaf{i}", colour, 0.5) for i, colour in enumerate([(0.06, 0.25, 0.04), (0.13, 0.38, 0.06), (0.3, 0.48, 0.09)])]
-    vertices, faces, slots = [], [], []
+    greens = [material(f"leaf{i}", colour, 0.5) for i, colour in enumerate(LEAF_COLOURS)]
+    vertices: list[Vector] = []
+    faces: list[tuple[int, int, int]] = []
+    slots: list[int] = []
     for _ in range(leaves):
-        direction = Vector((rng.gauss(0, 1), rng.gauss(0, 1), rng.gauss(0, 1))).normalized()
-        at = Vector((0.55, 0.2, 0.02)) + direction * (0.36 * rng.uniform(0.45, 1.0)) * (1.0 if direction.z > 0 else 0.7)
-        along = (direction + Vector((rng.gauss(0, 0.5), rng.gauss(0, 0.5), rng.gauss(0, 0.5)))).normalized()
-        across = along.cross(Vector((rng.gauss(0, 1), rng.gauss(0, 1), rng.gauss(0, 1)))).normalized()
-        length, width = rng.uniform(0.09, 0.15), rng.uniform(0.025, 0.045)
-        bend = along.cross(across) * 0.2 * width
         first = len(vertices)
-        vertices += [at, at + along * length * 0.5 + across * width - bend, at + along * length, at + along * length * 0.5 - across * width - bend]
+        vertices += leaf(rng)
         faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
         slots += [rng.randrange(3)] * 2
     mesh = bpy.data.meshes.new("leaves")
@@ -119,13 +148,13 @@ def bush(rng, leaves=420):
     bpy.context.collection.objects.link(bpy.data.objects.new("leaves", mesh))
 
 
-def vase():
-    """A turned profile with a glossy glaze: its highlights move with the camera."""
-    profile = [(0.0, 0.0), (0.16, 0.0), (0.2, 0.06), (0.27, 0.2), (0.25, 0.34), (0.13, 0.47), (0.1, 0.55), (0.15, 0.62)]
+def vase() -> None:
+    """A solid of revolution with a glossy glaze, whose highlights move with the camera."""
     steps = 48
-    vertices = [(r * math.cos(2 * math.pi * k / steps), r * math.sin(2 * math.pi * k / steps), z) for r, z in profile for k in range(steps)]
+    vertices = [(r * math.cos(2 * math.pi * k / steps), r * math.sin(2 * math.pi * k / steps), z)
+                for r, z in VASE_PROFILE for k in range(steps)]
     faces = [(i * steps + k, i * steps + (k + 1) % steps, (i + 1) * steps + (k + 1) % steps, (i + 1) * steps + k)
-             for i in range(len(profile) - 1) for k in range(steps)]
+             for i in range(len(VASE_PROFILE) - 1) for k in range(steps)]
     mesh = bpy.data.meshes.new("vase")
     mesh.from_pydata(vertices, [], faces)
     mesh.materials.append(material("glaze", (0.02, 0.12, 0.5), 0.06, 0.0, 0.9))
@@ -136,20 +165,22 @@ def vase():
     bpy.context.collection.objects.link(made)
 
 
-def balls():
+def balls() -> None:
     checks = textured("checks", "ShaderNodeTexChecker", [(0.9, 0.75, 0.1), (0.75, 0.08, 0.08)], 9.0, 0.4)
-    add(bpy.ops.mesh.primitive_uv_sphere_add, checks, True, segments=48, ring_count=24, radius=0.22, location=(0.3, -0.6, -0.38))
-    add(bpy.ops.mesh.primitive_uv_sphere_add, material("steel", (0.85, 0.85, 0.88), 0.08, 1.0), True, segments=48, ring_count=24,
-        radius=0.14, location=(0.72, -0.42, -0.46))
+    steel = material("steel", (0.85, 0.85, 0.88), 0.08, 1.0)
+    for matter, radius, location in ((checks, 0.22, (0.3, -0.6, -0.38)), (steel, 0.14, (0.72, -0.42, -0.46))):
+        add(bpy.ops.mesh.primitive_uv_sphere_add, matter, True, segments=48, ring_count=24, radius=radius,
+            location=location)
 
 
-def light():
+def light() -> None:
+    """The sun, and a gradient from ground to sky, which the glossy parts reflect."""
     world = bpy.data.worlds.new("sky")
     bpy.context.scene.world = world
     world.use_nodes = True
     nodes, links = world.node_tree.nodes, world.node_tree.links
-    # A plain gradient from ground to sky: something for the glossy parts to reflect.
-    coordinates, split, ramp = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeSeparateXYZ"), nodes.new("ShaderNodeValToRGB")
+    coordinates, split = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeSeparateXYZ")
+    ramp = nodes.new("ShaderNodeValToRGB")
     ramp.color_ramp.elements[0].color = (0.25, 0.2, 0.15, 1)
     ramp.color_ramp.elements[0].position = 0.45
     ramp.color_ramp.elements[1].color = (0.45, 0.65, 1.0, 1)
@@ -166,8 +197,10 @@ def light():
     bpy.context.object.data.angle = math.radians(4)
 
 
-def cameras(count, rng, offset, radius=4.0, target=Vector((0, 0, -0.15))):
-    """Fibonacci lattice on the hemisphere between 5 and 75 degrees of elevation, jittered; offset shifts it between views."""
+def cameras(count: int, rng: random.Random, offset: float, radius: float = 4.0) -> list[Matrix]:
+    """Poses on a Fibonacci lattice of the hemisphere, between 5 and 75 degrees of elevation, with jitter. offset: shift
+    of the lattice, in views."""
+    target = Vector((0, 0, -0.15))
     poses = []
     low, high = math.sin(math.radians(5)), math.sin(math.radians(75))
     for i in range(count):
@@ -180,7 +213,8 @@ def cameras(count, rng, offset, radius=4.0, target=Vector((0, 0, -0.15))):
     return poses
 
 
-def render(options, split, poses, camera):
+def render(options: argparse.Namespace, split: str, poses: list[Matrix], camera: bpy.types.Object) -> None:
+    """Renders a view from each pose, and writes transforms_*.json."""
     folder = os.path.join(options.output, split)
     os.makedirs(folder, exist_ok=True)
     frames = []
@@ -188,22 +222,23 @@ def render(options, split, poses, camera):
         camera.matrix_world = pose
         bpy.context.scene.render.filepath = os.path.abspath(os.path.join(folder, f"r_{i}.png"))
         bpy.ops.render.render(write_still=True)
-        frames.append({"file_path": f"./{split}/r_{i}", "transform_matrix": [[round(v, 8) for v in row] for row in pose]})
+        matrix = [[round(v, 8) for v in row] for row in pose]
+        frames.append({"file_path": f"./{split}/r_{i}", "transform_matrix": matrix})
     with open(os.path.join(options.output, f"transforms_{split}.json"), "w", encoding="utf-8") as out:
         json.dump({"camera_angle_x": camera.data.angle_x, "frames": frames}, out, indent=1)
         out.write("\n")
 
 
-def main():
-    options = arguments()
+def set_up(options: argparse.Namespace) -> bpy.types.Scene:
+    """An empty scene with the settings of the renderer."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.device = "CPU"
     scene.cycles.samples = options.samples
     scene.cycles.seed = options.seed
-    scene.cycles.use_denoising = False  # Debian's build may have no denoiser; the same pictures everywhere
-    scene.cycles.sample_clamp_indirect = 4.0  # fireflies
+    scene.cycles.use_denoising = False  # Debian's Blender may lack a denoiser
+    scene.cycles.sample_clamp_indirect = 4.0  # against fireflies
     scene.cycles.max_bounces = 4
     scene.render.resolution_x = scene.render.resolution_y = options.size
     scene.render.film_transparent = True
@@ -212,7 +247,12 @@ def main():
     scene.render.image_settings.compression = 100
     scene.view_settings.view_transform = "Standard"
     scene.render.use_persistent_data = True
+    return scene
 
+
+def main() -> None:
+    options = arguments()
+    scene = set_up(options)
     rng = random.Random(options.seed)
     plinth()
     wheel()

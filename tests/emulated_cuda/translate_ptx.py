@@ -1,55 +1,99 @@
 #!/usr/bin/env python3
-"""PTX of nvcc to C++, so that what nvcc makes of the kernels runs where there is no GPU.
+"""Translates PTX to C++, so that kernels compiled by nvcc run without a GPU.
 
 usage: translate_ptx.py OUTPUT_PREFIX PARTS FILE.ptx...
 
-Writes OUTPUT_PREFIX_0.cpp ... for machine.h to run: one function a kernel, one statement an instruction. It knows the instructions
-that our kernels have and ends with the line of any other one. The meaning of each is that of NVIDIA's "PTX ISA" manual, version 9.0.
+Writes OUTPUT_PREFIX_0.cpp, OUTPUT_PREFIX_1.cpp, ... (PARTS files), which machine.h runs: a function for each kernel, a
+statement for each instruction. Instructions that the kernels of this project do not use are an error that names the
+line. Their meaning is that of NVIDIA's manual "PTX ISA", version 9.0.
 """
+from __future__ import annotations
+
 import re
 import sys
+from typing import NamedTuple, TextIO
 
-BITS = {"b8": 8, "u8": 8, "s8": 8, "b16": 16, "u16": 16, "s16": 16, "b32": 32, "u32": 32, "s32": 32, "f32": 32, "b64": 64, "u64": 64, "s64": 64}
-CPP = {"pred": "bool", "b16": "uint16_t", "b32": "uint32_t", "f32": "float", "b64": "uint64_t"}
-SPECIAL = {"%tid.x": "machine.thread()", "%ctaid.x": "machine.group()", "%ntid.x": "machine.threads()", "%nctaid.x": "machine.groups()"}
-COMPARISONS = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">=", "lo": "<", "ls": "<=", "hi": ">", "hs": ">="}
-UNORDERED = {"equ": "==", "neu": "!=", "ltu": "<", "leu": "<=", "gtu": ">", "geu": ">="}
+BITS = {
+    "b8": 8, "u8": 8, "s8": 8, "b16": 16, "u16": 16, "s16": 16, "b32": 32, "u32": 32, "s32": 32, "f32": 32, "b64": 64,
+    "u64": 64, "s64": 64}
+CPP_OF_REGISTER = {"pred": "bool", "b16": "uint16_t", "b32": "uint32_t", "f32": "float", "b64": "uint64_t"}
+SPECIAL_REGISTERS = {
+    "%tid.x": "machine.thread()", "%ctaid.x": "machine.group()", "%ntid.x": "machine.threads()",
+    "%nctaid.x": "machine.groups()"}
+COMPARISONS = {
+    "eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">=", "lo": "<", "ls": "<=", "hi": ">", "hs": ">="}
+UNORDERED_COMPARISONS = {"equ": "==", "neu": "!=", "ltu": "<", "leu": "<=", "gtu": ">", "geu": ">="}  # true for NaN
+SIGNS = {"add": "+", "sub": "-", "and": "&", "or": "|", "xor": "^"}
+ROUNDINGS = {"rmi": "floor", "rpi": "ceil", "rzi": "trunc", "rni": "nearbyint"}
 
-# Instructions whose operands all have the type that they end with: the C++ of their result.
+# The C++ of instructions whose operands all have the type at the end of the name.
 EXPRESSIONS = {
-    "add.rn.f32": "{1} + {2}", "add.f32": "{1} + {2}", "sub.rn.f32": "{1} - {2}", "sub.f32": "{1} - {2}", "mul.rn.f32": "{1} * {2}", "mul.f32": "{1} * {2}",
-    "div.rn.f32": "{1} / {2}", "fma.rn.f32": "std::fma({1}, {2}, {3})", "fma.rm.f32": "fma_down({1}, {2}, {3})", "rcp.rn.f32": "1.0f / {1}",
-    "sqrt.rn.f32": "std::sqrt({1})", "ex2.approx.ftz.f32": "exp2_flushed({1})", "abs.f32": "std::fabs({1})", "neg.f32": "-{1}",
-    "min.f32": "min_number({1}, {2})", "max.f32": "max_number({1}, {2})", "min.s32": "std::min({1}, {2})", "max.s32": "std::max({1}, {2})",
-    "min.u32": "std::min({1}, {2})", "max.u32": "std::max({1}, {2})", "div.u32": "divide({1}, {2})", "rem.u32": "remainder({1}, {2})",
-    "bfi.b32": "insert_bits({1}, {2}, {3}, {4})", "brev.b32": "reverse_bits({1})", "bfind.shiftamt.u32": "shift_of_first_bit({1})",
+    "add.rn.f32": "{1} + {2}",
+    "add.f32": "{1} + {2}",
+    "sub.rn.f32": "{1} - {2}",
+    "sub.f32": "{1} - {2}",
+    "mul.rn.f32": "{1} * {2}",
+    "mul.f32": "{1} * {2}",
+    "div.rn.f32": "{1} / {2}",
+    "fma.rn.f32": "std::fma({1}, {2}, {3})",
+    "fma.rm.f32": "fma_down({1}, {2}, {3})",
+    "rcp.rn.f32": "1.0f / {1}",
+    "sqrt.rn.f32": "std::sqrt({1})",
+    "ex2.approx.ftz.f32": "exp2_flushed({1})",
+    "abs.f32": "std::fabs({1})",
+    "neg.f32": "-{1}",
+    "min.f32": "min_number({1}, {2})",
+    "max.f32": "max_number({1}, {2})",
+    "min.s32": "std::min({1}, {2})",
+    "max.s32": "std::max({1}, {2})",
+    "min.u32": "std::min({1}, {2})",
+    "max.u32": "std::max({1}, {2})",
+    "div.u32": "divide({1}, {2})",
+    "rem.u32": "remainder({1}, {2})",
+    "bfi.b32": "insert_bits({1}, {2}, {3}, {4})",
+    "brev.b32": "reverse_bits({1})",
+    "bfind.shiftamt.u32": "shift_of_first_bit({1})",
 }
+# Instructions with a method of their own, by the first word of the opcode (Kernel._computed).
+COMPUTED = ("add", "sub", "and", "or", "xor", "not", "neg", "mul", "mad", "shl", "shr", "selp", "setp", "cvt")
 
-# What a GPU has units for, as in machine.h. What ptxas makes no instruction of (moves, addresses, parameters) does not count.
 SPACES = ("param", "global", "shared", "local")
-CLASSES = ["multiply_add", "special", "other", "shared", "global", "local", "atomic"]
+ORDERING_WORDS = ("nc", "volatile", "relaxed", "gpu", "cta", "sys")
+# Classes of instructions by the unit of a GPU that runs them, as in machine.h.
+CLASSES = ("multiply_add", "special", "other", "shared", "global", "local", "atomic")
+REGISTERS_PER_LINE = 16
 
 
-def instruction_class(opcode):
+class Unknown(Exception):
+    """An instruction or declaration that is not supported."""
+
+
+class Parameter(NamedTuple):
+    """Place of a kernel's parameter, in bytes."""
+
+    offset: int
+    size: int
+
+
+def instruction_class(opcode: str) -> str | None:
+    """The class of an instruction; None if ptxas makes no instruction of it (moves, addresses, parameters)."""
     words = opcode.split(".")
-    if words[0] in ("mov", "cvta") or opcode.startswith("ld.param"):
+    head, suffix = words[0], words[-1]
+    if head in ("mov", "cvta") or opcode.startswith("ld.param"):
         return None
-    if words[0] in ("ld", "st"):
+    if head in ("ld", "st"):
         return words[1] if words[1] in SPACES else "global"
-    if words[0] == "atom":
+    if head == "atom":
         return "shared" if words[1] == "shared" else "atomic"
-    if words[-1] == "f32" and words[0] in ("add", "sub", "mul", "fma"):
+    if suffix == "f32" and head in ("add", "sub", "mul", "fma"):
         return "multiply_add"
-    if words[-1] == "f32" and words[0] in ("div", "rcp", "sqrt", "ex2"):
+    if suffix == "f32" and head in ("div", "rcp", "sqrt", "ex2"):
         return "special"
     return "other"
 
 
-class Unknown(Exception):
-    pass
-
-
-def cpp_type(suffix):
+def cpp_type(suffix: str) -> str:
+    """The C++ type of a PTX type such as s32."""
     if suffix == "f32":
         return "float"
     if suffix == "pred":
@@ -57,8 +101,12 @@ def cpp_type(suffix):
     return ("int" if suffix[0] == "s" else "uint") + f"{BITS[suffix]}_t"
 
 
-def split_operands(text):
-    """At the commas that are outside of braces and brackets."""
+def unsigned(suffix: str) -> str:
+    return "u" + suffix[1:]
+
+
+def split_operands(text: str) -> list[str]:
+    """Splits at commas outside of braces and brackets."""
     parts, depth, start = [], 0, 0
     for i, c in enumerate(text):
         if c in "{[":
@@ -72,79 +120,135 @@ def split_operands(text):
     return [p for p in parts if p]
 
 
+def label_of(name: str) -> str:
+    return "L_" + name.strip().strip("$").replace("$", "_")
+
+
+def aligned(offset: int, alignment: int) -> int:
+    return (offset + alignment - 1) // alignment * alignment
+
+
+class Operands:
+    """The operands of one instruction. Operand 0 is the result."""
+
+    def __init__(self, kernel: Kernel, texts: list[str], suffix: str) -> None:
+        self.kernel, self.texts, self.suffix = kernel, texts, suffix
+
+    def read(self, index: int, suffix: str | None = None) -> str:
+        """An operand as C++, with the type at the end of the opcode or another one."""
+        return self.kernel.read(self.texts[index], suffix or self.suffix)
+
+    def put(self, expression: str, suffix: str | None = None) -> str:
+        """The C++ that sets the result."""
+        return self.kernel.write(self.texts[0], suffix or self.suffix, expression)
+
+
 class Kernel:
-    def __init__(self, name, number, module):
+    """One kernel: its declarations, and its body as C++."""
+
+    def __init__(self, name: str, number: int, module: Module) -> None:
         self.name, self.number, self.module = name, number, module
-        self.parameters, self.parameter_bytes = {}, 0
-        self.registers = {}  # prefix of its names: type
-        self.shared, self.shared_bytes = {}, 0
-        self.local, self.local_bytes = {}, 0
+        self.parameters: dict[str, Parameter] = {}
+        self.parameter_bytes = 0
+        self.registers: dict[str, str] = {}  # PTX types by prefix of the names
+        self.shared: dict[str, int] = {}  # offsets by name
+        self.local: dict[str, int] = {}
+        self.shared_bytes = self.local_bytes = 0
         self.barriers = 0
         self.accesses = 0
-        self.most_threads = 1024
-        self.declarations, self.body = [], []
-        self.blocks = []      # instructions of each class in each run of them that is entered at its start only
-        self.new_block = True
-        self.place = "0"
+        self.max_threads = 1024
+        self.declarations: list[str] = []
+        self.body: list[str] = []
+        self.blocks: list[list[int]] = []  # instructions of each class, by basic block
+        self._starts_block = True
+        self._place = "0"  # file and line in the source, as machine.h encodes them
 
-    def parameter(self, line):
+    # Declarations.
+
+    def add_parameter(self, line: str) -> None:
         match = re.match(r"\.param (?:\.align (\d+) )?\.(\w+) (\S+?)(?:\[(\d+)\])?,?$", line)
         if not match:
             raise Unknown(line)
         size = BITS[match[2]] // 8
-        align = max(int(match[1] or 1), size)
-        offset = (self.parameter_bytes + align - 1) // align * align
-        self.parameters[match[3]] = (offset, size * int(match[4] or 1))
+        offset = aligned(self.parameter_bytes, max(int(match[1] or 1), size))
+        self.parameters[match[3]] = Parameter(offset, size * int(match[4] or 1))
         self.parameter_bytes = offset + size * int(match[4] or 1)
 
-    def memory(self, line):
+    def _add_memory(self, line: str) -> None:
         match = re.match(r"\.(shared|local) (?:\.align (\d+) )?\.(\w+)\s+(\S+?)(?:\[(\d+)\])?;$", line)
         if not match:
             raise Unknown(line)
-        size = BITS[match[3]] // 8 * int(match[5] or 1)
-        align = max(int(match[2] or 1), BITS[match[3]] // 8)
-        table, used = (self.shared, self.shared_bytes) if match[1] == "shared" else (self.local, self.local_bytes)
-        offset = (used + align - 1) // align * align
-        table[match[4]] = offset
+        element = BITS[match[3]] // 8
+        alignment, size = max(int(match[2] or 1), element), element * int(match[5] or 1)
         if match[1] == "shared":
-            self.shared_bytes = offset + size
+            self.shared[match[4]] = aligned(self.shared_bytes, alignment)
+            self.shared_bytes = self.shared[match[4]] + size
         else:
-            self.local_bytes = offset + size
+            self.local[match[4]] = aligned(self.local_bytes, alignment)
+            self.local_bytes = self.local[match[4]] + size
 
-    def register_type(self, name):
+    def _add_registers(self, line: str) -> None:
+        match = re.match(r"\.reg \.(\w+)\s+(%\w+?)(?:<(\d+)>)?;$", line)
+        if not match:
+            raise Unknown(line)
+        type_, prefix, count = match.groups()
+        self.registers[prefix] = type_ if type_ in CPP_OF_REGISTER else "b" + type_[1:]
+        names = [f"{prefix}{i}" for i in range(int(count))] if count else [prefix]
+        for start in range(0, len(names), REGISTERS_PER_LINE):
+            variables = ", ".join("r_" + n[1:] for n in names[start:start + REGISTERS_PER_LINE])
+            self.declarations.append(f"{CPP_OF_REGISTER[self.registers[prefix]]} {variables};")
+
+    # Operands.
+
+    def _register_type(self, name: str) -> str | None:
         prefix = name.rstrip("0123456789")
         return self.registers.get(name) or self.registers.get(prefix)
 
-    def variable(self, name):
-        if not self.register_type(name):
-            raise Unknown(name)
-        return "r_" + name[1:].replace(".", "_")
+    def _cpp_of(self, register: str) -> str:
+        """The C++ type of a register."""
+        type_ = self._register_type(register)
+        if type_ is None:
+            raise Unknown(register)
+        return CPP_OF_REGISTER[type_]
 
-    def read(self, operand, suffix):
-        """The operand as a C++ expression of the type that the suffix names."""
-        want = cpp_type(suffix)
-        if operand in SPECIAL:
-            return f"{want}({SPECIAL[operand]})"
+    @staticmethod
+    def _variable(register: str) -> str:
+        return "r_" + register[1:].replace(".", "_")
+
+    def read(self, operand: str, suffix: str) -> str:
+        """An operand as C++ of the type that the suffix names."""
+        wanted = cpp_type(suffix)
+        if operand in SPECIAL_REGISTERS:
+            return f"{wanted}({SPECIAL_REGISTERS[operand]})"
         if operand.startswith("%"):
-            have = CPP[self.register_type(operand)] if self.register_type(operand) else None
-            name = self.variable(operand)
-            if have == want:
+            type_, name = self._cpp_of(operand), self._variable(operand)
+            if type_ == wanted:
                 return name
-            if "float" in (have, want):
-                return f"std::bit_cast<{want}>({name})"
-            return f"static_cast<{want}>({name})"
+            if "float" in (type_, wanted):
+                return f"std::bit_cast<{wanted}>({name})"
+            return f"static_cast<{wanted}>({name})"
         if re.match(r"0[fF][0-9A-Fa-f]{8}$", operand):
             return f"std::bit_cast<float>(0x{operand[2:]}u)"
         if re.match(r"-?(0x[0-9A-Fa-f]+|\d+)$", operand):
             if suffix == "pred":
                 return "true" if int(operand, 0) else "false"
             value = int(operand, 0) & ((1 << BITS[suffix]) - 1)
-            return f"static_cast<{want}>({value}ull)"
-        return f"static_cast<{want}>({self.symbol(operand)})"
+            return f"static_cast<{wanted}>({value}ull)"
+        return f"static_cast<{wanted}>({self._symbol(operand)})"
 
-    def symbol(self, name):
+    def write(self, operand: str, suffix: str, expression: str) -> str:
+        """The C++ that sets a register to an expression of the type that the suffix names."""
+        type_, name, given = self._cpp_of(operand), self._variable(operand), cpp_type(suffix)
+        if type_ == given:
+            return f"{name} = {expression};"
+        if "float" in (type_, given):
+            return f"{name} = std::bit_cast<{type_}>({expression});"
+        return f"{name} = static_cast<{type_}>(static_cast<{given}>({expression}));"
+
+    def _symbol(self, name: str) -> str:
+        """The address of a parameter or variable."""
         if name in self.parameters:
-            return f"machine.parameters({self.parameters[name][0]})"
+            return f"machine.parameters({self.parameters[name].offset})"
         if name in self.shared:
             return f"{self.shared[name]}ull"
         if name in self.local:
@@ -153,274 +257,340 @@ class Kernel:
             return f"reinterpret_cast<uint64_t>({self.module.variables[name]})"
         raise Unknown(name)
 
-    def write(self, operand, suffix, expression):
-        have = CPP[self.register_type(operand)] if self.register_type(operand) else None
-        name = self.variable(operand)
-        want = cpp_type(suffix)
-        if have != want and "float" in (have, want):
-            return f"{name} = std::bit_cast<{have}>({expression});"
-        if have != want:
-            return f"{name} = static_cast<{have}>(static_cast<{want}>({expression}));"
-        return f"{name} = {expression};"
-
-    def address(self, operand):
+    def _address(self, operand: str) -> str:
         match = re.match(r"\[(\S+?)(?:\+(-?\d+))?\]$", operand)
         if not match:
             raise Unknown(operand)
-        base = self.read(match[1], "u64") if match[1].startswith("%") else self.symbol(match[1])
+        base = self.read(match[1], "u64") if match[1].startswith("%") else self._symbol(match[1])
         return f"{base} + static_cast<uint64_t>({match[2]}ll)" if match[2] else base
 
-    def instruction(self, text):
-        """C++ of one instruction without its guard."""
+    # Instructions.
+
+    def _instruction(self, text: str) -> str:
+        """The C++ of one instruction without its guard."""
         opcode, _, rest = text.partition(" ")
-        rest = rest.strip()
         words = opcode.split(".")
         head, suffix = words[0], words[-1]
         if head == "bra":
-            return f"goto {self.label(rest)};"
+            return f"goto {label_of(rest)};"
         if head == "ret":
             return "return;"
-        operands = split_operands(rest)
-
-        def r(index, kind=suffix):
-            return self.read(operands[index], kind)
-
-        def put(expression, kind=suffix):
-            return self.write(operands[0], kind, expression)
-
+        operands = Operands(self, split_operands(rest.strip()), suffix)
         if head == "mov":
-            return put(r(1))
+            return operands.put(operands.read(1))
         if head in ("ld", "st"):
-            return self.access(head, words[1:], operands)
+            return self._access(head, words[1:], operands.texts)
         if head == "atom":
-            if opcode in ("atom.global.add.u32", "atom.global.or.b32", "atom.global.max.u32"):
-                return put(f"machine.atomic_{words[2]}({self.address(operands[1])}, {r(2, 'u32')}, {self.place})", "u32")
-            if opcode == "atom.global.cas.b32":
-                return put(f"machine.atomic_cas({self.address(operands[1])}, {r(2, 'u32')}, {r(3, 'u32')}, {self.place})", "u32")
-            if opcode not in ("atom.shared.add.u32", "atom.shared.max.u32"):
-                raise Unknown(text)
-            self.accesses += 1
-            return put(f"machine.atomic_shared_{words[2]}({self.address(operands[1])}, {r(2, 'u32')}, {self.place}, {self.accesses - 1})", "u32")
-        if head == "bar" or head == "barrier":
-            if words[1:] != ["sync"] or operands != ["0"]:
+            return self._atomic(opcode, operands)
+        if head in ("bar", "barrier"):
+            if words[1:] != ["sync"] or operands.texts != ["0"]:
                 raise Unknown(text)
             self.barriers += 1
-            return f"machine.barrier({self.barriers}u, {self.place});"
-        if head == "membar" or head == "fence":
+            return f"machine.barrier({self.barriers}u, {self._place});"
+        if head in ("membar", "fence"):
             return ";"
         if head == "cvta":
-            return put(r(1, "u64"), "u64")
+            return operands.put(operands.read(1, "u64"), "u64")
         if opcode in EXPRESSIONS:
-            return put(EXPRESSIONS[opcode].format("", *(r(i) for i in range(1, len(operands)))))
-        if suffix == "f32" and head not in ("mov", "selp", "setp", "cvt") or head in ("add", "sub", "and", "or", "xor", "not", "shl", "shr", "selp") and len(words) != 2:
-            raise Unknown(text)  # with a modifier, or not known
-        if head in ("add", "sub", "and", "or", "xor"):
-            sign = {"add": "+", "sub": "-", "and": "&", "or": "|", "xor": "^"}[head]
-            if suffix == "pred":
-                return put(f"static_cast<bool>({r(1)} {sign} {r(2)})")
-            kind = "u" + suffix[1:]
-            return put(f"static_cast<{cpp_type(kind)}>({r(1, kind)} {sign} {r(2, kind)})", kind)
-        if head == "not":
-            return put(f"!{r(1)}" if suffix == "pred" else f"static_cast<{cpp_type(suffix)}>(~{r(1)})")
-        if opcode == "neg.s32":
-            return put(f"static_cast<uint32_t>(0u - {r(1, 'u32')})", "u32")
-        if head == "mul" and words[1] == "wide":
-            wide = suffix[0] + str(2 * BITS[suffix])
-            return put(f"static_cast<{cpp_type(wide)}>({r(1)}) * static_cast<{cpp_type(wide)}>({r(2)})", wide)
-        if head in ("mul", "mad") and words[1] == "lo":
-            kind = "u" + suffix[1:]
-            added = f" + {r(3, kind)}" if head == "mad" else ""
-            return put(f"static_cast<{cpp_type(kind)}>(uint64_t{{{r(1, kind)}}} * {r(2, kind)}{added})", kind)
-        if head in ("mul", "mad"):
+            values = (operands.read(i) for i in range(1, len(operands.texts)))
+            return operands.put(EXPRESSIONS[opcode].format("", *values))
+        if head not in COMPUTED:
             raise Unknown(text)
-        if head in ("shl", "shr"):
-            return put(f"shift_{dict(shl='left', shr='right')[head]}({r(1)}, {r(2, 'u32')})")
-        if head == "selp":
-            return put(f"{r(3, 'pred')} ? {r(1)} : {r(2)}")
-        if head == "setp":
-            if len(words) != 3:
-                raise Unknown(text)
-            if words[1] in UNORDERED:
-                return put(f"!({r(1)} == {r(1)}) || !({r(2)} == {r(2)}) || {r(1)} {UNORDERED[words[1]]} {r(2)}", "pred")
-            ordered = f"{r(1)} {COMPARISONS[words[1]]} {r(2)}"
-            if suffix == "f32" and words[1] == "ne":
-                ordered = f"{r(1)} < {r(2)} || {r(1)} > {r(2)}"
-            return put(ordered, "pred")
+        return self._computed(words, operands)
+
+    def _computed(self, words: list[str], operands: Operands) -> str:
+        """The C++ of arithmetic on integers and predicates, comparisons and conversions."""
+        head, suffix, opcode = words[0], words[-1], ".".join(words)
+        read, put = operands.read, operands.put
         if head == "cvt":
-            return self.conversion(words[1:], put, r, text)
-        raise Unknown(text)
+            return self._conversion(words[1:-2], words[-2], words[-1], operands)
+        if head == "setp":
+            return self._comparison(words, operands)
+        if head == "selp" and len(words) == 2:
+            return put(f"{read(3, 'pred')} ? {read(1)} : {read(2)}")
+        if opcode == "neg.s32":
+            return put(f"static_cast<uint32_t>(0u - {read(1, 'u32')})", "u32")
+        if suffix != "f32" and head in ("mul", "mad"):
+            return self._product(words, operands)
+        if suffix == "f32" or len(words) != 2:  # an instruction with a modifier, or unknown
+            raise Unknown(opcode)
+        if head in SIGNS:
+            if suffix == "pred":
+                return put(f"static_cast<bool>({read(1)} {SIGNS[head]} {read(2)})")
+            kind = unsigned(suffix)
+            return put(f"static_cast<{cpp_type(kind)}>({read(1, kind)} {SIGNS[head]} {read(2, kind)})", kind)
+        if head == "not":
+            return put(f"!{read(1)}" if suffix == "pred" else f"static_cast<{cpp_type(suffix)}>(~{read(1)})")
+        if head in ("shl", "shr"):
+            direction = "left" if head == "shl" else "right"
+            return put(f"shift_{direction}({read(1)}, {read(2, 'u32')})")
+        raise Unknown(opcode)
 
-    def conversion(self, words, put, r, text):
-        to, source = words[-2], words[-1]
-        mode = words[:-2]
+    @staticmethod
+    def _product(words: list[str], operands: Operands) -> str:
+        head, part, suffix = words[0], words[1], words[-1]
+        read, put = operands.read, operands.put
+        if head == "mul" and part == "wide":
+            wide = suffix[0] + str(2 * BITS[suffix])
+            return put(f"static_cast<{cpp_type(wide)}>({read(1)}) * static_cast<{cpp_type(wide)}>({read(2)})", wide)
+        if part != "lo":
+            raise Unknown(".".join(words))
+        kind = unsigned(suffix)
+        summand = f" + {read(3, kind)}" if head == "mad" else ""
+        return put(f"static_cast<{cpp_type(kind)}>(uint64_t{{{read(1, kind)}}} * {read(2, kind)}{summand})", kind)
+
+    @staticmethod
+    def _comparison(words: list[str], operands: Operands) -> str:
+        if len(words) != 3:
+            raise Unknown(".".join(words))
+        _, relation, suffix = words
+        a, b = operands.read(1), operands.read(2)
+        if relation in UNORDERED_COMPARISONS:
+            return operands.put(f"!({a} == {a}) || !({b} == {b}) || {a} {UNORDERED_COMPARISONS[relation]} {b}", "pred")
+        if suffix == "f32" and relation == "ne":
+            return operands.put(f"{a} < {b} || {a} > {b}", "pred")
+        return operands.put(f"{a} {COMPARISONS[relation]} {b}", "pred")
+
+    @staticmethod
+    def _conversion(mode: list[str], to: str, source: str, operands: Operands) -> str:
+        value, put = operands.read(1, source), operands.put
         if mode == [] and "f32" not in (to, source):
-            return put(f"static_cast<{cpp_type(to)}>({r(1, source)})", to)
+            return put(f"static_cast<{cpp_type(to)}>({value})", to)
         if mode == ["rn"] and to == "f32":
-            return put(f"static_cast<float>({r(1, source)})", to)
+            return put(f"static_cast<float>({value})", to)
         if mode == ["rzi"] and source == "f32" and to in ("s32", "u32"):
-            return put(f"to_{cpp_type(to)}({r(1, source)})", to)
-        if mode in (["rmi"], ["rpi"], ["rzi"], ["rni"]) and to == source == "f32":
-            return put(f"std::{dict(rmi='floor', rpi='ceil', rzi='trunc', rni='nearbyint')[mode[0]]}({r(1, source)})", to)
+            return put(f"to_{cpp_type(to)}({value})", to)
+        if len(mode) == 1 and mode[0] in ROUNDINGS and to == source == "f32":
+            return put(f"std::{ROUNDINGS[mode[0]]}({value})", to)
         if mode == ["sat"] and to == source == "f32":
-            return put(f"saturate({r(1, source)})", to)
-        raise Unknown(text)
+            return put(f"saturate({value})", to)
+        raise Unknown(".".join(["cvt", *mode, to, source]))
 
-    def access(self, head, words, operands):
-        # A pointer that was itself read from memory has no space; all of ours point to device memory, and every access is checked.
-        space, words = (words[0], words[1:]) if words[0] in SPACES else ("global", words)
-        words = [w for w in words if w not in ("nc", "volatile", "relaxed", "gpu", "cta", "sys")]
+    def _atomic(self, opcode: str, operands: Operands) -> str:
+        words = opcode.split(".")
+        if opcode in ("atom.global.add.u32", "atom.global.or.b32", "atom.global.max.u32"):
+            arguments = f"{self._address(operands.texts[1])}, {operands.read(2, 'u32')}, {self._place}"
+            return operands.put(f"machine.atomic_{words[2]}({arguments})", "u32")
+        if opcode == "atom.global.cas.b32":
+            values = f"{operands.read(2, 'u32')}, {operands.read(3, 'u32')}"
+            arguments = f"{self._address(operands.texts[1])}, {values}, {self._place}"
+            return operands.put(f"machine.atomic_cas({arguments})", "u32")
+        if opcode in ("atom.shared.add.u32", "atom.shared.max.u32"):
+            access = self._next_access()
+            arguments = f"{self._address(operands.texts[1])}, {operands.read(2, 'u32')}, {self._place}, {access}"
+            return operands.put(f"machine.atomic_shared_{words[2]}({arguments})", "u32")
+        raise Unknown(opcode)
+
+    def _next_access(self) -> int:
+        """The number of an access to global or shared memory, which machine.h checks."""
+        self.accesses += 1
+        return self.accesses - 1
+
+    def _access(self, head: str, words: list[str], operands: list[str]) -> str:
+        """A load or store."""
+        # A pointer that was loaded from memory has no space. All such pointers are to device memory, and every access
+        # is checked.
+        space = "global"
+        if words[0] in SPACES:
+            space, words = words[0], words[1:]
+        words = [w for w in words if w not in ORDERING_WORDS]
         count = 1
         if words[0] in ("v2", "v4"):
-            count = int(words[0][1])
-            words = words[1:]
+            count, words = int(words[0][1]), words[1:]
         kind = words[0]
         target, value = (operands[1], operands[0]) if head == "ld" else (operands[0], operands[1])
         values = split_operands(value[1:-1]) if count > 1 else [value]
-        own, place = "", ""
+        memory, place = "", ""
         if space in ("global", "shared"):
-            place = f", {self.place}, {self.accesses}"
-            self.accesses += 1
+            place = f", {self._place}, {self._next_access()}"
         elif space == "local":
-            own, place = "local, ", f", {self.place}"
-        types = f"<{cpp_type(kind)}, {count}>"
+            memory, place = "local, ", f", {self._place}"
+        name = f"{space}<{cpp_type(kind)}, {count}>"
         if head == "st":
-            return f"machine.store_{space}{types}({own}{self.address(target)}, {{{', '.join(self.read(v, kind) for v in values)}}}{place});"
-        load = f"machine.load_{space}{types}({own}{self.address(target)}{place})"
+            stored = ", ".join(self.read(v, kind) for v in values)
+            return f"machine.store_{name}({memory}{self._address(target)}, {{{stored}}}{place});"
+        load = f"machine.load_{name}({memory}{self._address(target)}{place})"
         if count == 1:
             return self.write(values[0], kind, load + "[0]")
-        return f"{{ const auto loaded = {load}; " + " ".join(self.write(v, kind, f"loaded[{i}]") for i, v in enumerate(values)) + " }"
+        parts = " ".join(self.write(v, kind, f"loaded[{i}]") for i, v in enumerate(values))
+        return f"{{ const auto loaded = {load}; {parts} }}"
 
-    def label(self, name):
-        return "L_" + name.strip().strip("$").replace("$", "_")
+    # Lines.
 
-    def line(self, text):
+    def add_line(self, text: str) -> None:
+        """A line of the kernel's body."""
         if text.endswith(":"):
-            self.body.append(f"{self.label(text[:-1])}:;")
-            self.new_block = True
-            return
+            self.body.append(f"{label_of(text[:-1])}:;")
+            self._starts_block = True
+        elif text.startswith("."):
+            self._add_directive(text)
+        elif text.endswith(";"):
+            self._add_instruction(re.sub(r"\s+", " ", text[:-1]))
+        else:
+            raise Unknown(text)
+
+    def _add_directive(self, text: str) -> None:
         if text.startswith(".reg"):
-            match = re.match(r"\.reg \.(\w+)\s+(%\w+?)(?:<(\d+)>)?;$", text)
-            if not match:
-                raise Unknown(text)
-            self.registers[match[2]] = match[1] if match[1] in CPP else "b" + match[1][1:]
-            names = [f"{match[2]}{i}" for i in range(int(match[3]))] if match[3] else [match[2]]
-            for start in range(0, len(names), 16):
-                self.declarations.append(f"{CPP[self.registers[match[2]]]} " + ", ".join("r_" + n[1:] for n in names[start:start + 16]) + ";")
-            return
-        if text.startswith((".shared", ".local")):
-            self.memory(text)
-            return
-        if text.startswith(".loc"):
+            self._add_registers(text)
+        elif text.startswith((".shared", ".local")):
+            self._add_memory(text)
+        elif text.startswith(".loc"):
             words = text.split()
-            self.place = str(int(words[1]) << 20 | int(words[2].rstrip(",")))
-            return
-        if text.startswith(".pragma"):
-            return
-        if text.startswith("."):
+            self._place = str(int(words[1]) << 20 | int(words[2].rstrip(",")))
+        elif not text.startswith(".pragma"):
             raise Unknown(text)
-        if not text.endswith(";"):
-            raise Unknown(text)
-        text = re.sub(r"\s+", " ", text[:-1])
+
+    def _add_instruction(self, text: str) -> None:
         guard = re.match(r"@(!?)(%p\d+) (.*)", text)
-        opcode = (guard[3] if guard else text).split(" ")[0]
-        if self.new_block:
+        instruction = guard[3] if guard else text
+        self._count(instruction.split(" ")[0])
+        statement = self._instruction(instruction)
+        if guard:
+            self._cpp_of(guard[2])
+            statement = f"if ({guard[1]}{self._variable(guard[2])}) {statement}"
+        self.body.append(statement)
+
+    def _count(self, opcode: str) -> None:
+        """Counts an instruction in its basic block."""
+        if self._starts_block:
             self.body.append(f"machine.block({len(self.blocks)});")
             self.blocks.append([0] * len(CLASSES))
-        self.new_block = opcode.split(".")[0] in ("bra", "bar")
-        if instruction_class(opcode):
-            self.blocks[-1][CLASSES.index(instruction_class(opcode))] += 1
-        if guard:
-            self.body.append(f"if ({guard[1]}{self.variable(guard[2])}) {self.instruction(guard[3])}")
-        else:
-            self.body.append(self.instruction(text))
+        self._starts_block = opcode.split(".")[0] in ("bra", "bar")
+        class_ = instruction_class(opcode)
+        if class_ is not None:
+            self.blocks[-1][CLASSES.index(class_)] += 1
 
-    def text(self):
-        local = f"  alignas(16) std::byte local[{self.local_bytes}];\n" if self.local_bytes else ""
-        return (f"void kernel_{self.module.number}_{self.number}(const std::byte*) {{\n" + local
-                + "".join(f"  {d}\n" for d in self.declarations) + "".join(f"  {b}\n" for b in self.body) + "}\n")
+    # Output.
+
+    @property
+    def function(self) -> str:
+        return f"kernel_{self.module.number}_{self.number}"
+
+    def text(self) -> str:
+        local = [f"alignas(16) std::byte local[{self.local_bytes}];"] if self.local_bytes else []
+        lines = "".join(f"  {line}\n" for line in local + self.declarations + self.body)
+        return f"void {self.function}(const std::byte*) {{\n{lines}}}\n"
+
+    def registration(self) -> str:
+        parameters = ", ".join(f"{{{p.offset}, {p.size}}}" for p in self.parameters.values())
+        blocks = ", ".join("{" + ", ".join(map(str, block)) + "}" for block in self.blocks)
+        return (f'{{"{self.name}", {self.function}, {{{parameters}}}, {self.parameter_bytes}, {self.shared_bytes}, '
+                f"{self.local_bytes}, {self.max_threads}, {str(self.barriers > 0).lower()}, {self.module.number}, "
+                f"{{{blocks}}}}}")
 
 
 class Module:
-    def __init__(self, path, number):
-        self.path, self.number = path, number
-        self.kernels, self.variables, self.data, self.files = [], {}, [], {}
-        self.read(path)
+    """One PTX file."""
 
-    def variable(self, line):
+    def __init__(self, path: str, number: int) -> None:
+        self.path, self.number = path, number
+        self.kernels: list[Kernel] = []
+        self.variables: dict[str, str] = {}  # C++ names of constant arrays
+        self.data: list[str] = []  # their definitions
+        self.files: dict[int, str] = {}  # source files
+        self._kernel: Kernel | None = None  # the one being read
+        self._in_body = False
+        self._in_section = False
+        self._read(path)
+
+    def _read(self, path: str) -> None:
+        with open(path, encoding="utf-8") as f:
+            for number, raw in enumerate(f, 1):
+                line = raw.strip() if raw.lstrip().startswith(".file") else raw.split("//")[0].strip()
+                try:
+                    if line and not line.startswith((".version", ".target", ".address_size")):
+                        self._add_line(line)
+                except (Unknown, KeyError, IndexError) as error:
+                    sys.exit(f"{path}:{number}: {line}: not supported ({error}); add it in translate_ptx.py")
+
+    def _add_line(self, line: str) -> None:
+        if line.startswith(".file"):
+            words = line.split(None, 2)
+            self.files[int(words[1])] = words[2].split('"')[1]
+        elif line.startswith(".section"):
+            self._in_section = True
+        elif self._in_section:
+            self._in_section = line != "}"
+        elif self._kernel is None:
+            self._add_global(line)
+        elif not self._in_body:
+            self._add_to_header(self._kernel, line)
+        elif line == "}":
+            self._kernel, self._in_body = None, False
+        else:
+            self._kernel.add_line(line)
+
+    def _add_global(self, line: str) -> None:
+        entry = re.search(r"\.entry (\S+?)\(", line)
+        if entry:
+            self._kernel = Kernel(entry[1], len(self.kernels), self)
+            self.kernels.append(self._kernel)
+        elif line.startswith(".global"):
+            self._add_variable(line)
+        else:
+            raise Unknown(line)
+
+    def _add_to_header(self, kernel: Kernel, line: str) -> None:
+        """A line between the name of a kernel and its body."""
+        if line == "{":
+            self._in_body = True
+        elif line.startswith(".param"):
+            kernel.add_parameter(line)
+        elif line.startswith(".maxntid"):
+            kernel.max_threads = int(line.split()[1].rstrip(","))
+        elif line != ")":
+            raise Unknown(line)
+
+    def _add_variable(self, line: str) -> None:
         match = re.match(r"\.(?:visible )?\.?global \.align (\d+) \.b8 (\S+)\[(\d+)\](?: = \{(.*)\})?;$", line)
         if not match:
             raise Unknown(line)
+        alignment, ptx_name, size, values = match.groups()
         name = f"data_{self.number}_{len(self.variables)}"
-        self.variables[match[2]] = name
-        self.data.append(f"alignas({max(int(match[1]), 16)}) [[maybe_unused]] const unsigned char {name}[{match[3]}] = {{{match[4] or ''}}};\n"
+        self.variables[ptx_name] = name
+        array = f"[[maybe_unused]] const unsigned char {name}[{size}] = {{{values or ''}}};"
+        self.data.append(f"alignas({max(int(alignment), 16)}) {array}\n"
                          f"const Constant constant_{name}{{{name}, sizeof {name}}};")
 
-    def read(self, path):
-        kernel, inside, skipping = None, False, False
-        for number, raw in enumerate(open(path), 1):
-            line = raw.split("//")[0].strip() if not raw.lstrip().startswith(".file") else raw.strip()
-            try:
-                if not line or line.startswith((".version", ".target", ".address_size")):
-                    continue
-                if line.startswith(".file"):
-                    words = line.split(None, 2)
-                    self.files[int(words[1])] = words[2].split('"')[1]
-                elif line.startswith(".section"):
-                    skipping = True
-                elif skipping:
-                    skipping = line != "}"
-                elif kernel is None and ".entry" in line:
-                    kernel = Kernel(re.search(r"\.entry (\S+?)\(", line)[1], len(self.kernels), self)
-                    self.kernels.append(kernel)
-                elif kernel is None and line.startswith(".global"):
-                    self.variable(line)
-                elif kernel is None:
-                    raise Unknown(line)
-                elif not inside:
-                    if line == "{":
-                        inside = True
-                    elif line.startswith(".param"):
-                        kernel.parameter(line)
-                    elif line.startswith(".maxntid"):
-                        kernel.most_threads = int(line.split()[1].rstrip(","))
-                    elif line != ")":
-                        raise Unknown(line)
-                elif line == "}":
-                    kernel, inside = None, False
-                else:
-                    kernel.line(line)
-            except (Unknown, KeyError, IndexError) as problem:
-                sys.exit(f"{path}:{number}: cannot be translated: {line} ({problem})")
 
-
-def main():
-    if len(sys.argv) < 4 or sys.argv[1] in ("-h", "--help"):
-        sys.exit(__doc__)
-    prefix, parts = sys.argv[1], int(sys.argv[2])
-    modules = [Module(path, i) for i, path in enumerate(sys.argv[3:])]
+def shared_out(modules: list[Module], parts: int) -> list[list[Kernel]]:
+    """The kernels of all modules in `parts` lists of about the same length of code."""
     kernels = sorted((k for m in modules for k in m.kernels), key=lambda k: -len(k.body))
-    share = [[] for _ in range(parts)]
+    lists: list[list[Kernel]] = [[] for _ in range(parts)]
     for kernel in kernels:
-        min(share, key=lambda s: sum(len(k.body) for k in s)).append(kernel)
-    for i, part in enumerate(share):
-        with open(f"{prefix}_{i}.cpp", "w") as out:
-            out.write('#include "emulated_cuda/machine.h"\nnamespace trisoup::emulated_cuda {\nnamespace {\n')
-            for module in modules:
-                out.write("\n".join(module.data) + "\n")
-            for kernel in part:
-                out.write(kernel.text())
-            out.write("const Registration registration{\n")
-            for k in part:
-                offsets = ", ".join(f"{{{offset}, {size}}}" for offset, size in k.parameters.values())
-                out.write(f'    {{"{k.name}", kernel_{k.module.number}_{k.number}, {{{offsets}}}, {k.parameter_bytes}, {k.shared_bytes}, {k.local_bytes}, {k.most_threads}, '
-                          f'{str(k.barriers > 0).lower()}, {k.module.number}, {{{", ".join("{" + ", ".join(map(str, b)) + "}" for b in k.blocks)}}}}},\n')
-            out.write("};\n")
-            if i == 0:
-                for module in modules:
-                    for number, path in module.files.items():
-                        out.write(f'const SourceFile file_{module.number}_{number}{{{module.number}, {number}, "{path}"}};\n')
-            out.write("}  // namespace\n}  // namespace trisoup::emulated_cuda\n")
+        min(lists, key=lambda part: sum(len(k.body) for k in part)).append(kernel)
+    return lists
+
+
+def write_part(out: TextIO, modules: list[Module], kernels: list[Kernel], with_files: bool) -> None:
+    out.write('#include "emulated_cuda/machine.h"\nnamespace trisoup::emulated_cuda {\nnamespace {\n')
+    for module in modules:
+        out.write("\n".join(module.data) + "\n")
+    for kernel in kernels:
+        out.write(kernel.text())
+    rows = "".join(f"    {kernel.registration()},\n" for kernel in kernels)
+    out.write(f"const Registration registration{{\n{rows}}};\n")
+    for module in modules if with_files else []:
+        for number, path in module.files.items():
+            name = f"file_{module.number}_{number}"
+            out.write(f'const SourceFile {name}{{{module.number}, {number}, "{path}"}};\n')
+    out.write("}  // namespace\n}  // namespace trisoup::emulated_cuda\n")
+
+
+def main(arguments: list[str]) -> int:
+    if arguments[:1] in (["-h"], ["--help"]):
+        print(__doc__)
+        return 0
+    if len(arguments) < 3:
+        print(__doc__, file=sys.stderr)
+        return 1
+    prefix, parts = arguments[0], int(arguments[1])
+    modules = [Module(path, i) for i, path in enumerate(arguments[2:])]
+    for i, kernels in enumerate(shared_out(modules, parts)):
+        with open(f"{prefix}_{i}.cpp", "w", encoding="utf-8") as out:
+            write_part(out, modules, kernels, with_files=i == 0)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main(sys.argv[1:]))

@@ -1,146 +1,176 @@
-"""A SPIR-V binary as instructions by number. Names and numbers are those of the SPIR-V specification."""
+"""Reads a SPIR-V binary into instructions by id."""
 import struct
 import sys
+from typing import Callable, NoReturn
 
-OPS = {  # number: (name, has a result type, has a result)
-    1: ("Undef", 1, 1), 11: ("ExtInstImport", 0, 1), 12: ("ExtInst", 1, 1), 15: ("EntryPoint", 0, 0), 16: ("ExecutionMode", 0, 0),
-    19: ("TypeVoid", 0, 1), 20: ("TypeBool", 0, 1), 21: ("TypeInt", 0, 1), 22: ("TypeFloat", 0, 1), 23: ("TypeVector", 0, 1),
-    24: ("TypeMatrix", 0, 1), 28: ("TypeArray", 0, 1), 29: ("TypeRuntimeArray", 0, 1), 30: ("TypeStruct", 0, 1),
-    32: ("TypePointer", 0, 1), 33: ("TypeFunction", 0, 1), 39: ("TypeForwardPointer", 0, 0), 41: ("ConstantTrue", 1, 1),
-    42: ("ConstantFalse", 1, 1), 43: ("Constant", 1, 1), 44: ("ConstantComposite", 1, 1), 46: ("ConstantNull", 1, 1),
-    48: ("SpecConstantTrue", 1, 1), 49: ("SpecConstantFalse", 1, 1), 50: ("SpecConstant", 1, 1), 51: ("SpecConstantComposite", 1, 1),
-    52: ("SpecConstantOp", 1, 1), 54: ("Function", 1, 1), 55: ("FunctionParameter", 1, 1), 56: ("FunctionEnd", 0, 0),
-    57: ("FunctionCall", 1, 1), 59: ("Variable", 1, 1), 61: ("Load", 1, 1), 62: ("Store", 0, 0), 65: ("AccessChain", 1, 1),
-    66: ("InBoundsAccessChain", 1, 1), 71: ("Decorate", 0, 0), 72: ("MemberDecorate", 0, 0), 77: ("VectorExtractDynamic", 1, 1),
-    79: ("VectorShuffle", 1, 1), 80: ("CompositeConstruct", 1, 1), 81: ("CompositeExtract", 1, 1), 82: ("CompositeInsert", 1, 1),
-    83: ("CopyObject", 1, 1), 109: ("ConvertFToU", 1, 1), 110: ("ConvertFToS", 1, 1), 111: ("ConvertSToF", 1, 1),
-    112: ("ConvertUToF", 1, 1), 124: ("Bitcast", 1, 1), 126: ("SNegate", 1, 1), 127: ("FNegate", 1, 1), 128: ("IAdd", 1, 1),
-    129: ("FAdd", 1, 1), 130: ("ISub", 1, 1), 131: ("FSub", 1, 1), 132: ("IMul", 1, 1), 133: ("FMul", 1, 1), 134: ("UDiv", 1, 1),
-    135: ("SDiv", 1, 1), 136: ("FDiv", 1, 1), 137: ("UMod", 1, 1), 138: ("SRem", 1, 1), 139: ("SMod", 1, 1), 142: ("VectorTimesScalar", 1, 1),
-    143: ("MatrixTimesScalar", 1, 1), 144: ("VectorTimesMatrix", 1, 1), 145: ("MatrixTimesVector", 1, 1), 147: ("OuterProduct", 1, 1),
-    148: ("Dot", 1, 1), 154: ("Any", 1, 1), 155: ("All", 1, 1), 164: ("LogicalEqual", 1, 1), 165: ("LogicalNotEqual", 1, 1),
-    166: ("LogicalOr", 1, 1), 167: ("LogicalAnd", 1, 1), 168: ("LogicalNot", 1, 1), 169: ("Select", 1, 1), 170: ("IEqual", 1, 1),
-    171: ("INotEqual", 1, 1), 172: ("UGreaterThan", 1, 1), 173: ("SGreaterThan", 1, 1), 174: ("UGreaterThanEqual", 1, 1),
-    175: ("SGreaterThanEqual", 1, 1), 176: ("ULessThan", 1, 1), 177: ("SLessThan", 1, 1), 178: ("ULessThanEqual", 1, 1),
-    179: ("SLessThanEqual", 1, 1), 180: ("FOrdEqual", 1, 1), 183: ("FUnordNotEqual", 1, 1), 182: ("FOrdNotEqual", 1, 1),
-    184: ("FOrdLessThan", 1, 1), 186: ("FOrdGreaterThan", 1, 1), 188: ("FOrdLessThanEqual", 1, 1), 190: ("FOrdGreaterThanEqual", 1, 1),
-    194: ("ShiftRightLogical", 1, 1), 195: ("ShiftRightArithmetic", 1, 1), 196: ("ShiftLeftLogical", 1, 1), 197: ("BitwiseOr", 1, 1),
-    198: ("BitwiseXor", 1, 1), 199: ("BitwiseAnd", 1, 1), 200: ("Not", 1, 1), 224: ("ControlBarrier", 0, 0), 225: ("MemoryBarrier", 0, 0),
-    230: ("AtomicCompareExchange", 1, 1),
-    234: ("AtomicIAdd", 1, 1), 239: ("AtomicUMax", 1, 1), 241: ("AtomicOr", 1, 1), 245: ("Phi", 1, 1), 246: ("LoopMerge", 0, 0),
-    247: ("SelectionMerge", 0, 0), 248: ("Label", 0, 1), 249: ("Branch", 0, 0), 250: ("BranchConditional", 0, 0), 253: ("Return", 0, 0),
-    254: ("ReturnValue", 0, 0), 255: ("Unreachable", 0, 0), 400: ("CopyLogical", 1, 1)}
-SKIPPED = {3, 4, 5, 6, 7, 8, 10, 14, 17, 330}
+from spirv_names import IGNORED, MAGIC, WITHOUT_RESULT, WITHOUT_TYPE, Decoration, ExecutionMode, Op
 
-# As C++ writes them.
-BINARY = {"IAdd": "+", "FAdd": "+", "ISub": "-", "FSub": "-", "IMul": "*", "FMul": "*", "FDiv": "/", "BitwiseOr": "|", "BitwiseXor": "^",
-          "BitwiseAnd": "&", "LogicalOr": "|", "LogicalAnd": "&"}
-COMPARE = {"IEqual": "==", "INotEqual": "!=", "UGreaterThan": ">", "SGreaterThan": ">", "UGreaterThanEqual": ">=", "SGreaterThanEqual": ">=",
-           "ULessThan": "<", "SLessThan": "<", "ULessThanEqual": "<=", "SLessThanEqual": "<=", "FOrdEqual": "==", "FUnordNotEqual": "!=",
-           "FOrdNotEqual": "!=", "FOrdLessThan": "<", "FOrdGreaterThan": ">", "FOrdLessThanEqual": "<=", "FOrdGreaterThanEqual": ">="}
+HEADER_WORDS = 5
+NO_ID = 0  # SPIR-V ids start at 1
+
+Constant = bool | int | float
+
+OPS = frozenset(map(int, Op))
+DECORATIONS = frozenset(map(int, Decoration))
+
+# Operations on constants, by their operands.
+CONSTANT_OPERATIONS: dict[Op, Callable[..., Constant]] = {
+    Op.IMul: lambda a, b: a * b,
+    Op.IAdd: lambda a, b: a + b,
+    Op.ISub: lambda a, b: a - b,
+    Op.UDiv: lambda a, b: a // b,
+    Op.LogicalNot: lambda a: not a,
+    Op.LogicalAnd: lambda a, b: a and b,
+    Op.LogicalOr: lambda a, b: a or b,
+    Op.INotEqual: lambda a, b: a != b,
+    Op.IEqual: lambda a, b: a == b,
+    Op.ULessThan: lambda a, b: a < b,
+    Op.Select: lambda condition, a, b: a if condition else b,
+}
 
 
-def fail(text):
+def fail(text: str) -> NoReturn:
     sys.exit(f"translate_spirv.py: {text}")
 
 
-def unknown(path, what):
-    fail(f"{path}: {what} is not known; teach engine/gpu/lanes what it is in C++, or leave the kernel out of lane_variants (kernel_variants.cmake)")
+def unknown(path: str, what: str) -> NoReturn:
+    fail(f"{path}: {what} is not supported; add its C++ in engine/gpu/lanes, or remove the kernel from lane_variants "
+         "in kernel_variants.cmake")
 
 
-class Inst:
+class Instruction:
+    """One instruction. `type` and `id` are NO_ID if it has none; `args` are the remaining words."""
+
     __slots__ = ("op", "type", "id", "args")
 
-    def __init__(self, op, type_, id_, args):
+    def __init__(self, op: Op, type_: int, id_: int, args: list[int]) -> None:
         self.op, self.type, self.id, self.args = op, type_, id_, args
 
 
-class Module:
-    """What a SPIR-V binary says, by id."""
+class Function:
+    """A function as basic blocks by label. `ids` are the results of its parameters and instructions."""
 
-    def __init__(self, path, constants):
-        with open(path, "rb") as f:
+    def __init__(self, inst: Instruction) -> None:
+        self.inst = inst
+        self.params: list[Instruction] = []
+        self.blocks: dict[int, list[Instruction]] = {}
+        self.first = NO_ID  # label of the entry block
+        self.ids: set[int] = set()
+
+    def add(self, inst: Instruction) -> None:
+        if inst.op == Op.FunctionParameter:
+            self.params.append(inst)
+            self.ids.add(inst.id)
+        elif inst.op == Op.Label:
+            self.blocks[inst.id] = []
+            self.first = self.first or inst.id
+        else:
+            block = next(reversed(self.blocks.values()))
+            block.append(inst)
+            if inst.id != NO_ID:
+                self.ids.add(inst.id)
+            if inst.op == Op.Variable and len(inst.args) > 1:  # a variable with an initial value
+                block.append(Instruction(Op.Store, NO_ID, NO_ID, [inst.id, inst.args.pop()]))
+
+
+class Module:
+    """A SPIR-V module. `constants` are the values of the specialisation constants, by SpecId."""
+
+    def __init__(self, path: str, constants: list[int]) -> None:
+        self.path = path
+        self.ids: dict[int, Instruction] = {}
+        self.decorations: dict[int, dict[Decoration, list[int]]] = {}
+        self.member_offsets: dict[tuple[int, int], int] = {}  # by (struct, member)
+        self.matrix_strides: dict[tuple[int, int], int] = {}  # by (struct, member)
+        self.functions: dict[int, Function] = {}
+        self.globals: list[Instruction] = []
+        self.specialised: dict[int, int] = {}  # values of specialisation constants, by id
+        self.entry = NO_ID
+        self.local_size = 64  # invocations of a workgroup
+        self._function: Function | None = None
+        for inst in self._instructions():
+            self._add(inst)
+        for id_, decorations in self.decorations.items():
+            if Decoration.SpecId in decorations:
+                index = decorations[Decoration.SpecId][0]
+                self.specialised[id_] = constants[index] if index < len(constants) else 0
+
+    def _instructions(self) -> list[Instruction]:
+        with open(self.path, "rb") as f:
             data = f.read()
         words = struct.unpack(f"<{len(data) // 4}I", data)
-        if words[0] != 0x07230203:
-            fail(f"{path}: not SPIR-V")
-        self.path, self.ids, self.decorations, self.member_offsets, self.functions, self.spec = path, {}, {}, {}, {}, {}
-        self.matrix_strides, self.globals, self.local_size = {}, [], 64
-        function, at = None, 5
+        if words[0] != MAGIC:
+            fail(f"{self.path}: not SPIR-V")
+        found, at = [], HEADER_WORDS
         while at < len(words):
             count, number = words[at] >> 16, words[at] & 0xffff
             args = list(words[at + 1:at + count])
             at += count
-            if number in SKIPPED:
-                continue
             if number not in OPS:
-                unknown(path, f"instruction {number}")
-            name, typed, valued = OPS[number]
-            type_ = args.pop(0) if typed else None
-            id_ = args.pop(0) if valued else None
-            inst = Inst(name, type_, id_, args)
-            if name == "EntryPoint":
-                self.entry = args[1]
-            elif name == "ExecutionMode" and args[1] == 17:
-                self.local_size = args[2]
-            elif name == "Decorate":
-                self.decorations.setdefault(args[0], {})[args[1]] = args[2:]
-            elif name == "MemberDecorate":
-                if args[2] == 35:
-                    self.member_offsets[args[0], args[1]] = args[3]
-                elif args[2] == 7:
-                    self.matrix_strides[args[0], args[1]] = args[3]
-            elif name == "Function":
-                function = {"inst": inst, "params": [], "blocks": {}, "first": None}
-                self.functions[id_] = function
-            elif name == "FunctionEnd":
-                function = None
-            elif function is not None:
-                if name == "FunctionParameter":
-                    function["params"].append(inst)
-                elif name == "Label":
-                    block = []
-                    function["blocks"][id_] = block
-                    function["first"] = function["first"] or id_
-                else:
-                    block.append(inst)
-                    if name == "Variable" and len(args) > 1:  # with a value from the start
-                        block.append(Inst("Store", None, None, [id_, args.pop()]))
-                if id_ is not None:
-                    self.ids[id_] = inst
-            else:
-                if id_ is not None:
-                    self.ids[id_] = inst
-                if name == "Variable":
-                    self.globals.append(inst)
-        for id_, decorations in self.decorations.items():
-            if 1 in decorations:
-                self.spec[id_] = constants[decorations[1][0]] if decorations[1][0] < len(constants) else 0
+                unknown(self.path, f"instruction {number}")
+            op = Op(number)
+            if op in IGNORED:
+                continue
+            has_result = op not in WITHOUT_RESULT
+            type_ = args.pop(0) if has_result and op not in WITHOUT_TYPE else NO_ID
+            id_ = args.pop(0) if has_result else NO_ID
+            found.append(Instruction(op, type_, id_, args))
+        return found
 
-    def constant(self, id_):
-        """Value of a constant, None if it is none."""
-        i = self.ids.get(id_)
-        if i is None:
+    def _add(self, inst: Instruction) -> None:
+        op, args = inst.op, inst.args
+        if op == Op.EntryPoint:
+            self.entry = args[1]
+        elif op == Op.ExecutionMode:
+            if args[1] == ExecutionMode.LocalSize:
+                self.local_size = args[2]
+        elif op == Op.Decorate:
+            if args[1] in DECORATIONS:
+                self.decorations.setdefault(args[0], {})[Decoration(args[1])] = args[2:]
+        elif op == Op.MemberDecorate:
+            if args[2] == Decoration.Offset:
+                self.member_offsets[args[0], args[1]] = args[3]
+            elif args[2] == Decoration.MatrixStride:
+                self.matrix_strides[args[0], args[1]] = args[3]
+        elif op == Op.Function:
+            self._function = self.functions[inst.id] = Function(inst)
+        elif op == Op.FunctionEnd:
+            self._function = None
+        else:
+            if inst.id != NO_ID:
+                self.ids[inst.id] = inst
+            if self._function is not None:
+                self._function.add(inst)
+            elif op == Op.Variable:
+                self.globals.append(inst)
+
+    def constant(self, id_: int) -> Constant | None:
+        """Value of a scalar constant; None if `id_` is something else."""
+        inst = self.ids.get(id_)
+        if inst is None:
             return None
-        if i.op == "ConstantTrue":
+        if inst.op == Op.ConstantTrue:
             return True
-        if i.op == "ConstantFalse":
+        if inst.op == Op.ConstantFalse:
             return False
-        if i.op in ("SpecConstantTrue", "SpecConstantFalse"):
-            return bool(self.spec[id_])
-        if i.op in ("Constant", "SpecConstant"):
-            word = self.spec[id_] if i.op == "SpecConstant" else i.args[0]
-            t = self.ids[i.type]
-            if t.op == "TypeFloat":
-                return struct.unpack("<f", struct.pack("<I", word))[0]
-            return word - (1 << 32) if t.args[1] and word >= 1 << 31 else word
-        if i.op == "SpecConstantOp":
-            op = OPS[i.args[0]][0]
-            a = [self.constant(x) for x in i.args[1:]]
-            table = {"IMul": lambda: a[0] * a[1], "IAdd": lambda: a[0] + a[1], "ISub": lambda: a[0] - a[1], "UDiv": lambda: a[0] // a[1],
-                     "LogicalNot": lambda: not a[0], "LogicalAnd": lambda: a[0] and a[1], "LogicalOr": lambda: a[0] or a[1], "INotEqual": lambda: a[0] != a[1],
-                     "IEqual": lambda: a[0] == a[1], "ULessThan": lambda: a[0] < a[1], "Select": lambda: a[1] if a[0] else a[2]}
-            if op not in table:
-                unknown(self.path, f"constant operation {op}")
-            return table[op]()
+        if inst.op in (Op.SpecConstantTrue, Op.SpecConstantFalse):
+            return bool(self.specialised[id_])
+        if inst.op in (Op.Constant, Op.SpecConstant):
+            return self._number(inst)
+        if inst.op == Op.SpecConstantOp:
+            return self._folded(inst)
         return None
+
+    def _number(self, inst: Instruction) -> int | float:
+        word = self.specialised[inst.id] if inst.op == Op.SpecConstant else inst.args[0]
+        type_ = self.ids[inst.type]
+        if type_.op == Op.TypeFloat:
+            return struct.unpack("<f", struct.pack("<I", word))[0]
+        is_signed = type_.args[1]
+        return word - (1 << 32) if is_signed and word >= 1 << 31 else word
+
+    def _folded(self, inst: Instruction) -> Constant:
+        number = inst.args[0]
+        if number not in OPS or Op(number) not in CONSTANT_OPERATIONS:
+            unknown(self.path, f"constant operation {Op(number).name if number in OPS else number}")
+        return CONSTANT_OPERATIONS[Op(number)](*(self.constant(operand) for operand in inst.args[1:]))

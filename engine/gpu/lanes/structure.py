@@ -1,181 +1,182 @@
-"""What the blocks of a SPIR-V function say, as a tree: branches, loops, and calls with the callee's tree in their place."""
-from spirv import fail, unknown
+"""Turns the basic blocks of a SPIR-V function into a tree (nodes.py)."""
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, NamedTuple, Union
+
+from nodes import CallNode, IfNode, InstructionNode, Key, LeaveNode, LoopNode, Node, PhiNode, ReturnNode
+from spirv import Function, Instruction, Module, fail, unknown
+from spirv_names import LoopControl, Op
+
+if TYPE_CHECKING:
+    from program import Program
+
+CONTROL_FLOW = frozenset({
+    Op.Phi, Op.LoopMerge, Op.SelectionMerge, Op.Branch, Op.BranchConditional, Op.Return, Op.ReturnValue,
+    Op.Unreachable})
 
 
-class Node:
-    """kind: inst, phi (id takes a value), if, rest, loop, call, break, continue, return."""
+class RegionEnd:
+    """A jump to the end of the region that is being read."""
 
-    def __init__(self, kind, **rest):
-        self.kind = kind
-        self.__dict__.update(rest)
+
+REGION_END = RegionEnd()
+
+# A jump: out of the region, to its end, or (None) to a block within it.
+Jump = Union[LeaveNode, RegionEnd, None]
+
+
+class Conditional(NamedTuple):
+    """A BranchConditional: its condition and the labels of the two targets."""
+
+    condition: int
+    yes: int
+    no: int
 
 
 class Structurer:
-    """The tree of one call of a function; ids that are its own get the call's number."""
+    """Builds the tree of one call of a function. Ids that the function defines get the number of the call."""
 
-    counter = 0
+    _numbers = itertools.count(1)
 
-    def __init__(self, module, function, call_args, program):
-        self.m, self.f, self.program = module, function, program
-        Structurer.counter += 1
-        self.number = Structurer.counter
-        self.own = {}
-        for param, arg in zip(function["params"], call_args):
-            self.own[param.id] = arg
-        self.result = None
-        if self.m.ids[function["inst"].type].op != "TypeVoid":
-            self.result = program.value(function["inst"].type, ("result", self.number))
+    def __init__(self, module: Module, function: Function, arguments: list[Key], program: Program) -> None:
+        self.module, self.function, self.program = module, function, program
+        self.number = next(Structurer._numbers)
+        self.own: dict[int, Key] = {param.id: key for param, key in zip(function.params, arguments)}
+        self.loops: list[LoopNode] = []  # those around the block that is being read, the innermost last
+        self.result: Key | None = None
+        if module.ids[function.inst.type].op != Op.TypeVoid:
+            self.result = program.declare(function.inst.type, Key.of_result(self.number))
 
-    def name(self, id_):
-        """The program's key of an id as this call sees it."""
-        if id_ in self.own:
-            return self.own[id_]
-        inst = self.m.ids.get(id_)
-        if inst is not None and id_ in self.f["ids"]:
-            key = (id_, self.number)
-            self.own[id_] = key
-            return key
-        return (id_, 0)
+    def key(self, id_: int) -> Key:
+        """The value of an id in this call."""
+        if id_ not in self.own:
+            if id_ not in self.function.ids:
+                return Key(id_, 0)
+            self.own[id_] = Key(id_, self.number)
+        return self.own[id_]
 
-    def tree(self):
-        loops = []
-        nodes = self.region(self.f["first"], None, loops)
-        return Node("call", body=nodes, number=self.number, result=self.result)
+    def tree(self) -> CallNode:
+        return CallNode(self._region(self.function.first, None), self.number, self.result)
 
-    def phis(self, target, source):
-        out = []
-        for inst in self.f["blocks"][target]:
-            if inst.op != "Phi":
+    def _phis(self, target: int, source: int) -> list[Node]:
+        """The values that phis of the block `target` take if control comes from the block `source`."""
+        phis: list[Node] = []
+        for inst in self.function.blocks[target]:
+            if inst.op != Op.Phi:
                 break
-            for value, pred in zip(inst.args[::2], inst.args[1::2]):
-                if pred == source:
-                    out.append(Node("phi", id=self.name(inst.id), type=inst.type, value=self.name(value)))
-        return out
+            for value, predecessor in zip(inst.args[::2], inst.args[1::2]):
+                if predecessor == source:
+                    phis.append(PhiNode(self.key(inst.id), inst.type, self.key(value)))
+        return phis
 
-    def exit_to(self, target, stop, loops):
-        """Node for a jump out of the region; None where it is not one; "end" at the region's own end."""
+    def _jump(self, target: int, stop: int | None) -> Jump:
         if target == stop:
-            return "end"
-        if loops:
-            loop = loops[-1]
+            return REGION_END
+        if self.loops:
+            loop = self.loops[-1]
             if target == loop.merge:
-                return Node("break", loop=loop)
-            if target == loop.cont:
-                return Node("continue", loop=loop)
+                return LeaveNode("break", loop)
+            if target == loop.continue_target:
+                return LeaveNode("continue", loop)
         return None
 
-    def region(self, label, stop, loops, entered=False):
-        nodes = []
-        while True:
-            block = self.f["blocks"][label]
-            merge = next((i for i in block if i.op in ("LoopMerge", "SelectionMerge")), None)
-            if merge is not None and merge.op == "LoopMerge" and not entered:
-                loop = Node("loop", merge=merge.args[0], cont=merge.args[1], unroll=merge.args[2] & 1, number=self.number)
-                if any(i.op == "Phi" for i in block):
-                    fail(f"{self.m.path}: a loop's value over its iterations is not in a variable")
-                loops.append(loop)
-                loop.body = self.region(label, loop.cont, loops, entered=True)
-                loop.tail = self.region(loop.cont, label, loops) if loop.cont != label else []
-                loops.pop()
+    def _region(self, label: int, stop: int | None, entered: bool = False) -> list[Node]:
+        """The nodes from the block `label` up to the block `stop`. entered: `label` is the head of a loop whose node
+        exists already."""
+        nodes: list[Node] = []
+        following: int | None = label
+        while following is not None:
+            label = following
+            merge = self._merge_of(label)
+            if merge is not None and merge.op == Op.LoopMerge and not entered:
+                loop = self._loop(label, merge)
                 nodes.append(loop)
-                label = loop.merge
+                following = loop.merge
                 continue
             entered = False
-            for inst in block:
-                if inst.op in ("Phi", "LoopMerge", "SelectionMerge", "Branch", "BranchConditional", "Return", "ReturnValue", "Unreachable"):
-                    continue
-                if inst.op == "FunctionCall":
-                    nodes.append(self.program.call(self, inst))
-                else:
-                    nodes.append(Node("inst", inst=inst, ctx=self))
-            last = block[-1]
-            if last.op == "Branch":
-                target = last.args[0]
-                nodes += self.phis(target, label)
-                out = self.exit_to(target, stop, loops)
-                if out == "end":
-                    return nodes
-                if out is not None:
-                    return nodes + [out]
-                label = target
-                continue
-            if last.op == "Unreachable":
-                return nodes
-            if last.op == "Return":
-                return nodes + [Node("return", value=None, call=self.number)]
-            if last.op == "ReturnValue":
-                return nodes + [Node("return", value=self.name(last.args[0]), result=self.result, call=self.number)]
-            if last.op != "BranchConditional":
-                unknown(self.m.path, last.op)
-            condition, yes, no = last.args[:3]
-            known = self.m.constant(condition)
-            end = merge.args[0] if merge is not None and merge.op == "SelectionMerge" else None
-            if end is not None:
-                before = []
-                for target in {yes, no}:
-                    if target == end:
-                        before += self.phis(end, label)
-                branch = Node("if", cond=self.name(condition), then=[], other=[])
-                for target, attribute in ((yes, "then"), (no, "other")):
-                    if target == end or (known is not None and known != (attribute == "then")):
-                        continue
-                    out = self.exit_to(target, end, loops)
-                    setattr(branch, attribute, [out] if isinstance(out, Node) else self.region(target, end, loops))
-                nodes += before
-                nodes.append(branch)
-                label = end
-                continue
-            # No merge: one way leaves a loop.
-            yes_out, no_out = self.exit_to(yes, stop, loops), self.exit_to(no, stop, loops)
-            if isinstance(no_out, Node):
-                nodes.append(Node("if", cond=self.name(condition), then=[], other=[no_out]))
-                if yes_out == "end":
-                    return nodes
-                if isinstance(yes_out, Node):
-                    return nodes + [yes_out]
-                label = yes
-            elif isinstance(yes_out, Node):
-                nodes.append(Node("if", cond=self.name(condition), then=[yes_out], other=[]))
-                if no_out == "end":
-                    return nodes
-                label = no
-            else:
-                fail(f"{self.m.path}: a branch without a merge that leaves no loop")
+            nodes += self._instructions(label)
+            following = self._terminator(label, merge, stop, nodes)
+        return nodes
 
+    def _merge_of(self, label: int) -> Instruction | None:
+        merges = (inst for inst in self.function.blocks[label] if inst.op in (Op.LoopMerge, Op.SelectionMerge))
+        return next(merges, None)
 
-def exits_in(nodes):
-    """What leaves a list of nodes: loops that are broken or continued, calls that are returned from."""
-    out = set()
-    for n in nodes:
-        if n.kind == "break":
-            out.add(("break", id(n.loop)))
-        elif n.kind == "continue":
-            out.add(("continue", id(n.loop)))
-        elif n.kind == "return":
-            out.add(("return", n.call))
-        elif n.kind == "if":
-            out |= exits_in(n.then) | exits_in(n.other)
-        elif n.kind == "rest":
-            out |= exits_in(n.body)
-        elif n.kind == "loop":
-            inner = exits_in(n.body) | exits_in(n.tail)
-            out |= {e for e in inner if e not in (("break", id(n)), ("continue", id(n)))}
-        elif n.kind == "call":
-            out |= {e for e in exits_in(n.body) if e != ("return", n.number)}
-    return out
+    def _loop(self, label: int, merge: Instruction) -> LoopNode:
+        if any(inst.op == Op.Phi for inst in self.function.blocks[label]):
+            fail(f"{self.module.path}: a loop has a phi; values that change between iterations must be variables")
+        merge_label, continue_label, control = merge.args[:3]
+        loop = LoopNode(merge_label, continue_label, bool(control & LoopControl.Unroll))
+        self.loops.append(loop)
+        loop.body = self._region(label, continue_label, entered=True)
+        loop.tail = self._region(continue_label, label) if continue_label != label else []
+        self.loops.pop()
+        return loop
 
+    def _instructions(self, label: int) -> list[Node]:
+        nodes: list[Node] = []
+        for inst in self.function.blocks[label]:
+            if inst.op == Op.FunctionCall:
+                nodes.append(self.program.call(self, inst))
+            elif inst.op not in CONTROL_FLOW:
+                nodes.append(InstructionNode(inst, self))
+        return nodes
 
-def nest_rests(nodes):
-    """What follows a node that some lanes may leave by is put in a node of its own."""
-    out = []
-    for at, n in enumerate(nodes):
-        for attribute in ("then", "other", "body", "tail"):
-            if hasattr(n, attribute):
-                setattr(n, attribute, nest_rests(getattr(n, attribute)))
-        out.append(n)
-        if n.kind in ("if", "loop") and at + 1 < len(nodes):
-            exits = exits_in([n])
-            if exits:
-                out.append(Node("rest", body=nest_rests(nodes[at + 1:]), exits=exits))
-                return out
-    return out
+    def _terminator(self, label: int, merge: Instruction | None, stop: int | None, nodes: list[Node]) -> int | None:
+        """Appends the nodes for the end of a block. Returns the label of the block that follows; None at the end of the
+        region."""
+        last = self.function.blocks[label][-1]
+        if last.op == Op.Branch:
+            target = last.args[0]
+            nodes += self._phis(target, label)
+            return self._follow(self._jump(target, stop), target, nodes)
+        if last.op == Op.Unreachable:
+            return None
+        if last.op == Op.Return:
+            nodes.append(ReturnNode(self.number))
+            return None
+        if last.op == Op.ReturnValue:
+            nodes.append(ReturnNode(self.number, self.key(last.args[0]), self.result))
+            return None
+        if last.op != Op.BranchConditional:
+            unknown(self.module.path, last.op.name)
+        branch = Conditional(*last.args[:3])
+        if merge is not None and merge.op == Op.SelectionMerge:
+            return self._selection(label, branch, merge.args[0], nodes)
+        return self._loop_exit(branch, stop, nodes)
+
+    @staticmethod
+    def _follow(jump: Jump, target: int, nodes: list[Node]) -> int | None:
+        if isinstance(jump, LeaveNode):
+            nodes.append(jump)
+        return target if jump is None else None
+
+    def _selection(self, label: int, branch: Conditional, end: int, nodes: list[Node]) -> int:
+        """A branch whose two ways meet at the block `end`."""
+        known = self.module.constant(branch.condition)
+        if end in (branch.yes, branch.no):
+            nodes += self._phis(end, label)
+        node = IfNode(self.key(branch.condition), [], [])
+        if branch.yes != end and known in (None, True):
+            node.then = self._way(branch.yes, end)
+        if branch.no != end and known in (None, False):
+            node.other = self._way(branch.no, end)
+        nodes.append(node)
+        return end
+
+    def _way(self, target: int, end: int) -> list[Node]:
+        jump = self._jump(target, end)
+        return [jump] if isinstance(jump, LeaveNode) else self._region(target, end)
+
+    def _loop_exit(self, branch: Conditional, stop: int | None, nodes: list[Node]) -> int | None:
+        """A branch without a merge block: one way leaves a loop."""
+        yes, no = self._jump(branch.yes, stop), self._jump(branch.no, stop)
+        condition = self.key(branch.condition)
+        if isinstance(no, LeaveNode):
+            nodes.append(IfNode(condition, [], [no]))
+            return self._follow(yes, branch.yes, nodes)
+        if isinstance(yes, LeaveNode):
+            nodes.append(IfNode(condition, [yes], []))
+            return self._follow(no, branch.no, nodes)
+        return fail(f"{self.module.path}: a branch without a merge block leaves no loop")

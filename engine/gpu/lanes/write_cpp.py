@@ -1,177 +1,152 @@
-"""A kernel as C++ in the words of lanes.h and lane_memory.h."""
-from expressions import Expressions, fold
-from parts import Leaf, Types
+"""Writes a kernel as C++ with the functions of lanes.h and lane_memory.h."""
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from expressions import fold
+from nodes import InstructionNode, Key, PhiNode, ReturnNode
+from parts import Leaf, Tree
 from spirv import fail
-from uniformity import is_uniform
+from spirv_names import ACCESS_CHAINS, ATOMICS, QUOTIENTS, REMAINDERS, BuiltIn, Decoration, Op, StorageClass
 from write_control import ControlWriter
 from write_locals import LocalsWriter
 from write_memory import MemoryWriter
 
 
+class WrittenKernel(NamedTuple):
+    text: str
+    has_barriers: bool
+
+
 class Writer(MemoryWriter, LocalsWriter, ControlWriter):
-    """The C++ of one program (uniformity.Program)."""
+    """Writes the C++ of one program. `name` is its namespace."""
 
-    def __init__(self, program, name):
-        self.p, self.m, self.name = program, program.m, name
-        self.kinds = Types(self.m)
-        self.expressions = Expressions(self.kinds)
-        self.lines, self.depth, self.temporary = [], 1, 0
-        self.labels = set()
-        self.trees, self.known, self.counting = {}, {}, {}  # values; those of them that are numbers now; counters of unrolled loops
-        self.makers = {n.key: n for n in program.insts if n.key is not None}
-
-    def out(self, text):
-        self.lines.append("  " * self.depth + text)
-
-    def fresh(self, stem):
-        self.temporary += 1
-        return f"{stem}{self.temporary}"
-
-    # values
-    def tree(self, key):
-        if key not in self.p.types:
-            return self.kinds.literal(key[0])
-        return self.trees[key]
-
-    def number(self, key):
-        """An integer that is known while translating, else None."""
-        if key not in self.p.types:
-            return self.m.constant(key[0])
-        return self.known.get(key)
-
-    def differs(self, key):
-        """Whether any part of a value may differ between lanes."""
-        return not is_uniform(self.p.class_of(key))
-
-    @staticmethod
-    def stem(key):
-        return f"result_{key[1]}" if isinstance(key[0], str) else f"x{key[0]}_{key[1]}"
-
-    def wanted(self, type_, c):
-        """Tree of whether a value's scalars are held over the lanes."""
-        if self.kinds.is_scalar(type_):
-            return not is_uniform(c)
-        return [self.wanted(t, x) for t, x in zip(self.kinds.parts(type_), self.kinds.part_classes(type_, c))]
-
-    def declare(self, key, type_):
-        """Declares a variable of the kernel's, or a value that is set where control comes from."""
-        indexed = self.indexed.get(key, set())
-        self.trees[key], declared = self.kinds.variables(type_, self.p.class_of(key), self.stem(key), indexed)
-        for name, (cpp, dimensions) in declared.items():
-            # Lanes that take no part leave what was there, so something has to be; clearing arrays shows in profiles.
-            self.out(f"[[maybe_unused]] {cpp} {name}{dimensions}{'' if dimensions else '{}'};")
-
-    def define(self, key, type_, texts, wanted):
-        """Gives a value's scalars names."""
-        count = 0
-
-        def name(leaf_type, text, w):
-            nonlocal count
-            if not self.kinds.is_scalar(leaf_type):
-                return [name(t, x, y) for t, x, y in zip(self.kinds.parts(leaf_type), text, w)]
-            count += 1
-            variable = f"{self.stem(key)}_{count}"
-            self.out(f"[[maybe_unused]] const {self.kinds.scalar(leaf_type, w)} {variable} = {text};")
-            return Leaf(variable, w)
-        self.trees[key] = name(type_, texts, wanted)
-
-    # instructions
-    def instruction(self, n, mask):
-        inst, op = n.inst, n.inst.op
-        if op == "Variable":
-            self.declare(n.key, self.p.types[n.key])
-        elif op in ("AccessChain", "InBoundsAccessChain", "MemoryBarrier"):
-            return
-        elif op == "Undef":
-            self.trees[n.key] = self.kinds.zeros(inst.type)
-        elif op == "ControlBarrier":
-            if self.p.width < self.m.local_size:
-                self.out("barrier();")
-        elif op == "Store":
-            if self.p.pointer(n.args[0])[0] == 7:
-                self.store_local(n, mask)
-            else:
-                self.store_memory(n.args[1], n.args[0], mask)
-        elif op == "Load":
-            storage, root, _, _ = self.p.pointer(n.args[0])
-            if storage == 7:
-                self.load_local(n)
-            elif storage == 1:
-                self.trees[n.key] = self.builtin(root, n.args[0])
-            else:
-                self.load_memory(n.key, n.args[0], mask)
-        elif op.startswith("Atomic"):
-            self.atomic(n, mask)
-        elif not self.rearranged(n):
-            self.operation(n)
-
-    def builtin(self, root, pointer):
-        which = self.m.decorations[root[0]][11][0]
-        if which == 29:
-            return Leaf("lane", True)
-        path = self.p.pointer(pointer)[2]
-        component = self.m.constant(path[0][0]) if path else None
-        if component is None or which not in (24, 26):
-            fail(f"{self.m.path}: builtin {which} as a whole, or not known")
-        return Leaf("1u" if which == 24 else "group" if component == 0 else "0u", False)
-
-    def rearranged(self, n):
-        """Takes a value for which no code is needed; false for others."""
-        inst, op = n.inst, n.inst.op
-        if op == "CompositeConstruct":
-            parts = []
-            for a in n.args:
-                part = self.tree(a)
-                parts += part if self.kinds.of(inst.type).op == "TypeVector" and isinstance(part, list) else [part]
-            self.trees[n.key] = parts
-        elif op == "CompositeExtract":
-            tree = self.tree(n.args[0])
-            for index in inst.args[1:]:
-                tree = tree[index]
-            self.trees[n.key] = tree
-        elif op == "VectorShuffle":
-            both = self.tree(n.args[0]) + self.tree(n.args[1])
-            self.trees[n.key] = [both[i] for i in inst.args[2:]]
-        elif op in ("CopyObject", "CopyLogical"):
-            self.trees[n.key] = self.tree(n.args[0])
-        else:
-            return False
-        return True
-
-    def operation(self, n):
-        inst = n.inst
-        scalar = self.kinds.is_scalar(inst.type)
-        if scalar and self.kinds.of(inst.type).op in ("TypeInt", "TypeBool"):
-            t = self.kinds.of(inst.type)
-            value = fold(inst.op, [self.number(a) if a is not None else None for a in n.args], t.op == "TypeInt" and not t.args[1])
-            if value is not None:
-                self.known[n.key] = value
-                self.trees[n.key] = self.kinds.number(inst.type, value)
-                return
-        wanted = self.wanted(inst.type, self.p.class_of(n.key))
-        args = [None if a is None else self.tree(a) for a in n.args]
-        by_one = inst.op in ("UDiv", "SDiv", "UMod", "SRem") and scalar and not self.differs(n.args[1])
-        self.define(n.key, inst.type, self.expressions.of(inst, args, wanted, by_one), wanted)
-
-    def write(self):
-        self.exit_mask, self.last_return, self.return_label = {}, {}, {}
+    def write(self) -> WrittenKernel:
         self.find_indexed()
-        self.used = set()
-        for n in self.p.insts:
+        self._find_used()
+        self.inline(self.program.tree, None)
+        shared = "\n".join(self._shared_variables())
+        body = "\n".join(self.lines)
+        text = (f"namespace {self.name} {{\n"
+                f"namespace {{\n{shared}\n}}\n"
+                "void run([[maybe_unused]] const std::byte* arguments) {\n"
+                "  [[maybe_unused]] const vu lane = lanes_from(invocation.thread);\n"
+                "  [[maybe_unused]] const std::uint32_t group = invocation.group;\n"
+                f"{body}\n"
+                "}\n"
+                "}\n")
+        has_barriers = any(n.inst.op == Op.ControlBarrier for n in self.program.instructions)
+        return WrittenKernel(text, has_barriers and self._needs_barriers())
+
+    def _needs_barriers(self) -> bool:
+        """Whether a workgroup has more invocations than lanes."""
+        return self.program.width < self.module.local_size
+
+    def _find_used(self) -> None:
+        for n in self.program.instructions:
             self.used |= set(n.args)
-        for accesses in self.p.accesses.values():
-            for a in accesses:
-                if a[3].kind in ("phi", "return") and a[3].value is not None:
-                    self.used.add(a[3].value)
-        self.inline(self.p.tree, None)
-        shared = []
-        for v in self.m.globals:
-            if self.m.ids[v.type].args[0] == 4:
-                words = self.kinds.words(self.m.ids[v.type].args[1])
-                shared.append(f"[[maybe_unused]] alignas(64) thread_local std::uint32_t shared_{v.id}[{words}];")
-        barriers = self.p.width < self.m.local_size and any(n.inst.op == "ControlBarrier" for n in self.p.insts)
-        text = f"namespace {self.name} {{\nnamespace {{\n" + "\n".join(shared) + "\n}\n"
-        text += "void run([[maybe_unused]] const std::byte* arguments) {\n  [[maybe_unused]] const vu lane = lanes_from(invocation.thread);\n"
-        text += "  [[maybe_unused]] const std::uint32_t group = invocation.group;\n"
-        text += "\n".join(self.lines) + "\n}\n}\n"
-        return text, barriers
+        for accesses in self.program.accesses.values():
+            self.used |= {a.node.value for a in accesses if isinstance(a.node, (PhiNode, ReturnNode))}
+
+    def _shared_variables(self) -> list[str]:
+        declarations = []
+        for variable in self.module.globals:
+            storage, type_ = self.module.ids[variable.type].args[:2]
+            if storage == StorageClass.Workgroup:
+                array = f"shared_{variable.id}[{self.types.words(type_)}]"
+                declarations.append(f"[[maybe_unused]] alignas(64) thread_local std::uint32_t {array};")
+        return declarations
+
+    # Instructions.
+
+    def instruction(self, n: InstructionNode, mask: str | None) -> None:
+        op = n.inst.op
+        if op in ACCESS_CHAINS or op == Op.MemoryBarrier:
+            return
+        if op == Op.ControlBarrier:
+            if self._needs_barriers():
+                self.out("barrier();")
+        elif op == Op.Store:
+            self._store(n, mask)
+        elif op in ATOMICS:
+            self.atomic(n, mask)
+        else:
+            self._value(n, n.result(), mask)
+
+    def _store(self, n: InstructionNode, mask: str | None) -> None:
+        if self.program.pointer(n.operand(0)).storage == StorageClass.Function:
+            self.store_local(n, mask)
+        else:
+            self.store_memory(n.operand(1), n.operand(0), mask)
+
+    def _value(self, n: InstructionNode, key: Key, mask: str | None) -> None:
+        """An instruction with a result, `key`."""
+        op = n.inst.op
+        if op == Op.Variable:
+            self.declare(key, self.program.types[key])
+        elif op == Op.Undef:
+            self.trees[key] = self.types.zeros(n.inst.type)
+        elif op == Op.Load:
+            self._load(n, key, mask)
+        else:
+            tree = self._rearranged(n)
+            if tree is not None:
+                self.trees[key] = tree
+            else:
+                self._operation(n, key)
+
+    def _load(self, n: InstructionNode, key: Key, mask: str | None) -> None:
+        pointer = self.program.pointer(n.operand(0))
+        if pointer.storage == StorageClass.Function:
+            self.load_local(n)
+        elif pointer.storage == StorageClass.Input:
+            self.trees[key] = self._builtin(pointer.root, pointer.indices)
+        else:
+            self.load_memory(key, n.operand(0), mask)
+
+    def _builtin(self, variable: Key, indices: list[Key]) -> Leaf:
+        number = self.module.decorations[variable.id][Decoration.BuiltIn][0]
+        if number == BuiltIn.LocalInvocationIndex:
+            return Leaf("lane", True)
+        component = self.module.constant(indices[0].id) if indices else None
+        if component is None or number not in (BuiltIn.NumWorkgroups, BuiltIn.WorkgroupId):
+            fail(f"{self.module.path}: builtin {number} is not supported, or only its components are")
+        if number == BuiltIn.NumWorkgroups:
+            return Leaf("1u", False)
+        return Leaf("group" if component == 0 else "0u", False)
+
+    def _rearranged(self, n: InstructionNode) -> Tree | None:
+        """The tree of an instruction that only rearranges scalars and needs no code; None for others."""
+        inst = n.inst
+        trees = [self.tree(a) for a in n.args if a is not None]
+        if inst.op == Op.CompositeConstruct:
+            if self.types.of(inst.type).op != Op.TypeVector:
+                return trees
+            return [scalar for tree in trees for scalar in (tree if isinstance(tree, list) else [tree])]
+        if inst.op == Op.CompositeExtract:
+            tree = trees[0]
+            for index in inst.args[1:]:
+                assert isinstance(tree, list)
+                tree = tree[index]
+            return tree
+        if inst.op == Op.VectorShuffle:
+            both = [scalar for tree in trees for scalar in tree]
+            return [both[i] for i in inst.args[2:]]
+        return trees[0] if inst.op in (Op.CopyObject, Op.CopyLogical) else None
+
+    def _operation(self, n: InstructionNode, key: Key) -> None:
+        inst = n.inst
+        t, is_scalar = self.types.of(inst.type), self.types.is_scalar(inst.type)
+        if t.op in (Op.TypeInt, Op.TypeBool):
+            is_unsigned = t.op == Op.TypeInt and not t.args[1]
+            value = fold(inst.op, [None if a is None else self.number(a) for a in n.args], is_unsigned)
+            if value is not None:
+                self.known[key] = value
+                self.trees[key] = self.types.number(inst.type, value)
+                return
+        wanted = self.wanted(inst.type, self.pattern(key))
+        args = [None if a is None else self.tree(a) for a in n.args]
+        is_divisor_uniform = False
+        if is_scalar and (inst.op in QUOTIENTS or inst.op in REMAINDERS):
+            is_divisor_uniform = not self.differs(n.operand(1))
+        self.define(key, inst.type, self.expressions.of(inst, args, wanted, is_divisor_uniform), wanted)

@@ -1,140 +1,173 @@
-"""The C++ of a kernel's own variables, under masks where lanes part."""
+"""The C++ of a kernel's local variables, under masks where lanes part."""
+from __future__ import annotations
+
+from typing import NamedTuple
+
 from expressions import INTEGERS, pick
-from parts import Leaf, as_lanes, each, first, vary
+from nodes import InstructionNode, Key, LoopNode, Node, Path, PhiNode, ReturnNode, Step
+from parts import Leaf, Tree, as_lanes, each, first, vary
+from patterns import VARYING, Patterns
 from spirv import fail
-from uniformity import VARYING
+from spirv_names import Op, StorageClass
+from writer_base import WriterBase
 
 
-class LocalsWriter:
+class Place(NamedTuple):
+    """What a pointer to a local variable points to. If lanes differ in an index: that index, and the number of parts it
+    selects from; `tree` is then one of these parts."""
+
+    tree: Tree
+    varying: Key | None
+    count: int
+
+
+class LocalsWriter(WriterBase):
     """Part of Writer (write_cpp.py)."""
 
-    def place(self, pointer, at=None):
-        """(tree of what a pointer to a local variable points to, the index that differs between lanes or None, number of parts that it may name).
-        at: a number for that index."""
-        _, root, path, type_ = self.p.pointer(pointer)
-        tree, varying, count = self.trees[root], None, 0
-        for index in path:
+    def _place(self, pointer_key: Key, at: int = 0) -> Place:
+        """The place of a pointer. at: the value to use for an index in which lanes differ."""
+        pointer = self.program.pointer(pointer_key)
+        tree = self.trees[pointer.root]
+        varying, count = None, 0
+        for index in pointer.indices:
+            assert isinstance(tree, list)
             known = self.number(index)
             if known is None and self.differs(index):
                 if varying is not None:
-                    fail(f"{self.m.path}: two indices that differ between lanes")
-                varying, count, known = index, len(tree), at or 0
+                    fail(f"{self.module.path}: two indices into a variable differ between lanes; use one")
+                varying, count, known = index, len(tree), at
             if known is not None:
-                tree = tree[min(known, len(tree) - 1)]  # beyond only in code that is never reached
+                tree = tree[min(known, len(tree) - 1)]  # larger only in code that never runs
             else:
-                tree = self.at_run_time(tree, first(self.tree(index)), root)
-        return tree, varying, count
+                tree = self._at_run_time(tree, first(self.leaf(index)), pointer.root)
+        return Place(tree, varying, count)
 
-    def at_run_time(self, tree, index, root):
-        """The part of a C++ array that an expression names."""
-        if len(tree) == 1:
-            return tree[0]
+    def _at_run_time(self, parts: list[Tree], index: str, root: Key) -> Tree:
+        """The part of a C++ array that an expression selects."""
+        if len(parts) == 1:
+            return parts[0]
 
-        def change(a, b):
-            # The two differ in one index only: that of the part.
+        def with_index(a: Leaf, b: Leaf) -> Leaf:
+            # The texts of two parts differ in the index of the part only.
             end = next((i for i, (x, y) in enumerate(zip(a.text, b.text)) if x != y), None)
             if end is None or a.text[end - 1] != "[":
-                fail(f"{self.m.path}: {self.stem(root)} is indexed by what is not known while translating")
+                fail(f"{self.module.path}: {self.stem(root)} has an index that is not known during translation")
             return Leaf(a.text[:end] + index + a.text[a.text.index("]", end):], a.varying)
-        return each(change, tree[0], tree[1])
+        return each(with_index, parts[0], parts[1])
 
-    def masks_of(self, path):
-        return [s for s in path if self.p.is_divergent(s)]
+    def _masks_of(self, path: Path) -> list[Step]:
+        return [step for step in path if self.uniformity.is_divergent(step)]
 
-    def home(self, key):
-        """The scopes under masks that all accesses of a variable are in."""
-        paths = [self.masks_of(a[2]) for a in self.p.accesses[key]]
-        if any(a[3].kind in ("phi", "return") for a in self.p.accesses[key]):
+    def _home(self, key: Key) -> list[Step] | None:
+        """The masked scopes that all accesses of a variable are in."""
+        accesses = self.program.accesses[key]
+        if any(isinstance(a.node, (PhiNode, ReturnNode)) for a in accesses):
             return None
+        paths = [self._masks_of(a.path) for a in accesses]
         shared = paths[0]
-        for p in paths[1:]:
+        for path in paths[1:]:
             n = 0
-            while n < min(len(p), len(shared)) and p[n] == shared[n]:
+            while n < min(len(path), len(shared)) and path[n] == shared[n]:
                 n += 1
             shared = shared[:n]
         return shared
 
-    def store_local(self, n, mask):
-        _, root, path, pointed = self.p.pointer(n.args[0])
-        target, index, count = self.place(n.args[0])
-        value = self.tree(n.args[1])
-        home = self.home(root) if mask is not None else None
-        if home and home == self.masks_of(n.path) and not self.p.carries(root, home):
-            mask = None
-        steps, type_ = self.p.steps(pointed, path)
-        if index is None:
-            self.assign(target, value, self.p.at(self.p.class_of(root), steps), type_, mask)
+    # Stores.
+
+    def store_local(self, n: InstructionNode, mask: str | None) -> None:
+        target = n.operand(0)
+        pointer, place, value = self.program.pointer(target), self._place(target), self.tree(n.operand(1))
+        home = self._home(pointer.root) if mask is not None else None
+        if home and home == self._masks_of(n.path) and not self.uniformity.carries(pointer.root, home):
+            mask = None  # nothing outside this scope reads the variable
+        positions, type_ = self.uniformity.positions(pointer.type, pointer.indices)
+        if place.varying is None:
+            pattern = self.uniformity.part(self.pattern(pointer.root), positions)
+            self.assign(place.tree, value, pattern, type_, mask)
             return
-        lanes = self.tree(index).text
-        for i in range(count):
+        lanes = self.leaf(place.varying).text
+        for i in range(place.count):
             here = self.fresh("m")
             self.out(f"const vm {here} = {mask + ' & ' if mask else ''}vm{{(vi)(as_u({lanes}) == {i}u)}};")
-            each(lambda t, v: self.out(f"{t.text} = select({here}, {vary(v)}, {t.text});"), self.place(n.args[0], i)[0], value)
+            each(lambda t, v: self.out(f"{t.text} = select({here}, {vary(v)}, {t.text});"),
+                 self._place(target, i).tree, value)
 
-    def assign(self, target, value, c, type_, mask):
-        """Lanes under the mask take a value. What is not VARYING is the same, or in a row, for all that will read it: those lanes too that
-        take no part hold it then, and any of them can be asked."""
+    def assign(self, target: Tree, value: Tree, p: Patterns, type_: int, mask: str | None) -> None:
+        """Stores a value in the lanes of the mask. A scalar whose pattern is not VARYING is stored in all lanes: all
+        readers then have it in every lane, and may ask any lane for it."""
         if isinstance(target, Leaf):
+            assert isinstance(value, Leaf)
             text = as_lanes(value, target.varying)
-            if mask is not None and c == VARYING:
+            if mask is not None and p == VARYING:
                 text = f"select({mask}, {text}, {target.text})"
             self.out(f"{target.text} = {text};")
             return
-        for parts in zip(target, value, self.kinds.part_classes(type_, c), self.kinds.parts(type_)):
-            self.assign(*parts, mask)
+        assert isinstance(value, list)
+        patterns, types = self.types.part_patterns(type_, p), self.types.parts(type_)
+        for t, v, pattern, part in zip(target, value, patterns, types):
+            self.assign(t, v, pattern, part, mask)
 
-    def load_local(self, n):
-        _, root, _, _ = self.p.pointer(n.args[0])
+    # Loads.
+
+    def load_local(self, n: InstructionNode) -> None:
+        pointer, key = n.operand(0), n.result()
+        root = self.program.pointer(pointer).root
         if root in self.counting:
-            self.known[n.key] = self.counting[root]
-            self.trees[n.key] = self.kinds.number(n.inst.type, self.counting[root])
+            self.known[key] = self.counting[root]
+            self.trees[key] = self.types.number(n.inst.type, self.counting[root])
             return
-        tree, index, count = self.place(n.args[0])
-        wanted = self.wanted(n.inst.type, self.p.class_of(n.key))
-        if index is None:
-            texts = each(as_lanes, tree, wanted)
+        place = self._place(pointer)
+        wanted = self.wanted(n.inst.type, self.pattern(key))
+        if place.varying is None:
+            texts = each(as_lanes, place.tree, wanted)
         else:
-            parts = [self.place(n.args[0], i)[0] for i in range(count)]
-            lanes = self.tree(index)
-            texts = each(lambda w, *leaves: pick(leaves, lanes, w), wanted, *parts)
-        self.define(n.key, n.inst.type, texts, wanted)
+            parts = [self._place(pointer, i).tree for i in range(place.count)]
+            lanes = self.leaf(place.varying)
+            texts = each(lambda w, *leaves: pick(list(leaves), lanes, w), wanted, *parts)
+        self.define(key, n.inst.type, texts, wanted)
 
-    def find_indexed(self):
-        """What has to be a C++ array: of a local variable, the kinds of composites whose parts are picked by a number that is not known while translating."""
-        counters = {}
+    # C++ arrays.
 
-        def loops(nodes):
-            for n in nodes:
-                if n.kind == "loop" and self.unrolled(n) is not None:
-                    counters[self.counter(n)] = True
-                for attribute in ("then", "other", "body", "tail"):
-                    if hasattr(n, attribute):
-                        loops(getattr(n, attribute))
-        loops([self.p.tree])
-
-        def will_be_known(key):
-            if key not in self.p.types:
-                return self.m.constant(key[0]) is not None
-            n = self.makers.get(key)
-            if n is None:
-                return False
-            if n.inst.op == "Load":
-                storage, root, path, _ = self.p.pointer(n.args[0])
-                return storage == 7 and root in counters and not path
-            return n.inst.op in INTEGERS and all(will_be_known(a) for a in n.args)
-
-        self.indexed = {}
-        for n in self.p.insts:
-            if n.inst.op not in ("Load", "Store"):
+    def find_indexed(self) -> None:
+        """Finds the kinds of composites, by variable, that must be C++ arrays: their parts are selected by an index
+        that is the same for all lanes and not known during translation."""
+        counters = self._unrolled_counters([self.program.tree])
+        for n in self.program.instructions:
+            if n.inst.op not in (Op.Load, Op.Store):
                 continue
-            storage, root, path, type_ = self.p.pointer(n.args[0])
-            if storage != 7:
+            pointer = self.program.pointer(n.operand(0))
+            if pointer.storage != StorageClass.Function:
                 continue
-            for index in path:
-                t = self.kinds.of(type_)
-                if t.op == "TypeStruct":
-                    type_ = t.args[self.m.constant(index[0])]
+            type_ = pointer.type
+            for index in pointer.indices:
+                t = self.types.of(type_)
+                if t.op == Op.TypeStruct:
+                    member = self.module.constant(index.id)
+                    assert isinstance(member, int)
+                    type_ = t.args[member]
                     continue
-                if not will_be_known(index) and not self.differs(index):
-                    self.indexed.setdefault(root, set()).add(t.op)
+                if not self._will_be_known(index, counters) and not self.differs(index):
+                    self.indexed.setdefault(pointer.root, set()).add(t.op)
                 type_ = t.args[0]
+
+    def _unrolled_counters(self, nodes: list[Node]) -> set[Key]:
+        """The counters of all loops that are unrolled."""
+        counters: set[Key] = set()
+        for n in nodes:
+            if isinstance(n, LoopNode) and self.unrolled(n) is not None:
+                counters.add(self.counter(n))
+            for children in n.children():
+                counters |= self._unrolled_counters(children)
+        return counters
+
+    def _will_be_known(self, key: Key, counters: set[Key]) -> bool:
+        """Whether an index will be known once loops are unrolled."""
+        if key not in self.program.types:
+            return self.module.constant(key.id) is not None
+        n = self.makers.get(key)
+        if n is None:
+            return False
+        if n.inst.op == Op.Load:
+            pointer = self.program.pointer(n.operand(0))
+            return pointer.storage == StorageClass.Function and pointer.root in counters and not pointer.indices
+        return n.inst.op in INTEGERS and all(a is not None and self._will_be_known(a, counters) for a in n.args)

@@ -28,7 +28,7 @@ func read_document(path):
 	file.get_32()
 	return JSON.parse(file.get_buffer(length).get_string_from_utf8()).result
 
-# Of the camera: from the scene to it, in the soup's own coordinates (docs/formats.md).
+# Reads the pose of the camera: scene to camera, in normalised coordinates (docs/formats.md).
 func read_pose(path, document, view):
 	var file = File.new()
 	file.open(path, File.READ)
