@@ -61,11 +61,11 @@ RankOutput::~RankOutput() {
 }
 
 bool broadcast(ranks::Ranks& ranks, bool first) {
-  return ranks::values_of<std::uint8_t>(ranks.from(0, ranks::bytes_of(std::vector<std::uint8_t>{first})))[0] != 0;
+  return ranks::values_of<std::uint8_t>(ranks.broadcast(0, ranks::bytes_of(std::vector<std::uint8_t>{first})))[0] != 0;
 }
 
 std::uint32_t minimum(ranks::Ranks& ranks, std::uint32_t mine) {
-  for (const ranks::Bytes& message : ranks.gather(ranks::bytes_of(std::vector{mine})))
+  for (const ranks::Bytes& message : ranks.all_gather(ranks::bytes_of(std::vector{mine})))
     mine = std::min(mine, ranks::values_of<std::uint32_t>(message)[0]);
   return mine;
 }
@@ -79,7 +79,7 @@ train::Start same_start(ranks::Ranks& ranks, const std::function<train::Start()>
     append(bytes, start.vertices);
     append(bytes, start.colours);
   }
-  bytes = ranks.from(0, bytes);
+  bytes = ranks.broadcast(0, bytes);
   constexpr std::size_t kHead = 3 * sizeof(std::uint64_t);
   const auto sizes = ranks::values_of<std::uint64_t>(ranks::ByteView(bytes).first(kHead));
   const auto points = ranks::values_of<glm::vec3>(ranks::ByteView(bytes).subspan(kHead));
@@ -92,7 +92,7 @@ train::Start same_start(ranks::Ranks& ranks, const std::function<train::Start()>
 }
 
 void check_same(ranks::Ranks& ranks, const std::string& what, const std::string& mine) {
-  const std::vector<ranks::Bytes> all = ranks.gather(std::as_bytes(std::span(mine)));
+  const std::vector<ranks::Bytes> all = ranks.all_gather(std::as_bytes(std::span(mine)));
   for (std::size_t r = 1; r < all.size(); ++r)
     if (all[r] != all[0])
       throw Error(
@@ -103,7 +103,7 @@ void check_same(ranks::Ranks& ranks, const std::string& what, const std::string&
 
 void check_same(ranks::Ranks& ranks, const train::Settings& mine) {
   const std::string text = to_json(mine).dump();
-  const std::vector<ranks::Bytes> all = ranks.gather(std::as_bytes(std::span(text)));
+  const std::vector<ranks::Bytes> all = ranks.all_gather(std::as_bytes(std::span(text)));
   const auto settings_of = [&](std::size_t r) {
     return train::settings_from_json(nlohmann::json::parse(text_of(all[r])));
   };

@@ -83,11 +83,8 @@ void TrainingRun::run() {
   read();
   begin();
   train();
-  if (ranks_.is_first())
-    finish();
-  else
-    help_to_finish();
-  ranks_.gather({});  // nobody ends before all is written
+  finish();
+  ranks_.all_gather({});  // nobody ends before all is written
 }
 
 void TrainingRun::open_device() {
@@ -323,41 +320,58 @@ soup::Model TrainingRun::result() {
     const std::string file = read_file(folder_.model());
     bytes.assign(bytes_of(file).begin(), bytes_of(file).end());
   }
-  return soup::decode_model(ranks_.from(0, bytes), folder_.model().string()).model;
+  return soup::decode_model(ranks_.broadcast(0, bytes), folder_.model().string()).model;
 }
 
 void TrainingRun::finish() {
-  soup::Model model;
-  {
-    const auto scope = times_->measure(train::Part::writing);
-    model = result();
-    if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
-  }
-  if (live_) live_->publish(model);
-  const std::string file = read_file(folder_.model());
-  measure(model, bytes_of(file));
+  const soup::Model model = save_model();
+  const Quality quality = measure(model);
+  const nlohmann::json ranks = ranks_.size() > 1 ? about_ranks() : nlohmann::json();
+  if (!ranks_.is_first()) return;
+  report(model, quality, ranks);
   if (dataset_ != o_.dataset)
     say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
   if (const auto messages = device_->validation_messages(); !messages.empty())
     throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
 }
 
-void TrainingRun::help_to_finish() {
-  const soup::Model model = result();
+soup::Model TrainingRun::save_model() {
+  const auto scope = times_->measure(train::Part::writing);
+  soup::Model model = result();
+  if (!ranks_.is_first()) return model;
+  if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
+  if (live_) live_->publish(model);
+  return model;
+}
+
+TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
   trainer_->end_training();
-  train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, {}, &ranks_);
-  if (o_.measure_float && !has_goal()) trainer_->evaluate_float();
-  if (has_goal())
-    trainer_->training_fit(model);
-  else
-    trainer_->training_fit();
-  about_ranks();
+  folder_.renders().clear();
+  const auto scope = times_->measure(train::Part::evaluation);
+  Quality quality;
+  train::OnRender write_render;
+  if (ranks_.is_first())
+    write_render = [&](const scene::View& view, const std::vector<float>& colour) {
+      const auto writing = times_->measure(train::Part::writing);
+      folder_.renders().write(view, colour);
+      stop_if_asked();
+    };
+  quality.test = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_);
+  if (o_.measure_float && !has_goal()) {
+    train::OnRender check_stop;
+    if (ranks_.is_first()) check_stop = [](const scene::View&, const std::vector<float>&) { stop_if_asked(); };
+    quality.unrounded = trainer_->evaluate_float(check_stop);
+  }
+  quality.fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
+  const auto writing = times_->measure(train::Part::writing);
+  folder_.renders().finish();
+  return quality;
 }
 
 /// What metrics.json says of the ranks. All take part.
 nlohmann::json TrainingRun::about_ranks() {
   nlohmann::json peaks = nlohmann::json::array();
-  for (const ranks::Bytes& message : ranks_.gather(ranks::bytes_of(std::vector{device_->peak_bytes()})))
+  for (const ranks::Bytes& message : ranks_.all_gather(ranks::bytes_of(std::vector{device_->peak_bytes()})))
     peaks.push_back(ranks::values_of<std::uint64_t>(message)[0]);
   return {{"size", ranks_.size()},
           {"transport", ranks_.transport()},
@@ -366,74 +380,70 @@ nlohmann::json TrainingRun::about_ranks() {
           {"texture_bytes", trainer_->texture_bytes()}};
 }
 
-void TrainingRun::measure(const soup::Model& model, std::span<const std::byte> file) {
-  trainer_->end_training();
-  folder_.renders().clear();
-  std::optional<train::Evaluation> unrounded;
-  train::Evaluation evaluation;
-  train::TrainingFit fit;
-  {
-    const auto scope = times_->measure(train::Part::evaluation);
-    evaluation = train::evaluate(
-        *device_, model, scene_, settings_.test_near, settings_.far,
-        [&](const scene::View& view, const std::vector<float>& colour) {
-          const auto writing = times_->measure(train::Part::writing);
-          folder_.renders().write(view, colour);
-          stop_if_asked();
-        },
-        &ranks_);
-    if (o_.measure_float && !has_goal())
-      unrounded = trainer_->evaluate_float([&](const scene::View&, const std::vector<float>&) { stop_if_asked(); });
-    fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
-    const auto writing = times_->measure(train::Part::writing);
-    folder_.renders().finish();
-  }
-  bar_->clear();
-  log_evaluation(evaluation);
-  warn_of_result(*trainer_, fit, settings_);
-  if (has_goal()) say(o_, train::outcome(simplifier_->rounds(), settings_));
-  nlohmann::json metrics = to_json(evaluation);
-  metrics["psnr_training_views"] = fit.psnr;
-  metrics["psnr_plain_colours"] = fit.plain_psnr;
-  metrics["uncovered_training_views"] = fit.uncovered;
-  metrics["nothing_learnt"] = fit.nothing_learnt();
-  if (unrounded) metrics["psnr_float_textures"] = to_json(*unrounded)["psnr"];
-  metrics["triangles"] = model.triangles();
-  if (has_goal()) {
-    metrics["rounds"] = train::to_json(simplifier_->rounds());
-    const std::size_t best = train::best_round(simplifier_->rounds(), settings_);
-    metrics["round"] = best;
-    metrics["goal_met"] = train::meets(simplifier_->rounds()[best], settings_);
-    for (const scene::View& view : scene_.validation) metrics["validation_views"].push_back(utf8(view.name));
-  }
-  metrics["triangles_by_level"] = triangles_by_level(model);
-  metrics["bytes"] = file.size();
-  metrics["bytes_by_part"] = soup::bytes_by_part(file, "model");
+/// What metrics.json says about quality.
+nlohmann::json TrainingRun::quality_json(const Quality& quality) const {
+  nlohmann::json metrics = to_json(quality.test);
+  metrics["psnr_training_views"] = quality.fit.psnr;
+  metrics["psnr_plain_colours"] = quality.fit.plain_psnr;
+  metrics["uncovered_training_views"] = quality.fit.uncovered;
+  metrics["nothing_learnt"] = quality.fit.nothing_learnt();
+  if (quality.unrounded) metrics["psnr_float_textures"] = to_json(*quality.unrounded)["psnr"];
+  if (!has_goal()) return metrics;
+  metrics["rounds"] = train::to_json(simplifier_->rounds());
+  const std::size_t best = train::best_round(simplifier_->rounds(), settings_);
+  metrics["round"] = best;
+  metrics["goal_met"] = train::meets(simplifier_->rounds()[best], settings_);
+  for (const scene::View& view : scene_.validation) metrics["validation_views"].push_back(utf8(view.name));
+  return metrics;
+}
+
+/// What metrics.json says about the model's size.
+nlohmann::json TrainingRun::size_json(const soup::Model& model, std::span<const std::byte> file) const {
   const std::uint64_t most_samples = std::uint64_t(soup::samples_at(settings_.level_max)) * model.triangles();
-  metrics["samples"] = {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}};
-  metrics["seconds"] = trainer_->seconds();
-  metrics["cpu_seconds"] = trainer_->cpu_seconds();
-  metrics["parts"] = train::to_json(*times_);
+  return {{"triangles", model.triangles()},
+          {"triangles_by_level", triangles_by_level(model)},
+          {"bytes", file.size()},
+          {"bytes_by_part", soup::bytes_by_part(file, "model")},
+          {"samples", {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}}}};
+}
+
+/// What metrics.json says about time and about how the training can be repeated.
+nlohmann::json TrainingRun::run_json() const {
+  nlohmann::json metrics{{"seconds", trainer_->seconds()},
+                         {"cpu_seconds", trainer_->cpu_seconds()},
+                         {"parts", train::to_json(*times_)},
+                         {"ms_per_step", 1e3 * trainer_->seconds() / static_cast<double>(trainer_->last_step())},
+                         {"device", device_->info().name},
+                         {"driver", device_->info().driver},
+                         {"host", machine()},
+                         {"peak_device_bytes", device_->peak_bytes()},
+                         {"settings", to_json(trainer_->settings())},
+                         {"dataset", o_.dataset_note()},
+                         {"revision", kRevision}};
   if (o_.timings) metrics["timings"] = {{"steps", trainer_->step() - first_step_}, {"kernels", timings_json(*times_)}};
-  metrics["ms_per_step"] = 1e3 * trainer_->seconds() / static_cast<double>(trainer_->last_step());
-  if (ranks_.size() > 1) metrics["ranks"] = about_ranks();
-  metrics["device"] = device_->info().name;
-  metrics["driver"] = device_->info().driver;
-  metrics["host"] = machine();
-  metrics["peak_device_bytes"] = device_->peak_bytes();
-  metrics["settings"] = to_json(trainer_->settings());
-  metrics["dataset"] = o_.dataset_note();
   metrics["dataset"]["path"] = utf8(dataset_);
   metrics["dataset"]["fingerprint"] =
       fmt::format("{:016x}-{:016x}", scene_.fingerprint, trainer_->photographs_fingerprint());
-  metrics["revision"] = kRevision;
+  return metrics;
+}
+
+void TrainingRun::report(const soup::Model& model, const Quality& quality, const nlohmann::json& ranks) {
+  bar_->clear();
+  log_evaluation(quality.test);
+  warn_of_result(*trainer_, quality.fit, settings_);
+  if (has_goal()) say(o_, train::outcome(simplifier_->rounds(), settings_));
+  const std::string file = read_file(folder_.model());
+  nlohmann::json metrics = quality_json(quality);
+  metrics.update(size_json(model, bytes_of(file)));
+  metrics.update(run_json());
+  if (!ranks.is_null()) metrics["ranks"] = ranks;
   folder_.write_metrics(metrics);
   if (o_.timings) print_timings(*times_);
   if (scene_.test.empty())
     say(o_, "test: there are no test views, so quality was not measured; --test-every K holds some out");
   else
-    say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", evaluation.mean.psnr,
-                        evaluation.mean.ssim, evaluation.mean.mae, evaluation.views.size()));
+    say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", quality.test.mean.psnr,
+                        quality.test.mean.ssim, quality.test.mean.mae, quality.test.views.size()));
   say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(),
                       mb(file.size()), trainer_->seconds()));
 }

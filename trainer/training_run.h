@@ -51,10 +51,20 @@ class TrainingRun {
   void check_fit() const;
   std::unique_ptr<train::Trainer> new_trainer();
   soup::Model result();  // all ranks take part
+  /// Saves and measures the model. All ranks take part; the first one writes and reports.
   void finish();
-  void help_to_finish();  // what finish() does on the first of several ranks, all take part in
+  soup::Model save_model();
+  struct Quality {
+    train::Evaluation test;
+    std::optional<train::Evaluation> unrounded;  // of textures before they are rounded, with --measure-float
+    train::TrainingFit fit;
+  };
+  Quality measure(const soup::Model& model);
   nlohmann::json about_ranks();
-  void measure(const soup::Model& model, std::span<const std::byte> file);
+  nlohmann::json quality_json(const Quality& quality) const;
+  nlohmann::json size_json(const soup::Model& model, std::span<const std::byte> file) const;
+  nlohmann::json run_json() const;
+  void report(const soup::Model& model, const Quality& quality, const nlohmann::json& ranks);
   bool has_goal() const { return train::has_goal(settings_); }
 
   /// Of the training, whoever writes it.

@@ -68,12 +68,12 @@ std::vector<Bytes> Ranks::exchange(std::span<const ByteView> to) {
   }
 }
 
-std::vector<Bytes> Ranks::gather(ByteView mine) {
+std::vector<Bytes> Ranks::all_gather(ByteView mine) {
   return exchange(std::vector<ByteView>(static_cast<std::size_t>(size_), mine));
 }
 
-Bytes Ranks::from(int rank, ByteView mine) {
-  std::vector<Bytes> all = gather(rank == rank_ ? mine : ByteView{});
+Bytes Ranks::broadcast(int rank, ByteView mine) {
+  std::vector<Bytes> all = all_gather(rank == rank_ ? mine : ByteView{});
   return std::move(all[static_cast<std::size_t>(rank)]);
 }
 

@@ -39,9 +39,9 @@ class Ranks {
   /// rank. Throws RankLost if a rank has left, and Error if the connection breaks.
   std::vector<Bytes> exchange(std::span<const ByteView> to);
   /// Sends the same bytes to every rank. Returns the bytes of all ranks, in order of rank.
-  std::vector<Bytes> gather(ByteView mine);
+  std::vector<Bytes> all_gather(ByteView mine);
   /// Broadcasts `mine` of `rank` to every rank and returns it. `mine` of the other ranks is ignored.
-  Bytes from(int rank, ByteView mine);
+  Bytes broadcast(int rank, ByteView mine);
 
   /// Tells the other ranks that this rank fails and why: their current or next exchange throws RankLost. Returns false
   /// if the connection is broken, so that they cannot be told. No exchange is possible afterwards.

@@ -25,7 +25,7 @@ std::pair<Round, std::vector<std::byte>> Simplifier::measured() {
   std::vector<std::byte> file;
   if (ranks_.is_first()) file = encode_(model);  // the other ranks have only a part of the model
   const std::vector round{Round{trainer_.step(), file.size(), trainer_.triangles(), e.mean.psnr, e.mean.ssim}};
-  return {ranks::values_of<Round>(ranks_.from(0, ranks::bytes_of(round)))[0], std::move(file)};
+  return {ranks::values_of<Round>(ranks_.broadcast(0, ranks::bytes_of(round)))[0], std::move(file)};
 }
 
 void Simplifier::measure() {
@@ -51,7 +51,7 @@ bool Simplifier::next() {
     std::error_code ignored;
     const std::vector<std::uint8_t> there{std::filesystem::exists(state, ignored)};
     // Without a checkpoint of that round, the candidate is the result. Earlier versions wrote no such checkpoints.
-    if (ranks_.from(0, ranks::bytes_of(there))[0] == std::byte{0}) return false;
+    if (ranks_.broadcast(0, ranks::bytes_of(there))[0] == std::byte{0}) return false;
     trainer_.go_back(state);
   }
   return trainer_.begin_round(next->shares);

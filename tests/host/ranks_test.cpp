@@ -36,7 +36,7 @@ TEST_CASE("ranks exchange messages of any length in order of rank, whenever they
       }
     }
     const std::string word = fmt::format("of {}", self);
-    if (text_of(ranks.from(2, bytes_of(word))) != "of 2") wrong[self] = "from(2)";
+    if (text_of(ranks.broadcast(2, bytes_of(word))) != "of 2") wrong[self] = "broadcast(2)";
   });
   CHECK(thrown == std::vector<std::string>(3));
   CHECK(wrong == std::vector<std::string>(3));
@@ -47,7 +47,7 @@ TEST_CASE("a failing rank ends all ranks with a line that names it", "[ranks]") 
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     for (int round = 0; round < 10; ++round) {
       if (ranks.rank() == 1 && round == 4) throw Error("photographs: there is no room");
-      ranks.gather({});
+      ranks.all_gather({});
       ++rounds[static_cast<std::size_t>(ranks.rank())];
     }
   });
@@ -60,7 +60,7 @@ TEST_CASE("a failing rank ends all ranks with a line that names it", "[ranks]") 
   // Two failures at once do not deadlock.
   const auto both = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     if (ranks.rank() > 0) throw Error("gone {}", ranks.rank());
-    ranks.gather({});
+    ranks.all_gather({});
   });
   CHECK(both[0].ends_with("gone 1"));
 }
@@ -70,10 +70,10 @@ TEST_CASE("a single process is one rank that sends to itself", "[ranks]") {
   CHECK(alone->size() == 1);
   CHECK(alone->is_first());
   const std::string word = "word";
-  CHECK(text_of(alone->gather(bytes_of(word))[0]) == word);
+  CHECK(text_of(alone->all_gather(bytes_of(word))[0]) == word);
   CHECK(alone->bytes_sent() == 0);
   CHECK(alone->leave("the end"));
-  CHECK_THROWS_AS(alone->gather({}), Error);
+  CHECK_THROWS_AS(alone->all_gather({}), Error);
 }
 
 TEST_CASE("a message that is not a list of values is refused", "[ranks]") {

@@ -158,7 +158,7 @@ void SharedSoup::agree_on_winners() {
       Hit& winner = winners[c.pixel - first];
       if (winner.triangle == 0 || wins(c.hit, winner)) winner = c.hit;
     }
-  const std::vector<ranks::Bytes> slices = ranks_.gather(ranks::bytes_of(winners));
+  const std::vector<ranks::Bytes> slices = ranks_.all_gather(ranks::bytes_of(winners));
   auto to = std::as_writable_bytes(std::span(hits_)).begin();
   for (const ranks::Bytes& slice : slices) to = std::copy(slice.begin(), slice.end(), to);
   gpu_.upload(buffers_.hits.address(), hits_);
@@ -206,7 +206,7 @@ void SharedSoup::share_colours() {
   each_pixel([&](std::size_t p, std::uint16_t, std::uint16_t shader) {
     if (shader == self) append<float>(mine, {&colours[3 * p], 3});
   });
-  const std::vector<ranks::Bytes> received = ranks_.gather(mine);
+  const std::vector<ranks::Bytes> received = ranks_.all_gather(mine);
   std::vector<Reader> readers(received.begin(), received.end());
   each_pixel([&](std::size_t p, std::uint16_t, std::uint16_t shader) { readers[shader].take({&colours[3 * p], 3}); });
   gpu_.upload(buffers_.colour.address(), colours);
@@ -299,7 +299,7 @@ gpu::Buffer SharedSoup::fetch(const Parents& parents, gpu::Buffer pool) {
 
 ranks::Bytes SharedSoup::all_gather(ranks::ByteView mine) {
   ranks::Bytes all;
-  for (const ranks::Bytes& part : ranks_.gather(mine)) all.insert(all.end(), part.begin(), part.end());
+  for (const ranks::Bytes& part : ranks_.all_gather(mine)) all.insert(all.end(), part.begin(), part.end());
   return all;
 }
 
@@ -341,7 +341,7 @@ void SharedSoup::compare() {
   };
   add(soup_.vertices, 9ull * soup_.triangles);
   add(soup_.mlp, kMlp);
-  const std::vector<ranks::Bytes> all = ranks_.gather(ranks::bytes_of(std::vector{hash}));
+  const std::vector<ranks::Bytes> all = ranks_.all_gather(ranks::bytes_of(std::vector{hash}));
   for (std::size_t r = 1; r < all.size(); ++r)
     if (all[r] != all[0])
       throw Error(
