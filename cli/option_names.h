@@ -1,4 +1,4 @@
-// Messages of the library in the words of a command line. The library names settings in backquotes: `init_count`.
+// Translates messages of the library for command lines. The library names settings in backquotes: `init_count`.
 #pragma once
 
 #include <exception>
@@ -7,10 +7,10 @@
 
 namespace trisoup {
 
-/// "--init-count", "--max-mb", "--set huber": the option for a setting, a dataset option or a device option of the
-/// library.
+/// The option for a setting, a dataset option or a device option of the library: "--init-count", "--max-mb",
+/// "--set huber".
 std::string option_of(std::string_view name);
-/// The message with each `name` in backquotes as the option for it.
+/// Replaces each `name` in backquotes by its option.
 std::string in_options(std::string_view message);
 /// Prints "PROGRAM: message" as one line to stderr.
 void print_error(const char* program, const std::exception& error);

@@ -19,13 +19,13 @@ using train::Setting;
 
 constexpr double kMegabyte = 1048576.0;
 
-/// In tables of Markdown | ends a cell.
+/// Escapes |, which ends a cell in Markdown tables.
 std::string cell(std::string text) {
   for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, "\\");
   return text;
 }
 
-/// Wraps at word ends, so that help stays within a terminal of 120 columns.
+/// Wraps lines between words, so that help fits a terminal of 120 columns.
 std::string wrapped(const std::string& text, std::size_t columns) {
   std::string out;
   std::size_t line = 0;
@@ -44,13 +44,13 @@ std::string wrapped(const std::string& text, std::size_t columns) {
   return out;
 }
 
-/// Bytes of a size in megabytes; 0 is no goal. A model has between a byte and a terabyte.
+/// Converts megabytes to bytes. 0 is no goal; other values must be between one byte and one terabyte. Throws Error.
 std::uint64_t bytes_of_megabytes(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool is_number = error == std::errc() && end == text.data() + text.size();
   if (!is_number || !(value == 0 || (value * kMegabyte >= 1.0 && value <= kMegabyte)))
-    throw Error("`max_bytes`: '{}' is not a size of a file in megabytes", text);
+    throw Error("`max_bytes`: '{}' is not a file size in megabytes; give a positive number, or 0 for no goal", text);
   return static_cast<std::uint64_t>(std::llround(value * kMegabyte));
 }
 
@@ -127,12 +127,11 @@ std::string experiments_text() {
 std::string settings_page() {
   std::string text =
       "# Settings\n\n"
-      "Every setting of a training, as `metrics.json` records them under `settings`. soup-train changes most of them "
-      "by an\n"
-      "option of the same name (`init_count`: `--init-count`), those of experiments by `--set name=value`. The "
-      "library\n"
-      "takes all of them as \"name=value\". The columns of presets are `best`, `fast`, `balanced` and `published`.\n"
-      "The program writes this page (`soup-train --settings-page`); a test compares it.\n";
+      "All settings of a training. `metrics.json` records them under `settings`. In soup-train most settings have\n"
+      "an option of the same name (`init_count`: `--init-count`); experimental ones are set by `--set name=value`.\n"
+      "The library takes all of them as \"name=value\". The presets are `best` (the default), `fast`, `balanced` and\n"
+      "`published`.\n\n"
+      "`soup-train --settings-page` writes this page; a test compares it.\n";
   std::string_view group;
   for (const Setting& s : train::settings_table()) {
     if (s.access == train::Access::internal) continue;
@@ -142,7 +141,7 @@ std::string settings_page() {
     text += fmt::format("| `{}`{} | {} | {} | {} |\n", s.name, s.access == train::Access::experiment ? " *" : "",
                         cell(s.help), allowed_values(s), default_values(s));
   }
-  return text + "\n\\* for experiments: `--set name=value`.\n";
+  return text + "\n\\* experimental: `--set name=value`.\n";
 }
 
 }  // namespace trisoup

@@ -1,4 +1,4 @@
-// Options of programs that the table of settings describes (train/config/settings_table.h).
+// Command-line options for settings, from the table of settings (train/config/settings_table.h).
 #pragma once
 
 #include <map>
@@ -11,16 +11,16 @@
 
 namespace trisoup {
 
-/// Options that the table of settings describes.
+/// Adds options for settings to a command line and reads their values.
 class SettingOptions {
  public:
   explicit SettingOptions(CLI::App& app) : app_(app) {}
 
   /// Adds an option for the setting, under the heading `group`.
   void add(const char* setting, const std::string& group);
-  /// Adds all options of a group of the table.
+  /// Adds options for all settings of a group of the table.
   void add_group(const char* table_group, const std::string& group);
-  /// The values that were given. Throws Error on a value that the setting cannot have.
+  /// The values given on the command line. Throws Error if a value is invalid.
   std::vector<train::Assignment> given() const;
 
  private:
@@ -30,19 +30,19 @@ class SettingOptions {
   };
   CLI::App& app_;
   std::vector<Row> rows_;
-  std::map<std::string, std::string> texts_;  // by name of the setting
+  std::map<std::string, std::string> texts_;  // values by name of the setting
 };
 
-/// Heading of the options of goals.
+/// Heading of the goal options.
 inline constexpr const char* kGoalGroup =
-    "Goal (the smallest model that meets it: after the last step, rounds of removing what matters least and training)";
+    "Goal (the result is the smallest model that meets it; after the last step, rounds of pruning and training follow)";
 
-/// Makes CLI11 refuse what is no whole number, "-1" and "1.5", where an option takes one.
+/// Rejects values such as "-1" and "1.5" for options that take a whole number.
 void check_whole_numbers(CLI::App& app);
 
-/// The settings of `--set` for people: two lines each, by group.
+/// Help text of the settings for `--set`, by group, two lines each.
 std::string experiments_text();
-/// The whole table of settings in Markdown: docs/settings.md.
+/// The table of settings in Markdown: docs/settings.md.
 std::string settings_page();
 
 }  // namespace trisoup

@@ -1,5 +1,5 @@
-// Collapses triangles with a non-finite vertex (common/non_finite.h) to a point. They have no area, are never visible, and
-// the next refinement that drops invisible triangles removes them.
+// Collapses triangles with a non-finite vertex (common/non_finite.h) to a point. They have no area, are never visible,
+// and the next refinement that drops invisible triangles removes them.
 #include "common/kernel.h"
 #include "args/collapse_lost.h"
 #include "common/non_finite.h"

@@ -20,8 +20,8 @@ FN void gradient_of_block(TAKES_ARGUMENTS uint block, uint thread) {
   const uvec2 corner = block_corner(a.views, view, block);
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
   const uint pixel_offset = a.views.v[view].pixel_offset;
-  const float l1_weight = 0.8f * a.state.v[0].pixel_weight;
-  const float ssim_weight = -0.1f * a.state.v[0].window_weight;
+  const float l1_weight = LOSS_L1 * a.state.v[0].pixel_weight;
+  const float ssim_weight = -LOSS_SSIM * a.state.v[0].window_weight;
   const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
 
   vec4 l1 = vec4(0.0f), squares = vec4(0.0f), seen = vec4(0.0f);

@@ -1,4 +1,4 @@
-// soup-train's options: what there is, what --help and --help-all say, and where each goes in CommandLine.
+// Options of soup-train: names, help texts and their members in CommandLine.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -20,18 +20,19 @@
 namespace trisoup {
 namespace {
 
-/// What --help shows. --help-all shows all.
+/// Options that --help shows. --help-all shows all.
 constexpr std::array<std::string_view, 15> kUsual = {
     "help",   "help-all",  "version",     "output", "preset", "steps",   "triangles",   "resolution",
     "resume", "overwrite", "target-psnr", "max-mb", "view",   "backend", "list-devices"};
 
 const char* const kBegin =
     "Turns photographs into a few thousand opaque textured triangles.\n\n"
-    "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP;\n"
-    "or a folder of photographs without poses, or a video: COLMAP finds the poses and leaves them in OUT/colmap.\n"
-    "OUT receives model.glb, checkpoint.safetensors, train.csv, evaluations.csv, metrics.json and renders/.";
+    "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
+    "It can also be a folder of photographs without poses, or a video. COLMAP then finds the poses and writes them to\n"
+    "OUT/colmap.\n"
+    "Output in OUT: model.glb, checkpoint.safetensors, train.csv, evaluations.csv, metrics.json and renders/.";
 
-/// Of --set, which takes experiments; other settings have an option.
+/// Reads a value of --set. Throws Error if the setting has an option of its own.
 train::Assignment experiment(const std::string& text) {
   train::Assignment assignment = train::read_assignment(text);
   if (assignment.setting->access != train::Access::experiment)
@@ -42,15 +43,15 @@ train::Assignment experiment(const std::string& text) {
 class Options {
  public:
   explicit Options(CommandLine& o) : o_(o) {
-    app_.option_defaults()->take_last();  // of an option given twice the last counts, so that scripts can override
-    // One line, like every other error of this program.
+    app_.option_defaults()->take_last();  // the last value counts, so that scripts can override options
+    // Prints errors in one line, like all other errors of this program.
     app_.failure_message(
         [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-train: {}; see --help\n", e.what()); });
-    app_.set_version_flag("--version", "soup-train " TRISOUP_VERSION, "print the version and end");
-    app_.set_help_flag("-h,--help", "print the options that most need and end");
-    app_.set_help_all_flag("--help-all", "print all options, and what --set takes, and end");
+    app_.set_version_flag("--version", "soup-train " TRISOUP_VERSION, "print the version and exit");
+    app_.set_help_flag("-h,--help", "print the options most people need and exit");
+    app_.set_help_all_flag("--help-all", "print all options and the settings for --set, and exit");
     app_.add_option("DATASET", o.dataset, "folder of photographs, or a video");
-    app_.add_option("-o,--output", o.output, "folder for what the run leaves");
+    app_.add_option("-o,--output", o.output, "output folder");
     add_common();
     settings_options_.add_group("Goal", kGoalGroup);
     add_dataset();
@@ -83,31 +84,31 @@ class Options {
 
 void Options::add_common() {
   const char* const group = "Common";
-  preset_ = app_.add_option(
-      "--preset", o_.request.preset,
-      "fast (1,000 steps, 2,000 triangles, textures to level 4; synthetic scenes 2,000 steps of\n"
-      "half the views), balanced (3,000, 5,000, 4), best (10,000, 15,000, 5), or published (all\n"
-      "as in the publication where there is a choice; fewer steps move vertices as far as 10,000)\n[best]");
+  preset_ =
+      app_.add_option("--preset", o_.request.preset,
+                      "set of default values: fast (1,000 steps, 2,000 triangles, texture levels up to 4; synthetic\n"
+                      "scenes: 2,000 steps with half the views), balanced (3,000 steps, 5,000 triangles, level 4),\n"
+                      "best (10,000 steps, 15,000 triangles, level 5) or published (as in the publication wherever\n"
+                      "the methods differ) [best]");
   preset_->check(CLI::IsMember({"fast", "balanced", "best", "published"}))->group(group);
   settings_options_.add_group("Common", group);
   auto* resume =
       app_.add_flag("--resume", o_.resume,
-                    "go on from OUT/checkpoint.safetensors, if there is one, with all its settings; options\n"
-                    "that say otherwise are refused, but for more --steps: the schedule is then that of so\n"
-                    "many, so rates rise again and topology changes up to its share of them");
+                    "continue from OUT/checkpoint.safetensors, if it exists, with its settings. Options that\n"
+                    "contradict them are an error, except for more --steps: the schedule then follows the new\n"
+                    "number of steps, so learning rates rise again and refinement may continue");
   resume->group(group);
   app_.add_flag("--overwrite", o_.overwrite,
-                "train anew where OUT holds a training: what that one left goes when the first step\nbegins")
+                "replace a training in OUT; its files are removed when the first step begins")
       ->excludes(resume)
       ->group(group);
   settings_ = app_.add_option("--settings", record_,
-                              "metrics.json of another training: all is set as it was there, but for options that are\n"
-                              "given; the same DATASET then gives the same model")
+                              "metrics.json of another training, whose settings are used; options override them. The\n"
+                              "same DATASET then gives the same model")
                   ->excludes(preset_)
                   ->group(group);
-  app_.add_option(
-          "--set", assignments_,
-          "a setting for ablations and experiments, as often as needed; the names stand at the end\nof --help-all")
+  app_.add_option("--set", assignments_,
+                  "setting for experiments; may be repeated. --help-all lists the names at its end")
       ->take_all()
       ->allow_extra_args(false)
       ->type_name("NAME=VALUE")
@@ -116,26 +117,30 @@ void Options::add_common() {
 
 void Options::add_dataset() {
   const char* const group = "Dataset";
-  resolution_ =
-      app_.add_option("-r,--resolution", o_.load.downscale, "divide image sides by this factor [1]")->group(group);
+  resolution_ = app_.add_option("-r,--resolution", o_.load.downscale, "factor by which image sides are divided [1]")
+                    ->group(group);
   test_every_ = app_.add_option("--test-every", o_.load.test_every,
-                                "hold out every K-th view in name order where there is no test split; 0: none [8]")
+                                "interval of test views in name order if the dataset has no test split; 0: none [8]")
                     ->group(group);
   app_.add_flag("--outside", o_.load.outside,
-                "photographs, masks and points may lie outside of DATASET, where its files say so")
+                "allow photographs, masks and points outside of DATASET if its files refer to them")
       ->group(group);
   feature_size_ = app_.add_option("--feature-size", o_.feature_size,
-                                  "photographs without poses: features are looked for in copies of so many pixels "
-                                  "along\nthe longer side [1600]")
+                                  "longer side of the images in which features are found, pixels (photographs without\n"
+                                  "poses) [1600]")
                       ->check(CLI::Range(100, 100'000))
                       ->group(group);
-  background_option_ = app_.add_option("--background", background_,
-                                       "auto (white where images have alpha, else black), white or black [auto]")
-                           ->check(CLI::IsMember({"auto", "white", "black"}))
-                           ->group(group);
-  alpha_option_ = app_.add_option("--alpha", alpha_, "composite: on the background; mask: of the loss [composite]")
-                      ->check(CLI::IsMember({"composite", "mask"}))
-                      ->group(group);
+  background_option_ =
+      app_.add_option("--background", background_,
+                      "background: white, black or auto (white if images have alpha, else black) [auto]")
+          ->check(CLI::IsMember({"auto", "white", "black"}))
+          ->group(group);
+  alpha_option_ =
+      app_.add_option(
+              "--alpha", alpha_,
+              "use of alpha: composite (blend with the background) or mask (exclude from the\nloss) [composite]")
+          ->check(CLI::IsMember({"composite", "mask"}))
+          ->group(group);
   settings_options_.add_group("Dataset", group);
 }
 
@@ -143,47 +148,48 @@ void Options::add_output() {
   const char* const group = "Output";
   settings_options_.add_group("Output", group);
   eval_log_ = app_.add_option("--eval-log", o_.evaluations_per_decade,
-                              "evaluations in every ten-fold of steps, from step 10 on [0: none]")
+                              "evaluations per tenfold increase in steps, from step 10 on; 0: none [0]")
                   ->check(CLI::Range(0, 100))
                   ->group(group);
-  app_.add_option("--log-every", o_.log_every, "steps between lines where output is not a terminal [1 % of the steps]")
+  app_.add_option("--log-every", o_.log_every,
+                  "steps between progress lines if output is not a terminal [1 % of the steps]")
       ->group(group);
-  app_.add_flag("-q,--quiet", o_.quiet, "errors only")->group(group);
-  auto* view = app_.add_flag("--view", o_.view, "show the soup in a window while it is trained")->group(group);
+  app_.add_flag("-q,--quiet", o_.quiet, "print only errors")->group(group);
+  auto* view = app_.add_flag("--view", o_.view, "show the model in a window during training")->group(group);
   app_.add_flag("--finish-headless", o_.finish_headless,
-                "closing the window of --view lets training go on; else it ends, with a checkpoint")
+                "continue training when the window of --view is closed, instead of stopping with a checkpoint")
       ->needs(view)
       ->group(group);
   app_.add_flag("--measure-float", o_.measure_float,
-                "also measure the test views with textures that are not rounded: psnr_float_textures in\nmetrics.json")
+                "also measure the test views with unrounded textures (psnr_float_textures in metrics.json)")
       ->group(group);
   app_.add_flag("--timings", o_.timings,
-                "time of every kernel of a step, at the end and in metrics.json; device seconds of every part")
+                "measure the time of each kernel and the device time of each part; printed at the end and\n"
+                "written to metrics.json")
       ->group(group);
 }
 
 void Options::add_device() {
   const char* const group = "Device";
-  app_.add_flag("--settings-page", o_.settings_page, "print docs/settings.md and end")->group("");
-  app_.add_flag("--list-devices", o_.list_devices, "print the devices and end")->group(group);
+  app_.add_flag("--settings-page", o_.settings_page, "print docs/settings.md and exit")->group("");
+  app_.add_flag("--list-devices", o_.list_devices, "print the devices and exit")->group(group);
   app_.add_option("--backend", o_.device.backend,
-                  "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]")
+                  "backend: vulkan, cuda, cpu or auto (a GPU if there is one, else the CPU) [auto]")
       ->group(group);
   app_.add_option("--device", o_.device.device,
-                  "number that --list-devices prints, or part of a name of any backend [the fastest kind\nthere is]")
+                  "number printed by --list-devices, or part of a name [fastest kind of device]")
       ->group(group);
-  app_.add_option("--memory", o_.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]")
-      ->group(group);
+  app_.add_option("--memory", o_.memory_mb, "limit of device memory, MB [90 % of free memory]")->group(group);
   app_.add_flag(
           "--by-itself", o_.by_itself,
-          "train alone although mpirun or srun has started several processes; else those train one soup\ntogether")
+          "train independently if mpirun or srun started several processes, instead of training one\nmodel together")
       ->group(group);
-  app_.add_option("--lose-after-launches", o_.device.lose_after_launches)->group("");  // for tests: not in --help
-  app_.add_flag("--validation", o_.device.validation, "with the Vulkan validation layers; any message is an error")
+  app_.add_option("--lose-after-launches", o_.device.lose_after_launches)->group("");  // for tests; hidden from --help
+  app_.add_flag("--validation", o_.device.validation, "enable the Vulkan validation layers; fail on any message")
       ->group(group);
 }
 
-/// Into CommandLine, what is not there yet.
+/// Completes CommandLine after parsing.
 void Options::take() {
   const auto is_given = [](const CLI::Option* option) { return option->count() > 0; };
   o_.given = {is_given(resolution_),   is_given(test_every_),   is_given(background_option_),
@@ -204,14 +210,15 @@ std::string Options::short_help() {
     const auto& names = option->get_lnames();
     if (!names.empty() && std::find(kUsual.begin(), kUsual.end(), names.front()) == kUsual.end()) option->group("");
   }
-  preset_->remove_excludes(settings_);  // which it would name
+  preset_->remove_excludes(settings_);  // the help text would name --settings, which is hidden
   app_.footer(
-      "--help-all shows all options by subject: datasets, starts, goals, outputs, devices, and what --set takes.");
+      "--help-all shows all options by subject (dataset, start, goal, output, device) and the settings for --set.");
   return app_.help();
 }
 
 std::string Options::whole_help() {
-  app_.footer("What --set takes, as name=value. metrics.json has all under \"settings\".\n\n" + experiments_text());
+  app_.footer("Settings for --set name=value. metrics.json records all settings under \"settings\".\n\n" +
+              experiments_text());
   return app_.help();
 }
 

@@ -30,8 +30,8 @@ void on_signal(int) { g_stop = true; }
 
 void catch_signals() {
   for (const int signal : kSignals) std::signal(signal, on_signal);
-  std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave before training ends
-  std::signal(SIGXFSZ, SIG_IGN);  // a file past its limit is an error to report, not a reason to die
+  std::signal(SIGPIPE, SIG_IGN);  // a reader of the log may close its pipe before training ends
+  std::signal(SIGXFSZ, SIG_IGN);  // writing past the file size limit then fails with an error
 }
 
 void say(const CommandLine& o, const std::string& line) {
@@ -60,16 +60,17 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
     found = scene::reconstruct(*unposed, std::filesystem::path(o.output) / "colmap", options, g_stop);
   } catch (const scene::ReconstructionStopped&) {
     bar.clear();
-    throw Interrupted{"while poses were looked for; the same command goes on after the last stage that was complete"};
+    throw Interrupted{
+        "during the search for poses; run the same command again to continue after the last completed stage"};
   }
   for (const auto& [signal, handler] : before) std::signal(signal, handler);
-  if (g_stop) throw Interrupted{"after poses were found; the same command goes on"};
+  if (g_stop) throw Interrupted{"after poses were found; run the same command again to continue"};
   bar.clear();
   if (found.candidates > 0)
-    say(o, fmt::format("video: {} sharp frames of {} that were looked at", found.photographs, found.candidates));
+    say(o, fmt::format("video: selected {} sharp frames of {}", found.photographs, found.candidates));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   say(o, fmt::format("poses: {} of {} photographs, {}", found.registered, found.photographs,
-                     found.reused ? found.dataset.string() + " as it was"
+                     found.reused ? found.dataset.string() + " (reused)"
                                   : fmt::format("{:.0f} s, {}", seconds, found.dataset.string())));
   return found.dataset.string();
 }
@@ -91,10 +92,10 @@ scene::Scene read_scene(const CommandLine& o, const std::string& dataset) {
 
 void find_points(const CommandLine& o, scene::Scene& scene) {
   if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
-  say(o, "points: the dataset has none; looking for them in the photographs");
+  say(o, "points: the dataset has none; finding points in the photographs");
   scene::Points points = scene::points_from_views(scene.train);
   if (points.positions.size() < scene::kFewestPoints) {
-    say(o, fmt::format("points: {} places look alike in several photographs, too few to start from; starting at random",
+    say(o, fmt::format("points: {} found in the photographs, too few to start from; starting from random triangles",
                        points.positions.size()));
     return;
   }
@@ -104,18 +105,17 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
 void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
                   const gpu::Device& device, std::uint32_t ranks) {
   const train::MemoryNeed need = train::memory_need(scene, settings, ranks);
-  say(o,
-      fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} buffers, {:.0f} triangles), ceiling {:.0f} MB",
-                  mb(need.total()), mb(need.photographs), mb(need.buffers), mb(need.soup), mb(device.ceiling())));
+  say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} buffers, {:.0f} triangles), limit {:.0f} MB",
+                     mb(need.total()), mb(need.photographs), mb(need.buffers), mb(need.soup), mb(device.ceiling())));
   if (need.total() > device.ceiling()) {
     const std::uint32_t fits = train::triangles_that_fit(scene, settings, device.ceiling(), ranks);
-    train::Settings few = settings;  // the start itself may be what does not fit
+    train::Settings few = settings;  // tells whether the initial triangles alone exceed the limit
     few.init_count = 1;
     const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device.ceiling(), ranks);
-    throw Error("device memory: {} triangles need {:.0f} MB and {:.0f} MB may be used; {}", settings.triangles,
+    throw Error("device memory: {} triangles need {:.0f} MB, the limit is {:.0f} MB; {}", settings.triangles,
                 mb(need.total()), mb(device.ceiling()),
-                fits > 0            ? fmt::format("--triangles {} would fit, or lower the resolution with -r", fits)
-                : fits_with_few > 0 ? fmt::format("start with fewer than --init-count {}", settings.init_count)
+                fits > 0            ? fmt::format("use --triangles {}, or lower the resolution with -r", fits)
+                : fits_with_few > 0 ? fmt::format("use less than --init-count {}", settings.init_count)
                                     : "lower the resolution with -r or raise --memory");
   }
 }

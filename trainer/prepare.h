@@ -1,4 +1,4 @@
-// What has to be there before a training can begin: poses, photographs, points, memory.
+// Prepares a training: finds poses, reads photographs, finds points, checks memory.
 #pragma once
 
 #include <atomic>
@@ -13,27 +13,28 @@
 
 namespace trisoup {
 
-/// Set by SIGINT, SIGTERM and SIGHUP once catch_signals() has been called: the program is to end.
+/// Set by SIGINT, SIGTERM and SIGHUP after catch_signals(): the program should stop.
 extern std::atomic<bool> g_stop;
 void catch_signals();
 
-/// Ends the program with status 130; what there is has been saved.
+/// Thrown to end the program with status 130 after everything is saved.
 struct Interrupted {
   std::string when;
 };
 
-/// A line on stderr, unless --quiet.
+/// Prints a line to stderr unless --quiet is given.
 void say(const CommandLine& o, const std::string& line);
 
-/// The dataset to train on: that of the command line, or OUT/colmap where that one is without poses and they are found
-/// first. live: may be null.
+/// Returns the path of the dataset to train on. If the dataset of the command line has no poses, finds them first and
+/// returns OUT/colmap. live: may be null. Throws Interrupted if a signal stops the search.
 std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer::Live* live);
-/// The dataset's photographs and poses, with progress on stderr.
+/// Reads photographs and poses of the dataset. Shows progress on stderr.
 scene::Scene read_scene(const CommandLine& o, const std::string& dataset);
-/// Points of a scene whose dataset has none, from its photographs. What cannot be matched starts at random, which one
-/// line says.
+/// Finds points in the photographs if the start needs them and the dataset has none. If there are too few, prints a
+/// line; the training then starts from random triangles.
 void find_points(const CommandLine& o, scene::Scene& scene);
-/// Says what memory a training needs. Throws Error, with what would fit, where that is too much.
+/// Prints the memory that a training needs. Throws Error if it exceeds the limit; the message names a number of
+/// triangles that fits.
 void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
                   const gpu::Device& device, std::uint32_t ranks = 1);
 

@@ -27,8 +27,8 @@ std::string bar(double share, std::size_t width) {
   return fmt::format("[{}{}]", std::string(full, '#'), std::string(inner - full, '.'));
 }
 
-/// Of the terminal as it is now: it may have another width than a moment ago. Its last column stays free, where a
-/// terminal may begin a new line.
+/// Columns available for a line. Asks the terminal each time because its width may change. The last column stays free:
+/// some terminals start a new line after it.
 std::size_t columns_now() {
   winsize size{};
   const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
@@ -79,7 +79,7 @@ void ProgressBar::stage(const std::string& name, int done, int total) {
 
 void ProgressBar::training(const train::Progress& p) {
   if (quiet_) return;
-  if (p.pace < pace_) ms_ = 0;  // pictures have grown
+  if (p.pace < pace_) ms_ = 0;  // images became larger: earlier times no longer apply
   pace_ = p.pace;
   ms_ = ms_ == 0 ? p.ms_per_step : 0.8 * ms_ + 0.2 * p.ms_per_step;
   const double left = 1e-3 * ms_ * p.pace * static_cast<double>(steps_ - p.step);

@@ -11,7 +11,6 @@
 
 namespace trisoup {
 
-/// What was read, and how many of its points are worth starting from.
 std::string understood(const scene::Scene& scene) {
   const std::size_t points = scene.points.positions.size();
   if (points == 0) return scene.summary + "; no points";
@@ -19,9 +18,8 @@ std::string understood(const scene::Scene& scene) {
                      train::usable_points(scene.points, points).size());
 }
 
-/// Settings::init, as a sentence has it.
 std::string start_in_words(const std::string& init) {
-  if (init == "surface") return "the surface that points tell";
+  if (init == "surface") return "a surface built from points";
   if (init == "random") return "random triangles";
   return init;
 }
@@ -32,37 +30,34 @@ std::string in_words(const train::Round& r, std::size_t number) {
   return text;
 }
 
-/// What to do about memory that has run out.
 std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings) {
   const train::Smaller smaller = train::smaller_run(scene, settings, error.needed, error.available);
   if (smaller.triangles == 0) return {};
-  if (smaller.triangles < settings.triangles) return fmt::format("; about --triangles {} would fit", smaller.triangles);
-  // Splitting beyond the budget took it: a lower ceiling keeps that within bounds.
-  return fmt::format("; --memory {} would do", smaller.memory >> 20);
+  if (smaller.triangles < settings.triangles) return fmt::format("; try --triangles {}", smaller.triangles);
+  // Splitting beyond the budget used the memory. A lower limit bounds it.
+  return fmt::format("; try --memory {}", smaller.memory >> 20);
 }
 
 void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit, const train::Settings& settings) {
   if (fit.nothing_learnt())
     std::fprintf(stderr,
-                 "warning: nothing was learnt: the model shows its own photographs no better than plain colours would "
-                 "(PSNR %.2f dB against %.2f); "
-                 "training diverged (lower the learning rates), or had too few steps or triangles\n",
+                 "warning: nothing was learnt: PSNR on the training views is %.2f dB, plain colours reach %.2f dB; "
+                 "lower the learning rates, or use more steps or triangles\n",
                  fit.psnr, fit.plain_psnr);
-  // What was simplified has as many triangles as it should.
+  // The goal determines the number of triangles.
   if (train::has_goal(settings)) return;
   if (trainer.out_of_pixels() && trainer.triangles() < settings.triangles)
     std::fprintf(stderr,
-                 "warning: %u of %u triangles: the training views have no more pixels to show them; larger images (a "
+                 "warning: %u of %u triangles: the training views have too few pixels for more; use larger images (a "
                  "smaller -r) or a lower --triangles\n",
                  trainer.triangles(), settings.triangles);
   if (trainer.triangles() > settings.triangles)
-    std::fprintf(
-        stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(), settings.triangles,
-        settings.refine_every == 0 ? "--set refine_every=0 drops none"
-                                   : "changes of topology keep what is visible; start with fewer (--init-count)");
+    std::fprintf(stderr, "warning: %u triangles, more than --triangles %u: %s\n", trainer.triangles(),
+                 settings.triangles,
+                 settings.refine_every == 0 ? "--set refine_every=0 drops none"
+                                            : "refinement keeps visible triangles; use a lower --init-count");
 }
 
-/// How many triangles have textures of which finest level.
 nlohmann::json triangles_by_level(const soup::Model& model) {
   std::map<std::uint32_t, std::size_t> counts;
   for (const soup::TextureEntry& row : model.textures) ++counts[row.level_max];
@@ -71,7 +66,6 @@ nlohmann::json triangles_by_level(const soup::Model& model) {
   return json;
 }
 
-/// {kernel: {"ms": of one launch, "launches"}}, of this process: a resumed run's say nothing of the steps before.
 nlohmann::json timings_json(const train::PartTimes& times) {
   nlohmann::json json = nlohmann::json::object();
   for (const auto& [kernel, t] : times[train::Part::steps].kernels)

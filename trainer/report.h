@@ -1,4 +1,4 @@
-// What a training says of itself: lines for people, metrics.json for programs.
+// Summaries of a training: text for people, JSON for metrics.json.
 #pragma once
 
 #include <cstdint>
@@ -19,24 +19,24 @@ namespace trisoup {
 
 inline double mb(std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; }
 
-/// What was read, and how many of its points are worth starting from.
+/// One-line summary of a dataset and its number of points before and after cleaning.
 std::string understood(const scene::Scene& scene);
-/// Settings::init, as a sentence has it.
+/// Settings::init in words.
 std::string start_in_words(const std::string& init);
 /// "round 2: 3930 triangles, 1.87 MB, validation PSNR 26.70, SSIM 0.8988".
 std::string in_words(const train::Round& round, std::size_t number);
-/// What to do about memory that has run out; empty where nothing helps.
+/// End of an error message that says what to do when device memory ran out; empty if nothing helps.
 std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings);
 
-/// One warning a line on stderr about what a finished training has come to.
+/// Prints warnings about the result of a training to stderr, one per line.
 void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit, const train::Settings& settings);
 
-/// How many triangles have textures of which finest level: {level: count}.
+/// Number of triangles by finest texture level: {level: count}.
 nlohmann::json triangles_by_level(const soup::Model& model);
-/// {kernel: {"ms": of one launch, "launches"}} of the steps of this process: a resumed run's say nothing of the steps
-/// before.
+/// Kernel times of the training steps of this process: {kernel: {"ms": per launch, "launches"}}. Steps before a resume
+/// are not included.
 nlohmann::json timings_json(const train::PartTimes& times);
-/// The same as a table, and seconds by part.
+/// Prints the same as a table, followed by the times of each part.
 void print_timings(const train::PartTimes& times);
 
 }  // namespace trisoup

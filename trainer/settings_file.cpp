@@ -14,16 +14,18 @@ using nlohmann::json;
 
 json parse(const std::filesystem::path& path) {
   const std::string text = read_file(path);
-  // Without end a nested list would end the program in whatever walks through it.
+  // Limits nesting: recursion through very deep lists would overflow the stack.
   constexpr int kDeepest = 16;
   const auto shallow = [&](int depth, json::parse_event_t, json&) {
-    if (depth > kDeepest) throw Error("{}: is nested deeper than metrics.json can be", path.string());
+    if (depth > kDeepest)
+      throw Error("{}: nested deeper than a metrics.json; give the metrics.json of a training", path.string());
     return true;
   };
   try {
     return json::parse(text, shallow);
   } catch (const json::exception&) {
-    throw Error("{}: is not JSON; give metrics.json of a training, or what it has under \"settings\"", path.string());
+    throw Error("{}: not JSON; give the metrics.json of a training, or the object under its \"settings\"",
+                path.string());
   }
 }
 
@@ -34,11 +36,11 @@ SettingsFile read_settings_file(const std::filesystem::path& path) {
   const bool is_metrics = whole.is_object() && whole.contains("settings");
   const json& given = is_metrics ? whole["settings"] : whole;
   if (!given.is_object() || !given.contains("recipe"))
-    throw Error("{}: has no settings of a training; give its metrics.json, or what that has under \"settings\"",
+    throw Error("{}: no settings of a training; give its metrics.json, or the object under its \"settings\"",
                 path.string());
   for (const auto& [name, value] : given.items())
     if (!train::find_setting(name))
-      throw Error("{}: there is no setting '{}'; the nearest is {}", path.string(), printable(name),
+      throw Error("{}: unknown setting '{}'; the nearest is {}", path.string(), printable(name),
                   train::nearest_setting(name));
   SettingsFile file{path, {}, nullptr};
   try {

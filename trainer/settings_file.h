@@ -1,4 +1,4 @@
-// The settings of a training from its record: what soup-train --settings takes.
+// Reads the file of soup-train --settings: the recorded settings of another training.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,13 @@ namespace trisoup {
 struct SettingsFile {
   std::filesystem::path path;
   train::Settings settings;
-  nlohmann::json
-      dataset;  // how it was read: "resolution", "test_every", "background", "alpha"; null where the file does not say
+  /// Load options: "resolution", "test_every", "background", "alpha". Null if the file does not contain them.
+  nlohmann::json dataset;
 };
 
-/// A metrics.json, or what it has under "settings" alone. What an older one does not say is as it was before there was
-/// a choice. Throws Error that names the file, and the nearest name where one is unknown.
+/// Reads a metrics.json, or a file with only the object under its "settings". Settings that an older file lacks get the
+/// values that applied before they existed. Throws Error if the file cannot be read, is not JSON, or has an unknown
+/// setting or an invalid value.
 SettingsFile read_settings_file(const std::filesystem::path& path);
 
 }  // namespace trisoup

@@ -1,4 +1,4 @@
-// soup-simplify: a model that has been trained, made smaller.
+// soup-simplify: makes a trained model smaller.
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -23,47 +23,47 @@ bool lies_in(const std::filesystem::path& file, const std::filesystem::path& fol
   return std::filesystem::equivalent(file.has_parent_path() ? file.parent_path() : ".", folder, ignored);
 }
 
-/// Whether some goal is asked for; 0 is none.
+/// Whether the command line gives a goal. 0 is no goal.
 bool has_goal(const train::SettingsRequest& request) {
   train::Settings s;
   for (const train::Assignment& assignment : request.assignments) train::assign(s, assignment);
   return train::has_goal(s);
 }
 
-/// Exit status to end with, or nothing to go on.
+/// Parses the command line. Returns an exit status if the program should end, else nothing.
 std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
   CLI::App app{
-      "Makes a model of soup-train smaller until it just meets a goal: what is worth least to the pictures goes, the "
-      "rest is trained on for a\n"
-      "few steps, again and again.\n\n"
-      "DATASET is what the model was trained on. OUT receives the same files as from soup-train."};
+      "Makes a model of soup-train as small as a goal allows. Repeatedly removes the least important triangles and\n"
+      "texture levels and trains the rest for a few steps.\n\n"
+      "DATASET is the dataset that the model was trained on. OUT receives the same files as from soup-train."};
   app.option_defaults()->take_last();
   app.failure_message(
       [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-simplify: {}; see --help\n", e.what()); });
   app.set_version_flag("--version", "soup-simplify " TRISOUP_VERSION);
-  app.add_option("MODEL", o.model, "model.glb, or the folder of a training with it")->required();
-  app.add_option("DATASET", o.dataset, "the dataset it was trained on")->required();
-  app.add_option("-o,--output", o.output, "folder for what the run leaves")->required();
+  app.add_option("MODEL", o.model, "model.glb, or the output folder of a training")->required();
+  app.add_option("DATASET", o.dataset, "dataset that the model was trained on")->required();
+  app.add_option("-o,--output", o.output, "output folder")->required();
   SettingOptions settings(app);
   settings.add_group("Goal", kGoalGroup);
   const char* const group = "Run";
   auto* resume =
-      app.add_flag("--resume", o.resume, "go on from OUT/checkpoint.safetensors, if there is one")->group(group);
-  app.add_flag("--overwrite", o.overwrite, "begin anew where OUT holds a training")->excludes(resume)->group(group);
+      app.add_flag("--resume", o.resume, "continue from OUT/checkpoint.safetensors, if it exists")->group(group);
+  app.add_flag("--overwrite", o.overwrite, "replace a training in OUT")->excludes(resume)->group(group);
   app.add_flag("--outside", o.load.outside,
-               "photographs, masks and points may lie outside of DATASET, where its files say so")
+               "allow photographs, masks and points outside of DATASET if its files refer to them")
       ->group(group);
   settings.add("checkpoint_every", group);
-  app.add_option("--log-every", o.log_every, "steps between lines where output is not a terminal [1 % of the steps]")
+  app.add_option("--log-every", o.log_every,
+                 "steps between progress lines if output is not a terminal [1 % of the steps]")
       ->group(group);
-  app.add_flag("-q,--quiet", o.quiet, "errors only")->group(group);
+  app.add_flag("-q,--quiet", o.quiet, "print only errors")->group(group);
   app.add_option("--backend", o.device.backend,
-                 "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else the CPU's own threads]")
+                 "backend: vulkan, cuda, cpu or auto (a GPU if there is one, else the CPU) [auto]")
       ->group(group);
-  app.add_option("--device", o.device.device, "number that soup-train --list-devices prints, or part of a name")
+  app.add_option("--device", o.device.device, "number printed by soup-train --list-devices, or part of a name")
       ->group(group);
-  app.add_option("--memory", o.memory_mb, "ceiling of device memory in MB [nine tenths of what is free]")->group(group);
-  app.add_flag("--validation", o.device.validation, "with the Vulkan validation layers; any message is an error")
+  app.add_option("--memory", o.memory_mb, "limit of device memory, MB [90 % of free memory]")->group(group);
+  app.add_flag("--validation", o.device.validation, "enable the Vulkan validation layers; fail on any message")
       ->group(group);
   check_whole_numbers(app);
   try {
@@ -73,8 +73,9 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
       throw CLI::RequiredError("a goal (--target-psnr, --target-ssim, --max-mb or --max-triangles)");
     o.model = soup::model_in(o.model).string();
     if (o.overwrite && lies_in(o.model, o.output))
-      throw CLI::ValidationError(fmt::format(
-          "{}: lies in {}, which --overwrite empties before there is another; choose another -o", o.model, o.output));
+      throw CLI::ValidationError(
+          fmt::format("{}: is in {}, which --overwrite would clear before a new model exists; choose another -o",
+                      o.model, o.output));
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 1;
   } catch (const Error& e) {

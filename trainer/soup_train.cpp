@@ -1,4 +1,4 @@
-// soup-train: from a folder of photographs, or a video, to a model.
+// soup-train: trains a model from a folder of photographs or a video.
 #include <cstdio>
 #include <future>
 #include <thread>
@@ -26,11 +26,11 @@ int list_devices() {
   for (const gpu::DeviceInfo& d : devices)
     std::printf("%d  %s  %s (%s), %s, %llu MB\n", d.index, d.backend.c_str(), d.name.c_str(), gpu::to_string(d.kind),
                 d.driver.c_str(), static_cast<unsigned long long>(d.memory_bytes >> 20));
-  if (std::fflush(stdout) != 0) throw Error("standard output cannot be written; free some room");
+  if (std::fflush(stdout) != 0) throw Error("standard output: cannot be written; free disk space");
   return 0;
 }
 
-/// Trains in a thread of its own while the window has this one, as window systems ask for.
+/// Trains in a separate thread. The window uses this thread because some window systems require the main thread.
 int run_with_window(const CommandLine& options) {
   viewer::Live live(g_stop);
   viewer::CommandLine look;
@@ -39,20 +39,20 @@ int run_with_window(const CommandLine& options) {
   look.device.draws = true;
   const bool other_backend = look.device.backend != "auto" && look.device.backend != "vulkan";
   if (other_backend || (!look.device.device.empty() && !gpu::choose_device(look.device, gpu::list_devices()))) {
-    // Others cannot draw; the window takes what there is.
+    // The training device cannot draw; the window chooses its own.
     look.device.backend = "auto";
     look.device.device.clear();
   }
-  look.device.validation = false;  // of the training's own device
+  look.device.validation = false;  // --validation applies to the training device only
   int status = 1;
-  // Before this thread gives way: threads inherit that.
+  // Starts the thread before give_way(), because new threads inherit the lower priority.
   std::promise<bool> open;
   std::jthread training([&live, &options, &status, window = open.get_future()]() mutable {
     if (window.get()) status = run_guarded(kProgram, options, &live);
   });
   bool started = false, whole = true;
   viewer::give_way();
-  const char* const next = options.finish_headless ? "goes on" : "ends with a checkpoint";
+  const char* const next = options.finish_headless ? "continues" : "stops with a checkpoint";
   const auto start = [&](bool go) {
     started = go;
     open.set_value(go);
@@ -76,8 +76,8 @@ int run_with_window(const CommandLine& options) {
       start(false);
       throw;
     }
-    // The window is lost, the training is not.
-    std::fprintf(stderr, "soup-train: the window has ended (%s); training %s\n", e.what(), next);
+    // A failure of the window does not affect the training.
+    std::fprintf(stderr, "soup-train: the window failed (%s); training %s\n", e.what(), next);
   }
   finish();
   if (!whole) viewer::end_process(status);
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   try {
     if (options.list_devices) return list_devices();
     if (options.settings_page) return std::fputs(settings_page().c_str(), stdout) < 0;
-    // Several processes are told once that they have no window, by those that know of each other.
+    // With several ranks --view is an error, which run_guarded() prints once.
     if (options.view && (options.by_itself || ranks::launched_size() == 1)) return run_with_window(options);
   } catch (const std::exception& e) {
     print_error(kProgram, e);

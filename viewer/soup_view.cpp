@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "cli/option_names.h"
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "cli/option_names.h"
 #include "command_line.h"
 #include "end_process.h"
 #include "headless.h"

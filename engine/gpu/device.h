@@ -27,7 +27,7 @@ struct DeviceInfo {
   std::string name;     // as reported by the driver
   std::string driver;   // driver name and version
   Kind kind = Kind::other;
-  std::uint64_t memory_bytes = 0;  // of the largest device-local heap
+  std::uint64_t memory_bytes = 0;  // size of the largest device-local heap
   std::uint64_t free_bytes = 0;    // free part of it as reported by the driver; memory_bytes if not reported
   std::uint32_t subgroup_size = 0;
   double load_seconds = 0;  // time to load the kernels when the device was opened; CUDA only

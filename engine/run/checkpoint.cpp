@@ -11,7 +11,7 @@ namespace trisoup::train {
 std::string checkpoint_text(const soup::Safetensors& file, const std::filesystem::path& path, const char* key) {
   const auto it = file.metadata().find(key);
   if (it == file.metadata().end())
-    throw Error("{}: lacks '{}'; it is not a checkpoint of this program, train anew with `overwrite`", path.string(),
+    throw Error("{}: not a checkpoint of this program ('{}' is missing); start again with `overwrite`", path.string(),
                 key);
   return it->second;
 }
@@ -20,27 +20,27 @@ std::uint64_t checkpoint_number(const soup::Safetensors& file, const std::filesy
   try {
     return std::stoull(checkpoint_text(file, path, key));
   } catch (const std::logic_error&) {
-    throw Error("{}: '{}' is not a number; the checkpoint is damaged, train anew with `overwrite`", path.string(), key);
+    throw Error("{}: damaged checkpoint ('{}' is not a number); start again with `overwrite`", path.string(), key);
   }
 }
 
 CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesystem::path& path) {
   if (const std::string format = checkpoint_text(file, path, "format"); format != kCheckpointFormat)
-    throw Error("{}: was written by another version ('{}', this one reads '{}'); train anew with `overwrite`",
+    throw Error("{}: written by another version (format '{}', expected '{}'); start again with `overwrite`",
                 path.string(), format, kCheckpointFormat);
   CheckpointInfo info;
   try {
     info.settings = checked_settings_from_json(nlohmann::json::parse(checkpoint_text(file, path, "settings")));
   } catch (const nlohmann::json::exception&) {
-    throw Error("{}: its settings are damaged; train anew with `overwrite`", path.string());
+    throw Error("{}: damaged settings; start again with `overwrite`", path.string());
   } catch (const Error& error) {
-    throw Error("{}: its settings are damaged ({}); train anew with `overwrite`", path.string(), error.what());
+    throw Error("{}: damaged settings ({}); start again with `overwrite`", path.string(), error.what());
   }
   info.step = checkpoint_number(file, path, "step");
   info.rounds = checkpoint_number(file, path, "rounds");
   if (info.step > info.settings.steps + info.rounds * info.settings.round_steps)
-    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with `overwrite`", path.string(),
-                info.step, info.settings.steps);
+    throw Error("{}: damaged checkpoint (step {} of {}); start again with `overwrite`", path.string(), info.step,
+                info.settings.steps);
   info.note = checkpoint_text(file, path, "note");
   return info;
 }

@@ -1,4 +1,4 @@
-// What a checkpoint says of the training that wrote it. Its arrays are the trainer's (trainer_checkpoint.cpp).
+// Metadata of a checkpoint: step, settings, note. trainer_checkpoint.cpp reads and writes the arrays.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,18 @@ inline constexpr const char* kCheckpointFormat = "trisoup checkpoint 5";
 struct CheckpointInfo {
   std::uint64_t step = 0;
   Settings settings;
-  std::string note;          // what the program gave to Trainer::write_checkpoint
-  std::uint64_t rounds = 0;  // begun after Settings::steps
+  std::string note;          // the text given to Trainer::write_checkpoint
+  std::uint64_t rounds = 0;  // rounds of simplification that have begun
 };
 
-/// Throws Error that names `path` when it is not a checkpoint of this format, or damaged.
+/// Reads and checks the metadata. Throws Error if the file is not a checkpoint of this format or is damaged. `path` is
+/// named in the message.
 CheckpointInfo checkpoint_info(const soup::Safetensors& file, const std::filesystem::path& path);
 CheckpointInfo checkpoint_info(const std::filesystem::path& path);
 
-/// One of the texts that a checkpoint holds beside its arrays. Throws Error when it is missing; the second, when it is
-/// no number either.
+/// Returns one metadata entry as text. Throws Error if it is missing.
 std::string checkpoint_text(const soup::Safetensors& file, const std::filesystem::path& path, const char* key);
+/// Returns one metadata entry as a number. Throws Error if it is missing or not a number.
 std::uint64_t checkpoint_number(const soup::Safetensors& file, const std::filesystem::path& path, const char* key);
 
 }  // namespace trisoup::train

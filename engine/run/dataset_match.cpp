@@ -11,7 +11,7 @@
 namespace trisoup::train {
 namespace {
 
-/// The camera's place in the coordinates of the dataset.
+/// Position of the camera in dataset coordinates.
 glm::dvec3 place_of(const scene::Camera& camera, const scene::Normalisation& normalisation) {
   return normalisation.to_world(camera.centre());
 }
@@ -58,22 +58,19 @@ std::string mismatch(const soup::ModelFile& file, const scene::Scene& scene, boo
     }
   if (!file.cameras.empty() && fitting < views)
     return named == 0 ? fmt::format(
-                            "{}: {} of {} views are seen by no camera of the model, and none has a name that it knows, "
-                            "first: {}; this is likely not "
-                            "the dataset that the model was trained on",
+                            "{}: {} of {} views match no camera of the model, by pose or by name (first: {}); give the "
+                            "dataset that the model was trained on",
                             dataset, views - fitting, views, first)
                       : fmt::format(
-                            "{}: poses or lenses of {} of {} views are not those that the model was trained with, "
-                            "first: {}; this is another dataset, "
-                            "or its poses were found anew",
+                            "{}: poses or lenses of {} of {} views differ from those of the training (first: {}); give "
+                            "the dataset that the model was trained on, with the same poses",
                             dataset, views - fitting, views, first);
   if (!as_trained || !file.settings.is_object() || !file.settings.contains("dataset")) return {};
   const nlohmann::json then = file.settings["dataset"], now = fingerprints_of(scene);
   if (!then.is_object() || then.value("cameras", now["cameras"]) != now["cameras"]) return {};
   if (then.value("test_photographs", now["test_photographs"]) != now["test_photographs"])
     return fmt::format(
-        "{}: the cameras are the model's, its test photographs or masks are not; these are other photographs, or they "
-        "were changed",
+        "{}: test photographs or masks differ from those of the training, the cameras match; give the original files",
         dataset);
   return {};
 }

@@ -1,4 +1,4 @@
-// Whether a dataset is the one that a model was trained on.
+// Checks if a dataset is the one that a model was trained on.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace trisoup::train {
 
-/// What a model's settings keep of its dataset under "dataset": {"cameras", "test_photographs"}, fingerprints.
+/// Fingerprints of a dataset, as a model's settings store them under "dataset": {"cameras", "test_photographs"}.
 nlohmann::json fingerprints_of(const scene::Scene& scene);
 
-/// What speaks against `scene` being the dataset of the model, one line that begins with `dataset`; empty where nothing
-/// does. Views are compared with the model's cameras of the same names, or where it has none of that name with the
-/// nearest one: position (to 1 % of the cameras' mean distance from the scene), direction (to a degree) and field of
-/// view (to 1 %). Photographs of the test views are compared where `as_trained` says that they were loaded with the
-/// model's own options. Models of other programs have neither cameras nor fingerprints.
+/// Describes how `scene` differs from the dataset of the model, in one line that begins with `dataset`. Empty if they
+/// match. Each view must match the model's camera of the same name, or, if no camera has its name, any camera:
+/// position within 1 % of the cameras' mean distance from the scene, direction within one degree and field of view
+/// within 1 %. Photographs of test views are compared only if `as_trained`: they were loaded with the model's own
+/// options. Models of other programs have neither cameras nor fingerprints and match every dataset.
 std::string mismatch(const soup::ModelFile& file, const scene::Scene& scene, bool as_trained,
                      const std::string& dataset);
 

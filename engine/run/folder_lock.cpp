@@ -26,7 +26,7 @@ std::string this_process() {
 std::string content_of(int descriptor) {
   char text[400];
   const ssize_t length = ::pread(descriptor, text, sizeof text, 0);
-  // The holder may not have come to writing it.
+  // The holder may not have written its name yet.
   return length > 0 ? printable({text, static_cast<std::size_t>(length)}) : "another process";
 }
 
@@ -36,20 +36,20 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : file_(folder / "lo
   do {
     const int descriptor = ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (descriptor < 0)
-      throw Error("{}: cannot be written ({}); choose another folder", file_.string(), std::strerror(errno));
+      throw Error("{}: cannot be written ({}); choose another `output`", file_.string(), std::strerror(errno));
     lock_ = std::make_unique<FileLock>(descriptor, [&](int) {
-      throw Error("{}: {} is training into this folder; wait for it or end it, or choose another `output`",
-                  folder.string(), content_of(descriptor));
+      throw Error("{}: {} is training into this folder; end that process or choose another `output`", folder.string(),
+                  content_of(descriptor));
     });
-    // A holder that ends removes the file: what was opened before that and locked after it is no longer the one that
-    // others open.
+    // The previous holder may have removed the file after this process opened it and before it got the lock. That lock
+    // is void, because others open a new file.
   } while (!is_current());
   const std::string holder = this_process();
   if (::ftruncate(lock_->descriptor(), 0) != 0 ||
       ::pwrite(lock_->descriptor(), holder.data(), holder.size(), 0) != static_cast<ssize_t>(holder.size())) {
     const int error = errno;
     ::unlink(file_.c_str());
-    throw Error("{}: cannot be written ({}); free some room, or choose another folder", file_.string(),
+    throw Error("{}: cannot be written ({}); free disk space or choose another `output`", file_.string(),
                 std::strerror(error));
   }
 }

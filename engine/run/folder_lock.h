@@ -1,4 +1,4 @@
-// One process at a time writes into the folder of a training.
+// Lock that allows one process at a time to write into the folder of a training.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace trisoup::train {
 
-/// Holds `folder`/lock, a file that names the process for others to say, until the end of this object or, whatever ends
-/// it, of the process. What a killed process leaves of it holds nothing.
+/// Holds the lock on the file `folder`/lock for the lifetime of the object. The file names this process, for the error
+/// messages of others. The system releases the lock when the process ends; a file left by a killed process locks
+/// nothing.
 class FolderLock {
  public:
-  /// The folder must be there. Throws Error that names the holder and the fix where another process has it, or where
-  /// the file cannot be written.
+  /// `folder` must exist. Throws Error if another process holds the lock or if the file cannot be written.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();  // removes the file
   FolderLock(const FolderLock&) = delete;

@@ -54,14 +54,14 @@ void GrowingCsv::append(std::uint64_t step, const std::string& row) {
     if (done < 0 && errno == EINTR) continue;
     if (done < 0)
       throw Error("{}: cannot be written ({}); {}", path_.string(), std::strerror(errno),
-                  errno == EFBIG ? "raise the limit of a file's size (ulimit -f)" : "free some room on the disk");
+                  errno == EFBIG ? "raise the limit on file size (ulimit -f)" : "free disk space");
     written += static_cast<std::size_t>(done);
   }
   last_step_ = step;
 }
 
 void GrowingCsv::flush() const {
-  // Some file systems cannot; the file is whole either way.
+  // Ignores failure: some file systems do not support it, and the file is complete either way.
   if (descriptor_ >= 0) ::fdatasync(descriptor_);
 }
 

@@ -14,7 +14,7 @@
 namespace trisoup::train {
 namespace {
 
-/// The largest value in 0..high that `fits`; it must fit all below it too.
+/// The largest value in 0..high for which `fits` is true. Every smaller value must fit, too.
 template <typename Fits>
 std::uint32_t largest(std::uint32_t high, Fits&& fits) {
   std::uint32_t low = 0;
@@ -54,22 +54,21 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
     const double scale = small ? small_view_scale(v.camera, s) : 0.0;
     need.photographs += static_cast<std::uint64_t>(4.0 * v.camera.width * v.camera.height * (1 + scale * scale));
   }
-  // Evaluation has the photographs of up to four views on the device.
+  // Evaluation keeps the photographs of up to four views on the device.
   std::uint64_t largest_test = 0;
   for (const auto* views : {&scene.test, &scene.validation})
     for (const scene::View& v : *views)
       largest_test =
           std::max(largest_test, std::uint64_t(v.camera.width) * static_cast<std::uint64_t>(v.camera.height));
-  // Between two resamplings the real recipe splits beyond the budget; below a quarter more it would hardly work.
+  // The real recipe splits beyond the budget between two refinements. It needs room for at least a quarter more.
   std::uint64_t most = s.triangles;
   if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
   const BatchSize batch = largest_batch(scene.train, s);
   need.buffers = batch_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
                              static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
                  kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
-  // A change of topology has, of textures, the logits of the old soup and those
-  // of the new one: one array after the other, so that besides one of them all is there once. Rows, parents and corners
-  // of triangles come to it.
+  // Refinement copies the texture arrays one after the other, so only one array, the logits at most, exists twice at
+  // any time. Added to that are texture table rows, parents and corners of triangles.
   const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
   const std::uint64_t change =
       triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * 2;
@@ -90,11 +89,11 @@ std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& sett
 
 Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed,
                     std::uint64_t available) {
-  // Where a run needs more than was foreseen, the next one will by as much.
+  // Assumes that the next training exceeds its estimate by the same factor.
   const std::uint64_t foreseen = memory_need(scene, settings).total();
   const double share = needed > foreseen ? double(foreseen) / double(needed) : 1.0;
   Settings s = settings;
-  s.most_triangles = 0;  // splits then go as far as there is memory
+  s.most_triangles = 0;  // not given: the default follows from the memory
   const auto memory = static_cast<std::uint64_t>(share * double(available));
   return {triangles_that_fit(scene, s, memory), memory};
 }

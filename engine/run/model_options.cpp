@@ -12,7 +12,7 @@
 namespace trisoup::train {
 namespace {
 
-/// Eight directions, spread over those from which the cameras look.
+/// Eight directions from the origin, spread over the directions of the cameras.
 std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
   std::vector<glm::vec3> all, chosen;
   for (const scene::View& view : scene.train) {
@@ -23,7 +23,7 @@ std::vector<glm::vec3> bake_directions(const scene::Scene& scene) {
   return chosen;
 }
 
-/// Of cameras whose scene does not say what is up.
+/// Mean up direction of the cameras, for scenes that do not define one.
 glm::dvec3 mean_up(const std::vector<soup::ModelCamera>& cameras) {
   std::vector<scene::Camera> poses;
   for (const soup::ModelCamera& c : cameras) poses.push_back(c.camera);

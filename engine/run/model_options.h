@@ -1,4 +1,4 @@
-// What a trained model's file says beside the model.
+// Metadata written into the file of a trained model.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,12 @@
 
 namespace trisoup::train {
 
-/// Test views first, then training and validation views.
+/// Cameras of all views: test views first, then training and validation views.
 std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene);
 
-/// Cameras, the up direction, where colours are baked from, how exact textures are, and as settings those of the
-/// training with what says which dataset it was and how it was read. load: as the scene was.
+/// Options for the model file: cameras, up direction, directions from which colours are baked, texture precision, and
+/// the settings of the training with the dataset's fingerprints and load options. load: the options with which `scene`
+/// was loaded.
 soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
                                      const scene::LoadOptions& load);
 

@@ -1,4 +1,4 @@
-// Where the time of a training goes.
+// Time that each part of a training takes.
 #pragma once
 
 #include <array>
@@ -20,29 +20,29 @@ enum class Part { reading, start, steps, topology, importance, evaluation, check
 inline constexpr std::size_t kParts = 8;
 const char* to_string(Part part);
 
-/// Of all threads of this process, in seconds.
+/// CPU time of all threads of this process, seconds.
 double process_cpu_seconds();
 
-/// Seconds, and what the device did meanwhile, by part. One thread's.
+/// Wall time, CPU time, downloads and kernel times of each part. For use by one thread.
 class PartTimes {
  public:
   struct Row {
     double seconds = 0, cpu_seconds = 0;
     std::uint64_t bytes_to_host = 0;
-    std::map<std::string, gpu::KernelTiming> kernels;  // empty unless the device's timings are enabled
+    std::map<std::string, gpu::KernelTiming> kernels;  // empty unless kernel timings of the device are enabled
     double device_seconds() const;
   };
 
   explicit PartTimes(gpu::Device& gpu) : gpu_(&gpu) {}
 
-  /// Time counts for a part as long as its scope lives. A scope inside another one pauses that.
+  /// Measures a part for the lifetime of the object. A nested scope pauses the outer one.
   class Scope {
    public:
     Scope(PartTimes& times, Part part) : times_(times) { times_.enter(part); }
     ~Scope() {
       try {
         times_.leave();
-      } catch (...) {  // a lost device, which says so at the next call too
+      } catch (...) {  // the device is lost; the next call to it throws as well
       }
     }
     Scope(const Scope&) = delete;
@@ -54,13 +54,13 @@ class PartTimes {
   [[nodiscard]] Scope measure(Part part) { return Scope(*this, part); }
 
   const Row& operator[](Part part) const { return rows_[static_cast<std::size_t>(part)]; }
-  /// Called whenever another part begins.
+  /// Called when a part begins or continues.
   std::function<void(Part)> on_part;
 
  private:
   void enter(Part part);
   void leave();
-  /// Adds what has passed since the last call to the part that is being measured.
+  /// Adds the time since the last call to the current part.
   void charge();
 
   gpu::Device* gpu_;
@@ -72,7 +72,7 @@ class PartTimes {
   std::map<std::string, gpu::KernelTiming> kernels_since_;
 };
 
-/// {part: {"seconds", "cpu_seconds", "bytes_to_host", and "device_seconds" where kernels were timed}}
+/// {part: {"seconds", "cpu_seconds", "bytes_to_host", "device_seconds"}}; the last only if kernels were timed.
 nlohmann::json to_json(const PartTimes& times);
 
 }  // namespace trisoup::train

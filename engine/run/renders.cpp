@@ -13,7 +13,7 @@ namespace trisoup::train {
 void Renders::create() const {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  if (error) throw Error("{}: cannot be made ({}); choose another folder", folder_.string(), error.message());
+  if (error) throw Error("{}: cannot be created ({}); choose another `output`", folder_.string(), error.message());
 }
 
 void Renders::clear() {
@@ -52,12 +52,12 @@ Image side_by_side(const Image& photograph, const std::vector<float>& colour) {
 void Renders::write(const scene::View& view, std::vector<float> colour) {
   std::string name = std::filesystem::path(view.name).replace_extension().string();
   std::replace(name.begin(), name.end(), '/', '_');
-  // File systems end at 255 bytes, and the writer adds some while it writes.
+  // File names have at most 255 bytes, and the temporary file has a longer name.
   if (name.size() > 200) name.erase(0, name.size() - 200);
   std::string numbered = name;
   for (int n = 2; !written_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
-  // As many at a time as there are cores, and no more than a gigabyte: each holds its photograph, its colours and the
-  // picture of both.
+  // Limits pending images to the number of cores and to one gigabyte. Each holds the photograph, the rendering and
+  // the combined image.
   constexpr std::size_t kMostBytes = 1u << 30;
   const std::size_t bytes = 6 * view.image.rgba.size();
   while (!pending_.empty() &&

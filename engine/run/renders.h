@@ -1,4 +1,4 @@
-// Pictures of held-out views beside what a model shows of them.
+// Writes photographs of held-out views next to the model's renderings.
 #pragma once
 
 #include <cstddef>
@@ -17,15 +17,15 @@ class Renders {
  public:
   explicit Renders(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// Creates the folder. Throws Error when that cannot be.
+  /// Creates the folder. Throws Error if this fails.
   void create() const;
-  /// Removes the pictures of a run before this one, which may have had other views.
+  /// Removes images of an earlier training, which may have had other views.
   void clear();
-  /// Begins to write <name>.png, on another thread: photograph on the left, rendering (row-major RGB, height x width x
-  /// 3, 0 to 1) on the right. Views whose names would give the same file are numbered. Throws Error when one begun
-  /// before cannot be written.
+  /// Starts writing <name>.png on another thread: photograph on the left, rendering on the right. colour: rendering,
+  /// row-major RGB, [height x width x 3], 0 to 1. Adds a number to the name if the file was already written. Throws
+  /// Error if an earlier image could not be written.
   void write(const scene::View& view, std::vector<float> colour);
-  /// Waits for all that was begun. Throws Error when one cannot be written.
+  /// Waits until all images are written. Throws Error if one could not be written.
   void finish();
 
  private:

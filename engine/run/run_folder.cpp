@@ -23,8 +23,8 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 
-/// Removes what writers that were killed left half-written (atomic_file.cpp names it
-/// <file>.<process>-<number>.partial): a checkpoint may be a gigabyte. What a running process writes stays.
+/// Removes partial files of killed processes, named <file>.<process>-<number>.partial (atomic_file.cpp): a checkpoint
+/// may have a gigabyte. Keeps files of running processes.
 void remove_partial_files(const std::filesystem::path& folder) {
   std::error_code ignored;
   std::vector<std::filesystem::path> abandoned;
@@ -39,7 +39,7 @@ void remove_partial_files(const std::filesystem::path& folder) {
   for (const auto& path : abandoned) std::filesystem::remove(path, ignored);
 }
 
-/// Whether it was there or not.
+/// Succeeds if the file does not exist.
 void remove_file(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::remove(file, error) && error)
@@ -50,7 +50,7 @@ void rename_file(const std::filesystem::path& from, const std::filesystem::path&
   std::error_code error;
   std::filesystem::rename(from, to, error);
   if (error)
-    throw Error("{}: cannot be made {} ({}); check the permissions of the folder", from.string(), to.string(),
+    throw Error("{}: cannot be renamed to {} ({}); check the permissions of the folder", from.string(), to.string(),
                 error.message());
 }
 
@@ -72,28 +72,28 @@ void RunFolder::look() const {
   const auto has = [&](const char* name) { return std::filesystem::exists(path_ / name); };
   if (earlier_ == Earlier::resume && has("model.glb") && !has("checkpoint.safetensors"))
     throw Error(
-        "{}: holds a model and no checkpoint to go on from; `overwrite` trains anew in its place, or choose another "
+        "{}: contains a model but no checkpoint to continue from; use `overwrite` to start again, or choose another "
         "`output`",
         path_.string());
   if (earlier_ != Earlier::refuse) return;
   for (const char* name : {"model.glb", "checkpoint.safetensors", "train.csv", "metrics.json"})
     if (has(name))
       throw Error(
-          "{}: holds a training already ({}); `resume` goes on with it, `overwrite` trains anew in its place, or "
-          "choose another `output`",
+          "{}: already contains a training ({}); use `resume` to continue it, `overwrite` to replace it, or choose "
+          "another `output`",
           path_.string(), name);
 }
 
 void RunFolder::create() {
   std::error_code error;
   std::filesystem::create_directories(path_, error);
-  if (error) throw Error("{}: cannot be made ({}); choose another folder", path_.string(), error.message());
+  if (error) throw Error("{}: cannot be created ({}); choose another `output`", path_.string(), error.message());
   if (!lock_) {
     lock_ = std::make_unique<FolderLock>(path_);
-    look();  // it was made by another since
+    look();  // another process may have created it after the constructor
   }
   renders_.create();
-  // Better now than after hours of training.
+  // Reports a folder that cannot be written to before training starts.
   const std::filesystem::path probe = path_ / fmt::format(".writable-{}", ::getpid());
   write_text(probe, "");
   std::filesystem::remove(probe, error);
@@ -107,7 +107,7 @@ void RunFolder::remove_results() {
 }
 
 void RunFolder::begin() {
-  // The model first: without one nothing is taken for finished.
+  // Removes the model first: a training without a model never counts as finished.
   remove_results();
   for (const std::filesystem::path& file : {checkpoint(), candidate()}) remove_file(file);
   for (const std::filesystem::path& file : states_of_rounds()) remove_file(file);

@@ -1,4 +1,5 @@
-// The files that a training run leaves. Each is whole under its name; the two logs grow by whole lines.
+// Output folder of a training. Files appear under their names only when they are complete; the two CSV logs grow by
+// complete lines.
 #pragma once
 
 #include <cstdint>
@@ -17,57 +18,58 @@
 
 namespace trisoup::train {
 
-/// One row of evaluations.csv: the test views as training renders them, with float textures.
+/// One row of evaluations.csv: quality on the test views, rendered as in training, with unrounded textures.
 struct EvaluationRow {
   std::uint64_t step = 0;
-  double seconds = 0, cpu_seconds = 0;  // of training so far (Trainer)
+  double seconds = 0, cpu_seconds = 0;  // training time so far
   std::uint32_t triangles = 0;
   ImageMetrics mean;
 };
 
-/// What is to happen to a training that the folder holds already.
+/// How to treat a training that the folder already contains.
 enum class Earlier { refuse, overwrite, resume };
 
 class RunFolder {
  public:
-  /// Looks at the folder and, where it is there, locks it until the end of this object or of the process. Nothing else
-  /// is written. Throws Error where another process trains into it (FolderLock), where it holds a training, finished or
-  /// begun, and `earlier` is refuse, and where it holds a model without a checkpoint and `earlier` is resume.
+  /// Locks the folder if it exists, until this object or the process ends, and writes nothing else. Throws Error if
+  /// - another process is training into the folder (FolderLock),
+  /// - `earlier` is refuse and the folder contains a training, finished or not,
+  /// - `earlier` is resume and the folder contains a model without a checkpoint.
   RunFolder(std::filesystem::path path, Earlier earlier);
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path model() const { return path_ / "model.glb"; }
-  /// The best model of a training that is being simplified, until it becomes model().
+  /// The best model so far while a training is simplified. accept_candidate() renames it to model().
   std::filesystem::path candidate() const { return path_ / "candidate.glb"; }
-  /// The state of a training that is being simplified after one of its rounds, to go back to, until there is model().
+  /// Checkpoint after one round of simplification, so that a later round can return to it. Exists until
+  /// accept_candidate().
   std::filesystem::path state_of_round(std::size_t round) const { return state_of_round(path_, round); }
   static std::filesystem::path state_of_round(const std::filesystem::path& folder, std::size_t round);
   std::filesystem::path checkpoint() const { return path_ / "checkpoint.safetensors"; }
-  /// Whether there is a checkpoint to go on from.
+  /// Whether the training continues from a checkpoint.
   bool resumes() const { return resumes_; }
 
-  /// Creates the folder, locks it, and clears it of what killed runs left half-written. Throws Error when that, or a
-  /// file in it, cannot be written.
+  /// Creates and locks the folder, and removes partial files of killed processes. Throws Error if the folder cannot be
+  /// created or written to.
   void create();
-  /// Steps are about to begin: takes away what an earlier training left, so that nothing of it stands beside what this
-  /// one writes, and begins the logs.
+  /// Removes all files of an earlier training and starts the logs. Call before the first step of a new training.
   void begin();
-  /// The same where a training goes on after a step. Rows of later steps are trained again, so they go; and so do
-  /// model, metrics and renders where steps are still to come.
+  /// Removes log rows after `step`, whose steps are trained again. Unless `finished`, also removes model, metrics and
+  /// renders. Call before a training continues after `step`.
   void go_on(std::uint64_t step, bool finished);
 
   /// Adds a row to train.csv.
   void log(const Progress& progress);
-  /// Adds a row to evaluations.csv; one of the same step takes the place of that before.
+  /// Adds a row to evaluations.csv, or replaces the last one if it has the same step.
   void log_evaluation(const EvaluationRow& row);
-  /// What the logs hold survives a power cut, as a checkpoint does.
+  /// Makes the logs survive a power failure, as checkpoints do.
   void flush_logs() const;
 
-  /// Rounds are still to come: what was the model is the best one so far again, unless there is a better one.
+  /// Renames model() back to candidate(), unless a candidate exists. Call before more rounds of simplification.
   void take_model_back() const;
-  /// Removes the states of other rounds.
+  /// Removes the checkpoints of all other rounds.
   void keep_state_of(std::size_t round) const;
-  /// Makes the candidate the model, if there is one, and removes the states of rounds.
+  /// Renames the candidate, if there is one, to model() and removes the checkpoints of all rounds.
   void accept_candidate() const;
   void write_metrics(const nlohmann::json& metrics) const;
   Renders& renders() { return renders_; }

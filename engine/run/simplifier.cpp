@@ -17,13 +17,13 @@ Simplifier::Simplifier(gpu::Device& gpu, Trainer& trainer, const scene::Scene& s
       ranks_(ranks),
       rounds_(std::move(rounds)) {}
 
-/// And the model's file, on the first rank.
+/// Measures the current model. Returns the round and, on the first rank, the bytes of the model's file.
 std::pair<Round, std::vector<std::byte>> Simplifier::measured() {
   const Settings& s = trainer_.settings();
   const soup::Model model = trainer_.model();
   const Evaluation e = evaluate(gpu_, model, scene_, scene_.validation, s.test_near, s.far, {}, &ranks_);
   std::vector<std::byte> file;
-  if (ranks_.is_first()) file = encode_(model);  // the others have a part of it
+  if (ranks_.is_first()) file = encode_(model);  // the other ranks have only a part of the model
   const std::vector round{Round{trainer_.step(), file.size(), trainer_.triangles(), e.mean.psnr, e.mean.ssim}};
   return {ranks::values_of<Round>(ranks_.from(0, ranks::bytes_of(round)))[0], std::move(file)};
 }
@@ -32,7 +32,7 @@ void Simplifier::measure() {
   const Settings& s = trainer_.settings();
   auto [round, file] = measured();
   if (!rounds_.empty()) {
-    const auto begun = next_round(rounds_, s);  // as it was decided then
+    const auto begun = next_round(rounds_, s);  // the same decision as when the round began
     round.from = begun ? begun->from : rounds_.size() - 1;
     round.smaller = begun && begun->shares != Shares{};
   }
@@ -50,7 +50,7 @@ bool Simplifier::next() {
     const std::filesystem::path state = RunFolder::state_of_round(results_, next->from);
     std::error_code ignored;
     const std::vector<std::uint8_t> there{std::filesystem::exists(state, ignored)};
-    // Begun by a version that could not go back: its candidate is the result.
+    // Without a checkpoint of that round, the candidate is the result. Earlier versions wrote no such checkpoints.
     if (ranks_.from(0, ranks::bytes_of(there))[0] == std::byte{0}) return false;
     trainer_.go_back(state);
   }

@@ -1,4 +1,4 @@
-// The rounds of simplifying a training in its folder.
+// Runs the rounds of simplification of a training and writes their files.
 #pragma once
 
 #include <cstddef>
@@ -20,19 +20,21 @@ namespace trisoup::train {
 
 class Simplifier {
  public:
-  /// The bytes of a model's file.
+  /// Encodes a model as the bytes of its file.
   using Encode = std::function<std::vector<std::byte>(const soup::Model&)>;
-  /// results: the folder of the first rank, from which all read the state that they go back to; `folder` is each one's
-  /// own, and the first writes. rounds: those of the training so far, where it goes on from a checkpoint.
+  /// folder: output folder of this rank; only the first rank writes. results: output folder of the first rank, from
+  /// which all ranks read the checkpoint of a round. rounds: the rounds so far, if the training continues from a
+  /// checkpoint.
   Simplifier(gpu::Device& gpu, Trainer& trainer, const scene::Scene& scene, RunFolder& folder,
              std::filesystem::path results, Encode encode, ranks::Ranks& ranks, std::vector<Round> rounds = {});
 
-  /// Measures the model of a finished training, unless that has been done, and keeps the best so far in the folder
-  /// (RunFolder::candidate), with its state where a round may go back to it. Begins another round where there is one to
-  /// come, for Trainer::run; else false. All ranks take part and find the same. Throws Error where a file cannot be
-  /// written or read.
+  /// Call when Trainer::run has finished. Measures the model, unless that was done before, and writes it to
+  /// RunFolder::candidate if it is the best so far, with a checkpoint if a later round may return to it. Then begins
+  /// the next round, to be trained by Trainer::run. Returns false if no round follows. All ranks must call this and get
+  /// the same result. Throws Error if a file cannot be written or read.
   bool next();
-  /// A checkpoint has the rounds so far: states that no round goes back to from here are removed.
+  /// Removes checkpoints of rounds to which no later round returns. Call after the trainer's checkpoint with the rounds
+  /// so far is written.
   void forget_older() const;
   std::span<const Round> rounds() const { return rounds_; }
 

@@ -15,6 +15,7 @@
 #include "format/safetensors.h"
 #include "gpu/device.h"
 #include "run/part_times.h"
+#include "run/progress.h"
 #include "scene/scene.h"
 #include "train/config/schedule.h"
 #include "train/config/settings.h"
@@ -22,32 +23,18 @@
 #include "train/quality/training_fit.h"
 #include "train/start/initial_triangles.h"
 #include "train/step/batch_buffers.h"
-#include "train/step/batch_view.h"
 #include "train/step/exposure.h"
 #include "train/step/non_finite.h"
-#include "train/step/photographs.h"
 #include "train/step/shared_soup.h"
-#include "train/step/small_views.h"
 #include "train/step/soup_buffers.h"
 #include "train/step/step.h"
 #include "train/step/step_queue.h"
+#include "train/step/training_views.h"
 #include "train/topology/importance.h"
 #include "train/topology/refine.h"
 #include "train/topology/simplify.h"
 
 namespace trisoup::train {
-
-/// One row of train.csv: means over the steps since the row before.
-struct Progress {
-  std::uint64_t step = 0;
-  std::uint32_t triangles = 0;
-  double loss = 0, l1 = 0, ssim = 0;  // of training views, with random thresholds
-  std::optional<double> psnr;         // the same; none where no view that was shown has a pixel to measure
-  double seconds = 0;                 // of training so far, evaluation and checkpoints left out
-  double ms_per_step = 0;
-  double pace = 1;       // what a step to come has to do on average, as a multiple of the last one: pixels
-  double uncovered = 0;  // ImageSums::share_uncovered() of the last step's views together, with random thresholds
-};
 
 class Trainer {
  public:
@@ -92,7 +79,7 @@ class Trainer {
   bool finished() const { return step_ >= last_step(); }
   /// Settings::steps, and those of the rounds begun so far.
   std::uint64_t last_step() const { return settings_.steps + rounds_ * settings_.round_steps; }
-  /// Of the triangles as they are now, in some_views().
+  /// Of the triangles as they are now, in TrainingViews::sample().
   Importance importance();
   /// What is trained is again what it was in a checkpoint of this training; the steps so far stay counted. For
   /// begin_round() with something to take away, which begins the optimiser anew. One rank only. Throws Error where the
@@ -120,7 +107,7 @@ class Trainer {
   /// Of several ranks the first has it; that of the others is empty but for its triangles.
   soup::Model model();
   Evaluation evaluate_float(const OnRender& on_render = {});
-  /// Of the model as it is now, in some_views().
+  /// Of the model as it is now, in TrainingViews::sample().
   TrainingFit training_fit();
   /// Of a model of it.
   TrainingFit training_fit(const soup::Model& model);
@@ -134,32 +121,22 @@ class Trainer {
   /// Its triangles, textures and MLP with their moments. Those of exposures, once there is room for them (prepare()).
   void read_soup(const soup::Safetensors& file, const std::filesystem::path& path);
   void read_exposures(const soup::Safetensors& file);
-  std::uint64_t next_event(const Callbacks& callbacks) const;
-  bool is_evaluation(const Callbacks& callbacks) const;
+  Intervals intervals(const Callbacks& callbacks) const;
   void train_until(std::uint64_t last, const Callbacks& callbacks);
-  /// One step with the other ranks. False where it is not done.
+  /// One step with exchanges between ranks. False if it is not done.
   bool train_together(const BatchLayout& batch, const Callbacks& callbacks);
   bool asked_to_stop(const Callbacks& callbacks) const {
-    return shared_ ? shared_->outcome() == SharedSoup::Outcome::stopped : callbacks.stop && *callbacks.stop;
+    return soup_.partition->can_replay() ? callbacks.stop && *callbacks.stop
+                                         : soup_.partition->outcome() == SoupPartition::Outcome::stopped;
   }
   StepInputs step_inputs() const;
   void change_topology();
-  bool gets_fine_levels() const;
-  bool prunes() const;
-  std::vector<bool> backdrop();  // [T] whether a triangle is the backdrop's
-  std::vector<std::uint32_t> batch_of(std::uint64_t step);
-  /// Whether the step's views have a pixel to measure.
-  bool measures(std::uint64_t step);
+  bool refine_soup();            // false if no view shows a triangle
+  std::vector<bool> backdrop();  // [T] whether a triangle is part of the backdrop
   kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;
   gpu::CommandList& commands_of(const BatchLayout& batch);
   const Exposures* given_exposures() const { return exposures_ ? &*exposures_ : nullptr; }
   double share_uncovered();
-  /// Up to 64 training views, spread evenly: enough to measure a soup by.
-  std::vector<BatchView> some_views() const;
-  /// What `step` looks at of training view v.
-  const BatchView& view_of(std::uint64_t step, std::uint32_t v) const;
-  double pace() const;
-  bool is_small(std::uint64_t step) const { return small_ && step < small_end(settings_); }
   Progress progress_since(std::uint64_t first, double seconds);
 
   gpu::Device& gpu_;
@@ -170,12 +147,10 @@ class Trainer {
   PartTimes* times_ = &own_times_;
   BatchBuffers buffers_;
   SoupBuffers soup_;
-  ranks::Ranks* ranks_ = nullptr;     // null: this process alone
-  std::optional<SharedSoup> shared_;  // where there are several
-  Photographs photos_;
+  ranks::Ranks* ranks_ = nullptr;       // null: this process alone
+  std::optional<SharedSoup> shared_;    // where there are several
   std::optional<Exposures> exposures_;  // where settings ask for them
-  std::vector<BatchView> views_, half_views_;
-  std::optional<SmallViews> small_;  // of the first steps
+  std::optional<TrainingViews> views_;
   StepQueue queue_;
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.
   std::map<std::array<std::uint64_t, 5>, gpu::CommandList> commands_;
@@ -184,11 +159,8 @@ class Trainer {
   // Completed steps when the moments of textures, vertices and MLP were last zero.
   std::uint64_t texture_start_ = 0, vertex_start_ = 0, mlp_start_ = 0;
   RefineOutcome last_refinement_ = RefineOutcome::done;
-  double uncovered_ = 0;          // of the last step before a report
-  std::vector<bool> masked_out_;  // training views without a pixel to measure
+  double uncovered_ = 0;  // of the last step before a report
   double seconds_ = 0, cpu_seconds_ = 0;
-  std::uint64_t epoch_ = ~0ull;  // of order_
-  std::vector<std::uint32_t> order_;
 };
 
 }  // namespace trisoup::train

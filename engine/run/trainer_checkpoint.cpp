@@ -1,4 +1,4 @@
-// The trainer's state in a checkpoint: written, and read to go on from.
+// Writes the trainer's state to a checkpoint and reads it back.
 #include <cstdint>
 #include <cstdlib>
 #include <optional>
@@ -18,10 +18,10 @@
 namespace trisoup::train {
 namespace {
 
-/// Of an array, what is in device memory where a soup is shared.
+/// How ranks that share a soup hold an array: each rank all of it, or each rank the part that it owns.
 enum class Held { by_all, by_owners };
 
-/// Calls f(name, buffer, elements, held) for every array of a soup's state. elements: of all ranks.
+/// Calls f(name, buffer, elements, held) for every array of a soup's state. elements: total over all ranks.
 template <typename F>
 void each_array(SoupBuffers& s, F&& f) {
   const std::uint64_t vertices = 3ull * s.triangles, source = s.source_samples * soup::kChannels;
@@ -36,7 +36,7 @@ void each_array(SoupBuffers& s, F&& f) {
   f("mlp.moment2", s.mlp_moment2, std::uint64_t{soup::Mlp::kParameters}, Held::by_all);
 }
 
-/// The same of exposures.
+/// The same for exposures.
 template <typename F>
 void each_array(std::optional<Exposures>& e, F&& f) {
   if (!e) return;
@@ -44,7 +44,7 @@ void each_array(std::optional<Exposures>& e, F&& f) {
   f("exposures", e->exposure, 8ull * e->photographs, Held::by_all);
 }
 
-/// A fingerprint would tell as well, but not what is to be done.
+/// The background as text. Stored separately from the fingerprint so that the error message can name `background`.
 std::string background_text(const scene::Scene& scene) {
   return fmt::format("{} {} {}", scene.background.r, scene.background.g, scene.background.b);
 }
@@ -54,14 +54,14 @@ std::string background_text(const scene::Scene& scene) {
 void Trainer::write_checkpoint(const std::filesystem::path& path, const std::string& note) {
   soup::SafetensorsWriter writer;
   std::vector<std::vector<float>> arrays;
-  if (shared_) shared_->compare();
+  soup_.partition->compare();
   const auto download = [&](const char*, const gpu::Buffer& buffer, std::uint64_t n, Held held) {
     arrays.push_back(shared_ && held == Held::by_owners ? shared_->gather_values(buffer)
                                                         : gpu_.download_vector<float>(buffer.address(), n));
   };
   each_array(soup_, download);
   each_array(exposures_, download);
-  if (shared_ && !shared_->is_first()) return;
+  if (!soup_.partition->is_first()) return;
   std::size_t i = 0;
   const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n, Held) {
     writer.add<float>(name, {n}, arrays[i++]);
@@ -103,27 +103,27 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   const CheckpointInfo info = checkpoint_info(file, path);
   if (number("scene") != scene.fingerprint)
     throw Error(
-        "{}: belongs to another scene (or another `resolution` or `test_every`); choose another `output` or train anew "
-        "with "
-        "`overwrite`",
+        "{}: was trained on another scene, or with another `resolution` or `test_every`; choose another `output` or "
+        "start again with `overwrite`",
         path.string());
   if (text("background") != background_text(scene))
-    throw Error("{}: was trained on another background; use the same `background`, or train anew with `overwrite`",
+    throw Error("{}: was trained on another background; use the same `background` or start again with `overwrite`",
                 path.string());
-  // Older checkpoints do not say.
+  // Older checkpoints lack this entry.
   if (file.metadata().contains("photographs") && number("photographs") != photographs_)
     throw Error(
-        "{}: was trained on other photographs or masks; use the same files and the same `alpha`, or train anew with "
+        "{}: was trained on other photographs or masks; use the same files and the same `alpha`, or start again with "
         "`overwrite`",
         path.string());
   Settings then = extended(info.settings, info.step, settings_.steps);
-  // How often something is written does not change what is computed.
+  // These settings may change: they do not affect the result.
   then.eval_every = settings_.eval_every;
   then.checkpoint_every = settings_.checkpoint_every;
-  // What had room at the start decides for the whole run, or it would depend on where it was interrupted.
+  // Keeps the limit that followed from the memory at the start. Otherwise the result would depend on when the training
+  // was interrupted.
   if (settings_.most_triangles == 0) settings_.most_triangles = then.most_triangles;
   if (const std::string differing = differences(then, settings_); !differing.empty())
-    throw Error("{}: was trained with {}; use the same options, or train anew with `overwrite`", path.string(),
+    throw Error("{}: was trained with {}; use the same settings or start again with `overwrite`", path.string(),
                 differing);
   step_ = info.step;
   rounds_ = info.rounds;
@@ -131,8 +131,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   vertex_start_ = number("vertex_start");
   if (file.metadata().contains("mlp_start")) mlp_start_ = number("mlp_start");
   if (texture_start_ > step_ || vertex_start_ > step_ || mlp_start_ > step_)
-    throw Error("{}: claims step {} of {}; the checkpoint is damaged, train anew with `overwrite`", path.string(),
-                step_, settings_.steps);
+    throw Error("{}: damaged checkpoint (step {} of {}); start again with `overwrite`", path.string(), step_,
+                settings_.steps);
   seconds_ = std::strtod(text("seconds").c_str(), nullptr);
   cpu_seconds_ = std::strtod(text("cpu_seconds").c_str(), nullptr);
 
@@ -144,13 +144,13 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
 void Trainer::read_soup(const soup::Safetensors& file, const std::filesystem::path& path) {
   const auto rows = file.values<std::uint32_t>("texture_table");
   if (rows.size() % 4 != 0 || rows.empty())
-    throw Error("{}: its texture table is damaged; train anew with `overwrite`", path.string());
+    throw Error("{}: damaged texture table; start again with `overwrite`", path.string());
   std::vector<soup::TextureLevels> levels;
   for (std::size_t t = 0; t < rows.size() / 4; ++t) {
     levels.push_back({rows[4 * t + 2], rows[4 * t + 3]});
     if (levels.back().level_min > levels.back().level_max ||
         levels.back().level_max > static_cast<std::uint32_t>(soup::kMaxLevel))
-      throw Error("{}: its texture table is damaged; train anew with `overwrite`", path.string());
+      throw Error("{}: damaged texture table; start again with `overwrite`", path.string());
   }
   const soup::TextureTable table = soup::make_texture_table(levels);
   const auto vertices = file.values<float>("vertices", {9 * table.triangles()});

@@ -6,7 +6,7 @@
 namespace trisoup::scene {
 namespace {
 
-// The source pixels first, first + 1, ... that one target pixel covers, and the share of the target that each has.
+// The source pixels first, first + 1, ... that a target pixel covers along one axis, and the weight of each.
 struct Cover {
   int first = 0;
   std::vector<float> shares;  // sum 1
@@ -15,7 +15,7 @@ struct Cover {
 std::vector<Cover> covers(int source, int target) {
   std::vector<Cover> result(static_cast<std::size_t>(target));
   for (int i = 0; i < target; ++i) {
-    // In units of 1 / target of a source pixel every border is an integer, so shares are exact.
+    // In units of 1 / target of a source pixel, all borders are integers, so the weights are exact.
     const auto begin = std::int64_t(i) * source, end = begin + source;
     Cover& cover = result[static_cast<std::size_t>(i)];
     cover.first = static_cast<int>(begin / target);
@@ -28,9 +28,9 @@ std::vector<Cover> covers(int source, int target) {
 }
 
 struct Sums {
-  glm::vec4 inside{0.0f};  // over the pixels in the loss
-  float weight = 0;        // and their share
-  glm::vec4 all{0.0f};     // only kept where there is a mask
+  glm::vec4 inside{0.0f};  // weighted colour of the pixels in the loss
+  float weight = 0;        // sum of their weights
+  glm::vec4 all{0.0f};     // weighted colour of all pixels; used only with a mask
 };
 
 // Adds one source row, resampled along x, to the sums of a target row.
@@ -69,7 +69,7 @@ Photograph area_resample(const Photograph& photograph, int width, int height) {
     int row = cover.first;
     for (const float share : cover.shares) add_row(photograph, row++, share, columns, sums);
     for (const Sums& sum : sums) {
-      constexpr float some = 1e-6f;  // below it, the pixels in the loss touch the target pixel by rounding only
+      constexpr float some = 1e-6f;  // smaller weights are rounding errors
       const glm::vec4 mean = sum.weight > some ? sum.inside / sum.weight : sum.all;
       result.colour.emplace_back(glm::min(mean + 0.5f, 255.0f));
       if (masked) result.inside.push_back(sum.weight >= 0.5f - some ? 255 : 0);

@@ -1,14 +1,14 @@
-// Downscaling by exact area.
+// Area resampling of photographs.
 #pragma once
 
 #include "scene/photograph.h"
 
 namespace trisoup::scene {
 
-/// The photograph at another size: every new pixel is the mean of the rectangle of source pixels it covers, partly
-/// covered ones counted by their share. Only pixels inside the loss take part in a mean that contains any (what is
-/// masked must not bleed into what is not), and the new pixel is inside where at least half of its area is. `width` and
-/// `height` >= 1; for sizes above the source's the same mean gives nearest-neighbour enlargement.
+/// Resizes a photograph. Every new pixel is the mean of the source pixels that it covers, weighted by the covered area.
+/// If any of them are in the loss, the mean uses only those, so that masked colours do not bleed into the rest. The new
+/// pixel is in the loss if at least half of its area is. `width` and `height` must be at least 1. For larger sizes,
+/// this gives nearest-neighbour enlargement.
 Photograph area_resample(const Photograph& photograph, int width, int height);
 
 }  // namespace trisoup::scene

@@ -1,4 +1,4 @@
-// Reads little-endian values from memory and never past its end.
+// Reads little-endian values from memory with bounds checks.
 #pragma once
 
 #include <bit>
@@ -15,13 +15,13 @@ namespace trisoup::scene {
 
 class ByteCursor {
  public:
-  /// `name` is the file in messages, `kind` what one record is called there ("camera", "vertex").
+  /// name: the file, for messages. kind: what a record is, for messages ("camera", "vertex").
   ByteCursor(std::span<const std::byte> bytes, std::string name, std::string kind)
       : bytes_(bytes), name_(std::move(name)), kind_(std::move(kind)) {}
 
   std::size_t remaining() const { return bytes_.size() - position_; }
 
-  /// The next value. Throws Error if the file ends before it does.
+  /// Returns the next value. Throws Error if the file ends before the end of the value.
   template <typename T>
   T read() {
     static_assert(std::is_arithmetic_v<T> && std::endian::native == std::endian::little);
@@ -32,7 +32,7 @@ class ByteCursor {
     return value;
   }
 
-  /// Characters up to a zero byte, which is consumed. Throws Error if there is none.
+  /// Returns the characters up to the next zero byte and skips that byte. Throws Error if there is none.
   std::string read_string() {
     const void* end = remaining() > 0 ? std::memchr(bytes_.data() + position_, 0, remaining()) : nullptr;
     if (end == nullptr) throw truncated();
@@ -42,16 +42,17 @@ class ByteCursor {
     return text;
   }
 
-  /// A record count, checked against the bytes that are left before anyone allocates from it.
+  /// Returns a number of records, 64 bits. Throws Error if the remaining bytes cannot contain them, so that the number
+  /// is safe for allocations.
   std::size_t read_count(std::size_t smallest_record) {
     const auto count = read<std::uint64_t>();
     if (count > remaining() / smallest_record)
-      throw Error("{}: claims {} {} records in {} bytes; the file is cut or damaged, export it again", name_, count,
+      throw Error("{}: claims {} {} records in {} bytes; the file is cut off or damaged, export it again", name_, count,
                   kind_, remaining());
     return static_cast<std::size_t>(count);
   }
 
-  /// Skips `count` records of `size` bytes. Throws Error if the file ends before they do.
+  /// Skips `count` records of `size` bytes. Throws Error if the file ends before the end of the records.
   void skip(std::uint64_t count, std::size_t size) {
     if (size == 0) return;
     if (count > remaining() / size) throw truncated();
@@ -63,7 +64,7 @@ class ByteCursor {
     if (remaining() < size) throw truncated();
   }
   Error truncated() const {
-    return Error("{}: ends in the middle of a {} record (byte {}); the file is cut, copy or export it again", name_,
+    return Error("{}: ends in the middle of a {} record (byte {}); the file is cut off, copy or export it again", name_,
                  kind_, bytes_.size());
   }
 

@@ -41,7 +41,7 @@ PixelRays pixel_rays(const glm::dmat4& world_from_clip) {
 }
 
 glm::dvec3 eye(const glm::dmat4& world_from_clip) {
-  // Its clip coordinates x, y and w are zero.
+  // The clip coordinates x, y and w of the eye are zero.
   return glm::dvec3(world_from_clip[2]) / world_from_clip[2].w;
 }
 

@@ -1,4 +1,4 @@
-// The binary encoding: little-endian records without padding, each file starting with a 64-bit count.
+// The binary encoding of COLMAP models: little-endian records without padding. Each file starts with a 64-bit count.
 #include "base/error.h"
 #include "base/printable.h"
 #include "scene/byte_cursor.h"
@@ -20,7 +20,7 @@ ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, cons
     std::vector<double> parameters;
     for (std::size_t k = 0; k < shape.parameters; ++k) parameters.push_back(cursor.read<double>());
     if (!cameras.emplace(id, make_colmap_camera(shape, width, height, parameters, where)).second)
-      throw Error("{} is there twice; export the model again", where);
+      throw Error("{} appears twice; export the model again", where);
   }
   return cameras;
 }
@@ -67,7 +67,7 @@ PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const st
     std::vector<std::uint32_t> track(cursor.read_count(track_element));
     for (std::uint32_t& image : track) {
       image = cursor.read<std::uint32_t>();
-      cursor.skip(1, 4);  // number of the observation
+      cursor.skip(1, 4);  // index of the observation
     }
     cloud.add(position, colour, error, std::move(track));
   }

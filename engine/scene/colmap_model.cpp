@@ -46,7 +46,7 @@ ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t wid
                                 std::span<const double> p, const std::string& where) {
   constexpr std::uint64_t largest = 1000000;
   if (width < 1 || height < 1 || width > largest || height > largest)
-    throw Error("{}: camera of {} x {} pixels; correct its size", where, width, height);
+    throw Error("{}: camera size of {} x {} pixels is out of range; correct it", where, width, height);
   for (const double value : p)
     if (!std::isfinite(value)) throw Error("{}: camera parameter is not finite; run the reconstruction again", where);
 
@@ -54,7 +54,8 @@ ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t wid
   camera.model = shape.name;
   Camera& pinhole = camera.pinhole;
   pinhole.width = static_cast<int>(width), pinhole.height = static_cast<int>(height);
-  // Models with one focal length start with f, cx, cy; the others with fx, fy, cx, cy. Distortion follows.
+  // Models with one focal length start with f, cx, cy; the others start with fx, fy, cx, cy. Distortion coefficients
+  // follow.
   const bool one_focal = shape.id == 0 || shape.id == 2 || shape.id == 3 || shape.id == 8 || shape.id == 9;
   pinhole.fx = p[0], pinhole.fy = one_focal ? p[0] : p[1];
   const std::size_t centre = one_focal ? 1 : 2;

@@ -1,4 +1,4 @@
-// What a COLMAP model holds, and the readers of its two encodings.
+// COLMAP models, and readers for their binary and text encodings.
 #pragma once
 
 #include <cstddef>
@@ -18,44 +18,44 @@
 namespace trisoup::scene {
 
 struct ColmapCamera {
-  Camera pinhole;  // its pose is not used
+  Camera pinhole;  // the pose is unused
   Lens lens;
-  std::string_view model;  // its name
+  std::string_view model;  // name of the camera model
 };
 using ColmapCameras = std::map<std::uint32_t, ColmapCamera>;  // by camera id
 
 struct ColmapImage {
-  std::string name;  // path of the photograph below the image folder
+  std::string name;  // path of the photograph, relative to the image folder
   std::uint32_t id = 0;
   std::uint32_t camera_id = 0;
   glm::dmat4 world_to_camera{1.0};
 };
 
-/// Parameters of a camera model that this program knows.
+/// A supported camera model.
 struct ColmapModelShape {
   int id;
   std::string_view name;
-  std::size_t parameters;
+  std::size_t parameters;  // number of parameters
 };
 
-/// By the number that binary files use, or by name. Throws Error, naming `where` and listing the known ones, on any
-/// other.
+/// Returns the camera model with an id (used in binary files) or a name. Throws Error that begins with `where` and
+/// lists the supported models if there is none.
 const ColmapModelShape& colmap_model_shape(int id, const std::string& where);
 const ColmapModelShape& colmap_model_shape(std::string_view name, const std::string& where);
 
-/// A camera from COLMAP's parameters in COLMAP's order; `parameters` has the length that the shape states. Throws
-/// Error, naming `where`, on sizes outside 1..1e6, focal lengths that are not positive and anything that is not finite.
+/// Makes a camera from parameters in COLMAP's order. parameters: [shape.parameters]. Throws Error that begins with
+/// `where` for sizes outside 1 to 1e6, focal lengths that are not positive, and values that are not finite.
 ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t width, std::uint64_t height,
                                 std::span<const double> parameters, const std::string& where);
 
-/// cameras.bin, images.bin, points3D.bin. `name` stands in messages. All throw Error on a file that is cut, claims more
-/// records than it has bytes, or holds values that cannot be used. 2D observations are skipped; of tracks the images
-/// are kept.
+/// Parse cameras.bin, images.bin and points3D.bin. name: the file, for messages. They throw Error if the file is
+/// truncated, claims more records than its size allows, or contains unusable values. 2D observations are skipped. Of
+/// the tracks of points, only the image ids are kept.
 ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, const std::string& name);
 std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name);
 PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name);
 
-/// The same from cameras.txt, images.txt, points3D.txt; messages name the line.
+/// Parse cameras.txt, images.txt and points3D.txt. Messages contain the line.
 ColmapCameras parse_colmap_cameras_text(std::string_view text, const std::string& name);
 std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const std::string& name);
 PointCloud parse_colmap_points_text(std::string_view text, const std::string& name);

@@ -1,4 +1,4 @@
-// The text encoding: one record a line, '#' starts a comment line, images take two lines.
+// The text encoding of COLMAP models: one record per line, two lines per image. Lines that start with '#' are comments.
 #include <optional>
 
 #include "base/error.h"
@@ -14,7 +14,7 @@ class Records {
  public:
   Records(std::string_view text, const std::string& name) : text_(text), name_(name) {}
 
-  /// The next line that is neither blank nor a comment.
+  /// Returns the next line that is neither blank nor a comment.
   std::optional<WordReader> next() {
     while (!text_.empty()) {
       WordReader line(take_line(text_), fmt::format("{}: line {}", name_, ++number_));
@@ -23,17 +23,16 @@ class Records {
     return std::nullopt;
   }
 
-  /// Passes over an image's second line: its observations, x, y and point id each, or nothing. Where exporters left out
-  /// blank lines this is the next image, which must not go missing unnoticed.
+  /// Skips the second line of an image, which lists its observations (x, y, point id) or is blank. Some exporters omit
+  /// blank lines. In that case the line is the next image, and the function throws Error instead of dropping it.
   void skip_observations() {
     WordReader line(take_line(text_), fmt::format("{}: line {}", name_, ++number_));
     const std::string_view text = line.remainder();
     const bool observations = text.find_first_not_of("0123456789+-.eE \t\r") == std::string_view::npos;
     if (!observations && !text.starts_with('#'))
       throw Error(
-          "{}: is not the observations of the image before it; every image has two lines, the second one blank where "
-          "there "
-          "are none",
+          "{}: expected the observations of the previous image; write two lines per image, the second one blank if "
+          "there are no observations",
           line.where());
   }
 
@@ -61,7 +60,7 @@ ColmapCameras parse_colmap_cameras_text(std::string_view text, const std::string
     std::vector<double> parameters;
     for (std::size_t k = 0; k < shape.parameters; ++k) parameters.push_back(line->number<double>("parameters"));
     if (!cameras.emplace(id, make_colmap_camera(shape, width, height, parameters, line->where())).second)
-      throw Error("{}: camera {} is there twice; export the model again", line->where(), id);
+      throw Error("{}: camera {} appears twice; export the model again", line->where(), id);
   }
   return cameras;
 }
@@ -76,7 +75,7 @@ std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const s
     for (double& value : quaternion) value = line->number<double>("quaternion");
     const glm::dvec3 translation = read_vector(*line, "translation");
     image.camera_id = line->number<std::uint32_t>("camera id");
-    image.name = line->remainder();  // names may hold blanks
+    image.name = line->remainder();  // names may contain spaces
     if (image.name.empty())
       throw Error("{}: ends before its image name; correct or export the file again", line->where());
     image.world_to_camera = from_colmap_pose(quaternion, translation, line->where());

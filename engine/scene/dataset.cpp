@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The folder of the COLMAP model of a dataset; empty where there is none.
+/// Returns the folder of a dataset's COLMAP model, or an empty path if there is none.
 fs::path colmap_model_in(const fs::path& root) {
   for (const char* folder : {"sparse/0", "sparse", "."})
     for (const char* images : {"images.bin", "images.txt"})
@@ -19,7 +19,7 @@ fs::path colmap_model_in(const fs::path& root) {
 }
 
 constexpr const char* kFindPoses =
-    "soup-train finds them and leaves a dataset in OUT/colmap, which is to be given here";
+    "train on it first, which finds the poses, and then use the folder colmap in the output folder of the training";
 
 }  // namespace
 
@@ -44,12 +44,10 @@ std::optional<PhotographFile> FrameTaker::find(const std::string& path, bool tes
   }
   const auto [before, fresh] = taken_.try_emplace({test, photograph->name}, Taken{path, photograph->by_name});
   if (fresh) return photograph;
-  // Which of the two it is would depend on their order.
+  // A match by file name only is ambiguous for two different paths: the result would depend on their order.
   if ((before->second.by_name || photograph->by_name) && before->second.path != path)
-    throw Error(
-        "{}: {} and {} would both be {}, by its name; put the photographs into folders of the names that the paths "
-        "have",
-        listing.source, printable(before->second.path), printable(path), printable(photograph->name));
+    throw Error("{}: {} and {} both match {} by file name; put the photographs into the folders named in the paths",
+                listing.source, printable(before->second.path), printable(path), printable(photograph->name));
   listing.again.push_back(photograph->name);
   return std::nullopt;
 }
@@ -61,8 +59,9 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
 
   fs::path root = path;
   if (is_file(path)) {
-    if (is_video(path)) throw Error("{}: a video, without poses; {}", name, kFindPoses);
-    if (path.extension() != ".json") throw Error("{}: not a dataset; give its folder or its transforms.json", name);
+    if (is_video(path)) throw Error("{}: a video has no poses; {}", name, kFindPoses);
+    if (path.extension() != ".json")
+      throw Error("{}: not a dataset; give the folder of a dataset or its transforms.json", name);
     root = path.has_parent_path() ? path.parent_path() : fs::path(".");
     const fs::path file = path.filename();
     const bool split =
@@ -75,11 +74,10 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   if (is_file(root / "transforms_train.json")) return read_blender(root, files);
   if (is_file(root / "transforms.json")) return read_transforms(root / "transforms.json", files);
   if (const fs::path model = colmap_model_in(root); !model.empty()) return read_colmap(root, model, files);
-  if (find_unposed(root)) throw Error("{}: holds photographs without poses; {}", name, kFindPoses);
+  if (find_unposed(root)) throw Error("{}: contains photographs without poses; {}", name, kFindPoses);
   throw Error(
-      "{}: holds neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs "
-      "(PNG, JPEG, WebP or TIFF); give the "
-      "folder of a dataset",
+      "{}: contains neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs "
+      "(PNG, JPEG, WebP or TIFF); give the folder of a dataset",
       name);
 }
 

@@ -1,4 +1,4 @@
-// A dataset as its files describe it: frames with cameras and paths, before any photograph is decoded.
+// The content of a dataset's description files: frames with cameras and paths. No photograph is decoded yet.
 #pragma once
 
 #include <filesystem>
@@ -18,43 +18,46 @@
 namespace trisoup::scene {
 
 struct Frame {
-  std::string source;  // the file that lists it, for messages
+  std::string source;  // the file that lists the frame, for messages
   PhotographFile photograph;
-  ImageSize size;              // of that file, of the photograph as it is held where it is turned
-  bool turned = false;         // by its EXIF orientation
+  ImageSize size;              // size of the photograph, after rotation if `turned`
+  bool turned = false;         // whether the EXIF orientation is applied
   std::filesystem::path mask;  // empty: none
-  Camera camera;               // pinhole part, for photographs of the size it states, in the dataset's coordinates
+  Camera camera;               // pinhole part for an image of its own size, in the dataset's coordinates
   Lens lens;
-  std::string model;       // of the camera, by COLMAP's name
-  double focal_times = 1;  // width of the picture for which focal length and field of view agree, as a multiple of the
-                           // camera's, where both are stated
-  bool test = false;       // only means something where the dataset has a split
+  std::string model;  // COLMAP's name of the camera model
+  /// If the file has both focal length and field of view: the image width for which they agree, divided by the width of
+  /// the camera. 1: they agree.
+  double focal_times = 1;
+  bool test = false;  // used only if the dataset has a split
 };
 
-/// A file that lists frames, and what it lists beside those that are taken.
+/// A file that lists frames, with the frames in it that were skipped.
 struct Listing {
   std::string source;                // the file, for messages
-  std::size_t listed = 0;            // all frames in it
-  std::vector<std::string> missing;  // paths whose photograph is not there, as written
-  std::vector<std::string> looked;   // in the same order: what was looked for
-  std::vector<std::string> again;    // photographs that were listed already, one entry for each further time
+  std::size_t listed = 0;            // number of all frames in the file
+  std::vector<std::string> missing;  // paths without a photograph, as written in the file
+  std::vector<std::string> looked;   // same order: the places that were searched
+  std::vector<std::string> again;    // photographs listed more than once, one entry per repetition
 };
 
 struct Dataset {
   Format format = Format::blender;
-  std::string source;         // the file that lists the frames, for messages
-  bool has_split = false;     // the dataset says itself which frames are for testing
-  std::vector<Frame> frames;  // those whose photograph is there, each photograph once for training and once for testing
-  std::vector<Listing> listings;  // in the order they were read
+  std::string source;      // the file that lists the frames, for messages
+  bool has_split = false;  // the files define the test split
+  /// Frames with an existing photograph. A photograph appears at most once for training and once for testing.
+  std::vector<Frame> frames;
+  std::vector<Listing> listings;  // in the order of reading
   PointCloud points;
 };
 
-/// Takes the frames of one file into a dataset, each photograph once.
+/// Finds the photographs of one file's frames, each photograph once, and records skipped frames in the dataset.
 class FrameTaker {
  public:
   FrameTaker(Dataset& dataset, const PhotographFiles& files, const std::string& source);
-  /// The photograph of a path as it is listed, or nothing where that is to be passed over: it is missing, or was taken
-  /// before. Throws Error where two paths that were looked for by name would be one photograph.
+  /// Returns the photograph for a path as written in the file, or nullopt if the frame must be skipped because the
+  /// photograph is missing or was found before. Throws Error if two different paths match one photograph by file name
+  /// only.
   std::optional<PhotographFile> find(const std::string& path, bool test);
 
  private:
@@ -68,16 +71,17 @@ class FrameTaker {
   std::map<std::pair<bool, std::string>, Taken> taken_;
 };
 
-/// Detects the format of `path` and reads it: Blender if there is a transforms_train.json, else transforms.json, else a
-/// COLMAP model in sparse/0, sparse or the folder itself. `path` may be a JSON file: that of a Blender split stands for
-/// its folder, any other is read as transforms.json is. `downscale` chooses among prescaled photographs; `outside`:
-/// files may lie outside of the dataset's folder. Throws Error.
+/// Detects the format of `path` and reads the dataset: Blender if there is a transforms_train.json, else
+/// transforms.json, else a COLMAP model in sparse/0, sparse or the folder itself. `path` may also be a JSON file: a
+/// file of a Blender split stands for its folder, and any other file is read like transforms.json.
+/// downscale: selects prescaled photographs (see PhotographFiles). outside: files may lie outside the dataset's folder.
+/// Throws Error.
 Dataset read_dataset(const std::filesystem::path& path, double downscale, bool outside = false);
 
-/// Whether read_dataset finds the file in which the poses of `path` stand; nothing is read.
+/// Returns whether `path` contains a file with poses that read_dataset would use. Reads no file.
 bool has_poses(const std::filesystem::path& path);
 
-/// Its parts, one per kind of file. `root` is the dataset folder, `files` look in it.
+/// Readers for each format. root: the dataset's folder. files: finds photographs in that folder.
 Dataset read_blender(const std::filesystem::path& root, const PhotographFiles& files);
 Dataset read_transforms(const std::filesystem::path& file, const PhotographFiles& files);
 Dataset read_colmap(const std::filesystem::path& root, const std::filesystem::path& model,

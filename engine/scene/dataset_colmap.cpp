@@ -20,7 +20,8 @@ PointCloud read_points(const fs::path& model) {
 }  // namespace
 
 Dataset read_colmap(const fs::path& root, const fs::path& model, const PhotographFiles& files) {
-  // One encoding for both: a half-converted model must not pair cameras with the images of another run.
+  // Both files must have the same encoding. In a half-converted model, binary and text files may come from different
+  // runs.
   const bool binary = is_file(model / "images.bin");
   const fs::path cameras_file = model / (binary ? "cameras.bin" : "cameras.txt");
   const fs::path images_file = model / (binary ? "images.bin" : "images.txt");
@@ -34,8 +35,8 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
                                        : parse_colmap_cameras_text(camera_content, cameras_name);
   const std::vector<ColmapImage> images = binary ? parse_colmap_images_binary(bytes_of(image_content), dataset.source)
                                                  : parse_colmap_images_text(image_content, dataset.source);
-  if (cameras.empty()) throw Error("{}: holds no camera; run the reconstruction again", cameras_name);
-  if (images.empty()) throw Error("{}: holds no image; run the reconstruction again", dataset.source);
+  if (cameras.empty()) throw Error("{}: contains no camera; run the reconstruction again", cameras_name);
+  if (images.empty()) throw Error("{}: contains no image; run the reconstruction again", dataset.source);
 
   std::error_code ignored;
   const bool has_folder = fs::is_directory(root / "images", ignored) || fs::is_directory(root / "images_2", ignored) ||
@@ -45,7 +46,7 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   for (const ColmapImage& image : images) {
     const auto camera = cameras.find(image.camera_id);
     if (camera == cameras.end())
-      throw Error("{}: {} was taken by camera {}, which {} lacks; export the model again", dataset.source,
+      throw Error("{}: {} uses camera {}, which is missing in {}; export the model again", dataset.source,
                   printable(image.name), image.camera_id, cameras_file.filename().string());
     const auto photograph =
         taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, false);

@@ -69,8 +69,8 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
   dataset.source = printable(file.string());
   const Transforms transforms = parse_transforms(read_file(file), dataset.source);
 
-  // nerfstudio's split: its test files, else its validation files. A frame that no list names is for training, unless
-  // there is a list of training files.
+  // nerfstudio's split: the test views are the test files, else the validation files. The training views are the
+  // training files, or without such a list all other files that are not listed for validation.
   const auto normal = [](const std::vector<std::string>& paths) {
     std::set<std::string> result;
     for (const std::string& path : paths) result.insert(normal_path(path));

@@ -1,4 +1,4 @@
-// One number that tells datasets apart.
+// A hash that distinguishes datasets.
 #pragma once
 
 #include <bit>
@@ -9,17 +9,18 @@
 
 namespace trisoup::scene {
 
-/// 64-bit hash of what is added, in order (Fowler, Noll and Vo, FNV-1a).
+/// 64-bit hash of the values added, in order (FNV-1a of Fowler, Noll and Vo).
 class Fingerprint {
  public:
   void add(std::string_view text) {
     for (const char c : text) add_byte(static_cast<std::uint8_t>(c));
-    add_byte(0);  // "ab", "c" and "a", "bc" differ
+    add_byte(0);  // distinguishes "ab", "c" from "a", "bc"
   }
-  /// Rounded to float, so that the last bits of another library's tan() do not matter; +0 for -0.
+  /// Adds the value rounded to float, so that differences between implementations of tan() do not matter. Treats -0 as
+  /// 0.
   void add(double value) { add_word(std::bit_cast<std::uint32_t>(static_cast<float>(value) + 0.0f)); }
   void add(int value) { add_word(static_cast<std::uint32_t>(value)); }
-  /// Eight bytes at a time: photographs are large.
+  /// Hashes eight bytes at a time for speed, because photographs are large.
   void add(std::span<const std::uint8_t> bytes) {
     for (; bytes.size() >= 8; bytes = bytes.subspan(8)) {
       std::uint64_t word;

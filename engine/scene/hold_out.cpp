@@ -18,12 +18,12 @@ void hold_out(Scene& scene, std::size_t count) {
   const std::size_t views = scene.train.size();
   if (2 * count >= views)
     throw Error(
-        "{}: {} training views are too few to hold {} out for validation; lower --validation-views, or train without a "
+        "{}: {} training views are too few to hold out {} for validation; lower `validation_views`, or train without a "
         "goal",
         scene.path.string(), views, count);
   std::vector<bool> held(views);
   for (std::size_t i = 0; i < count; ++i) held[(2 * i + 1) * views / (2 * count)] = true;
-  std::vector<std::optional<std::uint32_t>> now(views);  // index of those that stay
+  std::vector<std::optional<std::uint32_t>> now(views);  // new index of the remaining views
   std::vector<View> train;
   for (std::size_t v = 0; v < views; ++v) {
     if (!held[v]) now[v] = static_cast<std::uint32_t>(train.size());

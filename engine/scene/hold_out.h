@@ -1,4 +1,4 @@
-// Training views that are kept from training, to judge by.
+// Validation views: training views that are held out.
 #pragma once
 
 #include <cstddef>
@@ -7,11 +7,11 @@
 
 namespace trisoup::scene {
 
-/// Moves `count` training views, spread evenly over them in name order, to scene.validation. Points keep those of their
-/// sightings that are of the others. Throws Error unless more views are left to train with than are held out.
+/// Moves `count` training views, evenly spaced in name order, to scene.validation, and updates seen_by of the points.
+/// Throws Error unless more views remain for training than are held out.
 void hold_out(Scene& scene, std::size_t count);
 
-/// How many are held out where nobody says: a tenth, from 3 to 24, but fewer than a half.
+/// Returns the default number of validation views: a tenth of the training views, from 3 to 24, but fewer than half.
 std::size_t usual_validation_views(const Scene& scene);
 
 }  // namespace trisoup::scene

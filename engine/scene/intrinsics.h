@@ -1,4 +1,4 @@
-// Whether intrinsics can be those of the pictures they come with.
+// Plausibility checks of camera intrinsics.
 #pragma once
 
 #include <functional>
@@ -9,10 +9,10 @@
 
 namespace trisoup::scene {
 
-/// Looks for intrinsics of another size of the same photograph: those of the full-size one beside reduced images are
-/// the usual mistake. Throws Error where a principal point lies outside the picture (no pinhole of that picture looks
-/// there). One warning each for principal points that are as far from the corner as the middle of a larger or smaller
-/// picture of the same proportions, and for focal lengths that contradict the field of view beside them.
+/// Detects intrinsics that belong to another size of the same photograph. The usual mistake is to combine reduced
+/// images with intrinsics of the full size. Throws Error if a principal point lies outside the image. Gives one warning
+/// for principal points that would be the centre of a larger or smaller image with the same proportions, and one for
+/// focal lengths that contradict the field of view in the file.
 void check_intrinsics(std::span<const Frame> frames, const std::function<void(const std::string&)>& warn);
 
 }  // namespace trisoup::scene

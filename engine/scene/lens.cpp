@@ -30,8 +30,8 @@ glm::dvec2 Lens::distort(glm::dvec2 point) const {
 }
 
 double Lens::growing_until(double largest) const {
-  constexpr int steps =
-      2000;  // finer than the pixels of a photograph, near enough: the cut lies outside of the source image
+  // About as fine as the pixels of a photograph. The limit usually lies outside the source image, so this is enough.
+  constexpr int steps = 2000;
   double before = 0;
   for (int i = 1; i <= steps; ++i) {
     const double r = largest * i / steps, here = distort_radius(r);

@@ -1,4 +1,4 @@
-// load(): from the files of a dataset to a Scene.
+// load(): reads the files of a dataset into a Scene.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -21,21 +21,21 @@
 namespace trisoup::scene {
 namespace {
 
-// A frame with what the options make of it.
+// A frame with the cameras that follow from the options.
 struct Shot {
   Frame frame;
-  std::uint32_t index = 0;  // of the dataset's frame
-  Camera source;            // for the photograph as it is on disk
-  Camera camera;            // for the image that the View will hold
+  std::uint32_t index = 0;  // index of the dataset's frame
+  Camera source;            // for the photograph on disk
+  Camera camera;            // for the image of the View
 };
 
 void check(const LoadOptions& options) {
   if (!(options.downscale >= 1) || !std::isfinite(options.downscale))
-    throw Error("-r {}: the downscale factor must be at least 1; images are never enlarged", options.downscale);
+    throw Error("`resolution` {}: must be at least 1; images are never enlarged", options.downscale);
   if (options.test_every < 0)
-    throw Error("--test-every {}: must not be negative; use 0 for no test views", options.test_every);
+    throw Error("`test_every` {}: must not be negative; use 0 for no test views", options.test_every);
   if (options.test_every == 1)
-    throw Error("--test-every 1: every view would be held out; use 0 for none or at least 2");
+    throw Error("`test_every` 1: every view would be held out; use 0 for no test views, or at least 2");
 }
 
 void report_missing(const Dataset& dataset, const LoadOptions& options) {
@@ -45,21 +45,20 @@ void report_missing(const Dataset& dataset, const LoadOptions& options) {
   for (const Listing& listing : dataset.listings) {
     const std::size_t missing = listing.missing.size();
     if (missing > 0 && dataset.frames.empty())
-      throw Error("{}: none of its {} images is there, first: {}; put the images beside it (looked for {})",
+      throw Error("{}: none of its {} images was found, first: {}; put the images next to it (looked for {})",
                   listing.source, missing, printable(listing.missing.front()), listing.looked.front());
     if (missing > 0 && options.warn)
       options.warn(fmt::format("{}: skipped {} of {} frames whose image is missing, first: {} (looked for {})",
                                listing.source, missing, listing.listed, printable(listing.missing.front()),
                                listing.looked.front()));
     if (!listing.again.empty() && options.warn)
-      options.warn(fmt::format("{}: {} frames list a photograph again, of which the first counts: {}", listing.source,
+      options.warn(fmt::format("{}: ignored {} frames that repeat a photograph of an earlier frame: {}", listing.source,
                                listing.again.size(), some_names(listing.again)));
   }
 }
 
-// Where width and height of the camera are those of the photograph as it is held, it was turned before its pose was
-// found; where they are those of its pixels, or say nothing, it was not: COLMAP and nerfstudio take pixels as they are
-// stored.
+// Applies the EXIF orientation if only the rotated photograph has the proportions of its camera: then it was rotated
+// before its pose was estimated. Otherwise the pixels are used as stored, as in COLMAP and nerfstudio.
 void turn_to_camera(Frame& frame) {
   if (frame.size.orientation < 5 || frame.size.width == frame.size.height) return;
   const auto fits = [&](int width, int height) {
@@ -70,8 +69,8 @@ void turn_to_camera(Frame& frame) {
   frame.turned = true;
 }
 
-// A photograph of other proportions than its camera was cropped or turned, and no scale brings them together. Sizes
-// that were rounded to whole pixels are the exception.
+// A photograph with other proportions than its camera was cropped or rotated, so scaled intrinsics would be wrong.
+// Differences from rounding to whole pixels are allowed.
 void check_aspect(const Frame& frame) {
   const double width_ratio = double(frame.size.width) / frame.camera.width;
   const double height_ratio = double(frame.size.height) / frame.camera.height;
@@ -79,7 +78,7 @@ void check_aspect(const Frame& frame) {
   const bool one_pixel = std::abs(frame.size.width - frame.camera.width * height_ratio) > 1 &&
                          std::abs(frame.size.height - frame.camera.height * width_ratio) > 1;
   if (one_percent && one_pixel)
-    throw Error("{}: is {} x {} but its camera is {} x {}; export poses and images at the same proportions",
+    throw Error("{}: is {} x {} but its camera is {} x {}; export poses and images with the same proportions",
                 printable(frame.photograph.file.string()), frame.size.width, frame.size.height, frame.camera.width,
                 frame.camera.height);
 }
@@ -96,7 +95,7 @@ Shot plan(Frame frame, double downscale) {
   return shot;
 }
 
-// Sorts by name and marks the held-out views of datasets that do not say themselves which they are.
+// Sorts by name, and selects the test views of datasets without a test split.
 void sort_and_split(std::vector<Shot>& shots, bool has_split, int test_every) {
   std::stable_sort(shots.begin(), shots.end(),
                    [](const Shot& a, const Shot& b) { return a.frame.photograph.name < b.frame.photograph.name; });
@@ -125,13 +124,14 @@ std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double 
   return result.value();
 }
 
-// The largest photographs, panoramas and scans would take gigabytes each. Smaller ones are decoded whole, whose means
-// over pixels are exact.
+// Photographs with more than kLarge pixels, such as panoramas and scans, may need gigabytes each, so they are decoded
+// at reduced size. Smaller ones are decoded at full size, which gives exact means over pixels. kMostAtOnce: pixels
+// decoded in parallel if any photograph is large.
 constexpr std::int64_t kLarge = std::int64_t(1) << 25, kMostAtOnce = std::int64_t(1) << 28;
 
 std::int64_t pixels_of(const Frame& frame) { return std::int64_t(frame.size.width) * frame.size.height; }
 
-// The sides that a JPEG is decoded with are divided by it: what is left is at least as large as the view.
+// Returns the factor by which a JPEG may be reduced when it is decoded. The result is at least as large as the view.
 int divisor_of(const Shot& shot) {
   if (pixels_of(shot.frame) <= kLarge) return 1;
   for (const int divisor : {8, 4, 2})
@@ -140,7 +140,7 @@ int divisor_of(const Shot& shot) {
   return 1;
 }
 
-// As many as fit into bounded memory at once.
+// Returns a number of threads that limits the memory for decoding.
 int threads_for(const std::vector<const Shot*>& shots, int threads) {
   std::int64_t largest = 1;
   for (const Shot* shot : shots) largest = std::max(largest, pixels_of(shot->frame));
@@ -149,10 +149,10 @@ int threads_for(const std::vector<const Shot*>& shots, int threads) {
   return std::min(most, threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
 }
 
-// Decoded, undistorted, then shrunk: undistortion interpolates between pixels of about the same size and would alias if
-// it had to shrink as well, and shrinking last averages its interpolation away. Compositing on the background comes
-// after both, when it is known for all images; colour is premultiplied until then, so that the order makes no
-// difference.
+// Decodes, undistorts and then shrinks a photograph. Undistortion interpolates between neighbouring pixels and would
+// alias if it also had to shrink. Shrinking afterwards averages out the blur of the interpolation. The image is
+// composited later, when the background is known for all images. Colour is premultiplied until then, so the result is
+// the same.
 Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   const Frame& frame = shot.frame;
   const int divisor = divisor_of(shot);
@@ -166,7 +166,8 @@ Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   Photograph photograph = alpha == AlphaUse::composite ? from_coverage(image) : from_mask(image);
   if (!frame.mask.empty()) {
     const std::string content = read_file(frame.mask);
-    // 0 is out of the loss and some tools write 1 for the rest; what a JPEG stores as 0 may come back as a little more.
+    // 0 excludes a pixel, and some tools write 1 for all other pixels. In a JPEG, values near 0 count as 0, because its
+    // compression changes values.
     exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())),
             is_jpeg(bytes_of(content)) ? 128 : 1);
   }
@@ -174,7 +175,7 @@ Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   return area_resample(photograph, shot.camera.width, shot.camera.height);
 }
 
-// Decodes the shots whose images are wanted; returns the grey level of the background they are composited on.
+// Decodes the shots into `images`, and returns the grey level of the background on which they are composited.
 std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
                     const LoadOptions& options) {
   const int count = static_cast<int>(shots.size());
@@ -195,18 +196,20 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   const std::uint8_t background = white ? 255 : 0;
   parallel_for(count, options.threads, [&](int i) {
     *images[std::size_t(i)] = composite(photographs[std::size_t(i)], background);
-    photographs[std::size_t(i)] = {};  // or the scene would be in memory twice
+    photographs[std::size_t(i)] = {};  // frees memory, so that the scene is not stored twice
   });
   return background;
 }
 
 const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
-  if (!frame.mask.empty()) return "its mask leaves out all of it (0 is out, anything else in); invert the mask";
-  if (alpha == AlphaUse::mask) return "all of it is transparent, which --alpha mask leaves out; try --alpha composite";
-  return "its lens shows nothing of it; correct the distortion and the principal point";
+  if (!frame.mask.empty())
+    return "its mask excludes all of it (0 excludes a pixel, other values include it); invert the mask";
+  if (alpha == AlphaUse::mask) return "it is fully transparent, which `alpha` mask excludes; use `alpha` composite";
+  return "undistortion leaves nothing of it; correct the distortion and the principal point";
 }
 
-// Without a pixel in the loss nothing is learnt from a photograph, and nothing measured by it.
+// Reports photographs without a pixel in the loss, which contribute nothing to training or to metrics. Throws Error if
+// all training views or all test views are affected.
 void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
                      const LoadOptions& options) {
   for (const bool test : {false, true}) {
@@ -219,9 +222,9 @@ void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Im
       if (empty++ == 0) first = &shots[i]->frame;
     }
     if (empty == 0) continue;
-    const std::string what = fmt::format("{}: no pixel is left of {} of {} {} views, first: {}: {}", first->source,
-                                         empty, all, test ? "test" : "training", printable(first->photograph.name),
-                                         why_nothing_is_left(*first, options.alpha));
+    const std::string what = fmt::format("{}: {} of {} {} views have no pixel in the loss, first: {}: {}",
+                                         first->source, empty, all, test ? "test" : "training",
+                                         printable(first->photograph.name), why_nothing_is_left(*first, options.alpha));
     if (empty == all) throw Error("{}", what);
     if (options.warn) options.warn(what);
   }
@@ -235,7 +238,7 @@ Points normalise_points(const PointCloud& cloud, const Normalisation& normalisat
   points.positions.reserve(cloud.positions.size());
   for (const glm::dvec3& position : cloud.positions) {
     const glm::dvec3 p = normalisation.to_normalised(position);
-    if (!(glm::length(p) < 1e18)) throw Error("{}: a sparse point is beyond any distance of use; remove it", source);
+    if (!(glm::length(p) < 1e18)) throw Error("{}: a sparse point is too far away; remove it", source);
     points.positions.emplace_back(p);
   }
   return points;
@@ -262,7 +265,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   for (const Shot& shot : shots)
     if (!shot.frame.test) train_cameras.push_back(shot.camera);
   if (train_cameras.empty())
-    throw Error("{}: no training view is left after the test split; add training images", dataset.source);
+    throw Error("{}: no training views remain after the test split; add training images", dataset.source);
 
   Scene scene;
   scene.format = dataset.format;
@@ -273,7 +276,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);
   scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source);
 
-  std::map<std::uint32_t, std::uint32_t> training_view;  // by index of the dataset's frame
+  std::map<std::uint32_t, std::uint32_t> training_view;  // index of the dataset's frame to index of the training view
   for (const Shot& shot : shots)
     if (!shot.frame.test) training_view.emplace(shot.index, static_cast<std::uint32_t>(training_view.size()));
   for (std::vector<std::uint32_t>& views : scene.points.seen_by) renumber(views, training_view);

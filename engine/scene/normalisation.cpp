@@ -15,8 +15,8 @@ double mean_distance(std::span<const Camera> cameras, const glm::dvec3& point) {
   return sum / double(cameras.size());
 }
 
-// Minimises the sum of squared distances to the axes: sum (I - d d^T) (x - c) = 0. Nothing if the axes are so parallel
-// that noise decides where they meet.
+// Minimises the sum of squared distances to the optical axes: sum (I - d d^T) (x - c) = 0. Returns nullopt if the axes
+// are so parallel that the result would depend on noise.
 std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras, const glm::dvec3& mean_centre) {
   glm::dmat3 normal(0.0);
   glm::dvec3 right(0.0);
@@ -28,9 +28,9 @@ std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras, const g
   }
   normal /= double(cameras.size());
   right /= double(cameras.size());
-  // The trace is 2 and no eigenvalue exceeds 1, so where the smallest is small the others are near 1 and the
-  // determinant is the smallest: the mean squared sine between an axis and their common direction. 1e-3 is about two
-  // degrees.
+  // The trace is 2 and no eigenvalue exceeds 1. If the smallest eigenvalue is small, the others are near 1, so it is
+  // about equal to the determinant. It is the mean squared sine of the angle between an axis and the common direction.
+  // 1e-3 is about two degrees.
   if (glm::determinant(normal) < 1e-3) return std::nullopt;
   return mean_centre + glm::inverse(normal) * right;
 }
@@ -54,16 +54,17 @@ Normalisation find_normalisation(std::span<const Camera> cameras, const PointClo
     mean_forward += camera.forward() / double(cameras.size());
   }
   const double spread = mean_distance(cameras, mean_centre);
-  // Files often hold seven digits, so less than that apart is the same place.
+  // Files often store seven digits, so smaller distances count as the same position.
   if (cameras.size() > 1 && spread <= 1e-7 * glm::length(mean_centre))
-    throw Error("{}: all {} cameras are at one spot; depth cannot be told, take photographs from different places",
-                name, cameras.size());
+    throw Error(
+        "{}: all {} cameras are at one spot; take photographs from different places, so that depth can be determined",
+        name, cameras.size());
 
   Normalisation result;
   if (const auto meeting = meeting_point(cameras, mean_centre)) {
     result.centre = *meeting;
   } else if (const double agreement = glm::length(mean_forward); agreement < 0.5) {
-    result.centre = mean_centre;  // cameras on one line that look at each other: there is no common "ahead"
+    result.centre = mean_centre;  // cameras on one line that face each other have no common viewing direction
   } else {
     const glm::dvec3 forward = mean_forward / agreement;
     double ahead = 4 * spread;
@@ -78,7 +79,7 @@ Normalisation find_normalisation(std::span<const Camera> cameras, const PointClo
 }
 
 Camera normalised(const Camera& camera, const Normalisation& normalisation) {
-  // x_camera = R x + t with x = n / s + c, and camera space scaled by s as well: s x_camera = R n + s (R c + t).
+  // x_camera = R x + t with x = n / s + c. Camera space is scaled by s too: s x_camera = R n + s (R c + t).
   Camera result = camera;
   const glm::dmat3 rotation(camera.world_to_camera);
   const glm::dvec3 translation(camera.world_to_camera[3]);

@@ -1,4 +1,4 @@
-// Brings a dataset to unit extent.
+// Normalisation of a dataset to unit extent.
 #pragma once
 
 #include <span>
@@ -9,7 +9,8 @@
 
 namespace trisoup::scene {
 
-/// normalised = scale * (world - centre); the similarity that brings the dataset to unit extent.
+/// Similarity transform from the dataset's coordinates to normalised coordinates: normalised = scale * (world -
+/// centre).
 struct Normalisation {
   glm::dvec3 centre{0.0};
   double scale = 1.0;
@@ -17,15 +18,16 @@ struct Normalisation {
   glm::dvec3 to_world(const glm::dvec3& normalised) const { return normalised / scale + centre; }
 };
 
-/// The normalisation after which the cameras lie at mean distance 1 from the origin. The centre is the point nearest to
-/// all optical axes in the least-squares sense. Where axes are too parallel to meet, it lies ahead of the mean camera:
-/// at the median depth of the points in front of it, or without points at four times the cameras' mean distance from
-/// their mean. A single camera has its centre at that median depth, or without points at its own distance from the
-/// origin (1 if it stands there). Throws Error, naming `name`, for several cameras all at one spot. `cameras` must not
-/// be empty.
+/// Returns the normalisation after which the mean distance of the cameras from the origin is 1.
+/// The centre is the point nearest to all optical axes in the least-squares sense. If the axes are too parallel, the
+/// centre lies ahead of the mean camera: at the median depth of the points in front of it, or without points at four
+/// times the mean distance of the cameras from their mean. For a single camera, the centre lies at that median depth,
+/// or without points at the camera's distance from the origin (1 if the camera is at the origin).
+/// `cameras` must not be empty. Throws Error that begins with `name` if there are several cameras and all are at the
+/// same position.
 Normalisation find_normalisation(std::span<const Camera> cameras, const PointCloud& points, const std::string& name);
 
-/// The camera in normalised coordinates: its picture of the normalised scene is the one it had of the scene.
+/// Returns the camera in normalised coordinates. Its image of the normalised scene is the same as before.
 Camera normalised(const Camera& camera, const Normalisation& normalisation);
 
 }  // namespace trisoup::scene

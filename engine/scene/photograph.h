@@ -1,4 +1,4 @@
-// A photograph on its way from the file to the View: what undistortion and resampling work on.
+// Photographs during loading: the type for undistortion and resampling.
 #pragma once
 
 #include <cstdint>
@@ -10,32 +10,32 @@
 
 namespace trisoup::scene {
 
-/// Colour is premultiplied by alpha, so that it may be averaged: files store straight alpha, often with arbitrary RGB
-/// where alpha is 0, and an average of that RGB would bleed into the outline. The loss mask is apart from alpha,
-/// because a pixel may be outside of the loss for other reasons: a mask file, or undistortion that looked past the
-/// photograph.
+/// Colour is premultiplied by alpha, so that it can be averaged. Files store straight alpha, often with arbitrary RGB
+/// where alpha is 0, and averages of that RGB would bleed into outlines. The loss mask is separate from alpha, because
+/// pixels may be excluded for other reasons: a mask file, or positions outside the photograph after undistortion.
 struct Photograph {
   int width = 0, height = 0;
-  std::vector<glm::u8vec4> colour;   // height * width, row 0 on top, premultiplied
-  std::vector<std::uint8_t> inside;  // height * width, 255 in the loss and 0 outside; empty: all inside
+  std::vector<glm::u8vec4> colour;   // [height * width], row 0 at the top, premultiplied
+  std::vector<std::uint8_t> inside;  // [height * width], 255: in the loss, 0: excluded; empty: all in the loss
 
   std::size_t pixels() const { return std::size_t(width) * std::size_t(height); }
 };
 
-/// True if any alpha is below 255.
+/// Returns true if any alpha is below 255.
 bool uses_alpha(const Image& straight);
 
-/// The photograph of an image whose alpha is coverage, to be composited on a background later.
+/// Converts an image whose alpha is coverage, to be composited on a background later.
 Photograph from_coverage(const Image& straight);
 
-/// The photograph of an image whose alpha says what is in the loss (alpha >= 0.5). RGB stays as it is.
+/// Converts an image whose alpha is a loss mask (alpha >= 0.5: in the loss). RGB is unchanged.
 Photograph from_mask(const Image& straight);
 
-/// Takes every pixel out of the loss where the largest channel of `mask` is below `threshold`. A mask of another size
-/// is looked up at the nearest pixel.
+/// Excludes pixels from the loss if the largest channel of `mask` is below `threshold`. A mask of another size is
+/// sampled at the nearest pixel.
 void exclude(Photograph& photograph, const Image& mask, int threshold);
 
-/// The finished image of a View: RGB over an opaque background of the grey level `background`, loss mask in A.
+/// Returns the image of a View: RGB composited on an opaque background with the grey level `background`, and the loss
+/// mask in A.
 Image composite(const Photograph& photograph, std::uint8_t background);
 
 }  // namespace trisoup::scene

@@ -30,13 +30,13 @@ bool has_image_extension(const fs::path& path) {
 
 bool leaves(const fs::path& relative) { return !relative.empty() && *relative.begin() == ".."; }
 
-/// Whether a path may be another machine's, or of another folder: what it names may be here all the same.
+/// Returns whether a path may come from another machine or folder. Its file may still exist in the dataset.
 bool is_foreign(const std::string& path) {
   const std::string turned = normal_path(path);
   return is_absolute_path(path) || leaves(turned) || turned != fs::path(path).lexically_normal().generic_string();
 }
 
-// `path` below its first folder, if that is images/.
+// Returns `path` without its first folder if that is images/, else nullopt.
 std::optional<fs::path> below_images(const fs::path& path) {
   if (path.empty() || *path.begin() != "images") return std::nullopt;
   return path.lexically_relative("images");
@@ -85,13 +85,13 @@ bool PhotographFiles::each_place(const std::string& path, const Take& take) cons
     const fs::path inside =
         fs::weakly_canonical(root_ / relative, ignored).lexically_relative(fs::weakly_canonical(root_, ignored));
     if (inside.empty() || leaves(inside))
-      throw Error("{}: lies outside of the dataset {}; copy it there, or allow it with --outside", printable(path),
+      throw Error("{}: lies outside the dataset {}; copy it there, or allow it with `outside`", printable(path),
                   printable(root_.string()));
     return take(inside, false);
   }
   if (!is_foreign(path)) return false;
   const std::string turned = normal_path(path);
-  // The longest tail that is here, of what is left without the drive and the way up.
+  // Tries the endings of the path, longest first, without the drive and without ../.
   std::vector<fs::path> parts;
   for (const fs::path& part : fs::path(turned))
     if (part != "/" && part != ".." && !part.string().ends_with(':')) parts.push_back(part);
@@ -100,7 +100,8 @@ bool PhotographFiles::each_place(const std::string& path, const Take& take) cons
     for (std::size_t i = first; i < parts.size(); ++i) tail /= parts[i];
     for (const fs::path& place : {tail, "images" / tail})
       if (take(place, place != turned)) return true;
-    // The nearest folder of the same name is the one that was meant, and lacks the file.
+    // If the folder of this ending exists but the file does not, the photograph is missing. Shorter endings could match
+    // another file.
     if (tail.has_parent_path() &&
         (is_folder(root_ / tail.parent_path()) || is_folder(root_ / "images" / tail.parent_path())))
       return false;
@@ -129,7 +130,8 @@ std::string PhotographFiles::looked_for(const std::string& path) const {
   if (!has_image_extension(turned)) text += ", also with .png, .jpg, .jpeg, .webp, .tif and .tiff";
   if (is_foreign(path))
     text += fmt::format(
-        ", for every end of that path down to {} in {} and its images, and for one photograph of that name below",
+        ", for every ending of that path down to {} in {} and its images folder, and for a single photograph with that "
+        "name below",
         printable(name), printable(root_.string()));
   return text;
 }
@@ -170,7 +172,8 @@ std::optional<PhotographFile> PhotographFiles::only_one_named(const std::string&
 std::optional<PhotographFile> PhotographFiles::at(const fs::path& relative) const {
   PhotographFile found{relative.generic_string(), root_ / relative, false, false};
   bool exists = is_file(found.file);
-  // Blender writes no extension, and a dot in the name need not start one ("r_0.5"), so each is tried behind it.
+  // Blender writes paths without extension, and a dot in a name need not start one ("r_0.5"), so all extensions are
+  // appended in turn.
   if (!exists && !has_image_extension(relative))
     for (const char* extension : extensions)
       if (!exists && is_file(with_suffix(root_ / relative, extension))) {
@@ -180,7 +183,7 @@ std::optional<PhotographFile> PhotographFiles::at(const fs::path& relative) cons
       }
 
   if (const auto rest = below_images(relative); rest && !prescaled_folder_.empty()) {
-    // Prescaled copies may be of another type, and may be all that was downloaded.
+    // Prescaled copies may have another file type, and the original may be missing.
     const fs::path same = root_ / prescaled_folder_ / *rest;
     std::array<fs::path, 1 + extensions.size()> candidates{same};
     const bool replace = has_image_extension(same);

@@ -59,7 +59,7 @@ struct Element {
 
 struct Header {
   bool binary = false;
-  std::vector<Element> before;  // elements that come before the vertices
+  std::vector<Element> before;  // elements before the vertices
   Element vertex;
 };
 
@@ -70,7 +70,7 @@ TypeName find_type(std::string_view name, const std::string& where) {
   return *found;
 }
 
-// Shortens `text` to what follows the header.
+// Reads the header and removes it from `text`.
 Header read_header(std::string_view& text, const std::string& name) {
   Header header;
   std::vector<Element> elements;
@@ -104,13 +104,13 @@ Header read_header(std::string_view& text, const std::string& name) {
       else
         elements.back().properties.push_back({std::string(), find_type(type, line.where())});
       if (type != "list") elements.back().properties.back().name = line.word("property name");
-    }  // comment, obj_info and whatever else: passed over
+    }  // other keywords, such as comment and obj_info, are ignored
   }
   if (!has_format) throw Error("{}: the PLY header names no format; export the points again", name);
   for (Element& element : elements) {
     const bool vertex = element.name == "vertex";
     if (element.has_list)
-      throw Error("{}: {} is or comes before the vertices and holds lists; export the points alone", name,
+      throw Error("{}: element {}, at or before the vertices, contains lists; export only the points", name,
                   printable(element.name));
     if (vertex) {
       header.vertex = std::move(element);
@@ -185,7 +185,7 @@ std::uint8_t to_byte(double value, Type type) {
     default:
       break;
   }
-  return value >= 0 ? static_cast<std::uint8_t>(std::min(value, 255.0) + 0.5) : 0;  // not a number: 0
+  return value >= 0 ? static_cast<std::uint8_t>(std::min(value, 255.0) + 0.5) : 0;  // NaN becomes 0
 }
 
 void append(PointCloud& cloud, const std::vector<double>& values, const Header& header, const Columns& columns,

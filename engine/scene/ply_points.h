@@ -1,4 +1,4 @@
-// Point clouds in PLY files.
+// Reader for point clouds in PLY files.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace trisoup::scene {
 
-/// Reads x, y, z and, where all three are there, red, green, blue of the element "vertex" of an ASCII or little-endian
-/// binary PLY file; colours of a floating type run from 0 to 1, wider integers from 0 to their largest value. Other
-/// properties and elements are passed over. `name` stands in messages. Throws Error on anything else and on a file that
-/// ends early.
+/// Reads the element "vertex" of an ASCII or little-endian binary PLY file: x, y, z, and red, green, blue if all three
+/// are present. Colours of floating-point type range from 0 to 1, and integers from 0 to the largest value of their
+/// type. Other properties and elements are ignored. name: the file, for messages. Throws Error for other formats and
+/// for truncated files.
 PointCloud parse_ply_points(std::span<const std::byte> bytes, const std::string& name);
 
 }  // namespace trisoup::scene

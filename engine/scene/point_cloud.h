@@ -1,4 +1,4 @@
-// Sparse points as the readers return them.
+// Sparse points as returned by the readers.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,17 @@ namespace trisoup::scene {
 struct PointCloud {
   std::vector<glm::dvec3> positions;
   std::vector<glm::u8vec3> colours;  // same length, or empty
-  std::vector<float> errors;         // of reprojection, pixels; same length, or empty; negative: not known
-  // Views in which the point was observed, ascending, no view twice; same length, or empty. COLMAP's readers have image
-  // ids here, Dataset has indices of its frames, Scene those of its training views.
+  std::vector<float> errors;         // reprojection errors in pixels; same length, or empty; negative: unknown
+  /// Views that observed the point, ascending, without duplicates; same length, or empty. The numbers are image ids in
+  /// COLMAP's readers, indices of frames in Dataset, and indices of training views in Scene.
   std::vector<std::vector<std::uint32_t>> seen_by;
 
-  /// A point of a cloud that knows all of it. track: in any order; error: what is no number of pixels is not known.
+  /// Adds a point to a cloud that has all attributes. error: pixels; invalid values become unknown. track: views in any
+  /// order.
   void add(const glm::dvec3& position, const glm::u8vec3& colour, double error, std::vector<std::uint32_t> track);
 };
 
-/// `views` by other numbers, ascending; those that `to` does not have are left out.
+/// Replaces each view by its number in `to`, in ascending order. Removes views that are not in `to`.
 void renumber(std::vector<std::uint32_t>& views, const std::map<std::uint32_t, std::uint32_t>& to);
 
 }  // namespace trisoup::scene

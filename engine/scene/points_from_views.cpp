@@ -13,18 +13,19 @@
 namespace trisoup::scene {
 namespace {
 
-constexpr int kCell = 4;                  // pixels, side of a cell that has one candidate
-constexpr int kLongestSide = 480;         // pixels, of the pictures that are compared
-constexpr std::size_t kNeighbours = 5;    // views that a view is compared with
+constexpr int kCell = 4;                  // side of a cell with one candidate, pixels
+constexpr int kLongestSide = 480;         // longer side of the pictures that are compared, pixels
+constexpr std::size_t kNeighbours = 5;    // number of views that a view is compared with
 constexpr double kNearest = 0.125;        // smallest depth
-constexpr double kStep = 0.75;            // pixels that a step in depth moves the patch at most
-constexpr float kLeastContrast = 0.012f;  // standard deviation of a patch, of 0..1
-constexpr float kAlike = 0.8f, kVoucher = 0.7f,
-                kUnique = 0.06f;     // correlation of the best depth, of a view that counts, and before the second best
-constexpr float kWorthALook = 0.2f;  // correlation at a depth beside one that is looked at
-constexpr double kSameDepth = 2.5;   // steps
+constexpr double kStep = 0.75;            // largest movement of the patch per depth step, pixels
+constexpr float kLeastContrast = 0.012f;  // smallest standard deviation of a patch with values from 0 to 1
+/// Smallest correlation of the best depth, smallest correlation of a view that observes the point, and smallest lead of
+/// the best depth over other depths.
+constexpr float kAlike = 0.8f, kVoucher = 0.7f, kUnique = 0.06f;
+constexpr float kWorthALook = 0.2f;  // correlation above which the neighbouring depth steps are tested too
+constexpr double kSameDepth = 2.5;   // largest difference of matching depths, steps
 
-/// A patch: 25 places of a quincunx, 7 x 7 pixels across.
+/// A patch: the 25 pixels of a checkerboard pattern in 7 x 7 pixels.
 constexpr std::array<std::pair<int, int>, 25> kPatch = [] {
   std::array<std::pair<int, int>, 25> places{};
   std::size_t n = 0;
@@ -35,13 +36,13 @@ constexpr std::array<std::pair<int, int>, 25> kPatch = [] {
 }();
 using Patch = std::array<float, kPatch.size()>;
 
-/// A photograph as it is compared: grey, and small enough.
+/// A photograph prepared for comparison: grey and reduced in size.
 struct Picture {
   Camera camera;
   int width = 0, height = 0;
-  std::vector<float> grey;  // 0..1; no number where masked out: no patch there is like another
+  std::vector<float> grey;  // 0 to 1; NaN at masked pixels, so that no patch there matches
   std::vector<std::uint32_t> neighbours;
-  double step = 0;  // of inverse depth; 0: the view has no neighbours
+  double step = 0;  // step of inverse depth; 0: the view has no neighbours
 
   float at(int x, int y) const {
     return grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
@@ -77,7 +78,7 @@ Picture shrink(const View& view) {
   return picture;
 }
 
-/// Neighbours see the same place from some ten degrees aside.
+/// Selects the neighbours of each view: views of the same place at an angle of about ten degrees.
 void find_neighbours(std::vector<Picture>& pictures) {
   constexpr double kDegree = 3.14159265358979 / 180, kBest = 10 * kDegree, kLeast = 1.5 * kDegree, kMost = 40 * kDegree;
   for (Picture& a : pictures) {
@@ -103,7 +104,8 @@ void find_neighbours(std::vector<Picture>& pictures) {
   }
 }
 
-/// The sum of term(k) over the places of a patch. Four sums side by side: one alone would wait for itself 25 times.
+/// Returns the sum of term(k) over the pixels of a patch. Uses four independent sums, because a single sum would be a
+/// chain of 25 dependent additions.
 template <class Term>
 float sum_over_patch(Term&& term) {
   std::array<float, 4> sums{};
@@ -113,7 +115,7 @@ float sum_over_patch(Term&& term) {
   return (sums[0] + sums[1]) + (sums[2] + sums[3]) + term(kPatch.size() - 1);
 }
 
-/// Subtracts the mean and scales to length 1; false where there is next to no contrast, or a value is no number.
+/// Subtracts the mean and scales the patch to length 1. Returns false if the contrast is too low or a value is NaN.
 bool normalise(Patch& patch) {
   const float mean = sum_over_patch([&](std::size_t k) { return patch[k]; }) / static_cast<float>(patch.size());
   for (float& v : patch) v -= mean;
@@ -132,7 +134,7 @@ std::optional<Patch> patch_at(const Picture& p, int x, int y) {
   return patch;
 }
 
-/// Maps pixels of one picture, at a depth, to those of another.
+/// Maps a pixel of one picture at a given depth to a pixel of another picture.
 struct Transfer {
   glm::dmat3 rotate;
   glm::dvec3 shift;
@@ -141,7 +143,7 @@ struct Transfer {
     const glm::dmat4 m = b.world_to_camera * glm::inverse(a.world_to_camera);
     rotate = glm::dmat3(m), shift = glm::dvec3(m[3]);
   }
-  /// Inverse depth rather than depth, so that infinity is 0. Behind the other camera: nothing.
+  /// Uses inverse depth, so that infinity is 0. Returns nullopt if the point is behind the other camera.
   std::optional<glm::dvec2> operator()(double x, double y, double inverse_depth) const {
     const glm::dvec3 ray((x - from->cx) / from->fx, (y - from->cy) / from->fy, 1.0);
     const glm::dvec3 c = rotate * ray + inverse_depth * shift;
@@ -150,7 +152,7 @@ struct Transfer {
   }
 };
 
-/// Correlation of a patch with what another picture shows at a depth; -1 where it shows nothing.
+/// Returns the correlation of a patch with another picture at a depth, or -1 if the patch lies outside that picture.
 float correlation(const Patch& patch, const Transfer& transfer, const Picture& other, int x, int y,
                   double inverse_depth) {
   const auto centre = transfer(x + 0.5, y + 0.5, inverse_depth);
@@ -159,7 +161,7 @@ float correlation(const Patch& patch, const Transfer& transfer, const Picture& o
   const auto right = transfer(x + 1.5, y + 0.5, inverse_depth), down = transfer(x + 0.5, y + 1.5, inverse_depth);
   if (!right || !down) return -1;
   const glm::vec2 dx(*right - *centre), dy(*down - *centre), at(*centre - 0.5);
-  // With room for what the places of the patch are rounded by: all of them have to be inside.
+  // All pixels of the patch must be inside the picture. The margin covers rounding errors.
   const glm::vec2 reach = 3.0f * (glm::abs(dx) + glm::abs(dy)) + 1e-3f;
   if (!(at.x > reach.x && at.y > reach.y && at.x + reach.x < float(other.width - 1) &&
         at.y + reach.y < float(other.height - 1)))
@@ -167,7 +169,7 @@ float correlation(const Patch& patch, const Transfer& transfer, const Picture& o
   Patch there;
   for (std::size_t k = 0; k < kPatch.size(); ++k) {
     const glm::vec2 p = at + float(kPatch[k].first) * dx + float(kPatch[k].second) * dy;
-    // Cut, not rounded down: they are positive.
+    // Truncation equals floor, because the coordinates are positive.
     const int i = static_cast<int>(p.x), j = static_cast<int>(p.y);
     const float fx = p.x - static_cast<float>(i), fy = p.y - static_cast<float>(j);
     const float* pixel = &other.grey[static_cast<std::size_t>(j * other.width + i)];
@@ -179,12 +181,12 @@ float correlation(const Patch& patch, const Transfer& transfer, const Picture& o
   return sum_over_patch([&](std::size_t k) { return patch[k] * there[k]; });
 }
 
-/// What a view finds in one of its cells.
+/// A point that a view found in one of its cells.
 struct Find {
   int x = 0, y = 0;
-  double inverse_depth = 0;  // 0: nothing
+  double inverse_depth = 0;  // 0: no point
   glm::dvec3 position{0.0};
-  std::vector<std::uint32_t> seen_by;  // itself among them
+  std::vector<std::uint32_t> seen_by;  // views that observe the point, including this one
 };
 
 class Sweep {
@@ -206,10 +208,12 @@ class Sweep {
       if (scores[s] > scores[best]) best = s;
     };
     for (std::size_t s = 0; s < scores.size(); s += 2) look(s);
-    // Less than a pixel beside a place that looks like nothing there is none that looks alike.
+    // Even steps come first. Odd steps are tested only next to some correlation: they move the patch by less than a
+    // pixel, so a match next to no correlation is impossible.
     for (std::size_t s = 1; s < scores.size(); s += 2)
       if (scores[s - 1] > kWorthALook || (s + 1 < scores.size() && scores[s + 1] > kWorthALook)) look(s);
-    // What is at infinity has no depth, and at the other end the true one may be nearer still.
+    // Rejects both ends of the range: points at infinity have no depth, and at the near end the true depth may be
+    // smaller.
     if (scores[best] < kAlike || best < 2 || best + 1 >= scores.size()) return {};
     for (std::size_t s = 0; s < scores.size(); ++s)
       if ((s + 4 < best || s > best + 4) && scores[s] > scores[best] - kUnique) return {};
@@ -217,13 +221,14 @@ class Sweep {
   }
 
  private:
-  /// Mean correlation of the two views that agree best: one may have something in between. Where it decides nothing, it
-  /// may be less.
+  /// Returns the mean correlation of the two best views, because the point may be occluded in others. If the result is
+  /// too small to matter, it may be underestimated.
   float agreement(const Patch& patch, int x, int y, double inverse_depth) const {
     constexpr float kMatters = kAlike - kUnique;
     float first = -1, second = -1;
     for (std::size_t n = 0; n < transfers_.size(); ++n) {
-      if (n + 1 == transfers_.size() && first < 2 * kMatters - 1) break;  // the last one alone cannot make it matter
+      if (n + 1 == transfers_.size() && first < 2 * kMatters - 1)
+        break;  // the last view alone cannot raise the mean enough
       const float c = correlation(patch, transfers_[n], pictures_[own_.neighbours[n]], x, y, inverse_depth);
       if (c > first)
         second = std::exchange(first, c);
@@ -241,7 +246,7 @@ class Sweep {
     return each;
   }
 
-  /// The top of the parabola through the best step and those beside it.
+  /// Returns the maximum of the parabola through the scores of the best step and its neighbours.
   double refined(const std::vector<float>& scores, std::size_t best) const {
     const double a = scores[best - 1], b = scores[best], c = scores[best + 1], bend = a - 2 * b + c;
     const double offset = bend < 0 ? std::clamp(0.5 * (a - c) / bend, -0.5, 0.5) : 0.0;
@@ -268,7 +273,7 @@ class Sweep {
   glm::dmat4 to_world_{1.0};
 };
 
-/// What a view finds, a place for every cell.
+/// The points that a view found, one entry per cell.
 struct Finds {
   int across = 0, down = 0;
   std::vector<Find> cells;
@@ -295,8 +300,8 @@ Finds find_in(const std::vector<Picture>& pictures, std::uint32_t view) {
   return finds;
 }
 
-/// Calls visit(find) for what `other` has found at the place of `find`: in the cell that shows it or one beside it, at
-/// the same depth.
+/// Calls visit() for each point that another view found at the position of `find`: in the cell that shows that position
+/// or a neighbouring cell, at the same depth.
 template <class Visit>
 void for_each_same(const Find& find, const Picture& picture, Finds& finds, Visit&& visit) {
   const glm::dvec3 c(picture.camera.world_to_camera * glm::dvec4(find.position, 1.0));
@@ -313,7 +318,7 @@ void for_each_same(const Find& find, const Picture& picture, Finds& finds, Visit
     }
 }
 
-/// Finds that several views have made become one point; those that one view alone has made go.
+/// Merges points that several views found, and drops points that only one view found.
 Points merged(const std::vector<Picture>& pictures, std::vector<Finds>& finds, std::span<const View> views) {
   Points points;
   for (std::uint32_t v = 0; v < pictures.size(); ++v)
@@ -328,7 +333,7 @@ Points merged(const std::vector<Picture>& pictures, std::vector<Finds>& finds, s
             sum += same.position;
             ++count;
             seen_by.insert(seen_by.end(), same.seen_by.begin(), same.seen_by.end());
-            // A find before this one in order has been merged already; one after it is now.
+            // Points of earlier views have been merged already. Points of later views are marked as merged here.
             if (n > v) same.inverse_depth = 0;
           });
       if (count < 2) continue;

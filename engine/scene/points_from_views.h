@@ -1,4 +1,4 @@
-// Points of a scene from its photographs and their poses.
+// Computes points of a scene from its photographs and their poses.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,19 @@
 
 namespace trisoup::scene {
 
-/// For datasets that come with poses and without points. At the most textured pixel of every cell of 4 x 4 depth is
-/// swept along the pixel's ray, and where the patch around it looks alike in several neighbouring views there is a
-/// point (Collins 1996, "A space-sweep approach to true multi-image matching"; patches by normalised
-/// cross-correlation). Two views must have found it, each for itself, so that one that is deceived by a repeated
-/// texture says nothing.
+/// Finds points for datasets with poses but without points. For the most textured pixel of every 4 x 4 pixel cell, the
+/// function sweeps depth along the pixel's ray and compares the patch around it with several neighbouring views by
+/// normalised cross-correlation (Collins 1996, "A space-sweep approach to true multi-image matching"). Two views must
+/// find a point independently, because a repeated texture may mislead one view.
 ///
-/// views: normalised coordinates, with their photographs. Large ones are shrunk first. Returned are positions in the
-/// same coordinates, colours, and in seen_by the indices of the views that agree; errors stay empty. No point nearer to
-/// its camera than an eighth of the cameras' mean distance from the centre is found. The same bits for any number of
-/// threads (0: one per core). Few points, or none, where there is nothing to be matched; nothing is thrown.
+/// views: normalised coordinates, with their photographs. Large photographs are reduced first. threads: 0 means one per
+/// core; the result does not depend on it.
+/// Returns positions in the same coordinates, colours, and the indices of the matching views in seen_by; errors is
+/// empty. Finds no points closer to a camera than an eighth of the cameras' mean distance from the centre. Returns few
+/// points or none if nothing matches; throws no Error.
 Points points_from_views(std::span<const View> views, int threads = 0);
 
-/// Fewer points than these say too little of a scene to start from.
+/// Smallest number of points from which a training can start.
 inline constexpr std::size_t kFewestPoints = 300;
 
 }  // namespace trisoup::scene

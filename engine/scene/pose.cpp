@@ -19,7 +19,7 @@ double distance_from_rotation(const glm::dmat3& matrix) {
   return largest;
 }
 
-// Newton's iteration for the polar decomposition; from within the tolerance it converges in three or four rounds.
+// Newton's iteration for the polar decomposition. Within the tolerance it converges in three or four iterations.
 glm::dmat3 nearest_rotation(glm::dmat3 matrix) {
   for (int i = 0; i < 6; ++i) matrix = 0.5 * (matrix + glm::transpose(glm::inverse(matrix)));
   return matrix;
@@ -38,14 +38,13 @@ glm::dmat4 from_opengl_pose(const std::array<double, 16>& m, const std::string& 
     if (!std::isfinite(value))
       throw Error("{}: pose is not finite; remove the frame or estimate its pose again", where);
   const glm::dvec3 centre(m[3], m[7], m[11]);
-  if (!is_usable(centre))
-    throw Error("{}: camera lies farther than 1e18 units from the origin; correct its pose", where);
+  if (!is_usable(centre)) throw Error("{}: camera is farther than 1e18 units from the origin; correct its pose", where);
   if (std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1) > 1e-6)
     throw Error("{}: last row of the pose is not 0 0 0 1; write a row-major camera-to-world matrix", where);
 
   const glm::dmat3 axes(m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]);
   const double off = distance_from_rotation(axes);
-  // Written so that an overflow counts as too far off.
+  // Written so that NaN from an overflow counts as too large.
   if (!(off <= rotation_tolerance) || glm::determinant(axes) <= 0)
     throw Error(
         "{}: pose is not a rotation and a translation (off by {:.2g}); export it without scale, shear or mirroring",
@@ -72,7 +71,7 @@ glm::dmat4 from_colmap_pose(const std::array<double, 4>& quaternion, const glm::
     throw Error("{}: translation is not finite or beyond 1e18; remove the image or estimate its pose again", where);
   if (largest == 0) throw Error("{}: quaternion is zero; remove the image or estimate its pose again", where);
 
-  // Divided by the largest part first, so that the squares neither overflow nor vanish.
+  // Divides by the largest component first, so that the squares neither overflow nor underflow.
   double q[4], squares = 0;
   for (int i = 0; i < 4; ++i) q[i] = quaternion[std::size_t(i)] / largest, squares += q[i] * q[i];
   const double length = std::sqrt(squares), w = q[0] / length, x = q[1] / length, y = q[2] / length, z = q[3] / length;

@@ -27,18 +27,18 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* kRecord = "made_from.json";
-/// Photographs that one camera of eight parameters takes at least.
+/// Smallest number of photographs from which a shared camera with eight parameters is estimated.
 constexpr std::size_t kLeastForOpencv = 10;
 constexpr const char* kTakeBetter =
-    "take more of them, sharp and overlapping: one scene that stays as it is, every part of it in several photographs "
-    "from places apart";
+    "take more sharp and overlapping photographs of a static scene, with every part visible from several positions";
 
-/// The path of a program, or words about what it is for and how to get it.
+/// Returns the path of a program. Throws Error that states its purpose and how to install it if it is missing.
 fs::path program(const char* name, const char* package, const char* purpose) {
   fs::path found = find_program(name);
   if (found.empty())
     throw Error(
-        "{} is not installed; it {}; install it: sudo apt-get install {} (or tools/install_packages --for-photographs)",
+        "{} is not installed; it {}; install it: sudo apt-get install {} (or tools/install_packages "
+        "--for-photographs)",
         name, purpose, package);
   return found;
 }
@@ -52,7 +52,7 @@ json identity(const fs::path& file) {
   return {utf8(file.filename().string()), size, changed.time_since_epoch().count()};
 }
 
-/// What a reconstruction is made from, by which another start knows it.
+/// Returns a record of the input of a reconstruction. A later call compares it to decide whether results can be reused.
 std::string record_of(const Unposed& unposed, const ReconstructOptions& options) {
   json files = json::array();
   if (!unposed.video.empty()) files.push_back(identity(unposed.video));
@@ -69,7 +69,7 @@ std::vector<std::string> registered_in(const fs::path& model) {
   return names;
 }
 
-/// The reason in a log: the last line that speaks of an error, else the last of all.
+/// Returns the reason of a failure: the last line of the log that mentions an error, else the last line.
 std::string reason_in(const fs::path& log, const ChildResult& result) {
   if (result.status > 128) return result.error;
   std::ifstream in(log);
@@ -104,7 +104,7 @@ class Work {
       match();
       map();
     } else if (unposed_.video.empty()) {
-      link(unposed_.folder, "images");  // which may have moved
+      link(unposed_.folder, "images");  // the folder may have moved
     }
     result.photographs = listed().size();
     result.registered = judge(registered_in(folder_ / "sparse/0"));
@@ -114,29 +114,31 @@ class Work {
  private:
   fs::path log() const { return folder_ / "log.txt"; }
 
-  /// Whether the folder holds what was made from the same. Clears away what is half-made, or made from something else.
+  /// Returns whether the folder contains results for the same input. Removes partial results and results for other
+  /// input.
   bool begin(const std::string& record) {
     std::error_code ignored;
     const bool ours = is_file(folder_ / kRecord);
-    // Clearing up would take the frames of a video that are given here.
+    // The input must not be inside the output folder: removing old results would delete it.
     if (const fs::path from =
             fs::weakly_canonical(unposed_.folder, ignored).lexically_relative(fs::weakly_canonical(folder_, ignored));
         unposed_.video.empty() && !from.empty() && *from.begin() != "..")
-      throw Error("{}: is where poses are to go; give the video or the photographs themselves, or choose another OUT",
-                  source());
+      throw Error(
+          "{}: is inside the output folder for poses; use the original photographs or video, or choose another output "
+          "folder",
+          source());
     if (!ours && fs::exists(folder_, ignored) && !fs::is_empty(folder_, ignored))
-      throw Error("{}: is there and was not made by soup-train; move it away or choose another OUT",
+      throw Error("{}: exists and was not made by this program; move it away or choose another output folder",
                   printable(folder_.string()));
     const bool same = ours && read_file(folder_ / kRecord) == record;
     if (ours && !same && options_.resume && has_model())
-      throw Error(
-          "{}: was made from other photographs, or with another --feature-size; with --overwrite all begins anew",
-          printable(folder_.string()));
+      throw Error("{}: was made from other photographs or with another `feature_size`; use `overwrite` to start again",
+                  printable(folder_.string()));
     all_ = unposed_.names;
     std::vector<const char*> old{
         "database.partial.db", "database.partial.db-wal", "database.partial.db-shm", "database.partial.db-journal",
         "sparse.partial",      "whole.partial",           "images.partial"};
-    // Names of a model first: without one nothing is taken for whole.
+    // The record and the model come first: without them, remaining files never count as complete.
     if (!same)
       old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm",
                                "photographs.txt", "images", "log.txt"});
@@ -161,26 +163,26 @@ class Work {
 
   void find_programs() {
     if (!unposed_.video.empty()) {
-      const char* const purpose = "takes videos apart";
+      const char* const purpose = "extracts frames from videos";
       video_.ffmpeg = program("ffmpeg", "ffmpeg", purpose);
       video_.ffprobe = program("ffprobe", "ffmpeg", purpose);
     }
-    colmap_ = program("colmap", "colmap", "finds from where photographs were taken, which these do not say");
+    colmap_ = program("colmap", "colmap", "finds the camera poses that these photographs lack");
   }
 
   void write_record(const std::string& record) {
     std::error_code problem;
     fs::create_directories(folder_, problem);
     if (problem)
-      throw Error("{}: cannot be made ({}); choose another folder", printable(folder_.string()), problem.message());
+      throw Error("{}: cannot be created ({}); choose another folder", printable(folder_.string()), problem.message());
     write_file_atomically(folder_ / kRecord, std::as_bytes(std::span(record)));
   }
 
-  /// Puts images/ into the folder. Returns how many frames were looked at.
+  /// Creates images/ in the folder. Returns the number of frames from which those of a video were selected, else 0.
   std::size_t place_photographs() {
     if (unposed_.video.empty()) {
       link(unposed_.folder, "images");
-      // Masks lie beside images/ in every kind of dataset.
+      // In all dataset formats, masks/ is next to images/.
       const fs::path root = unposed_.folder.filename() == "images" ? unposed_.folder.parent_path() : unposed_.folder;
       std::error_code ignored;
       if (fs::is_directory(root / "masks", ignored)) link(root / "masks", "masks");
@@ -207,17 +209,18 @@ class Work {
     const fs::path target = fs::canonical(to), at = folder_ / name;
     std::error_code problem;
     if (fs::read_symlink(at, problem) == target) return;
-    if (!fs::is_symlink(at, problem) && fs::exists(at, problem)) return;  // somebody has put it there
+    if (!fs::is_symlink(at, problem) && fs::exists(at, problem)) return;  // keeps a folder that is not a link
     fs::remove(at, problem);
     fs::create_directory_symlink(target, at, problem);
     if (problem)
-      throw Error("{}: cannot be linked to {} ({}); choose another OUT", printable(at.string()),
+      throw Error("{}: cannot be linked to {} ({}); choose another output folder", printable(at.string()),
                   printable(target.string()), problem.message());
   }
 
   using BySize = std::map<std::pair<int, int>, std::vector<std::string>>;  // names, by width and height
 
-  /// The photographs that can be used. A damaged one would end the training after all the work here.
+  /// Returns the usable photographs. Decodes all of them, because a damaged one would stop the training after the
+  /// reconstruction.
   BySize usable() const {
     const fs::path images = folder_ / "images";
     std::vector<ImageSize> sizes(all_.size());
@@ -233,7 +236,7 @@ class Work {
       } catch (const Error& error) {
         reasons[at] = error.what();
       }
-      // COLMAP takes one name from each line of a list, without blanks at its ends.
+      // COLMAP reads one name per line of a list and strips blanks at both ends.
       if (all_[at].find('\n') != std::string::npos || all_[at].starts_with(' ') || all_[at].starts_with('\t'))
         reasons[at] = printable(all_[at]) + ": COLMAP cannot use this name; rename it";
       const std::lock_guard lock(guard);
@@ -253,12 +256,12 @@ class Work {
       warn(fmt::format("{} of {} photographs cannot be read and are left out: {}", bad.size(), all_.size(),
                        some_names(bad)));
     if (const std::size_t good = all_.size() - bad.size(); good < kLeastRegistered)
-      throw Error("{}: too few photographs to find poses: {} can be used and {} is the least; {}", source(), good,
-                  kLeastRegistered, kTakeBetter);
+      throw Error("{}: too few photographs to find poses: {} can be used, but at least {} are needed; {}", source(),
+                  good, kLeastRegistered, kTakeBetter);
     return names;
   }
 
-  /// Features of every photograph and what they have in common: database.db.
+  /// Creates database.db with the features of all photographs and their matches.
   void match() {
     const fs::path database = folder_ / "database.db", partial = folder_ / "database.partial.db";
     if (is_file(database)) return;
@@ -270,8 +273,8 @@ class Work {
       const std::string list = lines(group);
       write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(list)));
       all += list;
-      // One camera for many photographs is seen often enough for two focal lengths and four terms of distortion. That
-      // of a few is not, and gets along with one of either.
+      // Many photographs are enough to estimate two focal lengths and four distortion coefficients of their shared
+      // camera. For a few photographs, a model with one of each is more reliable.
       const char* const model = group.size() < kLeastForOpencv ? "SIMPLE_RADIAL" : "OPENCV";
       check(colmap("features", done, total,
                    {"feature_extractor", "--database_path", partial, "--image_path", folder_ / "images",
@@ -282,7 +285,7 @@ class Work {
       done += static_cast<int>(group.size());
     }
     write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(all)));
-    // Small blocks, so that progress shows.
+    // Small blocks give frequent progress.
     std::vector<std::string> matcher{"exhaustive_matcher", "--ExhaustiveMatching.block_size", "10"};
     if (!unposed_.video.empty() || std::size_t(total) > kMostExhaustive)
       matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0"};
@@ -292,7 +295,7 @@ class Work {
     fs::rename(partial, database);
   }
 
-  /// sparse/0, the largest of the models that come out.
+  /// Creates sparse/0 from the largest model that COLMAP finds.
   void map() {
     const fs::path partial = folder_ / "sparse.partial";
     fs::create_directory(partial);
@@ -307,26 +310,25 @@ class Work {
       if (!is_file(entry.path() / "images.bin")) continue;
       ++models;
       const std::size_t count = registered_in(entry.path()).size();
-      // Of equal ones the first, whatever the order in which a folder lists them.
+      // Among models of equal size, chooses the first by name, independent of the order of the folder.
       if (count > most || (count == most && entry.path() < largest)) most = count, largest = entry.path();
     }
-    // Without a pair to begin with the mapper makes no model and ends with status 1.
+    // If no initial pair is found, the mapper creates no model and exits with status 1. judge() reports this case.
     if (models > 0 || result.status != 1 ||
         reason_in(log(), result).find("failed to create sparse model") == std::string::npos)
       check(result, "mapper");
     if (largest.empty()) judge({});
     if (models > 1)
-      warn(
-          fmt::format("the photographs fall into {} parts that COLMAP could not tie together; the largest, of {} "
-                      "photographs, is taken",
-                      models, most));
+      warn(fmt::format(
+          "the photographs form {} parts that COLMAP could not connect; the largest, with {} photographs, is used",
+          models, most));
     fs::create_directory(folder_ / "whole.partial");
     fs::rename(largest, folder_ / "whole.partial/0");
     fs::remove_all(partial);
     fs::rename(folder_ / "whole.partial", folder_ / "sparse");
   }
 
-  /// The photographs that COLMAP was given.
+  /// Returns the names of the photographs that were passed to COLMAP.
   std::vector<std::string> listed() const {
     std::istringstream list(read_file(folder_ / "photographs.txt"));
     std::vector<std::string> names;
@@ -334,7 +336,7 @@ class Work {
     return names;
   }
 
-  /// Says which photographs have no pose; throws where too few have one. Returns how many have.
+  /// Returns how many photographs have a pose. Warns about those without a pose, and throws Error if too few have one.
   std::size_t judge(const std::vector<std::string>& registered) const {
     const std::set<std::string> found(registered.begin(), registered.end());
     std::vector<std::string> without;
@@ -344,25 +346,25 @@ class Work {
     const std::size_t total = all.size(), with = total - without.size();
     if (with < kLeastRegistered || double(with) < kLeastShare * double(total))
       throw Error(
-          "{}: COLMAP found poses for {} of {} photographs, and a third of them, at least {}, must have one; none for "
-          "{}; {}; the log is {}",
+          "{}: COLMAP found poses for {} of {} photographs, but a third of them and at least {} are needed; no poses "
+          "for {}; {}; the log is {}",
           source(), with, total, kLeastRegistered, some_names(without), kTakeBetter, printable(log().string()));
     if (!without.empty())
       warn(
-          fmt::format("{} of {} photographs have no pose and are left out: {}; sharper ones, or more from places "
-                      "between, would tie them in",
+          fmt::format("{} of {} photographs have no pose and are left out: {}; sharper photographs, or more from "
+                      "positions in between, would connect them",
                       without.size(), total, some_names(without)));
     return with;
   }
 
-  /// before: how much of the stage earlier calls have done.
+  /// Runs COLMAP and reports the progress of a stage. before: part of the stage that earlier calls completed.
   ChildResult colmap(const char* stage, int before, int total, std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), colmap_.string());
     progress(stage, before, total);
     int furthest = 0;
     ChildOptions child{.log = log(), .append = true, .patience = 5, .on_line = [&](std::string_view line) {
                          const auto at = colmap_progress(line);
-                         // The mapper may begin more than once.
+                         // The mapper may start again, so lower counts are ignored.
                          if (!at || (at->total == 0 && at->done <= furthest)) return;
                          furthest = at->done;
                          progress(stage, before + at->done, at->total > 0 ? at->total : total);
@@ -375,7 +377,7 @@ class Work {
   void check(const ChildResult& result, const std::string& command) const {
     if (result.status == 0) return;
     throw Error(
-        "COLMAP's {} failed: {}; the log is {}; if memory or disk ran out, free some or lower --feature-size, then "
+        "COLMAP's {} failed: {}; the log is {}; if memory or disk is full, free some or lower `feature_size`, then "
         "start again",
         command, reason_in(log(), result), printable(log().string()));
   }
@@ -410,7 +412,7 @@ std::optional<ColmapProgress> colmap_progress(std::string_view line) {
       b < 10'000 && c > 0 && d >= c && d < 10'000)
     return ColmapProgress{(a - 1) * d + c, b * d};
   if (std::sscanf(text.c_str(), "Matching image [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, b};
-  // The number of the next photograph; it may fail to be registered.
+  // The number is that of the next photograph, which may still fail to register.
   if (std::sscanf(text.c_str(), "Registering image #%d (%d)", &a, &b) == 2 && b > 0) return ColmapProgress{b - 1, 0};
   return std::nullopt;
 }

@@ -1,4 +1,4 @@
-// Poses for photographs that have none: COLMAP, a program of its own, finds them.
+// Finds poses for photographs without poses by running COLMAP.
 #pragma once
 
 #include <atomic>
@@ -13,43 +13,43 @@
 
 namespace trisoup::scene {
 
-/// Fewer photographs with poses than these, or than this share of all, are no dataset.
+/// Smallest number and smallest share of photographs that must have a pose.
 inline constexpr std::size_t kLeastRegistered = 3;
 inline constexpr double kLeastShare = 1.0 / 3;
 
-/// Every photograph is compared with every other up to so many; beyond, and in videos, with its neighbours in name
-/// order.
+/// Up to this number of photographs, each is matched with all others. Larger sets and frames of a video are matched
+/// with their neighbours in name order.
 inline constexpr std::size_t kMostExhaustive = 200;
 
 struct ReconstructOptions {
-  int feature_size = 1600;  // features are looked for in photographs shrunk to so many pixels along the longer side
-  bool resume = false;      // what was found from other photographs is an error, and not replaced
+  int feature_size = 1600;  // longer side to which photographs are reduced for feature detection, pixels
+  bool resume = false;      // throw Error instead of replacing results for other photographs
   std::function<void(const std::string& stage, int done, int total)> progress;  // called from one thread at a time
   std::function<void(const std::string& line)> warn;                            // one call per warning, one line each
 };
 
 struct Reconstruction {
-  std::filesystem::path dataset;                // a folder that load() reads
-  std::size_t photographs = 0, registered = 0;  // those that could be read, and those of them that have a pose
-  std::size_t candidates =
-      0;                // frames of the video that the photographs were chosen from; 0: of no video, or chosen earlier
-  bool reused = false;  // it was there already
+  std::filesystem::path dataset;                // a folder for load()
+  std::size_t photographs = 0, registered = 0;  // number of readable photographs, and of those with a pose
+  /// Number of video frames from which the photographs were selected; 0: not a video, or selected earlier.
+  std::size_t candidates = 0;
+  bool reused = false;  // existing results were used
 };
 
-/// Thrown where `stop` was set; the same call goes on after the last stage that was complete.
+/// Thrown if `stop` is set. The same call later continues after the last completed stage.
 struct ReconstructionStopped {};
 
-/// Finds poses and leaves in `folder` images (a link to the photographs, or frames of the video), database.db, sparse/0
-/// and log.txt (all that COLMAP and ffmpeg print). Each has its name only when it is whole. What is there of the same
-/// photographs (names, sizes, times of change) is not made again. Throws Error: a program is missing or fails, or too
-/// few photographs are registered.
+/// Finds poses and writes to `folder`: images (a link to the photographs, or frames of the video), database.db,
+/// sparse/0, and log.txt (the output of COLMAP and ffmpeg). Files get these names only when they are complete. Existing
+/// results for the same photographs (by name, size and modification time) are reused. Throws Error if a program is
+/// missing or fails, or if too few photographs are registered.
 Reconstruction reconstruct(const Unposed& unposed, const std::filesystem::path& folder,
                            const ReconstructOptions& options, const std::atomic<bool>& stop);
 
 struct ColmapProgress {
   int done = 0, total = 0;  // total 0: the number of photographs
 };
-/// What a line of COLMAP's output says about how far it is.
+/// Reads the progress from a line of COLMAP's output. Returns nullopt for other lines.
 std::optional<ColmapProgress> colmap_progress(std::string_view line);
 
 }  // namespace trisoup::scene

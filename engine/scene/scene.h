@@ -1,4 +1,4 @@
-// A scene as the trainer sees it: undistorted pinhole views with 8-bit photographs, in normalised coordinates.
+// The scene used by the trainer: undistorted pinhole views with 8-bit photographs, in normalised coordinates.
 #pragma once
 
 #include <cstdint>
@@ -18,30 +18,29 @@ namespace trisoup::scene {
 
 struct View {
   std::string name;  // path of the photograph relative to the dataset
-  Camera camera;     // in normalised coordinates, of the size of the image
+  Camera camera;     // in normalised coordinates, with the size of the image
   Image image;
 };
 
 struct Points {  // sparse cloud, normalised coordinates; may be empty
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colours;  // same length, or empty
-  std::vector<float>
-      errors;  // of reprojection, pixels of the photograph as reconstructed; same length, or empty; negative: not known
+  /// Reprojection errors in pixels of the reconstruction's photographs; same length, or empty; negative: unknown.
+  std::vector<float> errors;
   std::vector<std::vector<std::uint32_t>> seen_by;  // training views, ascending; same length, or empty
 };
 
 enum class Format { blender, transforms, colmap };
-enum class BackgroundChoice { automatic, white, black };  // automatic: white where images have alpha, else black
-enum class AlphaUse { composite, mask };
+enum class BackgroundChoice { automatic, white, black };  // automatic: white if images have alpha, else black
+enum class AlphaUse { composite, mask };                  // composite on the background, or use as loss mask
 
 struct LoadOptions {
-  double downscale = 1.0;  // -r: image sides are divided by it (>= 1), rounded to nearest, at least 1 pixel
-  int test_every = 8;      // held-out views in name order, index 0 first, where no test split is given; 0: none
+  double downscale = 1.0;  // divisor of image sides (>= 1); rounded to nearest, at least 1 pixel
+  int test_every = 8;      // without a test split: every n-th view in name order is a test view, from 0 on; 0: none
   BackgroundChoice background = BackgroundChoice::automatic;
   AlphaUse alpha = AlphaUse::composite;
-  bool outside =
-      false;  // photographs, masks and points may lie outside of the dataset's folder, where its files say so
-  bool train_images = true, test_images = true;       // which photographs are decoded; all are looked for
+  bool outside = false;  // paths of photographs, masks and points may lead outside the dataset's folder
+  bool train_images = true, test_images = true;       // which photographs are decoded; the files of all are located
   int threads = 0;                                    // 0: one per core
   std::function<void(int done, int total)> progress;  // called from one thread at a time
   std::function<void(const std::string& line)> warn;  // one call per warning, one line each
@@ -51,28 +50,27 @@ struct Scene {
   Format format = Format::blender;
   std::filesystem::path path;
   std::vector<View> train, test;  // each sorted by name
-  std::vector<View> validation;   // held out of train (scene/hold_out.h); none as loaded
+  std::vector<View> validation;   // filled by hold_out() (scene/hold_out.h); empty after load()
   Points points;
-  std::string summary;         // what was understood of the dataset, one line
-  glm::vec3 background{0.0f};  // colour behind everything, 0..1
+  std::string summary;         // one-line description of the dataset
+  glm::vec3 background{0.0f};  // background colour, 0 to 1
   Normalisation normalisation;
   bool synthetic = false;         // Blender format: the published "synthetic" recipe applies
-  std::uint64_t fingerprint = 0;  // hash of names, sizes, poses and intrinsics: a checkpoint knows its scene by it
+  std::uint64_t fingerprint = 0;  // hash of names, sizes, poses and intrinsics; identifies the scene of a checkpoint
 };
 
 /// Detects the format of `path` (a dataset folder, or one of its transforms*.json) and loads it.
-/// - Photographs are undistorted to pinholes of the same focal length, then shrunk by `downscale`; with a factor of 2,
-/// 4 or 8
-///   the copies in images_2/, images_4/ or images_8/ are taken instead where they are there.
-/// - Out of the loss: alpha < 0.5 with AlphaUse::mask, mask_path, files in masks/ that are 0, and what undistortion
-/// cannot see.
-/// - The automatic background depends on the photographs that are decoded: with train_images = false, the test views
-/// alone.
+/// - Photographs are undistorted to pinholes with the same focal length, then shrunk by `downscale`. With a factor of
+///   2, 4 or 8, copies in images_2/, images_4/ or images_8/ are used instead if they exist.
+/// - Excluded from the loss: alpha < 0.5 with AlphaUse::mask, pixels that are 0 in a mask (mask_path, or a file in
+///   masks/), and pixels outside the photograph after undistortion.
+/// - The automatic background depends on the decoded photographs only, so with train_images = false it depends on the
+///   test views.
 /// - Frames without an image are skipped with one warning. A single view is never held out.
 /// Throws trisoup::Error.
 Scene load(const std::filesystem::path& path, const LoadOptions& options);
 
-/// Hash of the views' decoded photographs: files, what they are composited on, their masks, the use of alpha.
+/// Returns a hash of the decoded photographs of the views. It depends on files, background, masks and the use of alpha.
 std::uint64_t fingerprint_of_photographs(const std::vector<View>& views);
 
 }  // namespace trisoup::scene

@@ -32,7 +32,7 @@ std::size_t count(const Dataset& dataset, F&& has) {
 bool is_masked(const Frame& frame) { return !frame.mask.empty(); }
 bool is_prescaled(const Frame& frame) { return frame.photograph.prescaled; }
 
-/// The folder of the prescaled copies: images_4.
+/// Returns the folder of the prescaled copies, such as images_4.
 std::string prescaled_folder(const Dataset& dataset) {
   for (const Frame& frame : dataset.frames)
     if (frame.photograph.prescaled)
@@ -50,9 +50,9 @@ std::string cameras_text(const Dataset& dataset) {
                         cameras.size() == 1 ? "" : "s");
   const std::size_t distorted = count(dataset, [](const Frame& frame) { return !frame.lens.is_pinhole(); });
   if (distorted == dataset.frames.size())
-    text += ", distortion taken out";
+    text += ", undistorted";
   else
-    text += distorted == 0 ? ", no distortion" : fmt::format(", distortion taken out of {}", distorted);
+    text += distorted == 0 ? ", no distortion" : fmt::format(", {} photographs undistorted", distorted);
   return text;
 }
 
@@ -79,12 +79,12 @@ std::string summary_of(const Dataset& dataset, ImageSize shrunk) {
     text += fmt::format("; masks for {} of {}", masks, all);
   const std::size_t turned = count(dataset, [](const Frame& frame) { return frame.turned; });
   const std::size_t held = count(dataset, [](const Frame& frame) { return frame.size.orientation != 1; });
-  if (turned > 0) text += fmt::format("; {} turned by EXIF, as their cameras are", turned);
+  if (turned > 0) text += fmt::format("; {} rotated by EXIF orientation to match their cameras", turned);
   if (held > turned)
-    text += fmt::format("; EXIF orientation of {} left alone, as COLMAP and nerfstudio leave it", held - turned);
+    text += fmt::format("; EXIF orientation of {} ignored, as in COLMAP and nerfstudio", held - turned);
   std::size_t missing = 0, again = 0;
   for (const Listing& listing : dataset.listings) missing += listing.missing.size(), again += listing.again.size();
-  if (again > 0) text += fmt::format("; {} listed again", again);
+  if (again > 0) text += fmt::format("; {} repeated frames ignored", again);
   if (missing > 0) text += fmt::format("; {} without an image", missing);
   return text;
 }
@@ -95,12 +95,12 @@ void report_halves(const Dataset& dataset, const std::function<void(const std::s
                     prescaled = count(dataset, is_prescaled);
   if (masks > 0 && 2 * masks < all) {
     const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_masked);
-    warn(fmt::format("{}: masks for {} of {} photographs, none for {}; all of what has no mask counts", dataset.source,
-                     masks, all, printable(without->photograph.name)));
+    warn(fmt::format("{}: masks for {} of {} photographs, none for {}; photographs without a mask are used completely",
+                     dataset.source, masks, all, printable(without->photograph.name)));
   }
   if (prescaled > 0 && prescaled < all) {
     const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_prescaled);
-    warn(fmt::format("{}: {} holds {} of {} photographs, not {}; the others are reduced from their full size",
+    warn(fmt::format("{}: {} contains {} of {} photographs, but not {}; the others are reduced from their full size",
                      dataset.source, prescaled_folder(dataset), prescaled, all, printable(without->photograph.name)));
   }
 }

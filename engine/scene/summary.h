@@ -1,4 +1,4 @@
-// What was understood of a dataset, in words.
+// Describes a dataset in text.
 #pragma once
 
 #include <functional>
@@ -8,13 +8,12 @@
 
 namespace trisoup::scene {
 
-/// One line: format, photographs and the folder they are from, cameras and their models, masks, and what was passed
-/// over. Parts that a dataset has nothing of are left out. `dataset` after it was read; `shrunk`: size of the first
-/// view.
+/// Returns one line: format, number and size of photographs, folder of prescaled copies, camera models, masks and
+/// skipped frames. Parts that do not apply are omitted. dataset: as read. shrunk: size of the first view.
 std::string summary_of(const Dataset& dataset, ImageSize shrunk);
 
-/// Warns where a part of the photographs is treated otherwise than the rest: masks of fewer than half of them,
-/// prescaled copies of some.
+/// Warns if some photographs are treated differently from the rest: masks for fewer than half of them, or prescaled
+/// copies of only some.
 void report_halves(const Dataset& dataset, const std::function<void(const std::string&)>& warn);
 
 }  // namespace trisoup::scene

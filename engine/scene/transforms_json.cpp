@@ -20,14 +20,14 @@ json parse_json(std::string_view text, const std::string& name) {
     return json::parse(text);
   } catch (const json::parse_error& problem) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(problem.byte, text.size()));
-    // The byte is the one after the last that was read; a newline there still belongs to the line it ends.
+    // problem.byte is one past the last byte read. A newline there still belongs to the line that it ends.
     const auto line = 1 + std::count(text.begin(), end == text.begin() ? end : end - 1, '\n');
     throw Error(
         "{}: line {} is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
         "again",
         name, line);
   } catch (const json::exception&) {
-    throw Error("{}: holds a number out of range; correct or export the file again", name);
+    throw Error("{}: contains a number out of range; correct or export the file again", name);
   }
 }
 
@@ -41,7 +41,7 @@ double to_number(const json& value, const std::string& where) {
 const std::string& to_text(const json& value, const std::string& where) {
   if (!value.is_string()) throw Error("{} is {}, not a string; correct it", where, value.type_name());
   const auto& text = value.get_ref<const std::string&>();
-  if (text.find('\0') != std::string::npos) throw Error("{} holds a zero character; correct it", where);
+  if (text.find('\0') != std::string::npos) throw Error("{} contains a zero character; correct it", where);
   return text;
 }
 
@@ -102,7 +102,7 @@ Lens read_lens(const FrameKeys& keys) {
   Lens lens;
   std::string model;
   if (const json* value = keys.find("camera_model")) model = to_text(*value, keys.where("camera_model"));
-  if (const json* value = keys.find("is_fisheye")) {  // instant-ngp's way of saying it
+  if (const json* value = keys.find("is_fisheye")) {  // key of instant-ngp
     if (!value->is_boolean())
       throw Error("{} is {}, not true or false; correct it", keys.where("is_fisheye"), value->type_name());
     if (value->get<bool>() && model.empty()) model = "OPENCV_FISHEYE";
@@ -128,7 +128,7 @@ std::array<double, 16> read_matrix(const json& frame, const std::string& where) 
     throw Error("{} is not a list of 4 rows; export the poses again", key);
   std::array<double, 16> matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   for (std::size_t row = 0; row < found->size(); ++row) {
-    if (!is_list((*found)[row], 4)) throw Error("{}: row {} has not 4 numbers; export the poses again", key, row);
+    if (!is_list((*found)[row], 4)) throw Error("{}: row {} does not have 4 numbers; export the poses again", key, row);
     for (std::size_t column = 0; column < 4; ++column)
       matrix[4 * row + column] = to_number((*found)[row][column], fmt::format("{}[{}][{}]", key, row, column));
   }
@@ -190,7 +190,7 @@ Camera camera_of(const TransformsFrame& frame, ImageSize photograph) {
   };
   const auto fx = focal(frame.fx, frame.angle_x, camera.width), fy = focal(frame.fy, frame.angle_y, camera.height);
   camera.fx = fx ? *fx : fy.value_or(0.0);
-  // A file with both, fl_x and camera_angle_y, means the former; angle_y beside angle_x comes from non-square pixels.
+  // fl_x has priority over camera_angle_y. camera_angle_y counts together with camera_angle_x, for non-square pixels.
   camera.fy = frame.fy ? *frame.fy : frame.fx ? *frame.fx : fy ? *fy : camera.fx;
   camera.cx = frame.cx.value_or(0.5 * camera.width);
   camera.cy = frame.cy.value_or(0.5 * camera.height);

@@ -8,11 +8,11 @@ namespace {
 
 struct Sample {
   glm::vec4 colour{0.0f};
-  float inside = 0;  // share of the four pixels' weight that is in the loss
+  float inside = 0;  // total weight of the pixels in the loss
 };
 
-// Bilinear between pixel centres; the outer half of border pixels repeats them. Only pixels in the loss give colour, as
-// long as there are any.
+// Samples bilinearly between pixel centres, clamped at the border. If any of the four pixels are in the loss, only
+// those contribute colour.
 Sample sample(const Photograph& photograph, glm::dvec2 position) {
   const int width = photograph.width, height = photograph.height;
   const glm::dvec2 from_centre = position - 0.5, corner = glm::floor(from_centre);
@@ -53,7 +53,7 @@ Photograph undistort(const Photograph& photograph, const Camera& camera, const L
       const glm::dvec2 ray = (glm::dvec2(x + 0.5, y + 0.5) - principal) / focal;
       if (glm::length(ray) > limit) continue;
       const glm::dvec2 source = lens.distort(ray) * focal + principal;
-      // Written so that a coordinate that is not a number counts as outside.
+      // Written so that NaN counts as outside.
       if (!(source.x >= 0 && source.y >= 0 && source.x <= size.x && source.y <= size.y)) continue;
       const Sample found = sample(photograph, source);
       result.colour[i] = glm::u8vec4(glm::min(found.colour + 0.5f, 255.0f));

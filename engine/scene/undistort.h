@@ -1,4 +1,4 @@
-// Photographs of a real lens, made into those of a pinhole camera.
+// Removes lens distortion from photographs.
 #pragma once
 
 #include "scene/camera.h"
@@ -7,10 +7,10 @@
 
 namespace trisoup::scene {
 
-/// The photograph that a pinhole with the same focal lengths, principal point and size would have taken. `camera` is
-/// the one of the photograph (same size; its pose is not used). Keeping the focal length keeps the resolution at the
-/// image centre; a barrel lens loses its outermost border, and where the pinhole looks past the photograph, pixels are
-/// empty and outside of the loss. Sampled bilinearly.
+/// Returns the photograph as taken by a pinhole camera with the same focal lengths, principal point and size, sampled
+/// bilinearly. camera: camera of the photograph, with the same size; its pose is not used. The unchanged focal length
+/// keeps the resolution at the image centre. With barrel distortion the outer border is lost. Pixels that lie outside
+/// the photograph are empty and excluded from the loss.
 Photograph undistort(const Photograph& photograph, const Camera& camera, const Lens& lens);
 
 }  // namespace trisoup::scene

@@ -15,7 +15,7 @@ std::vector<std::string> photographs_in(const fs::path& folder) {
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
-    // Some systems leave a hidden file beside each photograph, with its extension.
+    // Some systems create a hidden file with the same extension for each photograph.
     if (!name.starts_with('.') && is_photograph_name(name) && is_file(entry.path())) names.push_back(name);
   }
   std::sort(names.begin(), names.end());

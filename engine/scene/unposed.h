@@ -1,4 +1,4 @@
-// Photographs and videos that nothing says the poses of.
+// Photographs and videos without poses.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +9,20 @@
 namespace trisoup::scene {
 
 struct Unposed {
-  std::filesystem::path video;     // empty: there are photographs
-  std::filesystem::path folder;    // of the photographs
-  std::vector<std::string> names;  // of their files, sorted
+  std::filesystem::path video;     // empty: use the photographs
+  std::filesystem::path folder;    // folder of the photographs
+  std::vector<std::string> names;  // file names of the photographs, sorted
 };
 
-/// What `path` holds where it holds no poses: the photographs of path/images, else those of the folder itself, without
-/// what lies in further folders; or the video that it is. Nothing where there are poses (has_poses), or neither.
+/// Finds photographs or a video without poses. If `path` is a folder, returns the photographs in path/images, else
+/// those in the folder itself, without subfolders. If it is a video, returns the video. Returns nullopt if there are
+/// poses (has_poses), or neither photographs nor a video.
 std::optional<Unposed> find_unposed(const std::filesystem::path& path);
 
-/// The names of all photographs in a folder, sorted; hidden files are none.
+/// Returns the names of all photographs in a folder, sorted, without hidden files.
 std::vector<std::string> photographs_in(const std::filesystem::path& folder);
 
-/// Whether it is a file that is named as videos are: mp4, m4v, mov, mkv, avi, webm.
+/// Returns whether `path` is a file with an extension of videos: mp4, m4v, mov, mkv, avi, webm.
 bool is_video(const std::filesystem::path& path);
 
 }  // namespace trisoup::scene

@@ -19,10 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ffmpeg takes what is before a colon for a protocol.
+// The prefix is needed because ffmpeg interprets text before a colon as a protocol.
 std::string input(const fs::path& video) { return "file:" + fs::absolute(video).string(); }
 
-/// In seconds; 0 where the file does not say.
+/// Returns the duration in seconds, or 0 if the file does not contain it.
 double duration(const fs::path& video, const VideoOptions& options, const std::atomic<bool>& stop) {
   double seconds = 0;
   ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
@@ -33,14 +33,14 @@ double duration(const fs::path& video, const VideoOptions& options, const std::a
                                         "-of", "default=noprint_wrappers=1:nokey=1", input(video)},
                                        child, stop);
   if (!stop && result.status != 0)
-    throw Error("{}: ffprobe cannot read it ({}); convert the video, or give photographs", printable(video.string()),
+    throw Error("{}: ffprobe cannot read the video ({}); convert it, or use photographs", printable(video.string()),
                 printable(result.error));
   return seconds;
 }
 
 void take_apart(const fs::path& video, const fs::path& folder, double seconds, const VideoOptions& options,
                 const std::atomic<bool>& stop) {
-  // Chosen by their times and not by a rate: a rate would repeat frames where the video has fewer.
+  // Selects frames by time. A frame rate would repeat frames if the video has fewer.
   const double step = seconds > 0 ? seconds / kVideoCandidates : 0.25;
   ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
                        int frame = 0;
@@ -48,14 +48,14 @@ void take_apart(const fs::path& video, const fs::path& folder, double seconds, c
                            std::from_chars(line.data() + 6, line.data() + line.size(), frame).ec == std::errc())
                          if (options.taken) options.taken(std::min(frame, kVideoCandidates), kVideoCandidates);
                      }};
-  // -q:v 2 is the best JPEG that ffmpeg makes; PNGs of a large video would fill the disk.
+  // -q:v 2 is ffmpeg's best JPEG quality. PNG files of a large video would fill the disk.
   const ChildResult result = run_child(
       {options.ffmpeg.string(), "-nostdin", "-hide_banner", "-nostats", "-progress", "pipe:1", "-i", input(video),
        "-map", "0:v:0", "-vf", fmt::format("select='isnan(prev_selected_t)+gte(t-prev_selected_t,{:.6f})'", step),
        "-vsync", "vfr", "-pix_fmt", "yuvj420p", "-q:v", "2", (folder / "candidate_%06d.jpg").string()},
       child, stop);
   if (!stop && result.status != 0)
-    throw Error("{}: ffmpeg cannot take it apart ({}); its log is {}; convert the video, or free some room",
+    throw Error("{}: ffmpeg cannot extract frames ({}); the log is {}; convert the video, or free disk space",
                 printable(video.string()), printable(result.error), options.log.string());
 }
 

@@ -1,4 +1,4 @@
-// Still photographs from a video: ffmpeg takes it apart, and the sharpest frame of each stretch of time is kept.
+// Extracts photographs from a video with ffmpeg, and keeps the sharpest frame of each time window.
 #pragma once
 
 #include <atomic>
@@ -13,24 +13,25 @@
 
 namespace trisoup::scene {
 
-/// Frames that are kept of a video, at most, and those that they are chosen from.
+/// Largest number of frames that are kept of a video, and number of frames from which they are selected.
 inline constexpr int kVideoFrames = 160, kVideoCandidates = 3 * kVideoFrames;
 
 struct VideoOptions {
   std::filesystem::path ffmpeg, ffprobe, log;
-  std::function<void(int done, int total)> taken,
-      looked_at;  // frames taken out of the video; those whose sharpness is known
+  /// Progress of extracting frames and of measuring their sharpness.
+  std::function<void(int done, int total)> taken, looked_at;
 };
 
-/// Variance of the Laplacian of the grey levels: blur of motion and of focus lowers it.
+/// Returns the variance of the Laplacian of the grey levels. Motion blur and defocus lower it.
 double sharpness(const Image& image);
 
-/// Where the sharpest of each of `count` windows of about the same length is; all, where there are no more than that.
+/// Splits the frames into `count` windows of about equal length, and returns the index of the sharpest frame of each.
+/// Returns all indices if there are at most `count` frames.
 std::vector<std::size_t> sharpest_of_windows(std::span<const double> sharpness, std::size_t count);
 
-/// Leaves up to kVideoFrames frames of the video in `folder`, which is new, as frame_0001.jpg and so on in the order of
-/// time. Returns how many they were chosen from. Throws Error; where `stop` is set it returns early, with anything in
-/// the folder.
+/// Writes up to kVideoFrames frames of the video to the empty `folder`: frame_0001.jpg and so on, ordered by time.
+/// Returns the number of frames from which they were selected. Throws Error if ffmpeg or ffprobe fails. If `stop` is
+/// set, returns early with arbitrary files in the folder.
 std::size_t extract_frames(const std::filesystem::path& video, const std::filesystem::path& folder,
                            const VideoOptions& options, const std::atomic<bool>& stop);
 

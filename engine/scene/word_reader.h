@@ -11,7 +11,7 @@
 
 namespace trisoup::scene {
 
-/// The next line of `text`, which is shortened by it; a carriage return at its end is dropped.
+/// Removes the next line from `text` and returns it without line feed and carriage return.
 inline std::string_view take_line(std::string_view& text) {
   const auto end = text.find('\n');
   std::string_view line = text.substr(0, end);
@@ -22,13 +22,13 @@ inline std::string_view take_line(std::string_view& text) {
 
 class WordReader {
  public:
-  /// `where` (file and line) stands in messages.
+  /// where: file and line, for messages.
   WordReader(std::string_view line, std::string where) : rest_(line), where_(std::move(where)) { skip_blanks(); }
 
   bool at_end() const { return rest_.empty(); }
   const std::string& where() const { return where_; }
 
-  /// Throws Error at the end of the line.
+  /// Returns the next word. Throws Error at the end of the line. what: the word's meaning, for messages.
   std::string_view word(const char* what) {
     if (at_end()) throw Error("{}: ends before its {}; correct or export the file again", where_, what);
     const std::string_view word = rest_.substr(0, rest_.find_first_of(blanks));
@@ -37,14 +37,15 @@ class WordReader {
     return word;
   }
 
-  /// Throws Error at the end of the line, on anything but a number, and on one that T cannot hold.
+  /// Returns the next word as a number. Throws Error at the end of the line, if it is not a number, or if T cannot
+  /// represent it.
   template <typename T>
   T number(const char* what) {
     const std::string_view text = word(what);
     T value{};
     const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (problem != std::errc{} || end != text.data() + text.size()) {
-      if constexpr (std::is_floating_point_v<T>)  // a number too small to hold is zero, as in every other reader
+      if constexpr (std::is_floating_point_v<T>)  // numbers too small for T become zero, as in other readers
         if (problem == std::errc::result_out_of_range && end == text.data() + text.size() && is_tiny(text)) return T(0);
       throw Error("{}: its {} is '{}', not a usable number; correct or export the file again", where_, what,
                   printable(text));
@@ -52,7 +53,7 @@ class WordReader {
     return value;
   }
 
-  /// What is left of the line, without blanks at its end.
+  /// Returns the rest of the line without trailing blanks.
   std::string_view remainder() const {
     const auto last = rest_.find_last_not_of(blanks);
     return last == std::string_view::npos ? std::string_view{} : rest_.substr(0, last + 1);

@@ -11,8 +11,8 @@ const float kLargestCoordinate = 1e12f;
 FN bool usable(float x, float limit) { return (floatBitsToUint(x) & 0x7fffffffu) < floatBitsToUint(limit); }
 FN bool usable(vec3 x, float limit) { return usable(x.x, limit) && usable(x.y, limit) && usable(x.z, limit); }
 
-/// Records for the host that a parameter had to be reset. kind: NON_FINITE_; index: of the float in its array. Only one of
-/// the first indices is kept.
+/// Records for the host that a parameter had to be reset. kind: NON_FINITE_; index: of the float in its array. Only one
+/// of the first indices is kept.
 FN void note_non_finite(Controls control, uint kind, uint index, uint step) {
   if (atomicAdd(control.v[0].faults[kind].count, 1u) != 0u) return;
   control.v[0].faults[kind].index = index;

@@ -2,6 +2,10 @@
 
 #define SSIM_TAPS 11
 
+// The loss of a pixel: LOSS_L1 * L1 + LOSS_SSIM * (1 - SSIM), as published.
+#define LOSS_L1 0.8f
+#define LOSS_SSIM 0.1f
+
 /// Tap i of the normalised window.
 FN real ssim_tap(int i) {
   const int k = i < 5 ? 5 - i : i - 5;

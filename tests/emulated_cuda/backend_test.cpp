@@ -1,4 +1,4 @@
-// Tests engine/gpu/cuda/cuda_device.cpp: what it asks of the CUDA runtime, and what it says when that refuses.
+// Tests engine/gpu/cuda/cuda_device.cpp: its calls of the CUDA runtime, and its messages if they fail.
 #include <catch2/catch.hpp>
 
 #include <functional>
@@ -23,7 +23,7 @@ std::unique_ptr<gpu::Device> cuda_device() {
   return gpu::open_device(options);
 }
 
-/// A test leaves the runtime as it found it.
+/// Resets the runtime at the end of a test.
 struct Recovery {
   ~Recovery() { emulated_cuda::recover(); }
 };
@@ -39,7 +39,7 @@ std::string message_of(const std::function<void()>& call) {
 
 }  // namespace
 
-TEST_CASE("a step is a graph, made once and again when memory has moved", "[cuda]") {
+TEST_CASE("a step becomes a graph once, and again after memory has changed", "[cuda]") {
   auto gpu = cuda_device();
   test::SmallScene s(*gpu, 20, {{0, 0}}, {test::view_from(0, 32, 32)});
   s.buffers.reserve_lists(1 << 16);
@@ -50,7 +50,7 @@ TEST_CASE("a step is a graph, made once and again when memory has moved", "[cuda
   gpu->wait();
   const auto once = emulated_cuda::operations_of_graphs() - before;
   CHECK(once > 10);
-  // No second translation: one that would fail is not tried.
+  // The second replay does not capture again, so the injected fault has no effect.
   {
     const Recovery recovery;
     emulated_cuda::fail("cudaStreamBeginCapture", cudaErrorInvalidValue);
@@ -65,12 +65,12 @@ TEST_CASE("a step is a graph, made once and again when memory has moved", "[cuda
   CHECK(emulated_cuda::operations_of_graphs() - before == 3 * once);
 }
 
-TEST_CASE("errors name the call and the kernels that may be to blame", "[cuda]") {
+TEST_CASE("errors name the call and the kernels that may have caused them", "[cuda]") {
   const Recovery recovery;
   auto gpu = cuda_device();
   test::SmallScene s(*gpu, 20, {{0, 0}}, {test::view_from(0, 32, 32)});
   gpu->wait();
-  emulated_cuda::fail("cudaLaunchKernel", cudaErrorLaunchFailure, 3);  // after writes of the state and project
+  emulated_cuda::fail("cudaLaunchKernel", cudaErrorLaunchFailure, 3);  // after the writes of the state and project
   CHECK_THAT(message_of([&] {
                s.step.begin(1, 0, 0, {});
                s.step.visibility(train::Thresholds::half, s.inputs);
@@ -90,7 +90,7 @@ TEST_CASE("errors name the call and the kernels that may be to blame", "[cuda]")
   }
 }
 
-TEST_CASE("a step that cannot become a graph leaves the device as it was", "[cuda]") {
+TEST_CASE("a step that cannot become a graph does not change the device", "[cuda]") {
   const Recovery recovery;
   auto gpu = cuda_device();
   const gpu::Buffer a = gpu->allocate(4096, "a"), b = gpu->allocate(4096, "b");
@@ -115,11 +115,11 @@ TEST_CASE("a step that cannot become a graph leaves the device as it was", "[cud
   CHECK(gpu->download_vector<std::uint32_t>(b.address() + 2048, 1)[0] == 9);
 }
 
-TEST_CASE("what a driver has no memory for is said, with what would fit", "[cuda]") {
+TEST_CASE("out-of-memory errors of the driver state the available memory", "[cuda]") {
   const Recovery recovery;
   auto gpu = cuda_device();
   const gpu::Buffer a = gpu->allocate(64 << 20, "a");
-  // Another program takes the rest after the ceiling was set.
+  // Another program allocates memory after the ceiling was set.
   const std::uint64_t all = emulated_cuda::machine.total_bytes();
   emulated_cuda::machine.set_total_bytes(100 << 20);
   try {
@@ -135,14 +135,14 @@ TEST_CASE("what a driver has no memory for is said, with what would fit", "[cuda
   CHECK(gpu->allocate(80 << 20, "the elephant").bytes() == 80 << 20);
 }
 
-TEST_CASE("a kernel that leaves its buffers ends the device, and whoever waits is told", "[cuda]") {
+TEST_CASE("a kernel with accesses out of bounds makes later waits fail", "[cuda]") {
   const Recovery recovery;
   auto gpu = cuda_device();
   auto s = std::make_unique<test::SmallScene>(*gpu, 20, std::vector<soup::TextureLevels>{{0, 0}},
                                               std::vector{test::view_from(0, 32, 32)});
   gpu->wait();
-  // The same addresses, but the memory is another's.
-  emulated_cuda::machine.free(s->buffers.hits.address());
+  // Frees a buffer that the kernel still uses.
+  emulated_cuda::machine.free(s->frame.hits.address());
   s->step.begin(1, 0, 0, {});
   s->step.visibility(train::Thresholds::half, s->inputs);
   CHECK_THAT(message_of([&] { gpu->wait(); }), Contains("cudaErrorIllegalAddress") && Contains("visibility"));
@@ -154,7 +154,7 @@ TEST_CASE("a kernel that leaves its buffers ends the device, and whoever waits i
 TEST_CASE("kernels are loaded when the device is opened", "[cuda]") {
   const Recovery recovery;
   const auto kernels = static_cast<int>(gpu::cuda::compiled_kernels().size());
-  // Of all kernels the last one too.
+  // Checks the last kernel, so all of them are loaded.
   emulated_cuda::fail("cudaFuncGetAttributes", cudaErrorInvalidValue, kernels - 1);
   CHECK_THAT(message_of([] { cuda_device(); }),
              Contains("cudaFuncGetAttributes of kernel '" + std::string(gpu::cuda::compiled_kernels().back().name) +
@@ -165,7 +165,7 @@ TEST_CASE("kernels are loaded when the device is opened", "[cuda]") {
   CHECK(gpu::slow_load_note(gpu->info()).empty());
 }
 
-TEST_CASE("what a kernel takes is what its PTX declares", "[cuda]") {
+TEST_CASE("resources of a kernel match its PTX", "[cuda]") {
   const Recovery recovery;
   auto gpu = cuda_device();
   for (const gpu::cuda::CompiledKernel& kernel : gpu::cuda::compiled_kernels()) {
@@ -174,7 +174,7 @@ TEST_CASE("what a kernel takes is what its PTX declares", "[cuda]") {
     const auto resources = gpu->kernel_resources(asked);
     REQUIRE(resources);
     CHECK(resources->threads == kernel.threads);
-    // nvcc leaves out what is never used, and aligns the rest.
+    // nvcc removes unused shared memory and aligns the rest.
     CHECK(resources->shared_bytes <= gpu::declared_resources(asked).shared_bytes + 16 * 4);
     CHECK(resources->groups.value() >= 1);
   }
@@ -190,10 +190,10 @@ TEST_CASE("what a kernel takes is what its PTX declares", "[cuda]") {
   }
 }
 
-TEST_CASE("there is PTX of every kernel that the host may launch", "[cuda]") {
+TEST_CASE("every kernel that the host may launch has PTX", "[cuda]") {
   for (const gpu::cuda::CompiledKernel& kernel : gpu::cuda::compiled_kernels()) {
     CAPTURE(kernel.name);
-    // The namespace that kernel_variants.cmake gives it.
+    // The namespace of the kernel in kernel_variants.cmake.
     std::string space = fmt::format("{}_", kernel.name);
     for (std::size_t i = 0; i < kernel.constants.size(); ++i)
       space +=

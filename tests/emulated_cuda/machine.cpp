@@ -16,7 +16,7 @@
 namespace trisoup::emulated_cuda {
 namespace {
 
-// Filled by static objects of other files, so made when first used.
+// Created at first use, because static objects of other files fill them.
 std::map<std::string, Kernel, std::less<>>& kernels() {
   static std::map<std::string, Kernel, std::less<>> all;
   return all;
@@ -25,7 +25,7 @@ std::map<std::pair<int, int>, std::string>& files() {
   static std::map<std::pair<int, int>, std::string> all;
   return all;
 }
-std::map<std::uint64_t, std::uint64_t>& constants() {  // end by start
+std::map<std::uint64_t, std::uint64_t>& constants() {  // start address to end address
   static std::map<std::uint64_t, std::uint64_t> all;
   return all;
 }
@@ -33,13 +33,13 @@ std::map<std::uint64_t, std::uint64_t>& constants() {  // end by start
 std::string without_hash(std::string_view name) {
   const std::size_t start = name.find("_GLOBAL__N__");
   if (start == std::string_view::npos) return std::string(name);
-  // Digits before it count its letters; after it come two words of a hash around the file's name.
+  // The digits before the name are its length. The name ends with two words of a hash around the file's name.
   const std::size_t length_at = name.find_last_not_of("0123456789", start - 1) + 1;
   const std::size_t length = std::stoul(std::string(name.substr(length_at, start - length_at)));
   return std::string(name.substr(0, length_at)) + "_" + std::string(name.substr(start + length));
 }
 
-/// "shade_backward_one" of a mangled name like
+/// Returns the kernel's name from a mangled name: "shade_backward_one_1" from
 /// _ZN7trisoup3gpu4cuda20shade_backward_one_16kernelENS1_17ShadeBackwardArgsE.
 std::string readable(std::string_view name) {
   constexpr std::string_view kScope = "4cuda";
@@ -51,7 +51,7 @@ std::string readable(std::string_view name) {
   return std::string(rest.substr(digits, std::stoul(std::string(rest.substr(0, digits)))));
 }
 
-/// Null where there is none.
+/// Reserves address space. Returns null on failure.
 void* reserve(std::size_t bytes) {
   void* const taken = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   return taken == MAP_FAILED ? nullptr : taken;
@@ -99,7 +99,7 @@ bool Machine::reserve_arena() {
 }
 
 Machine::~Machine() {
-  // Work that nobody waited for may have been wrong.
+  // Reports faults in work for which the program did not wait.
   if (fault_ != Fault::none) {
     std::fprintf(stderr, "emulated CUDA: something was wrong, see above\n");
     _exit(1);
@@ -120,8 +120,8 @@ Machine::~Machine() {
 
 std::uint64_t Machine::allocate(std::uint64_t bytes) {
   if (bytes > free_bytes() || !reserve_arena()) return 0;
-  // Space is not taken again before the arena has been gone through, and a block is left between two allocations: what
-  // reaches too far or comes too late finds nobody.
+  // Addresses are reused only after the end of the arena is reached, and allocations are separated by a free block. So
+  // accesses out of bounds or after free do not hit another allocation.
   const std::uint64_t length = (bytes + kBlock - 1) / kBlock * kBlock + kBlock;
   const auto fits_at = [&](std::uint64_t from) -> std::uint64_t {
     for (const auto& [address, size] : live_) {
@@ -140,7 +140,7 @@ std::uint64_t Machine::allocate(std::uint64_t bytes) {
   ends_.push_back(at + bytes);
   std::fill_n(owners_ + (at - base_) / kBlock, (bytes + kBlock - 1) / kBlock,
               static_cast<std::uint32_t>(ends_.size() - 1));
-  std::memset(reinterpret_cast<void*>(at), 0xfb, bytes);  // as float -2.6e36, as integer 4.2e9
+  std::memset(reinterpret_cast<void*>(at), 0xfb, bytes);  // -2.6e36 as float, 4.2e9 as integer
   return at;
 }
 
@@ -177,7 +177,7 @@ void Machine::run(const Kernel& kernel, std::uint32_t groups, std::uint32_t thre
   static gpu::host::Workgroup workgroup;
   const gpu::host::CompiledKernel compiled{kernel.name, {}, false, kernel.barriers, threads, kernel.parameter_bytes,
                                            kernel.run};
-  // What the records have room for; a program that runs into the end of the epochs has to be begun anew.
+  // Limits of the records. Epochs do not wrap, so very long programs fail here.
   if (kernel.shared_bytes > kSharedBytes || threads > kMostThreads || group_epoch_ > ~0u / 2) {
     std::fprintf(stderr, "emulated CUDA: kernel '%s' is too large, or there were too many\n",
                  std::string(kernel.name).c_str());
@@ -234,8 +234,8 @@ void Machine::count_access(Site& site, std::uint64_t at, std::uint32_t bytes) {
 }
 
 std::uint64_t Machine::wavefronts(const std::vector<Access>& turn) {
-  // A pass reads one word of every bank. Where a thread takes 8 or 16 bytes, halves and quarters of the warp go one
-  // after the other, but two of them together where all pairs of neighbours, or of threads two apart, take the same.
+  // A pass reads one word per bank. For accesses of 8 or 16 bytes, halves or quarters of the warp are processed in
+  // turn. Two of them are combined if all pairs of neighbours, or of threads two apart, access the same address.
   const std::uint32_t words = std::max<std::uint32_t>(turn[0].bytes, 4) / 4;
   const auto paired = [&](std::uint32_t distance) {
     return std::ranges::all_of(turn, [&](const Access& a) {

@@ -1,6 +1,6 @@
-// A GPU on one thread of the CPU, for what translate_ptx.py makes of PTX. It finds accesses to device, shared or local
-// memory outside of what was allocated or misaligned, accesses of two threads that nothing orders, and barriers that
-// not all threads of a workgroup reach.
+// Emulates a GPU on one CPU thread. It runs the code that translate_ptx.py generates from PTX. It detects accesses to
+// device, shared or local memory that are out of bounds or misaligned, data races, and barriers that not all threads of
+// a workgroup reach.
 #pragma once
 
 #include <algorithm>
@@ -24,12 +24,12 @@
 
 namespace trisoup::emulated_cuda {
 
-/// Where in the source: number of the file in its PTX << 20 | line.
+/// A position in the source: number of the file in its PTX << 20 | line.
 using Place = std::uint32_t;
 
-/// Instructions by the unit of a GPU that runs them: float additions and multiplications; division, roots and
-/// exponentials; integers, comparisons, jumps; accesses to shared memory (atomics too), to device memory, to a thread's
-/// own; atomics on device memory.
+/// Instructions by the GPU unit that executes them: float addition and multiplication; division, roots and
+/// exponentials; integer operations, comparisons and jumps; accesses to shared memory, including atomics; accesses to
+/// device memory; accesses to local memory; atomics on device memory.
 enum class Unit { multiply_add, special, other, shared, global, local, atomic };
 constexpr std::size_t kUnits = 7;
 
@@ -41,27 +41,28 @@ struct Kernel {
   std::uint32_t most_threads;
   bool barriers;
   int module;
-  std::vector<std::array<std::uint16_t, kUnits>> blocks;  // instructions of each basic block
+  std::vector<std::array<std::uint16_t, kUnits>> blocks;  // number of instructions in each basic block, by unit
 };
 
-/// Kernels that are known from the start of the program.
+/// Registers kernels during static initialisation.
 struct Registration {
   Registration(std::initializer_list<Kernel> kernels);
 };
 struct SourceFile {
   SourceFile(int module, int number, const char* path);
 };
-/// Null where there is none. Names of an anonymous namespace differ between two compilations in its hash, which is
-/// passed over.
+/// Finds a kernel by its mangled name; null if there is none. Ignores the hash in names of anonymous namespaces,
+/// because it differs between two compilations.
 const Kernel* find_kernel(std::string_view name);
 std::vector<const Kernel*> all_kernels();
 
-/// What warps of 32 threads did in a kernel, if all threads of a warp run together wherever they come as often.
+/// Work of the warps of 32 threads in a kernel. Assumes that the nth execution of an instruction happens in all threads
+/// of a warp together.
 struct Counts {
   std::uint64_t launches = 0;
-  std::array<std::uint64_t, kUnits> instructions{};  // of warps
-  std::uint64_t shared_wavefronts = 0;  // passes over the 32 banks that accesses to shared memory take at least
-  std::uint64_t sectors = 0;            // of 32 bytes, that loads and stores of device memory ask for
+  std::array<std::uint64_t, kUnits> instructions{};  // instructions of warps
+  std::uint64_t shared_wavefronts = 0;  // smallest number of passes over the 32 banks for accesses to shared memory
+  std::uint64_t sectors = 0;            // sectors of 32 bytes in loads and stores of device memory
 };
 
 enum class Fault { none, memory, hazard };
@@ -73,30 +74,30 @@ class Machine {
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 
-  /// Device memory, filled with bytes that are no sensible value; 0 where `bytes` are more than are free, or there is
-  /// no room for them and the records of who touched them.
+  /// Allocates device memory and fills it with an unlikely value. Returns 0 if there is not enough free memory or
+  /// address space.
   std::uint64_t allocate(std::uint64_t bytes);
-  /// False where no allocation begins there.
+  /// Returns false if no allocation starts at this address.
   bool free(std::uint64_t address);
   bool holds(std::uint64_t address, std::uint64_t bytes) const;
   std::uint64_t total_bytes() const { return total_; }
   std::uint64_t free_bytes() const { return total_ - used_; }
   void set_total_bytes(std::uint64_t bytes) { total_ = bytes; }
 
-  /// Runs a kernel to its end, or until something was wrong with a workgroup.
+  /// Runs a kernel to completion, or stops after the first workgroup with a fault.
   void run(const Kernel& kernel, std::uint32_t groups, std::uint32_t threads, const std::byte* arguments);
-  /// The first thing that was wrong since the start of the program; said on stderr, and kept.
+  /// The first fault since the start of the program or forget_findings(). Faults are also printed to stderr.
   Fault fault() const { return fault_; }
   const std::vector<std::string>& findings() const { return findings_; }
   void forget_findings();
-  /// From now on, at some cost; from the start, and to that file at the end, where the environment has
-  /// TRISOUP_COUNTS=FILE.
+  /// Starts counting, which slows kernels down. With TRISOUP_COUNTS=FILE in the environment, counting starts with the
+  /// program, and the counts are written to that file at its end.
   void enable_counts() { counting_ = true; }
-  /// By readable name of the kernel.
+  /// Counts by readable name of the kernel.
   const std::map<std::string, Counts>& counts() const { return counts_; }
 
-  // What translated kernels call. Accesses that are refused read zero and write nothing. site: number of the access in
-  // the kernel's text.
+  // Functions for translated kernels. Invalid accesses read zero and write nothing. site: index of the access in the
+  // kernel's code.
   std::uint32_t thread() const { return gpu::host::invocation.thread; }
   std::uint32_t group() const { return gpu::host::invocation.group; }
   std::uint32_t threads() const { return threads_; }
@@ -107,7 +108,7 @@ class Machine {
   std::array<T, N> load_param(std::uint64_t at) const {
     return load<T, N>(at);
   }
-  /// own: the thread's own memory.
+  /// own: the local memory of the thread.
   template <typename T, std::size_t N>
   std::array<T, N> load_local(const std::byte* own, std::uint64_t at, Place place) {
     return in_local(own, at, sizeof(T) * N, place) ? load<T, N>(at) : std::array<T, N>{};
@@ -172,11 +173,11 @@ class Machine {
   std::uint32_t atomic_shared_max(std::uint64_t at, std::uint32_t value, Place place, std::uint32_t site) {
     return atomic_shared(at, place, site, [&](std::uint32_t before) { return std::max(before, value); });
   }
-  /// A basic block begins.
+  /// Called at the start of a basic block.
   void block(std::uint32_t number) {
     if (counting_) count_block(number);
   }
-  /// site: number of the barrier in the kernel's text.
+  /// site: index of the barrier in the kernel's code.
   void barrier(std::uint32_t site, Place place);
 
  private:
@@ -184,25 +185,26 @@ class Machine {
   static constexpr std::size_t kMostThreads = 1024;
   static constexpr std::uint64_t kArena = 6ull << 30, kBlock = 256;
 
-  /// The first and the last thread that wrote and read a word. Epochs number what happens between two barriers of a
-  /// workgroup, and grow from group to group and launch to launch.
+  /// One access to a word. An epoch is the time between two barriers of a workgroup. Epochs increase across workgroups
+  /// and launches.
   struct Touch {
     std::uint32_t epoch;
     std::uint16_t thread;
     bool atomic;
   };
+  /// The first and the last access of each kind to a word.
   struct Word {
     Touch first_write, write, first_read, read;
   };
 
   std::uint32_t epoch() const { return group_epoch_ + barriers_passed_[thread()]; }
-  /// Nothing orders an earlier access and one of this thread now. scope: the first epoch of the launch for device
-  /// memory, of the workgroup for shared memory.
+  /// Returns whether an earlier access and an access of this thread now are unordered. scope: the first epoch of the
+  /// launch for device memory, or of the workgroup for shared memory.
   bool unordered(const Touch& before, std::uint32_t scope) const {
     return before.epoch >= scope &&
            (before.epoch < group_epoch_ || (before.epoch == epoch() && before.thread != thread()));
   }
-  /// The first one of its kind in what later accesses may collide with.
+  /// Stores `now` as the first access if later accesses can no longer conflict with the stored one.
   void note_first(Touch& first, const Touch& now, std::uint32_t scope) const {
     if (first.epoch < scope || (first.epoch >= group_epoch_ && first.epoch != now.epoch)) first = now;
   }
@@ -219,7 +221,8 @@ class Machine {
       hazard("writes what another thread writes", space, place);
     if (!same && (unordered(word.read, scope) || unordered(word.first_read, scope)))
       hazard("writes what another thread reads", space, place);
-    if (same && unordered(word.write, scope)) return;  // whoever changed it is who later readers depend on
+    if (same && unordered(word.write, scope))
+      return;  // keeps the thread that changed the value, on which later readers depend
     const Touch now{epoch(), static_cast<std::uint16_t>(thread()), atomic};
     note_first(word.first_write, now, scope);
     word.write = now;
@@ -230,7 +233,7 @@ class Machine {
     std::memcpy(values.data(), reinterpret_cast<const void*>(at), sizeof values);
     return values;
   }
-  /// The same bits.
+  /// Compares bits.
   template <typename T, std::size_t N>
   static bool equal(const std::array<T, N>& a, const std::array<T, N>& b) {
     using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t,
@@ -277,8 +280,8 @@ class Machine {
     refuse(at % bytes ? "a misaligned access to device memory" : "an access outside of every allocation", place);
     return false;
   }
-  /// Accesses by one instruction in a warp between two barriers: those that its threads make for the nth time go
-  /// together.
+  /// Accesses of one instruction by a warp between two barriers. Accesses that the threads make for the nth time count
+  /// as simultaneous.
   struct Access {
     std::uint64_t at;
     std::uint32_t bytes, lane;
@@ -300,27 +303,27 @@ class Machine {
   bool reserve_arena();
 
   std::uint64_t base_ = 0, total_ = 4ull << 30, used_ = 0, next_ = 0;
-  Word* shadow_ = nullptr;                                     // one for every four bytes of device memory
-  std::uint32_t* owners_ = nullptr;                            // number of the allocation that a block belongs to, or 0
-  std::vector<std::uint64_t> ends_{0};                         // of allocations by number
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> live_;  // address and bytes, by address
+  Word* shadow_ = nullptr;                                     // one per four bytes of device memory
+  std::uint32_t* owners_ = nullptr;                            // number of the allocation of each block, or 0
+  std::vector<std::uint64_t> ends_{0};                         // end of each allocation, by number
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> live_;  // address and size, sorted by address
 
   const Kernel* kernel_ = nullptr;
   const std::byte* arguments_ = nullptr;
   std::uint32_t groups_ = 0, threads_ = 0;
   std::uint32_t launch_epoch_ = 1, group_epoch_ = 1;
   std::array<std::uint32_t, kMostThreads> barriers_passed_{};
-  std::vector<std::uint32_t> barrier_sites_;  // which barrier the workgroup's threads came to, one after the other
+  std::vector<std::uint32_t> barrier_sites_;  // sites of the barriers that the workgroup reached, in order
   alignas(16) std::byte shared_[kSharedBytes];
   std::array<Word, kSharedBytes / 4> shared_shadow_{};
-  bool backwards_ = false;  // the last workgroup of a launch first, where the environment has TRISOUP_BACKWARDS: a GPU
-                            // promises no order
+  /// Runs workgroups in reverse order, because a GPU guarantees no order. Set by TRISOUP_BACKWARDS in the environment.
+  bool backwards_ = false;
   bool counting_ = false;
   std::map<std::string, Counts> counts_;
-  Counts* counted_ = nullptr;  // of the kernel that runs
+  Counts* counted_ = nullptr;  // counts of the running kernel
   std::uint32_t warp_ = 0, warp_epoch_ = 0;
-  std::unordered_map<std::uint32_t, Site> shared_sites_, global_sites_;  // by number in the kernel's text
-  std::vector<std::array<std::uint32_t, 32>> block_runs_;                // of every block by each thread of the warp
+  std::unordered_map<std::uint32_t, Site> shared_sites_, global_sites_;  // by index in the kernel's code
+  std::vector<std::array<std::uint32_t, 32>> block_runs_;  // executions of each block by each thread of the warp
   std::set<std::pair<std::string, Place>> said_;
   std::vector<std::string> findings_;
   Fault fault_ = Fault::none;
@@ -328,13 +331,13 @@ class Machine {
 
 extern Machine machine;
 
-/// Memory that the module itself has, which kernels read only.
+/// Registers constant memory of a module, which kernels may only read.
 struct Constant {
   Constant(const void* data, std::size_t bytes);
 };
 
-// What single instructions compute.
-inline float fma_down(float a, float b, float c) {                       // towards minus infinity
+// Results of single instructions.
+inline float fma_down(float a, float b, float c) {                       // rounds towards minus infinity
   const double product = static_cast<double>(a) * b, sum = product + c;  // the product is exact
   const double part = sum - product, lost = (product - (sum - part)) + (c - part);
   const float near = static_cast<float>(sum);
@@ -344,7 +347,7 @@ inline float flushed(float x) { return std::fabs(x) < 0x1p-126f ? std::copysign(
 inline float exp2_flushed(float x) { return flushed(std::exp2(flushed(x))); }
 inline float min_number(float a, float b) { return a == b ? (std::signbit(a) ? a : b) : std::fmin(a, b); }
 inline float max_number(float a, float b) { return a == b ? (std::signbit(a) ? b : a) : std::fmax(a, b); }
-inline float saturate(float x) { return x > 0 ? (x < 1 ? x : 1.0f) : 0.0f; }  // 0 of NaN
+inline float saturate(float x) { return x > 0 ? (x < 1 ? x : 1.0f) : 0.0f; }  // NaN gives 0
 inline std::int32_t to_int32_t(float x) {
   return std::isnan(x) ? 0 : x >= 0x1p31f ? INT32_MAX : x < -0x1p31f ? INT32_MIN : static_cast<std::int32_t>(x);
 }

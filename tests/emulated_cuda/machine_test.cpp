@@ -1,5 +1,5 @@
-// Tests machine.h with the kernels of probes.ptx: what NVIDIA's manuals say of single instructions, and that nothing
-// wrong goes unseen.
+// Tests machine.h with the kernels in probes.ptx: single instructions must follow NVIDIA's manuals, and all faults must
+// be detected.
 #include <catch2/catch.hpp>
 
 #include <cstring>
@@ -21,7 +21,7 @@ struct Buffer {
   }
 };
 
-/// Findings of a launch.
+/// Runs a kernel and returns its findings.
 std::vector<std::string> findings(const char* kernel, const Buffer& buffer, std::uint32_t groups = 2,
                                   std::uint32_t threads = 64) {
   machine.forget_findings();
@@ -66,7 +66,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::
 
 }  // namespace
 
-TEST_CASE("what is wrong with a kernel is found", "[machine]") {
+TEST_CASE("faults of kernels are detected", "[machine]") {
   const Buffer buffer;
   CHECK_THAT(first("outside", buffer), Contains("outside") && Contains("an access outside of every allocation"));
   CHECK_THAT(first("misaligned", buffer), Contains("misaligned"));
@@ -80,7 +80,7 @@ TEST_CASE("what is wrong with a kernel is found", "[machine]") {
   CHECK_THAT(first("apart", buffer), Contains("waits at this barrier while others"));
 }
 
-TEST_CASE("what is right with a kernel is passed over", "[machine]") {
+TEST_CASE("correct kernels give no findings", "[machine]") {
   const Buffer buffer;
   std::memset(buffer.as<char>(), 0, 64);
   CHECK(first("ordered", buffer) == "nothing");
@@ -90,14 +90,14 @@ TEST_CASE("what is right with a kernel is passed over", "[machine]") {
   CHECK(first("tally", buffer) == "nothing");
   CHECK(buffer.as<std::uint32_t>()[0] == 3 * 64);
   CHECK(buffer.as<std::uint32_t>()[1] == 63);
-  // One workgroup, one thread: nobody to quarrel with. Launches follow each other.
+  // With one workgroup of one thread there are no conflicts. Launches are ordered.
   for (int i = 0; i < 2; ++i) {
     CHECK(first("quarrel", buffer, 1, 1) == "nothing");
     CHECK(first("peek", buffer, 1, 1) == "nothing");
   }
 }
 
-TEST_CASE("memory that was given back, or never taken, is nobody's", "[machine]") {
+TEST_CASE("accesses to memory that was freed or never allocated are detected", "[machine]") {
   Buffer gone;
   machine.free(gone.address);
   CHECK_THAT(first("mark", gone), Contains("outside of every allocation"));
@@ -118,7 +118,7 @@ TEST_CASE("integer instructions follow the manual", "[machine]") {
   // less | less unsigned, cvt.u16 + 1
   CHECK(integers(0x80000001u, 4) ==
         std::vector<std::uint32_t>{0x10, 0x08000000, 0xf8000000, 0x80000001, 4, 4, 2, 3, 0x80000001, 0, 0x14, 1, 0, 2});
-  // Shifts clamp at 32; 16 bits wrap around.
+  // Shifts clamp at 32. 16-bit values wrap around.
   CHECK(integers(0x8000ffffu, 40) == std::vector<std::uint32_t>{0, 0, 0xffffffff, 0x8000ffff, 40, 40u * 0x8000ffffu, 20,
                                                                 40u * 0x8000ffffu - 1, 0xffff0001, 0, 0xff8, 1, 0, 0});
   CHECK(integers(0, 0xffffffff)[9] == 0xffffffff);  // bfind of zero
@@ -155,7 +155,7 @@ TEST_CASE("float instructions follow the manual", "[machine]") {
   CHECK(floats(1 + 0x1p-12f, 1 - 0x1p-12f).fma == static_cast<float>(2 - 0x1p-24));  // rounded once
 }
 
-TEST_CASE("instructions, bank conflicts and sectors are those of warps", "[machine]") {
+TEST_CASE("instructions, bank conflicts and sectors are counted per warp", "[machine]") {
   const Buffer buffer{machine.allocate(256)};
   machine.enable_counts();
   const auto before = machine.counts().contains("banks") ? machine.counts().at("banks") : Counts{};
@@ -172,8 +172,9 @@ TEST_CASE("instructions, bank conflicts and sectors are those of warps", "[machi
   CHECK(of(other) == 3 * (2 + 2 + 1 + 1 + 1));  // shl, add, mul.wide, add.s64, ret
   CHECK(counts.shared_wavefronts - before.shared_wavefronts == 3 * (1 + 1 + 32));
   CHECK(counts.sectors - before.sectors == 3 * 8);
-  // Two passes bring four words to all, or four: each brings 128 bytes of other words at most. Of eight threads that
-  // all hit the same bank each has its own.
+  // Loads of four words by 32 threads. The same address in all threads takes two passes, because quarters of the warp
+  // are combined in pairs. Neighbouring addresses take four, because a pass transfers at most 128 bytes. Addresses
+  // 1,024 bytes apart use the same banks and take one pass per thread.
   const auto passes = machine.counts().contains("vectors") ? machine.counts().at("vectors").shared_wavefronts : 0;
   CHECK(first("vectors", buffer, 1, 32) == "nothing");
   CHECK(machine.counts().at("vectors").shared_wavefronts - passes == 2 + 4 + 32);

@@ -1,6 +1,6 @@
-// The part of the CUDA runtime that the CUDA backend calls, on the machine of machine.h. A stream runs when somebody
-// waits for it and not before, so a caller that forgets to wait reads what was there; memory is not what a kernel
-// leaves in it by chance; a call that captures of the strictest kind forbid ends any of them.
+// Emulates the part of the CUDA runtime that the CUDA backend calls, on the machine in machine.h. It makes mistakes of
+// the caller visible: a stream runs only when the program waits for it, so missing waits read old data, and any call
+// that the strictest capture mode forbids invalidates a capture.
 #include "emulated_cuda/runtime.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ struct CUgraphExec_st {
 };
 struct CUstream_st {
   std::vector<Operation> waiting;
-  std::unique_ptr<CUgraph_st> capture;  // takes operations in place of the stream
+  std::unique_ptr<CUgraph_st> capture;  // receives the operations instead of the stream
   bool invalidated = false;
 };
 struct CUkern_st {
@@ -70,7 +70,7 @@ cudaError_t result(cudaError_t error) {
   return error;
 }
 
-/// What a call returns before it does anything: an error that a test asked for, or that of a device that is lost.
+/// Returns the error with which a call must fail at once: an injected fault, or the error of a lost device.
 cudaError_t refused(std::string_view call) {
   Runtime& r = runtime();
   if (const auto asked = r.injected.find(call); asked != r.injected.end() && asked->second.after-- == 0) {
@@ -88,7 +88,7 @@ cudaError_t refuse(const char* what, cudaError_t error) {
   return result(error);
 }
 
-/// Calls that are unsafe while this thread captures end what is captured.
+/// Invalidates captures at calls that are not allowed during a capture.
 cudaError_t forbidden_in_capture(const char* call) {
   for (CUstream_st* stream : runtime().streams)
     if (stream->capture) {
@@ -140,7 +140,7 @@ unsigned long long operations_of_graphs() { return runtime().operations_of_graph
 
 extern "C" {
 
-// What nvcc's host code calls.
+// Functions for the host code that nvcc generates.
 void** __cudaRegisterFatBinary(void*) {
   static void* module = nullptr;
   return &module;
@@ -188,10 +188,10 @@ cudaError_t __cudaLaunchKernel(cudaKernel_t handle, dim3 grid, dim3 block, void*
   return cudaSuccess;
 }
 
-// What kernels take. PTX has as many registers as it likes, so their number is said to be 0.
+// Resources of kernels. The number of registers is 0, because PTX has unlimited virtual registers.
 cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* host) {
   RETURN_IF_REFUSED("cudaFuncGetAttributes");
-  // The first kernel of a program brings its module, which a driver may have to compile.
+  // Loading the first kernel of a program loads its module, which a driver may have to compile.
   static const bool loaded = [] {
     if (const char* seconds = std::getenv("TRISOUP_COMPILE_SECONDS"))
       std::this_thread::sleep_for(std::chrono::duration<double>(std::atof(seconds)));
@@ -208,7 +208,8 @@ cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* ho
   attributes->maxThreadsPerBlock = static_cast<int>(kernel->most_threads);
   return cudaSuccess;
 }
-/// By shared memory and threads, on a multiprocessor with 64 KB, 1024 threads and 16 workgroups as Turing has them.
+/// Occupancy from shared memory and threads, for a multiprocessor with 64 KB, 1024 threads and 16 workgroups, as in
+/// Turing.
 cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int* groups, const void* host, int threads,
                                                           std::size_t dynamic) {
   RETURN_IF_REFUSED("cudaOccupancyMaxActiveBlocksPerMultiprocessor");
@@ -338,7 +339,7 @@ cudaError_t cudaStreamDestroy(cudaStream_t stream) {
 }
 cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
   if (const cudaError_t error = refused("cudaStreamSynchronize"); error != cudaSuccess) {
-    stream->waiting.clear();  // the memory of the caller that they write to may be gone soon
+    stream->waiting.clear();  // the operations may write to memory of the caller that no longer exists
     return error;
   }
   RETURN_IF_CAPTURING("cudaStreamSynchronize");

@@ -1,4 +1,4 @@
-// What a test can ask of the CUDA runtime that runtime.cpp stands in for.
+// Test interface of the emulated CUDA runtime in runtime.cpp.
 #pragma once
 
 #include <string_view>
@@ -7,11 +7,11 @@
 
 namespace trisoup::emulated_cuda {
 
-/// The call of this name returns `error` and does nothing, once, after it has been right `after` times.
+/// Injects a fault: after `after` successful calls, the next call of this function returns `error` and does nothing.
 void fail(std::string_view call, cudaError_t error, int after = 0);
-/// No device was ever lost and nothing will fail.
+/// Clears errors and injected faults.
 void recover();
-/// Launches, copies and fills that graphs have run.
+/// Returns the number of launches, copies and fills that graphs have run.
 unsigned long long operations_of_graphs();
 
 }  // namespace trisoup::emulated_cuda

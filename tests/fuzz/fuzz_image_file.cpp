@@ -1,5 +1,5 @@
-// Fuzzes the decoding of PNG, JPEG, WebP and TIFF files, whole and, of JPEG, at a quarter of the sides, and the header
-// of JPEG.
+// Fuzzes the decoders of PNG, JPEG, WebP and TIFF files, JPEG decoding at a quarter of the size, and the reader of JPEG
+// headers.
 #include "image/image_file.h"
 #include "image/jpeg_header.h"
 #include "scene_reader.h"

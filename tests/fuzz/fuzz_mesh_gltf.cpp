@@ -1,4 +1,4 @@
-// read_gltf must end with a mesh or an Error, whatever the bytes. The folder does not exist: no file is read.
+// Fuzzes read_gltf: any bytes must give a mesh or an Error. The folder does not exist, so no other file is read.
 #include "base/error.h"
 #include "mesh/mesh.h"
 

@@ -1,4 +1,4 @@
-// read_obj must end with a mesh or an Error, whatever the bytes.
+// Fuzzes read_obj: any bytes must give a mesh or an Error.
 #include "base/error.h"
 #include "mesh/mesh.h"
 

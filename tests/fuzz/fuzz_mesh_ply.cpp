@@ -1,4 +1,4 @@
-// read_ply must end with a mesh or an Error, whatever the bytes.
+// Fuzzes read_ply: any bytes must give a mesh or an Error.
 #include "base/error.h"
 #include "mesh/mesh.h"
 

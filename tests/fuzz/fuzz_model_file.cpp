@@ -1,4 +1,4 @@
-// Fuzzes engine/format/model_file.cpp.
+// Fuzzes decode_model of engine/format/model_file.h.
 #include <cstddef>
 #include <cstdint>
 
@@ -9,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     trisoup::soup::decode_model({reinterpret_cast<const std::byte*>(data), size}, "fuzz");
   } catch (const trisoup::Error&) {
-    // The answer to bad input.
+    // Expected for bad input.
   }
   return 0;
 }

@@ -1,5 +1,5 @@
-// Fuzzes the reader of the published viewer's files: the first byte says which of a sound scene's files has the rest as
-// its content.
+// Fuzzes the reader of the published viewer's files. The first byte selects a file of a valid scene, and the remaining
+// bytes replace its content.
 #include <array>
 #include <string>
 

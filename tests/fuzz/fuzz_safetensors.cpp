@@ -1,5 +1,5 @@
-// The header of a checkpoint must be refused or make sense, whatever the bytes. The first byte stands for the size of
-// the data part.
+// Fuzzes parse_safetensors_header: any bytes must give a valid header or an Error. The first byte is the size of the
+// data part.
 #include <cstdlib>
 
 #include "base/error.h"

@@ -1,4 +1,4 @@
-// Fuzzes the reader of transforms.json, and the undistortion of a small picture by the lens it finds.
+// Fuzzes the reader of transforms.json, and undistortion of a small image with the lens in the file.
 #include <string_view>
 
 #include "scene/transforms_json.h"

@@ -1,4 +1,5 @@
-// What every fuzz target of a scene reader promises: it returns or throws Error with one line, nothing else.
+// Helpers for fuzz targets of readers: a reader must return, or throw Error with a single line that contains a
+// semicolon.
 #pragma once
 
 #include <cstddef>

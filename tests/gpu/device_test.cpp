@@ -1,4 +1,4 @@
-// Tests engine/gpu/device.h and its Vulkan implementation.
+// Tests engine/gpu/device.h on the device under test.
 #include <catch2/catch.hpp>
 
 #include <numeric>
@@ -10,7 +10,7 @@
 using namespace trisoup;
 using Catch::Matchers::Contains;
 
-TEST_CASE("copies of any size arrive, in order", "[device][each_driver]") {
+TEST_CASE("uploads, copies and downloads of any size give the same data, in order", "[device][each_driver]") {
   auto gpu = test::open_device();
   // Below and above the inline limit of 64 KiB and the staging buffer of 64 MiB.
   for (const std::size_t count : {1ul, 1000ul, 16384ul, 16385ul, 17ul << 20}) {
@@ -26,7 +26,7 @@ TEST_CASE("copies of any size arrive, in order", "[device][each_driver]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("memory is counted and its ceiling kept", "[device]") {
+TEST_CASE("allocated memory is counted and limited by the ceiling", "[device]") {
   auto gpu = test::open_device();
   const std::uint64_t before = gpu->allocated_bytes();
   {
@@ -45,14 +45,14 @@ TEST_CASE("memory is counted and its ceiling kept", "[device]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a copy outside every buffer is refused", "[device]") {
+TEST_CASE("a copy outside all buffers throws an error", "[device]") {
   auto gpu = test::open_device();
   const gpu::Buffer a = gpu->allocate(64, "a");
   std::vector<std::uint32_t> out(17);
   CHECK_THROWS_AS(gpu->download(a.address(), std::as_writable_bytes(std::span(out))), Error);
 }
 
-TEST_CASE("a kernel or a device that does not exist is named", "[device]") {
+TEST_CASE("errors name a kernel or a device that does not exist", "[device]") {
   auto gpu = test::open_device();
   CHECK_THROWS_WITH(gpu->launch({"no_such_kernel"}, 1, std::uint64_t(0)), Contains("no_such_kernel"));
   gpu::DeviceOptions options;
@@ -62,7 +62,7 @@ TEST_CASE("a kernel or a device that does not exist is named", "[device]") {
   CHECK_THROWS_WITH(gpu::open_device(options), Contains("99"));
 }
 
-TEST_CASE("what is recorded runs when it is replayed, as often, with what was given before", "[device][each_driver]") {
+TEST_CASE("recorded commands run at each replay, after earlier commands", "[device][each_driver]") {
   auto gpu = test::open_device();
   const gpu::Buffer a = gpu->allocate(16, "a"), b = gpu->allocate(16, "b"), c = gpu->allocate(16, "c");
   gpu->fill(a.address(), 16, 1);
@@ -71,7 +71,7 @@ TEST_CASE("what is recorded runs when it is replayed, as often, with what was gi
   gpu::CommandList list = gpu->record([&] {
     gpu->copy(c.address(), b.address(), 16);
     gpu->cut();
-    gpu->cut();  // an empty submission is none
+    gpu->cut();  // an empty segment is dropped
     gpu->copy(b.address(), a.address(), 16);
   });
   CHECK(list.segments.size() == 2);
@@ -89,8 +89,8 @@ TEST_CASE("what is recorded runs when it is replayed, as often, with what was gi
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a lost device names the kernel that was running", "[device]") {
-  // sum_textures is the first launch of a small scene; project, bin, bin_scan, bin, visibility follow.
+TEST_CASE("the error of a lost device names the kernel that was running", "[device]") {
+  // The first launch of a small scene is sum_textures. Then come project, bin, bin_scan, bin and visibility.
   auto gpu = test::open_device(4);
   test::SmallScene s(*gpu, 5, {{0, 0}}, {test::view_from(0, 16, 16)});
   s.step.begin(1, 0, 0, {});
@@ -98,10 +98,10 @@ TEST_CASE("a lost device names the kernel that was running", "[device]") {
   CHECK_THROWS_WITH(gpu->wait(), Contains("lost") && Contains("'bin_scan'"));
 }
 
-TEST_CASE("kernels are timed when asked", "[device]") {
+TEST_CASE("kernels are timed if timings are enabled", "[device]") {
   auto gpu = test::open_device();
   test::SmallScene s(*gpu, 5, {{0, 0}}, {test::view_from(0, 64, 64)});
-  gpu->enable_timings(true);  // in the middle of what is being recorded
+  gpu->enable_timings(true);  // while commands are being recorded
   s.step.begin(1, 0, 0, {});
   s.step.visibility(train::Thresholds::half, s.inputs);
   const auto timings = gpu->timings();
@@ -111,7 +111,7 @@ TEST_CASE("kernels are timed when asked", "[device]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("every device has a number of its own, and opens by it", "[device]") {
+TEST_CASE("every device has a unique number and can be opened by it", "[device]") {
   const std::vector<gpu::DeviceInfo> devices = gpu::list_devices();
   REQUIRE_FALSE(devices.empty());
   for (std::size_t i = 0; i < devices.size(); ++i) CHECK(devices[i].index == static_cast<int>(i));

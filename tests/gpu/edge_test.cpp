@@ -1,5 +1,4 @@
-// Tests shaders/edge_forces.comp: where colours are constant, its vertex gradients are those of a finely supersampled
-// image.
+// Tests shaders/edge_forces.comp: with constant colours, its vertex gradients must match those of a supersampled image.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -20,8 +19,8 @@ struct Flat {  // a triangle of one colour, its opacity linear between the corne
   double colour, opacity[3];
 };
 
-/// Weight of the image's colour at a pixel in the loss; smooth, so that sampling between pixels is no issue. The part
-/// of its column and that of its row, since a supersampled image asks for each of them a thousand times.
+/// Weight of a pixel's colour in the loss. It is smooth, so that the sampling position within a pixel does not matter.
+/// It is a product of functions of column and row, because a supersampled image needs each of them a thousand times.
 double weight_of_column(double x) { return 1e-3 * (1.0 + 0.5 * std::sin(0.15 * x)); }
 double weight_of_row(double y) { return 1e-3 * 0.3 * std::cos(0.1 * y); }
 double weight(double x, double y) { return weight_of_column(x) + weight_of_row(y); }
@@ -57,8 +56,8 @@ double supersampled_loss(const std::vector<Flat>& scene, const glm::dmat4& clip_
 
 float logit(double v) { return static_cast<float>(std::log(v / (1 - v))); }
 
-/// Slope of the kernel's gradients over the true ones, by least squares, and their correlation, over several random
-/// scenes. Vertices move along the axes of the screen, or along the view direction.
+/// Compares the kernel's gradients with the true ones over several random scenes. Returns the slope by least squares
+/// and the correlation. Vertices move along the screen axes or, with along_depth, along the viewing direction.
 void compare(const std::function<std::vector<Flat>(soup::Random&)>& make, bool along_depth, double& slope,
              double& correlation, std::uint64_t scenes = 8) {
   auto gpu = test::open_device();
@@ -138,7 +137,7 @@ glm::dvec3 in_picture(soup::Random& random, double depth) {
 
 }  // namespace
 
-TEST_CASE("silhouettes move as in a supersampled image", "[edges]") {
+TEST_CASE("gradients of silhouettes match a supersampled image", "[edges]") {
   double slope = 0, correlation = 0;
   compare(
       [](soup::Random& r) {
@@ -151,13 +150,13 @@ TEST_CASE("silhouettes move as in a supersampled image", "[edges]") {
   CHECK(correlation > 0.98);
 }
 
-TEST_CASE("silhouettes of triangles that reach behind the camera move as in a supersampled image", "[edges]") {
+TEST_CASE("gradients of silhouettes match a supersampled image for triangles that reach behind the camera", "[edges]") {
   double slope = 0, correlation = 0;
   compare(
       [](soup::Random& r) {
-        // The camera is at depth 1. They pass it to the side, so that the near plane's cut is out of the picture.
+        // The camera is at depth 1. The triangles pass beside it, so that the near plane clips them outside the image.
         const glm::dvec3 side(-std::sin(0.3), std::cos(0.3), 0), towards(std::cos(0.3), std::sin(0.3), 0);
-        // One draw a statement: compilers differ in the order within one, and then in the scenes.
+        // One random number per statement: the order of evaluation within a statement depends on the compiler.
         const double left = r.uniform01() < 0.5f ? -1 : 1, aside = r.uniform(0.8f, 1.6f),
                      behind = r.uniform(1.3f, 2.5f);
         Flat t{{in_picture(r, 0), in_picture(r, -0.3), left * aside * side + behind * towards}, 0.2, {0.9, 0.9, 0.9}};
@@ -169,7 +168,7 @@ TEST_CASE("silhouettes of triangles that reach behind the camera move as in a su
   CHECK(correlation > 0.98);
 }
 
-TEST_CASE("opacity edges move as in a supersampled image", "[edges]") {
+TEST_CASE("gradients of opacity edges match a supersampled image", "[edges]") {
   double slope = 0, correlation = 0;
   compare(
       [](soup::Random& r) {
@@ -184,7 +183,7 @@ TEST_CASE("opacity edges move as in a supersampled image", "[edges]") {
 
 namespace {
 
-/// Two planes that fill the picture and cross in it: there is no other edge.
+/// Two planes that fill the image and intersect in it. There are no other edges.
 std::vector<Flat> crossing_planes(soup::Random& r, double steepness) {
   const glm::dvec3 side(-std::sin(0.3), std::cos(0.3), 0), up(0, 0, 1), towards(std::cos(0.3), std::sin(0.3), 0);
   const auto plane = [&](double colour) {
@@ -198,7 +197,7 @@ std::vector<Flat> crossing_planes(soup::Random& r, double steepness) {
 
 }  // namespace
 
-TEST_CASE("intersections move along the screen's axes as in a supersampled image", "[edges]") {
+TEST_CASE("gradients of intersections along the screen axes match a supersampled image", "[edges]") {
   double slope = 0, correlation = 0;
   compare([](soup::Random& r) { return crossing_planes(r, 0.3); }, false, slope, correlation);
   CAPTURE(slope, correlation);
@@ -206,12 +205,12 @@ TEST_CASE("intersections move along the screen's axes as in a supersampled image
   CHECK(correlation > 0.97);
 }
 
-TEST_CASE("intersections move twice as much with depth as in a supersampled image", "[edges]") {
+TEST_CASE("gradients of intersections along depth are twice those of a supersampled image", "[edges]") {
   double slope = 0, correlation = 0;
   compare([](soup::Random& r) { return crossing_planes(r, 0.2); }, true, slope, correlation);
   CAPTURE(slope, correlation);
-  // Pairs of pixels along x see all of the line's motion with depth, and those along y see all of it again: the
-  // published estimator counts it twice, and ours is the same. Motion along x reaches the first kind only.
+  // The published estimator, which the kernel implements, counts motion along depth twice: pairs of pixels along x see
+  // all of it, and pairs along y see all of it again. Motion along x affects only pairs along x.
   CHECK(slope == Approx(2).margin(0.25));
   CHECK(correlation > 0.95);
 }

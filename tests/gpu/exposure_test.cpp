@@ -1,5 +1,5 @@
 // Tests exposures of photographs on a device: engine/train/step/exposure.h, shaders/measure_exposure.comp,
-// fit_exposure.comp, expose.comp and what shade_backward.comp makes of them, and trainings with them.
+// fit_exposure.comp, expose.comp, their gradients in shade_backward.comp, and trainings with exposures.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ f32::Exposure row(const std::vector<glm::vec4>& table, std::size_t i) {
   return {glm::vec3(table[2 * i]), glm::vec3(table[2 * i + 1]), table[2 * i].w};
 }
 
-/// A batch of photographs; of `photographs` in all, those of the views' indices.
+/// A batch of photographs. photographs: number of all photographs; the batch contains those with the views' indices.
 struct ExposedScene : SmallScene {
   ExposedScene(gpu::Device& device, std::vector<train::BatchView> batch,
                const std::vector<std::vector<std::uint32_t>>& images, std::uint32_t photographs)
@@ -76,8 +76,7 @@ train::BatchView view_of(std::uint32_t index, double angle, std::uint32_t width,
   return view;
 }
 
-/// Camera looking at the origin from `angle`, and what it takes of a column there: the same colours from everywhere,
-/// times a gain.
+/// Returns a view of a column at the origin from `angle`. Its colours are the same in all views, multiplied by a gain.
 scene::View square_view(double angle, const glm::vec3& gain) {
   constexpr int kSide = 40;
   scene::View v;
@@ -102,7 +101,7 @@ scene::View square_view(double angle, const glm::vec3& gain) {
   return v;
 }
 
-/// A ring of photographs; `tinted`: of training, each with gains of its own whose mean is 1.
+/// Returns a ring of photographs. tinted: each training photograph has its own gains; their mean is 1.
 scene::Scene ring_scene(bool tinted) {
   scene::Scene scene;
   constexpr int kViews = 12;
@@ -138,9 +137,9 @@ std::vector<glm::vec3> ring_start(const train::Settings& s) {
 
 }  // namespace
 
-TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[exposure][each_driver]") {
+TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[exposure][each_driver]") {
   auto gpu = test::open_device();
-  // Photograph 3 is in the batch twice, 0 and 2 are not.
+  // Photograph 3 is in the batch twice. Photographs 0 and 2 are not in it.
   ExposedScene s(*gpu, {view_of(3, 0.2, 40, 30), view_of(1, 2.0, 33, 47), view_of(3, 0.9, 21, 50)},
                  {noise(1200, 1), noise(1551, 2), noise(1050, 3)}, 4);
   std::vector<glm::vec4> before;
@@ -202,7 +201,7 @@ TEST_CASE("exposures of a batch are what the host fits to the same pixels", "[ex
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a step that will be done again changes no exposure, and leaves nothing for the next", "[exposure]") {
+TEST_CASE("a step that must be repeated changes no exposure and does not affect the next step", "[exposure]") {
   auto gpu = test::open_device();
   ExposedScene s(*gpu, {view_of(0, 0.2, 40, 30), view_of(1, 2.0, 33, 47)}, {noise(1200, 1), noise(1551, 2)}, 2);
   const auto fitted_after = [&](bool overflow_first) {
@@ -229,10 +228,11 @@ TEST_CASE("a step that will be done again changes no exposure, and leaves nothin
   test::require_silence(*gpu);
 }
 
-TEST_CASE("texture gradients through an exposure agree with differences of the loss", "[exposure]") {
+TEST_CASE("texture gradients through an exposure match finite differences of the loss", "[exposure]") {
   auto gpu = test::open_device();
-  // The first photograph is dark, or at its end where the exposure lifts every colour beyond it; the second is brighter
-  // than anything drawn. So no colour passes its target, where the L1 error has a kink.
+  // All exposed colours are above their target in the first photograph, also where the target is 255, because its
+  // exposure raises colours above 1. They are below their target in the second photograph. So no colour crosses its
+  // target, where the L1 error has a kink.
   soup::Random random(8);
   std::vector<std::uint32_t> dark(1600), bright(1600);
   for (std::size_t i = 0; i < dark.size(); ++i) {
@@ -279,7 +279,7 @@ TEST_CASE("texture gradients through an exposure agree with differences of the l
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a training with exposures that is resumed gives the same bits", "[exposure]") {
+TEST_CASE("a resumed training with exposures gives the same bits", "[exposure]") {
   auto gpu = test::open_device();
   const scene::Scene scene = ring_scene(true);
   const train::Settings settings = ring_settings(24, true);
@@ -308,11 +308,11 @@ TEST_CASE("a training with exposures that is resumed gives the same bits", "[exp
   CHECK(whole.exposures()[0] != glm::vec4(1, 1, 1, 0));
   train::Settings without = settings;
   without.exposure = false;
-  CHECK_THROWS_WITH(train::Trainer(*gpu, scene, without, path), Catch::Contains("exposure true (now false)"));
+  CHECK_THROWS_WITH(train::Trainer(*gpu, scene, without, path), Catch::Contains("`exposure` true (now false)"));
   test::require_silence(*gpu);
 }
 
-TEST_CASE("photographs that differ in exposure leave one colour, that of their mean", "[exposure][training][repeats]") {
+TEST_CASE("photographs with different exposures give the colour of their mean", "[exposure][training][repeats]") {
   auto gpu = test::open_device();
   const scene::Scene scene = ring_scene(true);
   double psnr[2];
@@ -334,7 +334,7 @@ TEST_CASE("photographs that differ in exposure leave one colour, that of their m
     for (int c = 0; c < 3; ++c) {
       CHECK(gain[c] == Approx(1).margin(0.02));
       CHECK(offset[c] == Approx(0).margin(0.01));
-      // Brighter ones are known for brighter.
+      // Brighter photographs get larger gains.
       CHECK(row(exposures, 1).gain[c] / row(exposures, 2).gain[c] > 1.2f);
     }
   }

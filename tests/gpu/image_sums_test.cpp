@@ -1,4 +1,4 @@
-// Tests engine/train/quality/image_sums.h (shaders/image_metrics.comp): against compare() in double on the host.
+// Tests engine/train/quality/image_sums.h (shaders/image_metrics.comp) against compare() in double on the host.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -9,11 +9,11 @@
 
 using namespace trisoup;
 
-TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_driver]") {
+TEST_CASE("metrics of the device match those of the host", "[image_metrics][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(11);
   const glm::vec3 background(1.0f);
-  // Sizes that are no multiples of a block, one that no SSIM window fits into, and one with next to no error.
+  // Sizes that are not multiples of a block, one too small for an SSIM window, and one with almost no error.
   struct Case {
     int width, height;
     bool masked, close;
@@ -46,7 +46,7 @@ TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_d
     for (std::uint32_t p = 0; p < views[v].width * views[v].height; ++p)
       for (std::uint32_t c = 0; c < 4; ++c) {
         const float noise = cases[v].close ? 2.0f * random.uniform01() : 160.0f * random.uniform01();
-        // A third of the pixels is as good as the background, a third is darker than the rendering.
+        // A third of the pixels equals the background, and a third is darker than the rendering.
         const float shown = c == 3 ? 0.0f : 255.0f * colour[3 * (offset + p) + c], third = cases[v].close ? 2 : p % 3;
         const float value = c == 3       ? (cases[v].masked && p % 5 == 0 ? 90.0f : 255.0f)
                             : third == 0 ? 249.0f
@@ -89,7 +89,7 @@ TEST_CASE("metrics of the device are those of the host", "[image_metrics][each_d
   test::require_silence(*gpu);
 }
 
-TEST_CASE("what is masked out altogether has no metrics", "[image_metrics]") {
+TEST_CASE("a completely masked image has no metrics", "[image_metrics]") {
   train::ImageSums none;
   none.width = none.height = 20;
   CHECK(train::metrics_of(none).pixels == 0);

@@ -1,4 +1,4 @@
-// Tests engine/train/topology/importance.h: against what pictures lose when one triangle, or one level, really goes.
+// Tests engine/train/topology/importance.h against the increase in error after one triangle or one level is removed.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t kImportanceSide = 40;
 
-/// Photographs of noise, some pixels of which are masked out.
+/// Photographs of noise with some masked pixels.
 scene::Scene noise(std::size_t views, soup::Random& random) {
   scene::Scene scene;
   for (std::size_t v = 0; v < views; ++v) {
@@ -34,7 +34,7 @@ scene::Scene noise(std::size_t views, soup::Random& random) {
   return scene;
 }
 
-/// What importance.h says of the weight of each pixel, in double: half of it 1, half its lack of contrast.
+/// The weight of each pixel as defined in importance.h, in double: 0.5 plus 0.5 times a term for low contrast.
 std::vector<double> error_weights(const Image& photograph) {
   const auto grey = [&](int x, int y) {
     const std::uint8_t* rgba = &photograph.rgba[4 * static_cast<std::size_t>(y * photograph.width + x)];
@@ -58,10 +58,10 @@ std::vector<double> error_weights(const Image& photograph) {
   return weights;
 }
 
-/// Triangles that are left out of a rendering, [T] 0 or 1; empty: none.
+/// Triangles that are hidden in a rendering, [T] 0 or 1; empty: none.
 using Hidden = std::vector<std::uint32_t>;
 
-/// Weighted squared error of all pixels, by the triangle that wins them in `winners`.
+/// Sums of the weighted squared errors of pixels, by the triangle in `winners`.
 std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& scene,
                                      std::vector<std::uint32_t>& winners, bool first, const Hidden& hidden = {}) {
   std::vector<double> sums(s.soup.triangles);
@@ -89,7 +89,7 @@ std::vector<double> errors_by_winner(test::SmallScene& s, const scene::Scene& sc
 
 }  // namespace
 
-TEST_CASE("importance is what pictures lose when a triangle or its finest level goes", "[importance][each_driver]") {
+TEST_CASE("importance is the increase in error without a triangle or its finest level", "[importance][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(5);
   const scene::Scene scene = noise(3, random);
@@ -112,7 +112,7 @@ TEST_CASE("importance is what pictures lose when a triangle or its finest level 
   const std::vector<double> whole = errors_by_winner(s, scene, winners, true);
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t)
     CHECK(importance.pixels[t] == static_cast<std::uint32_t>(std::count(winners.begin(), winners.end(), t + 1)));
-  // Where no triangle is the background is wrong as well.
+  // Pixels without a triangle have errors too, because the background differs from the photograph.
   CHECK(importance.error > std::accumulate(whole.begin(), whole.end(), 0.0));
   std::set<std::pair<std::uint32_t, std::uint32_t>> behind;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
@@ -130,7 +130,7 @@ TEST_CASE("importance is what pictures lose when a triangle or its finest level 
   REQUIRE(behind.size() > 10);
   CHECK(importance.behind == std::vector<std::pair<std::uint32_t, std::uint32_t>>(behind.begin(), behind.end()));
 
-  // All finest levels at once, as a change of topology takes them away.
+  // Removes all finest levels at once, as pruning does.
   train::Pruned pruned;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
     const soup::TextureEntry& row = s.soup.table[t];
@@ -148,9 +148,9 @@ TEST_CASE("importance is what pictures lose when a triangle or its finest level 
   test::require_silence(*gpu);
 }
 
-TEST_CASE("the pairs of a thousand triangles are all found, each once", "[importance][each_driver]") {
+TEST_CASE("all pairs of a thousand triangles are found, each once", "[importance][each_driver]") {
   auto gpu = test::open_device();
-  // More pairs than the table first has room for: each pixel shows another one, twice.
+  // More pairs than the initial table can store. Each pair appears at two pixels.
   constexpr std::uint32_t kPixels = 20'000, kTriangles = 3;
   std::vector<kernels::Hit> first(kPixels), behind(kPixels);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
@@ -158,7 +158,8 @@ TEST_CASE("the pairs of a thousand triangles are all found, each once", "[import
     first[p].triangle = p / 2 % 500 + 1, behind[p].triangle = p / 1000 + 1;
     expected.emplace_back(first[p].triangle - 1, behind[p].triangle - 1);
   }
-  first[7].triangle = 0, behind[9].triangle = 0;  // nothing there, nothing behind; their twins are
+  first[7].triangle = 0,
+  behind[9].triangle = 0;  // no triangle, none behind; their pairs also appear at the neighbouring pixel
   const gpu::Buffer a = gpu->allocate(16ull * kPixels, "first"), b = gpu->allocate(16ull * kPixels, "behind");
   gpu->upload(a.address(), first);
   gpu->upload(b.address(), behind);
@@ -172,11 +173,11 @@ TEST_CASE("the pairs of a thousand triangles are all found, each once", "[import
   test::require_silence(*gpu);
 }
 
-TEST_CASE("errors where there is little contrast count for more, and those outside of the loss for nothing",
+TEST_CASE("errors in areas of low contrast have more weight, and masked pixels have none",
           "[importance][each_driver]") {
   auto gpu = test::open_device();
-  // Left a wall, right black and white by turns; the last row is not in the loss. A triangle before all of it shows the
-  // same error everywhere.
+  // The left part is a uniform wall and the right part alternates between black and white. The last row is not in the
+  // loss. The soup is not visible, so the background is compared with the photograph.
   constexpr int kWide = 60, kHigh = 30;
   const auto worth_of = [&](int wall, int first_row, int rows, int shade = 90) {
     scene::View view;
@@ -205,9 +206,9 @@ TEST_CASE("errors where there is little contrast count for more, and those outsi
   };
   const double mixed = worth_of(kWide / 2, 0, kHigh - 1), wall = worth_of(kWide, 0, kHigh - 1),
                turns = worth_of(0, 0, kHigh - 1);
-  CHECK(wall < mixed);          // the wall's own error is small
-  CHECK(mixed < 0.75 * turns);  // pixels that take turns count half where there is a wall beside them
+  CHECK(wall < mixed);          // the wall has a small error
+  CHECK(mixed < 0.75 * turns);  // next to a wall, alternating pixels have half the weight
   CHECK(worth_of(kWide / 2, 0, 0) == 0);
-  worth_of(16, 0, kHigh, 255);  // a white block that should be black has the largest error there is
+  worth_of(16, 0, kHigh, 255);  // a white block on black has the largest possible error
   test::require_silence(*gpu);
 }

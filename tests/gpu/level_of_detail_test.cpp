@@ -1,5 +1,5 @@
-// Tests how fine each triangle's texture is made: shaders/measure_visible.comp, and what train::lift and
-// train::resample make of it.
+// Tests texture levels: the measurement in shaders/measure_visible.comp, and the levels that the change to fine levels
+// and refinement choose.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -20,7 +20,8 @@ namespace {
 const std::vector<train::BatchView> kViews{test::view_from(0.3, 64, 48), test::view_from(1.7, 61, 55),
                                            test::view_from(3.9, 40, 70)};
 
-/// The visible fragments in `frame`, measured in double precision by how barycentrics change from pixel to pixel.
+/// Areas of triangles in photograph pixels, in double precision, from the change of barycentrics between pixels. Uses
+/// the visible fragments in s.frame.
 std::vector<double> areas_by_differences(SmallScene& s, std::span<const train::BatchView> views) {
   const auto vertices = s.gpu.download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   const auto hits = s.gpu.download_vector<kernels::Hit>(s.buffers.hits.address(), s.buffers.batch().pixels);
@@ -56,7 +57,7 @@ train::Settings settings_with(double samples_per_pixel) {
 
 }  // namespace
 
-TEST_CASE("triangles are as large as the pixel says that shows them largest", "[levels][each_driver]") {
+TEST_CASE("the area of a triangle is the largest over all pixels that show it", "[levels][each_driver]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views = kViews;
   views[1].photograph_pixels = 4;
@@ -75,7 +76,7 @@ TEST_CASE("triangles are as large as the pixel says that shows them largest", "[
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a photograph's pixels count, not those of the smaller view in which they are counted", "[levels]") {
+TEST_CASE("areas are in pixels of the photograph, not of the smaller view that is measured", "[levels]") {
   auto gpu = test::open_device();
   scene::Camera camera;
   camera.width = 120, camera.height = 100;
@@ -93,13 +94,13 @@ TEST_CASE("a photograph's pixels count, not those of the smaller view in which t
   int compared = 0;
   for (std::size_t t = 0; t < large.area.size(); ++t)
     if (small.pixels[t] > 30) {
-      CHECK(small.area[t] == Approx(large.area[t]).epsilon(0.15));  // other pixels, so not the very nearest point
+      CHECK(small.area[t] == Approx(large.area[t]).epsilon(0.15));  // the pixels differ, so the nearest point differs
       ++compared;
     }
   CHECK(compared > 4);
 }
 
-TEST_CASE("the change to fine levels gives every triangle what its pixels ask for", "[levels][each_driver]") {
+TEST_CASE("the change to fine levels gives every triangle the level that its pixels need", "[levels][each_driver]") {
   auto gpu = test::open_device();
   const double samples = GENERATE(0.0, 0.2, 1.0);
   SmallScene s(*gpu, 40, {{0, 0}}, kViews, 5);
@@ -122,7 +123,7 @@ TEST_CASE("the change to fine levels gives every triangle what its pixels ask fo
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a texture that no pixel shows keeps its level", "[levels]") {
+TEST_CASE("a texture that is visible in no pixel keeps its level", "[levels]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 10, {{2, 4}}, kViews, 5);
   auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 30);
@@ -137,14 +138,14 @@ TEST_CASE("a texture that no pixel shows keeps its level", "[levels]") {
   REQUIRE(train::refine(*gpu, s.soup, s.buffers, {kViews, kViews}, settings, 90, 10) == train::RefineOutcome::done);
   REQUIRE(s.soup.triangles == 10);
   CHECK(s.soup.table[5].level_max == 4);
-  CHECK(s.soup.table[0].level_max == 3);  // it is seen, and has far too many samples
+  CHECK(s.soup.table[0].level_max == 3);  // visible, with far too many samples before
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a resampling brings levels to where the pixels want them, halves by their part", "[levels]") {
+TEST_CASE("refinement adapts levels to the visible area, and levels of halves to their share", "[levels]") {
   auto gpu = test::open_device();
   const train::Recipe recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
-  // Levels from before that are right, too fine and too coarse.
+  // The initial levels are right, too fine or too coarse.
   std::vector<soup::TextureLevels> before;
   for (std::uint32_t t = 0; t < 40; ++t) before.push_back({2, 2 + t % 4});
   SmallScene s(*gpu, 40, before, kViews, 5);
@@ -157,12 +158,12 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
   settings.refine_every = 10;
   settings.refine_until = 0.9;
   const std::uint64_t step =
-      GENERATE(40u, 50u, 60u, 90u);  // before the change to fine levels at 50, with it, after it; the last one
+      GENERATE(40u, 50u, 60u, 90u);  // before, at and after the change to fine levels; the last refinement
   REQUIRE(train::refine(*gpu, s.soup, s.buffers, {kViews, kViews}, settings, step, 80) == train::RefineOutcome::done);
   const auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3ull * s.soup.triangles);
   int whole = 0, split = 0, coarser = 0, finer = 0;
   for (std::uint32_t t = 0; t < s.soup.triangles; ++t) {
-    // Where it comes from: the old triangle whose plane and inside its corners lie in.
+    // Finds the parent: the old triangle that contains all corners.
     double share = 0;
     std::uint32_t parent = 40;
     for (std::uint32_t p = 0; p < 40; ++p) {
@@ -192,8 +193,8 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
     const double wanted = 0.5 * share * seen.area[parent];
     const auto cells = [](std::uint32_t level) { return 0.5 * std::pow(4.0, level); };
     CAPTURE(parent, share, wanted, row.level_max);
-    // Never too coarse; finer than needed only where it was so before and little is missing, or where it is a level
-    // coarser than it was.
+    // Levels are never too coarse. A level finer than needed is allowed only if it was so before and is nearly needed,
+    // or if it is one level coarser than before.
     if (row.level_max < 5) CHECK(cells(row.level_max) >= 0.999 * wanted);
     if (row.level_max > 2 && cells(row.level_max - 1) >= 1.001 * wanted) {
       CHECK(row.level_max <= before[parent].level_max);
@@ -204,7 +205,7 @@ TEST_CASE("a resampling brings levels to where the pixels want them, halves by t
     finer += row.level_max > before[parent].level_max;
   }
   CHECK(whole > 10);
-  // The real recipe's last resampling drops and does not split.
+  // With the real recipe, the last refinement drops triangles but does not split.
   if (step < 90 || recipe == train::Recipe::synthetic) CHECK(split > 5);
   if (step > 50) CHECK(coarser > 5);
   if (step > 50) CHECK(finer > 2);
@@ -215,7 +216,7 @@ TEST_CASE("triangles are counted in every view that shows them", "[levels]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views;
   for (int v = 0; v < 70; ++v)
-    views.push_back(test::view_from(0.09 * v, 24 + v % 3, 20));  // more than the bits of two words
+    views.push_back(test::view_from(0.09 * v, 24 + v % 3, 20));  // more views than bits in two words
   SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
   const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
   const auto each = train::visible_in_each(*gpu, s.soup, s.buffers, views);
@@ -231,9 +232,9 @@ TEST_CASE("triangles are counted in every view that shows them", "[levels]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there are views enough", "[levels]") {
+TEST_CASE("real scenes with enough views drop triangles that few views see", "[levels]") {
   auto gpu = test::open_device();
-  constexpr std::uint32_t kMany = 300;  // some are deep among the others
+  constexpr std::uint32_t kMany = 300;  // some are hidden among the others
   const auto views_of = [](int n) {
     std::vector<train::BatchView> views;
     for (int v = 0; v < n; ++v) views.push_back(test::view_from(6.28 * v / n, 24, 20));
@@ -269,14 +270,14 @@ TEST_CASE("what hardly a view vouches for is dropped in real scenes, where there
   CHECK(left == kMany);  // split up to the budget again
 }
 
-TEST_CASE("what photographs show largest is split up to the budget, at the last change too", "[levels]") {
+TEST_CASE("the largest visible triangles are split up to the budget, also at the last refinement", "[levels]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 60, kBudget = 63;
   const std::vector<train::BatchView> views{test::view_from(0.3, 64, 64), test::view_from(1.7, 64, 64),
                                             test::view_from(3.9, 64, 64)};
   SmallScene s(*gpu, kTriangles, {{2, 3}}, views, 5);
   const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
-  // What the splits should come to: the largest one again and again.
+  // The expected splits: always the largest triangle.
   std::vector<double> sizes(seen.area.begin(), seen.area.end());
   std::vector<std::size_t> origin(kTriangles);
   for (std::size_t t = 0; t < kTriangles; ++t) origin[t] = t;

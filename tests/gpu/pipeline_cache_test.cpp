@@ -26,10 +26,10 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
 
 }  // namespace
 
-TEST_CASE("the cache of pipelines is where caches are", "[pipeline_cache]") {
+TEST_CASE("the pipeline cache is in the user's cache folder", "[pipeline_cache]") {
   Variable cache("XDG_CACHE_HOME", "/somewhere"), home("HOME", "/home/me");
   CHECK(gpu::cache_folder() == "/somewhere/trisoup");
-  cache.set("relative");  // which the XDG specification says is to be ignored
+  cache.set("relative");  // ignored, as the XDG specification requires
   CHECK(gpu::cache_folder() == "/home/me/.cache/trisoup");
   cache.set(nullptr);
   CHECK(gpu::cache_folder() == "/home/me/.cache/trisoup");
@@ -37,7 +37,7 @@ TEST_CASE("the cache of pipelines is where caches are", "[pipeline_cache]") {
   CHECK(gpu::cache_folder().empty());
 }
 
-TEST_CASE("a driver gets back what it gave, or nothing", "[pipeline_cache]") {
+TEST_CASE("a driver gets its own data back, or nothing if the file is damaged", "[pipeline_cache]") {
   std::vector<std::byte> data;
   for (int i = 0; i < 100; ++i) data.push_back(static_cast<std::byte>(3 * i));
   const std::vector<std::byte> file = gpu::seal_cache(data);
@@ -54,7 +54,7 @@ TEST_CASE("a driver gets back what it gave, or nothing", "[pipeline_cache]") {
   CHECK_FALSE(gpu::unseal_cache(longer));
 }
 
-TEST_CASE("a device leaves its pipelines in a file, whatever was there", "[pipeline_cache]") {
+TEST_CASE("a device saves its pipelines in a file and replaces damaged files", "[pipeline_cache]") {
   if (test::open_device()->info().backend != "vulkan") return;
   const test::TemporaryFolder folder;
   const Variable cache("XDG_CACHE_HOME", folder.path().c_str());
@@ -71,7 +71,7 @@ TEST_CASE("a device leaves its pipelines in a file, whatever was there", "[pipel
     CHECK(files_in(folder / "trisoup") == files);
     CHECK(gpu::unseal_cache(bytes_of(test::content_of(files[0]))).has_value());
   }
-  // Where nothing can be written nothing is lost.
+  // A cache that cannot be written causes no error.
   std::filesystem::remove_all(folder / "trisoup");
   folder.file("trisoup", "a file");
   test::require_silence(*test::open_device());

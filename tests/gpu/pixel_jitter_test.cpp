@@ -1,4 +1,4 @@
-// Tests steps that do not look at the centres of pixels: train::sampled_at, train::pixel_jitter and
+// Tests pixel jitter, which samples away from pixel centres: train::sampled_at, train::pixel_jitter and
 // shaders/sample_photographs.comp.
 #include <catch2/catch.hpp>
 
@@ -28,7 +28,7 @@ Picture render(SmallScene& s, const train::BatchView& view) {
           s.gpu.download_vector<float>(s.buffers.colour.address(), 3ull * pixels)};
 }
 
-/// What the loss takes for the photographs of these views, RGBA8.
+/// The target images of these views in the loss, RGBA8.
 std::vector<std::uint32_t> targets(SmallScene& s, std::span<const train::BatchView> views) {
   s.buffers.set_batch(views, s.soup.triangles, true);
   s.inputs.target = 0;
@@ -56,11 +56,11 @@ std::vector<std::uint32_t> noise(std::uint32_t width, std::uint32_t height, std:
 
 }  // namespace
 
-TEST_CASE("between the centres of pixels is what a larger picture shows there", "[jitter]") {
+TEST_CASE("jittered renderings match the pixels of a larger rendering", "[jitter]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kWidth = 48, kHeight = 36;
   SmallScene s(*gpu, 40, {{0, 3}}, {test::view_from(0.7, kWidth, kHeight)});
-  // Of each pixel the quarters' centres lie a quarter of a pixel off its own.
+  // Each pixel corresponds to four pixels of the larger image, with centres a quarter of a pixel off its own.
   const Picture large = render(s, test::view_from(0.7, 2 * kWidth, 2 * kHeight));
   for (const int right : {0, 1})
     for (const int below : {0, 1}) {
@@ -78,17 +78,16 @@ TEST_CASE("between the centres of pixels is what a larger picture shows there", 
         }
       CAPTURE(right, below, seen);
       CHECK(seen > 300);
-      CHECK(others <= 2);  // centres on an edge, to the last bit
+      CHECK(others <= 2);  // pixels with the centre exactly on an edge
     }
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a photograph is sampled where the soup is", "[jitter]") {
+TEST_CASE("photographs are sampled at the same positions as the soup", "[jitter]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kWidth = 40, kHeight = 30;
   SmallScene s(*gpu, 1, {{4, 4}}, {test::view_from(0, kWidth, kHeight)});
-  // One triangle over all of the picture with a texture that is smooth at this size: what the soup shows is a
-  // photograph of itself.
+  // One triangle covers the image, with a smooth texture. A rendering of the soup is used as the photograph.
   gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -4, -2}, {0, 4, -2}, {0, 0, 5}});
   std::vector<float> lattice(soup::samples_at(4) * 8);
   soup::Random random(4);
@@ -113,7 +112,7 @@ TEST_CASE("a photograph is sampled where the soup is", "[jitter]") {
     const train::BatchView there = train::sampled_at(view, photograph_at);
     const auto target = targets(s, std::span(&there, 1));
     double sum = 0;
-    for (std::uint32_t y = 2; y + 2 < kHeight; ++y)  // at the border the photograph ends
+    for (std::uint32_t y = 2; y + 2 < kHeight; ++y)  // without the border, where the photograph ends
       for (std::uint32_t x = 2; x + 2 < kWidth; ++x)
         for (int c = 0; c < 3; ++c)
           sum += std::abs(channel(drawn[y * kWidth + x], c) - channel(target[y * kWidth + x], c));
@@ -129,7 +128,8 @@ TEST_CASE("a photograph is sampled where the soup is", "[jitter]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("photographs between their pixels are cubic, and the same bits everywhere", "[jitter][each_driver]") {
+TEST_CASE("photographs are sampled with a cubic filter and give the same bits on all devices",
+          "[jitter][each_driver]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kSizes[][2] = {{21, 17}, {3, 40}, {1, 1}};
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, 8, 8)});
@@ -151,7 +151,7 @@ TEST_CASE("photographs between their pixels are cubic, and the same bits everywh
     const int width = static_cast<int>(kSizes[v][0]), height = static_cast<int>(kSizes[v][1]);
     const auto& photograph = photographs[v];
     CHECK(std::equal(photograph.begin(), photograph.end(), unmoved.begin() + static_cast<std::ptrdiff_t>(first)));
-    // Catmull and Rom's spline through the values at -1, 0, 1 and 2, as a cubic in f.
+    // Catmull-Rom spline through the values at -1, 0, 1 and 2, as a cubic polynomial in f.
     const auto spline = [](const double* p, double f) {
       return p[1] +
              0.5 * f *
@@ -183,7 +183,7 @@ TEST_CASE("photographs between their pixels are cubic, and the same bits everywh
   test::require_silence(*gpu);
 }
 
-TEST_CASE("what is outside a photograph's mask is not mixed in", "[jitter]") {
+TEST_CASE("sampling does not mix in pixels outside the mask", "[jitter]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kSide = 16;
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, kSide, kSide)});
@@ -205,13 +205,13 @@ TEST_CASE("what is outside a photograph's mask is not mixed in", "[jitter]") {
     }
     if (p % kSide == 6 || p % kSide == 7) CHECK(target[p] == photograph[p]);
   }
-  // An even ground stays even, to the last bit: blocks without an error cost nothing.
+  // A uniform area stays exactly uniform, so that its blocks have no error and can be skipped.
   gpu->upload(buffer.address(), std::vector<std::uint32_t>(photograph.size(), 0xfffefdffu));
   CHECK(targets(s, std::span(&there, 1)) == std::vector<std::uint32_t>(photograph.size(), 0xfffefdffu));
   test::require_silence(*gpu);
 }
 
-TEST_CASE("pixels are sampled all around their centres", "[jitter]") {
+TEST_CASE("sampling positions are spread evenly around pixel centres", "[jitter]") {
   const auto sized = [](std::uint32_t index, std::uint32_t width, std::uint32_t height) {
     train::BatchView view;
     view.index = index, view.width = width, view.height = height;

@@ -1,4 +1,4 @@
-// Tests engine/render/renderer.h against the kernels that train.
+// Tests engine/render/renderer.h against the training kernels.
 #include <catch2/catch.hpp>
 
 #include <numeric>
@@ -19,7 +19,7 @@ scene::View view_at(double angle, int width, int height) {
   return view;
 }
 
-/// A random soup of all levels.
+/// A random soup with all texture levels.
 soup::Model random_model(gpu::Device& gpu, std::uint32_t triangles) {
   test::SmallScene scene(gpu, triangles, {{0, 0}, {2, 5}, {1, 3}, {5, 5}, {0, 1}, {2, 4}},
                          {test::view_from(0, 16, 16)});
@@ -32,7 +32,7 @@ double mean_of(const Image& image) {
 
 }  // namespace
 
-TEST_CASE("the renderer shows what the kernels infer", "[renderer][each_driver]") {
+TEST_CASE("the renderer matches inference by the kernels", "[renderer][each_driver]") {
   auto gpu = test::open_device();
   const soup::Model model = random_model(*gpu, 40);
   const render::MlpUse use = GENERATE(render::MlpUse::compiled, render::MlpUse::read);
@@ -45,7 +45,7 @@ TEST_CASE("the renderer shows what the kernels infer", "[renderer][each_driver]"
   test::require_silence(*gpu);
 }
 
-TEST_CASE("opaque, masked and invisible triangles are told apart", "[renderer]") {
+TEST_CASE("opaque, masked and invisible triangles are distinguished", "[renderer]") {
   auto gpu = test::open_device();
   soup::Model model = random_model(*gpu, 12);
   for (std::size_t t = 0; t < 12; ++t)
@@ -63,7 +63,7 @@ TEST_CASE("opaque, masked and invisible triangles are told apart", "[renderer]")
   }
 }
 
-TEST_CASE("anti-aliasing averages what finer pictures show", "[renderer]") {
+TEST_CASE("anti-aliasing approximates a supersampled image", "[renderer]") {
   auto gpu = test::open_device();
   const soup::Model model = random_model(*gpu, 40);
   const render::GpuModel drawn = render::upload_model(*gpu, model);
@@ -73,7 +73,7 @@ TEST_CASE("anti-aliasing averages what finer pictures show", "[renderer]") {
     options.aa = aa;
     return renderer.picture(drawn, render::view_of(view_at(0.3, 96 * scale, 64 * scale).camera, 0.025, 2.5), options);
   };
-  // The box-filtered picture of eight times the size is the truth.
+  // The reference is an image of eight times the size after a box filter.
   const Image fine = picture(8, render::AntiAliasing::none);
   const auto error = [&](render::AntiAliasing aa) {
     const Image image = picture(1, aa);
@@ -93,13 +93,13 @@ TEST_CASE("anti-aliasing averages what finer pictures show", "[renderer]") {
   const double none = error(render::AntiAliasing::none), msaa = error(render::AntiAliasing::msaa),
                ssaa = error(render::AntiAliasing::ssaa);
   CAPTURE(none, msaa, ssaa);
-  // Four samples for one: a quarter of the variance, less what the grid and the shading leave.
+  // Four samples have a quarter of the variance of one, apart from effects of the sample grid and of shading.
   CHECK(msaa < 0.5 * none);
   CHECK(ssaa < 0.5 * none);
   test::require_silence(*gpu);
 }
 
-TEST_CASE("every mode draws, silently", "[renderer]") {
+TEST_CASE("every mode draws without validation messages", "[renderer]") {
   auto gpu = test::open_device();
   const soup::Model model = random_model(*gpu, 20);
   const render::GpuModel drawn = render::upload_model(*gpu, model);
@@ -110,7 +110,7 @@ TEST_CASE("every mode draws, silently", "[renderer]") {
       options.mode = static_cast<render::Mode>(mode);
       options.aa = aa;
       const Image image = renderer.picture(drawn, render::view_of(view_at(0.5, 80, 60).camera, 0.025, 2.5), options);
-      // Alpha alone makes a mean of 64.
+      // An image with alpha only would have a mean of 64.
       CAPTURE(mode, to_string(aa));
       CHECK(mean_of(image) > 65);
     }
@@ -119,7 +119,7 @@ TEST_CASE("every mode draws, silently", "[renderer]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("renderer and kernels clip triangles that reach behind the camera alike, and drop them alike",
+TEST_CASE("renderer and kernels clip or drop triangles that reach behind the camera in the same way",
           "[renderer][each_driver]") {
   auto gpu = test::open_device();
   soup::Model model = random_model(*gpu, 30);
@@ -141,17 +141,17 @@ TEST_CASE("renderer and kernels clip triangles that reach behind the camera alik
     for (const scene::View& view : views) batch.push_back(train::batch_view(view.camera, 0.025, 4.0));
     shown.push_back(train::count_visible(*gpu, soup, buffers, batch));
   }
-  // Some of them cross, and are seen, or the test says nothing.
+  // The test needs visible triangles that cross the camera plane.
   std::size_t crossing = 0;
   for (std::size_t t = 0; t < 30; ++t) crossing += shown[0][t] > 100 && shown[1][t] < shown[0][t] / 2;
   CHECK(crossing >= 4);
   test::require_silence(*gpu);
 }
 
-TEST_CASE("triangles that reach behind the camera are clipped, or left out as published", "[renderer]") {
+TEST_CASE("triangles that reach behind the camera are clipped, or dropped as published", "[renderer]") {
   auto gpu = test::open_device();
   soup::Model model = random_model(*gpu, 1);
-  // The ground: one large triangle under the camera and far behind it.
+  // The ground is one large triangle that extends below the camera and far behind it.
   model.vertices = {{-50, -30, -0.3f}, {50, -30, -0.3f}, {0, 60, -0.3f}};
   for (std::size_t i = 7; i < model.lattice.size(); i += 8) model.lattice[i] = 255;
   const render::GpuModel drawn = render::upload_model(*gpu, model);
@@ -170,7 +170,7 @@ TEST_CASE("triangles that reach behind the camera are clipped, or left out as pu
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a soup that is visible nowhere gives the background", "[renderer]") {
+TEST_CASE("a soup that is nowhere visible gives the background", "[renderer]") {
   auto gpu = test::open_device();
   soup::Model model = random_model(*gpu, 5);
   for (std::size_t i = 7; i < model.lattice.size(); i += 8) model.lattice[i] = 0;
@@ -189,7 +189,7 @@ TEST_CASE("a soup that is visible nowhere gives the background", "[renderer]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("images that no device can have are refused", "[renderer]") {
+TEST_CASE("image sizes beyond the device's limits throw an error", "[renderer]") {
   auto gpu = test::open_device();
   gpu::Graphics& graphics = *gpu->graphics();
   CHECK_THROWS_WITH(graphics.create_image({gpu::Format::rgba8, graphics.max_side() + 1, 1}, "the wide one"),
@@ -201,7 +201,7 @@ TEST_CASE("images that no device can have are refused", "[renderer]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a copy of an image is the image, larger ones blend neighbours", "[renderer]") {
+TEST_CASE("copies of the same size are exact, and larger copies interpolate", "[renderer]") {
   auto gpu = test::open_device();
   gpu::Graphics& graphics = gpu::graphics_of(*gpu);
   std::vector<std::uint8_t> source(4 * 5 * 3);
@@ -229,6 +229,6 @@ TEST_CASE("a copy of an image is the image, larger ones blend neighbours", "[ren
         worst = std::max(worst, std::abs((1 - (v - j)) * above + (v - j) * below -
                                          enlarged.rgba[static_cast<std::size_t>(4 * (23 * y + x) + c)]));
       }
-  CHECK(worst < 2.5);  // devices may place samples in steps of 1/256 pixel: up to 1 of 255, and rounding
+  CHECK(worst < 2.5);  // sample positions may be rounded to 1/256 pixel: an error of up to 1 of 255, plus rounding
   test::require_silence(*gpu);
 }

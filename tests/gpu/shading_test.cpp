@@ -1,4 +1,4 @@
-// Tests engine/render/shading.h: the kernel that shades draws what fragments draw, and which of both is chosen.
+// Tests engine/render/shading.h: shading by a kernel matches shading in fragment shaders, and the choice between both.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -32,10 +32,10 @@ render::View camera_at(double angle, int width, int height) {
   return render::view_of(render::look_at(eye, {0, 0, 0}, {0, 0, 1}, 0.9, width, height), 0.025, 2.5);
 }
 
-/// Large enough to be measured.
+/// Large enough for the measurement that chooses how to shade.
 const render::View kLarge = camera_at(0.3, 1280, 720);
 
-/// Draws a picture with a new renderer, and returns how it was shaded.
+/// Draws an image with a new renderer, and returns how it was shaded.
 Shading shaded(gpu::Device& gpu, const render::GpuModel& model, const render::View& view,
                Shading asked = render::asked_shading()) {
   render::Renderer renderer(gpu, asked);
@@ -43,7 +43,7 @@ Shading shaded(gpu::Device& gpu, const render::GpuModel& model, const render::Vi
   return renderer.shading();
 }
 
-/// Files that remember how to shade.
+/// The files that store the chosen way to shade.
 std::vector<std::filesystem::path> choices_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   std::error_code none;
@@ -52,7 +52,7 @@ std::vector<std::filesystem::path> choices_in(const std::filesystem::path& folde
   return files;
 }
 
-/// Levels of 255 that two pictures of one size differ by at most.
+/// Largest difference of two images of the same size, in levels of 255.
 int difference(const Image& a, const Image& b) {
   REQUIRE(a.rgba.size() == b.rgba.size());
   int worst = 0;
@@ -60,15 +60,15 @@ int difference(const Image& a, const Image& b) {
   return worst;
 }
 
-/// The difference that is allowed. Drivers of CPUs compute the same for both kinds of shader. A GPU's driver may fuse
-/// other products and sums in a kernel, which can turn the rounding of a colour.
+/// Largest allowed difference. Drivers for CPUs compute the same in both kinds of shader. A GPU driver may contract
+/// other products and sums in a kernel, which can change the rounding of a colour.
 int tolerance(const gpu::Device& gpu) { return gpu.info().kind == gpu::Kind::cpu ? 0 : 1; }
 
 bool is_choice(const std::string& content) { return content == "fragment\n" || content == "compute\n"; }
 
 }  // namespace
 
-TEST_CASE("a kernel shades the pictures that fragments shade", "[renderer][shading][each_driver]") {
+TEST_CASE("shading by a kernel matches shading in fragment shaders", "[renderer][shading][each_driver]") {
   auto gpu = test::open_device();
   const soup::Model model = soup_of(*gpu, 40);
   const auto use = GENERATE(render::MlpUse::compiled, render::MlpUse::read);
@@ -91,7 +91,7 @@ TEST_CASE("a kernel shades the pictures that fragments shade", "[renderer][shadi
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a kernel shades every mode as fragments do", "[renderer][shading]") {
+TEST_CASE("shading by a kernel matches fragment shaders in every mode", "[renderer][shading]") {
   auto gpu = test::open_device();
   const soup::Model model = soup_of(*gpu, 20);
   const render::GpuModel drawn = render::upload_model(*gpu, model, render::MlpUse::read);
@@ -107,7 +107,7 @@ TEST_CASE("a kernel shades every mode as fragments do", "[renderer][shading]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("smooth edges are left to fragments", "[renderer][shading]") {
+TEST_CASE("anti-aliased images are shaded in fragment shaders", "[renderer][shading]") {
   auto gpu = test::open_device();
   const render::GpuModel drawn = render::upload_model(*gpu, soup_of(*gpu, 20), render::MlpUse::read);
   render::Renderer renderer(*gpu, Shading::compute), fragments(*gpu, Shading::fragment);
@@ -122,7 +122,7 @@ TEST_CASE("smooth edges are left to fragments", "[renderer][shading]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("pictures that follow one another without waiting stay apart", "[renderer][shading]") {
+TEST_CASE("consecutive images without waiting do not affect each other", "[renderer][shading]") {
   auto gpu = test::open_device();
   gpu::Graphics& graphics = gpu::graphics_of(*gpu);
   const render::GpuModel drawn = render::upload_model(*gpu, soup_of(*gpu, 40), render::MlpUse::read);
@@ -130,7 +130,7 @@ TEST_CASE("pictures that follow one another without waiting stay apart", "[rende
   std::vector<gpu::Image> pictures;
   std::vector<Image> expected;
   for (int i = 0; i < 4; ++i) expected.push_back(kernel.picture(drawn, camera_at(i, 150, 90), {}));
-  // One target that both write, and a frame that is written again as soon as a kernel has read it.
+  // Both images write one target, and share a frame that is overwritten as soon as a kernel has read it.
   const gpu::Image target = graphics.create_image({gpu::Format::rgba8, 150, 90}, "picture");
   for (int i = 0; i < 4; ++i) {
     pictures.push_back(graphics.create_image({gpu::Format::rgba8, 150, 90}, "picture"));
@@ -144,20 +144,20 @@ TEST_CASE("pictures that follow one another without waiting stay apart", "[rende
   test::require_silence(*gpu);
 }
 
-TEST_CASE("what is faster is measured once with a large picture, and kept in a file", "[renderer][shading]") {
+TEST_CASE("the faster way to shade is measured once with a large image and stored in a file", "[renderer][shading]") {
   auto gpu = test::open_device();
   const test::TemporaryFolder folder;
   const test::Variable cache("XDG_CACHE_HOME", folder.path().c_str()), asked("TRISOUP_SHADING", nullptr);
   const std::filesystem::path kept = folder / "trisoup";
   const soup::Model model = soup_of(*gpu, render::kLeastTriangles), small = soup_of(*gpu, render::kLeastTriangles - 1);
-  // Small pictures, small models and an answer from the caller are no reason to measure.
+  // Small images, small models and an explicit choice of the caller cause no measurement.
   gpu = test::open_device();
   {
     const render::GpuModel drawn = render::upload_model(*gpu, model), few = render::upload_model(*gpu, small);
     CHECK(shaded(*gpu, drawn, camera_at(0.3, 640, 360)) == Shading::fragment);
     CHECK(shaded(*gpu, few, kLarge) == Shading::fragment);
     CHECK(shaded(*gpu, drawn, kLarge, Shading::compute) == Shading::compute);
-    // Other modes have other shaders, and a renderer's second picture must not wait.
+    // Other modes have other shaders, and only a renderer's first image may wait for a measurement.
     render::Renderer renderer(*gpu);
     render::DrawOptions options;
     options.mode = render::Mode::normals;
@@ -172,7 +172,7 @@ TEST_CASE("what is faster is measured once with a large picture, and kept in a f
     CHECK(test::content_of(files[0]) == std::string(render::to_string(measured)) + "\n");
   }
   test::require_silence(*gpu);
-  // The file's answer holds for pictures and models of any size.
+  // The stored choice applies to images and models of any size.
   const auto file = choices_in(kept).at(0);
   for (const Shading said : {Shading::compute, Shading::fragment}) {
     std::ofstream(file, std::ios::binary) << render::to_string(said) << '\n';
@@ -194,7 +194,7 @@ TEST_CASE("what is faster is measured once with a large picture, and kept in a f
   test::require_silence(*gpu);
 }
 
-TEST_CASE("where no file can be written it is measured once a device", "[renderer][shading]") {
+TEST_CASE("without a writable file, shading is measured once per device", "[renderer][shading]") {
   auto gpu = test::open_device();
   const test::TemporaryFolder folder;
   const test::Variable cache("XDG_CACHE_HOME", folder.path().c_str()), asked("TRISOUP_SHADING", nullptr);
@@ -204,13 +204,13 @@ TEST_CASE("where no file can be written it is measured once a device", "[rendere
   const render::GpuModel drawn = render::upload_model(*gpu, model);
   const Shading first = shaded(*gpu, drawn, kLarge);
   CHECK(gpu::graphics_of(*gpu).recall("shade_fixed") == render::to_string(first));
-  // A picture too small to be measured knows it too.
+  // The choice also applies to an image that is too small for a measurement.
   CHECK(shaded(*gpu, drawn, camera_at(0.3, 64, 36)) == first);
   CHECK(test::content_of(folder / "trisoup") == "a file");
   test::require_silence(*gpu);
 }
 
-TEST_CASE("TRISOUP_SHADING decides, and takes three words", "[renderer][shading]") {
+TEST_CASE("TRISOUP_SHADING sets the choice and accepts three words", "[renderer][shading]") {
   auto gpu = test::open_device();
   const render::GpuModel drawn = render::upload_model(*gpu, soup_of(*gpu, 5), render::MlpUse::read);
   test::Variable asked("TRISOUP_SHADING", "compute");

@@ -1,5 +1,5 @@
-// Tests engine/train/step/shared_soup.h: that any number of ranks trains the same bits as one, with threads as ranks,
-// each with a device of its own ([repeats]: on a driver that would be compiling most of the time).
+// Tests engine/train/step/shared_soup.h: any number of ranks gives the same bits as one rank. Ranks are threads, each
+// with its own device. The tag [repeats] excludes these tests on drivers that would mostly compile kernels.
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
@@ -15,24 +15,24 @@ using namespace trisoup;
 
 namespace {
 
-/// Views of sizes that leave blocks and slices of uneven size.
+/// Views with sizes that give blocks and slices of unequal size.
 std::vector<train::BatchView> views() {
   return {test::view_from(0.3, 50, 40), test::view_from(2.0, 33, 35), test::view_from(4.0, 16, 9)};
 }
 
-/// What a rank checks: assertions of the test's own are for one thread alone.
+/// Assertion for ranks. Catch's assertions are not thread-safe.
 void expect(bool holds, const char* what) {
   if (!holds) throw Error("{}", what);
 }
 
-/// Puts the second half of the triangles where the first half is: wherever both pass they are equally near, and with
-/// ranks each other's.
+/// Moves the second half of the triangles to the positions of the first half. Each pair has equal depth, and with
+/// several ranks belongs to different ranks.
 void make_ties(test::SmallScene& scene) {
   const std::uint64_t half = scene.soup.triangles / 2 * 36ull;
   scene.gpu.copy(scene.soup.vertices.address() + half, scene.soup.vertices.address(), half);
 }
 
-/// Every parameter and moment after `steps` steps of one rank.
+/// Returns all parameters and moments after `steps` steps with one rank.
 std::vector<float> alone(std::uint32_t triangles, std::vector<soup::TextureLevels> levels, std::uint32_t steps,
                          bool ties = false) {
   auto gpu = test::open_device();
@@ -44,7 +44,7 @@ std::vector<float> alone(std::uint32_t triangles, std::vector<soup::TextureLevel
 
 }  // namespace
 
-TEST_CASE("triangles are divided by the bytes of their textures, all of them, in order", "[ranks][repeats]") {
+TEST_CASE("all triangles are divided between ranks in order, by the size of their textures", "[ranks][repeats]") {
   std::vector<soup::TextureLevels> levels(100, {2, 5});
   std::fill_n(levels.begin(), 60, soup::TextureLevels{2, 2});
   const auto table = soup::make_texture_table(levels).entries;
@@ -67,7 +67,7 @@ TEST_CASE("triangles are divided by the bytes of their textures, all of them, in
   CHECK(train::divided({}, 3)[2].count() == 0);
 }
 
-TEST_CASE("one rank and several train the same bits", "[ranks][repeats]") {
+TEST_CASE("one rank and several ranks give the same bits", "[ranks][repeats]") {
   const std::vector<soup::TextureLevels> levels{{0, 0}, {2, 3}, {2, 5}, {2, 2}};
   constexpr std::uint32_t kSteps = 4;
   const std::uint32_t triangles = GENERATE(2u, 60u);
@@ -90,16 +90,16 @@ TEST_CASE("one rank and several train the same bits", "[ranks][repeats]") {
       scene.shared->compare();
     });
     CHECK(thrown == std::vector<std::string>(static_cast<std::size_t>(size)));
-    for (const auto& state : states) CHECK((state == expected));  // of thousands of floats: not to be printed
+    for (const auto& state : states) CHECK((state == expected));  // parentheses avoid printing thousands of floats
     if (triangles < 60) continue;
-    // What a rank has room for is its share, but for a triangle more or less.
+    // The memory of a rank is its share, up to the size of one triangle.
     std::uint64_t all = 0, largest = 64 * soup::samples_in(2, 5) + 32 * soup::samples_at(5);
     for (const std::uint64_t b : bytes) all += b;
     for (const std::uint64_t b : bytes) CHECK(b <= all / static_cast<std::uint64_t>(size) + largest);
   }
 }
 
-TEST_CASE("one rank and several measure and paint the same", "[ranks][repeats]") {
+TEST_CASE("one rank and several ranks measure and paint the same", "[ranks][repeats]") {
   std::vector<train::BatchView> seen = views();
   std::vector<Image> images;
   soup::Random random(9);
@@ -152,7 +152,7 @@ TEST_CASE("one rank and several measure and paint the same", "[ranks][repeats]")
   }
 }
 
-TEST_CASE("lists that do not fit on one rank let no rank take the step", "[ranks][repeats]") {
+TEST_CASE("if lists do not fit on one rank, no rank completes the step", "[ranks][repeats]") {
   constexpr std::uint32_t kTriangles = 60;
   const std::vector<float> expected = alone(kTriangles, {{2, 4}}, 2);
   std::vector<std::vector<float>> states(3);
@@ -180,10 +180,10 @@ TEST_CASE("lists that do not fit on one rank let no rank take the step", "[ranks
   });
   CHECK(thrown == std::vector<std::string>(3));
   CHECK(again == std::vector<int>{1, 1, 1});
-  for (const auto& state : states) CHECK((state == expected));  // of thousands of floats: not to be printed
+  for (const auto& state : states) CHECK((state == expected));  // parentheses avoid printing thousands of floats
 }
 
-TEST_CASE("ranks whose devices do not compute the same are found out", "[ranks][repeats]") {
+TEST_CASE("different results on the devices of ranks are detected", "[ranks][repeats]") {
   const auto thrown = test::run_as_ranks(3, [&](ranks::Ranks& ranks) {
     auto gpu = test::open_device();
     test::SmallScene scene(*gpu, 20, {{2, 3}}, views(), 1, &ranks);

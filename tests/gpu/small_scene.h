@@ -1,4 +1,4 @@
-// A few triangles before a few cameras, on the device under test with the validation layers on.
+// A small scene for tests on a device: a few triangles and cameras, with the validation layers enabled.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,13 @@
 
 namespace trisoup::test {
 
-/// Those of the device under test: TRISOUP_BACKEND and TRISOUP_DEVICE, or what Vulkan has best.
+/// Options of the device under test, from TRISOUP_BACKEND and TRISOUP_DEVICE. Default: the best Vulkan device.
 inline gpu::DeviceOptions device_options() {
   gpu::DeviceOptions options;
   const char* const backend = std::getenv("TRISOUP_BACKEND");
   options.backend = backend ? backend : "vulkan";
   if (const char* name = std::getenv("TRISOUP_DEVICE")) options.device = name;
-  options.validation = !std::getenv("TRISOUP_NO_VALIDATION");  // where the layers are not installed
+  options.validation = !std::getenv("TRISOUP_NO_VALIDATION");  // for machines without the layers
   return options;
 }
 
@@ -39,7 +39,7 @@ inline std::unique_ptr<gpu::Device> open_device(std::uint64_t lose_after = 0) {
   return gpu::open_device(options);
 }
 
-/// Fails the test on any message of the validation layers.
+/// Fails the test if the validation layers reported any message.
 inline void require_silence(const gpu::Device& gpu) {
   for (const std::string& message : gpu.validation_messages()) FAIL_CHECK(message);
 }
@@ -58,7 +58,7 @@ inline train::BatchView view_from(double angle, std::uint32_t width, std::uint32
   return train::batch_view(camera, 0.025, 2.5);
 }
 
-/// A random soup in a box of half side 0.3 with random logits.
+/// A random soup with random logits in a box with half side 0.3.
 struct SmallScene {
   SmallScene(gpu::Device& device, std::uint32_t triangles, std::vector<soup::TextureLevels> levels,
              std::vector<train::BatchView> batch, std::uint64_t seed = 1, ranks::Ranks* ranks = nullptr)
@@ -95,7 +95,7 @@ struct SmallScene {
   }
   static train::Rates rates(std::uint32_t i) { return {5e-2, 2.5e-4, 1e-2, i + 1, i + 1, i + 1}; }
 
-  /// Every parameter and every moment, of all ranks.
+  /// Returns all parameters and moments, of all ranks.
   std::vector<float> state() {
     const std::uint64_t vertices = 3ull * soup.triangles, textures = soup.source_samples * 8, mlp = 595;
     std::vector<float> all;

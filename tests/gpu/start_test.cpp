@@ -1,5 +1,5 @@
-// Tests engine/train/start/painting.h and engine/train/topology/hole_guard.h on a device: what a start shows before the
-// first step, and that what it covers stays covered.
+// Tests engine/train/start/painting.h and engine/train/topology/hole_guard.h on a device: renderings before the first
+// step, and that covered pixels stay covered.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using test::SmallScene;
 
 namespace {
 
-/// From x = 1 towards the origin. Smooth colours; a square of it, of another colour, is masked out.
+/// A view from x = 1 towards the origin with smooth colours. A square of another colour is masked.
 scene::View smooth_view() {
   constexpr int kSide = 64;
   scene::View v;
@@ -43,7 +43,7 @@ scene::View smooth_view() {
 
 }  // namespace
 
-TEST_CASE("a painted start shows the photographs before the first step", "[start]") {
+TEST_CASE("a painted start matches the photographs before the first step", "[start]") {
   auto gpu = test::open_device();
   scene::Scene scene;
   scene.train = scene.test = {smooth_view()};
@@ -56,7 +56,7 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
   settings.level_min = GENERATE(0u, 2u);
   settings.level_max = 4;
   settings.samples_per_pixel = GENERATE(0.0, 1.0);
-  constexpr float h = 0.42f;  // fills the picture
+  constexpr float h = 0.42f;  // fills the image
   train::Start square(std::vector<glm::vec3>{{0, -h, -h}, {0, h, -h}, {0, h, h}, {0, -h, -h}, {0, h, h}, {0, -h, h}});
   square.colours.assign(6, glm::vec3(0.3f, 0.4f, 0.6f));
   const auto psnr = [&](bool paint) {
@@ -68,7 +68,7 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
                               white = colour[3 * (20 * 64 + 40)];
                             })
                             .mean.psnr;
-    CHECK(white < 0.8f);  // what is masked out says nothing
+    CHECK(white < 0.8f);  // masked pixels have no influence
     return psnr;
   };
   CHECK(psnr(false) < 18);
@@ -76,7 +76,7 @@ TEST_CASE("a painted start shows the photographs before the first step", "[start
   test::require_silence(*gpu);
 }
 
-TEST_CASE("painted textures are means over the pixels of each level's samples", "[start][each_driver]") {
+TEST_CASE("painted textures are means over the pixels of the samples of each level", "[start][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(3);
   std::vector<train::BatchView> views{test::view_from(0.4, 61, 47), test::view_from(2.5, 40, 40)};
@@ -95,7 +95,7 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
   settings.level_min = GENERATE(0u, 2u);
   settings.level_max = 4;
 
-  // The same from sums of every level by itself, in double.
+  // Computes the same values in double, with separate sums for each level.
   const std::vector<soup::TextureEntry> table =
       soup::make_texture_table(14, {settings.level_min, settings.level_max}).entries;
   std::vector<glm::dvec4> sums(train::source_samples(table), glm::dvec4(0.0));
@@ -157,9 +157,9 @@ TEST_CASE("painted textures are means over the pixels of each level's samples", 
   test::require_silence(*gpu);
 }
 
-TEST_CASE("what would open a hole stays", "[start][each_driver]") {
+TEST_CASE("the hole guard keeps triangles whose removal would open a hole", "[start][each_driver]") {
   auto gpu = test::open_device();
-  // From the camera at x = 1: a triangle, one behind it, a backdrop.
+  // Seen from the camera at x = 1: triangle 0, triangle 1 behind it, and triangle 2 as backdrop.
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, 16, 16), test::view_from(0.2, 9, 13)});
   std::vector<glm::vec3> vertices;
   for (const float x : {0.2f, 0.0f, -0.5f}) vertices.insert(vertices.end(), {{x, -9, -9}, {x, 9, -9}, {x, 0, 18}});
@@ -173,13 +173,13 @@ TEST_CASE("what would open a hole stays", "[start][each_driver]") {
     return kept;
   };
   using List = std::vector<std::uint32_t>;
-  CHECK(plugged({1, 2}, {false, false, true}, 3) == List{1, 2});  // what is behind it does
-  CHECK(plugged({2}, {false, false, true}, 3) ==
-        List{0, 2});  // without both the backdrop would show; the second was never seen
-  CHECK(plugged({2}, {false, false, false}, 3) == List{2});  // no backdrop, a triangle like others
-  CHECK(plugged({1}, {false, false, true}, 3) == List{1});   // a backdrop behind it is missed by nobody
-  CHECK(plugged({}, {false, false, false}, 3) == List{0});   // or nothing at all would show
-  CHECK(plugged({2}, {false, false, true}, 1) == List{2});   // no room
+  CHECK(plugged({1, 2}, {false, false, true}, 3) == List{1, 2});  // triangle 1 covers the pixels
+  // Without both triangles the backdrop would show. Triangle 1 was never visible, so triangle 0 is kept.
+  CHECK(plugged({2}, {false, false, true}, 3) == List{0, 2});
+  CHECK(plugged({2}, {false, false, false}, 3) == List{2});  // triangle 2 is not a backdrop, so it covers the pixels
+  CHECK(plugged({1}, {false, false, true}, 3) == List{1});   // the backdrop is hidden and not needed
+  CHECK(plugged({}, {false, false, false}, 3) == List{0});   // without it no triangle would be visible
+  CHECK(plugged({2}, {false, false, true}, 1) == List{2});   // the limit of triangles is reached
   CHECK(gpu->download_vector<float>(s.soup.opacity.address(), s.soup.lattice_samples) == before);
   test::require_silence(*gpu);
 }

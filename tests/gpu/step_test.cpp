@@ -45,7 +45,7 @@ TEST_CASE("twenty steps from the same state give the same bits", "[step]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("lists that do not fit change nothing until they do, then give the same bits", "[step]") {
+TEST_CASE("lists that are too small change nothing; after growing they give the same bits", "[step]") {
   auto gpu = test::open_device();
   const std::vector<train::BatchView> views{test::view_from(0, 64, 64), test::view_from(2, 64, 64)};
   SmallScene roomy(*gpu, 60, kFine, views);
@@ -71,13 +71,13 @@ TEST_CASE("lists that do not fit change nothing until they do, then give the sam
   test::require_silence(*gpu);
 }
 
-TEST_CASE("bands of tiles and one pixel a thread give the bits of a step in one piece", "[step]") {
+TEST_CASE("bands of tiles and one pixel per thread give the same bits as a step without bands", "[step]") {
   auto gpu = test::open_device();
   const std::vector<train::BatchView> views{test::view_from(0, 100, 64), test::view_from(2, 64, 75)};
   std::vector<std::vector<float>> states;
   for (int variant = 0; variant < 3; ++variant) {
     SmallScene s(*gpu, 60, {{2, 4}, {0, 0}, {2, 3}, {1, 2}, {2, 2}, {2, 5}}, views);
-    if (variant == 2) s.buffers.one_pixel = s.buffers.wide_textures = true;  // what GPUs do anyway
+    if (variant == 2) s.buffers.one_pixel = s.buffers.wide_textures = true;  // the default on GPUs
     if (variant == 1) {
       s.buffers.most_entries = 300;
       s.buffers.lists = gpu->allocate(300 * 4, "few entries");
@@ -95,7 +95,7 @@ TEST_CASE("bands of tiles and one pixel a thread give the bits of a step in one 
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a schedule and a recorded step give the bits of steps given one by one", "[step]") {
+TEST_CASE("a step queue and a recorded step give the same bits as single steps", "[step]") {
   auto gpu = test::open_device();
   const std::vector<train::BatchView> first{test::view_from(0, 48, 40), test::view_from(2, 33, 47)},
       second{test::view_from(4, 48, 40), test::view_from(5, 33, 47)};
@@ -117,7 +117,7 @@ TEST_CASE("a schedule and a recorded step give the bits of steps given one by on
   });
   for (int i = 0; i < 8; ++i) {
     gpu->replay(list);
-    // What moves in memory makes a backend translate the list again; this buffer is none that the list names.
+    // Any allocation makes a backend translate the list again. The list does not use this buffer.
     if (i == 4) gpu->allocate(1 << 16, "something else");
   }
   CHECK(same_bits(recorded.state(), single.state()));
@@ -128,13 +128,14 @@ TEST_CASE("a schedule and a recorded step give the bits of steps given one by on
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a picture of 3840 x 2160", "[.][watchdog]") {
+TEST_CASE("the work of a submission is bounded: 100,000 triangles that cover an image of 3840 x 2160",
+          "[.][watchdog]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 100'000;
   SmallScene s(*gpu, kTriangles, {{0, 0}}, {test::view_from(0, 8, 8)});
   std::vector<glm::vec3> vertices;
   for (std::uint32_t t = 0; t < kTriangles; ++t) {
-    // The nearest is in the middle of the list. The camera is at x = 1 and looks down the x axis.
+    // The nearest triangle is in the middle of the list. The camera is at x = 1 and looks along the x axis.
     const float x = 0.4f - 1e-5f * std::abs(static_cast<float>(t) - 61'803.0f);
     for (const glm::vec2 corner : {glm::vec2(-9, -9), glm::vec2(9, -9), glm::vec2(0, 18)})
       vertices.emplace_back(x, corner.x, corner.y);
@@ -146,7 +147,8 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   s.step.begin(1, 0, 0, {});
 
   const auto visibility = [&] { return gpu->record([&] { s.step.visibility(train::Thresholds::half, s.inputs); }); };
-  // Pairs of a pixel and a triangle that a segment may visit, and pairs of a tile and a triangle that it compares.
+  // Checks the limits of a segment: pairs of a tile and a triangle that it compares, and pairs of a pixel and a
+  // triangle that it may visit.
   const auto within_bound = [&](const gpu::CommandList& list) {
     std::uint64_t tiles = 0;
     for (const gpu::CommandList::Segment& segment : list.segments)
@@ -161,8 +163,7 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   };
   gpu::CommandList list = visibility();
   within_bound(list);
-  // One of these bands has more entries than lists may: the device says so, and the bands become smaller until one
-  // fits.
+  // A band has more entries than the lists can store. The device reports this, and bands become smaller until one fits.
   bool fits = false;
   for (int tries = 0; tries < 4 && !fits; ++tries) {
     gpu::CommandList last;
@@ -175,7 +176,8 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   }
   REQUIRE(fits);
   CHECK(list.segments.size() > 500);
-  // The whole picture takes an hour on a CPU: the last band, which was drawn above, and the one in the middle.
+  // The whole image would take an hour on a CPU, so the test checks only the last band, drawn above, and the middle
+  // one.
   gpu::CommandList middle;
   middle.segments.push_back(list.segments[list.segments.size() / 2]);
   gpu->replay(middle);
@@ -186,7 +188,7 @@ TEST_CASE("a submission's work is bounded: 100,000 triangles over all of a pictu
   test::require_silence(*gpu);
 }
 
-TEST_CASE("before the optimiser every buffer of a step is that of the kernels on the CPU", "[step][each_driver]") {
+TEST_CASE("all buffers of a step before the optimiser match those of the CPU backend", "[step][each_driver]") {
   auto gpu = test::open_device();
   gpu::DeviceOptions on_cpu;
   on_cpu.backend = "cpu";
@@ -226,7 +228,7 @@ TEST_CASE("before the optimiser every buffer of a step is that of the kernels on
     floats("colour gradients", s.buffers.gradient, 4 * pixels);
     named.emplace_back("lattice gradients", test::lattice_gradient(*device, s.soup, s.buffers));
     sums("vertex gradients", s.soup.vertex_gradient, 9ull * s.soup.triangles);
-    // Devices cut the sum over pixels into different parts.
+    // Devices divide the sum over pixels into different parts.
     const auto partial =
         device->download_vector<float>(s.buffers.mlp_partial.address(), std::size_t(s.buffers.mlp_groups) * 595);
     std::vector<double> mlp(595);
@@ -249,9 +251,9 @@ TEST_CASE("before the optimiser every buffer of a step is that of the kernels on
   test::require_silence(*gpu);
 }
 
-TEST_CASE("levels of a texture sum up and their gradients go back by the transposed interpolation", "[textures]") {
+TEST_CASE("levels of a texture are summed, and gradients use the transposed interpolation", "[textures]") {
   auto gpu = test::open_device();
-  // Mixed levels in one table, as an adaptive budget will have them.
+  // One table with different levels, as with adaptive levels.
   const std::vector<soup::TextureLevels> levels{{2, 5}, {0, 0}, {1, 3}, {0, 5}, {5, 5}, {3, 4}};
   SmallScene s(*gpu, static_cast<std::uint32_t>(levels.size()), levels, {test::view_from(0, 48, 48)});
   const auto lattice = gpu->download_vector<float>(s.soup.lattice.address(), s.soup.lattice_samples * 8);
@@ -309,9 +311,9 @@ TEST_CASE("levels of a texture sum up and their gradients go back by the transpo
   test::require_silence(*gpu);
 }
 
-TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the expected error", "[opacity]") {
+TEST_CASE("the mean of the opacity gradient over thresholds is the gradient of the expected error", "[opacity]") {
   auto gpu = test::open_device();
-  // Three triangles over one view, each of constant opacity and colour (no MLP: feature 3 is 0).
+  // Three triangles in one view, each with constant opacity and colour (without the MLP: feature 3 is 0).
   SmallScene s(*gpu, 3, {{0, 0}}, {test::view_from(0, 8, 8)});
   const double alpha[3] = {0.3, 0.6, 0.8}, shade[3] = {0.1, 0.5, 0.9}, background = 1.0;
   std::vector<float> logits(s.logits.size());
@@ -322,7 +324,7 @@ TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the ex
         logits[(t * 3 + k) * 8 + c] = static_cast<float>(std::log(value / (1 - value)));
       }
   gpu->upload(s.soup.source.address(), logits);
-  // All cover the whole picture, in the order 2, 0, 1 from the camera (which is at x = 1).
+  // All cover the whole image, in the order 2, 0, 1 from the camera at x = 1.
   const float depth[3] = {0.0f, -0.2f, 0.2f};
   std::vector<glm::vec3> vertices;
   for (const float x : depth) vertices.insert(vertices.end(), {{x, -9, -9}, {x, 9, -9}, {x, 0, 18}});
@@ -333,7 +335,7 @@ TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the ex
   const auto target = gpu->download_vector<float>(s.target.address(), 192);
   s.step.sum_textures();
 
-  // By enumeration: E[L1] = mean over pixels and channels of sum over fragments of its weight times its error.
+  // Exact by enumeration: E[L1] is the mean over pixels and channels of the sum over fragments of weight times error.
   const int order[3] = {2, 0, 1};
   double exact[3] = {};
   for (int which = 0; which < 3; ++which) {
@@ -377,7 +379,8 @@ TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the ex
       const double error = std::sqrt(variance[baseline][t] / samples);
       CAPTURE(t, mean[t], exact[t], error);
       CHECK(std::abs(mean[t] - exact[t]) < 4 * error);
-      if (gpu->info().backend == "cpu") CHECK(error < 0.1 * std::abs(exact[t]) + 1e-3);  // or the test says nothing
+      if (gpu->info().backend == "cpu")
+        CHECK(error < 0.1 * std::abs(exact[t]) + 1e-3);  // otherwise the test proves nothing
     }
   }
   for (int t = 0; t < 3; ++t) {
@@ -387,10 +390,10 @@ TEST_CASE("the opacity gradient's mean over thresholds is the gradient of the ex
   test::require_silence(*gpu);
 }
 
-TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their neighbours", "[opacity]") {
+TEST_CASE("masked pixels do not affect opacity gradients, neither their own nor those of neighbours", "[opacity]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 2, {{0, 0}}, {test::view_from(0, 16, 16)});
-  // From the camera at x = 1 each covers one half of the picture, the second one the half that is masked out.
+  // Seen from the camera at x = 1, each triangle covers one half of the image. The half of the second one is masked.
   gpu->upload(s.soup.vertices.address(),
               std::vector<glm::vec3>{{0, -9, 0}, {0, 9, 0}, {0, 0, 18}, {0, -9, 0}, {0, 9, 0}, {0, 0, -18}});
   s.inputs.opacity_baseline = true;
@@ -399,7 +402,7 @@ TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their 
     std::vector<std::uint32_t> photo(256);
     soup::Random random(5);
     s.step.begin(1, 0, 0, {});
-    s.step.visibility(train::Thresholds::half, s.inputs);  // which half of the rows a triangle covers
+    s.step.visibility(train::Thresholds::half, s.inputs);  // finds which half of the rows a triangle covers
     gpu->upload(s.soup.opacity.address(), std::vector<float>(6, 1.0f));
     s.step.visibility(train::Thresholds::half, s.inputs);
     const auto hits = gpu->download_vector<kernels::Hit>(s.buffers.hits.address(), 256);
@@ -438,7 +441,7 @@ TEST_CASE("pixels out of the loss teach opacities nothing, and nothing to their 
   test::require_silence(*gpu);
 }
 
-TEST_CASE("views of any size go together, also those smaller than the SSIM window", "[step]") {
+TEST_CASE("a batch can contain views of any size, also smaller than the SSIM window", "[step]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views{test::view_from(0, 1, 1), test::view_from(1, 7, 5), test::view_from(2, 17, 33),
                                       test::view_from(3, 64, 48)};
@@ -447,7 +450,7 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
   SmallScene together(*gpu, kTriangles, kFine, views);
   together.buffers.reserve_lists(1 << 16);
   const auto& batch = together.buffers.batch();
-  // A view alone weighs as much as in the batch.
+  // A single view gets the same weights as in the batch.
   const auto run = [&](SmallScene& s) {
     s.step.begin(1, 0, 0, {});
     const float weights[2] = {static_cast<float>(1.0 / (3.0 * batch.pixels)),
@@ -512,7 +515,7 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
     const auto own_loss = losses(alone);
     for (std::size_t i = 0; i < 3; ++i) loss[i] += own_loss[i];
   }
-  // Fixed-point sums of parts are the sum of the whole, to the last bit.
+  // Fixed-point sums of the views add up exactly to the sum of the batch.
   CHECK(lattice == test::lattice_quanta(*gpu, together.soup, together.buffers));
   CHECK(vertices == sums(together.soup.vertex_gradient, vertex_words));
   const auto whole_mlp = mlp_gradient(together);
@@ -527,7 +530,7 @@ TEST_CASE("views of any size go together, also those smaller than the SSIM windo
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a batch without a single SSIM window trains on L1 alone", "[step]") {
+TEST_CASE("a batch without any SSIM window uses only the L1 loss", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 10, kFine, {test::view_from(0, 10, 40), test::view_from(1, 64, 10)});
   REQUIRE(s.buffers.batch().windows == 0);
@@ -546,7 +549,8 @@ TEST_CASE("a batch without a single SSIM window trains on L1 alone", "[step]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("small errors pull in proportion to their size where they are to, larger ones all alike", "[step]") {
+TEST_CASE("with the Huber loss, gradients of small errors are proportional and those of larger errors constant",
+          "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 10, kFine, {test::view_from(0, 10, 40), test::view_from(1, 64, 10)});
   REQUIRE(s.buffers.batch().windows == 0);  // no SSIM
@@ -568,7 +572,7 @@ TEST_CASE("small errors pull in proportion to their size where they are to, larg
   }
   CHECK(worst < 1e-6);
   CHECK((small > n / 10 && large > n / 10));
-  // What opacities learn from, and what is reported, is the error itself.
+  // Opacity gradients and reports use the plain L1 error.
   for (std::size_t p = 0; p < n; ++p) {
     double sum = 0;
     for (std::size_t c = 0; c < 3; ++c) sum += std::abs(double(colour[3 * p + c]) - target[3 * p + c]);
@@ -578,7 +582,7 @@ TEST_CASE("small errors pull in proportion to their size where they are to, larg
   test::require_silence(*gpu);
 }
 
-TEST_CASE("triangles that no rasteriser likes leave every value finite", "[step]") {
+TEST_CASE("degenerate triangles keep all values finite", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 12, kFine, {test::view_from(0, 48, 48)});
   auto v = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 36);
@@ -590,7 +594,7 @@ TEST_CASE("triangles that no rasteriser likes leave every value finite", "[step]
   v[15] = {1.0f, 0, 0};  // at the camera
   v[18] = {3.0f, 0, 0};  // behind it
   v[21] = {0.97f, -50, -50}, v[22] = {0.97f, 50, -50},
-  v[23] = {0.97f, 0, 100};  // before everything, far out of the picture
+  v[23] = {0.97f, 0, 100};  // in front of everything and far outside the image
   v[24] = {1e6f, 0, 0};
   gpu->upload(s.soup.vertices.address(), v);
   s.buffers.reserve_lists(1 << 16);
@@ -605,7 +609,7 @@ TEST_CASE("triangles that no rasteriser likes leave every value finite", "[step]
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
+TEST_CASE("training steps reduce the loss", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 60, kFine, {test::view_from(0, 48, 48), test::view_from(1.5, 48, 48)});
   std::vector<float> flat(3ull * s.buffers.batch().pixels, 0.25f);
@@ -621,25 +625,26 @@ TEST_CASE("a step lowers the loss it is meant to lower", "[step]") {
   test::require_silence(*gpu);
 }
 
-TEST_CASE("the texture of what no view shows stays as it is, unless it is to go on by its moments", "[step]") {
+TEST_CASE("textures without gradients are unchanged, unless every texture is updated", "[step]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 40, kHidden = 7;
-  const bool opaque = GENERATE(false, true);  // then colours alone have gradients
+  const bool opaque = GENERATE(false, true);  // true: only colours have gradients
   struct After {
     std::vector<float> vertices, source, moment1, moment2, lattice;
   };
-  std::array<After, 4> after;  // at the start; one step; one step of everything; one step that looks at every gradient
+  /// The start; after one step; after one step that updates every texture; after one step that reads every gradient.
+  std::array<After, 4> after;
   for (int run = 0; run < 4; ++run) {
     SmallScene s(*gpu, kTriangles, kFine, {test::view_from(0, 48, 40), test::view_from(2, 33, 47)});
     s.buffers.reserve_lists(1 << 16);
-    // Above all cameras, far out of their sight.
+    // Moves a triangle far above the views of all cameras.
     auto vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 3 * kTriangles);
     for (std::uint32_t k = 0; k < 3; ++k) vertices[3 * kHidden + k].z += 50;
     gpu->upload(s.soup.vertices.address(), vertices);
     const auto fill = [&](const gpu::Buffer& buffer, std::uint64_t n, float value) {
       gpu->upload(buffer.address(), std::vector<float>(n, value));
     };
-    // A third is glass: no pixel shows it, but it is judged for what it lets through.
+    // A third of the triangles is almost transparent: no pixel shows them, but they have opacity gradients.
     auto logits = gpu->download_vector<float>(s.soup.source.address(), s.soup.source_samples * 8);
     const std::size_t each = logits.size() / kTriangles;
     for (std::size_t i = 7; i < logits.size(); i += 8)
@@ -665,7 +670,7 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
         values(s.soup.source_moment1, s.soup.source_samples * 8),
         values(s.soup.source_moment2, s.soup.source_samples * 8), values(s.soup.lattice, s.soup.lattice_samples * 8)};
   }
-  // of(array, t): what belongs to triangle t; all triangles have as much.
+  // of(array, t): the values of triangle t. All triangles have the same number of values.
   const auto of = [&](const std::vector<float>& all, std::uint32_t t) {
     const std::size_t each = all.size() / kTriangles;
     return std::vector<float>(all.begin() + static_cast<std::ptrdiff_t>(t * each),
@@ -682,7 +687,7 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
       CHECK(same_bits(some, of(after[3].*member, t)));
       if (t == kHidden) CHECK(stayed);
       learnt += !stayed;
-      if (stayed || member == &After::lattice) continue;  // which every level has a part in
+      if (stayed || member == &After::lattice) continue;  // a lattice value depends on all levels
       std::size_t alone = 0, neither = 0;
       for (std::size_t i = 0; i < some.size(); ++i) {
         alone += some[i] == before[i] && some[i] != all[i];
@@ -693,15 +698,15 @@ TEST_CASE("the texture of what no view shows stays as it is, unless it is to go 
     }
   CHECK(left_alone > 0);
   CHECK(learnt > (opaque ? 1 : 2) * kTriangles);
-  CHECK(same_bits(after[1].vertices, after[2].vertices));  // vertices go on in any case
+  CHECK(same_bits(after[1].vertices, after[2].vertices));  // vertices are updated in both cases
   test::require_silence(*gpu);
 }
 
-TEST_CASE("texture and MLP gradients of a whole step agree with differences of its loss", "[step]") {
+TEST_CASE("texture and MLP gradients of a whole step match finite differences of its loss", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 8, kFine, {test::view_from(0, 40, 40), test::view_from(1, 40, 40)});
-  // One view brighter than anything drawn, the other darker: where a colour passes its target, the L1 error has a kink
-  // that differences step over.
+  // One target is brighter than every rendered colour and the other one darker. If a colour crossed its target, finite
+  // differences would step over the kink of the L1 error.
   auto targets = gpu->download_vector<float>(s.target.address(), 3ull * s.buffers.batch().pixels);
   for (std::size_t i = 0; i < targets.size(); ++i) targets[i] += i < targets.size() / 2 ? 1.0f : -1.0f;
   gpu->upload(s.target.address(), targets);
@@ -729,7 +734,7 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
   const auto mlp = gpu->download_vector<float>(s.inputs.mlp_gradient, 595);
   auto weights = gpu->download_vector<float>(s.soup.mlp.address(), 595);
 
-  // The largest of each channel: small ones drown in the rounding of a float image.
+  // Uses the largest gradient of each channel, because small ones are lost in the rounding of a float image.
   double ab = 0, bb = 0, aa = 0;
   const auto compare = [&](double actual, float& value, gpu::Address address, float h) {
     const float kept = value;
@@ -758,10 +763,10 @@ TEST_CASE("texture and MLP gradients of a whole step agree with differences of i
   test::require_silence(*gpu);
 }
 
-TEST_CASE("visible pixels of many views are counted in passes that do not outgrow their room", "[visibility]") {
+TEST_CASE("visible pixels of many views are counted in passes of limited memory", "[visibility]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views;
-  // Small pictures: what fills the room is a triangle in a view, what takes time a triangle over a pixel.
+  // Small images, because memory depends on triangles per view, and time on triangles per pixel.
   for (int i = 0; i < 24; ++i) views.push_back(test::view_from(0.26 * i, 8, 8));
   constexpr std::uint32_t kTriangles = 24'000;  // all views at once would take 37 MB
   SmallScene s(*gpu, kTriangles, {{0, 0}}, {views[0]});
@@ -777,7 +782,7 @@ TEST_CASE("visible pixels of many views are counted in passes that do not outgro
   test::require_silence(*gpu);
 }
 
-TEST_CASE("where rendering and target are the same nothing pulls, and next to it as much as it should", "[step]") {
+TEST_CASE("the loss has no gradient at pixels equal to the target, and exact gradients next to them", "[step]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 20, kFine, {test::view_from(0, 90, 70), test::view_from(1, 40, 57), test::view_from(2, 33, 9)});
   const auto& batch = s.buffers.batch();
@@ -786,8 +791,8 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
   s.step.shade(s.inputs);
   const auto colour = gpu->download_vector<float>(s.buffers.colour.address(), 3ull * batch.pixels);
   auto target = colour;
-  // A pixel whose windows all begin in its own block and reach into three others, four at the corner of another, a
-  // strip at a border.
+  // The differing pixels: one whose windows all start in its own block and reach into three others, four at the corner
+  // of another block, and a strip at a border.
   soup::Random random(4);
   for (const auto& [view, x0, y0, x1, y1] :
        {std::array{0u, 44u, 28u, 45u, 29u}, {0u, 79u, 47u, 81u, 49u}, {1u, 0u, 50u, 40u, 57u}})
@@ -796,7 +801,7 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
         for (int c = 0; c < 3; ++c)
           target[3 * (batch.records[view].pixel_offset + y * batch.records[view].width + x) + c] = random.uniform01();
   gpu->upload(s.target.address(), target);
-  // What a step before left must not be taken for this one's.
+  // Fills buffers with other values, because results of an earlier step must not be used.
   gpu->fill(s.buffers.partial.address(), s.buffers.partial.bytes(), 0x3f800000u);
   gpu->fill(s.buffers.gradient.address(), s.buffers.gradient.bytes(), 0x3f800000u);
   s.step.loss(s.inputs);
@@ -841,7 +846,7 @@ TEST_CASE("where rendering and target are the same nothing pulls, and next to it
   for (std::size_t p = 0; p < batch.pixels; ++p)
     for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(gradient[4 * p + c] - expected[3 * p + c]));
   CHECK(worst < 1e-5 * largest);
-  CHECK(none > batch.pixels);  // a third and more of all values: or nothing was passed over
+  CHECK(none > batch.pixels);  // more than a third of all values; otherwise no block was skipped
   const auto r = gpu->download_vector<kernels::Statistics>(s.buffers.statistics.address(), 1)[0];
   CHECK(std::abs(train::fixed_sum(r.ssim_low, r.ssim_high) - ssim) < 1e-6);
   test::require_silence(*gpu);

@@ -1,5 +1,5 @@
-// Tests shaders/common/fixed_point.h and block_sums.h through the kernels that use them: sums are those of double, in
-// whatever order they are made.
+// Tests shaders/common/fixed_point.h and block_sums.h through kernels that use them: sums match double precision and do
+// not depend on the order of their terms.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -34,9 +34,9 @@ void forward_and_backward(SmallScene& s, train::Thresholds thresholds) {
 
 }  // namespace
 
-TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixed point]") {
+TEST_CASE("a sum of thousands of positive and negative terms matches double precision", "[fixed point]") {
   auto gpu = test::open_device();
-  // One triangle over the whole picture: three samples take the terms of 3,072 pixels.
+  // One triangle covers the whole image, so its three samples sum the terms of 3,072 pixels.
   SmallScene s(*gpu, 1, {{0, 0}}, {test::view_from(0, 64, 48)});
   gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, -9}, {0, 9, -9}, {0, 0, 18}});
   gpu->upload(s.soup.source.address(), std::vector<float>(24, 1.0f));
@@ -48,7 +48,7 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
   s.inputs.source_gradient = sums.address();
   const auto lattice = gpu->download_vector<float>(s.soup.lattice.address(), 24);
 
-  // A single term is clamped to 64; the largest here come near it.
+  // Single terms are clamped to 64. The largest terms here are close to that.
   for (const float size : {1e-7f, 1e-3f, 1.0f, 40.0f}) {
     for (const float bias : {0.0f, 0.3f, -0.3f}) {
       CAPTURE(size, bias);
@@ -57,7 +57,7 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
       s.step.visibility(train::Thresholds::half, s.inputs);
       s.step.shade(s.inputs);
       s.step.loss(s.inputs);
-      std::vector<float> gradient(4 * pixels, 0.0f);  // the fourth, the L1 error, is 0: nothing of opacity
+      std::vector<float> gradient(4 * pixels, 0.0f);  // channel 3, the L1 error, is 0, so opacity has no gradient
       for (std::size_t i = 0; i < gradient.size(); ++i)
         if (i % 4 != 3) gradient[i] = size * (random.uniform(-1, 1) + bias);
       gpu->upload(s.buffers.gradient.address(), gradient);
@@ -77,13 +77,13 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
             magnitude[sample][c] += std::abs(term);
           }
       }
-      s.step.update(s.inputs);  // at rates of 0
+      s.step.update(s.inputs);  // learning rates are 0
       const auto actual = gpu->download_vector<float>(sums.address(), 24);
       for (int k = 0; k < 3; ++k)
         for (int c = 0; c < 7; ++c) {
           const double value = lattice[k * 8 + c], slope = value * (1 - value);
-          // Half an ulp of every float term, and half a unit each, which is at most 2^-29 of what 3,072 times the
-          // largest term comes to.
+          // Error bound: half an ulp of every float term, plus half a unit per term. A unit is at most 2^-29 times
+          // 3,072 times the largest term.
           CHECK(std::abs(actual[k * 8 + c] - slope * expected[k][c]) <=
                 slope * (2e-7 * magnitude[k][c] + 0.5 * 3072 * 3072 * 0x1p-29 * largest));
         }
@@ -92,7 +92,7 @@ TEST_CASE("a sum of thousands of terms of either sign is that of double", "[fixe
   test::require_silence(*gpu);
 }
 
-TEST_CASE("terms beyond every bound saturate: sums keep their sign", "[fixed point]") {
+TEST_CASE("terms beyond the limit saturate, so that sums keep their sign", "[fixed point]") {
   auto gpu = test::open_device();
   SmallScene s(*gpu, 1, {{0, 0}}, {test::view_from(0, 64, 48)});
   gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, -9}, {0, 9, -9}, {0, 0, 18}});
@@ -109,14 +109,14 @@ TEST_CASE("terms beyond every bound saturate: sums keep their sign", "[fixed poi
   s.step.update(s.inputs);
   const auto actual = gpu->download_vector<float>(sums.address(), 24);
   for (int k = 0; k < 3; ++k)
-    for (int c = 0; c < 3; ++c)  // the base colour enters with a positive weight
+    for (int c = 0; c < 3; ++c)  // the base colour has a positive weight
       CHECK(sign * actual[k * 8 + c] > 1e3);
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double", "[fixed point]") {
+TEST_CASE("a 64-bit sum of thousands of positive and negative terms matches double precision", "[fixed point]") {
   auto gpu = test::open_device();
-  // Opacities take a pixel's error less that of its neighbours.
+  // Opacity gradients use the error of a pixel minus the mean error of its neighbours.
   SmallScene s(*gpu, 1, {{0, 0}}, {test::view_from(0, 64, 48)});
   gpu->upload(s.soup.vertices.address(), std::vector<glm::vec3>{{0, -9, -9}, {0, 9, -9}, {0, 0, 18}});
   gpu->upload(s.soup.source.address(), std::vector<float>(24, 1.0f));
@@ -155,7 +155,7 @@ TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double",
         REQUIRE(hit.triangle == 1);
         const f32::LatticeCell cell = f32::lattice_cell(hit.b0, hit.b1, 0);
         for (const auto& [sample, w] : {std::pair(cell.i0, cell.w0), {cell.i1, cell.w1}, {cell.i2, cell.w2}}) {
-          const double part = std::clamp(double(w) * term, -64.0, 64.0);  // a single term ends there
+          const double part = std::clamp(double(w) * term, -64.0, 64.0);  // single terms are clamped
           expected[sample] += part;
           magnitude[sample] += std::abs(part);
         }
@@ -171,7 +171,7 @@ TEST_CASE("a 64-bit sum of thousands of terms of either sign is that of double",
   test::require_silence(*gpu);
 }
 
-TEST_CASE("gradients have the same bits whatever the order of the triangles", "[fixed point]") {
+TEST_CASE("gradients have the same bits for any order of the triangles", "[fixed point]") {
   auto gpu = test::open_device();
   constexpr std::uint32_t kTriangles = 50;
   const std::vector<train::BatchView> views{test::view_from(0, 48, 40), test::view_from(2, 33, 47)};
@@ -193,7 +193,7 @@ TEST_CASE("gradients have the same bits whatever the order of the triangles", "[
   gpu->upload(b.soup.source.address(), permuted(a.logits));
   b.step.sum_textures();
 
-  // Not random ones: a threshold belongs to the number of its triangle.
+  // Random thresholds would depend on the number of the triangle.
   forward_and_backward(a, train::Thresholds::half);
   forward_and_backward(b, train::Thresholds::half);
   CHECK(permuted(test::lattice_quanta(*gpu, a.soup, a.buffers)) == test::lattice_quanta(*gpu, b.soup, b.buffers));
@@ -201,8 +201,8 @@ TEST_CASE("gradients have the same bits whatever the order of the triangles", "[
               wb = download(*gpu, b.soup.vertex_gradient, 9 * kTriangles);
   CHECK(permuted(wa.low) == wb.low);
   CHECK(permuted(wa.high) == wb.high);
-  CHECK(
-      std::any_of(wa.high.begin(), wa.high.end(), [](std::uint32_t w) { return w != 0; }));  // or the test says little
+  CHECK(std::any_of(wa.high.begin(), wa.high.end(),
+                    [](std::uint32_t w) { return w != 0; }));  // otherwise the test proves little
   const std::size_t partial = 595ull * a.buffers.mlp_groups;
   CHECK(gpu->download_vector<std::uint32_t>(a.buffers.mlp_partial.address(), partial) ==
         gpu->download_vector<std::uint32_t>(b.buffers.mlp_partial.address(), partial));

@@ -1,5 +1,5 @@
-// Tests shaders/upsample_textures.comp and shaders/inherit_textures.comp: what becomes of textures when levels or
-// triangles change.
+// Tests the conversion of textures when levels or triangles change: shaders/upsample_textures.comp and
+// shaders/inherit_textures.comp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ gpu::Buffer upload_corners(gpu::Device& gpu, const std::vector<soup::Corners>& c
   return buffer;
 }
 
-/// Sum over the levels of a texture, channel c, at (b0, b1).
+/// Returns the sum over the levels of a texture at barycentrics (b0, b1), channel c.
 double sum_of_levels(const soup::TextureEntry& row, const std::vector<float>& logits, double b0, double b1, int c) {
   double sum = 0;
   std::uint32_t base = row.source_offset;
@@ -56,7 +56,7 @@ double sum_of_levels(const soup::TextureEntry& row, const std::vector<float>& lo
 
 }  // namespace
 
-TEST_CASE("lifted textures look the same at the coarsest new level, whatever the levels were",
+TEST_CASE("the change from coarse to fine keeps textures at the coarsest new level, for any levels",
           "[textures][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(21);
@@ -66,7 +66,7 @@ TEST_CASE("lifted textures look the same at the coarsest new level, whatever the
   const auto triangles = static_cast<std::uint32_t>(before.size());
   for (const std::uint32_t keep_opacity : {0u, 1u}) {
     CAPTURE(keep_opacity);
-    Pool new_pool(*gpu, after, random);  // what it held is overwritten, to the last sample
+    Pool new_pool(*gpu, after, random);  // all old values are overwritten
     gpu->launch(
         {"upsample_textures"}, triangles,
         kernels::UpsampleTexturesArgs{old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
@@ -97,12 +97,12 @@ TEST_CASE("lifted textures look the same at the coarsest new level, whatever the
   test::require_silence(*gpu);
 }
 
-TEST_CASE("triangles that are their whole parent, and copies, inherit its levels to the last bit", "[textures]") {
+TEST_CASE("unsplit triangles and copies inherit all levels of the parent exactly", "[textures]") {
   auto gpu = test::open_device();
   soup::Random random(22);
   const std::vector<soup::TextureLevels> parent_levels{{2, 5}, {0, 0}, {1, 3}, {0, 5}};
   Pool old_pool(*gpu, parent_levels, random);
-  std::vector<std::uint32_t> parents{3, 0, 0, 2, 1, 1, 3};  // some twice, none dropped but in another order
+  std::vector<std::uint32_t> parents{3, 0, 0, 2, 1, 1, 3};  // another order, some parents twice, none dropped
   std::vector<soup::TextureLevels> levels;
   for (const std::uint32_t p : parents) levels.push_back(parent_levels[p]);
   Pool new_pool(*gpu, levels, random);
@@ -126,7 +126,7 @@ TEST_CASE("triangles that are their whole parent, and copies, inherit its levels
   test::require_silence(*gpu);
 }
 
-TEST_CASE("halves of a split triangle look like their part of it", "[textures][each_driver]") {
+TEST_CASE("halves of a split triangle look like their part of the parent", "[textures][each_driver]") {
   auto gpu = test::open_device();
   soup::Random random(23);
   const std::vector<soup::TextureLevels> parent_levels{{2, 5}, {0, 0}, {1, 3}, {0, 5}};
@@ -139,7 +139,8 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures][e
   for (const std::uint32_t p : split.face_map) levels.push_back(parent_levels[p]);
   const bool finer = GENERATE(false, true);
   if (finer)
-    for (std::size_t t = 0; t < levels.size(); t += 2) levels[t] = {0, 4};  // levels need not be those of the parent
+    for (std::size_t t = 0; t < levels.size(); t += 2)
+      levels[t] = {0, 4};  // levels may differ from those of the parent
   Pool new_pool(*gpu, levels, random);
   const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"),
                     corners = upload_corners(*gpu, split.corners);
@@ -164,7 +165,7 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures][e
         worst = std::max(worst, std::abs(sum_of_levels(to, actual, own[0], own[1], c) -
                                          sum_of_levels(from, old_pool.logits, b.x, b.y, c)));
     }
-    // The coarsest level of both is the parent's at its own points: the finest does not do the work of all.
+    // The coarsest level must match the parent at its own points, so that the finest level does not replace the others.
     if (to.level_min == from.level_min && to.level_min < to.level_max)
       for (std::uint32_t k = 0; k < 3; ++k) {
         const soup::TextureEntry first{from.source_offset, 0, from.level_min, from.level_min};
@@ -179,12 +180,10 @@ TEST_CASE("halves of a split triangle look like their part of it", "[textures][e
   test::require_silence(*gpu);
 }
 
-TEST_CASE(
-    "second moments that were never touched stay at zero, and never fall below it, in the halves of a split triangle",
-    "[textures]") {
+TEST_CASE("in halves of a split triangle, second moments that were zero stay zero and none is negative", "[textures]") {
   auto gpu = test::open_device();
   soup::Random random(24);
-  // One edge of the parent has not been seen: zeros beside values of every size.
+  // One edge of the parent was never visible: zeros next to values of any magnitude.
   Pool old_pool(*gpu, {{2, 5}}, random);
   for (std::uint32_t i = 0; i < old_pool.logits.size(); ++i)
     old_pool.logits[i] = std::pow(10.0f, random.uniform(-12, 0));
@@ -215,7 +214,7 @@ TEST_CASE(
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a level that is new starts with the second moment of the next coarser one, and without a first",
+TEST_CASE("a new level starts with the second moment of the next coarser level and a first moment of zero",
           "[textures]") {
   auto gpu = test::open_device();
   soup::Random random(25);
@@ -256,11 +255,11 @@ TEST_CASE("a level that is new starts with the second moment of the next coarser
   test::require_silence(*gpu);
 }
 
-TEST_CASE("textures in 8 bits are rounded to the nearest", "[textures][each_driver]") {
+TEST_CASE("8-bit textures are rounded to the nearest value", "[textures][each_driver]") {
   auto gpu = test::open_device();
   std::vector<float> values{0.0f, 1.0f, -0.0f,           -1.0f,
                             1.5f, NAN,  127.5f / 255.0f, std::nextafter(127.5f / 255.0f, 0.0f)};
-  // Around the middle between two bytes, and just below it, where adding a half would already round up.
+  // Values around the middle between two bytes. Just below it, adding 0.5 and truncating would round up.
   for (int k = 0; k < 255; ++k)
     for (float v = (static_cast<float>(k) + 0.5f) / 255.0f, i = 0; i < 8;
          ++i, v = std::nextafter(v, i < 4 ? 0.0f : 1.0f))

@@ -1,4 +1,5 @@
-// Tests the random thresholds of shaders/visibility.comp: how often each triangle wins is what volume rendering says.
+// Tests the random thresholds of shaders/visibility.comp: triangles are visible with the probabilities of volume
+// rendering.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -12,7 +13,8 @@ using test::SmallScene;
 
 namespace {
 
-/// Opacities of triangles that fill the picture one behind the other, `order` from the camera on (which is at x = 1).
+/// Creates triangles that fill the image, one behind another. opacity: [triangles]; order: from the camera, at x = 1,
+/// to the back.
 void fill_picture(SmallScene& s, const std::vector<double>& opacity, const std::vector<int>& order) {
   std::vector<glm::vec3> vertices(3 * opacity.size());
   std::vector<float> logits(24 * opacity.size(), 0.0f);
@@ -30,7 +32,7 @@ void fill_picture(SmallScene& s, const std::vector<double>& opacity, const std::
 
 }  // namespace
 
-TEST_CASE("a triangle wins as often as its opacity and what is before it say", "[opacity]") {
+TEST_CASE("a triangle is visible with the probability of volume rendering", "[opacity]") {
   auto gpu = test::open_device();
   const std::vector<double> opacity{0.3, 0.6, 0.05, 0.8, 0.5};
   const std::vector<int> order{3, 0, 2, 4, 1};
@@ -60,12 +62,11 @@ TEST_CASE("a triangle wins as often as its opacity and what is before it say", "
   }
   chi += (empty - draws * through) * (empty - draws * through) / (draws * through);
   CAPTURE(chi, draws);
-  CHECK(chi < 5 + 5 * std::sqrt(2 * 5.0));  // five degrees of freedom: mean and five standard deviations
+  CHECK(chi < 5 + 5 * std::sqrt(2 * 5.0));  // five degrees of freedom: mean plus five standard deviations
   test::require_silence(*gpu);
 }
 
-TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel, and are drawn again the same",
-          "[opacity]") {
+TEST_CASE("thresholds differ between steps, views and pixels, and are reproducible", "[opacity]") {
   auto gpu = test::open_device();
   std::vector<train::BatchView> views{test::view_from(0, 32, 32), test::view_from(0, 32, 32)};
   views[1].index = 1;
@@ -82,7 +83,7 @@ TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel,
   };
   const auto first = draw(1), again = draw(1), second = draw(2);
   CHECK(first == again);
-  // Of n pairs of independent coins half agree, give or take sqrt(n) / 2.
+  // Of n pairs of independent random bits, n / 2 are equal, with a standard deviation of sqrt(n) / 2.
   const auto independent = [](const std::vector<int>& a, const std::vector<int>& b) {
     double agree = 0;
     for (std::size_t i = 0; i < a.size(); ++i) agree += a[i] == b[i];
@@ -92,7 +93,7 @@ TEST_CASE("thresholds differ from step to step, view to view and pixel to pixel,
   const auto middle = first.begin() + 1024;
   CHECK(independent(first, second));
   CHECK(independent({first.begin(), middle}, {middle, first.end()}));                        // the two views
-  CHECK(independent({first.begin(), first.end() - 1}, {first.begin() + 1, first.end()}));    // neighbours in a row
-  CHECK(independent({first.begin(), first.end() - 32}, {first.begin() + 32, first.end()}));  // and in a column
+  CHECK(independent({first.begin(), first.end() - 1}, {first.begin() + 1, first.end()}));    // horizontal neighbours
+  CHECK(independent({first.begin(), first.end() - 32}, {first.begin() + 32, first.end()}));  // vertical neighbours
   test::require_silence(*gpu);
 }

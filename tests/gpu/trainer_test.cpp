@@ -1,5 +1,5 @@
-// Tests engine/run/trainer.h on a device: that evaluation leaves the training alone, how steps are given to the device,
-// and the options that fix opacity and levels.
+// Tests engine/run/trainer.h on a device: evaluation does not change the training, submission of steps, checkpoints,
+// and settings for opacity and levels.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -65,7 +65,7 @@ train::Settings short_settings() {
   return s;
 }
 
-/// Trains up to `step`, as if it were interrupted there; `seen` is told of every step.
+/// Trains up to `step` and stops like an interrupted training. seen: called after every step.
 void run_to(train::Trainer& trainer, std::uint64_t step, const std::function<void(const train::Progress&)>& seen = {}) {
   train::Trainer::Callbacks callbacks;
   std::atomic<bool> stop = false;
@@ -85,14 +85,14 @@ std::vector<glm::vec3> start(const train::Settings& s) {
 
 }  // namespace
 
-TEST_CASE("PSNR on the way is of the steps that had a pixel to measure", "[trainer]") {
+TEST_CASE("PSNR in progress reports includes only steps with pixels in the loss", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
   for (const std::size_t v : {0, 2, 3})
     for (std::size_t i = 3; i < scene.train[v].image.rgba.size(); i += 4) scene.train[v].image.rgba[i] = 0;
   train::Settings settings = short_settings();
   settings.batch = 1;
-  settings.steps = 5;  // every view once
+  settings.steps = 5;  // each view once
   std::vector<double> seen;
   std::size_t none = 0;
   const auto run = [&](std::uint64_t every) {
@@ -111,7 +111,7 @@ TEST_CASE("PSNR on the way is of the steps that had a pixel to measure", "[train
   CHECK(seen[2] == Approx(-10 * std::log10(mse)).epsilon(1e-6));
 }
 
-TEST_CASE("evaluation on the way changes no bit of what is trained, and its time is not that of training",
+TEST_CASE("evaluation during training changes no bits of the result and does not count as training time",
           "[trainer][driver]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
@@ -145,7 +145,7 @@ TEST_CASE("evaluation on the way changes no bit of what is trained, and its time
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a model's textures have the bits that were asked for, and training does not feel it", "[trainer]") {
+TEST_CASE("textures of a model have the requested number of bits, which does not affect training", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -162,14 +162,14 @@ TEST_CASE("a model's textures have the bits that were asked for, and training do
   CHECK(few.model().mlp.parameters == whole.model().mlp.parameters);
 }
 
-TEST_CASE("a step has the commands of its own batch's sizes", "[trainer][driver]") {
+TEST_CASE("the commands of a step fit the view sizes of its batch", "[trainer][driver]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
   for (std::size_t i = 0; i < scene.train.size(); ++i)
     scene.train[i] = view(1.2 * double(i), static_cast<std::uint8_t>(30 * i), 16 + 8 * static_cast<int>(i));
   train::Settings settings = short_settings();
   settings.batch = 2;
-  // Steps given one by one, and many at a time.
+  // One step at a time, and many steps at a time.
   train::Trainer single(*gpu, scene, settings, start(settings)), many(*gpu, scene, settings, start(settings));
   train::Trainer::Callbacks every;
   every.progress_every = 1;
@@ -180,7 +180,7 @@ TEST_CASE("a step has the commands of its own batch's sizes", "[trainer][driver]
   test::require_silence(*gpu);
 }
 
-TEST_CASE("steps look between the centres of pixels, each at another place", "[trainer]") {
+TEST_CASE("steps with pixel jitter sample at different positions and are reproducible", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   std::vector<soup::Model> models;
@@ -193,17 +193,17 @@ TEST_CASE("steps look between the centres of pixels, each at another place", "[t
     trainer.run({});
     models.push_back(trainer.model());
   }
-  CHECK(fits[0] == fits[1]);  // what is told of a soup is told at the centres
+  CHECK(fits[0] == fits[1]);  // measurements use pixel centres
   CHECK(models[1].lattice == models[2].lattice);
   CHECK(models[0].lattice != models[1].lattice);
   CHECK(models[0].vertices != models[1].vertices);
   test::require_silence(*gpu);
 }
 
-TEST_CASE("rates of vertices fall as they are to, and those of textures as those are", "[trainer]") {
+TEST_CASE("learning rates of vertices and textures fall independently to their own end values", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
-  // How far vertices and texels have gone on average, whose rates fall to these shares.
+  // Returns the mean movement of vertices and texels for these end values of their learning rates.
   const auto moved = [&](double end, double vertex_end) {
     train::Settings settings = short_settings();
     settings.refine_every = 0;
@@ -221,7 +221,7 @@ TEST_CASE("rates of vertices fall as they are to, and those of textures as those
       texels += std::abs(int(after.lattice[i]) - int(before.lattice[i]));
     return std::pair(vertices / double(after.vertices.size()), texels / double(after.lattice.size()));
   };
-  constexpr double kFast = 1e-9;  // next to nothing is left after a few steps
+  constexpr double kFast = 1e-9;  // the rate is almost zero after a few steps
   const auto usual = moved(1, 1), vertices_rest = moved(1, kFast), textures_rest = moved(kFast, 1);
   CHECK(vertices_rest.first < 0.5 * usual.first);
   CHECK(vertices_rest.second > 0.7 * usual.second);
@@ -230,7 +230,7 @@ TEST_CASE("rates of vertices fall as they are to, and those of textures as those
   test::require_silence(*gpu);
 }
 
-TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and steps", "[trainer]") {
+TEST_CASE("opacity fixed at 1 stays exactly 1 through changes of levels, splits and steps", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -238,7 +238,7 @@ TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and step
   settings.coarse_share = GENERATE(0.0, 0.5);
   settings.published = GENERATE(false, true);
   settings.samples_per_pixel = GENERATE(0.0, 4.0);
-  // Half of them, in which each three choices still meet in every way.
+  // Runs half of the combinations. Every combination of any three choices is included.
   const int choices =
       settings.opaque + (settings.coarse_share > 0) + settings.published + (settings.samples_per_pixel > 0);
   if (choices % 2 == 1) return;
@@ -261,11 +261,11 @@ TEST_CASE("opacity fixed to 1 stays exactly that through levels, splits and step
     CHECK(int(least) == 255);
   else
     CHECK(int(least) < 255);
-  CHECK(int(features_least) < 255);  // the features are trained all the same
+  CHECK(int(features_least) < 255);  // features are trained in both cases
   test::require_silence(*gpu);
 }
 
-TEST_CASE("logits of opaque textures: the coarsest level of each triangle, opacity alone", "[trainer]") {
+TEST_CASE("logits of opaque textures are set only in the opacity channel of the coarsest level", "[trainer]") {
   auto gpu = test::open_device();
   const std::vector<soup::TextureLevels> levels{{2, 4}, {0, 0}, {1, 3}, {5, 5}};
   const auto table = soup::make_texture_table(levels);
@@ -280,26 +280,25 @@ TEST_CASE("logits of opaque textures: the coarsest level of each triangle, opaci
       }
 }
 
-TEST_CASE("a start's colours and opacity are those of the first picture", "[trainer]") {
+TEST_CASE("the first rendering has the colours and opacity of the start", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
   settings.init_opacity = 0.9;
   settings.coarse_share = GENERATE(0.0, 0.5);
-  // One large triangle before all cameras of the upper half would be seen from one side only; a box of them is seen by
-  // all.
+  // A box of triangles is visible to all cameras. A single large triangle would be visible from one side only.
   train::Start coloured(soup::triangles_in_box(200, glm::vec3(-0.2f), glm::vec3(0.2f), 0.2, 3));
   coloured.colours.assign(coloured.vertices.size(), glm::vec3(0.2f, 0.5f, 0.8f));
   train::Trainer trainer(*gpu, scene, settings, coloured);
   trainer.evaluate_float([&](const scene::View& view, const std::vector<float>& colour) {
     const std::size_t middle =
         3 * (std::size_t(view.image.height / 2) * std::size_t(view.image.width) + std::size_t(view.image.width / 2));
-    // A quarter of a colour is the MLP's, which has learnt nothing yet.
+    // A quarter of a colour comes from the MLP, which is not trained yet.
     for (int c = 0; c < 3; ++c) CHECK(std::abs(colour[middle + std::size_t(c)] - (0.2f + 0.3f * float(c))) < 0.2f);
   });
 }
 
-TEST_CASE("no change of topology drops the backdrop", "[trainer]") {
+TEST_CASE("refinement never drops the backdrop", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -312,8 +311,7 @@ TEST_CASE("no change of topology drops the backdrop", "[trainer]") {
   std::vector<glm::vec3> vertices = train::backdrop_triangles(10);
   for (const glm::vec3& v : start(settings)) vertices.push_back(v);
   train::Start start_with_backdrop(vertices);
-  // Those in front, which are the first here, are trained; the backdrop shows black photographs as black, not as a
-  // hole.
+  // The triangles in front come first and are trained. The backdrop shows black photographs as black, not as a hole.
   std::rotate(start_with_backdrop.vertices.begin(), start_with_backdrop.vertices.begin() + 240,
               start_with_backdrop.vertices.end());
   start_with_backdrop.opaque = 80;
@@ -328,18 +326,18 @@ TEST_CASE("no change of topology drops the backdrop", "[trainer]") {
   const float whole = 0.8f * area(train::backdrop_triangles(10), 0);
   for (std::size_t i = 0; i < model.vertices.size(); i += 3)
     behind += glm::length(model.vertices[i]) > 9 && area(model.vertices, i) > whole;  // not split
-  // Of a ring of cameras that look inward most of it is never in any picture.
+  // The cameras form a ring and look inward, so most of the backdrop is never visible.
   if (settings.backdrop > 0)
     CHECK(behind >= 80);
   else
     CHECK(behind < 80);
 }
 
-TEST_CASE("pixels that no triangle covers are counted where the photograph shows something", "[trainer]") {
+TEST_CASE("uncovered pixels are counted only if the photograph shows something there", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
-  // A triangle out of sight: all of the square is uncovered, and nothing of the white around it.
+  // The only triangle is not visible: the whole square is uncovered, and the white around it does not count.
   train::Trainer empty(*gpu, scene, settings, std::vector<glm::vec3>{{0, 0, 2}, {0.1f, 0, 2}, {0, 0.1f, 2}});
   const double square = 13.0 * 13.0 / (24.0 * 24.0);
   CHECK(empty.evaluate_float().mean.uncovered == Approx(square));
@@ -348,7 +346,7 @@ TEST_CASE("pixels that no triangle covers are counted where the photograph shows
   CHECK(full.evaluate_float().mean.uncovered == 0);
 }
 
-TEST_CASE("what a report says is uncovered is of its own step's views", "[trainer]") {
+TEST_CASE("the uncovered share in a report belongs to the views of its step", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
   for (std::size_t i = 0; i < scene.train.size(); i += 2)
@@ -357,7 +355,7 @@ TEST_CASE("what a report says is uncovered is of its own step's views", "[traine
   settings.batch = 1;
   settings.refine_every = 0;
   settings.steps = 12;
-  settings.pixel_jitter = 0;  // between pixels the square's edge is blurred
+  settings.pixel_jitter = 0;  // with jitter, the edge of the square would be blurred
   const auto uncovered_at = [&](std::uint64_t every) {
     train::Trainer empty(*gpu, scene, settings, std::vector<glm::vec3>{{0, 0, 2}, {0.1f, 0, 2}, {0, 0.1f, 2}});
     train::Trainer::Callbacks callbacks;
@@ -367,7 +365,7 @@ TEST_CASE("what a report says is uncovered is of its own step's views", "[traine
     empty.run(callbacks);
     return shares;
   };
-  // Of two steps at a time the second counts, although the frame was laid out for the first.
+  // Of two steps at a time, the report is for the second one, although the buffers were laid out for the first.
   const auto each = uncovered_at(1), pairs = uncovered_at(2);
   REQUIRE(pairs.size() == 6);
   for (const auto& [step, share] : pairs) CHECK(share == each.at(step));
@@ -376,7 +374,8 @@ TEST_CASE("what a report says is uncovered is of its own step's views", "[traine
   CHECK(values == std::set<double>{0.0, 13.0 * 13.0 / (24.0 * 24.0)});
 }
 
-TEST_CASE("a round of simplifying goes on from a checkpoint with the same bits, and leaves less", "[trainer]") {
+TEST_CASE("a round of simplification resumes from a checkpoint with the same bits, and reduces the model",
+          "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -407,7 +406,7 @@ TEST_CASE("a round of simplifying goes on from a checkpoint with the same bits, 
   CHECK(whole.triangles() <= (before + 1) / 2);
 }
 
-TEST_CASE("a round that took too much is undone, and the steps stay counted", "[trainer]") {
+TEST_CASE("a round that removed too much is undone, and its steps still count", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -435,8 +434,7 @@ TEST_CASE("a round that took too much is undone, and the steps stay counted", "[
   CHECK(trainer.model().lattice.size() > 0.8 * double(before.lattice.size()));
 }
 
-TEST_CASE("a training is brought to its knee on the way, and goes on from a checkpoint with the same bits",
-          "[trainer]") {
+TEST_CASE("pruning to the knee during training resumes from a checkpoint with the same bits", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -455,7 +453,7 @@ TEST_CASE("a training is brought to its knee on the way, and goes on from a chec
   CHECK(some < all.model().lattice.size());
   settings = short_settings();
   settings.knee = 0.1;
-  // At a step down, and after the last one.
+  // At a pruning step, and after the last one.
   for (const std::uint64_t at : {28u, 37u}) {
     const test::TemporaryFolder folder;
     const auto checkpoint = folder.path() / "checkpoint.safetensors";
@@ -471,9 +469,9 @@ TEST_CASE("a training is brought to its knee on the way, and goes on from a chec
   }
 }
 
-TEST_CASE("no pixel comes to the host, from the first step to the last measurement", "[trainer][driver]") {
+TEST_CASE("no image is downloaded to the host, from the first step to the last measurement", "[trainer][driver]") {
   auto gpu = test::open_device();
-  // Changes of topology by both recipes, pruning, painting, exposures, reports and evaluations.
+  // Covers refinement with both recipes, pruning, painting, exposures, reports and evaluations.
   train::Settings settings = short_settings();
   settings.recipe = GENERATE(train::Recipe::synthetic, train::Recipe::real);
   settings.knee = 0.2;
@@ -481,8 +479,8 @@ TEST_CASE("no pixel comes to the host, from the first step to the last measureme
   settings.exposure = true;
   settings.backdrop = 8;
   const bool paints = settings.recipe == train::Recipe::real;
-  if (paints) settings.coarse_share = 0, settings.init = "surface";
-  // Twelve triangles: what is downloaded of each hardly counts beside 230,400 pixels.
+  if (paints) settings.coarse_share = 0, settings.paint = true;
+  // Uses twelve triangles, so that downloads per triangle are small compared with 221,184 pixels.
   settings.triangles = settings.init_count = 12;
   settings.init_radius = 0.2;
   settings.level_max = settings.level_min;
@@ -508,7 +506,7 @@ TEST_CASE("no pixel comes to the host, from the first step to the last measureme
   test::require_silence(*gpu);
 }
 
-TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]") {
+TEST_CASE("training can continue from a model, which is unchanged at first", "[trainer]") {
   auto gpu = test::open_device();
   const scene::Scene scene = square_scene();
   train::Settings settings = short_settings();
@@ -529,8 +527,8 @@ TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]")
   CHECK(off < model.lattice.size() / 1000);
   CHECK(same.mlp.parameters == model.mlp.parameters);
   again.begin_round({0.8, 1});
-  // Moments that begin at zero are told apart from those of 40 steps: without, Adam's first step would be three times
-  // its rate.
+  // The moments of a loaded model start at zero, so Adam's bias correction must start again too. Without it, the first
+  // step would be three times the learning rate.
   run_to(again, 41);
   const double rate = settings.lr_mlp * train::lr_factor(settings, settings.lr_end, 41);
   const soup::Model moved = again.model();
@@ -543,10 +541,11 @@ TEST_CASE("a model can be trained on, and is at first what it was", "[trainer]")
   CHECK(again.step() == 50);
 }
 
-TEST_CASE("the first steps look at smaller pictures, the rest at the photographs", "[trainer]") {
+TEST_CASE("the first steps use smaller images, the remaining steps use the photographs", "[trainer]") {
   auto gpu = test::open_device();
-  const bool coarse = GENERATE(true, false);  // textures in these steps
-  // Black and white pixels by turns before grey: smaller by half they are the grey that a soup out of sight shows.
+  const bool coarse = GENERATE(true, false);  // coarse textures in these steps
+  // Photographs alternate between black and white pixels on a grey background. At half size they become the same grey,
+  // which equals the rendering, because the soup is not visible.
   constexpr int kSide = 128;
   scene::Scene scene = square_scene();
   scene.background = glm::vec3(128 / 255.0f);
@@ -578,7 +577,7 @@ TEST_CASE("the first steps look at smaller pictures, the rest at the photographs
     };
     trainer.run(callbacks);
     REQUIRE(l1.size() == 2);
-    // Of the pictures that a step looked at: the grey ones show the background where there is nothing else.
+    // The uncovered share refers to the images of a step. In the grey images all pixels equal the background.
     CHECK(uncovered[0] == (scale < 1 ? 0.0 : 1.0));
     CHECK(uncovered[1] == 1.0);
     return l1;
@@ -589,7 +588,7 @@ TEST_CASE("the first steps look at smaller pictures, the rest at the photographs
   CHECK(whole[0] == Approx(0.5).margin(0.01));
 }
 
-TEST_CASE("a view whose mask would leave nothing of its smaller picture keeps its size", "[trainer]") {
+TEST_CASE("a view keeps its size if its mask would exclude the whole smaller image", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
   for (std::size_t i = 0; i < scene.train.size(); ++i)
@@ -602,7 +601,7 @@ TEST_CASE("a view whose mask would leave nothing of its smaller picture keeps it
   CHECK((small.views[1].width == 64 && small.views[1].index == 1));
 }
 
-TEST_CASE("a training goes on among smaller pictures, and right after them, with the same bits", "[trainer]") {
+TEST_CASE("a training resumes during and right after the steps with smaller images, with the same bits", "[trainer]") {
   auto gpu = test::open_device();
   scene::Scene scene = square_scene();
   for (std::size_t i = 0; i < scene.train.size(); ++i)
@@ -616,7 +615,7 @@ TEST_CASE("a training goes on among smaller pictures, and right after them, with
     const auto checkpoint = folder.path() / "checkpoint.safetensors";
     train::Trainer whole(*gpu, scene, settings, start(settings));
     run_to(whole, at, [](const train::Progress& p) {
-      // Of the 20 steps 15 look at a fourth of the pixels.
+      // 15 of the 20 steps use a quarter of the pixels.
       CHECK(p.pace == Approx(p.step < 15 ? (15.0 - double(p.step) + 5 * 4) / (20.0 - double(p.step)) : 1.0));
     });
     whole.write_checkpoint(checkpoint);
@@ -628,7 +627,7 @@ TEST_CASE("a training goes on among smaller pictures, and right after them, with
   }
 }
 
-TEST_CASE("smaller pictures are means by area within their masks, and not below 64 x 64", "[trainer]") {
+TEST_CASE("smaller images are area means within masks, and at least 64 x 64", "[trainer]") {
   auto gpu = test::open_device();
   train::Settings settings = short_settings();
   scene::View large = view(0.3, 90, 200), small = view(0.3, 90, 96), tiny = view(0.3, 90, 24);

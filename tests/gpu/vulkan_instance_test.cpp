@@ -15,7 +15,7 @@ using namespace trisoup;
 
 namespace {
 
-/// Without validation, so that instances are shared. Null where another backend is under test.
+/// Opens the device without validation, so that instances are shared. Returns null if another backend is under test.
 std::unique_ptr<gpu::Device> open_without_validation() {
   gpu::DeviceOptions options = test::device_options();
   options.validation = false;
@@ -29,7 +29,7 @@ bool fills(gpu::Device& gpu, std::uint32_t value) {
   return gpu.download_vector<std::uint32_t>(a.address(), 16) == std::vector<std::uint32_t>(16, value);
 }
 
-/// vkCmdFillBuffer of bytes that are no multiple of 4, which the validation layer objects to.
+/// Calls vkCmdFillBuffer with a size that is not a multiple of 4, which the validation layer reports.
 void make_a_mistake(gpu::Device& gpu) {
   const gpu::Buffer a = gpu.allocate(64, "a");
   gpu.fill(a.address(), 6, 1);
@@ -38,7 +38,7 @@ void make_a_mistake(gpu::Device& gpu) {
 
 }  // namespace
 
-TEST_CASE("200 devices one after the other need one instance", "[instance]") {
+TEST_CASE("200 consecutive devices use one instance", "[instance]") {
   if (!open_without_validation()) return;
   const std::size_t before = gpu::vulkan_instances_made();
   CHECK(before > 0);
@@ -50,7 +50,7 @@ TEST_CASE("200 devices one after the other need one instance", "[instance]") {
   CHECK(gpu::vulkan_instances_made() == before);
 }
 
-TEST_CASE("threads that need an instance first, at the same time, get the same one", "[instance]") {
+TEST_CASE("threads that request the first instance at the same time get the same one", "[instance]") {
   if (!open_without_validation()) return;
   const std::size_t before = gpu::vulkan_instances_made();
   constexpr int kThreads = 4;
@@ -60,7 +60,7 @@ TEST_CASE("threads that need an instance first, at the same time, get the same o
   for (int t = 0; t < kThreads; ++t)
     threads.emplace_back([&, t] {
       all_there.arrive_and_wait();
-      // A list of extensions that nothing else in this program asks for.
+      // Nothing else in this program requests this list of extensions.
       const auto instance = gpu::borrow_instance(false, {VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME});
       const auto gpu = open_without_validation();
       if (!instance->physical_devices().empty() && fills(*gpu, static_cast<std::uint32_t>(t))) ++good;
@@ -70,7 +70,7 @@ TEST_CASE("threads that need an instance first, at the same time, get the same o
   CHECK(gpu::vulkan_instances_made() == before + 1);
 }
 
-TEST_CASE("a message of the validation layers reaches the device that it is about, and no other", "[instance]") {
+TEST_CASE("a validation message reaches only the device that caused it", "[instance]") {
   const gpu::DeviceOptions options = test::device_options();
   if (options.backend != "vulkan" || !options.validation) return;
   {
@@ -79,8 +79,7 @@ TEST_CASE("a message of the validation layers reaches the device that it is abou
     CHECK(first->validation_messages().empty());
     CHECK(second->validation_messages().size() == 1);
   }
-  // Later devices take the same instances. They begin without messages, and the layer repeats what it has reported
-  // before.
+  // Later devices reuse the same instances. They start without messages, and the layer reports known messages again.
   const std::size_t before = gpu::vulkan_instances_made();
   for (int i = 0; i < 20; ++i) {
     const auto gpu = test::open_device();

@@ -1,4 +1,4 @@
-// Tests what train/quality/evaluate_renderer.h takes for agreement.
+// Tests Agreement of engine/train/quality/evaluate_renderer.h.
 #include <catch2/catch.hpp>
 
 #include <limits>
@@ -7,8 +7,7 @@
 
 using trisoup::train::Agreement;
 
-TEST_CASE("a renderer agrees with what was trained but for a share of tied pixels, in small pictures too",
-          "[agreement]") {
+TEST_CASE("the renderer may differ from training in a small share of pixels, also in small images", "[agreement]") {
   CHECK(Agreement{"", 625, 0, 100}.holds());
   CHECK(Agreement{"", 625, 1, 100}.holds());
   CHECK(Agreement{"", 625, 3, 100}.holds());

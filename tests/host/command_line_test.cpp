@@ -353,7 +353,7 @@ TEST_CASE("a record gives all settings, options win, and what it says of the dat
   };
   nlohmann::json settings = train::to_json(then);
   settings["pixel_jiter"] = 0.2;
-  refused({{"settings", settings}}, "there is no setting 'pixel_jiter'; the nearest is pixel_jitter");
+  refused({{"settings", settings}}, "unknown setting 'pixel_jiter'; the nearest is pixel_jitter");
   settings.erase("pixel_jiter");
   settings["steps"] = -1;
   refused(settings, "`steps` is -1; it must be a whole number");
@@ -390,7 +390,7 @@ TEST_CASE("a value that a setting cannot have names its option", "[command_line]
   CHECK_THAT(said({"--steps", "0"}), Equals("soup-train: --steps is 0; it must be a whole number from 1 on\n"));
   CHECK_THAT(said({"--set", "huber=-1"}), Equals("soup-train: --set huber is -1; it must be a number from 0 on\n"));
   CHECK_THAT(said({"--set", "triangles=7"}), Equals("soup-train: --set triangles=7: use the option --triangles\n"));
-  CHECK_THAT(said({"--max-mb", "2e9"}), Catch::Contains("--max-mb: '2e9' is not a size of a file in megabytes"));
+  CHECK_THAT(said({"--max-mb", "2e9"}), Catch::Contains("--max-mb: '2e9' is not a file size in megabytes"));
   CHECK_THAT(said({"--exposure=perhaps"}), Catch::Contains("--exposure is perhaps; it must be true or false"));
   // --set takes one word, wherever it stands.
   std::vector<std::string> words{"soup-train", "scene", "--set", "huber=0", "--set", "batch=2", "-o", "out"};

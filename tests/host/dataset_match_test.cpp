@@ -48,14 +48,14 @@ TEST_CASE("a dataset other than that of the training is recognised", "[fits]") {
   CHECK(train::mismatch(model, load(more), true, "d").starts_with("d: poses or lenses of "));
   test::TinyScene larger;
   larger.scale = 1.1;
-  CHECK(
-      train::mismatch(model, load(larger), true, "d").starts_with("d: poses or lenses of 8 of 8 views are not those "));
+  CHECK(train::mismatch(model, load(larger), true, "d")
+            .starts_with("d: poses or lenses of 8 of 8 views differ from those "));
   scene::Scene elsewhere = load(larger);
   for (auto* views : {&elsewhere.test, &elsewhere.train})
     for (scene::View& view : *views) view.name = "other/" + view.name;
   CHECK(train::mismatch(model, elsewhere, true, "d")
-            .starts_with("d: 8 of 8 views are seen by no camera of the model, and none has a name that it knows, "
-                         "first: other/test/r_0.png; "));
+            .starts_with("d: 8 of 8 views match no camera of the model, by pose or by name (first: "
+                         "other/test/r_0.png); "));
   scene::Scene wide = own;
   for (scene::View& view : wide.test) view.camera.fx *= 1.05;
   CHECK(train::mismatch(model, wide, true, "d").starts_with("d: poses or lenses of 2 of 8 views "));
@@ -64,7 +64,7 @@ TEST_CASE("a dataset other than that of the training is recognised", "[fits]") {
   test::TinyScene green;
   green.plain = {0, 200, 0, 255};
   CHECK(train::mismatch(model, load(green), true, "d")
-            .starts_with("d: the cameras are the model's, its test photographs or masks are not; "));
+            .starts_with("d: test photographs or masks differ from those of the training, the cameras match; "));
   CHECK(train::mismatch(model, load(green), false, "d").empty());
 
   soup::ModelFile foreign;

@@ -1,4 +1,4 @@
-// Tests run/memory_need.h: what a run needs and what fits, and that what a run takes stays within it.
+// Tests engine/run/memory_need.h: the memory estimate and the budgets that fit.
 #include <catch2/catch.hpp>
 
 #include "recipe_settings.h"
@@ -20,7 +20,7 @@ scene::Scene scene_of(int views, int side) {
 
 }  // namespace
 
-TEST_CASE("what is said to fit fits, and one more does not", "[memory]") {
+TEST_CASE("the largest budget that fits needs at most the given memory, one triangle more does not", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {
     train::Settings s = test::settings_of_recipe(recipe);
@@ -36,21 +36,21 @@ TEST_CASE("what is said to fit fits, and one more does not", "[memory]") {
   }
 }
 
-TEST_CASE("after running out of memory a smaller budget is said to fit", "[memory]") {
+TEST_CASE("smaller_run proposes a budget that fits after memory ran out", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {
     train::Settings s = test::settings_of_recipe(recipe);
     s.triangles = s.init_count = 15'000;
     s.most_triangles = recipe == train::Recipe::real ? 60'000 : 0;
     const std::uint64_t foreseen = train::memory_need(scene, s).total();
-    // Another program has taken half; the run needs as much as was foreseen, or half as much again.
+    // Another program uses half the memory. The training needs its estimate, or 1.5 times that.
     const auto [with_half, half] = train::smaller_run(scene, s, foreseen, foreseen / 2);
     const auto [beyond, third] = train::smaller_run(scene, s, foreseen + foreseen / 2, foreseen / 2);
     CHECK(half == foreseen / 2);
     CHECK(third == Approx(static_cast<double>(foreseen) / 3).epsilon(1e-6));
     CHECK(beyond > 0);
     CHECK(beyond < with_half);
-    // Where splits may go to four times the budget, half the memory is enough for the budget itself.
+    // If splitting may reach four times the budget, half the memory is enough for the budget itself.
     CHECK((recipe == train::Recipe::real ? with_half == 15'000 : with_half < 15'000));
     s.most_triangles = 0;
     s.triangles = beyond;
@@ -58,7 +58,7 @@ TEST_CASE("after running out of memory a smaller budget is said to fit", "[memor
   }
 }
 
-TEST_CASE("a start that does not fit is not blamed on the budget", "[memory]") {
+TEST_CASE("no budget fits if the initial triangles do not", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.init_count = 10'000'000;
@@ -67,7 +67,7 @@ TEST_CASE("a start that does not fit is not blamed on the budget", "[memory]") {
   CHECK(train::triangles_that_fit(scene, s, 1ull << 30) > 0);
 }
 
-TEST_CASE("splitting goes as far as memory lets it, from the budget to eight times that", "[memory]") {
+TEST_CASE("splitting is limited by memory, between the budget and eight times the budget", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   train::Settings s = test::settings_of_recipe(train::Recipe::real);
   s.triangles = s.init_count = 5000;
@@ -83,7 +83,7 @@ TEST_CASE("splitting goes as far as memory lets it, from the budget to eight tim
   CHECK(train::most_triangles_that_fit(scene, s, 1ull << 60) == s.triangles);
 }
 
-TEST_CASE("a rank needs its share of the textures, and all of the rest", "[memory]") {
+TEST_CASE("a rank needs its share of the textures and all other data", "[memory]") {
   const scene::Scene scene = scene_of(4, 50);
   train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.init_count = 100;

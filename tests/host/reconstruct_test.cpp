@@ -169,7 +169,7 @@ TEST_CASE("photographs are reconstructed once and become a dataset", "[reconstru
   s.folder.write("photographs/e.png", test::plain(9, 6, 1, 2, 3));
   s.colmap("model 0 all");
   s.options.resume = true;
-  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("other photographs") && Contains("--overwrite"));
+  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("other photographs") && Contains("`overwrite`"));
   CHECK(fs::exists(s.out("sparse/0/images.bin")));
   s.options.resume = false;
   CHECK(s.run().registered == 4);
@@ -249,7 +249,7 @@ TEST_CASE("a folder of other origin is not overwritten", "[reconstruct]") {
   Stage s;
   s.colmap("exit 1");
   s.folder.write("out/colmap/database.db", "precious");
-  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("not made by soup-train"));
+  CHECK_THAT(test::message_of([&] { s.run(); }), Contains("not made by this program"));
   CHECK(test::content_of(s.out("database.db")) == "precious");
 }
 
@@ -314,12 +314,12 @@ TEST_CASE("frames are extracted from a video once", "[reconstruct]") {
   CHECK(s.run("a film.mp4").reused);
 
   fs::remove_all(s.out("sparse"));
-  CHECK_THAT(test::message_of([&] { s.run("out/colmap"); }), Contains("is where poses are to go"));
+  CHECK_THAT(test::message_of([&] { s.run("out/colmap"); }), Contains("is inside the output folder for poses"));
   CHECK(fs::exists(s.out("images/frame_0001.jpg")));
 
   s.folder.write("a film.mp4", "other");
   s.program("ffmpeg", "#!/bin/bash\necho 'moov atom not found'\nexit 1\n");
   CHECK_THAT(test::message_of([&] { s.run("a film.mp4"); }),
-             Contains("ffmpeg cannot take it apart (moov atom not found)"));
+             Contains("ffmpeg cannot extract frames (moov atom not found)"));
   CHECK_FALSE(fs::exists(s.out("images")));
 }

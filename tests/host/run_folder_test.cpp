@@ -1,5 +1,5 @@
-// Tests run/run_folder.h, run/folder_lock.h and run/growing_csv.h: who may write into a training's folder, and what is
-// in it when.
+// Tests engine/run/run_folder.h, folder_lock.h and growing_csv.h: which process may write into an output folder, and
+// which files exist when.
 #include <catch2/catch.hpp>
 
 #include <sys/wait.h>
@@ -36,7 +36,7 @@ std::size_t lines(const std::filesystem::path& path) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-/// A training that has come to its end.
+/// Creates the files of a finished training.
 void finish(const test::TemporaryFolder& folder) {
   std::filesystem::create_directories(folder / "out/renders");
   for (const char* name :
@@ -46,22 +46,23 @@ void finish(const test::TemporaryFolder& folder) {
 
 }  // namespace
 
-TEST_CASE("a folder is one training's at a time, and the second says whose", "[run_folder]") {
+TEST_CASE("a second training in the same folder is refused, and the message names the first process", "[run_folder]") {
   const test::TemporaryFolder folder;
   const auto out = folder / "out";
   {
     train::RunFolder first(out, Earlier::refuse);
-    CHECK_FALSE(std::filesystem::exists(out));  // nothing is made before it is known that there is something to train
+    CHECK_FALSE(std::filesystem::exists(out));  // create() has not been called
     first.create();
     for (const Earlier earlier : {Earlier::refuse, Earlier::overwrite, Earlier::resume})
-      CHECK_THROWS_WITH(train::RunFolder(out, earlier),
-                        Contains(out.string()) && Contains("process " + std::to_string(::getpid())) && Contains("-o"));
+      CHECK_THROWS_WITH(train::RunFolder(out, earlier), Contains(out.string()) &&
+                                                            Contains("process " + std::to_string(::getpid())) &&
+                                                            Contains("`output`"));
   }
   CHECK_FALSE(std::filesystem::exists(out / "lock"));
   CHECK_NOTHROW(train::RunFolder(out, Earlier::refuse));
 }
 
-TEST_CASE("who finds the folder made by another since he looked is refused", "[run_folder]") {
+TEST_CASE("create() refuses a folder that another process created in the meantime", "[run_folder]") {
   const test::TemporaryFolder folder;
   train::RunFolder late(folder / "out", Earlier::refuse);
   {
@@ -73,10 +74,10 @@ TEST_CASE("who finds the folder made by another since he looked is refused", "[r
   train::RunFolder later(folder / "another", Earlier::refuse);
   std::filesystem::create_directories(folder / "another");
   folder.file("another/train.csv", "step\n");
-  CHECK_THROWS_WITH(later.create(), Contains("--overwrite"));
+  CHECK_THROWS_WITH(later.create(), Contains("`overwrite`"));
 }
 
-TEST_CASE("a kill releases a training's folder", "[run_folder]") {
+TEST_CASE("a killed process releases its folder", "[run_folder]") {
   const test::TemporaryFolder folder;
   int ready[2];
   REQUIRE(::pipe(ready) == 0);
@@ -101,16 +102,16 @@ TEST_CASE("a kill releases a training's folder", "[run_folder]") {
   CHECK_FALSE(std::filesystem::exists(folder / "out/lock"));
 }
 
-TEST_CASE("a training is not overwritten unless asked for, and then leaves nothing of itself", "[run_folder]") {
+TEST_CASE("a training is overwritten only on request, and then all its files are removed", "[run_folder]") {
   const test::TemporaryFolder folder;
   finish(folder);
   const auto out = folder / "out";
   CHECK_THROWS_WITH(train::RunFolder(out, Earlier::refuse),
-                    Contains(out.string()) && Contains("--overwrite") && Contains("--resume"));
+                    Contains(out.string()) && Contains("`overwrite`") && Contains("`resume`"));
   train::RunFolder again(out, Earlier::overwrite);
   CHECK_FALSE(again.resumes());
   again.create();
-  CHECK(test::content_of(out / "model.glb") == "old\n");  // it may yet turn out that there is nothing to train
+  CHECK(test::content_of(out / "model.glb") == "old\n");  // until training begins
   again.begin();
   for (const char* gone : {"model.glb", "checkpoint.safetensors", "metrics.json", "renders/old.png"})
     CHECK_FALSE(std::filesystem::exists(out / gone));
@@ -118,7 +119,7 @@ TEST_CASE("a training is not overwritten unless asked for, and then leaves nothi
   CHECK(lines(out / "evaluations.csv") == 1);
 }
 
-TEST_CASE("each thing that a training leaves early says that there is one; poses do not", "[run_folder]") {
+TEST_CASE("any file of a training marks the folder as used; poses do not", "[run_folder]") {
   for (const char* name : {"train.csv", "checkpoint.safetensors", "model.glb", "metrics.json"}) {
     const test::TemporaryFolder folder;
     folder.file(name, "");
@@ -129,19 +130,19 @@ TEST_CASE("each thing that a training leaves early says that there is one; poses
   CHECK_NOTHROW(train::RunFolder(folder.path(), Earlier::refuse));
 }
 
-TEST_CASE("a training goes on from a checkpoint, begins without one, and does not take a model's place unasked",
+TEST_CASE("resume continues from a checkpoint, starts without one, and does not replace a model that has none",
           "[run_folder]") {
   const test::TemporaryFolder folder;
   folder.file("train.csv", "step\n");
   CHECK_FALSE(train::RunFolder(folder.path(), Earlier::resume).resumes());
   folder.file("model.glb", "");
   CHECK_THROWS_WITH(train::RunFolder(folder.path(), Earlier::resume),
-                    Contains("no checkpoint") && Contains("--overwrite"));
+                    Contains("no checkpoint") && Contains("`overwrite`"));
   folder.file("checkpoint.safetensors", "");
   CHECK(train::RunFolder(folder.path(), Earlier::resume).resumes());
 }
 
-TEST_CASE("a model whose rounds go on is the best one so far again", "[run_folder]") {
+TEST_CASE("a finished model becomes the candidate again if more rounds follow", "[run_folder]") {
   const test::TemporaryFolder folder;
   folder.file("model.glb", "finished");
   folder.file("checkpoint.safetensors", "");
@@ -152,14 +153,14 @@ TEST_CASE("a model whose rounds go on is the best one so far again", "[run_folde
   CHECK_FALSE(std::filesystem::exists(run.model()));
   run.accept_candidate();
   CHECK(test::content_of(run.model()) == "finished");
-  // There is a better one.
+  // An existing candidate is better than the model.
   folder.file("candidate.glb", "better");
   run.take_model_back();
   run.accept_candidate();
   CHECK(test::content_of(run.model()) == "better");
 }
 
-TEST_CASE("a row whose steps had no pixel to measure has no PSNR", "[run_folder]") {
+TEST_CASE("a row has no PSNR if its steps measured no pixels", "[run_folder]") {
   const test::TemporaryFolder folder;
   train::RunFolder run(folder / "out", Earlier::refuse);
   run.create();
@@ -173,7 +174,7 @@ TEST_CASE("a row whose steps had no pixel to measure has no PSNR", "[run_folder]
                  Contains("20,0.000,7,0.500000,0.000000,0.000000,21.5000,0.000,0.000000\n"));
 }
 
-TEST_CASE("logs grow by whole lines and are cut where a training goes on", "[run_folder]") {
+TEST_CASE("logs grow by complete lines and are cut when a training continues", "[run_folder]") {
   const test::TemporaryFolder folder;
   const auto out = folder / "out", training = out / "train.csv", evaluations = out / "evaluations.csv";
   {
@@ -182,7 +183,7 @@ TEST_CASE("logs grow by whole lines and are cut where a training goes on", "[run
     run.begin();
     for (std::uint64_t step = 10; step <= 50; step += 10) {
       run.log(row(step));
-      CHECK(lines(training) == 1 + step / 10);  // at once, not at a checkpoint
+      CHECK(lines(training) == 1 + step / 10);  // immediately, not at the next checkpoint
     }
     run.log_evaluation(evaluation(20, 1));
     run.log_evaluation(evaluation(40, 2));
@@ -192,7 +193,7 @@ TEST_CASE("logs grow by whole lines and are cut where a training goes on", "[run
     CHECK_THAT(test::content_of(evaluations), Contains("40,") && Contains(",3.0000,") && !Contains(",2.0000,"));
   }
   const std::string whole = test::content_of(training);
-  // Killed in the middle of a line.
+  // Simulates a kill in the middle of a line.
   std::filesystem::resize_file(training, whole.size() - 5);
   finish(folder);
   folder.file("out/train.csv", whole.substr(0, whole.size() - 5));
@@ -201,8 +202,7 @@ TEST_CASE("logs grow by whole lines and are cut where a training goes on", "[run
     run.create();
     run.go_on(50, true);
     CHECK(lines(training) == 5);
-    CHECK(
-        std::filesystem::exists(out / "model.glb"));  // nothing is trained any more: it is the model of this checkpoint
+    CHECK(std::filesystem::exists(out / "model.glb"));  // training is finished
     run.go_on(30, false);
     CHECK(lines(training) == 4);
     CHECK_FALSE(std::filesystem::exists(out / "model.glb"));

@@ -137,8 +137,9 @@ TEST_CASE("truncated COLMAP files are Errors", "[scene][colmap]") {
 
 TEST_CASE("invalid counts are refused before memory is allocated", "[scene][colmap]") {
   const std::uint64_t huge = ~std::uint64_t(0);
-  CHECK(message(parse_colmap_cameras_binary, pack(huge) + std::string(100, '\0')) ==
-        "file: claims 18446744073709551615 camera records in 100 bytes; the file is cut or damaged, export it again");
+  CHECK(
+      message(parse_colmap_cameras_binary, pack(huge) + std::string(100, '\0')) ==
+      "file: claims 18446744073709551615 camera records in 100 bytes; the file is cut off or damaged, export it again");
   CHECK(message(parse_colmap_images_binary, pack(huge / 64) + std::string(100, '\0')).find("claims") !=
         std::string::npos);
   CHECK(message(parse_colmap_points_binary, pack(huge / 24) + std::string(100, '\0')).find("claims") !=
@@ -170,9 +171,9 @@ TEST_CASE("errors of COLMAP files name the problem, the place and the fix", "[sc
   CHECK(image("3 nan 0 0 0 1 2 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
   CHECK(image("3 1 0 0 0 1 inf 3 7 a.jpg\n\n").find("not finite") != std::string::npos);
   CHECK(image("3 1 0 0 0 1 2 3 7\n\n").find("ends before its image name") != std::string::npos);
-  // If an exporter omits the empty second line, the next image must not be read as observations.
-  CHECK(
-      image("3 1 0 0 0 1 2 3 7 a.jpg\n4 1 0 0 0 1 2 3 7 b.jpg\n").starts_with("file: line 2: is not the observations"));
+  // Blank second lines that an exporter left out: the next image must not pass for observations.
+  CHECK(image("3 1 0 0 0 1 2 3 7 a.jpg\n4 1 0 0 0 1 2 3 7 b.jpg\n")
+            .starts_with("file: line 2: expected the observations"));
   CHECK(message(parse_colmap_points_text, "5 1 2 nan 1 2 3 0 1\n").find("not finite") != std::string::npos);
   CHECK(message(parse_colmap_points_text, "5 1 2 3 1 2 300 0 1\n").find("colour is '300'") != std::string::npos);
 }

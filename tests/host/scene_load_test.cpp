@@ -177,7 +177,7 @@ TEST_CASE("missing images are skipped with one warning", "[scene][load]") {
         std::string::npos);
   CHECK(lines[0].ends_with((folder.path() / "images/01.png").string() + ")"));
   std::filesystem::remove_all(folder.path() / "images");
-  CHECK(message(folder.path()).find("none of its 6 images is there, first: images/00.png; ") != std::string::npos);
+  CHECK(message(folder.path()).find("none of its 6 images was found, first: images/00.png; ") != std::string::npos);
 }
 
 TEST_CASE("COLMAP: subfolders, all locations of the model and the images", "[scene][load]") {
@@ -338,7 +338,7 @@ TEST_CASE("a single view is used for training", "[scene][load]") {
 TEST_CASE("errors are one line", "[scene][load]") {
   const SceneFolder folder;
   CHECK(message(folder.path() / "nowhere").find("nowhere: no such file or folder; ") != std::string::npos);
-  CHECK(message(folder.path()).find("holds neither transforms_train.json nor ") != std::string::npos);
+  CHECK(message(folder.path()).find("contains neither transforms_train.json nor ") != std::string::npos);
   folder.write("notes.txt", std::string("x"));
   CHECK(message(folder.path() / "notes.txt").find("notes.txt: not a dataset; ") != std::string::npos);
   folder.write("transforms.json", std::string("{\"frames\": []}"));
@@ -347,12 +347,12 @@ TEST_CASE("errors are one line", "[scene][load]") {
   write_transforms(folder, 3);
   LoadOptions options;
   options.downscale = 0.5;
-  CHECK(message(folder.path(), options).starts_with("-r 0.5: "));
+  CHECK(message(folder.path(), options).starts_with("`resolution` 0.5: "));
   options.downscale = std::nan("");
-  CHECK(message(folder.path(), options).starts_with("-r nan: "));
+  CHECK(message(folder.path(), options).starts_with("`resolution` nan: "));
   options = {};
   options.test_every = 1;
-  CHECK(message(folder.path(), options).starts_with("--test-every 1: "));
+  CHECK(message(folder.path(), options).starts_with("`test_every` 1: "));
 
   folder.write("images/01.png", plain(12, 16, 0, 0, 0));
   CHECK(message(folder.path()).find("01.png: is 12 x 16 but its camera is 16 x 12; ") != std::string::npos);
@@ -381,14 +381,14 @@ TEST_CASE("errors are one line", "[scene][load]") {
 TEST_CASE("inconsistent COLMAP models are Errors", "[scene][load]") {
   const SceneFolder folder;
   write_colmap(folder, "sparse/0/", "2 PINHOLE 32 24 40 41 16 12");
-  CHECK(message(folder.path()).find("images.txt: sub/b.png was taken by camera 1, which cameras.txt lacks; ") !=
+  CHECK(message(folder.path()).find("images.txt: sub/b.png uses camera 1, which is missing in cameras.txt; ") !=
         std::string::npos);
   folder.write("sparse/0/cameras.txt", std::string("# nothing\n"));
-  CHECK(message(folder.path()).find("cameras.txt: holds no camera; ") != std::string::npos);
+  CHECK(message(folder.path()).find("cameras.txt: contains no camera; ") != std::string::npos);
   folder.write("sparse/0/cameras.txt", std::string("1 PINHOLE 32 24 40 41 16 12\n"));
-  CHECK(message(folder.path()).find("none of its 2 images is there, first: ") != std::string::npos);
+  CHECK(message(folder.path()).find("none of its 2 images was found, first: ") != std::string::npos);
   folder.write("sparse/0/images.txt", std::string("# nothing\n"));
-  CHECK(message(folder.path()).find("images.txt: holds no image; ") != std::string::npos);
+  CHECK(message(folder.path()).find("images.txt: contains no image; ") != std::string::npos);
   std::filesystem::remove(folder.path() / "sparse/0/cameras.txt");
   CHECK(message(folder.path()).find("cameras.txt: no such file; ") != std::string::npos);
 }
@@ -408,10 +408,9 @@ TEST_CASE("intrinsics of the full-size photograph with a reduced image are repor
   const auto error = [&](const std::string& intrinsics) { return test::message_of([&] { with(intrinsics); }); };
   // Intrinsics for 64 x 48 pixels.
   const std::string outside = error("\"fl_x\": 80, \"cx\": 32.5, \"cy\": 23.6,");
-  CHECK(
-      outside.find(
-          "transforms.json: the principal point (32.5, 23.6) of a.png lies outside its picture of 16 x 12 pixels; ") !=
-      std::string::npos);
+  CHECK(outside.find(
+            "transforms.json: the principal point (32.5, 23.6) of a.png lies outside its image of 16 x 12 pixels; ") !=
+        std::string::npos);
   CHECK(outside.find("likely the intrinsics of the photograph at 64 x 48 pixels; state that size") !=
         std::string::npos);
   CHECK(error("\"fl_x\": 20, \"cx\": 8, \"cy\": -1,").ends_with("; correct cx and cy"));
@@ -420,7 +419,7 @@ TEST_CASE("intrinsics of the full-size photograph with a reduced image are repor
   for (const auto& [cx, cy, size] : {std::tuple(12.1, 8.9, "24 x 18"), {4.0, 3.1, "8 x 6"}}) {
     const auto lines = with(fmt::format("\"fl_x\": 30, \"cx\": {}, \"cy\": {},", cx, cy));
     REQUIRE(lines.size() == 1);
-    CHECK(lines[0].find("far from the middle of its 16 x 12 pixels; ") != std::string::npos);
+    CHECK(lines[0].find("far from the centre of its 16 x 12 pixels; ") != std::string::npos);
     CHECK(lines[0].find(size) != std::string::npos);
     CHECK(lines[0].ends_with("(2 of 2 photographs)"));
   }
@@ -446,16 +445,17 @@ TEST_CASE("views without valid pixels are reported; a set of only such views is 
   folder.write("masks/01.png", plain(16, 12, 0, 0, 0));
   load(folder.path(), options);  // 00 and 08 are held out
   REQUIRE(lines.size() == 3);
-  CHECK(lines[0].ends_with(
-      "transforms.json: masks for 2 of 9 photographs, none for images/02.png; all of what has no mask counts"));
+  CHECK(
+      lines[0].ends_with("transforms.json: masks for 2 of 9 photographs, none for images/02.png; photographs without a "
+                         "mask are used completely"));
   lines.erase(lines.begin());
   CHECK(lines[0].find(
-            "no pixel is left of 1 of 7 training views, first: images/01.png: its mask leaves out all of it ") !=
+            "1 of 7 training views have no pixel in the loss, first: images/01.png: its mask excludes all of it ") !=
         std::string::npos);
-  CHECK(lines[1].find("no pixel is left of 1 of 2 test views, first: images/00.png: ") != std::string::npos);
+  CHECK(lines[1].find("1 of 2 test views have no pixel in the loss, first: images/00.png: ") != std::string::npos);
   folder.write("masks/08.png", plain(16, 12, 0, 0, 0));
   CHECK(message(folder.path())
-            .find("no pixel is left of 2 of 2 test views, first: images/00.png: its mask leaves out all of it ") !=
+            .find("2 of 2 test views have no pixel in the loss, first: images/00.png: its mask excludes all of it ") !=
         std::string::npos);
   options.test_images = false;  // and not loaded
   CHECK(load(folder.path(), options).train.size() == 7);
@@ -465,7 +465,7 @@ TEST_CASE("views without valid pixels are reported; a set of only such views is 
   transparent.write("transforms.json", file_of("\"fl_x\": 9,", {frame("0.png", 0), frame("1.png", 1)}));
   options = {};
   options.alpha = AlphaUse::mask;
-  CHECK(message(transparent.path(), options).find("which --alpha mask leaves out; ") != std::string::npos);
+  CHECK(message(transparent.path(), options).find("which `alpha` mask excludes; ") != std::string::npos);
   options.alpha = AlphaUse::composite;
   CHECK(message(transparent.path(), options).empty());
 }
@@ -510,8 +510,8 @@ TEST_CASE("frames listed twice are used once and do not change the split", "[sce
   CHECK(twice.fingerprint == once.fingerprint);
   REQUIRE(lines.size() == 1);
   CHECK(
-      lines[0].ends_with("transforms.json: 3 frames list a photograph again, of which the first counts: images/00.png, "
-                         "images/01.png, images/00.png"));
+      lines[0].ends_with("transforms.json: ignored 3 frames that repeat a photograph of an earlier frame: "
+                         "images/00.png, images/01.png, images/00.png"));
 
   const SceneFolder colmap;
   write_colmap(colmap, "sparse/0/", "1 PINHOLE 32 24 40 41 16 12");
@@ -558,32 +558,32 @@ TEST_CASE("photographs with paths of another machine are found by name", "[scene
   CHECK(found({"images/../images/a.png"}) == Names{"images/a.png"});
 
   CHECK(
-      error({"/home/else/nowhere.png"}).find("first: /home/else/nowhere.png; put the images beside it (looked for ") !=
+      error({"/home/else/nowhere.png"}).find("first: /home/else/nowhere.png; put the images next to it (looked for ") !=
       std::string::npos);
-  CHECK(error({"/home/else/nowhere.png"}).find("for every end of that path down to nowhere.png in ") !=
+  CHECK(error({"/home/else/nowhere.png"}).find("for every ending of that path down to nowhere.png in ") !=
         std::string::npos);
-  CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images is there") == std::string::npos);
-  CHECK(error({"sub/images/a.png"}).find("none of its 1 images is there") !=
-        std::string::npos);  // relative paths are used unchanged
-  CHECK(error({"/home/else/d.png"}).find("none of its 1 images is there") !=
-        std::string::npos);  // masks are not photographs
+  CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images was found") == std::string::npos);
+  CHECK(error({"sub/images/a.png"}).find("none of its 1 images was found") !=
+        std::string::npos);  // of this machine: as it stands
+  CHECK(error({"/home/else/d.png"}).find("none of its 1 images was found") !=
+        std::string::npos);  // a mask is no photograph
   CHECK(error({"/home/one/b.png", "/home/two/b.png"})
-            .find("/home/one/b.png and /home/two/b.png would both be rgb/b.png, by its name; ") != std::string::npos);
+            .find("/home/one/b.png and /home/two/b.png both match rgb/b.png by file name; ") != std::string::npos);
   for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"),
                                   (folder.path() / "outside.png").string()}) {
     CAPTURE(path);
-    CHECK(error({path}).find("outside.png: lies outside of the dataset ") != std::string::npos);
+    CHECK(error({path}).find("outside.png: lies outside the dataset ") != std::string::npos);
     CHECK(found({path}, true).size() == 1);
   }
   // The same holds for masks and points.
   folder.write("mask.png", plain(16, 12, 255, 0, 0));
   folder.write("set/transforms.json",
                file_of("\"fl_x\": 20,", {frame("images/a.png", 0, ", \"mask_path\": \"../mask.png\"")}));
-  CHECK(message(folder.path() / "set").find("../mask.png: lies outside of the dataset ") != std::string::npos);
+  CHECK(message(folder.path() / "set").find("../mask.png: lies outside the dataset ") != std::string::npos);
   folder.write("points.ply", std::string("x"));
   folder.write("set/transforms.json",
                file_of("\"fl_x\": 20, \"ply_file_path\": \"../points.ply\",", {frame("images/a.png", 0)}));
-  CHECK(message(folder.path() / "set").find("../points.ply: lies outside of the dataset ") != std::string::npos);
+  CHECK(message(folder.path() / "set").find("../points.ply: lies outside the dataset ") != std::string::npos);
 }
 
 TEST_CASE("a COLMAP model of another machine finds its photographs", "[scene][load][names]") {
@@ -613,15 +613,15 @@ TEST_CASE("a photograph is turned by its EXIF orientation if its camera was", "[
   };
   const Scene turned = load_as(6, "\"w\": 16, \"h\": 32,");
   CHECK(turned.train[0].image.width == 16);
-  CHECK(white(turned, 13, 29));  // clockwise: the top right moves to the bottom right
-  CHECK(turned.summary.find("; 1 turned by EXIF, as their cameras are") != std::string::npos);
+  CHECK(white(turned, 13, 29));  // clockwise: the right is below
+  CHECK(turned.summary.find("; 1 rotated by EXIF orientation to match their cameras") != std::string::npos);
   CHECK(white(load_as(8, "\"w\": 16, \"h\": 32,"), 2, 2));
   // If the camera has the aspect ratio of the stored image or no size, the image stays as stored.
   for (const char* size : {"\"w\": 32, \"h\": 16,", "\"w\": 64, \"h\": 32,", ""}) {
     const Scene stored = load_as(6, size);
     CHECK(stored.train[0].image.width == 32);
     CHECK(white(stored, 29, 2));
-    CHECK(stored.summary.find("; EXIF orientation of 1 left alone") != std::string::npos);
+    CHECK(stored.summary.find("; EXIF orientation of 1 ignored") != std::string::npos);
   }
   CHECK(load_as(1, "").summary.find("EXIF") == std::string::npos);
   CHECK(test::message_of([&] {
@@ -644,12 +644,12 @@ TEST_CASE("the summary describes the dataset in one line", "[scene][load][summar
   options.warn = [&](const std::string& line) { lines.push_back(line); };
   options.downscale = 2;
   CHECK(load(folder.path(), options).summary ==
-        "transforms.json, 9 photographs of several sizes (images_2 for 2); 1 OPENCV camera, distortion taken out; "
+        "transforms.json, 9 photographs of several sizes (images_2 for 2); 1 OPENCV camera, undistorted; "
         "masks for 3 of 9; 1 without an image");
   REQUIRE(lines.size() == 3);
   CHECK(lines[1].find("masks for 3 of 9 photographs, none for images/03.png; ") != std::string::npos);
-  CHECK(lines[2].find("images_2 holds 2 of 9 photographs, not images/00.png; ") != std::string::npos);
-  // No warning if at least half have masks and all are in the prescaled folder.
+  CHECK(lines[2].find("images_2 contains 2 of 9 photographs, but not images/00.png; ") != std::string::npos);
+  // Half of them, and all of them, are meant so.
   for (int i = 0; i < 10; ++i) folder.write(fmt::format("images_2/{:02}.png", i), plain(8, 6, 9, 9, 9));
   for (int i = 3; i < 6; ++i) folder.write(fmt::format("masks/{:02}.png", i), plain(16, 12, 255, 255, 255));
   lines.clear();

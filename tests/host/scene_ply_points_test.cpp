@@ -66,7 +66,7 @@ TEST_CASE("errors of PLY files name the problem and the fix", "[scene][ply]") {
   CHECK(ply_message("ply\nproperty float x\n").find("before any element") != std::string::npos);
   CHECK(ply_message(start + "property quad x\n") ==
         "p.ply: line 4: unknown property type 'quad'; export the points again");
-  CHECK(ply_message(start + "property list uchar int x\nend_header\n").find("holds lists") != std::string::npos);
+  CHECK(ply_message(start + "property list uchar int x\nend_header\n").find("contains lists") != std::string::npos);
   CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n").find("ends before its last point") !=
         std::string::npos);
   CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2\n").find("ends before its vertex values") !=

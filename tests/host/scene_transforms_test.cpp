@@ -110,7 +110,7 @@ TEST_CASE("errors of transforms files name the problem, the place and the fix", 
         "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
         "again");
   CHECK(json_message("{\"fl_x\": 1e999, \"frames\": []}") ==
-        "t.json: holds a number out of range; correct or export the file again");
+        "t.json: contains a number out of range; correct or export the file again");
   CHECK(json_message("[]") == "t.json: is array, not an object with frames; give a transforms file");
   CHECK(json_message("{}") == "t.json: frames is missing; give a transforms file");
   CHECK(json_message("{\"frames\": 3}") == "t.json: frames is number, not a list; correct it");
@@ -121,7 +121,7 @@ TEST_CASE("errors of transforms files name the problem, the place and the fix", 
         "t.json: frames[0].file_path is number, not a string; correct it");
   CHECK(json_message("{\"frames\": [{\"file_path\": \"\"}]}").starts_with("t.json: frames[0].file_path is empty; "));
   CHECK(json_message("{\"frames\": [{\"file_path\": \"a\\u0000b\"}]}")
-            .starts_with("t.json: frames[0].file_path holds a zero "));
+            .starts_with("t.json: frames[0].file_path contains a zero "));
   CHECK(json_message("{\"frames\": [{\"file_path\": \"a\"}]}") ==
         "t.json: frames[0].transform_matrix is missing; every frame needs its 4 x 4 camera-to-world matrix");
   CHECK(json_message(one_frame("")) ==
@@ -135,8 +135,8 @@ TEST_CASE("errors of transforms files name the problem, the place and the fix", 
   CHECK(json_message(one_frame("\"fl_x\": 9, \"test_filenames\": 3,")).starts_with("t.json: test_filenames is number"));
   CHECK(json_message(one_frame("\"fl_x\": 9, \"is_fisheye\": 1,")).starts_with("t.json: is_fisheye is number"));
   const auto matrix = [](const std::string& m) { return json_message(one_frame("\"fl_x\": 9,", "", m)); };
-  CHECK(
-      matrix("[[1,0,0],[0,1,0],[0,0,1]]").starts_with("t.json: frames[0].transform_matrix: row 0 has not 4 numbers; "));
+  CHECK(matrix("[[1,0,0],[0,1,0],[0,0,1]]")
+            .starts_with("t.json: frames[0].transform_matrix: row 0 does not have 4 numbers; "));
   CHECK(matrix("[1,2]").starts_with("t.json: frames[0].transform_matrix is not a list of 4 rows; "));
   CHECK(matrix("[[1,0,0,null],[0,1,0,0],[0,0,1,0],[0,0,0,1]]") ==
         "t.json: frames[0].transform_matrix[0][3] is null, not a number; correct it");

@@ -1,5 +1,5 @@
-// Tests engine/train/topology/simplify.h and engine/scene/hold_out.h: what goes first, when it ends, and which views
-// judge.
+// Tests engine/train/topology/simplify.h and engine/scene/hold_out.h: order of removal, end of the rounds, choice of
+// validation views.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -22,8 +22,8 @@ std::vector<soup::TextureEntry> table_of(const std::vector<soup::TextureLevels>&
   return soup::make_texture_table(levels).entries;
 }
 
-/// Rounds of an imagined soup: a halving of the bytes costs more dB each time, by its power `curve`; a removal is a
-/// tenth more or less than what it was meant to be.
+/// Simulates the rounds of a training: n halvings of the bytes cost 0.15 n^curve dB, and each removal takes 10 % more
+/// or less than requested.
 std::vector<Round> simulate(const Settings& s, double best_psnr, double curve = 2) {
   std::vector<Round> rounds{{s.steps, 8'000'000, 5000, best_psnr, 0.9}};
   double wobble = 0.1;
@@ -55,77 +55,77 @@ Settings goal_settings() {
 
 }  // namespace
 
-TEST_CASE("what is worth least for its bytes goes first", "[simplify]") {
+TEST_CASE("triangles and levels with the least importance per byte are removed first", "[simplify]") {
   const auto table = table_of({{2, 4}, {2, 4}, {2, 2}, {0, 0}, {2, 4}});
   Importance importance;
   importance.triangle = {9.0, 8.0, 0.001, 0.5, 7.0};
   importance.finest = {0.01, 6.0, 0.9, 0.0, 5.0};
   const std::vector<bool> none(5);
-  // The third triangle, of 15 samples, costs next to nothing, then the first one's finest level: 108 of the 480 samples
-  // that five triangles are worth.
+  // The third triangle (15 samples) has almost no importance. Next is the finest level of the first triangle: 108 of
+  // 480 samples.
   Pruned a = least_important_removed(importance, table, none, {0.96, 1});
   CHECK(a.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
   CHECK(a.levels == std::vector<soup::TextureLevels>{{2, 4}, {2, 4}, {0, 0}, {2, 4}});
   Pruned b = least_important_removed(importance, table, none, {0.75, 1});
   CHECK(b.kept == std::vector<std::uint32_t>{0, 1, 3, 4});
   CHECK(b.levels == std::vector<soup::TextureLevels>{{2, 3}, {2, 4}, {0, 0}, {2, 4}});
-  // The backdrop's triangles stay, but their textures need not be fine.
+  // Triangles of the backdrop are kept, but their textures may become coarser.
   Pruned c = least_important_removed(importance, table, {false, false, true, true, false}, {0.96, 1});
   CHECK(c.kept.size() == 5);
   CHECK(c.levels[0].level_max == 3);
-  // By number: only whole triangles.
+  // A share of the triangles removes only whole triangles.
   Pruned d = least_important_removed(importance, table, none, {1, 0.6});
   CHECK(d.kept == std::vector<std::uint32_t>{0, 1, 4});
   CHECK(d.levels == std::vector<soup::TextureLevels>(3, {2, 4}));
-  // One triangle is left whatever is asked for.
+  // At least one triangle is kept.
   CHECK(least_important_removed(importance, table, none, {0, 1}).kept.size() >= 1);
   CHECK(least_important_removed(importance, table, none, {1, 0}).kept == std::vector<std::uint32_t>{0});
-  // What makes pictures worse goes before all else.
+  // A triangle with negative importance, which makes images worse, is removed first.
   importance.triangle[4] = -3;
   CHECK(least_important_removed(importance, table, none, {0.99, 1}).kept == std::vector<std::uint32_t>{0, 1, 2, 3});
 }
 
-TEST_CASE("at the knee stays what brings enough for twice the samples", "[simplify]") {
-  // Two triangles of one level, 18 samples with what vertices take. What the first one brings for its 9 is, per
-  // doubling, 0.01 / 9 * 18 / 0.3322 dB of 1.
+TEST_CASE("pruning to the knee keeps what gains enough for twice the samples", "[simplify]") {
+  // Two triangles of one level have 18 samples, vertices included. The first one, with 9 samples, gains
+  // 0.01 / 9 * 18 * 10 log10(2) = 0.0602 dB per doubling, for an error of 1.
   Importance importance{1, {5, 5}, {0.01, 0.9}, {0, 0}, {}};
   const auto two = table_of({{0, 0}, {0, 0}});
   const std::vector<bool> none(2);
   CHECK(pruned_to_knee(importance, two, none, 0.059).kept.size() == 2);
   CHECK(pruned_to_knee(importance, two, none, 0.061).kept == std::vector<std::uint32_t>{1});
   CHECK(pruned_to_knee(importance, two, none, 10).kept.size() == 1);
-  // What no view shows is not judged, nor is the backdrop.
+  // Triangles that no view shows and triangles of the backdrop are kept.
   importance.pixels[0] = 0;
   CHECK(pruned_to_knee(importance, two, none, 0.061).kept.size() == 2);
   importance.pixels[0] = 5;
   CHECK(pruned_to_knee(importance, two, {true, false}, 0.061).kept.size() == 2);
-  // Each removal is measured by the error and the samples that those before have left: the second pays with them, and
-  // would not without.
+  // Each removal is measured against the error and the samples that remain after the earlier ones. The second triangle
+  // is removed only after the first.
   Importance three{1, {5, 5, 5}, {0.001, 0.02, 5}, {0, 0, 0}, {}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}});
   CHECK(pruned_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{2});
   three.triangle[0] = 0.1;
   CHECK(pruned_to_knee(three, table, std::vector<bool>(3), 0.13).kept == std::vector<std::uint32_t>{0, 1, 2});
-  // A finest level goes by itself.
+  // A finest level can be removed without its triangle.
   const Importance levels{1, {5}, {3}, {1e-6}, {}};
   CHECK(pruned_to_knee(levels, table_of({{2, 4}}), {false}, 0.1).levels == std::vector<soup::TextureLevels>{{2, 3}});
 }
 
-TEST_CASE("of triangles that stand in for each other one stays", "[simplify]") {
-  // Two layers cost nothing without each other, all would cost everything; the third leans on the second, the fourth on
-  // none.
+TEST_CASE("one of several triangles that can replace each other is kept", "[simplify]") {
+  // Triangles 0 and 1 are layers of one colour: either can be removed, but not both. Triangle 2 can be replaced by
+  // triangle 1; triangle 3 needs no replacement.
   Importance importance{1, {5, 5, 5, 5}, {0, 0, 1e-9, 0}, {0, 0, 0, 0}, {{0, 1}, {1, 0}, {2, 1}}};
   const auto table = table_of({{0, 0}, {0, 0}, {0, 0}, {0, 0}});
   const std::vector<bool> none(4);
   CHECK(pruned_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{1});
-  // The second goes first where that is cheaper, and the others, which lean on it, stay.
+  // If triangle 1 is removed first because it costs less, triangles 0 and 2 are kept.
   importance.triangle = {1e-9, 0, 1e-9, 5};
   CHECK(pruned_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{0, 2, 3});
   importance.behind.clear();
   CHECK(pruned_to_knee(importance, table, none, 0.2).kept == std::vector<std::uint32_t>{3});
 }
 
-TEST_CASE("rounds end just above a quality, whatever it is", "[simplify]") {
+TEST_CASE("rounds end just above a target quality", "[simplify]") {
   for (const double target : {20.0, 24.0, 26.5, 27.9}) {
     CAPTURE(target);
     Settings s = goal_settings();
@@ -146,8 +146,8 @@ TEST_CASE("rounds end just above a quality, whatever it is", "[simplify]") {
   CHECK(best.ssim < 0.895);
 }
 
-TEST_CASE("a round that took too much is gone back on", "[simplify]") {
-  // Of a soup that falls apart all at once: what the halvings before have cost says nothing of the next one.
+TEST_CASE("a round that removed too much is undone", "[simplify]") {
+  // The quality drops suddenly, so earlier halvings do not predict the next one.
   for (const double target : {22.0, 24.0, 25.5, 27.5}) {
     CAPTURE(target);
     Settings s = goal_settings();
@@ -163,7 +163,7 @@ TEST_CASE("a round that took too much is gone back on", "[simplify]") {
   }
 }
 
-TEST_CASE("what nearly reaches a quality is trained on, once", "[simplify]") {
+TEST_CASE("a round that nearly reaches a quality is trained further, once", "[simplify]") {
   Settings s = goal_settings();
   s.target_psnr = 25;
   std::vector<Round> rounds{{1000, 1000, 100, 26.0, 0.9, 0, false}, {1050, 600, 60, 24.9, 0.9, 0, true}};
@@ -172,21 +172,22 @@ TEST_CASE("what nearly reaches a quality is trained on, once", "[simplify]") {
   const auto next = next_round(rounds, s);
   REQUIRE(next);
   CHECK(next->from == 0);
-  // On a line to what missed it, in halvings of the bytes.
+  // Interpolates linearly in the logarithm of the bytes between the best round and the one that missed.
   CHECK(next->shares.bytes == Approx(std::pow(0.601, 1 / 1.05)));
-  // One that then met it is no miss: it goes on from there, though it has a few bytes more.
+  // If the second attempt met the quality, rounds continue from it although it has slightly more bytes.
   std::vector<Round> met = rounds;
   met.back().psnr = 25.06;
   const auto on = next_round(met, s);
   REQUIRE(on);
   CHECK(on->from == 2);
   CHECK(on->shares.bytes < 0.98);
-  // Where there is little to gain it is over.
+  // Rounds end if there is little to gain.
   rounds.push_back({1150, 618, 62, 25.2, 0.9, 0, true});
   CHECK_FALSE(next_round(rounds, s));
 }
 
-TEST_CASE("less is tried where a quality is just met, and it is trained on while that brings enough", "[simplify]") {
+TEST_CASE("a smaller model is tried if a quality is just met, and trained further while that gains enough",
+          "[simplify]") {
   Settings s = goal_settings();
   s.target_psnr = 25;
   std::vector<Round> rounds{{1000, 1000, 100, 25.02, 0.9, 0, false}};
@@ -198,13 +199,13 @@ TEST_CASE("less is tried where a quality is just met, and it is trained on while
   enough.back().psnr = 24.92;
   CHECK(next_round(enough, s) == NextRound{2, {}});
   enough.push_back({1150, 851, 90, 25.01, 0.9, 2, false});
-  CHECK(next_round(enough, s) == NextRound{3, {0.85, 1}});  // what it was on the way is no miss
-  // What brings too little is given up, and with it the search: nothing between it and the best is worth a round.
+  CHECK(next_round(enough, s) == NextRound{3, {0.85, 1}});  // earlier attempts do not count as misses
+  // A gain that is too small ends the search: no size in between is worth a round.
   CHECK_FALSE(next_round(rounds, s));
   CHECK(best_round(rounds, s) == 0);
 }
 
-TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
+TEST_CASE("a size limit is met with the best quality below it", "[simplify]") {
   Settings s = goal_settings();
   s.max_bytes = 1'000'000;
   auto rounds = simulate(s, 28.0);
@@ -214,27 +215,27 @@ TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
   s.max_triangles = 700;
   rounds = simulate(s, 28.0);
   CHECK(rounds[best_round(rounds, s)].triangles <= 700);
-  // Both: the smaller one counts, and a quality that cannot be had with it is said to be missed.
+  // With a limit and a quality, the limit has priority, and the message says that the quality was missed.
   s.target_psnr = 27.9;
   rounds = simulate(s, 28.0);
   CHECK(rounds[best_round(rounds, s)].triangles <= 700);
   CHECK_THAT(outcome(rounds, s),
              Catch::StartsWith("goal missed") && Catch::Contains("a larger `max_bytes` or `max_triangles`"));
-  // Nothing more can go, or there is no round left.
+  // Nothing more can be removed, or no rounds are left.
   s.max_triangles = 1;
   CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("nothing more can go"));
   rounds.resize(30, rounds.back());
   CHECK_THAT(outcome(rounds, s), Catch::Contains("there are no more rounds"));
 }
 
-TEST_CASE("whether a removal takes anything away", "[simplify]") {
+TEST_CASE("takes_away is true if a triangle or a level is removed", "[simplify]") {
   const std::vector<soup::TextureEntry> table = soup::make_texture_table(3, {1, 3}).entries;
   CHECK_FALSE(takes_away({{0, 1, 2}, {{1, 3}, {1, 3}, {1, 3}}}, table));
   CHECK(takes_away({{0, 1, 2}, {{1, 3}, {1, 2}, {1, 3}}}, table));
   CHECK(takes_away({{0, 2}, {{1, 3}, {1, 3}}}, table));
 }
 
-TEST_CASE("a quality that training does not reach is told, and the best there is kept", "[simplify]") {
+TEST_CASE("if training misses a quality, the message says so and the best model is kept", "[simplify]") {
   Settings s = goal_settings();
   s.target_psnr = 30;
   const auto rounds = simulate(s, 28.0);
@@ -243,7 +244,7 @@ TEST_CASE("a quality that training does not reach is told, and the best there is
   CHECK(outcome(rounds, s).find("more `steps`") != std::string::npos);
 }
 
-TEST_CASE("rounds go through a checkpoint", "[simplify]") {
+TEST_CASE("rounds survive writing and reading as JSON", "[simplify]") {
   Settings s = goal_settings();
   s.target_psnr = 26.5;
   const auto rounds = simulate(s, 28.0);
@@ -259,7 +260,7 @@ TEST_CASE("rounds go through a checkpoint", "[simplify]") {
   CHECK_THROWS_AS(rounds_from_json(nlohmann::json::parse(R"([{"step": 1}])")), Error);
 }
 
-TEST_CASE("rates rise for a round and fall to where they ended", "[simplify][settings]") {
+TEST_CASE("learning rates rise at the start of a round and fall to their final values", "[simplify][settings]") {
   Settings s = goal_settings();
   s.steps = 1000;
   s.init = "surface";
@@ -274,14 +275,14 @@ TEST_CASE("rates rise for a round and fall to where they ended", "[simplify][set
       if (i == 1) CHECK(factor > 1.5 * end);
     }
     CHECK(last == Approx(end));
-    // Vertices come to rest again: how close depends on the steps of a round.
+    // The learning rate of vertices falls close to zero, depending on the steps of a round.
     CHECK(vertex_lr_factor(s, 1000 + (round + 1) * s.round_steps) <
           0.02 * vertex_lr_factor(s, 1000 + round * s.round_steps + 1));
     CHECK(vertex_lr_factor(s, 1000 + (round + 1) * s.round_steps) > 0);
   }
 }
 
-TEST_CASE("validation views are spread over the training views, and points forget them", "[hold_out]") {
+TEST_CASE("validation views are spread over the training views and removed from the views of points", "[hold_out]") {
   scene::Scene scene;
   scene.path = "somewhere";
   for (int i = 0; i < 20; ++i) scene.train.push_back({std::to_string(i), {}, {}});
@@ -293,7 +294,7 @@ TEST_CASE("validation views are spread over the training views, and points forge
   REQUIRE(scene.train.size() == 16);
   CHECK(scene.train[2].name == "3");
   CHECK(scene.points.seen_by == std::vector<std::vector<std::uint32_t>>{{0, 2, 15}, {}, {}});
-  CHECK_THROWS_WITH(scene::hold_out(scene, 8), Catch::Contains("somewhere") && Catch::Contains("--validation-views"));
+  CHECK_THROWS_WITH(scene::hold_out(scene, 8), Catch::Contains("somewhere") && Catch::Contains("`validation_views`"));
   CHECK(scene.train.size() == 16);
   CHECK(scene::usual_validation_views(scene) == 3);
 }

@@ -1,5 +1,5 @@
-// The translator of kernels to lanes (engine/gpu/lanes): probe.comp with 4, 8 and 16 lanes against the same file
-// compiled as C++.
+// Tests the translator of kernels to lanes (engine/gpu/lanes): compares probe.comp with 4, 8 and 16 lanes with the same
+// file compiled as C++.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -23,7 +23,7 @@ using host::CompiledKernel;
 
 namespace {
 
-// Lanes may read a little beyond what they need (lane_memory.h).
+// Padding around arrays, because lanes may read beyond the words that they need (lane_memory.h).
 constexpr std::size_t kRoom = 64, kCount = 90;
 
 struct Memory {
@@ -60,7 +60,7 @@ bool usable(std::uint32_t lanes) {
 
 }  // namespace
 
-TEST_CASE("Lanes give what one invocation after the other gives", "[lanes]") {
+TEST_CASE("kernels with lanes give the same results as one invocation after another", "[lanes]") {
   std::vector<std::span<const CompiledKernel>> sets;
 #define ADD(width) sets.push_back(host::probes_##width());
   FOR_WIDTHS(ADD)

@@ -1,4 +1,5 @@
-// What is easily translated wrongly to lanes: one case a variant, a few numbers of each invocation as the result.
+// Code that is easily translated to lanes incorrectly. CASE selects one case per variant. Each invocation writes a few
+// numbers.
 #include "common/kernel.h"
 #include "probe_args.h"
 
@@ -13,7 +14,7 @@ const uint kTable[5] = {7u, 11u, 13u, 17u, 19u};
 SHARED uint s_words[64];
 SHARED vec4 s_vectors[16];
 
-// A value lives on in a variable of an outer loop, which a branch changes for some lanes only.
+// A branch changes a variable of the outer loop for some lanes only.
 FN uint carried(uint n) {
   uint sum = 0u, kept = n;
   for (uint i = 0u; i < 5u; ++i) {
@@ -26,7 +27,7 @@ FN uint carried(uint n) {
   return sum + kept;
 }
 
-// The same where no lane outside the branch ever sees the variable.
+// Like carried(), but the variable is used only inside the branch.
 FN uint carried_within(uint n) {
   uint sum = 0u, turns = 0u, hidden;
   for (uint i = 0u; i < 8u; ++i)
@@ -39,7 +40,7 @@ FN uint carried_within(uint n) {
   return sum;
 }
 
-// A structure is set member by member, in branches and over iterations.
+// A structure is assigned member by member, in branches and across iterations.
 FN uint by_member(uint n) {
   Pair p;
   p.a = n;
@@ -57,7 +58,7 @@ FN uint by_member(uint n) {
   return p.a * 31u + p.b;
 }
 
-// Lanes leave a loop that tests at its end one by one, until none is left.
+// Lanes leave a do-while loop one by one, until no lanes remain.
 FN uint tested_late(uint n) {
   uint left = n % 9u, turns = 0u;
   do {
@@ -67,7 +68,7 @@ FN uint tested_late(uint n) {
   return turns;
 }
 
-// All lanes go on with the next turn of a loop that they leave one by one.
+// All lanes continue with the next iteration of a loop that they leave one by one.
 FN uint all_go_on(uint n, uint count) {
   uint sum = 0u;
   for (uint i = 0u; i < 12u; ++i) {
@@ -79,7 +80,7 @@ FN uint all_go_on(uint n, uint count) {
   return sum;
 }
 
-// A function returns from within two loops, for some lanes.
+// Some lanes return from two nested loops.
 FN uint returns_early(uint n) {
   uint steps = 0u;
   for (uint i = 0u; i < 4u; ++i)
@@ -91,7 +92,7 @@ FN uint returns_early(uint n) {
   return steps;
 }
 
-// An array that all lanes share at an index of their own, and one of their own.
+// Each lane indexes an array shared by all lanes, and an array of its own.
 FN uint indexed(uint n) {
   uint own[4] = {n, n + 1u, n * 2u, 9u};
   own[n & 3u] += kTable[n % 5u];
@@ -117,7 +118,7 @@ KERNEL_MAIN(64) {
   if (CASE == 5u) result = indexed(n);
   if (CASE == 6u) result = whole_numbers(n);
   if (CASE == 7u) {
-    // Components of vectors side by side, of which the last lanes' are beyond the end; some are left alone.
+    // Consecutive components of vectors. The last lanes are beyond the end, and some components are not written.
     for (uint i = 0u; i * 64u < a.count; ++i) {
       const uint e = i * 64u + thread;
       if (e < a.count) {
@@ -130,7 +131,7 @@ KERNEL_MAIN(64) {
     result = uint(s_vectors[(63u - thread) >> 2][(63u - thread) & 3u]);
   }
   if (CASE == 8u) {
-    // What threads leave for others behind a barrier, and sums that several add to.
+    // Values exchanged through shared memory with barriers, and sums by several threads.
     s_words[thread] = n;
     barrier();
     result = s_words[(thread * 7u + 5u) % 64u];
@@ -142,13 +143,13 @@ KERNEL_MAIN(64) {
     second = s_words[thread & 3u];
   }
   if (CASE == 9u) {
-    // Eight words in a row for every eight threads, from places that follow from the eight's number; eights that take
-    // no part may name any place.
+    // Each group of eight threads loads eight consecutive words from an index that depends on the group. Inactive
+    // groups may have any index.
     s_words[thread] = n;
     barrier();
     const uint eight = thread / 8u;
     if ((eight & 1u) == 0u || (n & 1u) != 0u) result = s_words[(eight * 5u + 3u) % 8u * 8u + thread % 8u];
-    // The first lanes of the first eight would read from before the array.
+    // The first lanes of the first group would read before the start of the array.
     const uint before = eight * 8u - 3u;
     if (thread >= 3u) result += s_words[before + thread % 8u];
     if (thread < 40u) {

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// numbers: [64], any; vectors: [count] words, as vectors; result: [64][4].
+/// numbers: [64], any values; vectors: [count] words, stored as vectors; result: [64][4].
 struct ProbeArgs {
   POINTER(Uints) numbers;
   POINTER(Float4s) vectors;

@@ -106,6 +106,33 @@ std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step) {
       return at;
 }
 
+std::uint64_t next_event(const Settings& s, const Intervals& intervals, std::uint64_t step, std::uint64_t last) {
+  std::uint64_t next = last;
+  const auto at = [&](std::uint64_t event) {
+    if (event > step) next = std::min(next, event);
+  };
+  const auto every = [&](std::uint64_t n) {
+    if (n > 0) at((step / n + 1) * n);
+  };
+  every(intervals.progress_every);
+  every(s.refine_every);
+  every(s.eval_every);
+  every(s.checkpoint_every);
+  at(only_refinement(s));
+  at(next_pruning(s, step));
+  at(next_evaluation(intervals.evaluations_per_decade, step));
+  at(coarse_end(s));
+  at(small_end(s));
+  if (intervals.most_steps > 0) at(step + intervals.most_steps);
+  return next;
+}
+
+bool is_evaluation(const Settings& s, const Intervals& intervals, std::uint64_t step) {
+  if (s.eval_every > 0 && step % s.eval_every == 0) return true;
+  return intervals.evaluations_per_decade > 0 && step > 0 &&
+         next_evaluation(intervals.evaluations_per_decade, step - 1) == step;
+}
+
 Settings extended(Settings s, std::uint64_t step, std::uint64_t steps) {
   if (steps <= s.steps) return s;
   const auto share_of = [&](std::uint64_t then) { return static_cast<double>(then) / static_cast<double>(steps); };

@@ -50,6 +50,18 @@ std::uint64_t next_pruning(const Settings& settings, std::uint64_t step);
 /// first after `step`, from step 10 on; 0: never.
 std::uint64_t next_evaluation(std::uint32_t per_decade, std::uint64_t step);
 
+/// How often a training is interrupted between steps, beside what its settings say; 0: never.
+struct Intervals {
+  std::uint64_t progress_every = 0;
+  std::uint32_t evaluations_per_decade = 0;
+  std::uint64_t most_steps = 0;  // without an interruption
+};
+/// The number of completed steps at which a training is next interrupted: to report, to change topology, to evaluate or
+/// to save; at most `last`.
+std::uint64_t next_event(const Settings& settings, const Intervals& intervals, std::uint64_t step, std::uint64_t last);
+/// Whether the test views are evaluated after this many completed steps.
+bool is_evaluation(const Settings& settings, const Intervals& intervals, std::uint64_t step);
+
 /// The settings with which a training that has completed `step` steps continues to `steps`, if these are more. The
 /// schedule becomes that of `steps`: learning rates rise, vertices move again, and refinement goes on up to its share
 /// of `steps`. The coarse part and the smaller pictures do not come back.

@@ -129,15 +129,12 @@ void load_into(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model,
   const std::vector<glm::vec3> vertices = normalised_vertices(model, normalisation);
   soup.vertices = gpu.allocate(vertices.size() * sizeof(glm::vec3), "vertices");
   gpu.upload(soup.vertices.address(), vertices);
-  if (soup.shared) soup.ranges = divided(soup.table, soup.shared->size());
+  soup.ranges = divided(soup.table, soup.partition->size());
   soup.textures = gpu.allocate(soup.table.size() * sizeof(soup::TextureEntry), "texture table");
-  gpu.upload(soup.textures.address(), soup.shared ? local_rows(soup.table, soup.own()) : soup.table);
-  if (soup.shared)
-    upload_lattice(gpu, soup,
-                   ranks::values_of<std::uint8_t>(
-                       soup.shared->scatter_from_first(ranks::bytes_of(model.lattice), soup::kChannels)));
-  else
-    upload_lattice(gpu, soup, model.lattice);
+  gpu.upload(soup.textures.address(), local_rows(soup.table, soup.own()));
+  upload_lattice(gpu, soup,
+                 ranks::values_of<std::uint8_t>(
+                     soup.partition->scatter_from_first(ranks::bytes_of(model.lattice), soup::kChannels)));
   allocate_mlp(gpu, soup, model.mlp);
 }
 
@@ -151,7 +148,7 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
 
 LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation,
                          ranks::Ranks* ranks, BatchBuffers* in)
-    : buffers(in ? *in : own_frame_.emplace(gpu)) {
+    : buffers(in ? *in : own_buffers_.emplace(gpu)) {
   if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, buffers, *ranks);
   load_into(gpu, soup, model, normalisation);
 }
@@ -191,8 +188,7 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
                kernels::QuantiseArgs{soup.lattice.address() + 32 * first, packed.address(), count, 0});
     gpu.download(packed.address(), std::as_writable_bytes(std::span(model.lattice).subspan(8 * first, 8ull * count)));
   }
-  if (soup.shared)
-    model.lattice = ranks::values_of<std::uint8_t>(soup.shared->gather_on_first(ranks::bytes_of(model.lattice)));
+  model.lattice = ranks::values_of<std::uint8_t>(soup.partition->gather_on_first(ranks::bytes_of(model.lattice)));
   model.mlp.parameters = gpu.download_vector<float>(soup.mlp.address(), soup::Mlp::kParameters);
   model.background = background;
   model.drop_near = soup.drop_near;

@@ -61,8 +61,7 @@ void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, 
     do {
       buffers.set_batch(views.subspan(first, count), soup.triangles, false);
       step.visibility(Thresholds::half, inputs);
-    } while (grow_lists_if_needed(gpu, buffers) ||
-             (soup.shared && soup.shared->outcome() == SharedSoup::Outcome::overflow));
+    } while (grow_lists_if_needed(gpu, buffers) || soup.partition->outcome() == SoupPartition::Outcome::overflow);
     if (colours) step.shade(inputs);
     visit(first, count);
     first += count;

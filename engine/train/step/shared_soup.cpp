@@ -57,25 +57,6 @@ class Reader {
 
 }  // namespace
 
-std::vector<TriangleRange> divided(std::span<const soup::TextureEntry> table, int ranks) {
-  // Logits and moments in floats, and what a triangle has besides them.
-  constexpr std::uint64_t kBesides = 8;
-  const auto size_of = [&](const soup::TextureEntry& row) {
-    return kBesides + soup::samples_in(row.level_min, row.level_max);
-  };
-  std::uint64_t total = 0, so_far = 0;
-  for (const soup::TextureEntry& row : table) total += size_of(row);
-  std::vector<TriangleRange> ranges;
-  std::uint32_t t = 0;
-  for (int r = 1; r <= ranks; ++r) {
-    const std::uint32_t first = t;
-    const std::uint64_t until = total * static_cast<std::uint64_t>(r) / static_cast<std::uint64_t>(ranks);
-    while (t < table.size() && (r == ranks || so_far + size_of(table[t]) / 2 < until)) so_far += size_of(table[t++]);
-    ranges.push_back({first, t});
-  }
-  return ranges;
-}
-
 std::vector<std::uint16_t> shaders_of(const BatchLayout& batch, std::uint32_t groups, int ranks) {
   constexpr std::uint32_t kBlock = 16;
   std::vector<std::uint16_t> shaders(batch.pixels);
@@ -135,8 +116,13 @@ void SharedSoup::place_stand_in() {
 ShadedFrom SharedSoup::stand_in() const {
   // A fragment at barycentrics 0, 0 of a texture of level 0 is that texture's first sample, the other two having no
   // weight.
-  return {hits_here_.address(), textures_here_.address(), features_.address(),
-          places_.address(),    zeroes_.address(),        gradient_.address()};
+  return {hits_here_.address(),
+          textures_here_.address(),
+          features_.address(),
+          places_.address(),
+          zeroes_.address(),
+          gradient_.address(),
+          false};
 }
 
 void SharedSoup::agree_on_winners() {
@@ -185,7 +171,7 @@ void SharedSoup::agree_on_winners() {
     if (hits_[p].triangle != 0) owners_[p] = owner_of(hits_[p].triangle - 1);
 }
 
-ShadedFrom SharedSoup::fetch_features(bool coarser) {
+ShadedFrom SharedSoup::shaded_from(const ShadedFrom&, bool coarser) {
   place_stand_in();
   const auto pixels = static_cast<std::uint32_t>(hits_.size());
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
@@ -212,7 +198,7 @@ ShadedFrom SharedSoup::fetch_features(bool coarser) {
   return stand_in();
 }
 
-void SharedSoup::send_colours() {
+void SharedSoup::share_colours() {
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
   // Where nothing is visible it is the background for everybody.
   auto colours = gpu_.download_vector<float>(buffers_.colour.address(), 3 * hits_.size());
@@ -226,7 +212,7 @@ void SharedSoup::send_colours() {
   gpu_.upload(buffers_.colour.address(), colours);
 }
 
-void SharedSoup::send_gradients() {
+void SharedSoup::share_gradients() {
   const std::size_t pixels = hits_.size(), ranks = static_cast<std::size_t>(ranks_.size()),
                     groups = buffers_.mlp_groups;
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
@@ -261,8 +247,7 @@ void SharedSoup::send_gradients() {
                                  static_cast<std::uint32_t>(pixels), soup_.own().first, soup_.own().last, 0});
 }
 
-SharedSoup::Parents SharedSoup::parents_of(std::span<const std::uint32_t> parents,
-                                           std::span<const TriangleRange> ranges) const {
+Parents SharedSoup::parents_of(std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) const {
   Parents found;
   for (const TriangleRange& range : ranges) {
     std::vector<std::uint32_t>& all =
@@ -300,19 +285,19 @@ gpu::Buffer SharedSoup::fetch(const Parents& parents, gpu::Buffer pool) {
   pool = {};  // all that is needed of it is in the messages
   const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
   // Triangles are owned in order, so what comes from rank 0 is of the first of them.
-  gpu::Buffer brought = gpu_.allocate(std::max<std::uint64_t>(parents.samples, 1) * kChannels * 4, "textures");
+  gpu::Buffer fetched = gpu_.allocate(std::max<std::uint64_t>(parents.samples, 1) * kChannels * 4, "textures");
   std::uint64_t bytes = 0;
   for (const ranks::Bytes& message : received) {
     if (bytes + message.size() > parents.samples * kChannels * 4) break;
-    if (!message.empty()) gpu_.upload(brought.address() + bytes, message);
+    if (!message.empty()) gpu_.upload(fetched.address() + bytes, message);
     bytes += message.size();
   }
   if (bytes != parents.samples * kChannels * 4)
     throw Error("ranks: a message is of other textures; all ranks have to run the same build");
-  return brought;
+  return fetched;
 }
 
-ranks::Bytes SharedSoup::on_all(ranks::ByteView mine) {
+ranks::Bytes SharedSoup::all_gather(ranks::ByteView mine) {
   ranks::Bytes all;
   for (const ranks::Bytes& part : ranks_.gather(mine)) all.insert(all.end(), part.begin(), part.end());
   return all;
@@ -342,7 +327,7 @@ std::vector<float> SharedSoup::own_values(const gpu::Buffer& pool) {
 }
 
 std::vector<float> SharedSoup::all_values(const gpu::Buffer& pool) {
-  return ranks::values_of<float>(on_all(ranks::bytes_of(own_values(pool))));
+  return ranks::values_of<float>(all_gather(ranks::bytes_of(own_values(pool))));
 }
 std::vector<float> SharedSoup::gather_values(const gpu::Buffer& pool) {
   return ranks::values_of<float>(gather_on_first(ranks::bytes_of(own_values(pool))));

@@ -27,9 +27,7 @@ void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32
 
 }  // namespace
 
-TriangleRange SoupBuffers::own() const {
-  return shared ? ranges[static_cast<std::size_t>(shared->rank())] : TriangleRange{0, triangles};
-}
+TriangleRange SoupBuffers::own() const { return ranges[static_cast<std::size_t>(partition->rank())]; }
 
 std::uint64_t soup_bytes(std::uint64_t triangles, std::uint32_t level_min, std::uint32_t level_max,
                          std::uint32_t ranks) {
@@ -137,7 +135,7 @@ void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec
     soup.level_max = std::max(soup.level_max, entry.level_max);
   }
   soup.table = std::move(table);
-  if (soup.shared) soup.ranges = divided(soup.table, soup.shared->size());
+  soup.ranges = divided(soup.table, soup.partition->size());
   const TriangleRange own = soup.own();
   const std::uint64_t sources = soup.source_at(own.last) - soup.source_at(own.first);
   const std::uint64_t lattices = soup.lattice_at(own.last) - soup.lattice_at(own.first);

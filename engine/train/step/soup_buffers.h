@@ -10,21 +10,14 @@
 
 #include "gpu/device.h"
 #include "soup/soup.h"
+#include "train/step/soup_partition.h"
 
 namespace trisoup::train {
-
-/// Triangles first .. last - 1.
-struct TriangleRange {
-  std::uint32_t first = 0, last = 0;
-  std::uint32_t count() const { return last - first; }
-};
 
 /// Gradients are sums in 64-bit fixed point (shaders/common/fixed_point.h): low words and high words.
 struct FixedSums {
   gpu::Buffer low, high;
 };
-
-class SharedSoup;
 
 /// Triangles whose textures take about as much shared memory, in SoupBuffers::tasks.
 struct TextureClass {
@@ -36,10 +29,10 @@ struct SoupBuffers {
   std::uint32_t triangles = 0;
   std::vector<soup::TextureEntry> table;  // as on the device, where all of it is here
   std::uint64_t source_samples = 0, lattice_samples = 0;
-  std::uint32_t level_max = 0;        // over all triangles
-  bool drop_near = false;             // as published: what reaches the camera plane is dropped whole, not clipped
-  SharedSoup* shared = nullptr;       // with other ranks; null: all of it is here
-  std::vector<TriangleRange> ranges;  // whose triangles are whose where it is shared. [ranks]
+  std::uint32_t level_max = 0;  // over all triangles
+  bool drop_near = false;       // as published: what reaches the camera plane is dropped whole, not clipped
+  SoupPartition* partition = &whole_soup();
+  std::vector<TriangleRange> ranges;  // triangles of each rank. [ranks]
 
   /// Triangles whose textures are here.
   TriangleRange own() const;
@@ -105,7 +98,7 @@ gpu::Buffer initial_logits(gpu::Device& gpu, std::span<const soup::TextureEntry>
                            std::span<const glm::vec3> colours, std::span<const float> opacities,
                            TriangleRange own = {0, ~0u});
 
-/// Allocates everything but the MLP, as much of it as is this rank's where SoupBuffers::shared says so; vertices are
+/// Allocates everything but the MLP, as much of it as SoupBuffers::partition has here; vertices are
 /// uploaded, their moments are zero, gradients empty. The lattices are undefined until the levels are summed
 /// (Step::sum_textures).
 void allocate_soup(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices,

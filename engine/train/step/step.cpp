@@ -24,7 +24,6 @@
 #include "args/update_vertices.h"
 #include "args/visibility.h"
 #include "train/step/fixed_sum.h"
-#include "train/step/shared_soup.h"
 
 namespace trisoup::train {
 namespace {
@@ -75,7 +74,7 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   if (!listed) {
     gpu_.launch({"project"}, projected,
                 ProjectArgs{soup_.vertices.address(), view_table, screen, triangles, views, soup_.drop_near, 0});
-    if (soup_.shared)
+    if (soup_.own().count() < triangles)
       gpu_.launch({"keep_range"}, projected,
                   KeepRangeArgs{screen, triangles, views, soup_.own().first, soup_.own().last});
     if (inputs.hidden)
@@ -90,7 +89,7 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
                                buffers_.state.address(), buffers_.hits.address(), triangles, views, band.first,
                                band.tiles, buffers_.list_capacity(), 0});
   });
-  if (soup_.shared) soup_.shared->agree_on_winners();
+  soup_.partition->agree_on_winners();
 }
 
 void Step::for_each_band(const std::function<void(const Band&)>& visit) {
@@ -140,16 +139,15 @@ ShadedFrom Step::of_soup() const {
 }
 
 void Step::shade(const StepInputs& inputs) {
-  if (!soup_.shared) return shade(inputs, of_soup());
-  shade(inputs, soup_.shared->fetch_features(inputs.layer == Layer::coarser));
-  soup_.shared->send_colours();
+  shade(inputs, soup_.partition->shaded_from(of_soup(), inputs.layer == Layer::coarser));
+  soup_.partition->share_colours();
 }
 
 void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
   const BatchLayout& batch = buffers_.batch();
   const std::uint32_t groups = groups_over(batch.blocks);
   gpu_.launch({buffers_.one_pixel ? "shade_one" : "shade",
-               {inputs.mlp_inputs != 0, inputs.layer == Layer::coarser && !soup_.shared}},
+               {inputs.mlp_inputs != 0, inputs.layer == Layer::coarser && from.has_levels}},
               groups,
               ShadeArgs{buffers_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(),
                         buffers_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views, inputs.background.r,
@@ -213,8 +211,8 @@ void Step::sort_pixels() {
 
 void Step::backward(const StepInputs& inputs) {
   sort_pixels();
-  shade_backward(inputs, soup_.shared ? soup_.shared->stand_in() : of_soup());
-  if (soup_.shared) soup_.shared->send_gradients();
+  shade_backward(inputs, soup_.partition->gradients_to(of_soup()));
+  soup_.partition->share_gradients();
   edge_forces();
   if (!inputs.opaque) opacity_backward(inputs);
 }
@@ -290,7 +288,7 @@ void Step::sum_textures() { update_textures(false, {}); }
 
 void Step::train(const StepInputs& inputs) {
   visibility(inputs.opaque ? Thresholds::half : Thresholds::random, inputs);
-  if (soup_.shared && soup_.shared->outcome() != SharedSoup::Outcome::done) return;
+  if (soup_.partition->outcome() != SoupPartition::Outcome::done) return;
   end_kernel();
   shade(inputs);
   end_kernel();

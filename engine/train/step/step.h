@@ -57,13 +57,6 @@ struct Rates {
                 mlp_updates = 1;  // since the moments were zero, this one included
 };
 
-/// Where shade() and shade_backward() find what a pixel shows: in the frame and the soup, or in what stands for them.
-struct ShadedFrom {
-  gpu::Address hits = 0, textures = 0, lattice = 0;
-  gpu::Address places = 0, ranks = 0;  // where the gradients of a pixel go in
-  gpu::Address sorted = 0;
-};
-
 class Step {
  public:
   /// Where the soup is shared, all ranks make the same calls (shared_soup.h).
@@ -78,7 +71,7 @@ class Step {
 
   void visibility(
       Thresholds thresholds,
-      const StepInputs& inputs);         // project .. BatchBuffers::hits, unless SharedSoup::outcome() says otherwise
+      const StepInputs& inputs);  // project .. BatchBuffers::hits, unless SoupPartition::outcome() says otherwise
   void shade(const StepInputs& inputs);  // .. BatchBuffers::colour
   void shade(const StepInputs& inputs, const ShadedFrom& from);
   void photographs(const StepInputs& inputs);  // BatchBuffers::target; exposes BatchBuffers::colour

@@ -13,7 +13,6 @@
 #include "train/config/schedule.h"
 #include "train/start/painting.h"
 #include "train/step/forward_pass.h"
-#include "train/step/shared_soup.h"
 #include "train/step/step.h"
 #include "train/topology/hole_guard.h"
 
@@ -71,7 +70,7 @@ void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> ver
   fresh.mlp_moment1 = std::move(soup.mlp_moment1);
   fresh.mlp_moment2 = std::move(soup.mlp_moment2);
   fresh.drop_near = soup.drop_near;
-  fresh.shared = soup.shared;
+  fresh.partition = soup.partition;
   gpu.wait();
   soup = std::move(fresh);
   allocate_soup(gpu, soup, vertices, table.entries, std::move(textures));
@@ -124,22 +123,21 @@ class TextureTransfer {
   /// parents: for each triangle of the new soup. `soup` must outlive it.
   TextureTransfer(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table,
                   std::span<const std::uint32_t> parents)
-      : gpu_(gpu), soup_(soup), table_(table), own_(all_of(table.entries)) {
+      : gpu_(gpu), soup_(soup), table_(table) {
     gpu.wait();
     for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high})
       *buffer = {};
     soup.source_moment1 = {}, soup.source_moment2 = {};
-    std::span<const std::uint32_t> numbers = parents;
-    if (soup.shared) {
-      const std::vector<TriangleRange> ranges = divided(table.entries, soup.shared->size());
-      own_ = ranges[static_cast<std::size_t>(soup.shared->rank())];
-      fetched_ = soup.shared->parents_of(parents, ranges);
-      numbers = fetched_.numbers;
+    const std::vector<TriangleRange> ranges = divided(table.entries, soup.partition->size());
+    own_ = ranges[static_cast<std::size_t>(soup.partition->rank())];
+    fetched_ = soup.partition->parents_of(parents, ranges);
+    const std::vector<std::uint32_t>& numbers = fetched_.numbers;
+    if (!fetched_.rows.empty()) {
       old_rows_ = gpu.allocate(fetched_.rows.size() * sizeof(kernels::Texture), "texture table");
       gpu.upload(old_rows_.address(), fetched_.rows);
     }
     parents_ = gpu.allocate(numbers.size() * 4, "parents of triangles");
-    gpu.upload(parents_.address(), std::as_bytes(numbers));
+    gpu.upload(parents_.address(), numbers);
     rows_ = gpu.allocate(own_.count() * sizeof(soup::TextureEntry), "texture table");
     const std::vector<soup::TextureEntry> rows = local_rows(table.entries, own_);
     gpu.upload(rows_.address(), std::as_bytes(std::span(rows).subspan(own_.first, own_.count())));
@@ -147,13 +145,12 @@ class TextureTransfer {
 
   TriangleRange own() const { return own_; }
   gpu::Address parents() const { return parents_.address(); }  // [own]: rows of old_rows()
-  gpu::Address old_rows() const { return soup_.shared ? old_rows_.address() : soup_.textures.address(); }
+  gpu::Address old_rows() const { return old_rows_ ? old_rows_.address() : soup_.textures.address(); }
   gpu::Address rows() const { return rows_.address(); }  // [own]
   /// launch(from, to) writes what becomes of a pool of the soup, which goes: source or a moment.
   template <typename Launch>
   gpu::Buffer take(gpu::Buffer& pool, Launch&& launch) const {
-    const gpu::Buffer from =
-        soup_.shared ? soup_.shared->fetch(fetched_, std::move(pool)) : gpu::Buffer(std::move(pool));
+    const gpu::Buffer from = soup_.partition->fetch(fetched_, std::move(pool));
     const auto at = [&](std::uint32_t t) {
       return t < table_.entries.size() ? table_.entries[t].source_offset : table_.source_samples;
     };
@@ -168,7 +165,7 @@ class TextureTransfer {
   const SoupBuffers& soup_;
   const soup::TextureTable& table_;
   TriangleRange own_;
-  SharedSoup::Parents fetched_;
+  Parents fetched_;
   gpu::Buffer old_rows_, parents_, rows_;
 };
 
@@ -337,9 +334,7 @@ void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Ref
   // Opacities that a start may have are below what is looked at.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views.half, settings);
-  const TriangleRange own =
-      soup.shared ? divided(table.entries, soup.shared->size())[static_cast<std::size_t>(soup.shared->rank())]
-                  : all_of(table.entries);
+  const TriangleRange own = soup.partition->own(table.entries);
   FixedSums colours = sum_photographs(gpu, soup, buffers, views.full, table.entries, own);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);

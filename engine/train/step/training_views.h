@@ -1,0 +1,54 @@
+// The training views: which of them a step looks at, in which size, and where it samples them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "train/config/settings.h"
+#include "train/step/batch_view.h"
+#include "train/step/photographs.h"
+#include "train/step/small_views.h"
+
+namespace trisoup::train {
+
+class TrainingViews {
+ public:
+  /// Uploads the photographs of `scene`, and the smaller ones that steps after `step` use. `scene` and `settings` must
+  /// outlive it. Throws gpu::OutOfMemory.
+  TrainingViews(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, std::uint64_t step);
+
+  /// The views of the step after `step` completed ones, sampled off the centres of pixels by a random distance. Views
+  /// are drawn without replacement; batches run on from one epoch into the next. The same for the same seed and step.
+  std::vector<BatchView> batch(std::uint64_t step);
+  /// Whether that batch has a pixel inside a loss mask.
+  bool has_pixels(std::uint64_t step);
+
+  /// All views at their own size.
+  const std::vector<BatchView>& full() const { return full_; }
+  /// All views at the size in which visible pixels are counted.
+  const std::vector<BatchView>& half() const { return half_; }
+  /// Up to 64 views, spread evenly: enough to measure a soup.
+  std::vector<BatchView> sample() const;
+
+  /// Frees the smaller photographs if no step after `step` uses them.
+  void free_small(std::uint64_t step);
+  /// Pixels of an average step from `step` to `last`, as a multiple of those of the next step.
+  double pace(std::uint64_t step, std::uint64_t last) const;
+
+ private:
+  bool uses_small(std::uint64_t step) const;
+  std::vector<std::uint32_t> draw(std::uint64_t step);
+
+  const Settings& settings_;
+  Photographs photographs_;
+  std::vector<BatchView> full_, half_;
+  std::optional<SmallViews> small_;
+  std::vector<bool> masked_out_;  // views without a pixel inside the loss mask
+  std::uint64_t epoch_ = ~0ull;   // of order_
+  std::vector<std::uint32_t> order_;
+};
+
+}  // namespace trisoup::train
