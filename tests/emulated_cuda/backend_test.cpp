@@ -142,7 +142,7 @@ TEST_CASE("a kernel with accesses out of bounds makes later waits fail", "[cuda]
                                               std::vector{test::view_from(0, 32, 32)});
   gpu->wait();
   // Frees a buffer that the kernel still uses.
-  emulated_cuda::machine.free(s->frame.hits.address());
+  emulated_cuda::machine.free(s->buffers.hits.address());
   s->step.begin(1, 0, 0, {});
   s->step.visibility(train::Thresholds::half, s->inputs);
   CHECK_THAT(message_of([&] { gpu->wait(); }), Contains("cudaErrorIllegalAddress") && Contains("visibility"));

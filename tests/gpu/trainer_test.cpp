@@ -479,7 +479,7 @@ TEST_CASE("no image is downloaded to the host, from the first step to the last m
   settings.exposure = true;
   settings.backdrop = 8;
   const bool paints = settings.recipe == train::Recipe::real;
-  if (paints) settings.coarse_share = 0, settings.paint = true;
+  if (paints) settings.coarse_share = 0, settings.init = "surface";
   // Uses twelve triangles, so that downloads per triangle are small compared with 221,184 pixels.
   settings.triangles = settings.init_count = 12;
   settings.init_radius = 0.2;
