@@ -116,7 +116,7 @@ class Row:
 
 
 class Training(NamedTuple):
-    """What trainings that are drawn as one curve have in common."""
+    """Scene, budget and steps of trainings that are drawn as one curve."""
 
     scene: str
     budget: float
