@@ -65,8 +65,12 @@ NEEDED = {
     "step": ["triangles", "views", "size", "kernel_ms"],
     "kernel": ["kernel_ms"]}
 
-# Settings that had other names in older files.
-RENAMED_SETTINGS = {"rate_vertex": "lr_vertex", "rate_end": "lr_end", "rate_vertex_end": "lr_vertex_end"}
+# Settings that have other names in results of earlier versions.
+EARLIER_NAMES = {
+    "rate_texture": "lr_texture", "rate_mlp": "lr_mlp", "rate_vertex": "lr_vertex", "rate_end": "lr_end",
+    "rate_vertex_end": "lr_vertex_end", "resample_every": "refine_every", "resample_until": "refine_until"}
+NUMERIC_SETTINGS = ("lr_vertex", "lr_end", "lr_vertex_end", "rest_share", "steps", "seed")
+REST_SHARE = 0.2  # last share of a training from a surface, in which the vertex rate also falls to zero
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,7 @@ class Row:
 
 
 class Training(NamedTuple):
-    """What trainings that are drawn as one curve have in common."""
+    """Scene, budget and steps of trainings that are drawn as one curve."""
 
     scene: str
     budget: float
@@ -198,8 +202,8 @@ def read_settings(where: str, text: str) -> dict[str, Any]:
     except json.JSONDecodeError:
         settings = None
     if isinstance(settings, dict):
-        settings = {RENAMED_SETTINGS.get(name, name): value for name, value in settings.items()}
-        if all(isinstance(settings.get(k, 0), (int, float)) for k in ("lr_vertex", "lr_end", "steps", "seed")):
+        settings = {EARLIER_NAMES.get(name, name): value for name, value in settings.items()}
+        if all(isinstance(settings.get(name, 0), (int, float)) for name in NUMERIC_SETTINGS):
             return settings
     raise ValueError(f"{where}: column settings is not a JSON object of settings; remove the record")
 
@@ -501,17 +505,23 @@ def draw_values(axes: Axes, y: int, values: list[float], quality: str) -> None:
 RATE_SETTINGS = ("lr_vertex", "lr_end", "lr_vertex_end", "seed")
 
 
-def way_of_vertices(settings: dict[str, Any]) -> float:
-    """The sum of the vertex learning rates over all steps. The rate falls exponentially to the share `end`, and in
-    older trainings linearly to zero in the last `rest` of the steps."""
-    end, rest = settings.get("lr_vertex_end", settings["lr_end"]), settings.get("rest_share", 0)
+def rest_share(settings: dict[str, Any]) -> float:
+    """The last share of a training in which the vertex rate also falls linearly to zero. Earlier versions record it as
+    a setting, or have none; results of today's version have the setting `published`."""
+    rests = "published" in settings and not settings["published"] and settings.get("init") == "surface"
+    return settings.get("rest_share", REST_SHARE if rests else 0)
+
+
+def sum_of_rates(settings: dict[str, Any]) -> float:
+    """The sum of the vertex learning rates over all steps. The rate falls exponentially to the share `end`."""
+    end, rest = settings.get("lr_vertex_end", settings["lr_end"]), rest_share(settings)
     times = [(i + 0.5) / 1000 for i in range(1000)]
     falling = sum(end ** t * min(1, (1 - t) / rest if rest else 1) for t in times)
     return settings["lr_vertex"] * settings["steps"] * falling / 1000
 
 
 class RatePoint(NamedTuple):
-    way: float
+    sum_of_rates: float
     psnr: float
 
 
@@ -526,11 +536,11 @@ def find_rates(rows: list[Row]) -> dict[Group, dict[float, list[RatePoint]]]:
         if 0 < s["lr_end"] <= 1:
             group = group_of(r, RATE_SETTINGS)
             end = s.get("lr_vertex_end", s["lr_end"])
-            found[group][end][s["seed"]].append(RatePoint(way_of_vertices(s), r.psnr))
+            found[group][end][s["seed"]].append(RatePoint(sum_of_rates(s), r.psnr))
     groups = {}
     for group, by_end in sorted(found.items()):
         of_first_seed = {end: by_seed[min(by_seed)] for end, by_seed in by_end.items()}
-        if len({p.way for points in of_first_seed.values() for p in points}) > 2:
+        if len({p.sum_of_rates for points in of_first_seed.values() for p in points}) > 2:
             groups[group] = of_first_seed
     return groups
 
@@ -558,8 +568,8 @@ def quality_over_rate(rows: list[Row]) -> Figure | None:
         for (of, budget, steps, _), by_end in groups.items():
             for end, unordered in sorted(by_end.items()) if of == scene else []:
                 points = sorted(unordered)
-                axes.plot([p.way for p in points], [p.psnr for p in points], color=shade[end], ls=line[end], lw=0.9,
-                          marker=marker[end], ms=3.2, mew=0.7, mfc=fill[steps])
+                axes.plot([p.sum_of_rates for p in points], [p.psnr for p in points], color=shade[end], ls=line[end],
+                          lw=0.9, marker=marker[end], ms=3.2, mew=0.7, mfc=fill[steps])
                 labels.append(Label(*points[-1], f"{describe(budget, steps)}, to {100 * end:g} %", shade[end]))
         logarithmic(axes)
         axes.set_xlabel("sum of vertex learning rates [normalised units]")

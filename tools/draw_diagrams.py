@@ -122,20 +122,21 @@ def step() -> Picture:
 
     def box(x: int, y: int, title: str, lines: Sequence[str], kind: str = "") -> Box:
         return p.box(x, y, width, title, lines, kind)
-    soup = box(left, 16, "soup", ["vertices, texture levels (logits),", "MLP, Adam's moments"], "state")
-    batch = box(right, 16, "batch", ["cameras, photographs (8 bits),", "random keys: begin_step"], "state")
+    soup = box(left, 16, "soup", ["vertices, texture levels (logits),", "MLP, moments of Adam"], "state")
+    batch = box(right, 16, "batch (BatchBuffers)",
+                ["cameras, photographs (8 bits),", "random keys: begin_step"], "state")
     visibility = box(centre, 16, "project, bin, bin_scan",
-                     ["clip coordinates, lists of triangles", "for each tile of 8 x 8 pixels"])
+                     ["clip coordinates, list of triangles", "per tile of 8 x 8 pixels"])
     hits = box(centre, 110, "visibility", ["per pixel: triangle, barycentrics,", "depth (hits)"])
     shade = box(centre, 204, "shade", ["texture, view direction, MLP:", "colour"])
     photos = box(right, 204, "sample_photographs, expose",
-                 ["photographs at the step's pixels,", "with their exposures"])
-    loss = box(centre, 298, "ssim, loss_gradient", ["0.8 L1 + 0.1 (1 - SSIM):", "gradients of colours"])
-    order = box(right, 392, "count_visible, place_pixels", ["positions that sort pixels", "by triangle"])
-    mlp = box(centre, 392, "shade_backward", ["gradients of features, sorted by", "triangle, and of the MLP"])
+                 ["photographs at the sampled", "positions, exposures"])
+    loss = box(centre, 298, "ssim, loss_gradient", ["0.8 L1 + 0.1 (1 - SSIM):", "gradient by colour"])
+    order = box(right, 392, "count_visible, place_pixels", ["pixels sorted by triangle"])
+    mlp = box(centre, 392, "shade_backward", ["gradients of features per pixel", "and of the MLP"])
     edges = box(left, 392, "edge_forces", ["differences of neighbouring pixels:", "gradients of vertices"])
     opacity = box(centre, 486, "opacity_backward",
-                  ["likelihood ratio over the same lists:", "gradients of opacities"])
+                  ["likelihood ratio over the tile lists:", "gradients of opacities"])
     textures = box(centre, 590, "update_textures", ["one workgroup per triangle:", "all levels, Adam, sigmoid"])
     vertices = box(left, 590, "update_vertices", ["VectorAdam"])
     weights = box(right, 590, "update_mlp", ["Adam"])
@@ -155,7 +156,7 @@ def step() -> Picture:
     p.arrow((mlp.right - 20, mlp.bottom), (mlp.right - 20, 472), (745, 472), (745, weights.top))
     p.arrow((mlp.right - 60, mlp.bottom), (mlp.right - 60, 480), (590, 480), (590, 572), (500, 572),
             (500, textures.top))
-    p.text(20, 688, "Green: data that a step reads and changes. Blue: kernels. "
+    p.text(20, 688, "Green: input and parameters. Blue: one or more kernels. "
                     "Arrows: arrays in device memory.")
     return p
 

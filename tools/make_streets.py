@@ -38,7 +38,7 @@ class Face(NamedTuple):
 
 
 class Hits(NamedTuple):
-    """Where rays hit houses: distance (infinite if none), house, and the axis of the wall."""
+    """The hits of rays and houses: distance (infinite if none), house, and the axis of the wall."""
 
     distance: Array
     house: Indices
@@ -46,7 +46,7 @@ class Hits(NamedTuple):
 
 
 class Boxes(NamedTuple):
-    """Where rays enter and leave boxes, by axis."""
+    """Distances at which rays enter and leave boxes, by axis."""
 
     enter: Array
     leave: Array
@@ -133,7 +133,7 @@ class Town:
         return np.maximum(np.maximum(sides.max(1), (HIGH - eye[2]) / ray[:, 2]), 0) + EPSILON
 
     def houses(self, eye: Array, ray: Array, plot: Indices) -> Boxes:
-        """Where each ray enters and leaves the house of a plot."""
+        """Distances at which each ray enters and leaves the house of a plot."""
         corners = [-1 + (plot[:, k] + STREET / 2) * self.pitch for k in range(2)]
         low = np.stack([*corners, np.zeros(len(plot))], 1)
         high = low + self.house_side

@@ -45,7 +45,8 @@ class Uniformity:
         return pattern
 
     def positions(self, type_: int, indices: list[Key]) -> tuple[list[int | None], int]:
-        """Where indices into a value lead to in its pattern, and the type of that part. None: any part of a vector."""
+        """Positions in the pattern of a value for indices into it, and the type of that part. None: any part of a
+        vector."""
         found: list[int | None] = []
         for index in indices:
             t = self.program.type(type_)
@@ -141,7 +142,7 @@ class Uniformity:
         return cleared(self.filled(type_, UNIFORM))
 
     def _stored(self, access: Access) -> tuple[list[int | None], Patterns]:
-        """Where a store puts a value, and the value's pattern."""
+        """The positions that a store writes to, and the pattern of the value."""
         n = access.node
         if isinstance(n, (PhiNode, ReturnNode)):
             assert n.value is not None

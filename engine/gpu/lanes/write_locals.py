@@ -13,7 +13,7 @@ from writer_base import WriterBase
 
 
 class Place(NamedTuple):
-    """What a pointer to a local variable points to. If lanes differ in an index: that index, and the number of parts it
+    """The target of a pointer to a local variable. If lanes differ in an index: that index, and the number of parts it
     selects from; `tree` is then one of these parts."""
 
     tree: Tree

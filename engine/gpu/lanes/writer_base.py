@@ -1,4 +1,4 @@
-"""What all parts of the writer share: the lines written so far, and the trees of values."""
+"""State that all parts of the writer share: the lines written so far, and the trees of values."""
 from __future__ import annotations
 
 from expressions import Expressions
