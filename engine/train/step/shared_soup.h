@@ -1,7 +1,9 @@
-// A soup that several ranks share (docs/several_machines.md). Each owns some triangles: it lists and tests them, and
-// has their textures, opacities and moments, alone. Vertices, MLP and pictures are with every rank. The bits are those
-// of one rank: a minimum and sums in fixed point do not know who made their terms, and the MLP's sums, which do depend
-// on an order, are made by blocks of the picture that are whole with one rank.
+// A soup that several ranks share (docs/several_machines.md). Each rank owns a range of triangles: it alone has their
+// textures, opacities and moments, lists them in tiles and tests them. Every rank has all vertices, the MLP and the
+// rendered images.
+//
+// Results are bit-identical to those of one rank. Minima and fixed-point sums do not depend on the order of their
+// terms. Sums for the MLP do, so each workgroup's sum is computed by one rank.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +19,17 @@
 
 namespace trisoup::train {
 
-/// Whose triangles are whose: a range of their numbers for each rank, of about as many bytes. [ranks]
+/// Divides the triangles into ranges of about equal memory, one per rank. [ranks]
 std::vector<TriangleRange> divided(std::span<const soup::TextureEntry> table, int ranks);
 
-/// For each pixel of a batch which rank shades it: whole blocks of 16 x 16, and all that shade_backward.comp sums up in
-/// one workgroup. groups: BatchBuffers::mlp_groups. [pixels]
+/// The rank that shades each pixel of a batch. All pixels of a 16 x 16 block, and of all blocks that one workgroup of
+/// shade_backward.comp sums, have the same rank. groups: BatchBuffers::mlp_groups. [pixels]
 std::vector<std::uint16_t> shaders_of(const BatchLayout& batch, std::uint32_t groups, int ranks);
 
-/// All ranks make the same calls, in the same order, and find the same; Step makes most of them.
+/// All ranks must make the same calls in the same order, and get the same results. Step makes most of the calls.
 class SharedSoup {
  public:
-  /// The soup becomes shared, before it is allocated. All must outlive this object.
+  /// Marks the soup as shared. It must not be allocated yet. The arguments must outlive this object.
   SharedSoup(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, ranks::Ranks& ranks)
       : gpu_(gpu), soup_(soup), buffers_(buffers), ranks_(ranks) {
     soup.shared = this;
@@ -35,7 +37,7 @@ class SharedSoup {
   SharedSoup(const SharedSoup&) = delete;
   SharedSoup& operator=(const SharedSoup&) = delete;
 
-  /// Device memory that it takes for each pixel of a batch.
+  /// Bytes of device memory per pixel of a batch that this object allocates.
   static constexpr std::uint64_t kPixelBytes = 16 + 16 + 32 + 4 + 4 + 36;
 
   int rank() const { return ranks_.rank(); }
@@ -44,50 +46,59 @@ class SharedSoup {
 
   enum class Outcome {
     done,
-    overflow,  // tile lists of some rank did not fit: nothing has changed, and it is to be done again
-    stopped    // a rank was asked to stop: nothing has changed
+    overflow,  // tile lists of a rank overflowed; nothing has changed; enlarge them and try again
+    stopped    // a rank was asked to stop; nothing has changed
   };
   /// Of the last Step::visibility().
   Outcome outcome() const { return outcome_; }
-  /// Whether this rank is asked to stop: all learn of it in the next Step::visibility().
+  /// Asks all ranks to stop. They are told in the next Step::visibility().
   void ask_to_stop(bool stop) { stop_ = stop; }
 
-  // Parts of a step, of the batch in the frame.
-  void agree_on_winners();  // BatchBuffers::hits, of all ranks
-  ShadedFrom fetch_features(
-      bool coarser = false);    // of the pixels that this rank shades; coarser: without textures' finest levels
-  void send_colours();          // BatchBuffers::colour, of all ranks
-  ShadedFrom stand_in() const;  // the same as fetch_features() returned
-  void send_gradients();        // to BatchBuffers::sorted, of own triangles; BatchBuffers::mlp_partial, of all ranks
+  // Parts of a step, for the current batch.
 
-  /// Triangles of this soup that those of a new one are made of.
+  /// Replaces BatchBuffers::hits by the nearest fragments of all ranks.
+  void agree_on_winners();
+  /// Fetches the features of the pixels that this rank shades from the owners of their triangles. coarser: from
+  /// textures without their finest level. Returns stand_in().
+  ShadedFrom fetch_features(bool coarser = false);
+  /// Exchanges the pixels that each rank has shaded: BatchBuffers::colour becomes complete.
+  void send_colours();
+  /// The buffers that replace those of the soup when pixels are shaded.
+  ShadedFrom stand_in() const;
+  /// Sends gradients of features to the owners of the triangles, where they go to BatchBuffers::sorted(), and exchanges
+  /// the rows of BatchBuffers::mlp_partial.
+  void send_gradients();
+
+  /// The triangles of this soup from which the triangles of a new soup inherit their textures.
   struct Parents {
-    std::vector<std::vector<std::uint32_t>> needed;  // by each rank, ascending, each once. [ranks]
-    std::vector<kernels::Texture> rows;  // texture table of those that this rank needs, in pools by themselves
-    std::vector<std::uint32_t> numbers;  // for each of its new triangles: its parent's row. [range]
-    std::uint64_t samples = 0;           // in such a pool
+    std::vector<std::vector<std::uint32_t>> needed;  // by each rank, ascending and unique. [ranks]
+    std::vector<kernels::Texture> rows;              // texture table of those that this rank needs, for fetch()'s pool
+    std::vector<std::uint32_t> numbers;              // row of the parent of each of this rank's new triangles. [range]
+    std::uint64_t samples = 0;                       // in fetch()'s pool
   };
-  /// parents: of every triangle of the new soup, which is divided as `ranges` say.
+  /// parents: of every triangle of the new soup. ranges: the division of the new soup. [ranks]
   Parents parents_of(std::span<const std::uint32_t> parents, std::span<const TriangleRange> ranges) const;
-  /// Samples that this rank needs, of a pool (source or a moment) of which each has its own triangles' part. That part
-  /// goes before the samples come.
+  /// Fetches the samples that this rank needs of a pool (source or a moment), of which each rank has the part of its
+  /// own triangles. Frees `pool` before it allocates the result.
   gpu::Buffer fetch(const Parents& parents, gpu::Buffer pool);
 
-  /// Bytes that each rank has a part of, one after the other: on the first rank, and nothing on the others.
+  /// The parts of all ranks, in order of rank, on the first rank; empty on the others.
   ranks::Bytes gather_on_first(ranks::ByteView mine);
-  /// Of bytes that the first rank has, `size` for each sample of the lattices of all triangles: those of own triangles.
+  /// Distributes `all`, which only the first rank has: `size` bytes per lattice sample of all triangles. Returns the
+  /// part of own triangles.
   ranks::Bytes scatter_from_first(ranks::ByteView all, std::uint64_t size);
-  /// The same on every rank.
+  /// The parts of all ranks, in order of rank, on every rank.
   ranks::Bytes on_all(ranks::ByteView mine);
-  /// Values of source samples of all ranks. [source samples][8]
+  /// Values of the source samples of all triangles (source or a moment), on every rank. [source samples][8]
   std::vector<float> all_values(const gpu::Buffer& pool);
+  /// The same on the first rank; empty on the others.
   std::vector<float> gather_values(const gpu::Buffer& pool);
 
-  /// Throws Error where what all ranks compute, vertices and MLP, has come out differently.
+  /// Throws Error if vertices or MLP, which every rank computes, differ between ranks.
   void compare();
 
  private:
-  /// One pixel of this rank's triangles, before it is known who wins.
+  /// The nearest fragment of this rank's triangles in one pixel.
   struct Candidate {
     std::uint32_t pixel;
     kernels::Hit hit;
@@ -95,8 +106,8 @@ class SharedSoup {
   void place_batch();
   void place_stand_in();
   std::vector<float> own_values(const gpu::Buffer& pool);
-  /// Calls visit(pixel, rank that owns what it shows, rank that shades it) for every pixel that shows a triangle, in
-  /// order.
+  /// Calls visit(pixel, owner of the visible triangle, rank that shades it) for every pixel that shows a triangle, in
+  /// ascending order.
   template <typename Visit>
   void each_pixel(Visit&& visit) const;
   void grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what);
@@ -108,12 +119,12 @@ class SharedSoup {
   bool stop_ = false;
   Outcome outcome_ = Outcome::done;
   std::vector<std::uint16_t> shaders_;      // [pixels]
-  std::vector<std::uint64_t> shaders_for_;  // the sizes of the views that shaders_ is of
-  std::vector<kernels::Hit> hits_;          // [pixels], of all ranks
-  std::vector<std::uint16_t> owners_;       // [pixels], of what they show
-  // What stands for the soup where pixels are shaded: of each pixel a texture of one sample that is its features.
+  std::vector<std::uint64_t> shaders_for_;  // mlp_groups and sizes of the views for which shaders_ is valid
+  std::vector<kernels::Hit> hits_;          // [pixels], nearest over all ranks
+  std::vector<std::uint16_t> owners_;       // [pixels], rank that owns the visible triangle
+  // Stand-in for the soup when pixels are shaded: each pixel has a texture of one sample, its features.
   gpu::Buffer hits_here_, textures_here_, features_, places_, zeroes_;
-  gpu::Buffer gradient_;  // [9][pixels]: of the features, by pixel
+  gpu::Buffer gradient_;  // [9][pixels]: gradients of features, by pixel
   std::vector<float> features_here_;
 };
 

@@ -37,7 +37,7 @@ constexpr std::uint64_t groups_of(std::uint64_t threads) { return (threads + 63)
 
 kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates,
                                const BatchLayout& batch, double huber) {
-  constexpr float kSign = 3e38f;  // all but an error of 0 are beyond 1
+  constexpr float kSign = 3e38f;  // takes every error but 0 beyond 1, so that its gradient is its sign
   const auto first = [](double rate, std::uint64_t t) { return static_cast<float>(rate / (1.0 - std::pow(0.9, t))); };
   const auto second = [](std::uint64_t t) { return static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(0.999, t))); };
   StepState state{};
@@ -83,11 +83,12 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
   }
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
-    gpu_.launch(
-        {"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}}, band.tiles,
-        VisibilityArgs{view_table, screen, buffers_.offsets.address(), buffers_.lists.address(), soup_.textures.address(),
-                       soup_.opacity.address(), inputs.thresholds, inputs.first, buffers_.state.address(),
-                       buffers_.hits.address(), triangles, views, band.first, band.tiles, buffers_.list_capacity(), 0});
+    gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}},
+                band.tiles,
+                VisibilityArgs{view_table, screen, buffers_.offsets.address(), buffers_.lists.address(),
+                               soup_.textures.address(), soup_.opacity.address(), inputs.thresholds, inputs.first,
+                               buffers_.state.address(), buffers_.hits.address(), triangles, views, band.first,
+                               band.tiles, buffers_.list_capacity(), 0});
   });
   if (soup_.shared) soup_.shared->agree_on_winners();
 }
@@ -133,9 +134,9 @@ std::uint32_t Step::groups_over(std::uint32_t blocks) const {
 }
 
 ShadedFrom Step::of_soup() const {
-  return {buffers_.hits.address(),   soup_.textures.address(),
-          soup_.lattice.address(), buffers_.shown.address() + 4 * (soup_.triangles + 1ull),
-          buffers_.ranks.address(),  buffers_.sorted()};
+  return {buffers_.hits.address(),  soup_.textures.address(),
+          soup_.lattice.address(),  buffers_.shown.address() + 4 * (soup_.triangles + 1ull),
+          buffers_.ranks.address(), buffers_.sorted()};
 }
 
 void Step::shade(const StepInputs& inputs) {
@@ -174,10 +175,10 @@ void Step::loss(const StepInputs& inputs) {
                        buffers_.statistics.address(), batch.views, batch.blocks, batch.pixels, groups});
   end_kernel();
   gpu_.launch({"loss_gradient", {float_target}}, groups,
-              LossGradientArgs{buffers_.views.address(), buffers_.colour.address(), buffers_.target.address(), inputs.target,
-                               buffers_.partial.address(), buffers_.same.address(), buffers_.gradient.address(),
-                               buffers_.state.address(), buffers_.statistics.address(), batch.views, batch.blocks,
-                               batch.pixels, groups});
+              LossGradientArgs{buffers_.views.address(), buffers_.colour.address(), buffers_.target.address(),
+                               inputs.target, buffers_.partial.address(), buffers_.same.address(),
+                               buffers_.gradient.address(), buffers_.state.address(), buffers_.statistics.address(),
+                               batch.views, batch.blocks, batch.pixels, groups});
 }
 
 void Step::expose(const StepInputs& inputs) {
@@ -224,8 +225,8 @@ void Step::shade_backward(const StepInputs& inputs, const ShadedFrom& to) {
   gpu_.launch({buffers_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}},
               buffers_.mlp_groups,
               ShadeBackwardArgs{buffers_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
-                                buffers_.gradient.address(), to.places, to.ranks, to.sorted, buffers_.mlp_partial.address(),
-                                inputs.feature_gradient, buffers_.target.address(),
+                                buffers_.gradient.address(), to.places, to.ranks, to.sorted,
+                                buffers_.mlp_partial.address(), inputs.feature_gradient, buffers_.target.address(),
                                 exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, buffers_.mlp_groups,
                                 batch.views, exposed, static_cast<std::uint32_t>(batch.pixels), 0});
   end_kernel();
@@ -233,16 +234,17 @@ void Step::shade_backward(const StepInputs& inputs, const ShadedFrom& to) {
 
 void Step::edge_forces() {
   const BatchLayout& batch = buffers_.batch();
-  gpu_.launch({"edge_forces", {0}}, batch.tiles,
-              EdgeForcesArgs{buffers_.views.address(), buffers_.hits.address(), buffers_.screen.address(),
-                             buffers_.colour.address(), buffers_.gradient.address(), soup_.vertex_gradient.low.address(),
-                             soup_.vertex_gradient.high.address(), batch.tiles, batch.views, soup_.triangles, 0});
+  gpu_.launch(
+      {"edge_forces", {0}}, batch.tiles,
+      EdgeForcesArgs{buffers_.views.address(), buffers_.hits.address(), buffers_.screen.address(),
+                     buffers_.colour.address(), buffers_.gradient.address(), soup_.vertex_gradient.low.address(),
+                     soup_.vertex_gradient.high.address(), batch.tiles, batch.views, soup_.triangles, 0});
 }
 
 void Step::opacity_backward(const StepInputs& inputs) {
   const BatchLayout& batch = buffers_.batch();
   end_kernel();
-  const bool listed = buffers_.bands() == 1;  // by visibility()
+  const bool listed = buffers_.bands() == 1;  // visibility() has made the lists
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
     gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,
@@ -259,15 +261,15 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
   const bool debug = inputs.source_gradient != 0;
   for (const TextureClass& c : soup_.classes) {
     const bool wide = buffers_.wide_textures && adam && !debug && c.samples > 100;
-    gpu_.launch(
-        {wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
-        UpdateTexturesArgs{soup_.tasks.address() + sizeof(TextureTask) * c.first, soup_.source.address(),
-                           soup_.source_moment1.address(), soup_.source_moment2.address(), soup_.lattice.address(),
-                           soup_.opacity.address(), buffers_.shown.address() + 4ull * soup_.own().first, buffers_.sorted(),
-                           soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
-                           soup_.touched.address() + 4ull * soup_.own().first, buffers_.state.address(),
-                           buffers_.control.address(), inputs.source_gradient, soup_.triangles,
-                           inputs.update_unseen || debug, static_cast<std::uint32_t>(buffers_.batch().pixels), c.count});
+    gpu_.launch({wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
+                UpdateTexturesArgs{
+                    soup_.tasks.address() + sizeof(TextureTask) * c.first, soup_.source.address(),
+                    soup_.source_moment1.address(), soup_.source_moment2.address(), soup_.lattice.address(),
+                    soup_.opacity.address(), buffers_.shown.address() + 4ull * soup_.own().first, buffers_.sorted(),
+                    soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
+                    soup_.touched.address() + 4ull * soup_.own().first, buffers_.state.address(),
+                    buffers_.control.address(), inputs.source_gradient, soup_.triangles, inputs.update_unseen || debug,
+                    static_cast<std::uint32_t>(buffers_.batch().pixels), c.count});
   }
 }
 
@@ -276,8 +278,8 @@ void Step::update(const StepInputs& inputs) {
   gpu_.launch({"update_vertices", {inputs.vertex_gradient != 0}}, groups_of(3ull * soup_.triangles),
               UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(),
                                  soup_.vertex_moment2.address(), soup_.vertex_gradient.low.address(),
-                                 soup_.vertex_gradient.high.address(), buffers_.state.address(), buffers_.control.address(),
-                                 inputs.vertex_gradient, 3 * soup_.triangles, 0});
+                                 soup_.vertex_gradient.high.address(), buffers_.state.address(),
+                                 buffers_.control.address(), inputs.vertex_gradient, 3 * soup_.triangles, 0});
   gpu_.launch({"update_mlp", {inputs.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
               UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
                             buffers_.mlp_partial.address(), buffers_.state.address(), buffers_.control.address(),
