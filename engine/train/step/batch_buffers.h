@@ -44,10 +44,10 @@ class BatchBuffers {
 
   gpu::Buffer views, screen, counts, offsets, lists, hits, colour, target, gradient, partial, same, mlp_partial,
       image_sums, statistics, state, control;
-  /// Numbers of visible pixels, then one word of scratch, then each triangle's first position in sorted()
+  /// shown: each triangle's number of visible pixels, a counter, and each triangle's first position in sorted()
   /// (place_pixels). [T], [1], [T]
-  gpu::Buffer shown;
-  gpu::Buffer ranks;  // [pixels]: index of each pixel among the pixels of its triangle
+  /// ranks: index of each pixel among the pixels of its triangle. [pixels]
+  gpu::Buffer shown, ranks;
   /// [9][pixels]: gradients of the pixels' features and barycentrics, sorted by triangle. They replace the SSIM
   /// derivatives, which are no longer needed by then.
   gpu::Address sorted() const { return partial.address(); }

@@ -23,7 +23,7 @@ enum class Thresholds : std::uint32_t {
 /// The fragment that each pixel shows.
 enum class Layer : std::uint32_t {
   nearest = 0,
-  behind = 1,   // the nearest of another triangle than in StepInputs::first
+  behind = 1,   // the nearest of the triangles other than the one that StepInputs::first shows
   coarser = 2,  // the nearest, with textures without their finest level
 };
 
@@ -103,8 +103,8 @@ class Step {
   /// Sums the levels of every texture and applies the sigmoid.
   void sum_textures();
 
-  /// A whole training step: all of the above, in this order. Stops after visibility() if SharedSoup::outcome() is not
-  /// done.
+  /// A whole training step: visibility(), shade(), loss(), backward(), update(). If SharedSoup::outcome() is not done
+  /// after visibility(), the step ends there.
   void train(const StepInputs& inputs);
 
  private:
