@@ -9,7 +9,7 @@
 namespace trisoup::train {
 
 Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
-                          double far, render::AntiAliasing aa, const OnRender& on_render) {
+                             double far, render::AntiAliasing aa, const OnRender& on_render) {
   check_clip_planes(near, far);
   render::Renderer renderer(gpu);
   const render::GpuModel drawn = render::upload_model(gpu, model);

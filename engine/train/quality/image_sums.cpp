@@ -5,7 +5,8 @@
 
 namespace trisoup::train {
 
-std::vector<ImageSums> sum_images(gpu::Device& gpu, const BatchBuffers& buffers, const glm::vec3& background, Ssim ssim) {
+std::vector<ImageSums> sum_images(gpu::Device& gpu, const BatchBuffers& buffers, const glm::vec3& background,
+                                  Ssim ssim) {
   const BatchLayout& batch = buffers.batch();
   kernels::ImageSums empty{};
   empty.l1_low = empty.mse_low = empty.ssim_low = kFixedZero;

@@ -5,41 +5,42 @@
 #include <numeric>
 
 #include "args/inherit_textures.h"
-#include "args/upsample_textures.h"
 #include "args/paint_textures.h"
+#include "args/upsample_textures.h"
 #include "soup/random.h"
 #include "soup/subdivision.h"
 #include "soup/texture_table.h"
+#include "train/config/schedule.h"
 #include "train/start/painting.h"
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/step.h"
-#include "train/config/schedule.h"
 #include "train/topology/hole_guard.h"
 
 namespace trisoup::train {
 namespace {
 
-/// Splitting stops where a triangle would win fewer pixels than this over all views, on average: the next change of
-/// topology would find most of its halves in no picture and drop them, and once more, until none is left.
+/// Fewest pixels per triangle, over all views, for splitting. With fewer pixels, most halves would be visible in no
+/// view, and each refinement would drop and split triangles until no triangles remain.
 constexpr std::uint64_t kPixelsPerTriangle = 4;
 
-/// Views in which the real recipe measures edges.
+/// Number of views in which the real recipe measures edges.
 constexpr std::size_t kSplitViews = 20;
 
-/// Real scenes drop triangles that fewer training views show, but require at most a tenth of the views.
+/// The real recipe drops triangles visible in fewer training views, or in fewer than a tenth of the views if that is
+/// less.
 constexpr std::size_t kFewestViews = 4;
 
 std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& soup) {
   return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
 }
 
-/// The splits of the real recipe: random views, edges measured on their screens.
+/// The splits of the real recipe: bisects edges that are long in random training views.
 soup::Subdivision split_on_screens(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
-                                 const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
-                                 std::uint32_t most_triangles) {
+                                   const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
+                                   std::uint32_t most_triangles) {
   const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
-  if (room == 0) return soup::bisect_longest(vertices, 0);  // as it is
+  if (room == 0) return soup::bisect_longest(vertices, 0);  // no change
   constexpr std::uint64_t kStream = 0x73706c69740000;       // "split"
   soup::Random random(settings.seed, kStream + step);
   std::vector<std::uint32_t> order(views.full.size());
@@ -56,14 +57,14 @@ soup::Subdivision split_on_screens(gpu::Device& gpu, SoupBuffers& soup, BatchBuf
     screens.push_back({glm::mat4(view.clip_from_world), static_cast<int>(view.width), static_cast<int>(view.height)});
   }
   auto visible = visible_in_each(gpu, soup, buffers, chosen);
-  // The backdrop is large in every picture, and shows next to nothing.
+  // Do not split the backdrop: it is large in every view but shows little.
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
   for (auto& row : visible)
     for (std::size_t t = 0; t < row.size(); ++t) row[t] = row[t] && !backdrop[t];
   return soup::bisect_on_screens(vertices, screens, static_cast<float>(settings.split_length), visible, room);
 }
 
-/// Everything but the MLP anew. The old arrays go before the new ones come: both together might not fit.
+/// Reallocates everything but the MLP. Frees the old buffers first, because both might not fit in memory.
 void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices, const soup::TextureTable& table,
              Textures textures) {
   SoupBuffers fresh;
@@ -77,13 +78,13 @@ void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> ver
   allocate_soup(gpu, soup, vertices, table.entries, std::move(textures));
 }
 
-/// Share of its parent's area that a triangle has: of the texture's too.
+/// Area of a triangle as a share of its parent's, which is also its share of the parent's texture.
 double share_of_parent(const soup::Corners& c) {
   const glm::dvec2 a = glm::dvec2(c[0]) - glm::dvec2(c[2]), b = glm::dvec2(c[1]) - glm::dvec2(c[2]);
   return std::abs(a.x * b.y - a.y * b.x);
 }
 
-/// Pixels that the triangles of a change cover where they are seen largest, from those of their parents.
+/// Seen::area of the triangles of `change`, from that of their parents.
 std::vector<double> areas_of(const soup::Subdivision& change, std::span<const double> parents) {
   std::vector<double> areas;
   areas.reserve(change.triangles());
@@ -92,9 +93,9 @@ std::vector<double> areas_of(const soup::Subdivision& change, std::span<const do
   return areas;
 }
 
-/// The levels that a texture of `area` pixels should have where it has `now`. It loses its finest only where there is
-/// some way to go until it would have it back, since triangles move a little all the time, and one at a time, since one
-/// pixel decides; of what no pixel shows, nothing is known.
+/// The levels of a texture whose triangle covers `area` pixels and which has the levels `now`. It loses its finest
+/// level only below a margin, because triangles always move a little, and only one level at a time, because `area`
+/// depends on a single pixel. Invisible triangles (area 0) keep their levels.
 soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings& settings) {
   constexpr double kMargin = 1.5;
   const soup::TextureLevels all{settings.level_min, settings.level_max};
@@ -105,7 +106,7 @@ soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings
                                        std::clamp(lowest, all.level_min, all.level_max))};
 }
 
-/// The levels of the triangles of `change`. areas: of those triangles; empty: they have their parents'.
+/// The levels of the triangles of `change`. areas: of these triangles; empty: each keeps its parent's levels.
 std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::Subdivision& change,
                                            std::span<const double> areas, const Settings& settings) {
   std::vector<soup::TextureLevels> levels;
@@ -116,13 +117,13 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
   return levels;
 }
 
-/// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this
-/// rank's. What a change does not read, opacities and lattices, and the moments unless they are kept, goes before it,
-/// so that it needs no more memory than the soup before and after.
+/// Creates this rank's textures of a new soup, laid out as `table`, from the textures of `parents` in the present one.
+/// Frees opacities, lattices and moments first, so that peak memory stays at the size of one soup.
 class TextureTransfer {
  public:
-  /// parents: for each triangle of the new soup. `soup` must outlive it.
-  TextureTransfer(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table, std::span<const std::uint32_t> parents)
+  /// parents: of each triangle of the new soup. The device, `soup` and `table` must outlive this object.
+  TextureTransfer(gpu::Device& gpu, SoupBuffers& soup, const soup::TextureTable& table,
+                  std::span<const std::uint32_t> parents)
       : gpu_(gpu), soup_(soup), table_(table), own_(all_of(table.entries)) {
     gpu.wait();
     for (gpu::Buffer* buffer : {&soup.lattice, &soup.opacity, &soup.opacity_gradient.low, &soup.opacity_gradient.high})
@@ -145,10 +146,10 @@ class TextureTransfer {
   }
 
   TriangleRange own() const { return own_; }
-  gpu::Address parents() const { return parents_.address(); }  // [own]: rows of old_rows()
+  gpu::Address parents() const { return parents_.address(); }  // [own] indices of rows of old_rows()
   gpu::Address old_rows() const { return soup_.shared ? old_rows_.address() : soup_.textures.address(); }
   gpu::Address rows() const { return rows_.address(); }  // [own]
-  /// launch(from, to) writes what becomes of a pool of the soup, which goes: source or a moment.
+  /// Converts a pool of the soup, source or a moment, and frees it. launch(from, to) launches the conversion.
   template <typename Launch>
   gpu::Buffer take(gpu::Buffer& pool, Launch&& launch) const {
     const gpu::Buffer from =
@@ -171,7 +172,7 @@ class TextureTransfer {
   gpu::Buffer old_rows_, parents_, rows_;
 };
 
-/// Replaces the soup by `change` of it, with textures of `levels`.
+/// Replaces the soup by the result of `change`, with textures of `levels`.
 void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const soup::Subdivision& change,
            std::span<const soup::TextureLevels> levels, const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
@@ -188,17 +189,17 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const sou
   Textures textures;
   textures.source = transfer.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"inherit_textures"}, own.count(),
-               kernels::InheritTexturesArgs{transfer.parents(), settings.published ? gpu::Address{0} : corners.address(),
-                                            transfer.old_rows(), transfer.rows(), from, to, own.count(),
-                                            settings.published ? INHERIT_COPY : 0u});
+               kernels::InheritTexturesArgs{
+                   transfer.parents(), settings.published ? gpu::Address{0} : corners.address(), transfer.old_rows(),
+                   transfer.rows(), from, to, own.count(), settings.published ? INHERIT_COPY : 0u});
   });
   replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();
 }
 
-/// Textures of level_min..level_max, or as much of it as `views` show.
-soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-                               const Settings& settings) {
+/// A table of textures with levels level_min..level_max, limited by the size of the triangles in `views`.
+soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
+                               std::span<const BatchView> views, const Settings& settings) {
   std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
   if (settings.samples_per_pixel > 0) {
     const Seen seen = measure_visible(gpu, soup, buffers, views);
@@ -209,15 +210,17 @@ soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers
 }
 
 struct Kept {
-  std::vector<std::uint32_t> triangles;  // ascending; none where no view would show one if all were opaque
-  std::uint64_t pixels = 0;              // that they win over all views
+  std::vector<std::uint32_t> triangles;  // ascending; empty if no view would show a triangle even if all were opaque
+  std::uint64_t pixels = 0;              // number of pixels that show them, over all views
   std::vector<double> areas;             // of all triangles (Seen::area)
 };
 
-/// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
+/// The triangles that the real recipe keeps: the backdrop, and those most visible in `views` views, up to the budget.
+/// Drops triangles that too few views show.
 std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings,
                                         std::size_t views) {
-  const auto least = static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
+  const auto least =
+      static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
   std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
   if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
   std::vector<std::uint32_t> pixels, kept;
@@ -241,7 +244,8 @@ Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::sp
     return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels)
                                                  : most_visible(seen, backdrop, settings, views.size()),
             pixels, areas()};
-  // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
+  // Either every triangle is transparent (photographs of the background) or none is in view. Only the first case can
+  // recover, so measure again with opaque triangles.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   seen = measure_visible(gpu, soup, buffers, views);
   Step(gpu, soup, buffers).sum_textures();
@@ -263,16 +267,16 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
 }
 
 RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
-                    const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
-  // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand
-  // at 0.5 now.
+                     const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
+  // All textures have the same coarse level until coarse_end(). In that step, add_fine_levels() has just measured the
+  // levels, and opacities are 0.5.
   const std::uint64_t coarse = coarse_end(settings);
   const bool fit_levels = settings.samples_per_pixel > 0 && (step > coarse || coarse == 0);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
   Kept kept = to_keep(gpu, soup, buffers, views.half, backdrop, settings);
   if (kept.triangles.empty()) return RefineOutcome::nothing_seen;
-  // A start that does not cover the scene has nothing to keep shut, and strays where nothing is behind them.
+  // A start that does not cover the scene has open regions anyway, and guarding them would keep stray triangles.
   if (settings.backdrop > 0 && settings.recipe == Recipe::real &&
       kept.triangles.size() < std::min(soup.triangles, settings.triangles))
     guard_holes(gpu, soup, buffers, views.half, backdrop, settings.triangles, kept.triangles);
@@ -291,11 +295,11 @@ RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
   const bool last = is_last_refinement(settings, step);
   const bool fills_budget = starts_from_surface(settings);
   const bool splits = !last || fills_budget;
-  // Where splits follow, only they say what is needed.
+  // If splits follow, levels change after them only.
   apply(gpu, soup, buffers, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings),
         settings);
   if (!splits) return RefineOutcome::done;
-  // What edges ask for is not asked for by the last change, after which nothing is dropped any more.
+  // The last refinement does not split by edge length, because no later one would drop the triangles beyond the budget.
   soup::Subdivision split =
       split_on_screens(gpu, soup, buffers, views, settings, step, change.vertices, last ? 0 : most_triangles);
   if (fills_budget && split.triangles() < settings.triangles) {
@@ -314,7 +318,7 @@ void prune(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Pru
 }
 
 void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-          const Settings& settings) {
+                     const Settings& settings) {
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views, settings);
   std::vector<std::uint32_t> same(soup.triangles);
   std::iota(same.begin(), same.end(), 0u);
@@ -323,15 +327,16 @@ void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
   textures.source = transfer.take(soup.source, [&](gpu::Address from, gpu::Address to) {
     gpu.launch({"upsample_textures"}, transfer.own().count(),
                kernels::UpsampleTexturesArgs{transfer.old_rows(), transfer.rows(), from, to, transfer.own().count(),
-                                         starts_from_surface(settings) || settings.opaque});
+                                             starts_from_surface(settings) || settings.opaque});
   });
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();
 }
 
-void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views, const Settings& settings) {
-  // Opacities that a start may have are below what is looked at.
+void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
+           const Settings& settings) {
+  // Initial opacities may be below the threshold, so measure with opaque triangles.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views.half, settings);
   const TriangleRange own =
@@ -347,7 +352,7 @@ void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Ref
                kernels::PaintTexturesArgs{transfer.parents(), transfer.old_rows(), transfer.rows(), from, to,
                                           colours.low.address(), colours.high.address(), own.count(), 0});
   });
-  colours = {};  // the new soup may need its room
+  colours = {};  // the new soup may need this memory
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();
