@@ -220,7 +220,7 @@ TEST_CASE("a ceiling is kept, with the best picture below it", "[simplify]") {
   CHECK(rounds[best_round(rounds, s)].triangles <= 700);
   CHECK_THAT(outcome(rounds, s),
              Catch::StartsWith("goal missed") && Catch::Contains("a larger `max_bytes` or `max_triangles`"));
-  // Nothing more can go, or there is no round left.
+  // Nothing more can be removed, or no rounds remain.
   s.max_triangles = 1;
   CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("nothing more can be removed"));
   rounds.resize(30, rounds.back());

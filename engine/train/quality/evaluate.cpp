@@ -151,7 +151,7 @@ SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::
 
 LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation,
                          ranks::Ranks* ranks, BatchBuffers* in)
-    : buffers(in ? *in : own_frame_.emplace(gpu)) {
+    : buffers(in ? *in : own_buffers_.emplace(gpu)) {
   if (ranks && ranks->size() > 1) shared_.emplace(gpu, soup, buffers, *ranks);
   load_into(gpu, soup, model, normalisation);
 }

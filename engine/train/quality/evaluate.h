@@ -56,7 +56,7 @@ class LoadedModel {
               ranks::Ranks* ranks = nullptr, BatchBuffers* in = nullptr);
 
  private:
-  std::optional<BatchBuffers> own_frame_;
+  std::optional<BatchBuffers> own_buffers_;
   std::optional<SharedSoup> shared_;
 
  public:

@@ -58,7 +58,7 @@ class Reader {
 }  // namespace
 
 std::vector<TriangleRange> divided(std::span<const soup::TextureEntry> table, int ranks) {
-  // Vertices and the other data of a triangle, in samples.
+  // Cost of a triangle besides its samples, in samples.
   constexpr std::uint64_t kBesides = 8;
   const auto size_of = [&](const soup::TextureEntry& row) {
     return kBesides + soup::samples_in(row.level_min, row.level_max);
@@ -299,16 +299,16 @@ gpu::Buffer SharedSoup::fetch(const Parents& parents, gpu::Buffer pool) {
   pool = {};  // free it: the messages contain what is needed
   const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
   // Ranks own ascending ranges of triangles, so the messages in order of rank are in order of triangles.
-  gpu::Buffer brought = gpu_.allocate(std::max<std::uint64_t>(parents.samples, 1) * kChannels * 4, "textures");
+  gpu::Buffer fetched = gpu_.allocate(std::max<std::uint64_t>(parents.samples, 1) * kChannels * 4, "textures");
   std::uint64_t bytes = 0;
   for (const ranks::Bytes& message : received) {
     if (bytes + message.size() > parents.samples * kChannels * 4) break;
-    if (!message.empty()) gpu_.upload(brought.address() + bytes, message);
+    if (!message.empty()) gpu_.upload(fetched.address() + bytes, message);
     bytes += message.size();
   }
   if (bytes != parents.samples * kChannels * 4)
     throw Error("ranks: a message has the wrong size for the textures; run the same build on all ranks");
-  return brought;
+  return fetched;
 }
 
 ranks::Bytes SharedSoup::on_all(ranks::ByteView mine) {

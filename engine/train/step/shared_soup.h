@@ -51,7 +51,7 @@ class SharedSoup {
   };
   /// Of the last Step::visibility().
   Outcome outcome() const { return outcome_; }
-  /// Asks all ranks to stop. They are told in the next Step::visibility().
+  /// stop: whether this rank is asked to stop. If one is, the next Step::visibility() ends in `stopped` on all ranks.
   void ask_to_stop(bool stop) { stop_ = stop; }
 
   // Parts of a step, for the current batch.

@@ -43,9 +43,9 @@ void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std
   for (std::uint32_t t = 0; t < soup.triangles; ++t) flags[t] |= backdrop[t] ? 2 : 0;
   const std::vector<std::uint32_t> open = count_holes(gpu, soup, buffers, views, flags);
 
-  std::vector<std::uint32_t> plugs = soup::visible_at_least(open), pixels;
-  for (const std::uint32_t t : plugs) pixels.push_back(open[t]);
-  for (const std::uint32_t i : soup::most_visible(pixels, most - kept.size())) kept.push_back(plugs[i]);
+  std::vector<std::uint32_t> guards = soup::visible_at_least(open), pixels;
+  for (const std::uint32_t t : guards) pixels.push_back(open[t]);
+  for (const std::uint32_t i : soup::most_visible(pixels, most - kept.size())) kept.push_back(guards[i]);
   std::sort(kept.begin(), kept.end());
 }
 

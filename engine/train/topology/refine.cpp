@@ -211,7 +211,7 @@ soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers
 
 struct Kept {
   std::vector<std::uint32_t> triangles;  // ascending; empty if no view would show a triangle even if all were opaque
-  std::uint64_t pixels = 0;              // number of pixels that show them, over all views
+  std::uint64_t pixels = 0;              // number of pixels that show a triangle, over all views
   std::vector<double> areas;             // of all triangles (Seen::area)
 };
 
@@ -221,15 +221,15 @@ std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool
                                         std::size_t views) {
   const auto least =
       static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
-  std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
-  if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
+  std::vector<std::uint32_t> candidates = soup::visible_at_least(seen.views, least);
+  if (candidates.empty()) candidates = soup::visible_at_least(seen.pixels);
   std::vector<std::uint32_t> pixels, kept;
   for (std::uint32_t t = 0; t < backdrop.size(); ++t)
     if (backdrop[t]) kept.push_back(t);
-  std::erase_if(vouched, [&](std::uint32_t t) { return backdrop[t]; });
-  for (const std::uint32_t t : vouched) pixels.push_back(seen.pixels[t]);
+  std::erase_if(candidates, [&](std::uint32_t t) { return backdrop[t]; });
+  for (const std::uint32_t t : candidates) pixels.push_back(seen.pixels[t]);
   const std::size_t budget = settings.triangles > kept.size() ? settings.triangles - kept.size() : 0;
-  for (const std::uint32_t i : soup::most_visible(pixels, budget)) kept.push_back(vouched[i]);
+  for (const std::uint32_t i : soup::most_visible(pixels, budget)) kept.push_back(candidates[i]);
   std::sort(kept.begin(), kept.end());
   return kept;
 }
@@ -285,11 +285,11 @@ RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
     return fit_levels ? areas_of(c, parents) : std::vector<double>{};
   };
   if (settings.recipe == Recipe::synthetic) {
-    const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
+    const std::uint64_t supported = kept.pixels / kPixelsPerTriangle;
     change = soup::compose(
-        change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
+        change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, supported)));
     apply(gpu, soup, buffers, change, levels_of(soup, change, areas(change, kept.areas), settings), settings);
-    return worth_showing < settings.triangles ? RefineOutcome::out_of_pixels : RefineOutcome::done;
+    return supported < settings.triangles ? RefineOutcome::out_of_pixels : RefineOutcome::done;
   }
   const std::vector<double> kept_areas = areas(change, kept.areas);
   const bool last = is_last_refinement(settings, step);

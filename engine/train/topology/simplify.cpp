@@ -145,8 +145,8 @@ class Removals {
       : table_(table), goes_(table.size()), coarser_(table.size()), left_(table.size()) {}
 
   void add(const Removal& removal) { all_.push_back(removal); }
-  /// Keeps the triangles that become visible in place of removed ones, because the loss of a removal assumes that they
-  /// stay.
+  /// Never removes both triangles of a pair in Importance::behind, because the loss of removing the first assumes that
+  /// the second stays.
   void keep_stand_ins(const Importance& importance) { behind_ = importance.behind, stands_in_.resize(table_.size()); }
   /// Applies removals while `pays` returns true. Never removes the last triangle.
   template <typename Pays>
