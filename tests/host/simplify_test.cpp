@@ -221,11 +221,11 @@ TEST_CASE("a size limit is met with the best quality below it", "[simplify]") {
   CHECK(rounds[best_round(rounds, s)].triangles <= 700);
   CHECK_THAT(outcome(rounds, s),
              Catch::StartsWith("goal missed") && Catch::Contains("a larger `max_bytes` or `max_triangles`"));
-  // Nothing more can be removed, or no rounds are left.
+  // Nothing more can be removed, or no rounds remain.
   s.max_triangles = 1;
-  CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("nothing more can go"));
+  CHECK_THAT(outcome(rounds, s), Catch::StartsWith("goal missed") && Catch::Contains("nothing more can be removed"));
   rounds.resize(30, rounds.back());
-  CHECK_THAT(outcome(rounds, s), Catch::Contains("there are no more rounds"));
+  CHECK_THAT(outcome(rounds, s), Catch::Contains("no more rounds"));
 }
 
 TEST_CASE("takes_away is true if a triangle or a level is removed", "[simplify]") {

@@ -40,7 +40,7 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render) {
   check_clip_planes(near, far);
-  constexpr std::size_t kMost = 4;  // views in a batch; their photographs are on the device for as long
+  constexpr std::size_t kMost = 4;  // views in a batch, whose photographs are on the device at the same time
   std::uint64_t largest = 0;
   for (const scene::View& view : views) largest = std::max<std::uint64_t>(largest, view.image.rgba.size());
   const gpu::Buffer photographs = gpu.allocate(kMost * largest, "photographs of test views");
@@ -92,7 +92,7 @@ void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& mo
     const std::uint8_t* values = &model.lattice[std::size_t{model.textures[t].lattice_offset} * soup::kChannels];
     for (std::uint32_t i = 0; i < soup::samples_at(table[t].level_max) * soup::kChannels; ++i) {
       const bool opaque = i % soup::kChannels == soup::kChannels - 1 && values[i] == 255;
-      // Ends of the scale stand for all that rounds to them.
+      // 0 and 255 stand for all values that round to them, so use the middle of that range.
       const double v = std::clamp(values[i] / 255.0, 0.25 / 255.0, 254.75 / 255.0);
       to[i] = opaque ? kOpaqueLogit : static_cast<float>(std::log(v / (1.0 - v)));
     }
@@ -103,7 +103,7 @@ void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& mo
 
 namespace {
 
-/// Values between 0 and 1 of the 8 bits of a model, and its opacities by themselves.
+/// Uploads the 8-bit values of a model as floats in 0..1, and the opacities also as a buffer of their own.
 void upload_lattice(gpu::Device& gpu, SoupBuffers& soup, std::span<const std::uint8_t> values) {
   std::vector<float> lattice, opacity;
   lattice.reserve(values.size());
@@ -168,14 +168,15 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation) {
   soup::Model model;
-  // Geographic coordinates are metres by the million, of which floats keep halves.
-  constexpr double kFar = 64;
+  // Geographic coordinates are millions of metres, where floats have a resolution of 0.5 m. Far scenes therefore store
+  // vertices relative to an origin.
+  constexpr double kFar = 64;  // normalised units
   if (glm::length(normalisation.centre) * normalisation.scale > kFar) model.origin = normalisation.centre;
   for (const glm::vec3& v : gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles))
     model.vertices.emplace_back(normalisation.to_world(glm::dvec3(v)) - model.origin);
   model.textures = soup.table;
   for (soup::TextureEntry& row : model.textures) row.source_offset = row.level_min = 0;
-  // A piece at a time: little memory, and a quarter of the bytes that the floats would bring.
+  // Quantise in pieces on the device: this needs little memory and a quarter of the download.
   static_assert(soup::kChannels == 8);
   constexpr std::uint64_t kPiece = 1 << 19;
   const TriangleRange own = soup.own();
@@ -204,7 +205,7 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     to["ssim"] = m.ssim;
     to["mae"] = m.mae;
     to["uncovered"] = m.uncovered;
-    // Of nothing they would read as a measurement.
+    // Numbers would look like a measurement.
     if (m.pixels == 0) to["psnr"] = to["ssim"] = to["mae"] = to["uncovered"] = nullptr;
   };
   put(json, evaluation.mean);

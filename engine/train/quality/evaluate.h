@@ -1,4 +1,4 @@
-// Quality of a model on held-out views.
+// Measures the quality of a model on held-out views.
 #pragma once
 
 #include <functional>
@@ -22,35 +22,34 @@ namespace trisoup::train {
 struct ViewMetrics {
   std::string name;
   ImageMetrics metrics;
-  std::optional<double> triangles_shown =
-      {};  // share of the triangles that win a pixel, 0..1; none where that was not measured
+  std::optional<double> triangles_shown = {};  // share of the triangles visible in the view, 0..1, if measured
 };
 
 struct Evaluation {
   std::vector<ViewMetrics> views;
-  ImageMetrics mean;  // of the views' values
+  ImageMetrics mean;  // over the views
 };
 
 /// Throws Error unless 0 < near < far, both finite.
 void check_clip_planes(double near, double far);
 
-/// Mean of every metric over the views that have pixels to measure; zeros where none has.
+/// Mean of each metric over the views with pixels to measure; zeros if there are none. `pixels` is the sum.
 ImageMetrics mean(const std::vector<ViewMetrics>& views);
 
-/// Called with every rendered view: colour is [height][width][3], row 0 on top.
+/// Called with each rendered view. colour: [height][width][3], row 0 at the top.
 using OnRender = std::function<void(const scene::View& view, const std::vector<float>& colour)>;
 
-/// Renders the test views of a soup in normalised coordinates and compares them with the photographs. Pictures come to
-/// the host for `on_render` alone.
+/// Renders views in normalised coordinates and compares them with their photographs. Downloads the rendered images only
+/// if there is an `on_render`. Throws Error if the clip planes are invalid.
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {});
 
-/// A model as the kernels render it: 8-bit textures, normalised coordinates. No gradients and no moments.
+/// Loads a model for rendering: 8-bit texture values, normalised coordinates, no gradients or moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
 
-/// The same with a frame to render it in: `in`, or one of its own. With several ranks each has a part of the triangles,
-/// as in training, and all make the same calls; the first has the textures, `model` of the others may be without.
-/// ranks: null: this process alone.
+/// A loaded model with batch buffers to render it: `in`, or its own if null. With several ranks, each owns a part of
+/// the triangles, as in training, and all must make the same calls. Only the first rank's `model` needs textures.
+/// ranks: null for a single process.
 class LoadedModel {
  public:
   LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation,
@@ -65,25 +64,25 @@ class LoadedModel {
   BatchBuffers& buffers;
 };
 
-/// The same to be trained on: logits of the finest level alone, moments of zero. What is opaque stays so.
+/// Loads a model for training: logits in the finest level only, moments 0. Texels with an opacity of 255 stay opaque.
 void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& model,
                       const scene::Normalisation& normalisation);
 
-/// The same from a model as it is in its file: 8-bit textures, dataset coordinates. views: of `scene`.
+/// Evaluates a model as in its file: 8-bit texture values, dataset coordinates. views: of `scene`. ranks: null for a
+/// single process.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render = {},
                     ranks::Ranks* ranks = nullptr);
-/// Of the test views.
+/// The same for the test views of `scene`.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
                     const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr);
 
-/// 8-bit model of a soup in training: value = round(255 * sigmoid). `normalisation` takes it back to the dataset's
-/// coordinates.
+/// The 8-bit model of a soup, in the dataset's coordinates: value = round(255 * sigmoid).
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
                        const scene::Normalisation& normalisation);
 
-/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same and "triangles_shown"}]}; null where there was no
-/// pixel to measure.
+/// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same four, "triangles_shown"}]}. Metrics without pixels
+/// to measure are null.
 nlohmann::json to_json(const Evaluation& evaluation);
 
 }  // namespace trisoup::train

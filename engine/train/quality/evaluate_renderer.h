@@ -1,4 +1,4 @@
-// The real-time renderer held against photographs and against the kernels that train.
+// Compares the real-time renderer with photographs and with the training kernels.
 #pragma once
 
 #include <cstddef>
@@ -10,26 +10,26 @@
 
 namespace trisoup::train {
 
-/// As evaluate(), with pictures of the renderer.
+/// As evaluate() for the test views, with images of the real-time renderer. Does not measure triangles_shown.
 Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near,
                              double far, render::AntiAliasing aa, const OnRender& on_render = {});
 
-/// One view by the renderer without anti-aliasing and by the kernels, from the same 8-bit textures.
+/// Comparison of one view as rendered by the real-time renderer, without anti-aliasing, and by the training kernels.
 struct Agreement {
   std::string view;
   std::size_t pixels = 0;
-  std::size_t ties = 0;  // pixels in which they show different triangles: edges and thresholds within rounding
-  double psnr = 0;       // dB, of the other pixels; what rounding the picture to 8 bits costs does not count
+  std::size_t ties = 0;  // pixels that show different triangles because of rounding at edges and thresholds
+  double psnr = 0;       // dB, over the other pixels; ignores errors from rounding the image to 8 bits
 
-  /// Whether the renderer draws what was trained: at most most_ties(), and 60 dB or more.
+  /// Whether the renderer matches the kernels: at most most_ties(), and above 60 dB.
   bool holds() const;
 };
 
-/// So many pixels of a picture may show different triangles: a thousandth, and three in a small picture, where a single
-/// edge has more than that share.
+/// Largest allowed number of ties: 0.1 % of the pixels, but at least 3, because a single edge may exceed 0.1 % of a
+/// small image.
 std::size_t most_ties(std::size_t pixels);
 
-/// views: test views of a scene in normalised coordinates. mlp: how the renderer is to evaluate it.
+/// Compares each view. views: in normalised coordinates. mlp: how the renderer evaluates the MLP.
 std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& views,
                                  const scene::Normalisation& normalisation, double near, double far,
                                  render::MlpUse mlp = render::MlpUse::compiled);

@@ -9,7 +9,7 @@
 namespace trisoup::train {
 namespace {
 
-/// Sum over whole horizontal, then vertical windows: [h][w] -> [h - 10][w - 10].
+/// Gaussian blur with whole windows only, horizontally, then vertically: [h][w] -> [h - 10][w - 10].
 std::vector<double> blur(const std::vector<double>& image, int w, int h) {
   const int ow = w - 10, oh = h - 10;
   std::vector<double> rows(static_cast<std::size_t>(ow) * h), out(static_cast<std::size_t>(ow) * oh);

@@ -1,4 +1,4 @@
-// How well a model shows the photographs that it was trained on, and whether that is anything at all.
+// Measures how well a model fits its training photographs, to detect a training that has learnt nothing.
 #pragma once
 
 #include <span>
@@ -12,20 +12,19 @@
 
 namespace trisoup::train {
 
-/// PSNR over all pixels of the measured training views together, in dB; 100 where there is no error. Pixels outside the
-/// loss mask do not count.
+/// PSNR in dB over all pixels of the measured training views together; 100 if there is no error. Pixels outside the
+/// loss mask are ignored.
 struct TrainingFit {
-  double psnr = 0;        // of the model, thresholds 0.5, in each photograph's exposure where those are fitted
-  double plain_psnr = 0;  // of each photograph painted over with its own mean colour
-  double uncovered = 0;   // share of the pixels that no triangle covers although the photograph shows something there
-  /// A training has diverged, or has come to nothing for want of triangles or steps, when its model shows the
-  /// photographs no better than plain colours would, and not well either (below 30 dB: photographs that are plain
-  /// themselves leave nothing to be better than).
+  double psnr = 0;        // of the model with thresholds 0.5, with each photograph's exposure if exposures are fitted
+  double plain_psnr = 0;  // of images that show each photograph's mean colour
+  double uncovered = 0;   // share of the pixels without a triangle where the photograph differs from the background
+  /// Whether the training has diverged, or had too few triangles or steps: the model fits the photographs no better
+  /// than their mean colours, and worse than 30 dB. The second condition is for photographs of a single colour.
   bool nothing_learnt() const { return !(psnr > plain_psnr || psnr >= 30.0); }
 };
 
-/// views: those to measure, with their photographs on the device; view.index: of the photograph in scene.train.
-/// exposures: null where photographs are taken as they are. most: views in a batch.
+/// views: to measure, with their photographs on the device; view.index is the index in scene.train. exposures: null if
+/// none are fitted. most: largest number of views in a batch.
 TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const scene::Scene& scene,
                                   std::span<const BatchView> views, const Exposures* exposures, std::size_t most);
 

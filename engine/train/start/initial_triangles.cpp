@@ -17,7 +17,7 @@ Start initial_triangles(const scene::Scene& scene, const Settings& settings) {
   if (settings.init == "surface") return surface_start(scene, settings);
   if (settings.init == "points") {
     if (scene.points.positions.empty())
-      throw Error("{}: has no points to start from; use `init` random or `init` MESH", scene.path.string());
+      throw Error("{}: has no points to start from; set `init` to random or to a mesh file", scene.path.string());
     soup::FromPoints options;
     options.farthest_count = (2 * settings.init_count + 2) / 3;
     options.random_count = settings.init_count - options.farthest_count;

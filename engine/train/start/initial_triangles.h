@@ -1,4 +1,4 @@
-// The triangles that a run starts from, by Settings::init.
+// The initial triangles of a training, by Settings::init.
 #pragma once
 
 #include <utility>
@@ -13,13 +13,13 @@ namespace trisoup::train {
 
 struct Start {
   std::vector<glm::vec3> vertices;  // 3 per triangle, normalised coordinates
-  std::vector<glm::vec3> colours;   // of the vertices, 0..1; empty: not known
-  std::size_t opaque = 0;           // the last so many triangles are opaque, and stay so
+  std::vector<glm::vec3> colours;   // of the vertices, 0..1; empty: unknown
+  std::size_t opaque = 0;           // number of triangles, the last ones, whose opacity is fixed to 1
   Start() = default;
   Start(std::vector<glm::vec3> triangles) : vertices(std::move(triangles)) {}
 };
 
-/// Throws Error when the scene has no points to start from, or the mesh file cannot be used.
+/// Throws Error if the start needs points and the scene has none, or if the mesh file cannot be used.
 Start initial_triangles(const scene::Scene& scene, const Settings& settings);
 
 }  // namespace trisoup::train

@@ -9,7 +9,7 @@ namespace trisoup::train {
 
 FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
                           std::span<const soup::TextureEntry> table, TriangleRange own) {
-  // So many pixels of all photographs together say enough; the sums hold no more.
+  // Capacity of the sums. More pixels would hardly change the means.
   constexpr std::uint64_t kMostPixels = 1u << 26;
   std::uint64_t pixels = 0, samples = 0;
   for (const BatchView& view : views) pixels += std::uint64_t(view.width) * view.height;
@@ -28,7 +28,7 @@ FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buf
                                            sums.low.address(), sums.high.address(), batch.views, batch.blocks,
                                            own.first, own.last, stride, 0});
   });
-  gpu.wait();  // the table goes
+  gpu.wait();  // the texture table is freed on return
   return sums;
 }
 

@@ -1,4 +1,4 @@
-// Textures that show what the photographs show, before the first step.
+// Sums of the photographs' colours, from which textures are initialised.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace trisoup::train {
 
-/// Colours of the photographs by the samples that show them, on the finest lattice of each texture of `table`. [lattice
-/// samples of `own`][4]: weight times red, green, blue and 1 (sum_photographs.comp). views: those of the photographs
-/// that `soup` is seen in, with photographs on the device, at their size. own: the triangles to sum for.
+/// Sums the photographs' colours over the visible pixels of each sample, on the finest lattice of each texture of
+/// `table` (sum_photographs.comp). [lattice samples of `own`][4]: weight times red, green, blue and 1. views: at full
+/// size, with their photographs on the device. own: the triangles to sum for.
 FixedSums sum_photographs(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
                           std::span<const soup::TextureEntry> table, TriangleRange own);
 

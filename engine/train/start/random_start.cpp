@@ -32,7 +32,7 @@ std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, 
   std::vector<glm::vec3> finite;
   for (const glm::vec3& p : points)
     if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) finite.push_back(p);
-  if (finite.empty()) throw Error("points: there are none to start from; choose `init` random or `init` mesh");
+  if (finite.empty()) throw Error("points: none to start from; set `init` to random or to a mesh file");
 
   Random random(options.seed);
   std::vector<std::uint32_t> chosen = farthest_points(finite, options.farthest_count);
@@ -49,7 +49,8 @@ std::vector<glm::vec3> triangles_from_points(std::span<const glm::vec3> points, 
   for (const std::uint32_t k : chosen) centres.push_back(finite[k]);
   std::vector<double> nearest = nearest_distances(centres, 1);
   const double spacing = std::accumulate(nearest.begin(), nearest.end(), 0.0) / static_cast<double>(nearest.size());
-  if (!(spacing > 0)) throw Error("points: all {} coincide; choose `init` random or `init` mesh", centres.size());
+  if (!(spacing > 0))
+    throw Error("points: all {} chosen points coincide; set `init` to random or to a mesh file", centres.size());
   std::vector<double> spacings(centres.size(), spacing);
   std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2), nearest.end());
   if (spacing > options.uneven * nearest[nearest.size() / 2]) {
@@ -80,7 +81,7 @@ std::vector<glm::vec3> triangles_from_mesh(const Mesh& mesh, std::size_t budget)
   check_mesh(mesh, "mesh");
   const Mesh decimated = decimate(mesh, budget);
   if (decimated.indices.empty())
-    throw Error("mesh: has no triangle with an area, or none that {} triangles can stand for; give another mesh",
+    throw Error("mesh: has no triangles with an area, or none that can be reduced to {} triangles; use another mesh",
                 budget);
   std::vector<glm::vec3> triangles;
   triangles.reserve(decimated.indices.size());

@@ -19,7 +19,7 @@ double percentile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// Drops those of `chosen` that `bad` tells, unless too few would be left.
+/// Removes the points for which `bad` is true from `chosen`, unless less than a third of the cloud would remain.
 template <class Bad>
 void drop(std::vector<std::uint32_t>& chosen, std::size_t cloud, Bad&& bad) {
   std::vector<std::uint32_t> left;
@@ -28,7 +28,7 @@ void drop(std::vector<std::uint32_t>& chosen, std::size_t cloud, Bad&& bad) {
   if (3 * left.size() >= cloud) chosen = std::move(left);
 }
 
-/// The point of every cell of a grid over the contracted room that most views saw, of equals the one of lower index.
+/// For each cell of a grid in contracted space, the point seen by the most views; of equal ones, the lowest index.
 std::vector<std::uint32_t> one_per_cell(const scene::Points& points, const std::vector<std::uint32_t>& chosen,
                                         double cell) {
   std::map<std::array<int, 3>, std::uint32_t> best;
@@ -56,7 +56,8 @@ std::optional<Sighted> seen_at(const scene::Camera& camera, const glm::dvec3& p)
   return Sighted{at, c.z};
 }
 
-/// For a cloud without tracks: nearest points in each of 32 cells across a picture, and who is not well behind them.
+/// For a cloud without tracks: a view sees a point whose depth is at most 1.1 times the smallest in its cell of the
+/// image. The image has 32 cells across. Keeps the eight nearest views of each point.
 std::vector<std::vector<std::uint32_t>> guessed_sightings(const scene::Scene& scene,
                                                           const std::vector<std::uint32_t>& chosen) {
   constexpr int kAcross = 32;
@@ -123,7 +124,7 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
     drop(chosen, cloud, [&](std::uint32_t) { return gaps[k++] > largest; });
   }
   if (chosen.size() <= most) return chosen;
-  // Cells that hold few enough points: their size by bisection.
+  // Find the smallest cell size that leaves few enough points by bisection.
   double fine = 0, coarse = 4;
   for (int i = 0; i < 24; ++i) {
     const double middle = (fine + coarse) / 2;

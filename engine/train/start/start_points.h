@@ -1,4 +1,4 @@
-// The part of a sparse cloud that a start can rely on.
+// Filters the sparse point cloud for a surface start.
 #pragma once
 
 #include <cstddef>
@@ -7,29 +7,28 @@
 
 namespace trisoup::train {
 
-/// The cloud without what cannot be trusted, no more than `most` points of it. Points go that
-/// - are farther away than three times the 99th percentile of distances: mismatches near the horizon of some view;
-/// - fewer than three views vouch for, or whose reprojection error is above both 2 pixels and twice the median, where
-/// that is known;
-/// - without tracks, the 3 % that are farthest from their eight neighbours, seen from the cameras (contracted()).
-/// A rule that would leave less than a third of the cloud is not applied: then the cloud is sparse, not bad. Where more
-/// than `most` are left, each cell of a grid over the contracted room keeps the point that most views saw. Indices into
-/// the cloud, ascending.
+/// Indices of the reliable points of the cloud, ascending, at most `most`. Drops points
+/// - beyond three times the 99th percentile of distances: mismatches near the horizon of a view;
+/// - with a reprojection error, if known, above both 2 pixels and twice the median;
+/// - seen by fewer than three views or, in a cloud without tracks, the 3 % farthest from their eight nearest neighbours
+///   in contracted() space.
+/// A rule that would leave less than a third of the cloud is skipped, because such a cloud is sparse rather than bad.
+/// If more than `most` points remain, each cell of a grid in contracted space keeps the point seen by the most views.
 std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t most);
 
-/// Room as the cameras see it: what is within a unit stays as it is, what is without comes to 2 - 1 / distance (Barron
-/// et al. 2022, Mip-NeRF 360). Equal lengths there are roughly equal angles here.
+/// Contracts space as in Mip-NeRF 360 (Barron et al. 2022): points within distance 1 of the origin stay, others move to
+/// distance 2 - 1 / distance. Far away, equal lengths there are roughly equal angles seen from the cameras.
 glm::dvec3 contracted(const glm::dvec3& p);
 
-/// How far a start reaches and how near its cameras come to what they saw, normalised units.
+/// Extent of the scene and distance of the nearest geometry to a camera, normalised units.
 struct Reach {
-  double farthest = 3;     // usable point, or camera; at least 3
-  double nearest = 0.125;  // half of what only 1 of 1,000 sightings is nearer than; at least 0.0025, at most 0.125
+  double farthest = 3;     // distance of the farthest usable point or camera from the origin; at least 3
+  double nearest = 0.125;  // half the depth below which 1 in 1,000 sightings is; 0.0025..0.125
 };
 Reach reach_of(const scene::Scene& scene);
 
-/// Training views that saw each of the points `chosen`: their tracks; for a cloud without tracks those, eight at most,
-/// in which the point is not well behind others that are seen in the same direction.
+/// The training views that saw each of the points `chosen`, from their tracks. For a cloud without tracks, up to eight
+/// nearest views in which no other points in about the same direction are clearly in front. [chosen]
 std::vector<std::vector<std::uint32_t>> sightings_of(const scene::Scene& scene,
                                                      const std::vector<std::uint32_t>& chosen);
 

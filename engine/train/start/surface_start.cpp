@@ -15,20 +15,21 @@
 namespace trisoup::train {
 namespace {
 
-/// More points than that say nothing that a few thousand triangles could keep, and the cut takes minutes.
+/// More points would add no detail that a few thousand triangles can keep, and the graph cut would take minutes.
 constexpr std::size_t kMostPoints = 40'000;
-/// Corners of the sphere that closes the surface, and its radius as a share of the backdrop's.
+/// Points on the sphere that closes the surface, and its radius as a share of the backdrop's.
 constexpr int kShellPoints = 200;
 constexpr double kShellRadius = 0.7;
 
-/// Points on a sphere, evenly: a Fibonacci lattice.
+/// Point `i` of `count` evenly distributed points on the unit sphere (Fibonacci lattice).
 glm::dvec3 on_sphere(int i, int count) {
   constexpr double kGoldenAngle = 2.399963229728653;
   const double z = 1.0 - (2.0 * i + 1.0) / count, r = std::sqrt(1.0 - z * z);
   return {r * std::cos(i * kGoldenAngle), r * std::sin(i * kGoldenAngle), z};
 }
 
-/// Mean colour of the photographs at `p`, of all of `views` that have it in their picture; nothing where none has.
+/// Sets `colour` to the mean of the photographs' colours at `p` over those of `views` whose image contains it. Returns
+/// false, and leaves `colour` alone, if there is none.
 bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views, const glm::dvec3& p,
                  glm::dvec3& colour) {
   glm::dvec3 sum(0.0);
@@ -50,7 +51,8 @@ bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views
   return count > 0;
 }
 
-/// Colours of corners: of the views that saw them, or of all views that look there.
+/// Colours of vertices: means over the views that saw them or, if there are none, over all views whose image contains
+/// them.
 class Colours {
  public:
   explicit Colours(const scene::Scene& scene) : scene_(scene), all_(scene.train.size()) {
@@ -68,10 +70,10 @@ class Colours {
   std::vector<std::uint32_t> all_;
 };
 
-/// What an error of the surface is worth, per triangle: moved by h along its normal it shifts what a camera at distance
-/// d shows of it by up to focal h / d pixels, over area (focal / d)^2 pixels, so a squared error grows with area (focal
-/// / d)^4, summed over the views that saw its corners. A corner that nobody saw (of the sphere) may be seen by any
-/// view, and counts a hundredth.
+/// Weight of each triangle's geometric error. A move by h along the normal shifts the triangle's image by up to focal h
+/// / d pixels in a camera at distance d, over area (focal / d)^2 pixels. The squared error therefore grows with area
+/// (focal / d)^4, summed over the views that saw its corners. Corners without sightings (of the sphere) use all views
+/// with a weight of 0.01.
 std::vector<double> picture_weights(const scene::Scene& scene, const soup::Mesh& mesh,
                                     std::span<const std::vector<std::uint32_t>> seen_by) {
   constexpr double kUnseen = 0.01, kNearest = 0.05;
@@ -115,7 +117,7 @@ std::vector<glm::vec3> backdrop_triangles(double radius) {
   const auto add = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
     for (const glm::dvec3& p : {a, b, c}) triangles.emplace_back(radius * glm::normalize(p));
   };
-  // Faces of an icosahedron are the triples of corners that are an edge's length, 2, apart. Each is cut into four.
+  // The faces of the icosahedron are the triples of corners at distance 2, its edge length. Each is divided into four.
   const auto near = [](const glm::dvec3& a, const glm::dvec3& b) { return glm::length(a - b) < 2.1; };
   for (std::size_t i = 0; i < 12; ++i)
     for (std::size_t j = i + 1; j < 12; ++j)
@@ -130,7 +132,7 @@ std::vector<glm::vec3> backdrop_triangles(double radius) {
 
 Start surface_start(const scene::Scene& scene, const Settings& settings) {
   if (scene.points.positions.empty())
-    throw Error("{}: has no points to start from; use `init` random or `init` MESH", scene.path.string());
+    throw Error("{}: has no points to start from; set `init` to random or to a mesh file", scene.path.string());
   const std::vector<std::uint32_t> chosen = usable_points(scene.points, kMostPoints);
   std::vector<glm::dvec3> points, cameras;
   for (const std::uint32_t i : chosen) points.emplace_back(scene.points.positions[i]);

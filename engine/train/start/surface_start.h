@@ -1,4 +1,4 @@
-// A start that covers all that the photographs show, in their colours.
+// A start from a closed surface that covers everything that the photographs show, with their colours.
 #pragma once
 
 #include "scene/scene.h"
@@ -7,12 +7,12 @@
 
 namespace trisoup::train {
 
-/// The surface that the sparse points and their sightings tell (soup::surface_from_sightings), closed by a sphere
-/// beyond them all, of at most settings.triangles triangles, as fine as the cameras see it, before a backdrop
-/// (settings.backdrop). Throws Error where the scene has no points.
+/// Builds a surface from the sparse points and their sightings (soup::surface_from_sightings) and from points on a
+/// sphere around them, which close it. Decimates it for the training views, so that surface and backdrop
+/// (settings.backdrop) together have at most settings.triangles triangles. Throws Error if the scene has no points.
 Start surface_start(const scene::Scene& scene, const Settings& settings);
 
-/// A sphere of 80 triangles around the origin.
+/// A sphere of 80 triangles around the origin, 3 vertices each.
 std::vector<glm::vec3> backdrop_triangles(double radius);
 
 }  // namespace trisoup::train

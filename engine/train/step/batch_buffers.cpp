@@ -6,9 +6,9 @@ namespace trisoup::train {
 
 namespace {
 
-// A GPU wants many workgroups in flight. A CPU wants each to run long: what it must do once per workgroup, it does
-// often otherwise. Their shared memory lets some nine of shade_backward's stand on one of the 132 processors of an
-// H200, four on one of the 128 of an RTX 4090.
+// A GPU needs many workgroups in flight. A CPU needs long workgroups, to limit the work done once per workgroup. Shared
+// memory allows about nine workgroups of shade_backward on each of the 132 processors of an H200, and four on each of
+// the 128 of an RTX 4090.
 constexpr std::uint32_t kGpuGroups = 1024, kCpuGroups = 64;
 std::uint32_t usual_groups(const gpu::Device& gpu) {
   return gpu.info().kind == gpu::Kind::cpu ? kCpuGroups : kGpuGroups;
@@ -41,7 +41,7 @@ void BatchBuffers::reserve(std::uint32_t view_count, std::uint64_t pixels, std::
   grow(screen, std::uint64_t(view_count) * triangles * sizeof(kernels::ScreenTriangle), "projected triangles");
   grow(counts, tiles * 4, "tile counts");
   grow(offsets, (tiles + 1) * 4, "tile offsets");
-  // A guess: lists that do not fit are found out by the device and grown.
+  // An estimate: the device detects an overflow, and the lists are enlarged then.
   if (!lists) reserve_lists(std::min(most_entries, std::max<std::uint64_t>(1u << 16, 16 * tiles)));
   grow(hits, pixels * sizeof(kernels::Hit), "visible fragments");
   grow(colour, pixels * 12, "rendered colours");
@@ -73,13 +73,13 @@ std::uint32_t BatchBuffers::bands() const {
 }
 
 void BatchBuffers::make_room(std::uint32_t peak) {
-  // Half as much again: lists grow a little at every step.
+  // Allocate 50 % more, because lists grow slowly from step to step.
   const std::uint64_t wanted = peak + peak / 2;
   if (wanted <= most_entries) return reserve_lists(wanted);
   reserve_lists(most_entries);
   const std::uint64_t now = bands();
-  if (now >= batch_.tiles) return reserve_lists(wanted);  // one tile alone has more
-  // Tiles differ: where an even cut does not do, the next overflow cuts again.
+  if (now >= batch_.tiles) return reserve_lists(wanted);  // a single tile exceeds the limit
+  // Bands are equal in tiles, not in entries. If a band still exceeds the limit, the next overflow divides it again.
   bands_ = static_cast<std::uint32_t>(
       std::min<std::uint64_t>(batch_.tiles, now * ((wanted + most_entries - 1) / most_entries)));
 }

@@ -10,8 +10,8 @@
 namespace trisoup::train {
 namespace {
 
-/// Weights of the pixels at -1, 0, 1 and 2 for what lies at f in [0, 1): a cubic through the pixels (Catmull and Rom
-/// 1974; Keys 1981 with a = -1/2), in whole multiples of 1/128.
+/// Interpolation weights of the pixels at -1, 0, 1 and 2 for a sample at f in [0, 1): cubic (Catmull and Rom 1974; Keys
+/// 1981 with a = -1/2), rounded to multiples of 1/128.
 glm::vec4 taps_at(double f) {
   const auto rounded = [](double weight) { return std::round(weight * 128.0) / 128.0; };
   const double before = rounded(-0.5 * f * (1 - f) * (1 - f)), after = rounded(-0.5 * f * f * (1 - f)),
@@ -44,7 +44,7 @@ glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView&
   soup::Random random(seed ^ (kStream << 16), step);
   random.seek(std::uint64_t(view.index) * 2);
   const double x = random.uniform01(), y = random.uniform01();
-  // A lone pixel has no neighbours from which what lies beside its centre could be told.
+  // A single pixel has no neighbours to interpolate with.
   return most * glm::dvec2(view.width > 1 ? 2.0 * x - 1.0 : 0.0, view.height > 1 ? 2.0 * y - 1.0 : 0.0);
 }
 
@@ -53,8 +53,8 @@ BatchLayout lay_out(std::span<const BatchView> views) {
   layout.views = static_cast<std::uint32_t>(views.size());
   for (const BatchView& view : views) {
     kernels::ViewRecord record{};
-    // Rounded to floats before they are moved: what a step sees must not hang on digits of a pose that a far origin
-    // took away.
+    // Round to float before applying the offset. Otherwise the result would depend on digits of the pose that are lost
+    // if the scene is far from the origin.
     const glm::dvec2 ndc = 2.0 * view.offset / glm::dvec2(view.width, view.height);
     record.clip_from_world = glm::mat4(view.clip_from_world);
     record.clip_from_world =

@@ -8,17 +8,16 @@
 
 namespace trisoup::train {
 
-/// From the scene's colours to those of each photograph: gains of red, green and blue and the variance of a gain, then
-/// offsets and a 0.
+/// Gains and offsets that map the scene's colours to each photograph's. A row of 2 x 4 floats: gains of red, green and
+/// blue, variance of a gain; offsets of red, green and blue, 0.
 struct Exposures {
   std::uint32_t photographs = 0;
-  gpu::Buffer fitted;  // [photographs][2][4]: to the scene's colours as they were when the photograph was last shown
-  gpu::Buffer
-      exposure;    // [photographs][2][4]: what is believed of it beyond the mean of all, which is what a step takes
-  FixedSums sums;  // [views of a batch][4][4], empty between steps
+  gpu::Buffer fitted;    // [photographs][2][4]: as fitted to the rendering of the last step that used the photograph
+  gpu::Buffer exposure;  // [photographs][2][4]: with the mean of all photographs removed, which steps apply
+  FixedSums sums;        // [views of a batch][4][4]; zero between steps
 };
 
-/// Identities for `photographs` photographs, of which a batch shows at most `views`.
+/// Allocates identity exposures of `photographs` photographs. views: largest number of views in a batch.
 Exposures allocate_exposures(gpu::Device& gpu, std::uint32_t photographs, std::uint32_t views);
 
 }  // namespace trisoup::train

@@ -12,14 +12,14 @@
 namespace trisoup::train {
 namespace {
 
-/// A number for every triangle.
+/// One zero word per triangle.
 gpu::Buffer zeroes(gpu::Device& gpu, const SoupBuffers& soup) {
   gpu::Buffer buffer = gpu.allocate(soup.triangles * 4ull, "visible pixels");
   gpu.fill(buffer.address(), buffer.bytes(), 0);
   return buffer;
 }
 
-/// Adds what `pixels` pixels of the batch in `frame` show, from `first` on.
+/// Counts the triangles that `pixels` pixels of the batch show, beginning with pixel `first`, and adds to `counts`.
 void count(gpu::Device& gpu, const BatchBuffers& buffers, std::uint32_t first, std::uint32_t pixels,
            const gpu::Buffer& counts) {
   gpu.launch(
@@ -27,7 +27,7 @@ void count(gpu::Device& gpu, const BatchBuffers& buffers, std::uint32_t first, s
       kernels::CountVisibleArgs{buffers.hits.address() + sizeof(kernels::Hit) * first, counts.address(), 0, pixels, 0});
 }
 
-/// Adds what the batch in `frame` shows.
+/// The same for all pixels of the batch.
 void count(gpu::Device& gpu, const BatchBuffers& buffers, const gpu::Buffer& counts) {
   count(gpu, buffers, 0, buffers.batch().pixels, counts);
 }
@@ -85,7 +85,7 @@ double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const BatchBuffers
 }
 
 Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views) {
-  constexpr std::size_t kBits = 32;  // of a word of `shown`
+  constexpr std::size_t kBits = 32;  // of a word of `shown`: one bit per view
   const gpu::Buffer counts = zeroes(gpu, soup), areas = zeroes(gpu, soup), shown = zeroes(gpu, soup);
   std::vector<std::uint32_t> in_views(soup.triangles);
   for_each_batch(gpu, soup, buffers, views, false, {}, kBits, [&](std::size_t, std::size_t) {

@@ -1,4 +1,4 @@
-// The forward half of a step over any number of views, a few at a time.
+// Renders any number of views in batches, without gradients, and counts what they show.
 #pragma once
 
 #include <cstdint>
@@ -13,42 +13,44 @@
 
 namespace trisoup::train {
 
-/// Most pixels that a pass without gradients takes at once.
+/// Most pixels in a batch without gradients, unless a single view has more.
 inline constexpr std::uint64_t kPassPixels = 1u << 20;
-/// Room for projected triangles that a pass may take where training has not taken more.
+/// Bytes of projected triangles that a batch may use if training has not allocated more.
 inline constexpr std::uint64_t kPassScreenBytes = 32u << 20;
 
-/// Calls visit(first, count) after the visible fragments (and, with colours, BatchBuffers::colour) of views first ..
-/// first + count - 1 are in `frame`. Thresholds are 0.5. A batch has at most `most` views, and no more than have room.
-/// Lists that do not fit are grown and the batch is done again before it is visited.
+/// Renders the views in batches of at most `most` and calls visit(first, count) after each. `buffers` then holds the
+/// visible fragments (and BatchBuffers::colour if `colours`) of views first .. first + count - 1. Opacity thresholds
+/// are 0.5. kPassPixels and kPassScreenBytes limit a batch further. If tile lists overflow, they are enlarged and the
+/// batch is rendered again before it is visited.
 void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
                     bool colours, const StepInputs& inputs, std::size_t most,
                     const std::function<void(std::size_t, std::size_t)>& visit);
 
-/// Pixels that each triangle wins over all views together. [T]
+/// Number of pixels that show each triangle, over all views. [T]
 std::vector<std::uint32_t> count_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                          std::span<const BatchView> views);
 
-/// Share of the triangles, 0..1, that win a pixel of one view of the batch in `frame`. record: that view's place there.
-/// counts: room for a word for each triangle.
+/// Share of the triangles, 0..1, that are visible in one view of the batch in `buffers`. record: of that view. counts:
+/// scratch memory, one word per triangle.
 double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const BatchBuffers& buffers,
                    const kernels::ViewRecord& record, const gpu::Buffer& counts);
 
-/// What training views show of each triangle.
+/// Visibility of each triangle in a set of views.
 struct Seen {
-  std::vector<std::uint32_t> pixels;  // [T] that it wins over all views together
-  std::vector<std::uint32_t> area;   // [T] pixels of a photograph that it would cover, were all of it as large as where
-                                     // it is seen largest; 0: nowhere
-  std::vector<std::uint32_t> views;  // [T] in which it wins a pixel
+  std::vector<std::uint32_t> pixels;  // [T] number of pixels that show it, over all views
+  /// [T] photograph pixels that it would cover if its scale everywhere were that at its largest visible pixel; 0: not
+  /// visible.
+  std::vector<std::uint32_t> area;
+  std::vector<std::uint32_t> views;  // [T] number of views that show it
 };
 Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views);
 
-/// Per view, one byte per triangle: 1 where it wins a pixel.
+/// For each view one byte per triangle: 1 if the view shows it. [views][T]
 std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                                        std::span<const BatchView> views);
 
-/// If the device says that lists did not fit: makes room, clears the flag and returns the step it was raised in.
-/// Waits for the device.
+/// Enlarges the tile lists if they have overflowed, clears the flag and returns the step in which they did. Waits for
+/// the device.
 std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, BatchBuffers& buffers);
 
 }  // namespace trisoup::train

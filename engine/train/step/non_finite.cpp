@@ -10,9 +10,9 @@
 namespace trisoup::train {
 namespace {
 
-/// Takes triangles with a lost vertex out; returns how many.
+/// Collapses triangles with a non-finite vertex to points; returns their number.
 std::uint32_t collapse_lost(gpu::Device& gpu, SoupBuffers& soup) {
-  const gpu::Buffer count = gpu.allocate(4, "triangles taken out");
+  const gpu::Buffer count = gpu.allocate(4, "triangles removed");
   gpu.fill(count.address(), count.bytes(), 0);
   gpu.launch({"collapse_lost"}, (soup.triangles + 63) / 64,
              kernels::CollapseLostArgs{soup.vertices.address(), soup.vertex_moment1.address(),
@@ -26,18 +26,18 @@ std::string to_string(const NonFinite& f) {
   using Kind = NonFinite::Kind;
   if (f.kind == Kind::weight)
     return fmt::format(
-        "step {}: weight {} of the MLP or its optimiser state was not a number and has been reset ({} in all)", f.step,
+        "step {}: weight {} of the MLP or its optimiser state was not finite and has been reset ({} in total)", f.step,
         f.place, f.count);
   if (f.kind == Kind::texel)
     return fmt::format(
-        "step {}: texel {}, channel {}, of triangle {} or its optimiser state was not a number and has been reset ({} "
-        "in all)",
+        "step {}: texel {}, channel {}, of triangle {} or its optimiser state was not finite and has been reset ({} "
+        "in total)",
         f.step, f.place, f.channel, f.triangle, f.count);
   if (f.count == 0)
-    return fmt::format("step {}: the optimiser state of vertex {} of triangle {} was not a number and has been reset",
+    return fmt::format("step {}: the optimiser state of vertex {} of triangle {} was not finite and has been reset",
                        f.step, f.place, f.triangle);
-  return fmt::format("step {}: vertex {} of triangle {} was not a number; the triangle is taken out ({} in all)",
-                     f.step, f.place, f.triangle, f.count);
+  return fmt::format("step {}: vertex {} of triangle {} was not finite; the triangle is removed ({} in total)", f.step,
+                     f.place, f.triangle, f.count);
 }
 
 std::vector<NonFinite> take_non_finite(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers) {

@@ -1,4 +1,4 @@
-// Parameters that are not numbers: where they were found, and what becomes of them.
+// Detects and resets non-finite parameters.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,25 @@
 
 namespace trisoup::train {
 
-/// The first of its kind since the last look. Kernels reset what they find in the step in which they find it
-/// (shaders/common/non_finite.h): a texel's logit or a weight becomes 0, its optimiser state starts anew. A triangle
-/// with such a vertex is drawn by no view; it becomes a point, which the next change of topology that drops unseen
-/// triangles drops.
+/// The first non-finite parameter of its kind since the last call of take_non_finite(). Kernels reset them in the same
+/// step (shaders/common/non_finite.h): a texel's logit or an MLP weight becomes 0 and its optimiser state starts anew.
+/// A triangle with a non-finite vertex is not rendered. take_non_finite() collapses it to a point, and the next
+/// refinement that drops invisible triangles drops it.
 struct NonFinite {
   enum class Kind { vertex, texel, weight };  // NON_FINITE_
   Kind kind = Kind::vertex;
-  std::uint64_t step = 0;      // in which it was found, counted from 1
+  std::uint64_t step = 0;      // the step that found it, counted from 1
   std::uint32_t triangle = 0;  // of a vertex or texel
-  std::uint32_t place = 0;     // 0..2: the vertex; sample of the triangle's texture, all levels; index of the weight
+  std::uint32_t place = 0;     // vertex 0..2; sample of the triangle's texture, over all levels; index of the weight
   std::uint32_t channel = 0;   // of a texel, 0..7
-  std::uint64_t count = 0;     // triangles taken out, texels or weights reset; 0: only optimiser state was
+  std::uint64_t count = 0;     // triangles collapsed, texels or weights reset; 0: only optimiser state
 };
 
-/// One line for people.
+/// A message of one line.
 std::string to_string(const NonFinite& fault);
 
-/// What was found since the last call, at most one of each kind; takes the triangles out. Waits for the device.
+/// Returns the findings since the last call, at most one of each kind, and collapses triangles with a non-finite
+/// vertex. Waits for the device.
 std::vector<NonFinite> take_non_finite(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers);
 
 }  // namespace trisoup::train

@@ -5,7 +5,7 @@ namespace {
 
 template <typename ImageOf>
 Photographs upload(gpu::Device& gpu, std::size_t count, const ImageOf& image_of) {
-  // Pools, because devices limit the size of an allocation, and the number of them.
+  // Use pools, because devices limit both the size and the number of allocations.
   constexpr std::uint64_t kPoolBytes = 256u << 20;
   Photographs photos;
   for (std::size_t first = 0; first < count;) {

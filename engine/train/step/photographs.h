@@ -1,4 +1,4 @@
-// The photographs of a scene in device memory, 8 bits a channel.
+// The photographs of a scene in device memory, 8 bits per channel.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 namespace trisoup::train {
 
 struct Photographs {
-  std::vector<gpu::Buffer> pools;       // RGBA8, alpha is the loss mask; several photographs each
-  std::vector<gpu::Address> addresses;  // per view, of its first pixel
+  std::vector<gpu::Buffer> pools;       // RGBA8, alpha is the loss mask; each pool holds several photographs
+  std::vector<gpu::Address> addresses;  // of each view's first pixel
 };
 
-/// Uploads the images, or those of the views, one after the other. Throws gpu::OutOfMemory when they do not fit.
+/// Uploads the images, or those of the views. Throws gpu::OutOfMemory if they do not fit.
 Photographs upload_photographs(gpu::Device& gpu, const std::vector<Image>& images);
 Photographs upload_photographs(gpu::Device& gpu, const std::vector<scene::View>& views);
 

@@ -16,14 +16,14 @@ using kernels::Hit;
 constexpr std::size_t kFeatures = 7, kFeatureStride = 8;
 constexpr std::size_t kMlp = soup::Mlp::kParameters;
 
-/// What every message of the first exchange begins with.
+/// First word of every message in the exchange of agree_on_winners().
 enum Flag : std::uint32_t { kOverflow = 1, kStop = 2 };
 
-/// The order that visibility.comp keeps within one rank: the nearest, and of equals the lower number. Both of a
-/// triangle.
+/// Whether `a` is visible in front of `b`, as in visibility.comp: lower depth, then lower triangle index. Both must
+/// show a triangle.
 bool wins(const Hit& a, const Hit& b) { return a.depth < b.depth || (a.depth == b.depth && a.triangle < b.triangle); }
 
-/// Pixels that `rank` finds the winners of.
+/// Range of the pixels for which `rank` determines the nearest fragment.
 std::pair<std::size_t, std::size_t> slice_of(std::size_t pixels, int rank, int ranks) {
   return {pixels * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks),
           pixels * (static_cast<std::size_t>(rank) + 1) / static_cast<std::size_t>(ranks)};
@@ -39,14 +39,14 @@ std::vector<ranks::ByteView> views_of(const std::vector<ranks::Bytes>& messages)
   return {messages.begin(), messages.end()};
 }
 
-/// Values of a message, one group after the other. The sender and this rank have found what comes from the same
-/// pictures, so that a message which ends early is another build's.
+/// Reads the values of a message in order. Sender and receiver derive the length from the same images, so a short
+/// message comes from another build.
 class Reader {
  public:
   explicit Reader(ranks::ByteView bytes) : bytes_(bytes) {}
   void take(std::span<float> values) {
     if (bytes_.size() < values.size_bytes())
-      throw Error("ranks: a message is too short; all ranks have to run the same build");
+      throw Error("ranks: a message is too short; run the same build on all ranks");
     std::memcpy(values.data(), bytes_.data(), values.size_bytes());
     bytes_ = bytes_.subspan(values.size_bytes());
   }
@@ -154,7 +154,7 @@ void SharedSoup::agree_on_winners() {
   for (const ranks::Bytes& message : received)
     for (const Candidate& c : ranks::values_of<Candidate>(ranks::ByteView(message).subspan(4))) {
       if (c.pixel < first || c.pixel >= last)
-        throw Error("ranks: a message is about other pixels; all ranks have to run the same build");
+        throw Error("ranks: a message has pixels of another rank; run the same build on all ranks");
       Hit& winner = winners[c.pixel - first];
       if (winner.triangle == 0 || wins(c.hit, winner)) winner = c.hit;
     }
@@ -200,7 +200,7 @@ ShadedFrom SharedSoup::shaded_from(const ShadedFrom&, bool coarser) {
 
 void SharedSoup::share_colours() {
   const auto self = static_cast<std::uint16_t>(ranks_.rank());
-  // Where nothing is visible it is the background for everybody.
+  // Pixels that show no triangle have the background's colour on every rank already.
   auto colours = gpu_.download_vector<float>(buffers_.colour.address(), 3 * hits_.size());
   ranks::Bytes mine;
   each_pixel([&](std::size_t p, std::uint16_t, std::uint16_t shader) {
@@ -282,9 +282,9 @@ gpu::Buffer SharedSoup::fetch(const Parents& parents, gpu::Buffer pool) {
       for (const std::uint32_t t : parents.needed[r])
         if (t >= own.first && t < own.last) append<float>(messages[r], values_at(t));
   }
-  pool = {};  // all that is needed of it is in the messages
+  pool = {};  // free it: the messages contain what is needed
   const std::vector<ranks::Bytes> received = ranks_.exchange(views_of(messages));
-  // Triangles are owned in order, so what comes from rank 0 is of the first of them.
+  // Ranks own ascending ranges of triangles, so the messages in order of rank are in order of triangles.
   gpu::Buffer fetched = gpu_.allocate(std::max<std::uint64_t>(parents.samples, 1) * kChannels * 4, "textures");
   std::uint64_t bytes = 0;
   for (const ranks::Bytes& message : received) {
@@ -293,7 +293,7 @@ gpu::Buffer SharedSoup::fetch(const Parents& parents, gpu::Buffer pool) {
     bytes += message.size();
   }
   if (bytes != parents.samples * kChannels * 4)
-    throw Error("ranks: a message is of other textures; all ranks have to run the same build");
+    throw Error("ranks: a message has the wrong size for the textures; run the same build on all ranks");
   return fetched;
 }
 
@@ -345,8 +345,8 @@ void SharedSoup::compare() {
   for (std::size_t r = 1; r < all.size(); ++r)
     if (all[r] != all[0])
       throw Error(
-          "rank {} of {}: its vertices or MLP are no longer those of rank 0; all ranks need devices of one kind, with "
-          "the same driver",
+          "rank {} of {}: its vertices or MLP differ from those of rank 0; use devices of the same model and driver on "
+          "all ranks",
           r, all.size());
 }
 

@@ -1,7 +1,9 @@
-// A soup that several ranks share (docs/several_machines.md). Each owns some triangles: it lists and tests them, and
-// has their textures, opacities and moments, alone. Vertices, MLP and pictures are with every rank. The bits are those
-// of one rank: a minimum and sums in fixed point do not know who made their terms, and the MLP's sums, which do depend
-// on an order, are made by blocks of the picture that are whole with one rank.
+// A soup that several ranks share (docs/several_machines.md). Each rank owns a range of triangles: it alone has their
+// textures, opacities and moments, lists them in tiles and tests them. Every rank has all vertices, the MLP and the
+// rendered images.
+//
+// Results are bit-identical to those of one rank. Minima and fixed-point sums do not depend on the order of their
+// terms. Sums for the MLP do, so each workgroup's sum is computed by one rank.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +35,7 @@ class SharedSoup : public SoupPartition {
   SharedSoup(const SharedSoup&) = delete;
   SharedSoup& operator=(const SharedSoup&) = delete;
 
-  /// Device memory that it needs for each pixel of a batch.
+  /// Bytes of device memory per pixel of a batch that this object allocates.
   static constexpr std::uint64_t kPixelBytes = 16 + 16 + 32 + 4 + 4 + 36;
 
   int rank() const override { return ranks_.rank(); }
@@ -58,6 +60,7 @@ class SharedSoup : public SoupPartition {
   ranks::Bytes all_gather(ranks::ByteView mine);
   /// Values of the source samples of all ranks. [source samples][8]
   std::vector<float> all_values(const gpu::Buffer& pool);
+  /// The same on the first rank; empty on the others.
   std::vector<float> gather_values(const gpu::Buffer& pool);
 
  private:
@@ -71,8 +74,8 @@ class SharedSoup : public SoupPartition {
   void place_batch();
   void place_stand_in();
   std::vector<float> own_values(const gpu::Buffer& pool);
-  /// Calls visit(pixel, rank that owns what it shows, rank that shades it) for every pixel that shows a triangle, in
-  /// order.
+  /// Calls visit(pixel, owner of the visible triangle, rank that shades it) for every pixel that shows a triangle, in
+  /// ascending order.
   template <typename Visit>
   void each_pixel(Visit&& visit) const;
   void grow(gpu::Buffer& buffer, std::uint64_t bytes, const char* what);
@@ -84,12 +87,12 @@ class SharedSoup : public SoupPartition {
   bool stop_ = false;
   Outcome outcome_ = Outcome::done;
   std::vector<std::uint16_t> shaders_;      // [pixels]
-  std::vector<std::uint64_t> shaders_for_;  // the sizes of the views that shaders_ is of
-  std::vector<kernels::Hit> hits_;          // [pixels], of all ranks
-  std::vector<std::uint16_t> owners_;       // [pixels], of what they show
-  // What stands for the soup where pixels are shaded: of each pixel a texture of one sample that is its features.
+  std::vector<std::uint64_t> shaders_for_;  // mlp_groups and sizes of the views for which shaders_ is valid
+  std::vector<kernels::Hit> hits_;          // [pixels], nearest over all ranks
+  std::vector<std::uint16_t> owners_;       // [pixels], rank that owns the visible triangle
+  // Stand-in for the soup when pixels are shaded: each pixel has a texture of one sample, its features.
   gpu::Buffer hits_here_, textures_here_, features_, places_, zeroes_;
-  gpu::Buffer gradient_;  // [9][pixels]: of the features, by pixel
+  gpu::Buffer gradient_;  // [9][pixels]: gradients of features, by pixel
   std::vector<float> features_here_;
 };
 

@@ -24,7 +24,7 @@ SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, 
     const scene::Photograph smaller =
         scene::area_resample(scene::from_mask(v.image), static_cast<int>(view.width), static_cast<int>(view.height));
     small.images[i] = scene::composite(smaller, 0);
-    // A pixel is in the mask where half of its area is, so a mask of specks would leave none.
+    // A pixel is in the mask if half of its area is, so a mask of small specks can become empty.
     if (!has_pixels(small.images[i]) && has_pixels(v.image)) {
       view = batch_view(v.camera, settings.near, settings.far);
       small.images[i] = v.image;

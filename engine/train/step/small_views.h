@@ -1,4 +1,4 @@
-// Training views at a part of their size.
+// Smaller versions of the training views.
 #pragma once
 
 #include <vector>
@@ -9,20 +9,19 @@
 
 namespace trisoup::train {
 
-/// What the first steps of a training look at (small_end): how a surface lies, and colours of corners, show in fewer
-/// pixels.
+/// The views of a training's first steps, up to small_end(). Few pixels suffice to learn coarse geometry and colours.
 struct SmallViews {
-  std::vector<Image> images;  // of each training view, RGBA8, alpha the loss mask
-  Photographs photographs;    // the same in device memory
+  std::vector<Image> images;  // of each training view, RGBA8, alpha is the loss mask
+  Photographs photographs;    // the images in device memory
   std::vector<BatchView> views;
 };
 
-/// Sides of a view's smaller picture, as a share of its own: small_scale(), but not below 64 x 64 pixels,
-/// between which triangles would fall through.
+/// Factor of a view's width and height: small_scale(), but at least the area of 64 x 64 pixels, because coarser pixels
+/// would miss triangles.
 double small_view_scale(const scene::Camera& camera, const Settings& settings);
 
-/// Every view by area (scene/area_resample.h); one whose mask would leave nothing keeps its size. Throws
-/// gpu::OutOfMemory.
+/// Scales every view down by area averaging (scene/area_resample.h). A view keeps its size if its mask would become
+/// empty. Throws gpu::OutOfMemory.
 SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, const Settings& settings);
 
 }  // namespace trisoup::train

@@ -13,10 +13,10 @@
 namespace trisoup::train {
 namespace {
 
-/// Features of sample `i` of a level that show the mixture of the corners' colours, with a share of the MLP's in it
-/// that it can grow from.
+/// Writes features that show the corners' colours, interpolated at sample `i` of a level. The weight of the MLP's
+/// colour is small but large enough to have a gradient.
 void write_colour(float* sample, std::span<const glm::vec3> corners, std::uint32_t i, std::uint32_t level) {
-  constexpr float kMlpShare = -1.0f;  // a logit
+  constexpr float kMlpShare = -1.0f;  // weight of the MLP's colour, a logit
   std::uint32_t x = 0, y = 0;
   f32::lattice_point(i, x, y);
   const float r = static_cast<float>(1u << level), b0 = static_cast<float>(x) / r, b1 = static_cast<float>(y) / r;
@@ -63,7 +63,7 @@ gpu::Buffer upload_logits(gpu::Device& gpu, std::span<const soup::TextureEntry> 
   const auto at = [&](std::uint32_t t) { return t < table.size() ? table[t].source_offset : source_samples(table); };
   const std::uint64_t begins = at(own.first), bytes = (at(own.last) - begins) * soup::kChannels * 4;
   gpu::Buffer logits = gpu.allocate(bytes, "textures");
-  // Many triangles at a time, in a piece of memory that ends with the last of them.
+  // Upload many triangles at once.
   std::vector<float> piece;
   std::uint64_t first = 0;
   const auto upload = [&] {
@@ -98,7 +98,7 @@ namespace {
 
 /// Fills SoupBuffers::tasks and classes.
 void sort_by_size(gpu::Device& gpu, SoupBuffers& soup) {
-  // Samples of levels 2..2, 2..3, 2..4 and of all that there are.
+  // Numbers of samples of levels 2..2, 2..3, 2..4 and 0..5.
   constexpr std::array<std::uint32_t, 4> kMost{15, 60, 213, 783};
   const TriangleRange own = soup.own();
   const std::vector<soup::TextureEntry> rows = local_rows(soup.table, own);

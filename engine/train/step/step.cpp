@@ -36,7 +36,7 @@ constexpr std::uint64_t groups_of(std::uint64_t threads) { return (threads + 63)
 
 kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates,
                                const BatchLayout& batch, double huber) {
-  constexpr float kSign = 3e38f;  // all but an error of 0 are beyond 1
+  constexpr float kSign = 3e38f;  // takes every error but 0 beyond 1, so that its gradient is its sign
   const auto first = [](double rate, std::uint64_t t) { return static_cast<float>(rate / (1.0 - std::pow(0.9, t))); };
   const auto second = [](std::uint64_t t) { return static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(0.999, t))); };
   StepState state{};
@@ -242,7 +242,7 @@ void Step::edge_forces() {
 void Step::opacity_backward(const StepInputs& inputs) {
   const BatchLayout& batch = buffers_.batch();
   end_kernel();
-  const bool listed = buffers_.bands() == 1;  // by visibility()
+  const bool listed = buffers_.bands() == 1;  // visibility() has made the lists
   for_each_band([&](const Band& band) {
     if (!listed) list_triangles(band);
     gpu_.launch({"opacity_backward", {inputs.opacity_baseline}}, band.tiles,

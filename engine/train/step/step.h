@@ -1,4 +1,4 @@
-// One training step, or its forward half, as a list of kernel launches. Nothing here waits for the device.
+// Launches the kernels of a training step, or of its forward pass. Nothing waits for the device.
 #pragma once
 
 #include <cstdint>
@@ -13,36 +13,35 @@
 
 namespace trisoup::train {
 
-/// What a fragment's opacity is compared with.
+/// The threshold that a fragment's opacity must reach for the fragment to be visible.
 enum class Thresholds : std::uint32_t {
   half = 0,    // 0.5: inference
-  random = 1,  // uniform in (0, 1] by fragment: training
-  given = 2,   // from Inputs::thresholds: tests
+  random = 1,  // uniform in (0, 1], per fragment: training
+  given = 2,   // StepInputs::thresholds: tests
 };
 
-/// Which fragments of its pixels a rendering shows.
+/// The fragment that each pixel shows.
 enum class Layer : std::uint32_t {
   nearest = 0,
-  behind = 1,   // the nearest that is not of the triangle that StepInputs::first shows there
-  coarser = 2,  // the nearest, of textures without their finest level
+  behind = 1,   // the nearest of the triangles other than the one that StepInputs::first shows
+  coarser = 2,  // the nearest, with textures without their finest level
 };
 
-/// Where a step reads what it does not own. Addresses that are not used stay 0.
+/// Inputs and options of a step. Unused addresses stay 0.
 struct StepInputs {
   glm::vec3 background{0.0f};
-  gpu::Address target = 0;        // [pixels][3] float targets in place of photographs
-  gpu::Address thresholds = 0;    // [pixels][T]
-  bool opacity_baseline = false;  // Settings::opacity_baseline
-  bool update_unseen = true;      // Settings::update_unseen
-  bool opaque = false;            // Settings::opaque: opacities are 1 and stay so
-  const Exposures* exposures =
-      nullptr;                // of the photographs; null: they are taken as they are, and so are float targets
-  bool fit_exposures = true;  // to what is rendered, before they are used
+  gpu::Address target = 0;               // [pixels][3] float targets instead of photographs
+  gpu::Address thresholds = 0;           // [pixels][T]
+  bool opacity_baseline = false;         // opacity gradients use the error minus its neighbours' mean
+  bool update_unseen = true;             // Adam also updates texture values without gradient, as published
+  bool opaque = false;                   // Settings::opaque: opacity is fixed to 1
+  const Exposures* exposures = nullptr;  // of the photographs; null: none. Float targets have none
+  bool fit_exposures = true;             // to the rendering, before applying them
   Layer layer = Layer::nearest;
-  bool listed = false;  // reuse the tile lists of the last rendering of this batch; ignored if there are several bands
-  gpu::Address first = 0;   // [pixels] Hit: another rendering of the batch, for Layer::behind
-  gpu::Address hidden = 0;  // [T]: triangles whose bit 0 is set are left out; 0: none are
-  // Tests look at intermediate values here; null in training.
+  bool listed = false;      // reuses the tile lists of the last rendering of this batch, unless it has several bands
+  gpu::Address first = 0;   // [pixels] Hit of another rendering of the batch, for Layer::behind
+  gpu::Address hidden = 0;  // [T] triangles with bit 0 set are not rendered; address 0: all are rendered
+  // Intermediate values for tests; 0 in training.
   gpu::Address mlp_inputs = 0;        // [pixels][16]
   gpu::Address feature_gradient = 0;  // [pixels][7]
   gpu::Address source_gradient = 0;   // [source samples][8]
@@ -50,63 +49,70 @@ struct StepInputs {
   gpu::Address mlp_gradient = 0;      // [595]
 };
 
-/// Learning rates of a step with their bias corrections (shaders/common/optimiser.h).
+/// Learning rates of a step, and the numbers of updates for their bias correction (shaders/common/optimiser.h).
 struct Rates {
   double texture = 0, vertex = 0, mlp = 0;
-  std::uint64_t texture_updates = 1, vertex_updates = 1,
-                mlp_updates = 1;  // since the moments were zero, this one included
+  // Updates since the moments were zero, including this one.
+  std::uint64_t texture_updates = 1, vertex_updates = 1, mlp_updates = 1;
 };
 
 class Step {
  public:
-  /// Where the soup is shared, all ranks make the same calls (shared_soup.h).
+  /// If the soup is shared, all ranks must make the same calls (shared_soup.h). The arguments must outlive the Step.
   Step(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers) : gpu_(gpu), soup_(soup), buffers_(buffers) {}
 
-  /// What changes from step to step. slot: row of BatchBuffers::statistics. huber: Settings::huber.
+  /// The values that change from step to step. threshold_key: seed of random thresholds. slot: row of
+  /// BatchBuffers::statistics. huber: Settings::huber.
   static kernels::StepState state(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot,
                                   const Rates& rates, const BatchLayout& batch, double huber = 0);
 
-  /// Uploads the state of a step with the frame's batch and clears its row of BatchBuffers::statistics.
+  /// Uploads the state of a step with the current batch and clears its row of BatchBuffers::statistics.
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
-  void visibility(
-      Thresholds thresholds,
-      const StepInputs& inputs);  // project .. BatchBuffers::hits, unless SoupPartition::outcome() says otherwise
-  void shade(const StepInputs& inputs);  // .. BatchBuffers::colour
+  /// Projects the triangles and computes BatchBuffers::hits. If the soup is shared, check SharedSoup::outcome() after
+  /// it.
+  void visibility(Thresholds thresholds, const StepInputs& inputs);
+  /// Computes BatchBuffers::colour from the visible fragments.
+  void shade(const StepInputs& inputs);
   void shade(const StepInputs& inputs, const ShadedFrom& from);
-  void photographs(const StepInputs& inputs);  // BatchBuffers::target; exposes BatchBuffers::colour
-  void expose(
-      const StepInputs& inputs);  // BatchBuffers::colour alone, with photographs() before; nothing without exposures
-  void loss(
-      const StepInputs& inputs);  // .. BatchBuffers::gradient, BatchBuffers::statistics, with photographs() before
-  void backward(const StepInputs& inputs);  // .. gradients of textures, vertices, MLP
-  // backward() is these four.
-  void sort_pixels();  // places of each pixel's gradients
+  /// Samples the photographs to BatchBuffers::target, then calls expose().
+  void photographs(const StepInputs& inputs);
+  /// Fits exposures if asked to, and applies them to BatchBuffers::colour. Needs BatchBuffers::target. Does nothing
+  /// without exposures.
+  void expose(const StepInputs& inputs);
+  /// Computes BatchBuffers::gradient and a row of BatchBuffers::statistics. Calls photographs() unless there are float
+  /// targets.
+  void loss(const StepInputs& inputs);
+  /// Computes the gradients of textures, vertices and MLP: the next four functions.
+  void backward(const StepInputs& inputs);
+  void sort_pixels();  // assigns positions to each pixel's gradients
   void shade_backward(const StepInputs& inputs, const ShadedFrom& to);
   void edge_forces();
   void opacity_backward(const StepInputs& inputs);
-  void update(const StepInputs& inputs);  // .. parameters
+  /// Updates the parameters from their gradients.
+  void update(const StepInputs& inputs);
 
   /// Sums the levels of every texture and applies the sigmoid.
   void sum_textures();
 
-  /// The whole of it.
+  /// A whole training step: visibility(), shade(), loss(), backward(), update(). If SharedSoup::outcome() is not done
+  /// after visibility(), the step ends there.
   void train(const StepInputs& inputs);
 
  private:
   void update_textures(bool adam, const StepInputs& inputs);
-  /// Tiles that are listed and visited together (BatchBuffers::bands).
+  /// Tiles that share the tile lists (BatchBuffers::bands).
   struct Band {
     std::uint32_t first, tiles;
   };
-  /// Each band gets a submission of its own where there are several.
+  /// Calls `visit` for each band. If there are several, each is a submission of its own.
   void for_each_band(const std::function<void(const Band&)>& visit);
   ShadedFrom of_soup() const;
   void list_triangles(const Band& band);
   /// Ends the submission after a kernel that visits every pixel of a very large batch.
   void end_kernel();
-  /// Workgroups for kernels that go over blocks. One each on a GPU; on a CPU fewer that run long and pass over empty
-  /// ones.
+  /// Number of workgroups of a kernel over blocks: one per block on a GPU; fewer on a CPU, where workgroups should run
+  /// long.
   std::uint32_t groups_over(std::uint32_t blocks) const;
   gpu::Device& gpu_;
   SoupBuffers& soup_;

@@ -6,7 +6,7 @@
 
 namespace trisoup::train {
 
-StepQueue::StepQueue(gpu::Device& gpu) : gpu_(gpu), cursor_(gpu.allocate(4, "cursor of the schedule")) {}
+StepQueue::StepQueue(gpu::Device& gpu) : gpu_(gpu), cursor_(gpu.allocate(4, "cursor of the step queue")) {}
 
 void StepQueue::add(const kernels::StepState& state, const BatchLayout& batch) {
   const auto append = [this](const void* from, std::size_t bytes) {
@@ -23,7 +23,7 @@ void StepQueue::add(const kernels::StepState& state, const BatchLayout& batch) {
 void StepQueue::upload() {
   if (words_.size() * 4 > queue_.bytes()) {
     queue_ = {};
-    queue_ = gpu_.allocate(words_.size() * 4, "schedule");
+    queue_ = gpu_.allocate(words_.size() * 4, "step queue");
   }
   gpu_.upload(queue_.address(), words_);
   gpu_.fill(cursor_.address(), 4, 0);

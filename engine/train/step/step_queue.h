@@ -1,4 +1,4 @@
-// What differs from step to step, on the device before the steps begin.
+// Uploads what differs between steps for many steps at once, so that the host need not follow each.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,18 @@
 
 namespace trisoup::train {
 
-/// Rows that shaders/begin_step.comp takes one after the other.
+/// A queue of step states and view records, one row per step. shaders/begin_step.comp takes the next row.
 class StepQueue {
  public:
   explicit StepQueue(gpu::Device& gpu);
 
   void clear() { words_.clear(), rows_ = 0; }
-  /// All batches between two clear() have the same number of views.
+  /// Appends a row. All batches between two calls of clear() must have the same number of views.
   void add(const kernels::StepState& state, const BatchLayout& batch);
-  /// The device begins with the first row again.
+  /// Uploads the rows. The device begins with the first one.
   void upload();
-  /// Launches what makes the next row the frame's state and views and clears its row of the statistics.
+  /// Launches the kernel that copies the next row to the state and views of `buffers` and clears its row of the
+  /// statistics.
   void begin_step(BatchBuffers& buffers);
 
  private:

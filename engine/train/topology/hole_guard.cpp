@@ -9,15 +9,15 @@
 namespace trisoup::train {
 namespace {
 
-/// Pixels of `views` that show each hidden triangle and, without the hidden ones, the backdrop or nothing. flags: as
-/// count_holes.comp has them. [T]
+/// Number of pixels of `views` that show each hidden triangle, but the backdrop or nothing if the hidden triangles are
+/// not rendered. flags: bit 0: hidden, bit 1: backdrop (count_holes.comp). [T]
 std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                        std::span<const BatchView> views, const std::vector<std::uint32_t>& flags) {
   const gpu::Buffer flag_words = gpu.allocate(4 * flags.size(), "hidden triangles"),
                     counts = gpu.allocate(4 * flags.size(), "visible pixels");
   gpu.upload(flag_words.address(), flags);
   gpu.fill(counts.address(), counts.bytes(), 0);
-  gpu::Buffer first;  // what all triangles show
+  gpu::Buffer first;  // visible fragments with all triangles
   StepInputs without;
   without.hidden = flag_words.address();
   Step step(gpu, soup, buffers);
@@ -43,9 +43,9 @@ void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std
   for (std::uint32_t t = 0; t < soup.triangles; ++t) flags[t] |= backdrop[t] ? 2 : 0;
   const std::vector<std::uint32_t> open = count_holes(gpu, soup, buffers, views, flags);
 
-  std::vector<std::uint32_t> plugs = soup::visible_at_least(open), pixels;
-  for (const std::uint32_t t : plugs) pixels.push_back(open[t]);
-  for (const std::uint32_t i : soup::most_visible(pixels, most - kept.size())) kept.push_back(plugs[i]);
+  std::vector<std::uint32_t> guards = soup::visible_at_least(open), pixels;
+  for (const std::uint32_t t : guards) pixels.push_back(open[t]);
+  for (const std::uint32_t i : soup::most_visible(pixels, most - kept.size())) kept.push_back(guards[i]);
   std::sort(kept.begin(), kept.end());
 }
 

@@ -1,4 +1,4 @@
-// Triangles without which a change of topology would open a hole.
+// Keeps triangles whose removal by refinement would open a hole.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@
 
 namespace trisoup::train {
 
-/// `kept` are the triangles that a change of topology leaves, ascending. Adds those of the others behind which `views`
-/// would show the backdrop (backdrop[t]: triangle t is of it) or nothing at all, those that hide most of it first,
-/// until there are `most`.
+/// Adds dropped triangles to `kept`, the triangles that refinement keeps, ascending, if `views` would show the backdrop
+/// or nothing in their place. Adds those with the most such pixels first, until `kept` has `most` triangles. backdrop:
+/// whether each triangle belongs to the backdrop. [T]
 void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
                  const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept);
 

@@ -13,7 +13,7 @@
 namespace trisoup::train {
 namespace {
 
-/// Sums of importance.comp over all batches, one for each triangle and one more.
+/// Sums of importance.comp over all batches: one per triangle, and the total.
 class Sums {
  public:
   Sums(gpu::Device& gpu, std::uint32_t triangles)
@@ -38,7 +38,7 @@ class Sums {
   FixedSums sums_;
 };
 
-/// One batch after the other: what its photographs are like, and its three renderings.
+/// Measures batch by batch: contrast of the photographs and errors of three renderings.
 class Measurement {
  public:
   Measurement(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const glm::vec3& background,
@@ -57,11 +57,11 @@ class Measurement {
     gpu.fill(pixels_.address(), pixels_.bytes(), 0);
     double pixels = 0;
     for (const BatchView& view : views) pixels += double(view.width) * view.height;
-    // Sums reach 3 for each pixel, where every error is the largest there is; fixed point holds 2^18.
+    // Each pixel contributes up to 3. Fixed-point sums hold up to 2^18.
     while (3 * pixels * unit_ > 0x1p18) unit_ /= 2;
   }
 
-  /// `frame` holds the batch as it is, with colours.
+  /// The batch buffers must hold the visible fragments and colours of the batch.
   void measure_batch() {
     const BatchLayout& batch = buffers_.batch();
     buffers_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
@@ -91,7 +91,7 @@ class Measurement {
   const StepInputs& inputs() const { return inputs_; }
 
  private:
-  // BatchBuffers buffers that only training steps use hold the first rendering.
+  // Buffers that only training steps need hold the first rendering and its errors.
   gpu::Address first() const { return buffers_.gradient.address(); }  // Hit
   gpu::Address flatness() const { return buffers_.partial.address(); }
   gpu::Address errors() const { return buffers_.partial.address() + 4ull * buffers_.batch().pixels; }
@@ -131,7 +131,7 @@ class Measurement {
   Sums whole_, finest_;
   gpu::Buffer pixels_, contrast_;
   PairSet pairs_;
-  double unit_ = 1.0 / 4096;  // the errors of a block, one term, may reach 2^18
+  double unit_ = 1.0 / 4096;  // largest scale, because the error of a block, one term, may reach 2^18
 };
 
 }  // namespace
@@ -160,7 +160,7 @@ void PairSet::add(gpu::Address first, gpu::Address behind, std::uint32_t pixels)
     for (std::uint32_t i = 0; i < count; ++i) pairs_.emplace_back(words[2 * i], words[2 * i + 1]);
     break;
   }
-  // Most views show the same pairs.
+  // Most views show the same pairs, so remove duplicates after each batch.
   std::sort(pairs_.begin(), pairs_.end());
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
 }

@@ -19,26 +19,27 @@
 namespace trisoup::train {
 namespace {
 
-/// Splitting stops where a triangle would win fewer pixels than this over all views, on average: the next change of
-/// topology would find most of its halves in no picture and drop them, and once more, until none is left.
+/// Fewest pixels per triangle, over all views, for splitting. With fewer pixels, most halves would be visible in no
+/// view, and each refinement would drop and split triangles until no triangles remain.
 constexpr std::uint64_t kPixelsPerTriangle = 4;
 
-/// Views in which the real recipe measures edges.
+/// Number of views in which the real recipe measures edges.
 constexpr std::size_t kSplitViews = 20;
 
-/// Real scenes drop triangles that fewer training views show, but require at most a tenth of the views.
+/// The real recipe drops triangles visible in fewer training views, or in fewer than a tenth of the views if that is
+/// less.
 constexpr std::size_t kFewestViews = 4;
 
 std::vector<glm::vec3> download_vertices(gpu::Device& gpu, const SoupBuffers& soup) {
   return gpu.download_vector<glm::vec3>(soup.vertices.address(), 3ull * soup.triangles);
 }
 
-/// The splits of the real recipe: random views, edges measured on their screens.
+/// The splits of the real recipe: bisects edges that are long in random training views.
 soup::Subdivision split_on_screens(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
                                    const Settings& settings, std::uint64_t step, std::span<const glm::vec3> vertices,
                                    std::uint32_t most_triangles) {
   const std::size_t room = most_triangles > soup.triangles ? most_triangles - soup.triangles : 0;
-  if (room == 0) return soup::bisect_longest(vertices, 0);  // as it is
+  if (room == 0) return soup::bisect_longest(vertices, 0);  // no change
   constexpr std::uint64_t kStream = 0x73706c69740000;       // "split"
   soup::Random random(settings.seed, kStream + step);
   std::vector<std::uint32_t> order(views.full.size());
@@ -55,14 +56,14 @@ soup::Subdivision split_on_screens(gpu::Device& gpu, SoupBuffers& soup, BatchBuf
     screens.push_back({glm::mat4(view.clip_from_world), static_cast<int>(view.width), static_cast<int>(view.height)});
   }
   auto visible = visible_in_each(gpu, soup, buffers, chosen);
-  // The backdrop is large in every picture, and shows next to nothing.
+  // Do not split the backdrop: it is large in every view but shows little.
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
   for (auto& row : visible)
     for (std::size_t t = 0; t < row.size(); ++t) row[t] = row[t] && !backdrop[t];
   return soup::bisect_on_screens(vertices, screens, static_cast<float>(settings.split_length), visible, room);
 }
 
-/// Everything but the MLP anew. The old arrays go before the new ones come: both together might not fit.
+/// Reallocates everything but the MLP. Frees the old buffers first, because both might not fit in memory.
 void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> vertices, const soup::TextureTable& table,
              Textures textures) {
   SoupBuffers fresh;
@@ -76,13 +77,13 @@ void replace(gpu::Device& gpu, SoupBuffers& soup, std::span<const glm::vec3> ver
   allocate_soup(gpu, soup, vertices, table.entries, std::move(textures));
 }
 
-/// Share of its parent's area that a triangle has: of the texture's too.
+/// Area of a triangle as a share of its parent's, which is also its share of the parent's texture.
 double share_of_parent(const soup::Corners& c) {
   const glm::dvec2 a = glm::dvec2(c[0]) - glm::dvec2(c[2]), b = glm::dvec2(c[1]) - glm::dvec2(c[2]);
   return std::abs(a.x * b.y - a.y * b.x);
 }
 
-/// Pixels that the triangles of a change cover where they are seen largest, from those of their parents.
+/// Seen::area of the triangles of `change`, from that of their parents.
 std::vector<double> areas_of(const soup::Subdivision& change, std::span<const double> parents) {
   std::vector<double> areas;
   areas.reserve(change.triangles());
@@ -91,9 +92,9 @@ std::vector<double> areas_of(const soup::Subdivision& change, std::span<const do
   return areas;
 }
 
-/// The levels that a texture of `area` pixels should have where it has `now`. It loses its finest only where there is
-/// some way to go until it would have it back, since triangles move a little all the time, and one at a time, since one
-/// pixel decides; of what no pixel shows, nothing is known.
+/// The levels of a texture whose triangle covers `area` pixels and which has the levels `now`. It loses its finest
+/// level only below a margin, because triangles always move a little, and only one level at a time, because `area`
+/// depends on a single pixel. Invisible triangles (area 0) keep their levels.
 soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings& settings) {
   constexpr double kMargin = 1.5;
   const soup::TextureLevels all{settings.level_min, settings.level_max};
@@ -104,7 +105,7 @@ soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings
                                        std::clamp(lowest, all.level_min, all.level_max))};
 }
 
-/// The levels of the triangles of `change`. areas: of those triangles; empty: they have their parents'.
+/// The levels of the triangles of `change`. areas: of these triangles; empty: each keeps its parent's levels.
 std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::Subdivision& change,
                                            std::span<const double> areas, const Settings& settings) {
   std::vector<soup::TextureLevels> levels;
@@ -115,9 +116,8 @@ std::vector<soup::TextureLevels> levels_of(const SoupBuffers& soup, const soup::
   return levels;
 }
 
-/// The textures of a soup that is to be laid out as `table`, from those of `parents` in this one: those that are this
-/// rank's. What a change does not read, opacities and lattices, and the moments unless they are kept, goes before it,
-/// so that it needs no more memory than the soup before and after.
+/// Creates this rank's textures of a new soup, laid out as `table`, from the textures of `parents` in the present one.
+/// Frees opacities, lattices and moments first, so that peak memory stays at the size of one soup.
 class TextureTransfer {
  public:
   /// parents: for each triangle of the new soup. `soup` must outlive it.
@@ -147,7 +147,7 @@ class TextureTransfer {
   gpu::Address parents() const { return parents_.address(); }  // [own]: rows of old_rows()
   gpu::Address old_rows() const { return old_rows_ ? old_rows_.address() : soup_.textures.address(); }
   gpu::Address rows() const { return rows_.address(); }  // [own]
-  /// launch(from, to) writes what becomes of a pool of the soup, which goes: source or a moment.
+  /// Converts a pool of the soup, source or a moment, and frees it. launch(from, to) launches the conversion.
   template <typename Launch>
   gpu::Buffer take(gpu::Buffer& pool, Launch&& launch) const {
     const gpu::Buffer from = soup_.partition->fetch(fetched_, std::move(pool));
@@ -169,7 +169,7 @@ class TextureTransfer {
   gpu::Buffer old_rows_, parents_, rows_;
 };
 
-/// Replaces the soup by `change` of it, with textures of `levels`.
+/// Replaces the soup by the result of `change`, with textures of `levels`.
 void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const soup::Subdivision& change,
            std::span<const soup::TextureLevels> levels, const Settings& settings) {
   const soup::TextureTable table = soup::make_texture_table(levels);
@@ -194,7 +194,7 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const sou
   Step(gpu, soup, buffers).sum_textures();
 }
 
-/// Textures of level_min..level_max, or as much of it as `views` show.
+/// A table of textures with levels level_min..level_max, limited by the size of the triangles in `views`.
 soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
                                std::span<const BatchView> views, const Settings& settings) {
   std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
@@ -207,12 +207,13 @@ soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers
 }
 
 struct Kept {
-  std::vector<std::uint32_t> triangles;  // ascending; none where no view would show one if all were opaque
-  std::uint64_t pixels = 0;              // that they win over all views
+  std::vector<std::uint32_t> triangles;  // ascending; empty if no view would show a triangle even if all were opaque
+  std::uint64_t pixels = 0;              // number of pixels that show a triangle, over all views
   std::vector<double> areas;             // of all triangles (Seen::area)
 };
 
-/// The real recipe's choice of `views` views: no more than the budget, and none that hardly a view vouches for.
+/// The triangles that the real recipe keeps: the backdrop, and those most visible in `views` views, up to the budget.
+/// Drops triangles that too few views show.
 std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings,
                                         std::size_t views) {
   const auto least =
@@ -222,10 +223,10 @@ std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool
   std::vector<std::uint32_t> pixels, kept;
   for (std::uint32_t t = 0; t < backdrop.size(); ++t)
     if (backdrop[t]) kept.push_back(t);
-  std::erase_if(vouched, [&](std::uint32_t t) { return backdrop[t]; });
-  for (const std::uint32_t t : vouched) pixels.push_back(seen.pixels[t]);
+  std::erase_if(candidates, [&](std::uint32_t t) { return backdrop[t]; });
+  for (const std::uint32_t t : candidates) pixels.push_back(seen.pixels[t]);
   const std::size_t budget = settings.triangles > kept.size() ? settings.triangles - kept.size() : 0;
-  for (const std::uint32_t i : soup::most_visible(pixels, budget)) kept.push_back(vouched[i]);
+  for (const std::uint32_t i : soup::most_visible(pixels, budget)) kept.push_back(candidates[i]);
   std::sort(kept.begin(), kept.end());
   return kept;
 }
@@ -240,7 +241,8 @@ Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::sp
     return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels)
                                                  : most_visible(seen, backdrop, settings, views.size()),
             pixels, areas()};
-  // All are transparent, as photographs of nothing teach it, or all are out of sight. The former can still learn.
+  // Either every triangle is transparent (photographs of the background) or none is in view. Only the first case can
+  // recover, so measure again with opaque triangles.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   seen = measure_visible(gpu, soup, buffers, views);
   Step(gpu, soup, buffers).sum_textures();
@@ -263,15 +265,15 @@ std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Setti
 
 RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
                      const Settings& settings, std::uint64_t step, std::uint32_t most_triangles) {
-  // The coarse level is the same for all. In the step of the change to fine ones that has measured, and opacities stand
-  // at 0.5 now.
+  // All textures have the same coarse level until coarse_end(). In that step, add_fine_levels() has just measured the
+  // levels, and opacities are 0.5.
   const std::uint64_t coarse = coarse_end(settings);
   const bool fit_levels = settings.samples_per_pixel > 0 && (step > coarse || coarse == 0);
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   const std::vector<bool> backdrop = find_backdrop(vertices, settings);
   Kept kept = to_keep(gpu, soup, buffers, views.half, backdrop, settings);
   if (kept.triangles.empty()) return RefineOutcome::nothing_seen;
-  // A start that does not cover the scene has nothing to keep shut, and strays where nothing is behind them.
+  // A start that does not cover the scene has open regions anyway, and guarding them would keep stray triangles.
   if (settings.backdrop > 0 && settings.recipe == Recipe::real &&
       kept.triangles.size() < std::min(soup.triangles, settings.triangles))
     guard_holes(gpu, soup, buffers, views.half, backdrop, settings.triangles, kept.triangles);
@@ -280,21 +282,21 @@ RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
     return fit_levels ? areas_of(c, parents) : std::vector<double>{};
   };
   if (settings.recipe == Recipe::synthetic) {
-    const std::uint64_t worth_showing = kept.pixels / kPixelsPerTriangle;
+    const std::uint64_t supported = kept.pixels / kPixelsPerTriangle;
     change = soup::compose(
-        change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, worth_showing)));
+        change, soup::bisect_longest(change.vertices, std::min<std::uint64_t>(settings.triangles, supported)));
     apply(gpu, soup, buffers, change, levels_of(soup, change, areas(change, kept.areas), settings), settings);
-    return worth_showing < settings.triangles ? RefineOutcome::out_of_pixels : RefineOutcome::done;
+    return supported < settings.triangles ? RefineOutcome::out_of_pixels : RefineOutcome::done;
   }
   const std::vector<double> kept_areas = areas(change, kept.areas);
   const bool last = is_last_refinement(settings, step);
   const bool fills_budget = starts_from_surface(settings);
   const bool splits = !last || fills_budget;
-  // Where splits follow, only they say what is needed.
+  // If splits follow, levels change after them only.
   apply(gpu, soup, buffers, change, levels_of(soup, change, splits ? std::vector<double>{} : kept_areas, settings),
         settings);
   if (!splits) return RefineOutcome::done;
-  // What edges ask for is not asked for by the last change, after which nothing is dropped any more.
+  // The last refinement does not split by edge length, because no later one would drop the triangles beyond the budget.
   soup::Subdivision split =
       split_on_screens(gpu, soup, buffers, views, settings, step, change.vertices, last ? 0 : most_triangles);
   if (fills_budget && split.triangles() < settings.triangles) {
@@ -331,7 +333,7 @@ void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
 
 void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
            const Settings& settings) {
-  // Opacities that a start may have are below what is looked at.
+  // Initial opacities may be below the threshold, so measure with opaque triangles.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
   const soup::TextureTable table = shown_table(gpu, soup, buffers, views.half, settings);
   const TriangleRange own = soup.partition->own(table.entries);
@@ -345,7 +347,7 @@ void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Ref
                kernels::PaintTexturesArgs{transfer.parents(), transfer.old_rows(), transfer.rows(), from, to,
                                           colours.low.address(), colours.high.address(), own.count(), 0});
   });
-  colours = {};  // the new soup may need its room
+  colours = {};  // the new soup may need this memory
   const std::vector<glm::vec3> vertices = download_vertices(gpu, soup);
   replace(gpu, soup, vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();

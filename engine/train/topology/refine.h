@@ -1,6 +1,5 @@
-// Topology changes of a training run (DiffSoup, section 3.4): which triangles to drop and which to split, and what
-// their textures become. The decisions are made on the host, every hundred steps or so; textures never leave the
-// device.
+// Refinement: drops and splits triangles during training (DiffSoup, section 3.4), and changes their texture levels. The
+// host decides, about every hundred steps. Textures stay on the device.
 #pragma once
 
 #include <cstdint>
@@ -26,36 +25,37 @@ struct RefineViews {
 
 enum class RefineOutcome {
   done,
-  out_of_pixels,  // done, but the training views have not the pixels for as many triangles as the budget
-  nothing_seen    // nothing has changed: no view would show a triangle, were all opaque
+  out_of_pixels,  // done, but the training views have too few pixels for the budget of triangles
+  nothing_seen    // nothing changed, because no view would show a triangle even if all were opaque
 };
 
-/// Resamples after `step` completed steps. Optimiser state of vertices and textures starts anew (textures keep theirs
-/// with Settings::keep_moments). most_triangles: what fits in memory. Where all triangles are transparent, the budget's
-/// worth of those that cover the most pixels stays.
+/// Refines the soup after `step` completed steps. Resets the optimiser state of vertices and textures. If all triangles
+/// are transparent, keeps those that cover the most pixels, up to the budget. most_triangles: ceiling of splits by edge
+/// length (real recipe), which memory limits.
 RefineOutcome refine(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
                      const Settings& settings, std::uint64_t step, std::uint32_t most_triangles);
 
-/// A soup with less in it.
+/// The triangles and texture levels that remain after pruning.
 struct Pruned {
   std::vector<std::uint32_t> kept;          // triangles, ascending
-  std::vector<soup::TextureLevels> levels;  // of the textures of those
+  std::vector<soup::TextureLevels> levels;  // of their textures
 };
-/// Optimiser state of vertices and textures starts anew, as with resample(). A texture that loses its finest level has
-/// its values at the points that stay.
+/// Removes the triangles and levels that are not in `pruned`. Resets the optimiser state of vertices and textures. A
+/// texture that loses its finest level keeps its values at the points of the coarser one.
 void prune(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Pruned& pruned, const Settings& settings);
 
-/// Which triangles are the backdrop: those that stand where nothing else can be. A budget of few triangles has none to
-/// spare. vertices: 3 for each. [T]
+/// Whether each triangle belongs to the backdrop: all its vertices are beyond 0.8 times the backdrop's radius. All
+/// false if these are more than a quarter of the budget. vertices: 3 per triangle. [T]
 std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings);
 
-/// From the coarse level to level_min..level_max (DiffSoup, section 3.5), or as much of it as `views`, every training
-/// view at kCountScale, show (Settings::samples_per_pixel). Optimiser state starts anew.
+/// Replaces the coarse texture level by levels level_min..level_max (coarse to fine; DiffSoup, section 3.5), limited by
+/// the size of the triangles in `views` (Settings::samples_per_pixel). Resets the optimiser state. views: every
+/// training view at kCountScale.
 void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
                      const Settings& settings);
 
-/// The same for a soup whose textures are of level 0 and that has not been trained, with the mean of the colours that
-/// the photographs have where each triangle is visible. Opacities stay.
+/// The same for an untrained soup with textures of level 0. Fills the textures with the mean of the photographs'
+/// colours where each triangle is visible. Opacities stay.
 void paint(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const RefineViews& views,
            const Settings& settings);
 

@@ -12,42 +12,43 @@
 namespace trisoup::train {
 namespace {
 
-/// Bytes of a triangle beside its texture, in samples: vertices and a row of the table.
+/// Size of a triangle without its texture, in samples: vertices and a row of the table.
 constexpr double kTriangleInSamples = 6;
-/// What a halving of the bytes costs, in dB, until two rounds have shown it.
+/// Assumed loss of a halving of the bytes, dB, until two rounds have measured it.
 constexpr double kUsualSlope = 1.0;
-/// Closer to a quality than this is there.
+/// A quality within this margin above its goal counts as just met.
 constexpr double kCloseEnough = 0.04;  // dB
-/// What misses a quality by less may reach it when it is trained on.
+/// A round that misses the quality by less than this may reach it with more training.
 constexpr double kNear = 0.3;  // dB
-/// What one more round brings of what the one before it did.
+/// Expected gain of another round of training, as a share of the gain of the one before.
 constexpr double kNextGain = 0.8;
-/// Where the quality is nearly met already, a round is for more of the bytes than this.
+/// If the margin above the quality is below kNearlyMet, another round must save more than this share of the bytes.
 constexpr double kWorthARound = 0.04;
 constexpr double kNearlyMet = 0.2;  // dB
-/// Where the quality is met, so much less is tried before it is the smallest; and not where something larger than this
-/// share has missed it.
+/// If the quality is just met, one more round removes the share kProbe, to find out whether that meets it too. It is
+/// skipped if a round with more than kSurelyMissed of the bytes has missed the quality.
 constexpr double kProbe = 0.15, kSurelyMissed = 0.7;
-/// So often a training goes back to its best round.
+/// Number of times that the search may return to its best round.
 constexpr std::ptrdiff_t kMostReturns = 5;
-/// An SSIM is steered by its distance from 1, in dB: -10 log10(1 - SSIM).
+/// An SSIM in dB, which makes it comparable with PSNR: -10 log10(1 - SSIM).
 double decibels(double ssim) { return -10.0 * std::log10(std::max(1e-6, 1.0 - ssim)); }
 
+/// The removal of a triangle or of its finest level.
 struct Removal {
-  double loss = 0, saves = 0;  // squared error; samples
+  double loss = 0, saves = 0;  // increase of the squared error; samples saved
   std::uint32_t triangle = 0;
   bool whole = false;
   double each() const { return loss / saves; }
 };
 
-/// Without the triangle's finest level.
+/// The removal of the triangle's finest level.
 Removal coarser(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t) {
   return {std::max(0.0, importance.finest[t]),
           double(soup::samples_at(row.level_max) - soup::samples_at(row.level_max - 1)), t, false};
 }
 
-/// Of a triangle the removal that costs less for what it saves; a backdrop's triangle stays, and what cannot be coarser
-/// has none then.
+/// The removal with the smaller loss per saved sample: the triangle or its finest level. stays: the triangle must stay
+/// (backdrop); then nothing if it has only one level.
 std::optional<Removal> cheaper(const Importance& importance, const soup::TextureEntry& row, std::uint32_t t,
                                bool stays) {
   const Removal whole{std::max(0.0, importance.triangle[t]), soup::samples_at(row.level_max) + kTriangleInSamples, t,
@@ -57,7 +58,7 @@ std::optional<Removal> cheaper(const Importance& importance, const soup::Texture
   return stays || finest.each() < whole.each() ? finest : whole;
 }
 
-/// By how much a round is above the goal of quality, dB; below zero: it misses it. What is no goal is not in the way.
+/// Margin of a round above its goals of quality, dB; negative if it misses one. Very large if there are none.
 double above(const Round& r, const Settings& s) {
   double least = 1e9;
   if (s.target_psnr > 0) least = std::min(least, r.psnr - s.target_psnr);
@@ -65,7 +66,7 @@ double above(const Round& r, const Settings& s) {
   return least;
 }
 
-/// How much larger than its goal of size a round is, as a factor; at most 1: within.
+/// Ratio of a round's size to its goal of size; met if at most 1.
 double too_large(const Round& r, const Settings& s) {
   double most = 0;
   if (s.max_bytes > 0) most = std::max(most, double(r.bytes) / double(s.max_bytes));
@@ -73,12 +74,12 @@ double too_large(const Round& r, const Settings& s) {
   return most;
 }
 
-/// What a halving of the bytes costs from one round to another that has fewer, dB.
+/// Loss per halving of the bytes from one round to a smaller one, dB.
 double slope(const Round& larger, const Round& smaller, const Settings& s) {
   return (above(larger, s) - above(smaller, s)) / std::log2(double(larger.bytes) / double(smaller.bytes));
 }
 
-/// What a halving of the bytes has cost lately, dB.
+/// Loss per halving of the bytes in the latest reduction, dB.
 double slope(std::span<const Round> rounds, const Settings& s) {
   for (std::size_t i = rounds.size() - 1; i > 0; --i) {
     const Round& before = rounds[rounds[i].from];
@@ -88,7 +89,7 @@ double slope(std::span<const Round> rounds, const Settings& s) {
   return kUsualSlope;
 }
 
-/// Whether the soup of this round met the quality when it was trained on.
+/// Whether the soup of this round reached the quality with further training.
 bool got_there(std::span<const Round> rounds, const Round& round, const Settings& s) {
   for (const Round& met : rounds)
     for (const Round* r = &met; above(met, s) >= 0 && !r->smaller && &rounds[r->from] != r; r = &rounds[r->from])
@@ -96,7 +97,7 @@ bool got_there(std::span<const Round> rounds, const Round& round, const Settings
   return false;
 }
 
-/// Of the rounds that miss the quality for good and have fewer bytes than `least` the largest; null: there is none.
+/// The largest round below `least` bytes that missed the quality, also with further training; null if there is none.
 const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const Settings& s) {
   const Round* found = nullptr;
   for (const Round& r : rounds)
@@ -105,14 +106,17 @@ const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const
   return found;
 }
 
-/// How often a training has gone back to its best round.
+/// Number of times that the search has returned to an earlier round.
 std::ptrdiff_t returns(std::span<const Round> rounds) {
   return std::count_if(rounds.begin() + 1, rounds.end(), [&](const Round& r) { return &rounds[r.from] + 1 != &r; });
 }
 
-/// On from a round that is above the quality, with as much less as is expected to end at it. Each halving costs more
-/// than the one before, so on a line to a round that is known to miss it one ends above it; half of the way at least,
-/// for that round had been trained on for less long. Once there it is forgotten.
+/// The next round from a round above the quality: removes as much as is expected to end at the quality. Nothing if no
+/// further round is worthwhile.
+///
+/// If a smaller round has missed the quality, interpolates towards it. Each halving costs more than the one before, so
+/// linear interpolation ends above the quality. It goes at least half of the way, because the missed round had less
+/// training. A round that reached the quality with further training no longer counts as missed.
 std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::size_t from, const Settings& s) {
   const Round& r = rounds[from];
   const double margin = above(r, s);
@@ -134,17 +138,17 @@ std::optional<NextRound> towards_quality(std::span<const Round> rounds, std::siz
   return NextRound{from, {std::max(0.5, stays), 1}};
 }
 
-/// Removals, one of each triangle, those that cost least for what they save first.
+/// Applies removals, at most one per triangle, in order of increasing loss per saved sample.
 class Removals {
  public:
   explicit Removals(std::span<const soup::TextureEntry> table)
       : table_(table), goes_(table.size()), coarser_(table.size()), left_(table.size()) {}
 
   void add(const Removal& removal) { all_.push_back(removal); }
-  /// Of two triangles one of which stands in for the other no more than one goes: what each costs is true as long as
-  /// the other is there.
+  /// Never removes both triangles of a pair in Importance::behind, because the loss of removing the first assumes that
+  /// the second stays.
   void keep_stand_ins(const Importance& importance) { behind_ = importance.behind, stands_in_.resize(table_.size()); }
-  /// Takes one after the other as long as `pays` says so, but for the last triangle.
+  /// Applies removals while `pays` returns true. Never removes the last triangle.
   template <typename Pays>
   Pruned take(Pays&& pays) {
     std::stable_sort(all_.begin(), all_.end(), [](const Removal& a, const Removal& b) { return a.each() < b.each(); });
@@ -205,7 +209,7 @@ Pruned pruned_to_knee(const Importance& importance, std::span<const soup::Textur
   for (std::uint32_t t = 0; t < table.size(); ++t)
     if (importance.pixels[t] > 0)
       if (const auto removal = cheaper(importance, table[t], t, backdrop[t])) removals.add(*removal);
-  // d(10 log10 error) / d(log2 samples) = -knee, where both are what the removals before have left.
+  // Stop at d(10 log10 error) / d(log2 samples) = -knee, with error and samples after the removals so far.
   const double share = knee * std::log(10.0) / (10.0 * std::log(2.0));
   double error = importance.error, samples = samples_of(table);
   return removals.take([&](const Removal& r) {
@@ -240,7 +244,7 @@ bool takes_away(const Pruned& pruned, std::span<const soup::TextureEntry> table)
                      [](const auto& row, const auto& level) { return row.level_max == level.level_max; });
 }
 
-/// Rounds after the last step, at most.
+/// Largest number of rounds after the last step.
 constexpr std::size_t kMostRounds = 24;
 
 bool has_goal(const Settings& s) {
@@ -255,7 +259,7 @@ std::optional<NextRound> next_round(std::span<const Round> rounds, const Setting
   const bool quality = s.target_psnr > 0 || s.target_ssim > 0;
   if (rounds.size() > kMostRounds) return std::nullopt;
   if (const double factor = too_large(last, s); factor > 1) {
-    // In halves: what is worth least is looked at anew after each.
+    // Remove at most half per round, because each round measures the importance again.
     Shares shares;
     if (s.max_triangles > 0 && double(last.triangles) > s.max_triangles)
       shares.triangles = std::max(0.5, double(s.max_triangles) / last.triangles);
@@ -266,7 +270,7 @@ std::optional<NextRound> next_round(std::span<const Round> rounds, const Setting
   if (!quality) return std::nullopt;
   const double margin = above(last, s);
   if (margin >= 0) return towards_quality(rounds, from, s);
-  // One more round may bring back what the last removal took, and further ones while they bring enough.
+  // After a removal, train one more round to recover the loss; continue while the expected gain reaches the quality.
   const double gain = margin - above(rounds[last.from], s);
   if (margin > -kNear && (last.smaller || margin + kNextGain * gain > 0)) return NextRound{from, {}};
   const std::size_t best = best_round(rounds, s);
@@ -279,7 +283,7 @@ std::size_t best_round(std::span<const Round> rounds, const Settings& s) {
   const auto better = [&](const Round& a, const Round& b) {
     if (meets(a, s) != meets(b, s)) return meets(a, s);
     if (meets(a, s)) {
-      // With a ceiling alone the picture is what is left to gain.
+      // With goals of size only, prefer the better quality.
       if (s.target_psnr <= 0 && s.target_ssim <= 0) return a.psnr > b.psnr;
       return a.bytes < b.bytes;
     }
@@ -301,14 +305,14 @@ std::string outcome(std::span<const Round> rounds, const Settings& s) {
   if (meets(r, s)) return text;
   if (too_large(r, s) > 1)
     return text + (rounds.size() > kMostRounds
-                       ? "; there are no more rounds in which it could shrink; fewer `triangles` do"
-                       : "; nothing more can go: one triangle stays, and the backdrop");
+                       ? "; no more rounds to shrink it; use fewer `triangles`"
+                       : "; nothing more can be removed: one triangle and the backdrop always stay");
   if (too_large(rounds.front(), s) > 1)
-    return text + "; the ceiling of size leaves no more: a larger `max_bytes` or `max_triangles`";
+    return text + "; the size limit allows no better quality; use a larger `max_bytes` or `max_triangles`";
   if (best == 0)
     return text +
-           "; training itself ends below it: training with more `steps`, more `triangles`, or larger photographs (a "
-           "smaller `resolution`)";
+           "; the training ended below it; train with more `steps`, more `triangles` or larger photographs (a smaller "
+           "`resolution`)";
   return text;
 }
 
@@ -329,14 +333,14 @@ std::vector<Round> rounds_from_json(const nlohmann::json& json) {
   std::vector<Round> rounds;
   try {
     for (const nlohmann::json& r : json)
-      // Files from before rounds could go back do not say where they began: each with what the one before had left.
+      // Older files have no `from`: each round started from the one before.
       rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(),
                         r.at("triangles").get<std::uint32_t>(), r.at("validation_psnr").get<double>(),
                         r.at("validation_ssim").get<double>(),
                         r.value("from", std::max<std::size_t>(rounds.size(), 1) - 1), r.value("smaller", true)});
     for (std::size_t i = 0; i < rounds.size(); ++i)
       if (rounds[i].from > (i > 0 ? i - 1 : 0))
-        throw Error("rounds: round {} cannot begin with round {}", i, rounds[i].from);
+        throw Error("rounds: round {} cannot start from round {}; the file is damaged", i, rounds[i].from);
   } catch (const nlohmann::json::exception& e) {
     throw Error("rounds: {}", e.what());
   }

@@ -1,4 +1,4 @@
-// A trained soup made smaller, round by round, until it just meets a goal (docs/method.md, "Simplifying").
+// Makes a trained soup smaller, round by round, until it just meets a goal (docs/method.md, "Simplifying").
 #pragma once
 
 #include <cstdint>
@@ -18,55 +18,56 @@ namespace trisoup::train {
 
 class Trainer;
 
-/// What there is of a soup to give up: share of its bytes and of its triangles that is to stay, 0..1.
+/// Shares of a soup's bytes and triangles to keep, 0..1.
 struct Shares {
   double bytes = 1, triangles = 1;
   bool operator==(const Shares&) const = default;
 };
-/// The soup without what is worth least for the bytes that it takes: of each triangle at most the whole or its finest
-/// level goes, the backdrop's triangles stay. At least one triangle is kept. backdrop: [T].
+/// Removes what is least important for its bytes until `shares` are met. Removes at most one thing per triangle: the
+/// triangle or the finest level of its texture. Keeps at least one triangle, and all triangles of the backdrop. If
+/// shares.triangles is below 1, removes whole triangles only, until that share is met. backdrop: [T]
 Pruned least_important_removed(const Importance& importance, std::span<const soup::TextureEntry> table,
                                const std::vector<bool>& backdrop, const Shares& shares);
 
-/// Whether a triangle, or a level of one, goes.
+/// Whether `pruned` removes a triangle or a level.
 bool takes_away(const Pruned& pruned, std::span<const soup::TextureEntry> table);
 
-/// The soup at its knee: without what brings less than `knee` dB for twice the samples, by the squared errors of
-/// `importance` and before anything is trained on. Otherwise as above; what no view of `importance` shows stays, and so
-/// does what stands in for a triangle that goes: of several layers of one colour each looks as if it could go, but not
-/// all of them can.
+/// Removes what gains less than `knee` dB for twice the samples, by the squared errors of `importance` and without
+/// further training. Otherwise as above. Keeps triangles that are invisible in the views of `importance`, and triangles
+/// that become visible in place of removed ones: each of several layers of the same colour looks dispensable, but
+/// together they are not.
 Pruned pruned_to_knee(const Importance& importance, std::span<const soup::TextureEntry> table,
                       const std::vector<bool>& backdrop, double knee);
 
-/// A model as it would be saved, on the validation views.
+/// A round of simplifying: the size of its model and its quality on the validation views, as it would be saved.
 struct Round {
   std::uint64_t step = 0;
   std::uint64_t bytes = 0;
   std::uint32_t triangles = 0;
   double psnr = 0, ssim = 0;  // means over the validation views
-  std::size_t from = 0;       // the round whose soup this one began with; the first one is its own
-  bool smaller = false;       // and whether something was taken from it
+  std::size_t from = 0;       // the round whose soup this one started from; 0 for the first
+  bool smaller = false;       // whether something was removed from that soup
 };
 
-/// What the round to come begins with: the soup that was there after round `from`, of which so much is to stay. The
-/// shares are 1 where the same soup is to be trained on.
+/// The start of the next round: the soup after round `from`, reduced to `shares`. Shares of 1 train that soup further.
 struct NextRound {
   std::size_t from = 0;
   Shares shares;
   bool operator==(const NextRound&) const = default;
 };
 
-/// Whether a round's model is within the goal of the settings.
+/// Whether a round's model meets all goals of the settings.
 bool meets(const Round& round, const Settings& settings);
-/// Whether `settings` have a goal.
+/// Whether `settings` have any goal.
 bool has_goal(const Settings& settings);
-/// What to do after the rounds so far, or nothing where there is no next one. Either the last round goes on, or, where
-/// too much was taken, the best one does.
+/// The next round, or nothing if the search is over. It continues the last round or, if that removed too much, the best
+/// one. `rounds` must not be empty.
 std::optional<NextRound> next_round(std::span<const Round> rounds, const Settings& settings);
-/// The round whose model is the result: of those that meet the goal the one of fewest bytes (of triangles, where these
-/// are the goal); where none does the one that comes closest. Throws nothing; rounds must not be empty.
+/// Index of the round whose model is the result. Among rounds that meet all goals: the one with the fewest bytes or, if
+/// there are only goals of size, with the highest PSNR. If none does, the one that comes closest: in size first, then
+/// in quality. `rounds` must not be empty.
 std::size_t best_round(std::span<const Round> rounds, const Settings& settings);
-/// In one line how far it got, and what is in the way where the goal is not met.
+/// One line: whether the goal is met, size and quality and, if the goal is missed, what to change.
 std::string outcome(std::span<const Round> rounds, const Settings& settings);
 
 nlohmann::json to_json(std::span<const Round> rounds);
