@@ -218,8 +218,8 @@ std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool
                                         std::size_t views) {
   const auto least =
       static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
-  std::vector<std::uint32_t> vouched = soup::visible_at_least(seen.views, least);
-  if (vouched.empty()) vouched = soup::visible_at_least(seen.pixels);
+  std::vector<std::uint32_t> candidates = soup::visible_at_least(seen.views, least);
+  if (candidates.empty()) candidates = soup::visible_at_least(seen.pixels);
   std::vector<std::uint32_t> pixels, kept;
   for (std::uint32_t t = 0; t < backdrop.size(); ++t)
     if (backdrop[t]) kept.push_back(t);
