@@ -69,8 +69,8 @@ class Step {
   /// Uploads the state of a step with the current batch and clears its row of BatchBuffers::statistics.
   void begin(std::uint32_t threshold_key, std::uint32_t step, std::uint32_t slot, const Rates& rates, double huber = 0);
 
-  /// Projects the triangles and computes BatchBuffers::hits. If the soup is shared, check SoupPartition::outcome() after
-  /// it.
+  /// Projects the triangles and computes BatchBuffers::hits. If the soup is shared, check SoupPartition::outcome()
+  /// after it.
   void visibility(Thresholds thresholds, const StepInputs& inputs);
   /// Computes BatchBuffers::colour from the visible fragments.
   void shade(const StepInputs& inputs);
@@ -95,8 +95,8 @@ class Step {
   /// Sums the levels of every texture and applies the sigmoid.
   void sum_textures();
 
-  /// A whole training step: visibility(), shade(), loss(), backward(), update(). If SoupPartition::outcome() is not done
-  /// after visibility(), the step ends there.
+  /// A whole training step: visibility(), shade(), loss(), backward(), update(). If SoupPartition::outcome() is not
+  /// done after visibility(), the step ends there.
   void train(const StepInputs& inputs);
 
  private:
