@@ -125,7 +125,7 @@ void evaluate(Options& o) {
   soup::ModelFile file = soup::read_model(o.model_path);
   const Planes planes = take_settings(o, file);
   o.load.train_images = false;
-  o.load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", line.c_str()); };
+  o.load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", in_options(line).c_str()); };
   const scene::Scene scene = scene::load(o.dataset, o.load);
   if (scene.test.empty()) throw Error("{}: has no test views; give --test-every K", o.dataset);
   const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha;

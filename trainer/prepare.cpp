@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "cli/option_names.h"
 #include "progress_bar.h"
 #include "report.h"
 #include "run/memory_need.h"
@@ -35,7 +36,7 @@ void catch_signals() {
 }
 
 void say(const CommandLine& o, const std::string& line) {
-  if (!o.quiet) std::fprintf(stderr, "%s\n", line.c_str());
+  if (!o.quiet) std::fprintf(stderr, "%s\n", in_options(line).c_str());
 }
 
 std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer::Live* live) {
@@ -50,7 +51,7 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
   options.progress = [&](const std::string& stage, int done, int total) { bar.stage(stage, done, total); };
   options.warn = [&](const std::string& line) {
     bar.clear();
-    std::fprintf(stderr, "warning: %s\n", line.c_str());
+    std::fprintf(stderr, "warning: %s\n", in_options(line).c_str());
   };
   std::map<int, void (*)(int)> before;
   for (const int signal : kSignals) before[signal] = std::signal(signal, on_signal);
@@ -82,7 +83,7 @@ scene::Scene read_scene(const CommandLine& o, const std::string& dataset) {
   load.warn = [&](const std::string& line) {
     if (o.warnings_elsewhere) return;
     loading.clear();
-    std::fprintf(stderr, "warning: %s\n", line.c_str());
+    std::fprintf(stderr, "warning: %s\n", in_options(line).c_str());
   };
   scene::Scene scene = scene::load(dataset, load);
   loading.clear();

@@ -140,7 +140,7 @@ void TrainingRun::read() {
 
 void TrainingRun::check_fit() const {
   if (const std::string line = train::mismatch(*file_, scene_, true, printable(dataset_)); !line.empty())
-    std::fprintf(stderr, "warning: %s\n", line.c_str());
+    std::fprintf(stderr, "warning: %s\n", in_options(line).c_str());
   if (settings_.validation_views > file_->settings.value("validation_views", 0u))
     say(o_,
         "validation: the model has been trained on these views too, so they flatter it; one of soup-train with a goal, "
@@ -470,7 +470,7 @@ int run_guarded(const char* program, const CommandLine& options, viewer::Live* l
     status = 130;
   } catch (const std::exception& e) {
     if (!ranks || speaks_at_the_end(*ranks, e.what())) print_error(program, e);
-    error = e.what();
+    error = in_options(e.what());
     status = 1;
   }
   // A signal ends the window too.
