@@ -79,7 +79,7 @@ TEST_CASE("out of device memory during a refinement", "[failures]") {
       gpu->set_ceiling(usual);
       CHECK(gpu->allocated_bytes() == allocated);  // nothing leaks
       if (cut.failure.empty()) continue;
-      CHECK_THAT(cut.failure, Catch::Matchers::StartsWith("device memory: ") && Catch::Matchers::Contains("--memory"));
+      CHECK_THAT(cut.failure, Catch::Matchers::StartsWith("device memory: ") && Catch::Matchers::Contains("`memory`"));
       CHECK(cut.checkpoint >= resampling - 10);
       places.insert(std::to_string(resampling) + cut.failure.substr(0, cut.failure.find(" needs")));
       const Run resumed = run(*gpu, settings, folder);
