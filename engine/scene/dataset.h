@@ -10,6 +10,7 @@
 
 #include "image/image_file.h"
 #include "scene/camera.h"
+#include "scene/findings.h"
 #include "scene/lens.h"
 #include "scene/photograph_files.h"
 #include "scene/point_cloud.h"
@@ -49,6 +50,7 @@ struct Dataset {
   std::vector<Frame> frames;
   std::vector<Listing> listings;  // in the order of reading
   PointCloud points;
+  Findings findings;  // what was left out or worked around
 };
 
 /// Finds the photographs of one file's frames, each photograph once, and records skipped frames in the dataset.

@@ -250,6 +250,8 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
+  if (options.warn)
+    for (const std::string& line : dataset.findings.lines()) options.warn(line);
   check_intrinsics(dataset.frames, options.warn);
   report_halves(dataset, options.warn);
   std::vector<Shot> shots;
