@@ -10,10 +10,12 @@
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "scene/area_resample.h"
+#include "scene/consistency.h"
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"
 #include "scene/intrinsics.h"
 #include "scene/photograph.h"
+#include "scene/pose_check.h"
 #include "scene/scene.h"
 #include "scene/summary.h"
 #include "scene/undistort.h"
@@ -153,17 +155,19 @@ int threads_for(const std::vector<const Shot*>& shots, int threads) {
 // alias if it also had to shrink. Shrinking afterwards averages out the blur of the interpolation. The image is
 // composited later, when the background is known for all images. Colour is premultiplied until then, so the result is
 // the same.
-Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
+Photograph develop(const Shot& shot, AlphaUse alpha, int divisor, AlphaFound& found) {
   const Frame& frame = shot.frame;
-  const int divisor = divisor_of(shot);
   const Image image = turned(read_image(frame.photograph.file, divisor), frame.turned ? frame.size.orientation : 1);
   const auto is_of = [&](int by) {
     return image.width == (frame.size.width + by - 1) / by && image.height == (frame.size.height + by - 1) / by;
   };
   if (!is_of(1) && !is_of(divisor))
     throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
-  alpha_used = uses_alpha(image);
-  Photograph photograph = alpha == AlphaUse::composite ? from_coverage(image) : from_mask(image);
+  found = alpha_of(image);
+  // A channel without content is no coverage. decode() decides whether the photograph is left out.
+  const bool opaque = found == AlphaFound::empty && alpha == AlphaUse::composite;
+  Photograph photograph = alpha == AlphaUse::composite && !opaque ? from_coverage(image) : from_mask(image);
+  if (opaque) photograph.inside.clear();
   if (!frame.mask.empty()) {
     const std::string content = read_file(frame.mask);
     // 0 excludes a pixel, and some tools write 1 for all other pixels. In a JPEG, values near 0 count as 0, because its
@@ -175,22 +179,60 @@ Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   return area_resample(photograph, shot.camera.width, shot.camera.height);
 }
 
+/// Decodes about `count` evenly spaced photographs, reduced to `longest_side` pixels. Those that cannot be decoded are
+/// left out here; decode() reports them.
+std::vector<Probe> take_probes(const std::vector<Shot>& shots, std::size_t count, int longest_side,
+                               const LoadOptions& options) {
+  const std::size_t taken = std::min(count, shots.size());
+  std::vector<Probe> probes(taken);
+  parallel_for(static_cast<int>(taken), options.threads, [&](int i) {
+    Shot shot = shots[std::size_t(i) * shots.size() / taken];
+    const double by = std::max(1.0, double(std::max(shot.camera.width, shot.camera.height)) / longest_side);
+    shot.camera =
+        resized(shot.camera, std::max(1, int(shot.camera.width / by)), std::max(1, int(shot.camera.height / by)));
+    int divisor = 1;
+    while (divisor < 8 && shot.frame.size.width / (2 * divisor) >= shot.camera.width) divisor *= 2;
+    AlphaFound alpha;
+    try {
+      Image image = composite(develop(shot, options.alpha, divisor, alpha), 0);
+      probes[std::size_t(i)] = {shot.index, std::move(image), alpha == AlphaFound::some};
+    } catch (const Error&) {
+    }
+  });
+  std::erase_if(probes, [](const Probe& probe) { return probe.image.rgba.empty(); });
+  return probes;
+}
+
+/// What decoding found of one photograph.
+struct Decoded {
+  std::string problem;  // why it cannot be decoded; empty: it was
+  AlphaFound alpha = AlphaFound::none;
+};
+
 // Decodes the shots into `images`, and returns the grey level of the background on which they are composited.
 std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
-                    const LoadOptions& options) {
+                    const LoadOptions& options, std::vector<Decoded>& decoded) {
   const int count = static_cast<int>(shots.size());
   std::vector<Photograph> photographs(shots.size());
+  decoded.resize(shots.size());
   std::mutex guard;
   int done = 0;
-  bool any_alpha = false;
   parallel_for(count, threads_for(shots, options.threads), [&](int i) {
-    bool alpha_used = false;
-    photographs[std::size_t(i)] = develop(*shots[std::size_t(i)], options.alpha, alpha_used);
+    const Shot& shot = *shots[std::size_t(i)];
+    Decoded& own = decoded[std::size_t(i)];
+    try {
+      photographs[std::size_t(i)] = develop(shot, options.alpha, divisor_of(shot), own.alpha);
+    } catch (const Error& error) {
+      own.problem = error.what();
+      const std::string file = printable(shot.frame.photograph.file.string()) + ": ";
+      if (own.problem.starts_with(file)) own.problem.erase(0, file.size());
+    }
     const std::lock_guard lock(guard);
-    any_alpha = any_alpha || alpha_used;
     ++done;
     if (options.progress) options.progress(done, count);
   });
+  const bool any_alpha =
+      std::any_of(decoded.begin(), decoded.end(), [](const Decoded& d) { return d.alpha == AlphaFound::some; });
   const bool white =
       options.background == BackgroundChoice::white || (options.background == BackgroundChoice::automatic && any_alpha);
   const std::uint8_t background = white ? 255 : 0;
@@ -210,16 +252,15 @@ const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
 
 // Reports photographs without a pixel in the loss, which contribute nothing to training or to metrics. Throws Error if
 // all training views or all test views are affected.
-void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
-                     const LoadOptions& options) {
+void report_left_out(const std::vector<const Shot*>& shots, const Scene& scene, const LoadOptions& options) {
   for (const bool test : {false, true}) {
+    const std::vector<View>& views = test ? scene.test : scene.train;
     std::size_t all = 0, empty = 0;
     const Frame* first = nullptr;
-    for (std::size_t i = 0; i < shots.size(); ++i) {
-      if (shots[i]->frame.test != test) continue;
-      ++all;
-      if (has_pixels(*images[i])) continue;
-      if (empty++ == 0) first = &shots[i]->frame;
+    for (const Shot* shot : shots) {
+      if (shot->frame.test != test) continue;
+      if (has_pixels(views[all++].image)) continue;
+      if (empty++ == 0) first = &shot->frame;
     }
     if (empty == 0) continue;
     const std::string what = fmt::format("{}: {} of {} {} views have no pixel in the loss, first: {}: {}",
@@ -244,14 +285,150 @@ Points normalise_points(const PointCloud& cloud, const Normalisation& normalisat
   return points;
 }
 
+/// Reads poses otherwise than the format promises, or drops the sparse points, where the photographs say so.
+void check_consistency(Dataset& dataset, std::vector<Shot>& shots, const LoadOptions& options) {
+  std::vector<Camera> cameras;
+  for (const Shot& shot : shots) cameras.push_back(shot.camera);
+  const bool opengl = dataset.format != Format::colmap;
+  const PoseCheck check = check_poses(
+      cameras, dataset.points, opengl, dataset.source,
+      [&](std::size_t count, int longest_side) { return take_probes(shots, count, longest_side, options); });
+  for (Shot& shot : shots)
+    for (Camera* camera : {&shot.frame.camera, &shot.source, &shot.camera})
+      camera->world_to_camera = reread(camera->world_to_camera, check.reading, opengl);
+  if (!check.points_fit) dataset.points = {};
+  if (!check.warning.empty()) dataset.findings.warn(check.warning);
+}
+
+/// Leaves out cameras that are far away from all others: a lost pose would shrink the scene to a dot.
+void leave_out_far_cameras(std::vector<Shot>& shots, Findings& findings) {
+  std::vector<Camera> cameras;
+  for (const Shot& shot : shots) cameras.push_back(shot.camera);
+  const std::vector<std::size_t> far = far_cameras(cameras);
+  for (const std::size_t i : far)
+    findings.leave_out(shots[i].frame.source, "photographs",
+                       "camera more than 15 times as far away as the others; estimate its pose again",
+                       shots[i].frame.photograph.name);
+  for (auto i = far.rbegin(); i != far.rend(); ++i) shots.erase(shots.begin() + std::ptrdiff_t(*i));
+}
+
+/// Whether the photographs are renders of an object before nothing, for which the published "synthetic" recipe is made:
+/// coverage in alpha, neither points nor distortion, and cameras that do not look away from each other.
+bool is_synthetic(const std::vector<Shot>& shots, const Dataset& dataset, const LoadOptions& options) {
+  constexpr std::size_t kProbes = 8;
+  constexpr int kSide = 120;
+  if (options.alpha != AlphaUse::composite || !dataset.points.positions.empty()) return false;
+  std::vector<Camera> cameras;
+  for (const Shot& shot : shots) {
+    if (!shot.frame.lens.is_pinhole()) return false;
+    cameras.push_back(shot.camera);
+  }
+  if (meeting_point(cameras) && !look_inwards(cameras)) return false;
+  const std::vector<Probe> probes = take_probes(shots, kProbes, kSide, options);
+  const auto with_alpha = std::count_if(probes.begin(), probes.end(), [](const Probe& p) { return p.has_alpha; });
+  return !probes.empty() && 2 * std::size_t(with_alpha) > probes.size();  // a close view may fill its picture
+}
+
+/// Whether all pixels in the loss have about one colour.
+bool is_one_colour(const Image& image) {
+  constexpr int kNoise = 3;
+  glm::ivec3 smallest(255), largest(0);
+  for (std::size_t i = 0; i + 3 < image.rgba.size(); i += 4) {
+    if (image.rgba[i + 3] < 128) continue;
+    const glm::ivec3 colour(image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]);
+    smallest = glm::min(smallest, colour), largest = glm::max(largest, colour);
+  }
+  const glm::ivec3 range = largest - smallest;
+  return std::max({range.r, range.g, range.b}) <= kNoise;
+}
+
+/// Returns why each photograph cannot be used; empty: it can. Photographs of one colour, and transparent ones, are lost
+/// frames if others are not so.
+std::vector<std::string> problems_of(const std::vector<Decoded>& decoded, const std::vector<Image*>& images,
+                                     const LoadOptions& options, const std::string& source) {
+  std::vector<std::string> problems;
+  std::size_t readable = 0, transparent = 0, plain = 0, same = 0;
+  std::vector<bool> is_plain;
+  for (std::size_t i = 0; i < decoded.size(); ++i) {
+    problems.push_back(decoded[i].problem);
+    is_plain.push_back(decoded[i].problem.empty() && has_pixels(*images[i]) && is_one_colour(*images[i]));
+    if (!decoded[i].problem.empty()) continue;
+    ++readable;
+    transparent += decoded[i].alpha == AlphaFound::empty ? 1 : 0;
+    plain += is_plain.back() ? 1 : 0;
+    if (is_plain.back() && is_plain.front() &&
+        std::equal(images[i]->rgba.begin(), images[i]->rgba.begin() + 3, images.front()->rgba.begin()))
+      ++same;
+  }
+  constexpr std::size_t kManyPlain = 4;  // fewer may be so on purpose
+  const bool composites = options.alpha == AlphaUse::composite;
+  if (composites && transparent > 0 && transparent == readable && options.warn)
+    options.warn(
+        fmt::format("{}: alpha is at most 1 of 255 in all {} photographs, so it is ignored; export them "
+                    "without alpha",
+                    source, transparent));
+  if (readable >= kManyPlain && same == readable && options.warn)
+    options.warn(fmt::format("{}: all {} photographs show the same single colour; check the files", source, readable));
+  for (std::size_t i = 0; i < decoded.size(); ++i) {
+    if (!problems[i].empty()) continue;
+    if (composites && decoded[i].alpha == AlphaFound::empty && transparent < readable)
+      problems[i] = "transparent everywhere (alpha at most 1 of 255); remove them or export them again";
+    else if (is_plain[i] && readable - plain > plain)
+      problems[i] = "one colour everywhere; remove them or copy them again";
+  }
+  return problems;
+}
+
+/// Removes the views marked in `unusable`, and returns the new index of each remaining view by its old one.
+std::map<std::uint32_t, std::uint32_t> remove_views(std::vector<View>& views, const std::vector<bool>& unusable) {
+  std::map<std::uint32_t, std::uint32_t> to;
+  std::vector<View> kept;
+  for (std::uint32_t v = 0; v < views.size(); ++v) {
+    if (unusable[v]) continue;
+    to.emplace(v, static_cast<std::uint32_t>(kept.size()));
+    kept.push_back(std::move(views[v]));
+  }
+  views = std::move(kept);
+  return to;
+}
+
+/// Removes views whose photograph cannot be used. problems: of each of `wanted`; those without a problem remain there.
+/// Throws Error if no training view or no test view of `wanted` remains.
+void leave_out_unusable(Scene& scene, std::vector<const Shot*>& wanted, const std::vector<std::string>& problems,
+                        const LoadOptions& options) {
+  Findings findings;
+  std::vector<bool> unusable_train(scene.train.size()), unusable_test(scene.test.size());
+  std::vector<const Shot*> usable;
+  std::size_t train = 0, test = 0;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const Frame& frame = wanted[i]->frame;
+    const std::size_t view = frame.test ? test++ : train++;
+    if (problems[i].empty()) {
+      usable.push_back(wanted[i]);
+      continue;
+    }
+    (frame.test ? unusable_test : unusable_train)[view] = true;
+    findings.leave_out(frame.source, "photographs", problems[i], frame.photograph.name);
+  }
+  if (usable.size() == wanted.size()) return;
+  const std::vector<std::string> lines = findings.lines();
+  for (const auto& [views, unusable] : {std::pair(&scene.train, &unusable_train), {&scene.test, &unusable_test}})
+    if (!views->empty() && std::find(unusable->begin(), unusable->end(), false) == unusable->end())
+      throw Error("{}; none is left", lines.front());
+  if (options.warn)
+    for (const std::string& line : lines) options.warn(line);
+  const auto to = remove_views(scene.train, unusable_train);
+  remove_views(scene.test, unusable_test);
+  for (std::vector<std::uint32_t>& numbers : scene.points.seen_by) renumber(numbers, to);
+  wanted = std::move(usable);
+}
+
 }  // namespace
 
 Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
-  if (options.warn)
-    for (const std::string& line : dataset.findings.lines()) options.warn(line);
   check_intrinsics(dataset.frames, options.warn);
   report_halves(dataset, options.warn);
   std::vector<Shot> shots;
@@ -260,6 +437,10 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
     shots.push_back(plan(frame, options.downscale));
     shots.back().index = static_cast<std::uint32_t>(shots.size() - 1);
   }
+  check_consistency(dataset, shots, options);
+  leave_out_far_cameras(shots, dataset.findings);
+  if (options.warn)
+    for (const std::string& line : dataset.findings.lines()) options.warn(line);
   const std::string summary = summary_of(dataset, {shots.front().camera.width, shots.front().camera.height});
   sort_and_split(shots, dataset.has_split, options.test_every);
 
@@ -273,7 +454,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.format = dataset.format;
   scene.path = path;
   scene.summary = summary;
-  scene.synthetic = dataset.format == Format::blender;
+  scene.synthetic = is_synthetic(shots, dataset, options);
   scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);
   scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source);
@@ -295,8 +476,10 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
     wanted.push_back(&shot);
     images.push_back(&view.image);
   }
-  scene.background = glm::vec3(decode(wanted, images, options) / 255.0f);
-  report_left_out(wanted, images, options);
+  std::vector<Decoded> decoded;
+  scene.background = glm::vec3(decode(wanted, images, options, decoded) / 255.0f);
+  leave_out_unusable(scene, wanted, problems_of(decoded, images, options, dataset.source), options);
+  report_left_out(wanted, scene, options);
   return scene;
 }
 

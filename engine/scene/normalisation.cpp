@@ -9,15 +9,33 @@
 namespace trisoup::scene {
 namespace {
 
+glm::dvec3 mean_centre_of(std::span<const Camera> cameras) {
+  glm::dvec3 mean(0.0);
+  for (const Camera& camera : cameras) mean += camera.centre() / double(cameras.size());
+  return mean;
+}
+
 double mean_distance(std::span<const Camera> cameras, const glm::dvec3& point) {
   double sum = 0;
   for (const Camera& camera : cameras) sum += glm::distance(camera.centre(), point);
   return sum / double(cameras.size());
 }
 
-// Minimises the sum of squared distances to the optical axes: sum (I - d d^T) (x - c) = 0. Returns nullopt if the axes
-// are so parallel that the result would depend on noise.
-std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras, const glm::dvec3& mean_centre) {
+std::optional<double> median_depth(const PointCloud& points, const glm::dvec3& centre, const glm::dvec3& forward) {
+  std::vector<double> depths;
+  for (const glm::dvec3& point : points.positions)
+    if (const double depth = glm::dot(point - centre, forward); depth > 0) depths.push_back(depth);
+  if (depths.empty()) return std::nullopt;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+}  // namespace
+
+// Minimises the sum of squared distances to the optical axes: sum (I - d d^T) (x - c) = 0.
+std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras) {
+  const glm::dvec3 mean_centre = mean_centre_of(cameras);
   glm::dmat3 normal(0.0);
   glm::dvec3 right(0.0);
   for (const Camera& camera : cameras) {
@@ -35,24 +53,10 @@ std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras, const g
   return mean_centre + glm::inverse(normal) * right;
 }
 
-std::optional<double> median_depth(const PointCloud& points, const glm::dvec3& centre, const glm::dvec3& forward) {
-  std::vector<double> depths;
-  for (const glm::dvec3& point : points.positions)
-    if (const double depth = glm::dot(point - centre, forward); depth > 0) depths.push_back(depth);
-  if (depths.empty()) return std::nullopt;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
-}
-
-}  // namespace
-
 Normalisation find_normalisation(std::span<const Camera> cameras, const PointCloud& points, const std::string& name) {
-  glm::dvec3 mean_centre(0.0), mean_forward(0.0);
-  for (const Camera& camera : cameras) {
-    mean_centre += camera.centre() / double(cameras.size());
-    mean_forward += camera.forward() / double(cameras.size());
-  }
+  const glm::dvec3 mean_centre = mean_centre_of(cameras);
+  glm::dvec3 mean_forward(0.0);
+  for (const Camera& camera : cameras) mean_forward += camera.forward() / double(cameras.size());
   const double spread = mean_distance(cameras, mean_centre);
   // Files often store seven digits, so smaller distances count as the same position.
   if (cameras.size() > 1 && spread <= 1e-7 * glm::length(mean_centre))
@@ -61,7 +65,7 @@ Normalisation find_normalisation(std::span<const Camera> cameras, const PointClo
         name, cameras.size());
 
   Normalisation result;
-  if (const auto meeting = meeting_point(cameras, mean_centre)) {
+  if (const auto meeting = meeting_point(cameras)) {
     result.centre = *meeting;
   } else if (const double agreement = glm::length(mean_forward); agreement < 0.5) {
     result.centre = mean_centre;  // cameras on one line that face each other have no common viewing direction

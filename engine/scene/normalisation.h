@@ -1,6 +1,7 @@
 // Normalisation of a dataset to unit extent.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -17,6 +18,10 @@ struct Normalisation {
   glm::dvec3 to_normalised(const glm::dvec3& world) const { return scale * (world - centre); }
   glm::dvec3 to_world(const glm::dvec3& normalised) const { return normalised / scale + centre; }
 };
+
+/// Returns the point nearest to the optical axes of all cameras in the least-squares sense, or nullopt if the axes are
+/// so parallel that the result would depend on noise. `cameras` must not be empty.
+std::optional<glm::dvec3> meeting_point(std::span<const Camera> cameras);
 
 /// Returns the normalisation after which the mean distance of the cameras from the origin is 1.
 /// The centre is the point nearest to all optical axes in the least-squares sense. If the axes are too parallel, the

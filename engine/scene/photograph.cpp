@@ -13,10 +13,11 @@ Photograph blank(const Image& image) {
 
 }  // namespace
 
-bool uses_alpha(const Image& straight) {
+AlphaFound alpha_of(const Image& straight) {
+  std::uint8_t smallest = 255, largest = 0;
   for (std::size_t i = 3; i < straight.rgba.size(); i += 4)
-    if (straight.rgba[i] != 255) return true;
-  return false;
+    smallest = std::min(smallest, straight.rgba[i]), largest = std::max(largest, straight.rgba[i]);
+  return smallest == 255 ? AlphaFound::none : largest <= 1 ? AlphaFound::empty : AlphaFound::some;
 }
 
 Photograph from_coverage(const Image& straight) {
@@ -33,7 +34,7 @@ Photograph from_coverage(const Image& straight) {
 
 Photograph from_mask(const Image& straight) {
   Photograph photograph = blank(straight);
-  if (uses_alpha(straight)) photograph.inside.resize(photograph.pixels());
+  if (alpha_of(straight) != AlphaFound::none) photograph.inside.resize(photograph.pixels());
   const std::uint8_t* p = straight.rgba.data();
   for (std::size_t i = 0; i < photograph.pixels(); ++i, p += 4) {
     photograph.colour[i] = {p[0], p[1], p[2], 255};

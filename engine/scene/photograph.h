@@ -21,8 +21,13 @@ struct Photograph {
   std::size_t pixels() const { return std::size_t(width) * std::size_t(height); }
 };
 
-/// Returns true if any alpha is below 255.
-bool uses_alpha(const Image& straight);
+/// What a picture's alpha channel holds.
+enum class AlphaFound {
+  none,  // 255 everywhere
+  some,
+  empty,  // at most 1 of 255 everywhere: transparent, or a channel without meaning
+};
+AlphaFound alpha_of(const Image& straight);
 
 /// Converts an image whose alpha is coverage, to be composited on a background later.
 Photograph from_coverage(const Image& straight);

@@ -74,7 +74,7 @@ std::vector<int> pixel(const View& view, int index = 0) {
 TEST_CASE("Blender: file extension added, given test split, white background", "[scene][load]") {
   const SceneFolder folder;
   for (int i : {0, 1, 2, 10})
-    folder.write(fmt::format("train/r_{}.png", i), plain(8, 8, 0, 255, 0, std::uint8_t(i == 2 ? 0 : 255)));
+    folder.write(fmt::format("train/r_{}.png", i), plain(8, 8, 0, 255, 0, std::uint8_t(i == 2 ? 127 : 254)));
   folder.write("test/r_0.png", plain(8, 8, 10, 20, 30));
   folder.write("transforms_train.json",
                file_of("\"camera_angle_x\": 0.7,", {frame("./train/r_2", 2), frame("./train/r_10", 3),
@@ -90,8 +90,8 @@ TEST_CASE("Blender: file extension added, given test split, white background", "
           std::vector<std::string>{"train/r_0.png", "train/r_1.png", "train/r_10.png", "train/r_2.png"});
     CHECK(names(scene.test) == std::vector<std::string>{"test/r_0.png"});
     CHECK(scene.background == glm::vec3(1.0f));
-    CHECK(pixel(scene.train[3]) == std::vector<int>{255, 255, 255, 255});
-    CHECK(pixel(scene.train[0]) == std::vector<int>{0, 255, 0, 255});
+    CHECK(pixel(scene.train[3]) == std::vector<int>{128, 255, 128, 255});
+    CHECK(pixel(scene.train[0]) == std::vector<int>{1, 255, 1, 255});
     CHECK(scene.train[0].camera.fx == Approx(4 / std::tan(0.35)));
     CHECK(scene.points.positions.empty());
     // The circle has radius 4 and is centred at the origin.
@@ -101,7 +101,7 @@ TEST_CASE("Blender: file extension added, given test split, white background", "
   }
   LoadOptions black;
   black.background = BackgroundChoice::black;
-  CHECK(pixel(load(folder.path(), black).train[3]) == std::vector<int>{0, 0, 0, 255});
+  CHECK(pixel(load(folder.path(), black).train[3]) == std::vector<int>{0, 127, 0, 255});
   LoadOptions mask;
   mask.alpha = AlphaUse::mask;
   CHECK(pixel(load(folder.path(), mask).train[3]) == std::vector<int>{0, 255, 0, 0});

@@ -65,7 +65,7 @@ TEST_CASE("RGB of transparent pixels does not bleed into edges", "[scene][resamp
       image.rgba.insert(image.rgba.end(), {255, 0, 0, 255});
     else
       image.rgba.insert(image.rgba.end(), {0, 255, 0, 0});
-  REQUIRE(uses_alpha(image));
+  REQUIRE(alpha_of(image) == AlphaFound::some);
   const Photograph small = area_resample(from_coverage(image), 2, 2);
   CHECK(small.colour[0] == glm::u8vec4(128, 0, 0, 128));
   CHECK(small.colour[1] == glm::u8vec4(0, 0, 0, 0));
