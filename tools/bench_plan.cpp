@@ -267,4 +267,18 @@ std::string command(const Training& training) {
 
 std::string command(const StepTiming& timing) { return shell_line("soup-bench steps", timing.arguments); }
 
+std::string with_current_names(const std::string& recorded) {
+  // The leading space keeps parts of other words unchanged.
+  static constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
+      {" rate_texture=", " lr_texture="},       {" rate_mlp=", " lr_mlp="},
+      {" rate_vertex=", " lr_vertex="},         {" rate_end=", " lr_end="},
+      {" rate_vertex_end=", " lr_vertex_end="}, {" resample_every=", " refine_every="},
+      {" resample_until=", " refine_until="}};
+  std::string text = recorded;
+  for (const auto& [earlier, current] : kRenamed)
+    for (std::size_t at = 0; (at = text.find(earlier, at)) != std::string::npos; at += current.size())
+      text.replace(at, earlier.size(), current);
+  return text;
+}
+
 }  // namespace trisoup::bench

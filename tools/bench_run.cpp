@@ -320,10 +320,10 @@ int run_plan(const RunOptions& options) {
     for (const Row& row : table.rows())
       // Results of earlier versions have no number of frames.
       if (row.at("record") != "frame")
-        done.insert(row.at("command"));
+        done.insert(with_current_names(row.at("command")));
       else if (row.at("frame_size") == plan.frame_size &&
                (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
-        timed.insert(row.at("command"));
+        timed.insert(with_current_names(row.at("command")));
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
     std::size_t number = 0, failed = 0, untimed = 0;
