@@ -188,7 +188,7 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const sou
     gpu.launch({"inherit_textures"}, own.count(),
                kernels::InheritTexturesArgs{
                    transfer.parents(), settings.published ? gpu::Address{0} : corners.address(), transfer.old_rows(),
-                   transfer.rows(), from, to, own.count(), settings.published ? INHERIT_COPY : 0u});
+                   transfer.rows(), from, to, own.count(), settings.published ? 1u : 0u});
   });
   replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();

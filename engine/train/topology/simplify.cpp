@@ -333,11 +333,10 @@ std::vector<Round> rounds_from_json(const nlohmann::json& json) {
   std::vector<Round> rounds;
   try {
     for (const nlohmann::json& r : json)
-      // Older files have no `from`: each round started from the one before.
       rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(),
                         r.at("triangles").get<std::uint32_t>(), r.at("validation_psnr").get<double>(),
-                        r.at("validation_ssim").get<double>(),
-                        r.value("from", std::max<std::size_t>(rounds.size(), 1) - 1), r.value("smaller", true)});
+                        r.at("validation_ssim").get<double>(), r.at("from").get<std::size_t>(),
+                        r.at("smaller").get<bool>()});
     for (std::size_t i = 0; i < rounds.size(); ++i)
       if (rounds[i].from > (i > 0 ? i - 1 : 0))
         throw Error("rounds: round {} cannot start from round {}; the file is damaged", i, rounds[i].from);
