@@ -15,6 +15,7 @@
 #include "base/atomic_file.h"
 #include "base/machine.h"
 #include "revision.h"
+#include "soup/soup.h"
 #include "soup/texture_table.h"
 #include "train/start/random_start.h"
 #include "train/step/batch_buffers.h"
@@ -76,7 +77,7 @@ std::map<std::string, double> bytes_of(const Counts& n) {
           {"opacity_backward", n.listed * (4 + 64 + 16) + n.pixels * (16 + 4) + n.covered * 3 * 8},
           {"update_textures", n.source * 8 * 24 + n.lattice * (2 * 4 + 8 * 4 + 4) + n.covered * 9 * 4},
           {"update_vertices", n.triangles * 9 * (12 + 8) + n.triangles * 3 * 8},
-          {"update_mlp", 595.0 * (24 + 4 * n.mlp_groups)}};
+          {"update_mlp", 1.0 * soup::Mlp::kParameters * (24 + 4 * n.mlp_groups)}};
 }
 
 std::map<std::string, double> operations_of(const Counts& n) {
@@ -97,7 +98,7 @@ std::map<std::string, double> operations_of(const Counts& n) {
           {"opacity_backward", n.listed * 64 * kEdges},
           {"update_textures", n.source * 8 * kAdam},
           {"update_vertices", n.triangles * 9 * kAdam},
-          {"update_mlp", 595.0 * (kAdam + n.mlp_groups)}};
+          {"update_mlp", 1.0 * soup::Mlp::kParameters * (kAdam + n.mlp_groups)}};
 }
 
 Costs measure(gpu::Device& gpu, const StepsOptions& c) {
