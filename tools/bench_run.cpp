@@ -299,6 +299,42 @@ void side_by_side(std::size_t threads, const std::function<void()>& work) {
   if (interrupted) throw Interrupted{};
 }
 
+/// Commands of a plan's runs that have been recorded.
+struct RecordedRuns {
+  std::set<std::string> done, timed;  // timed: with frame times as the plan wants them
+};
+
+RecordedRuns recorded_runs(const CsvTable& table, const Plan& plan) {
+  RecordedRuns recorded;
+  for (const Row& row : table.rows())
+    // Results of earlier versions have no number of frames.
+    if (row.at("record") != "frame")
+      recorded.done.insert(with_current_names(row.at("command")));
+    else if (row.at("frame_size") == plan.frame_size &&
+             (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
+      recorded.timed.insert(with_current_names(row.at("command")));
+  return recorded;
+}
+
+/// Removes the folders of finished runs.
+void clean_up(Runner& runner, const Plan& plan, const std::set<std::string>& done, const std::set<std::string>& timed) {
+  // Other folders stay: another plan may need them to measure frame times.
+  for (const StepTiming& t : plan.step_timings)
+    if (done.contains(command(t))) runner.clean_up(command(t));
+  for (const Training& t : plan.trainings)
+    if (done.contains(command(t)) && (plan.frames == 0 || timed.contains(command(t)))) runner.clean_up(command(t));
+}
+
+void report_failures(std::size_t failed, std::size_t total, std::size_t untimed) {
+  if (failed > 0)
+    std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; run the same command to try them again\n", failed, total);
+  if (untimed > 0)
+    std::fprintf(
+        stderr,
+        "soup-bench: frame times of %zu models were not measured; to skip them, remove 'frames' from the plan\n",
+        untimed);
+}
+
 }  // namespace
 
 int run_plan(const RunOptions& options) {
@@ -315,15 +351,9 @@ int run_plan(const RunOptions& options) {
   make_folder(work);
   try {
     const FileLock lock = lock_work(work / "lock");
-    std::set<std::string> done, timed;
     table.append({});  // reads rows that another process added while this one waited
-    for (const Row& row : table.rows())
-      // Results of earlier versions have no number of frames.
-      if (row.at("record") != "frame")
-        done.insert(with_current_names(row.at("command")));
-      else if (row.at("frame_size") == plan.frame_size &&
-               (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
-        timed.insert(with_current_names(row.at("command")));
+    RecordedRuns recorded = recorded_runs(table, plan);
+    std::set<std::string>&done = recorded.done, &timed = recorded.timed;
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
     std::size_t number = 0, failed = 0, untimed = 0;
@@ -358,22 +388,11 @@ int run_plan(const RunOptions& options) {
         else
           ++untimed;
       }
-    if (!options.keep) {
-      // Other folders stay: another plan may need them to measure frame times.
-      for (const StepTiming& t : plan.step_timings)
-        if (done.contains(command(t))) runner.clean_up(command(t));
-      for (const Training& t : plan.trainings)
-        if (done.contains(command(t)) && (plan.frames == 0 || timed.contains(command(t)))) runner.clean_up(command(t));
+    if (!options.keep) clean_up(runner, plan, done, timed);
+    if (failed + untimed > 0) {
+      report_failures(failed, total, untimed);
+      return 1;
     }
-    if (failed > 0)
-      std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; run the same command to try them again\n", failed,
-                   total);
-    if (untimed > 0)
-      std::fprintf(
-          stderr,
-          "soup-bench: frame times of %zu models were not measured; to skip them, remove 'frames' from the plan\n",
-          untimed);
-    if (failed + untimed > 0) return 1;
   } catch (const Interrupted&) {
     std::fprintf(stderr, "soup-bench: interrupted; run the same command to continue\n");
     return 130;
