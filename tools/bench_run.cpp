@@ -316,6 +316,21 @@ RecordedRuns recorded_runs(const CsvTable& table, const Plan& plan) {
   return recorded;
 }
 
+/// Measures the missing frame times of finished trainings, one by one, so that they are comparable. Returns the number
+/// of those that could not be measured.
+std::size_t time_frames(Runner& runner, const Plan& plan, const std::set<std::string>& done,
+                        std::set<std::string>& timed) {
+  std::size_t untimed = 0;
+  for (const Training& t : plan.trainings)
+    if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) {
+      if (runner.time_frames(t))
+        timed.insert(command(t));
+      else
+        ++untimed;
+    }
+  return untimed;
+}
+
 /// Removes the folders of finished runs.
 void clean_up(Runner& runner, const Plan& plan, const std::set<std::string>& done, const std::set<std::string>& timed) {
   // Other folders stay: another plan may need them to measure frame times.
@@ -356,7 +371,7 @@ int run_plan(const RunOptions& options) {
     std::set<std::string>&done = recorded.done, &timed = recorded.timed;
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
-    std::size_t number = 0, failed = 0, untimed = 0;
+    std::size_t number = 0, failed = 0;
     std::mutex mutex;  // protects done, number, failed and next
     const auto all = [&](const auto& runs) {
       std::size_t next = 0;
@@ -380,14 +395,7 @@ int run_plan(const RunOptions& options) {
     };
     all(plan.step_timings);
     all(plan.trainings);
-    // One by one, so that the times are comparable.
-    for (const Training& t : plan.trainings)
-      if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) {
-        if (runner.time_frames(t))
-          timed.insert(command(t));
-        else
-          ++untimed;
-      }
+    const std::size_t untimed = time_frames(runner, plan, done, timed);
     if (!options.keep) clean_up(runner, plan, done, timed);
     if (failed + untimed > 0) {
       report_failures(failed, total, untimed);

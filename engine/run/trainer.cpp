@@ -187,11 +187,11 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
 }
 
 bool Trainer::refine_soup() {
-  const std::uint64_t most =
+  const std::uint64_t max_triangles =
       settings_.most_triangles > 0 ? settings_.most_triangles : default_most_triangles(settings_);
   last_refinement_ =
       refine(gpu_, soup_, buffers_, {views_->half(), views_->full()}, settings_, step_,
-             static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
+             static_cast<std::uint32_t>(std::clamp<std::uint64_t>(max_triangles, settings_.triangles, 0xffffffffu)));
   if (last_refinement_ != RefineOutcome::nothing_seen) {
     texture_start_ = vertex_start_ = step_;
     return true;

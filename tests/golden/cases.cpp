@@ -260,8 +260,8 @@ Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
     }
   }
   s.gpu.upload(s.buffers.hits.address(), settled.hits);
-  const std::size_t most = train::most_ties(s.pixels);
-  report.check("visible triangle", wrong == 0 && otherwise <= most && ties <= 3 * most,
+  const std::size_t max_ties = train::max_ties(s.pixels);
+  report.check("visible triangle", wrong == 0 && otherwise <= max_ties && ties <= 3 * max_ties,
                fmt::format("{} of {} pixels tie, {} of them differ, {} are wrong", ties, s.pixels, otherwise, wrong));
   const auto tied = static_cast<std::size_t>(std::count(settled.triangles.begin(), settled.triangles.end(), true));
   report.check("triangles at ties", tied <= most_tied_triangles(s.triangles),
@@ -346,7 +346,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
               feature_allowance.begin() + static_cast<std::ptrdiff_t>(7 * p));
     tied_features[settled.hits[p].triangle - 1] = true;
   }
-  report.check("hidden units at zero", few && hidden <= train::most_ties(s.pixels),
+  report.check("hidden units at zero", few && hidden <= train::max_ties(s.pixels),
                fmt::format("at {} of {} pixels", hidden, s.pixels));
   const auto left_out = static_cast<std::size_t>(std::count(tied_features.begin(), tied_features.end(), true));
   report.check("triangles at them", left_out <= most_tied_triangles(s.triangles),

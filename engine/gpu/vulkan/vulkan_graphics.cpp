@@ -23,6 +23,15 @@ VkPipelineColorBlendAttachmentState blending(bool blends) {
   return b;
 }
 
+VkPipelineDepthStencilStateCreateInfo depth_test(Depth depth) {
+  auto info =
+      structure<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
+  info.depthTestEnable = depth != Depth::off;
+  info.depthWriteEnable = depth == Depth::nearest;
+  info.depthCompareOp = depth == Depth::nearest ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_LESS;
+  return info;
+}
+
 /// The shape that all targets share.
 const ImageShape& shape_of(const Targets& targets) {
   return (targets.depth ? targets.depth : targets.colour.at(0))->shape();
@@ -172,11 +181,7 @@ VkPipeline VulkanGraphics::make_pipeline(const Draw& draw, const Targets& target
   auto multisample =
       structure<VkPipelineMultisampleStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO);
   multisample.rasterizationSamples = static_cast<VkSampleCountFlagBits>(shape_of(targets).samples);
-  auto depth =
-      structure<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
-  depth.depthTestEnable = draw.depth != Depth::off;
-  depth.depthWriteEnable = draw.depth == Depth::nearest;
-  depth.depthCompareOp = draw.depth == Depth::nearest ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_LESS;
+  const VkPipelineDepthStencilStateCreateInfo depth = depth_test(draw.depth);
   const std::vector<VkPipelineColorBlendAttachmentState> blends(targets.colour.size(), blending(draw.blend));
   auto blend = structure<VkPipelineColorBlendStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO);
   blend.attachmentCount = static_cast<std::uint32_t>(blends.size());
