@@ -4,6 +4,7 @@
 #include "args/contrast.h"
 #include "common/fixed_point.h"
 #include "common/block_grid.h"
+#include "common/photograph.h"
 
 const int kReach = 3;
 const uint kSide = 22u;  // a block plus the reach of its windows on both sides
@@ -23,7 +24,7 @@ KERNEL(64, ContrastArgs) {
     float grey = -1.0f;
     if (x >= 0 && y >= 0 && x < int(width) && y < int(height)) {
       const uint rgba = a.target.v[pixel_offset + uint(y) * width + uint(x)];
-      if (rgba >= 0x80000000u)
+      if (in_mask(rgba))
         grey =
             (0.299f * float(rgba & 255u) + 0.587f * float((rgba >> 8) & 255u) + 0.114f * float((rgba >> 16) & 255u)) *
             (1.0f / 255.0f);

@@ -5,6 +5,7 @@
 #include "common/fixed_point.h"
 #include "common/ssim.h"
 #include "common/block_grid.h"
+#include "common/photograph.h"
 #include "common/ssim_block.h"
 #include "common/ssim_windows.h"
 
@@ -54,7 +55,7 @@ KERNEL_MAIN(64) {
     const uvec2 at = block_pixel(corner, thread, k);
     if (at.x >= width || at.y >= height) continue;
     const uint index = pixel_offset + at.y * width + at.x, rgba = a.target.v[index];
-    if (rgba < 0x80000000u) continue;
+    if (!in_mask(rgba)) continue;
     UNROLL for (uint c = 0u; c < 3u; ++c) {
       const float error = a.colour.v[index * 3u + c] - float((rgba >> (8u * c)) & 255u) * (1.0f / 255.0f);
       sum.x += abs(error);

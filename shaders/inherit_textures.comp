@@ -19,7 +19,7 @@ KERNEL(64, InheritTexturesArgs) {
 
   vec2 corner[3] = {vec2(1.0f, 0.0f), vec2(0.0f, 1.0f), vec2(0.0f)};
   bool whole = true;
-  if ((a.flags & INHERIT_COPY) == 0u) {
+  if (a.copy == 0u) {
     for (uint k = 0u; k < 3u; ++k) {
       const vec2 b = vec2(a.corners.v[triangle * 6u + 2u * k], a.corners.v[triangle * 6u + 2u * k + 1u]);
       whole = whole && b == corner[k];
@@ -41,7 +41,7 @@ KERNEL(64, InheritTexturesArgs) {
   for (uint level = new_row.level_min; level <= new_row.level_max; ++level) {
     const uint samples = lattice_samples(level);
     const float r = float(1u << level);
-    const bool rest = level == new_row.level_max && (a.flags & INHERIT_MOMENTS) == 0u;
+    const bool rest = level == new_row.level_max;
     for (uint e = thread; e < samples * 8u; e += 64u) {
       const uint s = e >> 3, c = e & 7u;
       uint x, y;
@@ -50,11 +50,8 @@ KERNEL(64, InheritTexturesArgs) {
       const vec2 b = corner[2] + own.x * (corner[0] - corner[2]) + own.y * (corner[1] - corner[2]);
       float value = 0.0f;
       uint old_base = old_row.source_offset;
-      // The second moment of a new level starts with that of the next coarser level. With zero, its first steps would
-      // be far too long.
-      const uint same = (a.flags & INHERIT_SQUARES) != 0u ? min(level, old_row.level_max) : level;
       for (uint l = old_row.level_min; l <= old_row.level_max; ++l) {
-        if (l == same || rest) value += look_up(a.old_source, old_base, l, b, c);
+        if (l == level || rest) value += look_up(a.old_source, old_base, l, b, c);
         old_base += lattice_samples(l);
       }
       if (rest) {
@@ -67,8 +64,6 @@ KERNEL(64, InheritTexturesArgs) {
           new_base += lattice_samples(l);
         }
       }
-      // Rounding can make an interpolation of zeros negative, and Adam takes the square root.
-      if ((a.flags & INHERIT_SQUARES) != 0u) value = max(value, 0.0f);
       a.new_source.v[(base + s) * 8u + c] = value;
     }
     base += samples;

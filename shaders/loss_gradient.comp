@@ -6,6 +6,7 @@
 #include "common/fixed_point.h"
 #include "common/ssim.h"
 #include "common/block_grid.h"
+#include "common/photograph.h"
 #include "common/ssim_block.h"
 
 ARGUMENTS(LossGradientArgs)

@@ -6,6 +6,7 @@
 #include "common/exposure.h"
 #include "common/exposure_table.h"
 #include "common/fixed_point.h"
+#include "common/photograph.h"
 
 ARGUMENTS(MeasureExposureArgs)
 
@@ -23,7 +24,7 @@ FN void measure_block(TAKES_ARGUMENTS uint block, uint thread) {
     const uint index = offset + at.y * width + at.x;
     if (at.x >= width || at.y >= height || a.hits.v[index].triangle == 0u) continue;
     const uint rgba = a.target.v[index];
-    if ((rgba >> 24) < 128u) continue;
+    if (!in_mask(rgba)) continue;
     const vec3 colour = vec3(a.colour.v[index * 3u], a.colour.v[index * 3u + 1u], a.colour.v[index * 3u + 2u]);
     add_to_exposure(colour, photograph_colour(rgba), so_far, sums);
   }

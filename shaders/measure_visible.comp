@@ -21,8 +21,8 @@ KERNEL(64, MeasureVisibleArgs) {
   const float ndc = area_at(p0, p1, p2, pixel_ndc(pixel.x, pixel.y, width, height), hit.b0, hit.b1);
   const float pixels = 0.25f * ndc * float(width * height) * a.views.v[view].photograph_pixels;
   // If float cannot represent the value (NaN), use the maximum.
-  const uint most = 1u << 30;
-  const uint area = pixels < float(most) ? max(1u, uint(ceil(pixels))) : most;
+  const uint max_area = 1u << 30;
+  const uint area = pixels < float(max_area) ? max(1u, uint(ceil(pixels))) : max_area;
   atomicMax(a.areas.v[triangle], area);
   atomicOr(a.shown.v[triangle], 1u << view);
 }

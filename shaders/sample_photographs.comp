@@ -3,6 +3,7 @@
 #include "common/kernel.h"
 #include "args/sample_photographs.h"
 #include "common/block_grid.h"
+#include "common/photograph.h"
 
 ARGUMENTS(SamplePhotographsArgs)
 
@@ -22,7 +23,7 @@ FN uint sampled(TAKES_ARGUMENTS uint view, int width, int height, int x, int y) 
     const uint row = uint(clamp(y0 + j, 0, height - 1)) * uint(width);
     UNROLL for (int i = 0; i < 4; ++i) {
       const uint rgba = photo.v[row + uint(clamp(x0 + i, 0, width - 1))];
-      inside = inside && rgba >= 0x80000000u;
+      inside = inside && in_mask(rgba);
       sum += taps_x[i] * taps_y[j] * channels_of(rgba);
     }
   }

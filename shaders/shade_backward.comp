@@ -106,5 +106,5 @@ KERNEL_MAIN(64) {
       block = next_covered(GIVES_ARGUMENTS block + a.groups, thread);
     } while (block < a.blocks);
 
-  write_sums(a.mlp_partial, group * 595u, thread, sums);
+  write_sums(a.mlp_partial, group * MLP_COUNT, thread, sums);
 }

@@ -4,6 +4,7 @@
 #include "common/fixed_point.h"
 #include "common/ssim.h"
 #include "common/block_grid.h"
+#include "common/photograph.h"
 #include "common/ssim_block.h"
 #include "common/ssim_windows.h"
 

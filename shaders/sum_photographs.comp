@@ -5,6 +5,7 @@
 #include "common/fixed_point.h"
 #include "common/block_grid.h"
 #include "common/lattice.h"
+#include "common/photograph.h"
 
 ARGUMENTS(SumPhotographsArgs)
 
@@ -31,7 +32,7 @@ KERNEL_MAIN(64) {
     if (triangle == 0u || triangle - 1u < a.first || triangle - 1u >= a.last) continue;
     if ((pixel + at.y + a.views.v[view].index) % a.stride != 0u) continue;
     const uint rgba = photo.v[pixel];
-    if (rgba < 0x80000000u) continue;
+    if (!in_mask(rgba)) continue;
     const Texture row = a.textures.v[triangle - 1u];
     const LatticeCell cell = lattice_cell(a.hits.v[index].b0, a.hits.v[index].b1, row.level_max);
     const vec3 rgb = vec3(float(rgba & 255u), float((rgba >> 8) & 255u), float((rgba >> 16) & 255u)) * (1.0f / 255.0f);

@@ -1,6 +1,7 @@
 // Sums the workgroups' gradients of every MLP parameter in a fixed order and applies Adam.
 #include "common/kernel.h"
 #include "args/update_mlp.h"
+#include "common/mlp_layout.h"
 #include "common/non_finite.h"
 #include "common/optimiser.h"
 
@@ -13,11 +14,11 @@ KERNEL(64, UpdateMlpArgs) {
   // on a GPU. Eight adjacent parameters form one memory sector.
   const uint thread = gl_LocalInvocationIndex, i = group_index() * 8u + thread % 8u;
   float gradient = 0.0f;
-  if (i < 595u)
-    for (uint g = thread / 8u; g < a.groups; g += 8u) gradient += a.mlp_partial.v[g * 595u + i];
+  if (i < MLP_COUNT)
+    for (uint g = thread / 8u; g < a.groups; g += 8u) gradient += a.mlp_partial.v[g * MLP_COUNT + i];
   s_sum[thread] = gradient;
   barrier();
-  if (thread >= 8u || i >= 595u) return;
+  if (thread >= 8u || i >= MLP_COUNT) return;
   for (uint k = 1u; k < 8u; ++k) gradient += s_sum[8u * k + thread];
   if (DEBUG) a.debug.v[i] = gradient;
   if (a.control.v[0].overflow != 0u) return;

@@ -15,7 +15,7 @@ CONSTANT(0, uint, SAMPLES, 774u);  // largest number of samples of a triangle in
 CONSTANT(1, bool, ADAM, true);     // false: only sum the levels
 CONSTANT(2, bool, DEBUG, false);   // also write the gradient
 
-SHARED uint s_seen, s_most;
+SHARED uint s_seen, s_max;
 const uint QUADS = 2u;  // vectors per sample: features 0..3; features 4..6 and opacity
 // Elements are floats, except for the finest level's sums over pixels.
 SHARED_VECTORS(uint, uvec4, s_word, SAMPLES* QUADS);
@@ -38,14 +38,14 @@ FN void reset_lost(TAKES_ARGUMENTS uint first, uint e, INOUT(FLOATS) logit, INOU
   }
 }
 
-/// Computes the largest feature gradient of the triangle's pixels, in s_most.
+/// Computes the largest feature gradient of the triangle's pixels, in s_max.
 FN void find_most(TAKES_ARGUMENTS uint pixels, uint place, uint thread) {
-  float most = 0.0f;
+  float max_gradient = 0.0f;
   for (uint first = 0u; first < pixels; first += THREADS)
     if (first + thread < pixels)
-      UNROLL for (uint c = 0u; c < 7u; ++c) most =
-          max(most, abs(limited(a.sorted.v[c * a.pixels + place + first + thread])));
-  if (most != 0.0f) atomicMax(s_most, floatBitsToUint(most));
+      UNROLL for (uint c = 0u; c < 7u; ++c) max_gradient =
+          max(max_gradient, abs(limited(a.sorted.v[c * a.pixels + place + first + thread])));
+  if (max_gradient != 0.0f) atomicMax(s_max, floatBitsToUint(max_gradient));
 }
 
 /// Adds the feature gradients of the triangle's pixels to the three samples around each, in units of the sums.
@@ -116,7 +116,7 @@ KERNEL_MAIN(THREADS) {
     const uint gradients = (a.unseen | pixels | a.touched.v[triangle]) != 0u ? fine_count * kElements : 0u;
     if (thread == 0u) {
       s_seen = a.unseen;
-      s_most = 0u;
+      s_max = 0u;
     }
     for (uint i = 0u; i < ELEMENT_STEPS(gradients); ++i)
       if (ELEMENT_OF(i, gradients) < gradients)
@@ -126,7 +126,7 @@ KERNEL_MAIN(THREADS) {
       find_most(GIVES_ARGUMENTS pixels, place, thread);
       barrier();
     }
-    const uint exponent = unit_exponent(pixels, uintBitsToFloat(s_most));
+    const uint exponent = unit_exponent(pixels, uintBitsToFloat(s_max));
     add_pixels(GIVES_ARGUMENTS row, fine, pixels, place, units_per_one(exponent), thread);
     take_opacities(GIVES_ARGUMENTS row, fine, gradients / kElements, thread);
     barrier();

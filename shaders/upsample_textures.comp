@@ -1,4 +1,4 @@
-// Coarse to fine (DiffSoup, section 5): the coarsest new level starts with the old texture sampled at its points, finer
+// Coarse to fine, as in DiffSoup: the coarsest new level starts with the old texture sampled at its points, finer
 // levels start at zero. One workgroup per triangle.
 #include "common/kernel.h"
 #include "args/upsample_textures.h"

@@ -190,6 +190,37 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+/// Returns the median frame times in ms: fragment shading, compute shading, msaa, ssaa, published. renderers: one for
+/// each of the first four.
+std::array<double, 5> frame_times(gpu::Device& gpu, std::span<render::Renderer, 4> renderers, Published& published,
+                                  const render::GpuModel& gpu_model, const std::vector<scene::Camera>& views,
+                                  render::DrawOptions draw, const gpu::Image& target) {
+  std::array<std::vector<double>, 5> times;
+  const auto timed = [&](std::size_t which, bool count, const std::function<void()>& record) {
+    const auto start = std::chrono::steady_clock::now();
+    record();
+    gpu.wait();
+    if (count)
+      times[which].push_back(
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  };
+  // All variants draw each view in turn, so that other load on the machine affects them alike. The first view
+  // creates the pipelines.
+  for (std::size_t i = 0; i <= views.size(); ++i) {
+    const render::View view = render::view_of(views[i % views.size()], 0.025, 2.5);
+    for (std::size_t which = 0; which < 4; ++which)
+      timed(which, i > 0, [&] {
+        using render::AntiAliasing;
+        draw.aa = std::array{AntiAliasing::none, AntiAliasing::none, AntiAliasing::msaa, AntiAliasing::ssaa}[which];
+        renderers[which].draw(gpu_model, view, draw, target);
+      });
+    timed(4, i > 0, [&] { published.draw(view, draw.background, target); });
+  }
+  std::array<double, 5> ms;
+  std::transform(times.begin(), times.end(), ms.begin(), median);
+  return ms;
+}
+
 }  // namespace
 
 void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
@@ -205,42 +236,20 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
                                             render::Renderer(gpu)};
   for (const std::size_t triangles : {1000u, 5000u, 15000u, 60000u}) {
     const soup::Model model = with_triangles(file.model, triangles);
-    const render::GpuModel drawn = render::upload_model(gpu, model);
-    Published published(gpu, model, drawn);
+    const render::GpuModel gpu_model = render::upload_model(gpu, model);
+    Published published(gpu, model, gpu_model);
     std::vector<scene::Camera> cameras;
     for (const soup::ModelCamera& c : file.cameras) cameras.push_back(c.camera);
     const render::Framing framing =
         render::frame(soup::normalised_vertices(file.model), cameras, file.up.value_or(render::mean_up(cameras)));
-    const render::Shading shading = shading_of(gpu, options.shading, drawn, framing);
+    const render::Shading shading = shading_of(gpu, options.shading, gpu_model, framing);
     for (const glm::ivec2 size : {glm::ivec2(1920, 1080), {1280, 720}, {960, 540}}) {
       const gpu::Image target = gpu.graphics()->create_image(
           {gpu::Format::rgba8, static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)}, "picture");
       render::DrawOptions draw;
       draw.background = model.background;
       const std::vector<scene::Camera> views = render::hemisphere(framing, options.repeats, size.x, size.y);
-      std::array<std::vector<double>, 5> times;
-      const auto timed = [&](std::size_t which, bool count, const std::function<void()>& record) {
-        const auto start = std::chrono::steady_clock::now();
-        record();
-        gpu.wait();
-        if (count)
-          times[which].push_back(
-              std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-      };
-      // All variants draw each view in turn, so that other load on the machine affects them alike. The first view
-      // creates the pipelines.
-      for (std::size_t i = 0; i <= views.size(); ++i) {
-        const render::View view = render::view_of(views[i % views.size()], 0.025, 2.5);
-        for (std::size_t which = 0; which < 4; ++which)
-          timed(which, i > 0, [&] {
-            using render::AntiAliasing;
-            draw.aa = std::array{AntiAliasing::none, AntiAliasing::none, AntiAliasing::msaa, AntiAliasing::ssaa}[which];
-            renderers[which].draw(drawn, view, draw, target);
-          });
-        timed(4, i > 0, [&] { published.draw(view, draw.background, target); });
-      }
-      std::array<double, 5> ms;
-      std::transform(times.begin(), times.end(), ms.begin(), median);
+      const std::array<double, 5> ms = frame_times(gpu, renderers, published, gpu_model, views, draw, target);
       const double ours = shading == render::Shading::compute ? ms[1] : ms[0];
       std::printf("%10zu %10s %10s %10.2f %10.2f %10.2f %10.2f %10.2f %8.2f\n", model.triangles(),
                   fmt::format("{}x{}", size.x, size.y).c_str(), render::to_string(shading), ms[0], ms[1], ms[2], ms[3],

@@ -20,6 +20,7 @@ namespace {
 
 using nlohmann::json;
 using Strings = std::vector<std::string>;
+using Named = std::vector<std::pair<std::string, Strings>>;  // names and lists of arguments
 
 /// Formats a value for a message.
 std::string shown(const json& value) { return printable(value.dump(-1, ' ', false, json::error_handler_t::replace)); }
@@ -142,10 +143,10 @@ constexpr std::string_view kStepReserved[] = {"--size",        "--triangles",   
                                               "--help",        "--help-all"};
 
 /// Reads an object of names and lists of arguments.
-std::vector<std::pair<std::string, Strings>> named(const json& value, const std::string& where) {
+Named named(const json& value, const std::string& where) {
   if (!value.is_object() || value.empty())
     throw Error("{}: is {}; give an object of names and lists of arguments", where, shown(value));
-  std::vector<std::pair<std::string, Strings>> all;
+  Named all;
   for (const auto& [name, arguments] : value.items()) {
     try {
       all.emplace_back(name, arguments.get<Strings>());
@@ -180,6 +181,60 @@ std::string shell_line(std::string text, const Strings& words) {
   return text;
 }
 
+/// Adds the trainings of one entry of 'trainings' to the plan. seen: commands of the plan so far, with the names of
+/// their options.
+void add_trainings(const Part& part, const Named& scenes, const Strings& always, std::uint32_t per_decade,
+                   std::map<std::string, std::string>& seen, Plan& plan) {
+  const auto more = part.get<Strings>("arguments", {});
+  check_arguments(more, part.where() + ": arguments", kTrainingReserved);
+  const auto choices =
+      part.at("options").is_null() ? Named{{"full", {}}} : named(part.at("options"), part.where() + ": options");
+  for (const std::string& scene : part.list<std::string>("scenes", {})) {
+    const auto known = std::find_if(scenes.begin(), scenes.end(), [&](const auto& s) { return s.first == scene; });
+    if (known == scenes.end())
+      throw Error("{}: the scene '{}' is not in 'scenes' of the plan; add it there", part.where(), scene);
+    for (const double resolution : part.list<double>("resolutions", {1.0}))
+      for (const std::uint64_t steps : part.list<std::uint64_t>("steps", {}))
+        for (const std::uint32_t triangles : part.list<std::uint32_t>("triangles", {}))
+          for (const std::uint64_t seed : part.list<std::uint64_t>("seeds", {0}))
+            for (const auto& [name, options] : choices) {
+              Training t{scene, name, triangles, steps, seed, resolution, {}};
+              append(t.arguments, {"--steps", std::to_string(steps), "--triangles", std::to_string(triangles), "--seed",
+                                   std::to_string(seed)});
+              if (resolution != 1) append(t.arguments, {"-r", fmt::format("{}", resolution)});
+              append(t.arguments, known->second);
+              append(t.arguments, always);
+              append(t.arguments, more);
+              append(t.arguments, options);
+              if (per_decade > 0) append(t.arguments, {"--eval-log", std::to_string(per_decade)});
+              append(t.arguments, {"--timings"});
+              const auto [other, is_new] = seen.insert({command(t), name});
+              if (!is_new && other->second != name)
+                throw Error("{}: options '{}' and '{}' give the same training, '{}'; remove one", part.where(),
+                            printable(other->second), printable(name), command(t));
+              if (is_new) plan.trainings.push_back(std::move(t));
+            }
+  }
+}
+
+/// Adds the step timings of one entry of 'steps' to the plan.
+void add_step_timings(const Part& part, std::map<std::string, std::string>& seen, Plan& plan) {
+  for (const std::uint32_t size : part.list<std::uint32_t>("sizes", {}))
+    for (const std::uint32_t triangles : part.list<std::uint32_t>("triangles", {})) {
+      StepTiming t{size, triangles, part.get<std::uint32_t>("views", 4), {}};
+      t.arguments = {"--size",           std::to_string(size),
+                     "--triangles",      std::to_string(triangles),
+                     "--views",          std::to_string(t.views),
+                     "--repeats",        std::to_string(part.get<std::uint32_t>("repeats", 5)),
+                     "--most-pixels",    "0",
+                     "--most-triangles", "0"};
+      const auto more = part.get<Strings>("arguments", {});
+      check_arguments(more, part.where() + ": arguments", kStepReserved);
+      append(t.arguments, more);
+      if (seen.insert({command(t), {}}).second) plan.step_timings.push_back(std::move(t));
+    }
+}
+
 }  // namespace
 
 Plan read_plan(const std::filesystem::path& path) {
@@ -198,63 +253,20 @@ Plan read_plan(const std::filesystem::path& path) {
   const Strings always = whole.get<Strings>("arguments", {});
   check_arguments(always, file + ": arguments", kTrainingReserved);
   const auto per_decade = whole.get<std::uint32_t>("evaluations_per_decade", 4);
-  const auto scenes = whole.at("scenes").is_null() ? std::vector<std::pair<std::string, Strings>>{}
-                                                   : named(whole.at("scenes"), file + ": scenes");
+  const auto scenes = whole.at("scenes").is_null() ? Named{} : named(whole.at("scenes"), file + ": scenes");
 
-  std::map<std::string, std::string> seen;  // command to name of its options
+  std::map<std::string, std::string> seen;
   int number = 0;
   for (const json& entry : whole.at("trainings")) {
     const Part part(entry, file + ": trainings " + std::to_string(++number),
                     {"scenes", "triangles", "steps", "resolutions", "seeds", "options", "arguments"});
-    const auto more = part.get<Strings>("arguments", {});
-    check_arguments(more, part.where() + ": arguments", kTrainingReserved);
-    const auto choices = part.at("options").is_null() ? std::vector<std::pair<std::string, Strings>>{{"full", {}}}
-                                                      : named(part.at("options"), part.where() + ": options");
-    for (const std::string& scene : part.list<std::string>("scenes", {})) {
-      const auto known = std::find_if(scenes.begin(), scenes.end(), [&](const auto& s) { return s.first == scene; });
-      if (known == scenes.end())
-        throw Error("{}: the scene '{}' is not in 'scenes' of the plan; add it there", part.where(), scene);
-      for (const double resolution : part.list<double>("resolutions", {1.0}))
-        for (const std::uint64_t steps : part.list<std::uint64_t>("steps", {}))
-          for (const std::uint32_t triangles : part.list<std::uint32_t>("triangles", {}))
-            for (const std::uint64_t seed : part.list<std::uint64_t>("seeds", {0}))
-              for (const auto& [name, options] : choices) {
-                Training t{scene, name, triangles, steps, seed, resolution, {}};
-                append(t.arguments, {"--steps", std::to_string(steps), "--triangles", std::to_string(triangles),
-                                     "--seed", std::to_string(seed)});
-                if (resolution != 1) append(t.arguments, {"-r", fmt::format("{}", resolution)});
-                append(t.arguments, known->second);
-                append(t.arguments, always);
-                append(t.arguments, more);
-                append(t.arguments, options);
-                if (per_decade > 0) append(t.arguments, {"--eval-log", std::to_string(per_decade)});
-                append(t.arguments, {"--timings"});
-                const auto [other, is_new] = seen.insert({command(t), name});
-                if (!is_new && other->second != name)
-                  throw Error("{}: options '{}' and '{}' give the same training, '{}'; remove one", part.where(),
-                              printable(other->second), printable(name), command(t));
-                if (is_new) plan.trainings.push_back(std::move(t));
-              }
-    }
+    add_trainings(part, scenes, always, per_decade, seen, plan);
   }
   number = 0;
   for (const json& entry : whole.at("steps")) {
     const Part part(entry, file + ": steps " + std::to_string(++number),
                     {"sizes", "triangles", "views", "repeats", "arguments"});
-    for (const std::uint32_t size : part.list<std::uint32_t>("sizes", {}))
-      for (const std::uint32_t triangles : part.list<std::uint32_t>("triangles", {})) {
-        StepTiming t{size, triangles, part.get<std::uint32_t>("views", 4), {}};
-        t.arguments = {"--size",           std::to_string(size),
-                       "--triangles",      std::to_string(triangles),
-                       "--views",          std::to_string(t.views),
-                       "--repeats",        std::to_string(part.get<std::uint32_t>("repeats", 5)),
-                       "--most-pixels",    "0",
-                       "--most-triangles", "0"};
-        const auto more = part.get<Strings>("arguments", {});
-        check_arguments(more, part.where() + ": arguments", kStepReserved);
-        append(t.arguments, more);
-        if (seen.insert({command(t), {}}).second) plan.step_timings.push_back(std::move(t));
-      }
+    add_step_timings(part, seen, plan);
   }
   if (plan.trainings.empty() && plan.step_timings.empty())
     throw Error("{}: has neither 'trainings' nor 'steps'; add one", file);
@@ -266,5 +278,19 @@ std::string command(const Training& training) {
 }
 
 std::string command(const StepTiming& timing) { return shell_line("soup-bench steps", timing.arguments); }
+
+std::string with_current_names(const std::string& recorded) {
+  // The leading space keeps parts of other words unchanged.
+  static constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
+      {" rate_texture=", " lr_texture="},       {" rate_mlp=", " lr_mlp="},
+      {" rate_vertex=", " lr_vertex="},         {" rate_end=", " lr_end="},
+      {" rate_vertex_end=", " lr_vertex_end="}, {" resample_every=", " refine_every="},
+      {" resample_until=", " refine_until="}};
+  std::string text = recorded;
+  for (const auto& [earlier, current] : kRenamed)
+    for (std::size_t at = 0; (at = text.find(earlier, at)) != std::string::npos; at += current.size())
+      text.replace(at, earlier.size(), current);
+  return text;
+}
 
 }  // namespace trisoup::bench

@@ -38,4 +38,7 @@ Plan read_plan(const std::filesystem::path& path);
 std::string command(const Training& training);
 std::string command(const StepTiming& timing);
 
+/// Returns a recorded command with today's names of settings, for comparison with command().
+std::string with_current_names(const std::string& recorded);
+
 }  // namespace trisoup::bench

@@ -299,6 +299,57 @@ void side_by_side(std::size_t threads, const std::function<void()>& work) {
   if (interrupted) throw Interrupted{};
 }
 
+/// Commands of a plan's runs that have been recorded.
+struct RecordedRuns {
+  std::set<std::string> done, timed;  // timed: with frame times as the plan wants them
+};
+
+RecordedRuns recorded_runs(const CsvTable& table, const Plan& plan) {
+  RecordedRuns recorded;
+  for (const Row& row : table.rows())
+    // Results of earlier versions have no number of frames.
+    if (row.at("record") != "frame")
+      recorded.done.insert(with_current_names(row.at("command")));
+    else if (row.at("frame_size") == plan.frame_size &&
+             (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
+      recorded.timed.insert(with_current_names(row.at("command")));
+  return recorded;
+}
+
+/// Measures the missing frame times of finished trainings, one by one, so that they are comparable. Returns the number
+/// of those that could not be measured.
+std::size_t time_frames(Runner& runner, const Plan& plan, const std::set<std::string>& done,
+                        std::set<std::string>& timed) {
+  std::size_t untimed = 0;
+  for (const Training& t : plan.trainings)
+    if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) {
+      if (runner.time_frames(t))
+        timed.insert(command(t));
+      else
+        ++untimed;
+    }
+  return untimed;
+}
+
+/// Removes the folders of finished runs.
+void clean_up(Runner& runner, const Plan& plan, const std::set<std::string>& done, const std::set<std::string>& timed) {
+  // Other folders stay: another plan may need them to measure frame times.
+  for (const StepTiming& t : plan.step_timings)
+    if (done.contains(command(t))) runner.clean_up(command(t));
+  for (const Training& t : plan.trainings)
+    if (done.contains(command(t)) && (plan.frames == 0 || timed.contains(command(t)))) runner.clean_up(command(t));
+}
+
+void report_failures(std::size_t failed, std::size_t total, std::size_t untimed) {
+  if (failed > 0)
+    std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; run the same command to try them again\n", failed, total);
+  if (untimed > 0)
+    std::fprintf(
+        stderr,
+        "soup-bench: frame times of %zu models were not measured; to skip them, remove 'frames' from the plan\n",
+        untimed);
+}
+
 }  // namespace
 
 int run_plan(const RunOptions& options) {
@@ -315,18 +366,12 @@ int run_plan(const RunOptions& options) {
   make_folder(work);
   try {
     const FileLock lock = lock_work(work / "lock");
-    std::set<std::string> done, timed;
     table.append({});  // reads rows that another process added while this one waited
-    for (const Row& row : table.rows())
-      // Results of earlier versions have no number of frames.
-      if (row.at("record") != "frame")
-        done.insert(row.at("command"));
-      else if (row.at("frame_size") == plan.frame_size &&
-               (row.at("frames").empty() || row.at("frames") == std::to_string(plan.frames)))
-        timed.insert(row.at("command"));
+    RecordedRuns recorded = recorded_runs(table, plan);
+    std::set<std::string>&done = recorded.done, &timed = recorded.timed;
     Runner runner(options, plan, table, work, lock.descriptor());
     const std::size_t total = plan.trainings.size() + plan.step_timings.size();
-    std::size_t number = 0, failed = 0, untimed = 0;
+    std::size_t number = 0, failed = 0;
     std::mutex mutex;  // protects done, number, failed and next
     const auto all = [&](const auto& runs) {
       std::size_t next = 0;
@@ -350,30 +395,12 @@ int run_plan(const RunOptions& options) {
     };
     all(plan.step_timings);
     all(plan.trainings);
-    // One by one, so that the times are comparable.
-    for (const Training& t : plan.trainings)
-      if (plan.frames > 0 && done.contains(command(t)) && !timed.contains(command(t))) {
-        if (runner.time_frames(t))
-          timed.insert(command(t));
-        else
-          ++untimed;
-      }
-    if (!options.keep) {
-      // Other folders stay: another plan may need them to measure frame times.
-      for (const StepTiming& t : plan.step_timings)
-        if (done.contains(command(t))) runner.clean_up(command(t));
-      for (const Training& t : plan.trainings)
-        if (done.contains(command(t)) && (plan.frames == 0 || timed.contains(command(t)))) runner.clean_up(command(t));
+    const std::size_t untimed = time_frames(runner, plan, done, timed);
+    if (!options.keep) clean_up(runner, plan, done, timed);
+    if (failed + untimed > 0) {
+      report_failures(failed, total, untimed);
+      return 1;
     }
-    if (failed > 0)
-      std::fprintf(stderr, "soup-bench: %zu of %zu runs failed; run the same command to try them again\n", failed,
-                   total);
-    if (untimed > 0)
-      std::fprintf(
-          stderr,
-          "soup-bench: frame times of %zu models were not measured; to skip them, remove 'frames' from the plan\n",
-          untimed);
-    if (failed + untimed > 0) return 1;
   } catch (const Interrupted&) {
     std::fprintf(stderr, "soup-bench: interrupted; run the same command to continue\n");
     return 130;

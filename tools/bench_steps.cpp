@@ -15,6 +15,7 @@
 #include "base/atomic_file.h"
 #include "base/machine.h"
 #include "revision.h"
+#include "soup/soup.h"
 #include "soup/texture_table.h"
 #include "train/start/random_start.h"
 #include "train/step/batch_buffers.h"
@@ -76,7 +77,7 @@ std::map<std::string, double> bytes_of(const Counts& n) {
           {"opacity_backward", n.listed * (4 + 64 + 16) + n.pixels * (16 + 4) + n.covered * 3 * 8},
           {"update_textures", n.source * 8 * 24 + n.lattice * (2 * 4 + 8 * 4 + 4) + n.covered * 9 * 4},
           {"update_vertices", n.triangles * 9 * (12 + 8) + n.triangles * 3 * 8},
-          {"update_mlp", 595.0 * (24 + 4 * n.mlp_groups)}};
+          {"update_mlp", 1.0 * soup::Mlp::kParameters * (24 + 4 * n.mlp_groups)}};
 }
 
 std::map<std::string, double> operations_of(const Counts& n) {
@@ -97,7 +98,39 @@ std::map<std::string, double> operations_of(const Counts& n) {
           {"opacity_backward", n.listed * 64 * kEdges},
           {"update_textures", n.source * 8 * kAdam},
           {"update_vertices", n.triangles * 9 * kAdam},
-          {"update_mlp", 595.0 * (kAdam + n.mlp_groups)}};
+          {"update_mlp", 1.0 * soup::Mlp::kParameters * (kAdam + n.mlp_groups)}};
+}
+
+/// Gives the views photographs of side x side pixels, of noise. Returns their buffer.
+gpu::Buffer add_noise(gpu::Device& gpu, std::vector<train::BatchView>& views, std::uint32_t side) {
+  const std::uint64_t pixels_each = std::uint64_t(side) * side, pixels = pixels_each * views.size();
+  gpu::Buffer photos = gpu.allocate(pixels * 4, "photographs");
+  std::vector<std::uint32_t> noise(pixels);
+  for (std::uint64_t i = 0; i < pixels; ++i) noise[i] = 0xff000000u | static_cast<std::uint32_t>(i * 2654435761u >> 8);
+  gpu.upload(photos.address(), noise);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].photo = photos.address() + 4 * pixels_each * i;
+    views[i] = train::sampled_at(views[i], {0.2, -0.1});  // as steps do
+  }
+  return photos;
+}
+
+/// Counts the work of the last step.
+Counts count(gpu::Device& gpu, const StepsOptions& c, const train::SoupBuffers& soup,
+             const train::BatchBuffers& buffers) {
+  const std::uint64_t pixels = std::uint64_t(c.side) * c.side * c.views;
+  const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
+  const double views_now = c.views;
+  return {.triangles = double(c.triangles),
+          .pixels = double(pixels),
+          .views = views_now,
+          .covered = double(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; })),
+          .listed = double(gpu.download_vector<kernels::Control>(buffers.control.address(), 1)[0].list_total),
+          .source = double(soup.source_samples),
+          .lattice = double(soup.lattice_samples),
+          .tiles = double(buffers.batch().tiles),
+          .mlp_groups = double(buffers.mlp_groups),
+          .windows = views_now * std::pow(std::max(0.0, c.side - 10.0), 2)};
 }
 
 Costs measure(gpu::Device& gpu, const StepsOptions& c) {
@@ -110,15 +143,7 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   train::allocate_mlp(gpu, soup, train::initial_mlp(1));
   train::BatchBuffers buffers(gpu);
   std::vector<train::BatchView> views = cameras(c);
-  const std::uint64_t pixels_each = std::uint64_t(c.side) * c.side, pixels = pixels_each * views.size();
-  gpu::Buffer photos = gpu.allocate(pixels * 4, "photographs");
-  std::vector<std::uint32_t> noise(pixels);
-  for (std::uint64_t i = 0; i < pixels; ++i) noise[i] = 0xff000000u | static_cast<std::uint32_t>(i * 2654435761u >> 8);
-  gpu.upload(photos.address(), noise);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    views[i].photo = photos.address() + 4 * pixels_each * i;
-    views[i] = train::sampled_at(views[i], {0.2, -0.1});  // as steps do
-  }
+  const gpu::Buffer photos = add_noise(gpu, views, c.side);
   buffers.set_batch(views, c.triangles, true);
   train::StepInputs inputs;  // every texture is updated, so that the number of bytes is known
   train::Step step(gpu, soup, buffers);
@@ -144,19 +169,7 @@ Costs measure(gpu::Device& gpu, const StepsOptions& c) {
   }
   gpu.enable_timings(false);
 
-  const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
-  const double views_now = c.views;
-  const Counts counts{
-      .triangles = double(c.triangles),
-      .pixels = double(pixels),
-      .views = views_now,
-      .covered = double(std::count_if(hits.begin(), hits.end(), [](const auto& h) { return h.triangle != 0; })),
-      .listed = double(gpu.download_vector<kernels::Control>(buffers.control.address(), 1)[0].list_total),
-      .source = double(soup.source_samples),
-      .lattice = double(soup.lattice_samples),
-      .tiles = double(buffers.batch().tiles),
-      .mlp_groups = double(buffers.mlp_groups),
-      .windows = views_now * std::pow(std::max(0.0, c.side - 10.0), 2)};
+  const Counts counts = count(gpu, c, soup, buffers);
   const std::map<std::string, double> bytes = bytes_of(counts), operations = operations_of(counts);
   Costs costs;
   for (auto& [name, values] : samples) {
@@ -242,6 +255,33 @@ void table(const std::string& what, const std::vector<std::string>& heads, const
   std::printf("\n");
 }
 
+/// Prints how times grow with pixels and with triangles, and adds them to `json`.
+void growth_tables(gpu::Device& gpu, const StepsOptions& base, nlohmann::json& json) {
+  std::vector<std::string> heads;
+  std::vector<Costs> columns;
+  std::vector<double> sizes;
+  for (std::uint32_t side = 100; side <= base.most_pixels; side *= 2) {
+    StepsOptions c = base;
+    c.side = side;
+    columns.push_back(measure(gpu, c));
+    heads.push_back(fmt::format("{0}x{0}", side));
+    sizes.push_back(double(side) * side);
+  }
+  table("pixels", heads, columns, sizes, json);
+  heads.clear();
+  columns.clear();
+  sizes.clear();
+  for (const std::uint32_t triangles : {1000u, 2000u, 5000u, 15000u, 60000u}) {
+    if (triangles > base.most_triangles) break;
+    StepsOptions c = base;
+    c.triangles = triangles;
+    columns.push_back(measure(gpu, c));
+    heads.push_back(fmt::format("{}", triangles));
+    sizes.push_back(triangles);
+  }
+  table("triangles", heads, columns, sizes, json);
+}
+
 }  // namespace
 
 void steps(gpu::Device& gpu, const StepsOptions& base) {
@@ -277,29 +317,7 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
   std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", "step", total(costs), all.bytes * 1e-6, all.operations * 1e-6,
               all_floor, total(costs) / all_floor);
 
-  std::vector<std::string> heads;
-  std::vector<Costs> columns;
-  std::vector<double> sizes;
-  for (std::uint32_t side = 100; side <= base.most_pixels; side *= 2) {
-    StepsOptions c = base;
-    c.side = side;
-    columns.push_back(measure(gpu, c));
-    heads.push_back(fmt::format("{0}x{0}", side));
-    sizes.push_back(double(side) * side);
-  }
-  table("pixels", heads, columns, sizes, json);
-  heads.clear();
-  columns.clear();
-  sizes.clear();
-  for (const std::uint32_t triangles : {1000u, 2000u, 5000u, 15000u, 60000u}) {
-    if (triangles > base.most_triangles) break;
-    StepsOptions c = base;
-    c.triangles = triangles;
-    columns.push_back(measure(gpu, c));
-    heads.push_back(fmt::format("{}", triangles));
-    sizes.push_back(triangles);
-  }
-  table("triangles", heads, columns, sizes, json);
+  growth_tables(gpu, base, json);
   if (!base.json.empty()) {
     const std::string text = json.dump(2) + "\n";
     write_file_atomically(base.json, std::as_bytes(std::span(text)));

@@ -16,16 +16,9 @@
 
 using namespace trisoup;
 
-int main(int argc, char** argv) {
-  CLI::App app{"Measures the speed of trisoup on a device."};
-  app.require_subcommand(1);
-  // One line, like the other errors of this program.
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
-  app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
-  app.set_help_all_flag("--help-all", "Print the options of all subcommands and exit");
-  gpu::DeviceOptions options;
-  bench::StepsOptions base;
+namespace {
+
+void add_steps(CLI::App& app, gpu::DeviceOptions& options, bench::StepsOptions& base) {
   auto* sub = app.add_subcommand(
       "steps", "time, bytes and operations of a training step by kernel, and growth with pixels and triangles");
   sub->add_option("--backend", options.backend, "auto, vulkan, cuda or cpu [auto: a GPU if there is one, else cpu]");
@@ -41,7 +34,9 @@ int main(int argc, char** argv) {
   sub->add_option("--most-triangles", base.most_triangles,
                   "largest number of triangles in the growth table; below 1000: no table [60000]");
   sub->add_option("--json", base.json, "also write the values to this JSON file");
-  bench::KernelsOptions kernels;
+}
+
+CLI::App* add_kernels(CLI::App& app, gpu::DeviceOptions& options, bench::KernelsOptions& kernels) {
   auto* kernels_sub = app.add_subcommand(
       "kernels", "registers, local and shared memory of each kernel, and workgroups that fit on a multiprocessor");
   kernels_sub->add_option("--backend", options.backend,
@@ -50,7 +45,11 @@ int main(int argc, char** argv) {
                           "number printed by soup-train --list-devices, or part of the name");
   kernels_sub->add_option("--csv", kernels.csv,
                           "also write the table to this CSV file, with all statistics of a Vulkan driver");
-  FramesOptions frames;
+  return kernels_sub;
+}
+
+/// shading: the text of --shading, empty if it is not given.
+CLI::App* add_frames(CLI::App& app, gpu::DeviceOptions& options, FramesOptions& frames, std::string& shading) {
   auto* frames_sub = app.add_subcommand(
       "frames", "frame time by image size and triangles, compared with the passes of the published viewer");
   frames_sub->add_option("MODEL", frames.model, "model.glb; its soup is subdivided or thinned for the table")
@@ -58,14 +57,16 @@ int main(int argc, char** argv) {
   frames_sub->add_option("--device", options.device,
                          "number printed by soup-train --list-devices, or part of the name");
   frames_sub->add_option("--repeats", frames.repeats, "frames timed per value [20]")->check(CLI::Range(1, 100000));
-  std::string shading;
   frames_sub
       ->add_option("--shading", shading,
                    "shading used for the ratio: auto, fragment or compute; both are timed\n"
                    "[TRISOUP_SHADING, else auto: the faster one on the device]")
       ->check(CLI::IsMember({"auto", "fragment", "compute"}));
   frames_sub->add_option("--json", frames.json, "also write the values to this JSON file");
-  bench::RunOptions plan;
+  return frames_sub;
+}
+
+CLI::App* add_run(CLI::App& app, bench::RunOptions& plan) {
   auto* run_sub =
       app.add_subcommand("run", "run the measurements of a plan that are not in the CSV file of results yet");
   run_sub->add_option("PLAN", plan.plan, "JSON file, see docs/charts/README.md")->required();
@@ -75,9 +76,32 @@ int main(int argc, char** argv) {
   run_sub->add_option("--launcher", plan.launcher,
                       "shell words before the command of each run, for clusters: 'srun -n1 -c8 --exclusive';\n"
                       "all nodes must see the same folders");
-  auto* at_once = run_sub->add_option("--at-once", plan.at_once, "number of parallel runs [1; with --launcher: 64]")
-                      ->check(CLI::Range(1, 10'000));
+  run_sub->add_option("--at-once", plan.at_once, "number of parallel runs [1; with --launcher: 64]")
+      ->check(CLI::Range(1, 10'000));
   run_sub->add_flag("--keep", plan.keep, "keep the models and logs of finished trainings");
+  return run_sub;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Measures the speed of trisoup on a device."};
+  app.require_subcommand(1);
+  // One line, like the other errors of this program.
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
+  app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
+  app.set_help_all_flag("--help-all", "Print the options of all subcommands and exit");
+  gpu::DeviceOptions options;
+  bench::StepsOptions base;
+  add_steps(app, options, base);
+  bench::KernelsOptions kernels;
+  const CLI::App* kernels_sub = add_kernels(app, options, kernels);
+  FramesOptions frames;
+  std::string shading;
+  const CLI::App* frames_sub = add_frames(app, options, frames, shading);
+  bench::RunOptions plan;
+  const CLI::App* run_sub = add_run(app, plan);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -86,7 +110,7 @@ int main(int argc, char** argv) {
   try {
     if (*run_sub) {
       plan.programs = std::filesystem::canonical("/proc/self/exe").parent_path();
-      if (!plan.launcher.empty() && at_once->count() == 0) plan.at_once = 64;
+      if (!plan.launcher.empty() && run_sub->count("--at-once") == 0) plan.at_once = 64;
       return bench::run_plan(plan);
     }
     options.draws = frames_sub->parsed();

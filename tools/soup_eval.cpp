@@ -31,9 +31,10 @@ namespace {
 void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far) {
   std::string bad;
   nlohmann::json views = nlohmann::json::array();
-  for (const train::Agreement& a : train::agreement(gpu, model, scene.test, scene.normalisation, near, far)) {
+  for (const train::RendererComparison& a :
+       train::compare_renderer(gpu, model, scene.test, scene.normalisation, near, far)) {
     views.push_back({{"name", utf8(a.view)}, {"pixels", a.pixels}, {"ties", a.ties}, {"psnr", a.psnr}});
-    if (!a.holds()) bad = a.view;
+    if (!a.passes()) bad = a.view;
   }
   std::printf("%s\n", nlohmann::json{{"agreement", views}}.dump(2).c_str());
   if (!bad.empty())

@@ -188,6 +188,55 @@ void export_collider(const CommandLine& options, const viewer::Subject& subject)
   std::printf("%s: %zu triangles\n", file.c_str(), mesh.triangles());
 }
 
+void add_format_options(CLI::App& app, CommandLine& c) {
+  app.add_option("--format", c.format,
+                 "page; published: files of the published viewer; glb: a model.glb without data for other viewers,\n"
+                 "or from files of the published viewer [page]")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{
+          {"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}))
+      ->option_text("TEXT");  // instead of the whole map
+  auto* plain =
+      app.add_flag("--plain-colours", c.plain_colours,
+                   "copy the model unchanged, with colours and mesh for other viewers: about twice the bytes");
+  app.add_option(
+         "--vertex-share", c.vertex_share,
+         "spacing of the grid to which vertices are rounded, pixels of the photograph that shows them closest;\n"
+         "0: keep exact vertices [0.125]")
+      ->check(CLI::Range(0.0, 100.0) & CLI::Validator(
+                                           [](const std::string& text) {
+                                             return text.find("nan") == std::string::npos ? "" : "is not a number";
+                                           },
+                                           ""))
+      ->excludes(plain)
+      ->option_text("FLOAT");
+}
+
+/// Returns an error message if options contradict each other, else null.
+const char* contradiction(const CommandLine& c) {
+  const bool page = c.format == Format::page && !c.collider;
+  if (!page && (c.single_file || c.no_poster || c.page.autorotate || c.page.benchmark || c.page.camera))
+    return "--single-file, --no-poster, --autorotate, --benchmark and --camera apply to pages; leave them out, or "
+           "--format and --collider";
+  if ((c.plain_colours || c.vertex_share) && (c.collider || c.format == Format::published))
+    return "--plain-colours and --vertex-share apply to a page or model.glb; leave them out, or --collider and "
+           "--format published";
+  if (c.format != Format::page && c.collider) return "--collider and --format exclude each other; give one of them";
+  return nullptr;
+}
+
+void add_page_options(CLI::App& app, CommandLine& c, CLI::Option* single_file) {
+  app.add_option("--title", c.page.title,
+                 "title of the page; name of the scene with --format published [name of the model's folder]");
+  app.add_option("--camera", c.page.camera, "first view: number (from 0, test views first) or name [0]");
+  app.add_flag("--autorotate", c.page.autorotate, "rotate the scene until the visitor moves it");
+  app.add_flag("--benchmark", c.page.benchmark,
+               "add benchmark.html, which measures the frame rate of models in a browser")
+      ->excludes(single_file);
+  app.add_flag("--no-poster", c.no_poster, "write no poster; then no GPU or Vulkan driver is needed");
+  app.add_option("--device", c.device.device,
+                 "device that draws the poster: number printed by soup-view --list-devices, or part of the name");
+}
+
 /// Returns nullopt if the program is to exit with `exit_code`.
 std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   CommandLine c;
@@ -212,26 +261,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
                  "folder for the page; .html file with --single-file; data folder with --format published;\n"
                  ".glb file with --format glb and --collider")
       ->required();
-  app.add_option("--format", c.format,
-                 "page; published: files of the published viewer; glb: a model.glb without data for other viewers,\n"
-                 "or from files of the published viewer [page]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Format>{
-          {"page", Format::page}, {"published", Format::published}, {"glb", Format::glb}}))
-      ->option_text("TEXT");  // instead of the whole map
-  auto* plain =
-      app.add_flag("--plain-colours", c.plain_colours,
-                   "copy the model unchanged, with colours and mesh for other viewers: about twice the bytes");
-  app.add_option(
-         "--vertex-share", c.vertex_share,
-         "spacing of the grid to which vertices are rounded, pixels of the photograph that shows them closest;\n"
-         "0: keep exact vertices [0.125]")
-      ->check(CLI::Range(0.0, 100.0) & CLI::Validator(
-                                           [](const std::string& text) {
-                                             return text.find("nan") == std::string::npos ? "" : "is not a number";
-                                           },
-                                           ""))
-      ->excludes(plain)
-      ->option_text("FLOAT");
+  add_format_options(app, c);
   auto* single_file = app.add_flag("--single-file", c.single_file,
                                    "write everything into one .html file, which also opens from a disk");
   app.add_option("--collider", c.collider,
@@ -239,40 +269,15 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
       ->check(CLI::Range(4, 10000000))
       ->excludes(single_file);
   app.add_flag("--overwrite", c.overwrite, "replace existing files");
-  app.add_option("--title", c.page.title,
-                 "title of the page; name of the scene with --format published [name of the model's folder]");
-  app.add_option("--camera", c.page.camera, "first view: number (from 0, test views first) or name [0]");
-  app.add_flag("--autorotate", c.page.autorotate, "rotate the scene until the visitor moves it");
-  app.add_flag("--benchmark", c.page.benchmark,
-               "add benchmark.html, which measures the frame rate of models in a browser")
-      ->excludes(single_file);
-  app.add_flag("--no-poster", c.no_poster, "write no poster; then no GPU or Vulkan driver is needed");
-  app.add_option("--device", c.device.device,
-                 "device that draws the poster: number printed by soup-view --list-devices, or part of the name");
+  add_page_options(app, c, single_file);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     exit_code = app.exit(e) == 0 ? 0 : 1;
     return {};
   }
-  const bool page = c.format == Format::page && !c.collider;
-  if (!page && (c.single_file || c.no_poster || c.page.autorotate || c.page.benchmark || c.page.camera)) {
-    std::fprintf(
-        stderr,
-        "soup-export: --single-file, --no-poster, --autorotate, --benchmark and --camera apply to pages; leave "
-        "them out, or --format and --collider; see --help\n");
-    exit_code = 1;
-    return {};
-  }
-  if ((c.plain_colours || c.vertex_share) && (c.collider || c.format == Format::published)) {
-    std::fprintf(stderr,
-                 "soup-export: --plain-colours and --vertex-share apply to a page or model.glb; leave them out, or "
-                 "--collider and --format published; see --help\n");
-    exit_code = 1;
-    return {};
-  }
-  if (c.format != Format::page && c.collider) {
-    std::fprintf(stderr, "soup-export: --collider and --format exclude each other; give one of them; see --help\n");
+  if (const char* const line = contradiction(c)) {
+    std::fprintf(stderr, "soup-export: %s; see --help\n", line);
     exit_code = 1;
     return {};
   }

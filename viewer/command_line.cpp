@@ -72,22 +72,12 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
   return nullptr;
 }
 
-}  // namespace
-
-std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
-  CommandLine c;
-  CLI::App app{
-      "Shows a soup in real time. Opens a window unless --screenshot, --path, --benchmark or --serve is given.\n"
-      "  soup-view model.glb\n"
-      "  soup-view model.glb --screenshot out.png --camera 12 --size 1920x1080\n"
-      "  soup-view model.glb --path orbit --frames 120 -o frames\n"
-      "  soup-view model.glb --benchmark --json times.json\n"
-      "  soup-view model.glb --serve"};
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-view: {}; see --help\n", e.what()); });
-  app.set_version_flag("--version", "soup-view " TRISOUP_VERSION);
+/// Texts of options that are parsed after all options are known. Empty: not given.
+struct Texts {
   std::string size, background, up, mode, aa;
-  app.add_option("MODEL", c.model, "model.glb, or a folder that contains it");
+};
+
+void add_headless_options(CLI::App& app, CommandLine& c) {
   auto* without = "Without a window (no display needed)";
   auto* screenshot = app.add_option("--screenshot", c.screenshot, "write one image (PNG)")->group(without);
   auto* path = app.add_option("--path", c.path,
@@ -118,9 +108,12 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("--port", c.port, "port for --serve; 0: any free port [8000]")
       ->check(CLI::Range(0, 65535))
       ->group(without);
+}
+
+void add_camera_options(CLI::App& app, CommandLine& c, Texts& texts) {
   auto* camera = "Camera";
   app.add_option("--camera", c.camera, "number (from 0, test views first) or name of a view [0]")->group(camera);
-  app.add_option("--size", size, "WIDTHxHEIGHT in pixels [as the camera; else 1280x720, window 1280x800]")
+  app.add_option("--size", texts.size, "WIDTHxHEIGHT in pixels [as the camera; else 1280x720, window 1280x800]")
       ->group(camera);
   app.add_option("--dataset", c.dataset, "folder with the photographs and cameras to compare with")->group(camera);
   app.add_option("--fov", c.fov, "vertical field of view, degrees [as the camera]")
@@ -133,20 +126,70 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   app.add_option("--far", c.far, "far plane, normalised units [as in the evaluation; free camera in the window: 10]")
       ->check(between(1e-6, 1e6))
       ->group(camera);
-  app.add_option("--up", up, "X,Y,Z: up direction in dataset coordinates [from the model, else from the cameras]")
+  app.add_option("--up", texts.up, "X,Y,Z: up direction in dataset coordinates [from the model, else from the cameras]")
       ->group(camera);
+}
+
+void add_image_options(CLI::App& app, CommandLine& c, Texts& texts) {
   auto* picture = "Image";
-  app.add_option("--mode", mode, "colour, triangles, normals, depth, opacity, level, wireframe or channel [colour]")
+  app.add_option("--mode", texts.mode,
+                 "colour, triangles, normals, depth, opacity, level, wireframe or channel [colour]")
       ->group(picture);
   app.add_option("--channel", c.draw.channel,
                  "channel for --mode channel, 0 to 7: red, green, blue, mix, latent (4 to 6), opacity [0]")
       ->check(CLI::Range(0, 7))
       ->group(picture);
-  app.add_option("--aa", aa,
+  app.add_option("--aa", texts.aa,
                  "anti-aliasing: none, msaa (4 visibility samples) or ssaa (2 x 2 shaded samples)\n"
                  "[msaa; none for --benchmark and in windows drawn by a CPU]")
       ->group(picture);
-  app.add_option("--background", background, "white, black or R,G,B from 0 to 1 [from the model]")->group(picture);
+  app.add_option("--background", texts.background, "white, black or R,G,B from 0 to 1 [from the model]")
+      ->group(picture);
+}
+
+/// Parses `texts` into `c`. Returns an error message, or an empty string.
+std::string read_texts(const Texts& texts, CommandLine& c) {
+  const auto& [size, background, up, mode, aa] = texts;
+  if (!size.empty() && !(c.size = size_from(size)))
+    return fmt::format("--size {}: give WIDTHxHEIGHT, each 1 to 16384", size);
+  if (!background.empty() && !(c.background = colour_from(background)))
+    return fmt::format("--background {}: give white, black or R,G,B from 0 to 1", background);
+  if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f && glm::length(*c.up) < 1e12f)))
+    return fmt::format("--up {}: give three numbers X,Y,Z, not all zero and below 1e12", printable(up));
+  if (!mode.empty()) {
+    const auto m = render::mode_from(mode);
+    if (!m)
+      return fmt::format("--mode {}: give colour, triangles, normals, depth, opacity, level, wireframe or channel",
+                         printable(mode));
+    c.draw.mode = *m;
+  }
+  if (!aa.empty()) {
+    const auto a = render::anti_aliasing_from(aa);
+    if (!a) return fmt::format("--aa {}: give none, msaa or ssaa", aa);
+    c.aa = *a;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
+  CommandLine c;
+  CLI::App app{
+      "Shows a soup in real time. Opens a window unless --screenshot, --path, --benchmark or --serve is given.\n"
+      "  soup-view model.glb\n"
+      "  soup-view model.glb --screenshot out.png --camera 12 --size 1920x1080\n"
+      "  soup-view model.glb --path orbit --frames 120 -o frames\n"
+      "  soup-view model.glb --benchmark --json times.json\n"
+      "  soup-view model.glb --serve"};
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-view: {}; see --help\n", e.what()); });
+  app.set_version_flag("--version", "soup-view " TRISOUP_VERSION);
+  Texts texts;
+  app.add_option("MODEL", c.model, "model.glb, or a folder that contains it");
+  add_headless_options(app, c);
+  add_camera_options(app, c, texts);
+  add_image_options(app, c, texts);
   auto* device = "Device";
   app.add_option("--device", c.device.device, "number printed by --list-devices, or part of the name")->group(device);
   app.add_flag("--list-devices", c.list_devices, "list the devices and exit")->group(device);
@@ -163,24 +206,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
     exit_code = app.exit(e) == 0 ? 0 : 1;
     return {};
   }
-  if (!size.empty() && !(c.size = size_from(size)))
-    return fail(fmt::format("--size {}: give WIDTHxHEIGHT, each 1 to 16384", size));
-  if (!background.empty() && !(c.background = colour_from(background)))
-    return fail(fmt::format("--background {}: give white, black or R,G,B from 0 to 1", background));
-  if (!up.empty() && (!(c.up = vector_from(up)) || !(glm::length(*c.up) > 1e-6f && glm::length(*c.up) < 1e12f)))
-    return fail(fmt::format("--up {}: give three numbers X,Y,Z, not all zero and below 1e12", printable(up)));
-  if (!mode.empty()) {
-    const auto m = render::mode_from(mode);
-    if (!m)
-      return fail(fmt::format("--mode {}: give colour, triangles, normals, depth, opacity, level, wireframe or channel",
-                              printable(mode)));
-    c.draw.mode = *m;
-  }
-  if (!aa.empty()) {
-    const auto a = render::anti_aliasing_from(aa);
-    if (!a) return fail(fmt::format("--aa {}: give none, msaa or ssaa", aa));
-    c.aa = *a;
-  }
+  if (const std::string line = read_texts(texts, c); !line.empty()) return fail(line);
   if (const char* const line = contradiction(app, c)) return fail(line);
   return c;
 }

@@ -47,8 +47,8 @@ void InterfacePainter::paint(const ImDrawData& data, const gpu::Image& target) {
       // Scales to the target: while a window is resized, its size can differ from the framebuffer's.
       const glm::vec2 scale(static_cast<float>(target.shape().width) / data.DisplaySize.x,
                             static_cast<float>(target.shape().height) / data.DisplaySize.y);
-      const auto clip = [&](float value, float origin, float s, std::uint32_t most) {
-        return std::clamp((value - origin) * s, 0.0f, static_cast<float>(most));
+      const auto clip = [&](float value, float origin, float s, std::uint32_t size) {
+        return std::clamp((value - origin) * s, 0.0f, static_cast<float>(size));
       };
       const gpu::ImageShape& shape = target.shape();
       const float x0 = clip(command.ClipRect.x, data.DisplayPos.x, scale.x, shape.width);

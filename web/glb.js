@@ -12,7 +12,8 @@ const FILE_HEADER = 12, CHUNK_HEADER = 8;
  * @throws {SoupError} if a length in a header is wrong or the first chunk is not JSON
  */
 export function decodeGlb(bytes, name) {
-  const damaged = (what) => new SoupError(`${name}: ${what}; the file is damaged, export or copy it again`);
+  const damaged = (what) =>
+    new SoupError(`${name}: ${what}; the file is truncated or damaged, export or copy it again`);
   const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const u32 = (at) => {
     if (at + 4 > bytes.length) throw damaged("ends within a header");

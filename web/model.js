@@ -89,7 +89,7 @@ class Reader {
   }
 
   damaged(what) {
-    return new SoupError(`${this.name}: ${what}; the file is damaged, export or copy it again`);
+    return new SoupError(`${this.name}: ${what}; the file is truncated or damaged, export or copy it again`);
   }
 
   whole(value) {

@@ -52,7 +52,7 @@ export async function decodePages(model) {
       .map((page) => Promise.all(page.features.map((picture) => decodePicture(page, picture)))));
   } catch {
     throw new SoupError(
-      `${model.name}: has a texture that cannot be decoded; the file is damaged, export or copy it again`);
+      `${model.name}: has a texture that cannot be decoded; the file is truncated or damaged, export or copy it again`);
   }
   const fits = pages.flat().every((picture, i) => picture.width === model.pages[i >> 1].width &&
     picture.height === model.pages[i >> 1].height);

@@ -17,10 +17,10 @@ std::string printable(std::string_view text) {
 }
 
 std::string some_names(const std::vector<std::string>& names) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t kMaxNames = 8;
   std::string text;
-  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) text += (i > 0 ? ", " : "") + printable(names[i]);
-  if (names.size() > most) text += fmt::format(" and {} more", names.size() - most);
+  for (std::size_t i = 0; i < std::min(kMaxNames, names.size()); ++i) text += (i > 0 ? ", " : "") + printable(names[i]);
+  if (names.size() > kMaxNames) text += fmt::format(" and {} more", names.size() - kMaxNames);
   return text;
 }
 

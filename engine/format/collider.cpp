@@ -59,8 +59,8 @@ class Grid {
     sums_[number] += glm::vec4(p, 1.0f);
   }
 
-  /// Removes groups of touching cells with fewer than `least` cells.
-  void drop_specks(std::size_t least) {
+  /// Removes groups of touching cells with fewer than `min_cells` cells.
+  void drop_specks(std::size_t min_cells) {
     std::vector<bool> seen(cells_.size(), false);
     std::vector<glm::ivec3> kept;
     for (const glm::ivec3& first : cells_) {
@@ -73,7 +73,7 @@ class Grid {
           seen[number_[at(c)]] = true;
           group.push_back(c);
         });
-      if (group.size() >= least)
+      if (group.size() >= min_cells)
         kept.insert(kept.end(), group.begin(), group.end());
       else
         dropped_.insert(dropped_.end(), group.begin(), group.end());

@@ -100,6 +100,78 @@ std::string text_of(const std::vector<std::uint64_t>& shape) {
 
 constexpr const char* kFix = "use an earlier checkpoint or write the file again";
 
+/// Parses the header, a JSON object.
+nlohmann::json parse_header(std::span<const std::byte> header, const std::string& where) {
+  using nlohmann::json;
+  const char* text = reinterpret_cast<const char*>(header.data());
+  // JSON parsers silently keep the last of two equal keys. Two arrays with the same name are an error here.
+  std::vector<std::set<std::string>> names;
+  std::string twice;
+  bool repeated = false;
+  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) names.emplace_back();
+    if (event == json::parse_event_t::object_end) names.pop_back();
+    if (event == json::parse_event_t::key && !names.back().insert(parsed.get<std::string>()).second) {
+      repeated = true;
+      twice = printable(parsed.get<std::string>());
+    }
+    return true;
+  };
+  const json root = json::parse(text, text + header.size(), watch, /*allow_exceptions=*/false);
+  if (repeated) throw Error("{}: the header contains '{}' twice; {}", where, twice, kFix);
+  if (!root.is_object()) throw Error("{}: the header is not a JSON object; {}", where, kFix);
+  return root;
+}
+
+/// Reads an array's entry in the header. data_size: bytes after the header.
+TensorInfo read_tensor(const std::string& name, const nlohmann::json& value, std::uint64_t data_size,
+                       const std::string& where) {
+  const auto count = [](const nlohmann::json& number) { return number.is_number_unsigned(); };
+  const auto dtype = value.find("dtype"), shape = value.find("shape"), offsets = value.find("data_offsets");
+  if (dtype == value.end() || !dtype->is_string() || shape == value.end() || !shape->is_array() ||
+      offsets == value.end() || !offsets->is_array() || offsets->size() != 2 ||
+      !std::all_of(shape->begin(), shape->end(), count) || !std::all_of(offsets->begin(), offsets->end(), count))
+    throw Error("{}: array '{}' has no valid dtype, shape or data_offsets; {}", where, printable(name), kFix);
+
+  TensorInfo info;
+  const auto row = std::find_if(kDtypes.begin(), kDtypes.end(),
+                                [&](const DtypeName& d) { return d.name == dtype->get_ref<const std::string&>(); });
+  if (row == kDtypes.end())
+    throw Error("{}: array '{}' has the unsupported type '{}'; convert it to F32", where, printable(name),
+                printable(dtype->get<std::string>()));
+  info.dtype = row->dtype;
+  info.shape = shape->get<std::vector<std::uint64_t>>();
+  info.begin = (*offsets)[0].get<std::uint64_t>();
+  info.end = (*offsets)[1].get<std::uint64_t>();
+  if (info.begin > info.end || info.end > data_size)
+    throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is truncated or damaged; {}", where,
+                printable(name), info.begin, info.end, data_size, kFix);
+  std::uint64_t bytes = 0;
+  if (!byte_size(info.shape, info.dtype, bytes) || bytes != info.end - info.begin)
+    throw Error("{}: array '{}' has {} bytes, which does not match its shape; {}", where, printable(name),
+                info.end - info.begin, kFix);
+  if (info.begin % row->size != 0)
+    throw Error("{}: array '{}' is not aligned to its elements; write the file with another program", where,
+                printable(name));
+  return info;
+}
+
+/// Throws Error unless the arrays cover the data exactly, which also detects bytes appended to a file.
+void check_coverage(const std::map<std::string, TensorInfo>& tensors, std::uint64_t data_size,
+                    const std::string& where) {
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
+  for (const auto& [name, info] : tensors) ranges.emplace_back(info.begin, info.end);
+  std::sort(ranges.begin(), ranges.end());
+  std::uint64_t reached = 0;
+  for (const auto& [begin, end] : ranges) {
+    if (begin != reached)
+      throw Error("{}: arrays {} at byte {}; {}", where, begin < reached ? "overlap" : "leave a gap",
+                  std::min(begin, reached), kFix);
+    reached = end;
+  }
+  if (reached != data_size) throw Error("{}: {} bytes belong to no array; {}", where, data_size - reached, kFix);
+}
+
 }  // namespace
 
 std::size_t size_of(Dtype dtype) { return row_of(dtype).size; }
@@ -164,27 +236,7 @@ void SafetensorsWriter::write(const std::filesystem::path& path) const {
 
 SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, std::uint64_t data_size,
                                            const std::string& where) {
-  using nlohmann::json;
-  const char* text = reinterpret_cast<const char*>(header.data());
-
-  // JSON parsers silently keep the last of two equal keys. Two arrays with the same name are an error here.
-  std::vector<std::set<std::string>> names;
-  std::string twice;
-  bool repeated = false;
-  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) names.emplace_back();
-    if (event == json::parse_event_t::object_end) names.pop_back();
-    if (event == json::parse_event_t::key && !names.back().insert(parsed.get<std::string>()).second) {
-      repeated = true;
-      twice = printable(parsed.get<std::string>());
-    }
-    return true;
-  };
-  const json root = json::parse(text, text + header.size(), watch, /*allow_exceptions=*/false);
-  if (repeated) throw Error("{}: the header contains '{}' twice; {}", where, twice, kFix);
-  if (!root.is_object()) throw Error("{}: the header is not a JSON object; {}", where, kFix);
-
-  const auto count = [](const json& value) { return value.is_number_unsigned(); };
+  const nlohmann::json root = parse_header(header, where);
   SafetensorsHeader result;
   for (const auto& [name, value] : root.items()) {
     if (!value.is_object()) throw Error("{}: header entry '{}' is not an object; {}", where, printable(name), kFix);
@@ -195,47 +247,9 @@ SafetensorsHeader parse_safetensors_header(std::span<const std::byte> header, st
       }
       continue;
     }
-    const auto dtype = value.find("dtype"), shape = value.find("shape"), offsets = value.find("data_offsets");
-    if (dtype == value.end() || !dtype->is_string() || shape == value.end() || !shape->is_array() ||
-        offsets == value.end() || !offsets->is_array() || offsets->size() != 2 ||
-        !std::all_of(shape->begin(), shape->end(), count) || !std::all_of(offsets->begin(), offsets->end(), count))
-      throw Error("{}: array '{}' has no valid dtype, shape or data_offsets; {}", where, printable(name), kFix);
-
-    TensorInfo info;
-    const auto row = std::find_if(kDtypes.begin(), kDtypes.end(),
-                                  [&](const DtypeName& d) { return d.name == dtype->get_ref<const std::string&>(); });
-    if (row == kDtypes.end())
-      throw Error("{}: array '{}' has the unsupported type '{}'; convert it to F32", where, printable(name),
-                  printable(dtype->get<std::string>()));
-    info.dtype = row->dtype;
-    info.shape = shape->get<std::vector<std::uint64_t>>();
-    info.begin = (*offsets)[0].get<std::uint64_t>();
-    info.end = (*offsets)[1].get<std::uint64_t>();
-    if (info.begin > info.end || info.end > data_size)
-      throw Error("{}: array '{}' lies at bytes {}..{} of {}: the file is truncated or damaged; {}", where,
-                  printable(name), info.begin, info.end, data_size, kFix);
-    std::uint64_t bytes = 0;
-    if (!byte_size(info.shape, info.dtype, bytes) || bytes != info.end - info.begin)
-      throw Error("{}: array '{}' has {} bytes, which does not match its shape; {}", where, printable(name),
-                  info.end - info.begin, kFix);
-    if (info.begin % row->size != 0)
-      throw Error("{}: array '{}' is not aligned to its elements; write the file with another program", where,
-                  printable(name));
-    result.tensors.emplace(name, std::move(info));
+    result.tensors.emplace(name, read_tensor(name, value, data_size, where));
   }
-
-  // The arrays must cover the data exactly. This also detects bytes appended to a file.
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges;
-  for (const auto& [name, info] : result.tensors) ranges.emplace_back(info.begin, info.end);
-  std::sort(ranges.begin(), ranges.end());
-  std::uint64_t reached = 0;
-  for (const auto& [begin, end] : ranges) {
-    if (begin != reached)
-      throw Error("{}: arrays {} at byte {}; {}", where, begin < reached ? "overlap" : "leave a gap",
-                  std::min(begin, reached), kFix);
-    reached = end;
-  }
-  if (reached != data_size) throw Error("{}: {} bytes belong to no array; {}", where, data_size - reached, kFix);
+  check_coverage(result.tensors, data_size, where);
   return result;
 }
 

@@ -37,11 +37,11 @@ double shown_pixel(const scene::Camera& camera, const CornersInSpace& corners) {
 
 /// Pixel size at the nearest camera, for triangles that no camera shows.
 double nearest_pixel(std::span<const ModelCamera> cameras, const CornersInSpace& corners) {
-  double least = INFINITY;
+  double min_size = INFINITY;
   for (const ModelCamera& c : cameras)
     for (const glm::dvec3& corner : corners.at)
-      least = std::min(least, std::max(kNearest, glm::distance(corner, c.camera.centre())) / focal(c.camera));
-  return least;
+      min_size = std::min(min_size, std::max(kNearest, glm::distance(corner, c.camera.centre())) / focal(c.camera));
+  return min_size;
 }
 
 int exponent_for(std::span<const ModelCamera> cameras, const CornersInSpace& corners, double share) {
@@ -51,8 +51,8 @@ int exponent_for(std::span<const ModelCamera> cameras, const CornersInSpace& cor
   for (const glm::dvec3& corner : corners.at)
     largest = std::max({largest, std::abs(corner.x), std::abs(corner.y), std::abs(corner.z)});
   const double wanted = std::ceil(-std::log2(share * pixel));
-  const double most = largest > 0 ? std::floor(std::log2(double(kMostSteps) / largest)) : double(kMostExponent);
-  return static_cast<int>(std::clamp(std::min(wanted, most), -double(kMostExponent), double(kMostExponent)));
+  const double max_exponent = largest > 0 ? std::floor(std::log2(double(kMostSteps) / largest)) : double(kMostExponent);
+  return static_cast<int>(std::clamp(std::min(wanted, max_exponent), -double(kMostExponent), double(kMostExponent)));
 }
 
 /// Returns the rank of each value in sorted order.

@@ -139,14 +139,14 @@ void take_statistic(KernelResources& resources, const std::string& name, std::ui
   const auto is = [&](std::initializer_list<std::string_view> names) {
     return std::ranges::find(names, name) != names.end();
   };
-  const auto most = [&](std::optional<std::uint32_t>& field) {
+  const auto raise = [&](std::optional<std::uint32_t>& field) {
     field = std::max(field.value_or(0), static_cast<std::uint32_t>(value));
   };
   // The names used by NVIDIA's driver, NVK, RADV, AMD's driver and Intel's ANV.
   if (is({"Register Count", "Number of GPRs", "VGPRs", "numUsedVgprs", "Max live registers"}))
-    most(resources.registers);
+    raise(resources.registers);
   if (is({"Local Memory Size", "SLM Size", "Scratch size", "scratchMemUsageInBytes", "Scratch Memory Size"}))
-    most(resources.local_bytes);
+    raise(resources.local_bytes);
   if (is({"Shared Memory Size", "LDS size", "LDS Size", "ldsUsageSizeInBytes", "Workgroup Memory Size"}))
     resources.shared_bytes = static_cast<std::uint32_t>(value);
 }

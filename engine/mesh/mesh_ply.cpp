@@ -217,9 +217,9 @@ Header read_header(std::string_view& rest, const std::string& name) {
 /// Reads one element. Appends positions and faces to the mesh and skips everything else.
 void read_element(const Element& element, Body& body, const std::string& name, Mesh& mesh) {
   if (element.properties.empty()) return;  // such elements have no bytes, whatever their count
-  std::size_t least = 0;
-  for (const Property& property : element.properties) least += body.least_size(property);
-  body.expect_at_least(element.count, least);
+  std::size_t min_size = 0;
+  for (const Property& property : element.properties) min_size += body.least_size(property);
+  body.expect_at_least(element.count, min_size);
   const bool vertices = element.name == "vertex", faces = element.name == "face";
   for (const char* axis : {"x", "y", "z"})
     if (vertices && std::none_of(element.properties.begin(), element.properties.end(),

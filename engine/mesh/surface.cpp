@@ -93,9 +93,9 @@ class Walker {
     const double volume = glm::determinant(edges);
     if (volume == 0) return -1;
     const glm::dvec3 shares = glm::inverse(edges) * direction;
-    const double least = std::min({shares.x, shares.y, shares.z});
+    const double min_share = std::min({shares.x, shares.y, shares.z});
     const double size = std::abs(shares.x) + std::abs(shares.y) + std::abs(shares.z);
-    return size > 0 && std::isfinite(size) ? least / size : -1;
+    return size > 0 && std::isfinite(size) ? min_share / size : -1;
   }
 
   std::span<const glm::dvec3> points_;

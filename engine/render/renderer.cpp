@@ -14,6 +14,47 @@ constexpr std::array<const char*, kModes> kModeNames{"colour",  "triangles", "no
                                                      "opacity", "level",     "wireframe", "channel"};
 constexpr std::array<const char*, 3> kAaNames{"none", "msaa", "ssaa"};
 
+kernels::DrawFrame frame_of(const GpuModel& model, const View& view, const DrawOptions& options) {
+  const glm::dmat4 world_from_clip = glm::inverse(view.clip_from_world);
+  const scene::PixelRays rays = scene::pixel_rays(world_from_clip);
+  kernels::DrawFrame frame{};
+  frame.clip_from_world = glm::mat4(view.clip_from_world);
+  frame.eye = glm::vec4(scene::eye(world_from_clip), 1.0);
+  frame.ray = glm::vec4(rays.centre, 0.0);
+  frame.ray_x = glm::vec4(rays.x, 0.0);
+  frame.ray_y = glm::vec4(rays.y, 0.0);
+  frame.background = glm::vec4(options.background, 1.0f);
+  frame.pixel_x = 2.0f / static_cast<float>(view.width);
+  frame.pixel_y = 2.0f / static_cast<float>(view.height);
+  // Depth range along the viewing direction of the box that contains most of the model.
+  const soup::Box& box = model.box;
+  float nearest = 1e30f, farthest = 0.0f;
+  for (int i = 0; i < 8; ++i) {
+    const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                           i & 4 ? box.high.z : box.low.z);
+    const float w = (frame.clip_from_world * glm::vec4(corner, 1.0f)).w;
+    nearest = std::min(nearest, w);
+    farthest = std::max(farthest, w);
+  }
+  frame.depth_near = std::max(nearest, 0.0f);
+  frame.depth_far = std::max(farthest, frame.depth_near + 1e-6f);
+  frame.channel = options.channel;
+  return frame;
+}
+
+/// The second pass, which shades the visible triangles, without textures and uniform buffers.
+gpu::Draw shading_draw(const GpuModel& model, const DrawOptions& options, AntiAliasing aa) {
+  gpu::Draw shade{.vertex = "screen", .fragment = "shade"};
+  const bool fixed = !model.mlp_constants.empty();
+  if (fixed) shade.fragment = "shade_fixed";
+  if (aa == AntiAliasing::msaa) shade.fragment = fixed ? "shade_multisampled_fixed" : "shade_multisampled";
+  if (aa == AntiAliasing::ssaa) shade.fragment = fixed ? "shade_supersampled_fixed" : "shade_supersampled";
+  shade.constants = {static_cast<std::uint32_t>(options.mode)};
+  shade.constants.insert(shade.constants.end(), model.mlp_constants.begin(), model.mlp_constants.end());
+  shade.count = 3;
+  return shade;
+}
+
 }  // namespace
 
 const char* to_string(Mode mode) { return kModeNames[static_cast<std::size_t>(mode)]; }
@@ -65,30 +106,7 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
   gpu::fit(graphics_, hits_, {gpu::Format::r32_uint, width, height, 0, samples}, "visible triangles");
   gpu::fit(graphics_, depth_, {gpu::Format::depth32, width, height, 0, samples}, "depth");
 
-  const glm::dmat4 world_from_clip = glm::inverse(view.clip_from_world);
-  const scene::PixelRays rays = scene::pixel_rays(world_from_clip);
-  kernels::DrawFrame frame{};
-  frame.clip_from_world = glm::mat4(view.clip_from_world);
-  frame.eye = glm::vec4(scene::eye(world_from_clip), 1.0);
-  frame.ray = glm::vec4(rays.centre, 0.0);
-  frame.ray_x = glm::vec4(rays.x, 0.0);
-  frame.ray_y = glm::vec4(rays.y, 0.0);
-  frame.background = glm::vec4(options.background, 1.0f);
-  frame.pixel_x = 2.0f / static_cast<float>(view.width);
-  frame.pixel_y = 2.0f / static_cast<float>(view.height);
-  // Depth range along the viewing direction of the box that contains most of the model.
-  const soup::Box& box = model.box;
-  float nearest = 1e30f, farthest = 0.0f;
-  for (int i = 0; i < 8; ++i) {
-    const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
-                           i & 4 ? box.high.z : box.low.z);
-    const float w = (frame.clip_from_world * glm::vec4(corner, 1.0f)).w;
-    nearest = std::min(nearest, w);
-    farthest = std::max(farthest, w);
-  }
-  frame.depth_near = std::max(nearest, 0.0f);
-  frame.depth_far = std::max(farthest, frame.depth_near + 1e-6f);
-  frame.channel = options.channel;
+  const kernels::DrawFrame frame = frame_of(model, view, options);
   gpu_.upload(frame_.address(), std::as_bytes(std::span(&frame, 1)));
 
   kernels::SoupArgs args{};
@@ -114,14 +132,7 @@ void Renderer::draw(const GpuModel& model, const View& view, const DrawOptions& 
     watch("shading", 2, kPasses);
   }
 
-  gpu::Draw shade{.vertex = "screen", .fragment = "shade"};
-  const bool fixed = !model.mlp_constants.empty();
-  if (fixed) shade.fragment = "shade_fixed";
-  if (aa == AntiAliasing::msaa) shade.fragment = fixed ? "shade_multisampled_fixed" : "shade_multisampled";
-  if (aa == AntiAliasing::ssaa) shade.fragment = fixed ? "shade_supersampled_fixed" : "shade_supersampled";
-  shade.constants = {static_cast<std::uint32_t>(options.mode)};
-  shade.constants.insert(shade.constants.end(), model.mlp_constants.begin(), model.mlp_constants.end());
-  shade.count = 3;
+  gpu::Draw shade = shading_draw(model, options, aa);
   shade.textures = {&hits_, &model.table, &model.features};
   shade.uniforms = opaque.uniforms;
   // With one sample per pixel, the depth of the first pass tells which pixels need shading.

@@ -61,19 +61,19 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
       largest_test =
           std::max(largest_test, std::uint64_t(v.camera.width) * static_cast<std::uint64_t>(v.camera.height));
   // The real recipe splits beyond the budget between two refinements. It needs room for at least a quarter more.
-  std::uint64_t most = s.triangles;
-  if (s.recipe == Recipe::real) most = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
+  std::uint64_t max_triangles = s.triangles;
+  if (s.recipe == Recipe::real) max_triangles = s.most_triangles > 0 ? s.most_triangles : s.triangles + s.triangles / 4;
   const BatchSize batch = largest_batch(scene.train, s);
   need.buffers = batch_bytes(batch.views, std::max(batch.pixels, kPassPixels), batch.tiles,
-                             static_cast<std::uint32_t>(std::max<std::uint64_t>(most, s.init_count)), true) +
+                             static_cast<std::uint32_t>(std::max<std::uint64_t>(max_triangles, s.init_count)), true) +
                  kPassScreenBytes + (64ull << 20) + 4 * largest_test * 4;
   // Refinement copies the texture arrays one after the other, so only one array, the logits at most, exists twice at
   // any time. Added to that are texture table rows, parents and corners of triangles.
-  const std::uint64_t logits = most * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
+  const std::uint64_t logits = max_triangles * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * 4 / ranks;
   const std::uint64_t change =
-      triangle_bytes(most) + most * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * 2;
+      triangle_bytes(max_triangles) + max_triangles * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * 2;
   need.soup = std::max({soup_bytes(s.init_count, kCoarseLevel, kCoarseLevel, ranks),
-                        soup_bytes(most, s.level_min, s.level_max, ranks), change});
+                        soup_bytes(max_triangles, s.level_min, s.level_max, ranks), change});
   if (ranks > 1) need.buffers += batch.pixels * SharedSoup::kPixelBytes;
   return need;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/host.h"
 #include "train/step/fixed_sum.h"
 
 namespace trisoup::train {
@@ -25,7 +26,7 @@ Progress read_progress(gpu::Device& gpu, const BatchBuffers& buffers, TrainingVi
   const double n = std::max<double>(1.0, static_cast<double>(count));
   p.l1 /= n;
   p.ssim /= n;
-  p.loss = 0.8 * p.l1 + 0.1 * (1.0 - p.ssim);
+  p.loss = LOSS_L1 * p.l1 + LOSS_SSIM * (1.0 - p.ssim);
   if (measured > 0) p.psnr = mse > 0 ? -10.0 * std::log10(mse / measured) : 100.0;
   return p;
 }

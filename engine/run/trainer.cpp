@@ -39,16 +39,20 @@ std::array<std::uint64_t, 5> sizes_of(const BatchLayout& batch) {
 
 }  // namespace
 
-Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start,
-                 ranks::Ranks* ranks)
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, ranks::Ranks* ranks)
     : gpu_(gpu),
       scene_(scene),
       settings_(settings),
       photographs_(scene::fingerprint_of_photographs(scene.train)),
       buffers_(gpu),
+      ranks_(ranks),
       queue_(gpu) {
-  ranks_ = ranks;
   if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, buffers_, *ranks);
+}
+
+Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const Start& start,
+                 ranks::Ranks* ranks)
+    : Trainer(gpu, scene, settings, ranks) {
   const bool paints = starts_from_surface(settings_) && coarse_end(settings_) == 0 && !start.colours.empty();
   const bool coarse = coarse_end(settings_) > 0;
   const soup::TextureLevels levels = paints   ? soup::TextureLevels{0, 0}
@@ -73,16 +77,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
 }
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, const soup::Model& model)
-    : gpu_(gpu),
-      scene_(scene),
-      settings_(settings),
-      photographs_(scene::fingerprint_of_photographs(scene.train)),
-      buffers_(gpu),
-      queue_(gpu),
-      step_(settings.steps),
-      texture_start_(settings.steps),
-      vertex_start_(settings.steps),
-      mlp_start_(settings.steps) {
+    : Trainer(gpu, scene, settings, nullptr) {
+  step_ = texture_start_ = vertex_start_ = mlp_start_ = settings.steps;
   start_from_model(gpu_, soup_, model, scene.normalisation);
   prepare();
   // A model has its finest levels alone; they are learnt as what several add up to.
@@ -191,11 +187,11 @@ void Trainer::train_until(std::uint64_t last, const Callbacks& callbacks) {
 }
 
 bool Trainer::refine_soup() {
-  const std::uint64_t most =
+  const std::uint64_t max_triangles =
       settings_.most_triangles > 0 ? settings_.most_triangles : default_most_triangles(settings_);
   last_refinement_ =
       refine(gpu_, soup_, buffers_, {views_->half(), views_->full()}, settings_, step_,
-             static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, settings_.triangles, 0xffffffffu)));
+             static_cast<std::uint32_t>(std::clamp<std::uint64_t>(max_triangles, settings_.triangles, 0xffffffffu)));
   if (last_refinement_ != RefineOutcome::nothing_seen) {
     texture_start_ = vertex_start_ = step_;
     return true;

@@ -117,6 +117,8 @@ class Trainer {
   std::vector<glm::vec4> exposures();
 
  private:
+  /// The part of construction that all starts share. The soup stays empty.
+  Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, ranks::Ranks* ranks);
   void prepare();
   /// Its triangles, textures and MLP with their moments. Those of exposures, once there is room for them (prepare()).
   void read_soup(const soup::Safetensors& file, const std::filesystem::path& path);

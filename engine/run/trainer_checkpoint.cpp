@@ -89,14 +89,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
 
 Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings,
                  const std::filesystem::path& path, ranks::Ranks* ranks)
-    : gpu_(gpu),
-      scene_(scene),
-      settings_(settings),
-      photographs_(scene::fingerprint_of_photographs(scene.train)),
-      buffers_(gpu),
-      queue_(gpu) {
-  ranks_ = ranks;
-  if (ranks && ranks->size() > 1) shared_.emplace(gpu_, soup_, buffers_, *ranks);
+    : Trainer(gpu, scene, settings, ranks) {
   const soup::Safetensors file = soup::Safetensors::open(path);
   const auto text = [&](const char* key) { return checkpoint_text(file, path, key); };
   const auto number = [&](const char* key) { return checkpoint_number(file, path, key); };
@@ -109,8 +102,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   if (text("background") != background_text(scene))
     throw Error("{}: was trained on another background; use the same `background` or start again with `overwrite`",
                 path.string());
-  // Older checkpoints lack this entry.
-  if (file.metadata().contains("photographs") && number("photographs") != photographs_)
+  if (number("photographs") != photographs_)
     throw Error(
         "{}: was trained on other photographs or masks; use the same files and the same `alpha`, or start again with "
         "`overwrite`",
@@ -129,7 +121,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   rounds_ = info.rounds;
   texture_start_ = number("texture_start");
   vertex_start_ = number("vertex_start");
-  if (file.metadata().contains("mlp_start")) mlp_start_ = number("mlp_start");
+  mlp_start_ = number("mlp_start");
   if (texture_start_ > step_ || vertex_start_ > step_ || mlp_start_ > step_)
     throw Error("{}: damaged checkpoint (step {} of {}); start again with `overwrite`", path.string(), step_,
                 settings_.steps);

@@ -6,12 +6,8 @@
 namespace KERNEL_TYPES {
 #endif
 
-#define INHERIT_COPY 1     // as published: as if every triangle were its whole parent; corners are not read
-#define INHERIT_MOMENTS 2  // per level; otherwise the sum of the levels is preserved
-#define INHERIT_SQUARES 4  // second moments: clamped to zero or more
-
-/// Textures, or their moments, after a refinement. Every triangle inherits its part of its parent's texture. One
-/// workgroup per triangle.
+/// Textures after a refinement. Every triangle inherits its part of its parent's texture; the sum of the levels is
+/// preserved. One workgroup per triangle.
 struct InheritTexturesArgs {
   POINTER(Uints) parents;   // [new T]
   POINTER(Floats) corners;  // [new T][3][2]: b0, b1 of the triangle's corners in its parent
@@ -20,7 +16,7 @@ struct InheritTexturesArgs {
   POINTER(Floats) old_source;
   POINTER(CoherentFloats) new_source;
   uint triangles;
-  uint flags;
+  uint copy;  // 1, as published: as if every triangle were its whole parent; corners are not read
 };
 
 #ifndef GL_core_profile

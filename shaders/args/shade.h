@@ -13,7 +13,7 @@ struct ShadeArgs {
   POINTER(Hits) hits;
   POINTER(Textures) textures;
   POINTER(Float4s) lattice;  // [lattice samples][8], after the sigmoid
-  POINTER(Floats) mlp;       // [595]
+  POINTER(Floats) mlp;       // [MLP_COUNT]
   POINTER(Floats) colour;    // [pixels][3]
   POINTER(Floats) debug;     // [pixels][16]: MLP inputs, if requested
   uint blocks, view_count;

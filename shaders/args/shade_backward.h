@@ -17,7 +17,7 @@ struct ShadeBackwardArgs {
   POINTER(Uints) places;        // [triangles]: position of the first pixel of each (place_pixels)
   POINTER(Uints) ranks;         // [pixels]: rank among the pixels of its triangle (count_visible)
   POINTER(Floats) sorted;       // [9][pixels]: dL/dfeature and barycentrics, by position
-  POINTER(Floats) mlp_partial;  // [groups][595]
+  POINTER(Floats) mlp_partial;  // [groups][MLP_COUNT]
   POINTER(Floats) debug;        // [pixels][7]: dL/dfeature, if requested
   POINTER(Uints) target;        // [pixels]: RGBA8
   POINTER(Float4s) exposure;    // [photographs][2]

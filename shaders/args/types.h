@@ -114,7 +114,7 @@ STRUCT ImageSums {
 #define IMAGE_SUM_UNIT 1024.0f
 
 /// Non-finite parameters that were reset (common/non_finite.h).
-STRUCT Fault {
+STRUCT NonFiniteRecord {
   uint count;  // since the host last read it
   uint index;  // of the first: index of the float in its array
   uint step;   // step in which it was found
@@ -126,11 +126,11 @@ STRUCT Fault {
 
 /// Flags that persist between steps.
 STRUCT Control {
-  uint list_total;     // entries that the tile lists of the last step needed
-  uint overflow;       // 1: the lists did not fit; parameters have not changed since
-  uint list_peak;      // maximum over all steps
-  uint overflow_step;  // the first step whose lists did not fit
-  Fault faults[3];     // indexed by NON_FINITE_
+  uint list_total;                // entries that the tile lists of the last step needed
+  uint overflow;                  // 1: the lists did not fit; parameters have not changed since
+  uint list_peak;                 // maximum over all steps
+  uint overflow_step;             // the first step whose lists did not fit
+  NonFiniteRecord non_finite[3];  // indexed by NON_FINITE_
 };
 
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)

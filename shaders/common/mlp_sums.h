@@ -50,7 +50,7 @@ FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
   sums = s;
 }
 
-/// partial: [595], starting at `base`.
+/// partial: [MLP_COUNT], starting at `base`.
 FN void write_sums(Floats partial, uint base, uint thread, IN(MlpSums) sums) {
   const uint in_index = thread & 15u, output0 = (thread >> 4) * 4u;
   UNROLL for (uint i = 0u; i < 4u; ++i) {
@@ -108,7 +108,7 @@ FN void add_pixels(uint thread, INOUT(MlpSums) sums) {
   }
 }
 
-/// partial: [595], starting at `at`.
+/// partial: [MLP_COUNT], starting at `at`.
 FN void write_sums(Floats partial, uint at, uint thread, IN(MlpSums) sums) {
   if (thread >= 36u) return;
   const uint layer = thread < 16u ? 0u : thread < 32u ? 1u : 2u;

@@ -14,7 +14,7 @@ FN bool usable(vec3 x, float limit) { return usable(x.x, limit) && usable(x.y, l
 /// Records for the host that a parameter had to be reset. kind: NON_FINITE_; index: of the float in its array. Only one
 /// of the first indices is kept.
 FN void note_non_finite(Controls control, uint kind, uint index, uint step) {
-  if (atomicAdd(control.v[0].faults[kind].count, 1u) != 0u) return;
-  control.v[0].faults[kind].index = index;
-  control.v[0].faults[kind].step = step;
+  if (atomicAdd(control.v[0].non_finite[kind].count, 1u) != 0u) return;
+  control.v[0].non_finite[kind].index = index;
+  control.v[0].non_finite[kind].step = step;
 }

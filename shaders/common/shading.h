@@ -1,6 +1,6 @@
 // Neural shading (DiffSoup, section 3): a small MLP maps 7 features and the spherical harmonics of the view direction
-// to a colour. The includer defines MLP(i), the i-th parameter: w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3],
-// row-major [out][in].
+// to a colour. The includer defines MLP(i), the i-th parameter (mlp_layout.h).
+#include "common/mlp_layout.h"
 
 /// Real spherical harmonics up to degree 2 of the unit vector v from the surface towards the camera.
 FN void spherical_harmonics(vec3 v, OUT_ARRAY(y, 9)) {
@@ -30,13 +30,6 @@ FN real one_where_positive(real x) { return x > real(0) ? real(1) : real(0); }
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
 FN vec4 one_where_positive(vec4 x) { return vec4(greaterThan(x, vec4(0.0f))); }
 #endif
-
-#define MLP_B1 256
-#define MLP_W2 272
-#define MLP_B2 528
-#define MLP_W3 544
-#define MLP_B3 592
-#define MLP_COUNT 595
 
 /// x[16] -> hidden activations h1[16], h2[16] (after ReLU) and the colour y[3] in (0, 1).
 FN void mlp_forward(MLP_PARAMETERS LANES_IN(x, 16), LANES_OUT(h1, 16), LANES_OUT(h2, 16), LANES_OUT(y, 3)) {

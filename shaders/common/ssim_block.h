@@ -1,4 +1,5 @@
-// A block of 16 x 16 pixels and its surroundings for the 11-tap SSIM window. Needs block_grid.h.
+// A block of 16 x 16 pixels and its surroundings for the 11-tap SSIM window. Needs block_grid.h and
+// photograph.h.
 const uint kPatch = 26u;  // a block and the 10 pixels by which its windows extend beyond it
 // 64 threads walk over a patch in two rows of 32 at a time, so that neighbouring threads stay in one row. kRun: number
 // of adjacent pixels of a row that one thread filters. A GPU thread keeps their common inputs in registers; CPU lanes
@@ -30,7 +31,7 @@ FN float masked_pixel(Floats colour, Uints target, Floats float_target, bool is_
     y = float_target.v[index * 3u + channel];
   } else {
     const uint rgba = target.v[index];
-    mask = (rgba >> 24) >= 128u ? 1.0f : 0.0f;
+    mask = in_mask(rgba) ? 1.0f : 0.0f;
     y = float((rgba >> (8u * channel)) & 255u) * (1.0f / 255.0f) * mask;
   }
   x *= mask;

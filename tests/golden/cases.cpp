@@ -132,16 +132,16 @@ struct Scene {
       return owned.back().address();
     };
     if (npz.contains("target")) inputs.target = upload(need(npz, "target").f);
-    if (npz.contains("thresh")) inputs.thresholds = upload(need(npz, "thresh").f);
-    inputs.mlp_inputs = room(pixels * 16);
-    inputs.feature_gradient = room(pixels * 7);
-    inputs.source_gradient = room(soup.source_samples * 8);
-    inputs.vertex_gradient = room(triangles * 9);
-    inputs.mlp_gradient = room(soup::Mlp::kParameters);
+    if (npz.contains("thresh")) inputs.probes.thresholds = upload(need(npz, "thresh").f);
+    inputs.probes.mlp_inputs = room(pixels * 16);
+    inputs.probes.feature_gradient = room(pixels * 7);
+    inputs.probes.source_gradient = room(soup.source_samples * 8);
+    inputs.probes.vertex_gradient = room(triangles * 9);
+    inputs.probes.mlp_gradient = room(soup::Mlp::kParameters);
   }
 
   train::Thresholds thresholds() const {
-    return inputs.thresholds ? train::Thresholds::given : train::Thresholds::half;
+    return inputs.probes.thresholds ? train::Thresholds::given : train::Thresholds::half;
   }
 
   /// seen: called after visibility, before shading.
@@ -260,8 +260,8 @@ Settled settle_ties(Scene& s, const Npz& npz, Report& report) {
     }
   }
   s.gpu.upload(s.buffers.hits.address(), settled.hits);
-  const std::size_t most = train::most_ties(s.pixels);
-  report.check("visible triangle", wrong == 0 && otherwise <= most && ties <= 3 * most,
+  const std::size_t max_ties = train::max_ties(s.pixels);
+  report.check("visible triangle", wrong == 0 && otherwise <= max_ties && ties <= 3 * max_ties,
                fmt::format("{} of {} pixels tie, {} of them differ, {} are wrong", ties, s.pixels, otherwise, wrong));
   const auto tied = static_cast<std::size_t>(std::count(settled.triangles.begin(), settled.triangles.end(), true));
   report.check("triangles at ties", tied <= most_tied_triangles(s.triangles),
@@ -304,7 +304,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   }
   report.array("out_rast", ours, rast3, kImage);
 
-  const std::vector<float> x = s.floats(s.inputs.mlp_inputs, s.pixels * 16);
+  const std::vector<float> x = s.floats(s.inputs.probes.mlp_inputs, s.pixels * 16);
   std::vector<float> features, sh;
   for (std::size_t p = 0; p < s.pixels; ++p) {
     features.insert(features.end(), x.begin() + 16 * p, x.begin() + 16 * p + 7);
@@ -346,12 +346,12 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
               feature_allowance.begin() + static_cast<std::ptrdiff_t>(7 * p));
     tied_features[settled.hits[p].triangle - 1] = true;
   }
-  report.check("hidden units at zero", few && hidden <= train::most_ties(s.pixels),
+  report.check("hidden units at zero", few && hidden <= train::max_ties(s.pixels),
                fmt::format("at {} of {} pixels", hidden, s.pixels));
   const auto left_out = static_cast<std::size_t>(std::count(tied_features.begin(), tied_features.end(), true));
   report.check("triangles at them", left_out <= most_tied_triangles(s.triangles),
                fmt::format("{} of {} are left out of feature gradients", left_out, s.triangles));
-  report.array("d_feat", s.floats(s.inputs.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, {},
+  report.array("d_feat", s.floats(s.inputs.probes.feature_gradient, s.pixels * 7), need(npz, "d_feat").f, kGradient, {},
                feature_allowance);
 
   const std::vector<bool>& tied_triangle = settled.triangles;
@@ -370,13 +370,13 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
                per_triangle(tied_triangle, lattice_n));
 
   s.step.update(s.inputs);
-  const std::vector<float> source_gradient = s.floats(s.inputs.source_gradient, s.soup.source_samples * 8);
+  const std::vector<float> source_gradient = s.floats(s.inputs.probes.source_gradient, s.soup.source_samples * 8);
   report.array("d_feat_src", features_of(source_gradient), need(npz, "d_feat_src").f, kGradient,
                per_triangle(tied_features, source_n * 7));
   report.array("d_alpha_src", opacity_of(source_gradient), need(npz, "d_alpha_src").f, kGradient,
                per_triangle(tied_triangle, source_n));
 
-  const std::vector<float> mlp_gradient = s.floats(s.inputs.mlp_gradient, soup::Mlp::kParameters);
+  const std::vector<float> mlp_gradient = s.floats(s.inputs.probes.mlp_gradient, soup::Mlp::kParameters);
   std::size_t at = 0;
   for (const char* name : {"w1", "b1", "w2", "b2", "w3", "b3"}) {
     const std::vector<float>& expected = need(npz, std::string("d_mlp_") + name).f;
@@ -389,7 +389,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
   for (std::size_t c = 0; c < s.faces.size(); ++c)
     if (tied_triangle[c / 3])
       for (int k = 0; k < 3; ++k) tied_vertex[s.faces[c] * 3 + k] = true;
-  report.array("d_V", s.to_shared(s.floats(s.inputs.vertex_gradient, s.triangles * 9), 3), need(npz, "d_V").f,
+  report.array("d_V", s.to_shared(s.floats(s.inputs.probes.vertex_gradient, s.triangles * 9), 3), need(npz, "d_V").f,
                kGradient, tied_vertex);
 
   // The same forces in clip space.
@@ -417,8 +417,7 @@ void training_step(gpu::Device& gpu, const Npz& npz, Report& report) {
 /// Ten optimiser steps.
 void optimiser_steps(gpu::Device& gpu, const Npz& npz, Report& report) {
   Scene s(gpu, npz, "_init");
-  s.inputs.mlp_inputs = s.inputs.feature_gradient = s.inputs.source_gradient = s.inputs.vertex_gradient =
-      s.inputs.mlp_gradient = 0;
+  s.inputs.probes = {.thresholds = s.inputs.probes.thresholds};
   s.step.sum_textures();
   const std::vector<float>& factors = need(npz, "lr_mult").f;
   const std::vector<float>& expected = need(npz, "loss_per_step").f;
@@ -547,7 +546,7 @@ void levels_and_back(gpu::Device& gpu, const Npz& npz, soup::TextureLevels level
   test::set_lattice_gradient(gpu, soup, buffers, upstream_of_values);
   const gpu::Buffer seen = gpu.allocate(soup.source_samples * 32, "golden output");
   StepInputs inputs;
-  inputs.source_gradient = seen.address();
+  inputs.probes.source_gradient = seen.address();
   step.begin(0, 0, 0, {});
   step.update(inputs);
   const auto back = gpu.download_vector<float>(seen.address(), soup.source_samples * 8);

@@ -66,7 +66,7 @@ Settlement settle(const VisibilityTies& ties, std::span<const std::uint32_t> sho
 struct HiddenTies {
   int units = 0;  // number of tied units; above kMost nothing is computed or allowed
   static constexpr int kMost = 8;
-  /// [595]: largest difference of the parameters' gradients between two choices; empty: zero.
+  /// [MLP_COUNT]: largest difference of the parameters' gradients between two choices; empty: zero.
   std::vector<double> parameters;
   std::array<double, 7> features{};  // the same for the gradient of the pixel's features
 };

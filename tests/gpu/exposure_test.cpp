@@ -169,7 +169,7 @@ TEST_CASE("exposures of a batch match a fit on the host to the same pixels", "[e
       const glm::vec3 colour =
           f32::recorded(f32::exposed(row(exposure, v.index), at(rendered, p)), colour_of(target[p]));
       for (int c = 0; c < 3; ++c) CHECK(at(shown, p)[c] == Approx(colour[c]).margin(1e-5));
-      if (target[p] >= 0x80000000u)
+      if (f32::in_mask(target[p]))
         f32::add_to_exposure(at(rendered, p), colour_of(target[p]), row(before, v.index), sums[v.index]);
     }
   CHECK(seen > 500);
@@ -248,7 +248,7 @@ TEST_CASE("texture gradients through an exposure match finite differences of the
               std::vector<glm::vec4>{{0.6, 0.9, 0.7, 0}, {1.05, 1.02, 1.1, 0}, {0.5, 0.3, 0.6, 0}, {0.1, 0, -0.1, 0}});
   s.buffers.reserve_lists(1 << 16);
   const gpu::Buffer gradient = gpu->allocate(s.soup.source_samples * 32, "gradient");
-  s.inputs.source_gradient = gradient.address();
+  s.inputs.probes.source_gradient = gradient.address();
   const auto loss = [&] {
     s.render();
     s.step.loss(s.inputs);

@@ -62,7 +62,7 @@ TEST_CASE("the area of a triangle is the largest over all pixels that show it", 
   std::vector<train::BatchView> views = kViews;
   views[1].photograph_pixels = 4;
   SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
+  const train::TriangleVisibility seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
   CHECK(seen.pixels == train::count_visible(*gpu, s.soup, s.buffers, views));
   const std::vector<double> expected = areas_by_differences(s, views);
   int visible = 0;
@@ -89,8 +89,8 @@ TEST_CASE("areas are in pixels of the photograph, not of the smaller view that i
   CHECK(full.photograph_pixels == 1);
   CHECK(half.photograph_pixels == 4);
   SmallScene s(*gpu, 60, {{0, 0}}, {full}, 9);
-  const train::Seen large = train::measure_visible(*gpu, s.soup, s.buffers, std::span(&full, 1));
-  const train::Seen small = train::measure_visible(*gpu, s.soup, s.buffers, std::span(&half, 1));
+  const train::TriangleVisibility large = train::measure_visible(*gpu, s.soup, s.buffers, std::span(&full, 1));
+  const train::TriangleVisibility small = train::measure_visible(*gpu, s.soup, s.buffers, std::span(&half, 1));
   int compared = 0;
   for (std::size_t t = 0; t < large.area.size(); ++t)
     if (small.pixels[t] > 30) {
@@ -104,7 +104,7 @@ TEST_CASE("the change to fine levels gives every triangle the level that its pix
   auto gpu = test::open_device();
   const double samples = GENERATE(0.0, 0.2, 1.0);
   SmallScene s(*gpu, 40, {{0, 0}}, kViews, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, kViews);
+  const train::TriangleVisibility seen = train::measure_visible(*gpu, s.soup, s.buffers, kViews);
   train::add_fine_levels(*gpu, s.soup, s.buffers, kViews, settings_with(samples));
   std::map<std::uint32_t, int> levels;
   for (std::size_t t = 0; t < s.soup.table.size(); ++t) {
@@ -150,7 +150,7 @@ TEST_CASE("refinement adapts levels to the visible area, and levels of halves to
   for (std::uint32_t t = 0; t < 40; ++t) before.push_back({2, 2 + t % 4});
   SmallScene s(*gpu, 40, before, kViews, 5);
   const auto old_vertices = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 120);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, kViews);
+  const train::TriangleVisibility seen = train::measure_visible(*gpu, s.soup, s.buffers, kViews);
   train::Settings settings = settings_with(0.5);
   settings.recipe = recipe;
   settings.triangles = 50;
@@ -218,7 +218,7 @@ TEST_CASE("triangles are counted in every view that shows them", "[levels]") {
   for (int v = 0; v < 70; ++v)
     views.push_back(test::view_from(0.09 * v, 24 + v % 3, 20));  // more views than bits in two words
   SmallScene s(*gpu, 40, {{0, 2}}, views, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
+  const train::TriangleVisibility seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
   const auto each = train::visible_in_each(*gpu, s.soup, s.buffers, views);
   std::uint32_t fewest = 70, most = 0;
   for (std::size_t t = 0; t < 40; ++t) {
@@ -243,7 +243,7 @@ TEST_CASE("real scenes with enough views drop triangles that few views see", "[l
   const auto resampled = [&](int views_in_all, train::Recipe recipe, std::uint32_t least) {
     const auto views = views_of(views_in_all);
     SmallScene s(*gpu, kMany, {{2, 3}}, views, 5);
-    const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
+    const train::TriangleVisibility seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
     train::Settings settings = settings_with(1);
     settings.recipe = recipe;
     settings.triangles = kMany;
@@ -254,7 +254,7 @@ TEST_CASE("real scenes with enough views drop triangles that few views see", "[l
     REQUIRE(train::refine(*gpu, s.soup, s.buffers, {views, views}, settings, 90, kMany) == train::RefineOutcome::done);
     return std::pair(s.soup.triangles, seen);
   };
-  const auto vouched = [](const train::Seen& seen, std::uint32_t least) {
+  const auto vouched = [](const train::TriangleVisibility& seen, std::uint32_t least) {
     return static_cast<std::uint32_t>(
         std::count_if(seen.views.begin(), seen.views.end(), [&](std::uint32_t n) { return n >= least; }));
   };
@@ -276,7 +276,7 @@ TEST_CASE("the largest visible triangles are split up to the budget, also at the
   const std::vector<train::BatchView> views{test::view_from(0.3, 64, 64), test::view_from(1.7, 64, 64),
                                             test::view_from(3.9, 64, 64)};
   SmallScene s(*gpu, kTriangles, {{2, 3}}, views, 5);
-  const train::Seen seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
+  const train::TriangleVisibility seen = train::measure_visible(*gpu, s.soup, s.buffers, views);
   // The expected splits: always the largest triangle.
   std::vector<double> sizes(seen.area.begin(), seen.area.end());
   std::vector<std::size_t> origin(kTriangles);

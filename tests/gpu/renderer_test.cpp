@@ -36,8 +36,8 @@ TEST_CASE("the renderer matches inference by the kernels", "[renderer][each_driv
   auto gpu = test::open_device();
   const soup::Model model = random_model(*gpu, 40);
   const render::MlpUse use = GENERATE(render::MlpUse::compiled, render::MlpUse::read);
-  for (const train::Agreement& a :
-       train::agreement(*gpu, model, {view_at(0.3, 200, 144), view_at(2.0, 160, 160)}, {}, 0.025, 2.5, use)) {
+  for (const train::RendererComparison& a :
+       train::compare_renderer(*gpu, model, {view_at(0.3, 200, 144), view_at(2.0, 160, 160)}, {}, 0.025, 2.5, use)) {
     CAPTURE(a.pixels, a.ties, a.psnr);
     CHECK(a.ties * 1000 <= a.pixels);
     CHECK(a.psnr > 60);
@@ -57,7 +57,8 @@ TEST_CASE("opaque, masked and invisible triangles are distinguished", "[renderer
   const render::GpuModel drawn = render::upload_model(*gpu, model);
   CHECK(drawn.opaque == 4);
   CHECK(drawn.masked == 4);
-  for (const train::Agreement& a : train::agreement(*gpu, model, {view_at(1.0, 128, 96)}, {}, 0.025, 2.5)) {
+  for (const train::RendererComparison& a :
+       train::compare_renderer(*gpu, model, {view_at(1.0, 128, 96)}, {}, 0.025, 2.5)) {
     CHECK(a.ties * 1000 <= a.pixels);
     CHECK(a.psnr > 60);
   }
@@ -130,7 +131,7 @@ TEST_CASE("renderer and kernels clip or drop triangles that reach behind the cam
   std::vector<std::vector<std::uint32_t>> shown;
   for (const bool drop : {false, true}) {
     model.drop_near = drop;
-    for (const train::Agreement& a : train::agreement(*gpu, model, views, {}, 0.025, 4.0)) {
+    for (const train::RendererComparison& a : train::compare_renderer(*gpu, model, views, {}, 0.025, 4.0)) {
       CAPTURE(drop, a.pixels, a.ties, a.psnr);
       CHECK(a.ties * 1000 <= a.pixels);
       CHECK(a.psnr > 60);

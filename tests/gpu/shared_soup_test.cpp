@@ -52,17 +52,17 @@ TEST_CASE("all triangles are divided between ranks in order, by the size of thei
     const auto ranges = train::divided(table, ranks);
     REQUIRE(ranges.size() == static_cast<std::size_t>(ranks));
     std::uint32_t next = 0;
-    std::uint64_t most = 0, all = 0;
+    std::uint64_t max_samples = 0, all = 0;
     for (const train::TriangleRange& range : ranges) {
       CHECK(range.first == next);
       next = range.last;
       std::uint64_t samples = 0;
       for (std::uint32_t t = range.first; t < range.last; ++t)
         samples += soup::samples_in(table[t].level_min, table[t].level_max);
-      most = std::max(most, samples), all += samples;
+      max_samples = std::max(max_samples, samples), all += samples;
     }
     CHECK(next == 100);
-    CHECK(most <= all / static_cast<std::uint64_t>(ranks) + soup::samples_in(2, 5));
+    CHECK(max_samples <= all / static_cast<std::uint64_t>(ranks) + soup::samples_in(2, 5));
   }
   CHECK(train::divided({}, 3)[2].count() == 0);
 }

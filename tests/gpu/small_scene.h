@@ -12,6 +12,7 @@
 #include "gpu/device.h"
 #include "scene/camera.h"
 #include "soup/random.h"
+#include "soup/soup.h"
 #include "soup/texture_table.h"
 #include "train/step/batch_buffers.h"
 #include "train/step/fixed_sum.h"
@@ -97,7 +98,8 @@ struct SmallScene {
 
   /// Returns all parameters and moments, of all ranks.
   std::vector<float> state() {
-    const std::uint64_t vertices = 3ull * soup.triangles, textures = soup.source_samples * 8, mlp = 595;
+    const std::uint64_t vertices = 3ull * soup.triangles, textures = soup.source_samples * 8,
+                        mlp = soup::Mlp::kParameters;
     std::vector<float> all;
     const auto add = [&](const std::vector<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
     for (const auto& [buffer, n] : {std::pair(&soup.vertices, 3 * vertices),

@@ -229,10 +229,10 @@ TEST_CASE("all buffers of a step before the optimiser match those of the CPU bac
     named.emplace_back("lattice gradients", test::lattice_gradient(*device, s.soup, s.buffers));
     sums("vertex gradients", s.soup.vertex_gradient, 9ull * s.soup.triangles);
     // Devices divide the sum over pixels into different parts.
-    const auto partial =
-        device->download_vector<float>(s.buffers.mlp_partial.address(), std::size_t(s.buffers.mlp_groups) * 595);
-    std::vector<double> mlp(595);
-    for (std::size_t i = 0; i < partial.size(); ++i) mlp[i % 595] += partial[i];
+    const auto partial = device->download_vector<float>(s.buffers.mlp_partial.address(),
+                                                        std::size_t(s.buffers.mlp_groups) * soup::Mlp::kParameters);
+    std::vector<double> mlp(soup::Mlp::kParameters);
+    for (std::size_t i = 0; i < partial.size(); ++i) mlp[i % soup::Mlp::kParameters] += partial[i];
     named.emplace_back("MLP gradients", std::move(mlp));
   }
   for (std::size_t b = 0; b < buffers[0].size(); ++b) {
@@ -264,7 +264,7 @@ TEST_CASE("levels of a texture are summed, and gradients use the transposed inte
   test::set_lattice_gradient(*gpu, s.soup, s.buffers, gradient);
   const gpu::Buffer seen = gpu->allocate(s.soup.source_samples * 32, "gradient");
   train::StepInputs inputs;
-  inputs.source_gradient = seen.address();
+  inputs.probes.source_gradient = seen.address();
   gpu->fill(s.buffers.mlp_partial.address(), s.buffers.mlp_partial.bytes(), 0);
   s.step.begin(1, 0, 0, {});
   s.step.update(inputs);
@@ -486,14 +486,14 @@ TEST_CASE("a batch can contain views of any size, also smaller than the SSIM win
                       train::fixed_sum(r.mse_low, r.mse_high)};
   };
   const auto mlp_gradient = [&](SmallScene& s) {
-    const auto partial = floats(s.buffers.mlp_partial, 595ull * s.buffers.mlp_groups);
-    std::vector<double> out(595, 0.0);
-    for (std::size_t i = 0; i < partial.size(); ++i) out[i % 595] += partial[i];
+    const auto partial = floats(s.buffers.mlp_partial, std::uint64_t{soup::Mlp::kParameters} * s.buffers.mlp_groups);
+    std::vector<double> out(soup::Mlp::kParameters, 0.0);
+    for (std::size_t i = 0; i < partial.size(); ++i) out[i % soup::Mlp::kParameters] += partial[i];
     return out;
   };
   std::vector<std::int64_t> lattice(lattice_words, 0);
   std::vector<std::uint64_t> vertices(vertex_words, 0);
-  std::vector<double> mlp(595, 0.0);
+  std::vector<double> mlp(soup::Mlp::kParameters, 0.0);
   std::array<double, 3> loss{};
   for (std::size_t v = 0; v < views.size(); ++v) {
     CAPTURE(v);
@@ -511,7 +511,7 @@ TEST_CASE("a batch can contain views of any size, also smaller than the SSIM win
     for (std::size_t i = 0; i < lattice_words; ++i) lattice[i] += own_lattice[i];
     for (std::size_t i = 0; i < vertex_words; ++i) vertices[i] += own_vertices[i];
     const auto own_mlp = mlp_gradient(alone);
-    for (std::size_t i = 0; i < 595; ++i) mlp[i] += own_mlp[i];
+    for (std::size_t i = 0; i < soup::Mlp::kParameters; ++i) mlp[i] += own_mlp[i];
     const auto own_loss = losses(alone);
     for (std::size_t i = 0; i < 3; ++i) loss[i] += own_loss[i];
   }
@@ -520,7 +520,7 @@ TEST_CASE("a batch can contain views of any size, also smaller than the SSIM win
   CHECK(vertices == sums(together.soup.vertex_gradient, vertex_words));
   const auto whole_mlp = mlp_gradient(together);
   double worst = 0, largest = 0;
-  for (std::size_t i = 0; i < 595; ++i)
+  for (std::size_t i = 0; i < soup::Mlp::kParameters; ++i)
     worst = std::max(worst, std::abs(mlp[i] - whole_mlp[i])), largest = std::max(largest, std::abs(mlp[i]));
   CHECK(largest > 0);
   CHECK(worst < 1e-5 * largest);
@@ -602,7 +602,7 @@ TEST_CASE("degenerate triangles keep all values finite", "[step]") {
   const auto colour = gpu->download_vector<float>(s.buffers.colour.address(), 3 * 48 * 48);
   CHECK(all_finite(colour));
   CHECK(all_finite(gpu->download_vector<float>(s.soup.source.address(), s.soup.source_samples * 8)));
-  CHECK(all_finite(gpu->download_vector<float>(s.soup.mlp.address(), 595)));
+  CHECK(all_finite(gpu->download_vector<float>(s.soup.mlp.address(), soup::Mlp::kParameters)));
   const auto after = gpu->download_vector<glm::vec3>(s.soup.vertices.address(), 36);
   for (std::size_t i = 0; i < after.size(); ++i)
     if (i != 9 && i != 12) CHECK((std::isfinite(after[i].x) && std::isfinite(after[i].y) && std::isfinite(after[i].z)));
@@ -716,8 +716,8 @@ TEST_CASE("texture and MLP gradients of a whole step match finite differences of
     outputs.push_back(gpu->allocate(floats * 4, "gradient"));
     return outputs.back().address();
   };
-  s.inputs.source_gradient = room(s.soup.source_samples * 8);
-  s.inputs.mlp_gradient = room(595);
+  s.inputs.probes.source_gradient = room(s.soup.source_samples * 8);
+  s.inputs.probes.mlp_gradient = room(soup::Mlp::kParameters);
   const auto loss = [&] {
     s.step.sum_textures();
     s.step.begin(1, 0, 0, {});
@@ -730,9 +730,9 @@ TEST_CASE("texture and MLP gradients of a whole step match finite differences of
   loss();
   s.step.backward(s.inputs);
   s.step.update(s.inputs);  // learning rates are 0
-  const auto texture = gpu->download_vector<float>(s.inputs.source_gradient, s.soup.source_samples * 8);
-  const auto mlp = gpu->download_vector<float>(s.inputs.mlp_gradient, 595);
-  auto weights = gpu->download_vector<float>(s.soup.mlp.address(), 595);
+  const auto texture = gpu->download_vector<float>(s.inputs.probes.source_gradient, s.soup.source_samples * 8);
+  const auto mlp = gpu->download_vector<float>(s.inputs.probes.mlp_gradient, soup::Mlp::kParameters);
+  auto weights = gpu->download_vector<float>(s.soup.mlp.address(), soup::Mlp::kParameters);
 
   // Uses the largest gradient of each channel, because small ones are lost in the rounding of a float image.
   double ab = 0, bb = 0, aa = 0;

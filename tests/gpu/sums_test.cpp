@@ -43,9 +43,9 @@ TEST_CASE("a sum of thousands of positive and negative terms matches double prec
   s.step.sum_textures();
   const std::size_t pixels = s.buffers.batch().pixels;
   const gpu::Buffer seen = gpu->allocate(pixels * 28, "feature gradient");
-  s.inputs.feature_gradient = seen.address();
+  s.inputs.probes.feature_gradient = seen.address();
   const gpu::Buffer sums = gpu->allocate(3 * 32, "texture gradient");
-  s.inputs.source_gradient = sums.address();
+  s.inputs.probes.source_gradient = sums.address();
   const auto lattice = gpu->download_vector<float>(s.soup.lattice.address(), 24);
 
   // Single terms are clamped to 64. The largest terms here are close to that.
@@ -104,7 +104,7 @@ TEST_CASE("terms beyond the limit saturate, so that sums keep their sign", "[fix
   for (std::size_t i = 3; i < gradient.size(); i += 4) gradient[i] = 0;
   gpu->upload(s.buffers.gradient.address(), gradient);
   const gpu::Buffer sums = gpu->allocate(3 * 32, "texture gradient");
-  s.inputs.source_gradient = sums.address();
+  s.inputs.probes.source_gradient = sums.address();
   s.step.backward(s.inputs);
   s.step.update(s.inputs);
   const auto actual = gpu->download_vector<float>(sums.address(), 24);
@@ -203,13 +203,13 @@ TEST_CASE("gradients have the same bits for any order of the triangles", "[fixed
   CHECK(permuted(wa.high) == wb.high);
   CHECK(std::any_of(wa.high.begin(), wa.high.end(),
                     [](std::uint32_t w) { return w != 0; }));  // otherwise the test proves little
-  const std::size_t partial = 595ull * a.buffers.mlp_groups;
+  const std::size_t partial = std::uint64_t{soup::Mlp::kParameters} * a.buffers.mlp_groups;
   CHECK(gpu->download_vector<std::uint32_t>(a.buffers.mlp_partial.address(), partial) ==
         gpu->download_vector<std::uint32_t>(b.buffers.mlp_partial.address(), partial));
   std::vector<std::uint32_t> gradients[2];
   for (const auto& [scene, gradient] : {std::pair(&a, &gradients[0]), {&b, &gradients[1]}}) {
     const gpu::Buffer seen = gpu->allocate(scene->soup.source_samples * 32, "texture gradient");
-    scene->inputs.source_gradient = seen.address();
+    scene->inputs.probes.source_gradient = seen.address();
     scene->step.update(scene->inputs);
     *gradient = gpu->download_vector<std::uint32_t>(seen.address(), scene->soup.source_samples * 8);
   }

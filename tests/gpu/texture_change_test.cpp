@@ -111,11 +111,11 @@ TEST_CASE("unsplit triangles and copies inherit all levels of the parent exactly
   const auto triangles = static_cast<std::uint32_t>(parents.size());
   const std::vector<soup::Corners> corners(triangles, soup::kWholeParent);
   const gpu::Buffer whole = upload_corners(*gpu, corners);
-  const std::uint32_t flags = GENERATE(0u, INHERIT_MOMENTS, INHERIT_COPY);
+  const std::uint32_t copy = GENERATE(0u, 1u);
   gpu->launch({"inherit_textures"}, triangles,
-              kernels::InheritTexturesArgs{map.address(), flags & INHERIT_COPY ? 0 : whole.address(),
-                                           old_pool.rows.address(), new_pool.rows.address(), old_pool.source.address(),
-                                           new_pool.source.address(), triangles, flags});
+              kernels::InheritTexturesArgs{map.address(), copy ? 0 : whole.address(), old_pool.rows.address(),
+                                           new_pool.rows.address(), old_pool.source.address(),
+                                           new_pool.source.address(), triangles, copy});
   std::vector<float> expected;
   for (const std::uint32_t p : parents) {
     const soup::TextureEntry& row = old_pool.table.entries[p];
@@ -177,81 +177,6 @@ TEST_CASE("halves of a split triangle look like their part of the parent", "[tex
   }
   CHECK(worst < 1e-5);
   CHECK(coarse < 1e-5);
-  test::require_silence(*gpu);
-}
-
-TEST_CASE("in halves of a split triangle, second moments that were zero stay zero and none is negative", "[textures]") {
-  auto gpu = test::open_device();
-  soup::Random random(24);
-  // One edge of the parent was never visible: zeros next to values of any magnitude.
-  Pool old_pool(*gpu, {{2, 5}}, random);
-  for (std::uint32_t i = 0; i < old_pool.logits.size(); ++i)
-    old_pool.logits[i] = std::pow(10.0f, random.uniform(-12, 0));
-  std::uint32_t base = 0;
-  for (std::uint32_t level = 2; level <= 5; base += soup::samples_at(level++))
-    for (std::uint32_t s = 0; s < soup::samples_at(level); ++s) {
-      std::uint32_t x = 0, y = 0;
-      f64::lattice_point(s, x, y);
-      if (x + y < (3u << level) / 4) continue;
-      for (std::uint32_t c = 0; c < 8; ++c) old_pool.logits[(base + s) * 8 + c] = 0;
-    }
-  gpu->upload(old_pool.source.address(), old_pool.logits);
-  const std::vector<glm::vec3> vertices{{0, 0, 0}, {1, 0.1f, 0}, {0.3f, 1, 0.2f}};
-  const soup::Subdivision split = soup::bisect_longest(vertices, 50);
-  const std::vector<soup::TextureLevels> levels(split.triangles(), {2, 5});
-  Pool new_pool(*gpu, levels, random);
-  const gpu::Buffer map = gpu->allocate(split.triangles() * 4, "parents"),
-                    corners = upload_corners(*gpu, split.corners);
-  gpu->upload(map.address(), split.face_map);
-  const auto triangles = static_cast<std::uint32_t>(split.triangles());
-  gpu->launch({"inherit_textures"}, triangles,
-              kernels::InheritTexturesArgs{map.address(), corners.address(), old_pool.rows.address(),
-                                           new_pool.rows.address(), old_pool.source.address(),
-                                           new_pool.source.address(), triangles, INHERIT_MOMENTS | INHERIT_SQUARES});
-  const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
-  CHECK(*std::min_element(moments.begin(), moments.end()) == 0.0f);
-  CHECK(*std::max_element(moments.begin(), moments.end()) > 0.1f);
-  test::require_silence(*gpu);
-}
-
-TEST_CASE("a new level starts with the second moment of the next coarser level and a first moment of zero",
-          "[textures]") {
-  auto gpu = test::open_device();
-  soup::Random random(25);
-  Pool old_pool(*gpu, {{2, 3}, {1, 1}}, random);
-  for (float& v : old_pool.logits) v = std::abs(v);
-  gpu->upload(old_pool.source.address(), old_pool.logits);
-  Pool new_pool(*gpu, {{2, 5}, {1, 2}}, random);
-  const std::vector<std::uint32_t> parents{0, 1};
-  const gpu::Buffer map = gpu->allocate(8, "parents");
-  gpu->upload(map.address(), parents);
-  const gpu::Buffer whole = upload_corners(*gpu, std::vector<soup::Corners>(2, soup::kWholeParent));
-  const bool second = GENERATE(true, false);
-  gpu->launch(
-      {"inherit_textures"}, 2,
-      kernels::InheritTexturesArgs{map.address(), whole.address(), old_pool.rows.address(), new_pool.rows.address(),
-                                   old_pool.source.address(), new_pool.source.address(), 2,
-                                   INHERIT_MOMENTS | (second ? std::uint32_t{INHERIT_SQUARES} : 0u)});
-  const auto moments = gpu->download_vector<float>(new_pool.source.address(), new_pool.table.source_samples * 8);
-  for (std::size_t t = 0; t < 2; ++t) {
-    const soup::TextureEntry &from = old_pool.table.entries[t], &to = new_pool.table.entries[t];
-    std::uint32_t base = to.source_offset;
-    for (std::uint32_t level = to.level_min; level <= to.level_max; ++level) {
-      const std::uint32_t like = std::min(level, from.level_max);
-      const soup::TextureEntry one{
-          from.source_offset + (like > from.level_min ? soup::samples_in(from.level_min, like - 1) : 0), 0, like, like};
-      soup::each_lattice_point(level, [&](int x, int y, std::uint32_t i) {
-        const double side = 1u << level;
-        for (std::uint32_t c = 0; c < 8; ++c) {
-          const bool known = second || level <= from.level_max;
-          const double expected =
-              known ? sum_of_levels(one, old_pool.logits, x / side, y / side, static_cast<int>(c)) : 0.0;
-          REQUIRE(moments[(base + i) * 8 + c] == Approx(expected).margin(1e-5));
-        }
-      });
-      base += soup::samples_at(level);
-    }
-  }
   test::require_silence(*gpu);
 }
 

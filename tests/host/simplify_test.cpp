@@ -257,6 +257,8 @@ TEST_CASE("rounds survive writing and reading as JSON", "[simplify]") {
   auto damaged = to_json(rounds);
   damaged[1]["from"] = 1;
   CHECK_THROWS_AS(rounds_from_json(damaged), Error);
+  damaged[1].erase("from");
+  CHECK_THROWS_AS(rounds_from_json(damaged), Error);
   CHECK_THROWS_AS(rounds_from_json(nlohmann::json::parse(R"([{"step": 1}])")), Error);
 }
 

@@ -155,18 +155,18 @@ TEST_CASE("rounding to the grid moves no corner by more than the given part of a
     soup::Model rounded = model;
     rounded.vertices = soup::from_grid(soup::on_grid(model, cameras, share), model);
     const auto was = soup::normalised_vertices(model), is = soup::normalised_vertices(rounded);
-    double most = 0;
+    double max_shift = 0;
     for (std::size_t i = 0; i < was.size(); ++i)
       for (const soup::ModelCamera& c : cameras) {
         const auto pixel = [&](const glm::vec3& v) {
           const glm::dvec3 p = c.camera.world_to_camera * glm::dvec4(v, 1);
           return glm::dvec2(c.camera.fx * p.x / p.z, c.camera.fy * p.y / p.z);
         };
-        most = std::max(most, glm::distance(pixel(was[i]), pixel(is[i])));
+        max_shift = std::max(max_shift, glm::distance(pixel(was[i]), pixel(is[i])));
       }
     // At most half a step along each axis. The step in depth counts by half, for view angles up to 30 degrees.
-    CHECK(most < 0.5 * share * (std::sqrt(2.0) + 0.6));
-    CHECK(most > 0.15 * share);
+    CHECK(max_shift < 0.5 * share * (std::sqrt(2.0) + 0.6));
+    CHECK(max_shift > 0.15 * share);
   }
 }
 

@@ -60,7 +60,7 @@ std::vector<std::uint32_t> picture(SmallScene& s) {
 /// Trains some steps with random targets and checks that gradients are bounded and everything is finite.
 void check_training(SmallScene& s) {
   const gpu::Buffer seen = s.gpu.allocate(s.soup.triangles * 36ull, "vertex gradient");
-  s.inputs.vertex_gradient = seen.address();
+  s.inputs.probes.vertex_gradient = seen.address();
   s.inputs.opacity_baseline = true;
   for (std::uint32_t i = 0; i < 4; ++i) {
     s.train(i, SmallScene::rates(i));
@@ -73,7 +73,7 @@ void check_training(SmallScene& s) {
     CAPTURE(i);
     CHECK(largest <= bound);
   }
-  s.inputs.vertex_gradient = 0;
+  s.inputs.probes.vertex_gradient = 0;
   const auto state = s.state();
   CHECK(std::all_of(state.begin(), state.end(), [](float v) { return std::isfinite(v); }));
   CHECK(train::take_non_finite(s.gpu, s.soup, s.buffers).empty());

@@ -158,7 +158,7 @@ TEST_CASE("a non-finite weight delays the others by one step", "[faults]") {
       {{37u, NAN}, {560u, std::numeric_limits<float>::infinity()}, {593u, -3e38f}, {37u, 3e38f}}));
   CAPTURE(index, bad);
   Twins t(*gpu);
-  const auto before = gpu->download_vector<float>(t.injured.soup.mlp.address(), 595);
+  const auto before = gpu->download_vector<float>(t.injured.soup.mlp.address(), soup::Mlp::kParameters);
   put(*gpu, t.injured.soup.mlp, index, bad);
   t.step(1);
   const NonFinite found = t.only_fault();
@@ -167,9 +167,9 @@ TEST_CASE("a non-finite weight delays the others by one step", "[faults]") {
   CHECK(found.place == index);
   CHECK(found.count == 1);
   CHECK_THAT(train::to_string(found), Catch::Contains("weight " + std::to_string(index)));
-  const auto after = gpu->download_vector<float>(t.injured.soup.mlp.address(), 595);
+  const auto after = gpu->download_vector<float>(t.injured.soup.mlp.address(), soup::Mlp::kParameters);
   CHECK(after[index] == 0.0f);
-  for (std::size_t i = 0; i < 595; ++i)
+  for (std::size_t i = 0; i < soup::Mlp::kParameters; ++i)
     if (i != index) CHECK(std::abs(after[i] - before[i]) <= 1e-2 * 3.2);  // at most one Adam step
   CHECK(all_finite(t.injured.state()));
   // The next step's picture is not affected.

@@ -12,13 +12,14 @@
 
 namespace trisoup::test {
 
-struct Seen {
+struct ReferencePixel {
   std::uint32_t triangle = 0;  // index + 1; 0: none
   bool tie = false;            // another result within a twentieth of a pixel or 1e-5 of depth
 };
 
 /// Covered in front of the camera, with depth in -1..1; among equal depths the lower index.
-inline std::vector<Seen> reference_picture(std::span<const glm::vec3> vertices, const train::BatchView& view) {
+inline std::vector<ReferencePixel> reference_picture(std::span<const glm::vec3> vertices,
+                                                     const train::BatchView& view) {
   const std::size_t triangles = vertices.size() / 3;
   std::vector<glm::dvec4> clip;
   for (const glm::vec3& v : vertices) clip.push_back(view.clip_from_world * glm::dvec4(glm::dvec3(v), 1));
@@ -38,12 +39,12 @@ inline std::vector<Seen> reference_picture(std::span<const glm::vec3> vertices, 
     }
     return best;
   };
-  std::vector<Seen> picture;
+  std::vector<ReferencePixel> picture;
   for (std::uint32_t y = 0; y < view.height; ++y)
     for (std::uint32_t x = 0; x < view.width; ++x) {
       const glm::dvec2 ndc = f64::pixel_ndc(x, y, view.width, view.height);
       double depth, second, ignored;
-      Seen seen{winner(ndc, depth, second), false};
+      ReferencePixel seen{winner(ndc, depth, second), false};
       seen.tie = seen.triangle != 0 && second - depth < 1e-5;
       for (const glm::dvec2& to :
            {glm::dvec2(1, 0), {-1, 0}, {0, 1}, {0, -1}, {0.7, 0.7}, {-0.7, 0.7}, {0.7, -0.7}, {-0.7, -0.7}})

@@ -22,13 +22,13 @@ Placed placed(double scale, const glm::dvec3& centre) {
 /// Largest distance between corresponding vertices of two models, relative to the cube's side.
 double farthest_apart(const Placed& here, const Placed& there, double scale, const glm::dvec3& centre) {
   REQUIRE(here.outcome.model.vertices.size() == there.outcome.model.vertices.size());
-  double most = 0;
+  double max_distance = 0;
   for (std::size_t i = 0; i < here.outcome.model.vertices.size(); ++i)
-    most = std::max(most,
-                    glm::distance(scale * glm::dvec3(here.outcome.model.vertices[i]),
-                                  glm::dvec3(there.outcome.model.vertices[i]) + (there.outcome.model.origin - centre)) /
-                        scale);
-  return most / 1.2;
+    max_distance = std::max(max_distance, glm::distance(scale * glm::dvec3(here.outcome.model.vertices[i]),
+                                                        glm::dvec3(there.outcome.model.vertices[i]) +
+                                                            (there.outcome.model.origin - centre)) /
+                                              scale);
+  return max_distance / 1.2;
 }
 
 }  // namespace

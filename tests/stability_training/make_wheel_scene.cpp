@@ -70,11 +70,11 @@ glm::dvec3 sky_colour(const glm::dvec3& direction) {
   return glm::mix(glm::dvec3(0.35, 0.55, 0.9), glm::dvec3(0.85, 0.88, 0.92), cloud);
 }
 
-struct Seen {
+struct RayHit {
   glm::dvec3 colour;
   bool wheel;
 };
-Seen cast(const glm::dvec3& from, const glm::dvec3& direction) {
+RayHit cast(const glm::dvec3& from, const glm::dvec3& direction) {
   const glm::dvec3 to = kCentre - from;
   const double ahead = glm::dot(to, direction), reach = kRim + 2 * kRimThickness;
   if (glm::dot(to, to) - ahead * ahead < reach * reach)
@@ -159,8 +159,8 @@ int main(int argc, char** argv) try {
         bool hit = false;
         for (int s = 0; s < kSamples * kSamples; ++s) {
           const double u = x + (s % kSamples + 0.5) / kSamples, v = y + (s / kSamples + 0.5) / kSamples;
-          const Seen seen = cast(c.position, glm::normalize((u - 0.5 * width) / focal * c.right -
-                                                            (v - 0.5 * height) / focal * c.up - c.back));
+          const RayHit seen = cast(c.position, glm::normalize((u - 0.5 * width) / focal * c.right -
+                                                              (v - 0.5 * height) / focal * c.up - c.back));
           sum += seen.colour;
           hit = hit || seen.wheel;
         }

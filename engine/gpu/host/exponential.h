@@ -16,10 +16,10 @@ template <typename F, typename U>
   // that n times the first part is exact.
   constexpr float kRound = 12582912.0f;
   const F low = x < -87.33f ? F{} - 87.33f : x;
-  const F kept = low > 88.72f ? F{} + 88.72f : low;
-  const F shifted = kept * 1.44269504f + kRound;
+  const F clamped = low > 88.72f ? F{} + 88.72f : low;
+  const F shifted = clamped * 1.44269504f + kRound;
   const F n = shifted - kRound;
-  const F r = (kept - n * 0.693359375f) + n * 2.12194440e-4f;
+  const F r = (clamped - n * 0.693359375f) + n * 2.12194440e-4f;
   // Polynomial of Cephes (Moshier 1989).
   F p = r * 1.9875691500e-4f + 1.3981999507e-3f;
   p = p * r + 8.3334519073e-3f;

@@ -2,28 +2,10 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Callable, Iterator, NamedTuple, Union
+from typing import Callable, Iterator, NamedTuple, Union
 
-from spirv import NO_ID, Instruction
-
-if TYPE_CHECKING:
-    from structure import Structurer
-
-
-class Key(NamedTuple):
-    """A value: a SPIR-V id as seen by one call of the function that defines it. Call 0: constants and globals."""
-
-    id: int
-    call: int
-
-    @staticmethod
-    def of_result(call: int) -> Key:
-        """The value that a call returns."""
-        return Key(NO_ID, call)
-
-    @property
-    def is_result(self) -> bool:
-        return self.id == NO_ID
+from calls import Call, Key
+from spirv import Instruction
 
 
 class Exit(NamedTuple):
@@ -59,7 +41,7 @@ class Node:
 class InstructionNode(Node):
     """An instruction without control flow. `key` is its result, if any; `args` are the operands that are values."""
 
-    def __init__(self, inst: Instruction, caller: Structurer) -> None:
+    def __init__(self, inst: Instruction, caller: Call) -> None:
         self.inst, self.caller = inst, caller
         self.path: Path = ()
         self.key: Key | None = None

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from nodes import (AccessNode, CallNode, Exit, IfNode, InstructionNode, Key, LeaveNode, LoopNode, Node, Path, PhiNode,
+from calls import Key
+from nodes import (AccessNode, CallNode, Exit, IfNode, InstructionNode, LeaveNode, LoopNode, Node, Path, PhiNode,
                    RestNode, ReturnNode, Step, exits_in, nest_rests)
 from spirv import NO_ID, Instruction, Module
 from spirv_names import ACCESS_CHAINS, Op, StorageClass
@@ -55,23 +56,9 @@ class Program:
         self.loops: list[LoopNode] = []
         self._pointers: dict[Key, Pointer] = {}
         self._order = 0
-        self.tree: CallNode = Structurer(module, module.functions[module.entry], [], self).tree()
+        self.tree: CallNode = Structurer(module, module.functions[module.entry], [], self.types).tree()
         self.tree.body = nest_rests(self.tree.body)
         self._walk([self.tree], ())
-
-    # Called while the tree is built.
-
-    def declare(self, type_: int, key: Key) -> Key:
-        self.types[key] = type_
-        return key
-
-    def call(self, caller: Structurer, inst: Instruction) -> CallNode:
-        """The tree of a FunctionCall."""
-        callee = self.module.functions[inst.args[0]]
-        node = Structurer(self.module, callee, [caller.key(a) for a in inst.args[1:]], self).tree()
-        if node.result is not None:
-            caller.own[inst.id] = node.result
-        return node
 
     # Types.
 

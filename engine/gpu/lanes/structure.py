@@ -1,15 +1,12 @@
 """Turns the basic blocks of a SPIR-V function into a tree (nodes.py)."""
 from __future__ import annotations
 
-import itertools
-from typing import TYPE_CHECKING, NamedTuple, Union
+from typing import NamedTuple, Union
 
-from nodes import CallNode, IfNode, InstructionNode, Key, LeaveNode, LoopNode, Node, PhiNode, ReturnNode
+from calls import Call, Key
+from nodes import CallNode, IfNode, InstructionNode, LeaveNode, LoopNode, Node, PhiNode, ReturnNode
 from spirv import Function, Instruction, Module, fail, unknown
 from spirv_names import LoopControl, Op
-
-if TYPE_CHECKING:
-    from program import Program
 
 CONTROL_FLOW = frozenset({
     Op.Phi, Op.LoopMerge, Op.SelectionMerge, Op.Branch, Op.BranchConditional, Op.Return, Op.ReturnValue,
@@ -35,29 +32,20 @@ class Conditional(NamedTuple):
 
 
 class Structurer:
-    """Builds the tree of one call of a function. Ids that the function defines get the number of the call."""
+    """Builds the tree of one call of a function, with the calls in it. types: receives the types of their results."""
 
-    _numbers = itertools.count(1)
-
-    def __init__(self, module: Module, function: Function, arguments: list[Key], program: Program) -> None:
-        self.module, self.function, self.program = module, function, program
-        self.number = next(Structurer._numbers)
-        self.own: dict[int, Key] = {param.id: key for param, key in zip(function.params, arguments)}
+    def __init__(self, module: Module, function: Function, arguments: list[Key], types: dict[Key, int]) -> None:
+        self.module, self.function, self.types = module, function, types
+        self.call = Call(function, arguments)
         self.loops: list[LoopNode] = []  # those around the block that is being read, the innermost last
         self.result: Key | None = None
-        if module.ids[function.inst.type].op != Op.TypeVoid:
-            self.result = program.declare(function.inst.type, Key.of_result(self.number))
-
-    def key(self, id_: int) -> Key:
-        """The value of an id in this call."""
-        if id_ not in self.own:
-            if id_ not in self.function.ids:
-                return Key(id_, 0)
-            self.own[id_] = Key(id_, self.number)
-        return self.own[id_]
+        result_type = function.inst.type
+        if module.ids[result_type].op != Op.TypeVoid:
+            self.result = Key.of_result(self.call.number)
+            types[self.result] = result_type
 
     def tree(self) -> CallNode:
-        return CallNode(self._region(self.function.first, None), self.number, self.result)
+        return CallNode(self._region(self.function.first, None), self.call.number, self.result)
 
     def _phis(self, target: int, source: int) -> list[Node]:
         """The values that phis of the block `target` take if control comes from the block `source`."""
@@ -67,7 +55,7 @@ class Structurer:
                 break
             for value, predecessor in zip(inst.args[::2], inst.args[1::2]):
                 if predecessor == source:
-                    phis.append(PhiNode(self.key(inst.id), inst.type, self.key(value)))
+                    phis.append(PhiNode(self.call.key(inst.id), inst.type, self.call.key(value)))
         return phis
 
     def _jump(self, target: int, stop: int | None) -> Jump:
@@ -118,10 +106,18 @@ class Structurer:
         nodes: list[Node] = []
         for inst in self.function.blocks[label]:
             if inst.op == Op.FunctionCall:
-                nodes.append(self.program.call(self, inst))
+                nodes.append(self._callee(inst))
             elif inst.op not in CONTROL_FLOW:
-                nodes.append(InstructionNode(inst, self))
+                nodes.append(InstructionNode(inst, self.call))
         return nodes
+
+    def _callee(self, inst: Instruction) -> CallNode:
+        """The tree of a FunctionCall."""
+        callee = self.module.functions[inst.args[0]]
+        node = Structurer(self.module, callee, [self.call.key(a) for a in inst.args[1:]], self.types).tree()
+        if node.result is not None:
+            self.call.own[inst.id] = node.result
+        return node
 
     def _terminator(self, label: int, merge: Instruction | None, stop: int | None, nodes: list[Node]) -> int | None:
         """Appends the nodes for the end of a block. Returns the label of the block that follows; None at the end of the
@@ -134,10 +130,10 @@ class Structurer:
         if last.op == Op.Unreachable:
             return None
         if last.op == Op.Return:
-            nodes.append(ReturnNode(self.number))
+            nodes.append(ReturnNode(self.call.number))
             return None
         if last.op == Op.ReturnValue:
-            nodes.append(ReturnNode(self.number, self.key(last.args[0]), self.result))
+            nodes.append(ReturnNode(self.call.number, self.call.key(last.args[0]), self.result))
             return None
         if last.op != Op.BranchConditional:
             unknown(self.module.path, last.op.name)
@@ -157,7 +153,7 @@ class Structurer:
         known = self.module.constant(branch.condition)
         if end in (branch.yes, branch.no):
             nodes += self._phis(end, label)
-        node = IfNode(self.key(branch.condition), [], [])
+        node = IfNode(self.call.key(branch.condition), [], [])
         if branch.yes != end and known in (None, True):
             node.then = self._way(branch.yes, end)
         if branch.no != end and known in (None, False):
@@ -172,7 +168,7 @@ class Structurer:
     def _loop_exit(self, branch: Conditional, stop: int | None, nodes: list[Node]) -> int | None:
         """A branch without a merge block: one way leaves a loop."""
         yes, no = self._jump(branch.yes, stop), self._jump(branch.no, stop)
-        condition = self.key(branch.condition)
+        condition = self.call.key(branch.condition)
         if isinstance(no, LeaveNode):
             nodes.append(IfNode(condition, [], [no]))
             return self._follow(yes, branch.yes, nodes)

@@ -3,8 +3,9 @@ from __future__ import annotations
 
 from typing import Union
 
+from calls import Key
 from expressions import BINARY, COMPARE
-from nodes import CallNode, Exit, IfNode, InstructionNode, Key, LoopNode, Path, PhiNode, RestNode, ReturnNode, Step
+from nodes import CallNode, Exit, IfNode, InstructionNode, LoopNode, Path, PhiNode, RestNode, ReturnNode, Step
 from patterns import (ALIGNED, COMPONENT, CONSECUTIVE, EIGHTS, HALVES, QUARTER, UNIFORM, VARYING, Pattern, Patterns,
                       components, is_uniform, join, leaves)
 from program import Access, Program

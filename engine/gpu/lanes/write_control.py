@@ -3,8 +3,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from nodes import (CallNode, Exit, IfNode, InstructionNode, Key, LeaveNode, LoopNode, Node, PhiNode, RestNode,
-                   ReturnNode)
+from calls import Key
+from nodes import CallNode, Exit, IfNode, InstructionNode, LeaveNode, LoopNode, Node, PhiNode, RestNode, ReturnNode
 from parts import Leaf
 from spirv_names import Op
 from writer_base import WriterBase, children_in_call

@@ -3,8 +3,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from calls import Key
 from expressions import fold
-from nodes import InstructionNode, Key, PhiNode, ReturnNode
+from nodes import InstructionNode, PhiNode, ReturnNode
 from parts import Leaf, Tree
 from spirv import fail
 from spirv_names import ACCESS_CHAINS, ATOMICS, QUOTIENTS, REMAINDERS, BuiltIn, Decoration, Op, StorageClass

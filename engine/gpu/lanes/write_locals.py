@@ -3,8 +3,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from calls import Key
 from expressions import INTEGERS, pick
-from nodes import InstructionNode, Key, LoopNode, Node, Path, PhiNode, ReturnNode, Step
+from nodes import InstructionNode, LoopNode, Node, Path, PhiNode, ReturnNode, Step
 from parts import Leaf, Tree, as_lanes, each, first, vary
 from patterns import VARYING, Patterns
 from spirv import fail

@@ -4,7 +4,8 @@ from __future__ import annotations
 from math import gcd
 from typing import Any, Callable, NamedTuple
 
-from nodes import InstructionNode, Key
+from calls import Key
+from nodes import InstructionNode
 from parts import Leaf, Texts, Tree, first, vary
 from patterns import ALIGNED, COMPONENT, CONSECUTIVE, EIGHTS, QUARTER, VARYING, Patterns
 from spirv import fail

@@ -1,8 +1,9 @@
 """State that all parts of the writer share: the lines written so far, and the trees of values."""
 from __future__ import annotations
 
+from calls import Key
 from expressions import Expressions
-from nodes import CallNode, Exit, InstructionNode, Key, LoopNode, Node
+from nodes import CallNode, Exit, InstructionNode, LoopNode, Node
 from parts import Flags, Leaf, Texts, Tree, Types
 from patterns import Patterns, is_uniform
 from program import Program

@@ -214,6 +214,22 @@ void VulkanDevice::close() {
 }
 
 void VulkanDevice::create_device(bool kernel_statistics) {
+  choose_queue_family();
+  create_logical_device(kernel_statistics);
+  pipeline_cache_.open(physical_, device_);
+  create_recordings();
+
+  VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, kMaxArgumentBytes};
+  auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
+  layout.pushConstantRangeCount = 1;
+  layout.pPushConstantRanges = &range;
+  check(vkCreatePipelineLayout(device_, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+
+  crumbs_ = create(16, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, 0, false);
+  std::memset(crumbs_.mapped, 0, 16);
+}
+
+void VulkanDevice::choose_queue_family() {
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
@@ -232,7 +248,9 @@ void VulkanDevice::create_device(bool kernel_statistics) {
   const std::uint32_t timestamp_bits = families[family_].timestampValidBits;
   timestamp_period_ = timestamp_bits > 0 ? properties.limits.timestampPeriod : 0;
   timestamp_mask_ = timestamp_bits < 64 ? (1ull << timestamp_bits) - 1 : ~0ull;
+}
 
+void VulkanDevice::create_logical_device(bool kernel_statistics) {
   const float priority = 1.0f;
   auto queue = structure<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family_;
@@ -268,8 +286,9 @@ void VulkanDevice::create_device(bool kernel_statistics) {
   info.ppEnabledExtensionNames = extensions.data();
   check(vkCreateDevice(physical_, &info, nullptr, &device_), "vkCreateDevice");
   vkGetDeviceQueue(device_, family_, 0, &queue_);
-  pipeline_cache_.open(physical_, device_);
+}
 
+void VulkanDevice::create_recordings() {
   auto pool = structure<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
   pool.queueFamilyIndex = family_;
@@ -283,15 +302,6 @@ void VulkanDevice::create_device(bool kernel_statistics) {
     queries.queryCount = 2 * kMaxTimed;
     check(vkCreateQueryPool(device_, &queries, nullptr, &r.queries), "vkCreateQueryPool");
   }
-
-  VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, kMaxArgumentBytes};
-  auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
-  layout.pushConstantRangeCount = 1;
-  layout.pPushConstantRanges = &range;
-  check(vkCreatePipelineLayout(device_, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
-
-  crumbs_ = create(16, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, 0, false);
-  std::memset(crumbs_.mapped, 0, 16);
 }
 
 VkShaderModule VulkanDevice::make_shader(const char* name) {

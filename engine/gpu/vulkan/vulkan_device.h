@@ -72,6 +72,10 @@ class VulkanDevice final : public Device {
   void finish();
   void submit(VkSemaphore wait_for, VkSemaphore signal);
   void create_device(bool kernel_statistics);
+  // The parts of create_device(), in order.
+  void choose_queue_family();
+  void create_logical_device(bool kernel_statistics);
+  void create_recordings();
   void close();
   VkDeviceMemory allocate_memory(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags wanted,
                                  VkMemoryPropertyFlags preferred, bool addressed);

@@ -23,6 +23,41 @@ VkPipelineColorBlendAttachmentState blending(bool blends) {
   return b;
 }
 
+VkPipelineDepthStencilStateCreateInfo depth_test(Depth depth) {
+  auto info =
+      structure<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
+  info.depthTestEnable = depth != Depth::off;
+  info.depthWriteEnable = depth == Depth::nearest;
+  info.depthCompareOp = depth == Depth::nearest ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_LESS;
+  return info;
+}
+
+/// The shape that all targets share.
+const ImageShape& shape_of(const Targets& targets) {
+  return (targets.depth ? targets.depth : targets.colour.at(0))->shape();
+}
+
+/// The vertex input of a draw's pipeline. Contains pointers into itself.
+struct VertexInput {
+  explicit VertexInput(const Draw& draw) : binding{0, 16 * draw.vertex_vectors, VK_VERTEX_INPUT_RATE_VERTEX} {
+    for (std::uint32_t i = 0; i < draw.vertex_vectors; ++i)
+      attributes.push_back(
+          {i, 0, i + 1 == draw.vertex_vectors ? VK_FORMAT_R32G32B32A32_UINT : VK_FORMAT_R32G32B32A32_SFLOAT, 16 * i});
+    if (draw.vertices == 0) return;
+    info.vertexBindingDescriptionCount = 1;
+    info.pVertexBindingDescriptions = &binding;
+    info.vertexAttributeDescriptionCount = static_cast<std::uint32_t>(attributes.size());
+    info.pVertexAttributeDescriptions = attributes.data();
+  }
+  VertexInput(const VertexInput&) = delete;
+  VertexInput& operator=(const VertexInput&) = delete;
+
+  VkVertexInputBindingDescription binding;
+  std::vector<VkVertexInputAttributeDescription> attributes;
+  VkPipelineVertexInputStateCreateInfo info =
+      structure<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
+};
+
 /// A draw with the results of all calls that may fail, made before rendering is recorded.
 struct Prepared {
   const Draw* draw;
@@ -107,15 +142,19 @@ VkPipelineLayout VulkanGraphics::make_pipeline_layout(VkShaderStageFlags stages,
 }
 
 VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& targets) {
-  const std::uint32_t samples = (targets.depth ? targets.depth : targets.colour.at(0))->shape().samples;
   PipelineKey key{static_cast<std::uint32_t>(draw.depth), draw.blend, draw.vertices != 0 ? draw.vertex_vectors : 0,
-                  samples, targets.depth != nullptr};
+                  shape_of(targets).samples, targets.depth != nullptr};
   for (const Image* image : targets.colour) key.push_back(static_cast<std::uint32_t>(stored(*image).format));
   key.push_back(~0u);
   key.insert(key.end(), draw.constants.begin(), draw.constants.end());
   auto name = std::pair(fmt::format("{} {}", draw.vertex, draw.fragment), key);
   if (const auto it = pipelines_.find(name); it != pipelines_.end()) return it->second;
+  const VkPipeline pipeline = make_pipeline(draw, targets);
+  pipelines_.emplace(std::move(name), pipeline);
+  return pipeline;
+}
 
+VkPipeline VulkanGraphics::make_pipeline(const Draw& draw, const Targets& targets) {
   std::vector<VkSpecializationMapEntry> entries;
   for (std::uint32_t i = 0; i < draw.constants.size(); ++i) entries.push_back({i, i * 4, 4});
   const VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(),
@@ -128,19 +167,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
     stages[i].pSpecializationInfo = &constants;
   }
 
-  const VkVertexInputBindingDescription binding{0, 16 * draw.vertex_vectors, VK_VERTEX_INPUT_RATE_VERTEX};
-  std::vector<VkVertexInputAttributeDescription> attributes;
-  for (std::uint32_t i = 0; i < draw.vertex_vectors; ++i)
-    attributes.push_back(
-        {i, 0, i + 1 == draw.vertex_vectors ? VK_FORMAT_R32G32B32A32_UINT : VK_FORMAT_R32G32B32A32_SFLOAT, 16 * i});
-  auto input =
-      structure<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
-  if (draw.vertices != 0) {
-    input.vertexBindingDescriptionCount = 1;
-    input.pVertexBindingDescriptions = &binding;
-    input.vertexAttributeDescriptionCount = static_cast<std::uint32_t>(attributes.size());
-    input.pVertexAttributeDescriptions = attributes.data();
-  }
+  const VertexInput input(draw);
   auto assembly =
       structure<VkPipelineInputAssemblyStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO);
   assembly.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
@@ -153,12 +180,8 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   raster.lineWidth = 1.0f;
   auto multisample =
       structure<VkPipelineMultisampleStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO);
-  multisample.rasterizationSamples = static_cast<VkSampleCountFlagBits>(samples);
-  auto depth =
-      structure<VkPipelineDepthStencilStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO);
-  depth.depthTestEnable = draw.depth != Depth::off;
-  depth.depthWriteEnable = draw.depth == Depth::nearest;
-  depth.depthCompareOp = draw.depth == Depth::nearest ? VK_COMPARE_OP_GREATER : VK_COMPARE_OP_LESS;
+  multisample.rasterizationSamples = static_cast<VkSampleCountFlagBits>(shape_of(targets).samples);
+  const VkPipelineDepthStencilStateCreateInfo depth = depth_test(draw.depth);
   const std::vector<VkPipelineColorBlendAttachmentState> blends(targets.colour.size(), blending(draw.blend));
   auto blend = structure<VkPipelineColorBlendStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO);
   blend.attachmentCount = static_cast<std::uint32_t>(blends.size());
@@ -177,7 +200,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   auto info = structure<VkGraphicsPipelineCreateInfo>(VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO, &rendering);
   info.stageCount = 2;
   info.pStages = stages;
-  info.pVertexInputState = &input;
+  info.pVertexInputState = &input.info;
   info.pInputAssemblyState = &assembly;
   info.pViewportState = &viewport;
   info.pRasterizationState = &raster;
@@ -186,9 +209,7 @@ VkPipeline VulkanGraphics::find_pipeline(const Draw& draw, const Targets& target
   info.pColorBlendState = &blend;
   info.pDynamicState = &dynamic;
   info.layout = layout_;
-  const VkPipeline pipeline = compile(info, stages, draw);
-  pipelines_.emplace(std::move(name), pipeline);
-  return pipeline;
+  return compile(info, stages, draw);
 }
 
 VkPipeline VulkanGraphics::compile(const VkGraphicsPipelineCreateInfo& info,
@@ -279,6 +300,18 @@ void VulkanGraphics::move_to_readable(std::span<const Image* const> textures) {
       move_to(stored(*texture), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
 }
 
+VkRenderingAttachmentInfo VulkanGraphics::attach(const Image& image, VkImageLayout layout, bool clear) {
+  Stored& s = stored(image);
+  if (clear) s.layout = VK_IMAGE_LAYOUT_UNDEFINED;
+  move_to(s, layout);
+  auto a = structure<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
+  a.imageView = s.view;
+  a.imageLayout = layout;
+  a.loadOp = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+  a.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+  return a;
+}
+
 void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
   if (draws.empty() && !targets.clear) return;
   limit_pipelines();
@@ -302,32 +335,21 @@ void VulkanGraphics::draw(const Targets& targets, std::span<const Draw> draws) {
       p.set = describe(p.draw->textures, p.draw->uniforms, set_layout_, nullptr);
   for (const Draw& d : draws) move_to_readable(d.textures);
 
-  const auto attachment = [&](const Image& image, VkImageLayout layout, bool clear) {
-    Stored& s = stored(image);
-    if (clear) s.layout = VK_IMAGE_LAYOUT_UNDEFINED;
-    move_to(s, layout);
-    auto a = structure<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
-    a.imageView = s.view;
-    a.imageLayout = layout;
-    a.loadOp = clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
-    a.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
-    return a;
-  };
   std::vector<VkRenderingAttachmentInfo> colours;
   for (const Image* image : targets.colour) {
-    colours.push_back(attachment(*image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, targets.clear));
+    colours.push_back(attach(*image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, targets.clear));
     if (image->shape().format == Format::rgba8 || image->shape().format == Format::window)
       for (int c = 0; c < 4; ++c) colours.back().clearValue.color.float32[c] = targets.background[c];
   }
   auto rendering = structure<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
-  const ImageShape& shape = (targets.depth ? targets.depth : targets.colour.at(0))->shape();
+  const ImageShape& shape = shape_of(targets);
   rendering.renderArea.extent = {shape.width, shape.height};
   rendering.layerCount = 1;
   rendering.colorAttachmentCount = static_cast<std::uint32_t>(colours.size());
   rendering.pColorAttachments = colours.data();
   VkRenderingAttachmentInfo depth{};
   if (targets.depth) {
-    depth = attachment(*targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, targets.clear && !targets.keep_depth);
+    depth = attach(*targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, targets.clear && !targets.keep_depth);
     rendering.pDepthAttachment = &depth;
   }
   // Earlier commands may have written buffers that the shaders read.

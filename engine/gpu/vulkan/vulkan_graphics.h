@@ -65,6 +65,7 @@ class VulkanGraphics final : public Graphics {
   /// Moves the image to a layout, after all earlier accesses to it.
   void move_to(Stored& image, VkImageLayout layout);
   VkPipeline find_pipeline(const Draw& draw, const Targets& targets);
+  VkPipeline make_pipeline(const Draw& draw, const Targets& targets);
   /// stages: the vertex and the fragment stage. The function creates their modules.
   VkPipeline compile(const VkGraphicsPipelineCreateInfo& info, std::span<VkPipelineShaderStageCreateInfo, 2> stages,
                      const Draw& draw);
@@ -79,6 +80,8 @@ class VulkanGraphics final : public Graphics {
   VkDescriptorSet describe(std::span<const Image* const> textures,
                            std::span<const std::pair<Address, std::uint64_t>> uniforms, VkDescriptorSetLayout layout,
                            const Image* written);
+  /// Moves an image to `layout` and returns its attachment. clear: its earlier content is dropped.
+  VkRenderingAttachmentInfo attach(const Image& image, VkImageLayout layout, bool clear);
   /// Moves images to the layout for reading in shaders.
   void move_to_readable(std::span<const Image* const> textures);
   void destroy(Stored& image);

@@ -11,6 +11,28 @@ namespace {
 
 constexpr std::uint64_t kPatience = 100'000'000;  // timeout for acquiring an image, in ns
 
+VkSwapchainCreateInfoKHR swapchain_info(VkSurfaceKHR surface, const VkSurfaceCapabilitiesKHR& can,
+                                        const VkSurfaceFormatKHR& format, VkExtent2D extent) {
+  auto info = structure<VkSwapchainCreateInfoKHR>(VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR);
+  info.surface = surface;
+  info.minImageCount =
+      can.maxImageCount > 0 ? std::min(can.minImageCount + 1, can.maxImageCount) : can.minImageCount + 1;
+  info.imageFormat = format.format;
+  info.imageColorSpace = format.colorSpace;
+  info.imageExtent = extent;
+  info.imageArrayLayers = 1;
+  info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+  info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
+  info.preTransform = can.supportedTransforms & VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR
+                          ? VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR
+                          : can.currentTransform;
+  info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
+  if (!(can.supportedCompositeAlpha & info.compositeAlpha)) info.compositeAlpha = VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR;
+  info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
+  info.clipped = VK_TRUE;
+  return info;
+}
+
 }  // namespace
 
 VulkanSurface::VulkanSurface(VulkanDevice& device, VulkanGraphics& graphics, std::function<std::uint64_t(void*)> create)
@@ -66,6 +88,31 @@ bool VulkanSurface::stands(VkResult result, const char* call) {
   return true;
 }
 
+std::optional<VkSurfaceFormatKHR> VulkanSurface::choose_format() {
+  std::uint32_t count = 0;
+  constexpr const char* kFormats = "vkGetPhysicalDeviceSurfaceFormatsKHR";
+  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, nullptr), kFormats)) return {};
+  std::vector<VkSurfaceFormatKHR> formats(count);
+  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()), kFormats))
+    return {};
+  // Accepts only UNORM formats: colours are already sRGB-encoded and must not be encoded again.
+  const auto fits = [&](const VkSurfaceFormatKHR& f) {
+    VkFormatProperties properties;
+    vkGetPhysicalDeviceFormatProperties(device_.physical_, f.format, &properties);
+    constexpr VkFormatFeatureFlags kNeeded =
+        VK_FORMAT_FEATURE_BLIT_DST_BIT | VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT;
+    return (properties.optimalTilingFeatures & kNeeded) == kNeeded &&
+           f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR &&
+           (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM ||
+            f.format == VK_FORMAT_A8B8G8R8_UNORM_PACK32 || f.format == VK_FORMAT_A2B10G10R10_UNORM_PACK32 ||
+            f.format == VK_FORMAT_R5G6B5_UNORM_PACK16);
+  };
+  const auto found = std::find_if(formats.begin(), formats.end(), fits);
+  if (found == formats.end())
+    throw Error("Vulkan: this window does not support UNORM colour formats; choose another device with `device`");
+  return *found;
+}
+
 bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
   close_swapchain();
   VkSurfaceCapabilitiesKHR can;
@@ -88,55 +135,18 @@ bool VulkanSurface::open_swapchain(std::uint32_t width, std::uint32_t height) {
     throw Error("Vulkan: {} cannot copy images to this window; choose another device with `device`",
                 device_.info_.name);
 
-  std::uint32_t count = 0;
-  constexpr const char* kFormats = "vkGetPhysicalDeviceSurfaceFormatsKHR";
-  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, nullptr), kFormats))
-    return false;
-  std::vector<VkSurfaceFormatKHR> formats(count);
-  if (!stands(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical_, surface_, &count, formats.data()), kFormats))
-    return false;
-  // Accepts only UNORM formats: colours are already sRGB-encoded and must not be encoded again.
-  const auto fits = [&](const VkSurfaceFormatKHR& f) {
-    VkFormatProperties properties;
-    vkGetPhysicalDeviceFormatProperties(device_.physical_, f.format, &properties);
-    constexpr VkFormatFeatureFlags kNeeded =
-        VK_FORMAT_FEATURE_BLIT_DST_BIT | VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT;
-    return (properties.optimalTilingFeatures & kNeeded) == kNeeded &&
-           f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR &&
-           (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM ||
-            f.format == VK_FORMAT_A8B8G8R8_UNORM_PACK32 || f.format == VK_FORMAT_A2B10G10R10_UNORM_PACK32 ||
-            f.format == VK_FORMAT_R5G6B5_UNORM_PACK16);
-  };
-  const auto found = std::find_if(formats.begin(), formats.end(), fits);
-  if (found == formats.end())
-    throw Error("Vulkan: this window does not support UNORM colour formats; choose another device with `device`");
-  const VkSurfaceFormatKHR format = *found;
-
-  auto info = structure<VkSwapchainCreateInfoKHR>(VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR);
-  info.surface = surface_;
-  info.minImageCount =
-      can.maxImageCount > 0 ? std::min(can.minImageCount + 1, can.maxImageCount) : can.minImageCount + 1;
-  info.imageFormat = format.format;
-  info.imageColorSpace = format.colorSpace;
-  info.imageExtent = extent_;
-  info.imageArrayLayers = 1;
-  info.imageUsage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
-  info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
-  info.preTransform = can.supportedTransforms & VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR
-                          ? VK_SURFACE_TRANSFORM_IDENTITY_BIT_KHR
-                          : can.currentTransform;
-  info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
-  if (!(can.supportedCompositeAlpha & info.compositeAlpha)) info.compositeAlpha = VK_COMPOSITE_ALPHA_INHERIT_BIT_KHR;
-  info.presentMode = VK_PRESENT_MODE_FIFO_KHR;
-  info.clipped = VK_TRUE;
+  const std::optional<VkSurfaceFormatKHR> format = choose_format();
+  if (!format) return false;
+  const VkSwapchainCreateInfoKHR info = swapchain_info(surface_, can, *format, extent_);
   if (!stands(vkCreateSwapchainKHR(device_.device_, &info, nullptr, &swapchain_), "vkCreateSwapchainKHR")) {
     swapchain_ = VK_NULL_HANDLE;
     return false;
   }
+  std::uint32_t count = 0;
   check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
   std::vector<VkImage> images(count);
   check(vkGetSwapchainImagesKHR(device_.device_, swapchain_, &count, images.data()), "vkGetSwapchainImagesKHR");
-  for (VkImage image : images) images_.push_back(graphics_.borrow(image, format.format, extent_));
+  for (VkImage image : images) images_.push_back(graphics_.borrow(image, format->format, extent_));
   auto semaphore = structure<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
   for (std::uint32_t i = 0; i < count; ++i)
     check(vkCreateSemaphore(device_.device_, &semaphore, nullptr, &drawn_.emplace_back()), "vkCreateSemaphore");

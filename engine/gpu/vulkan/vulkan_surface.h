@@ -24,6 +24,8 @@ class VulkanSurface final : public Surface {
   void open();
   void close();
   void close_swapchain();
+  /// Returns nullopt if the surface was lost. Throws Error if the window has no suitable format.
+  std::optional<VkSurfaceFormatKHR> choose_format();
   /// Returns false if the window has no area at the moment or its surface was lost.
   bool open_swapchain(std::uint32_t width, std::uint32_t height);
   /// Returns false if the surface was lost or its swapchain is out of date; the next frame recreates it. Handles other

@@ -12,7 +12,7 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
                              double far, render::AntiAliasing aa, const OnRender& on_render) {
   check_clip_planes(near, far);
   render::Renderer renderer(gpu);
-  const render::GpuModel drawn = render::upload_model(gpu, model);
+  const render::GpuModel gpu_model = render::upload_model(gpu, model);
   render::DrawOptions options;
   options.aa = aa;
   options.background = model.background;
@@ -20,7 +20,7 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
   Evaluation evaluation;
   for (const scene::View& view : scene.test) {
     const Image image =
-        renderer.picture(drawn, render::view_of(view.camera, scene.normalisation, drawn, near, far), options);
+        renderer.picture(gpu_model, render::view_of(view.camera, scene.normalisation, gpu_model, near, far), options);
     std::vector<float> colour;
     colour.reserve(image.rgba.size() / 4 * 3);
     for (std::size_t i = 0; i < image.rgba.size(); ++i)
@@ -32,18 +32,19 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
   return evaluation;
 }
 
-std::size_t most_ties(std::size_t pixels) { return std::max<std::size_t>(pixels / 1000, 3); }
+std::size_t max_ties(std::size_t pixels) { return std::max<std::size_t>(pixels / 1000, 3); }
 
-bool Agreement::holds() const { return ties <= most_ties(pixels) && psnr > 60; }
+bool RendererComparison::passes() const { return ties <= max_ties(pixels) && psnr > 60; }
 
-std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& views,
-                                 const scene::Normalisation& normalisation, double near, double far,
-                                 render::MlpUse mlp) {
+std::vector<RendererComparison> compare_renderer(gpu::Device& gpu, const soup::Model& model,
+                                                 const std::vector<scene::View>& views,
+                                                 const scene::Normalisation& normalisation, double near, double far,
+                                                 render::MlpUse mlp) {
   check_clip_planes(near, far);
   SoupBuffers soup = load_model(gpu, model, normalisation);
   BatchBuffers buffers(gpu);
   render::Renderer renderer(gpu);
-  const render::GpuModel drawn = render::upload_model(gpu, model, mlp);
+  const render::GpuModel gpu_model = render::upload_model(gpu, model, mlp);
   render::DrawOptions options;
   options.background = model.background;
   options.drop_behind = model.drop_near;
@@ -51,15 +52,15 @@ std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, con
   for (const scene::View& view : views) batch.push_back(batch_view(view.camera, near, far));
   StepInputs inputs;
   inputs.background = model.background;
-  std::vector<Agreement> result;
+  std::vector<RendererComparison> result;
   for_each_batch(gpu, soup, buffers, batch, true, inputs, 1, [&](std::size_t first, std::size_t) {
     const std::size_t pixels = buffers.batch().pixels;
     const auto hits = gpu.download_vector<kernels::Hit>(buffers.hits.address(), pixels);
     const auto colour = gpu.download_vector<float>(buffers.colour.address(), 3 * pixels);
     const Image image =
-        renderer.picture(drawn, render::view_of(views[first].camera, normalisation, drawn, near, far), options);
+        renderer.picture(gpu_model, render::view_of(views[first].camera, normalisation, gpu_model, near, far), options);
     const std::vector<std::uint32_t> ours = renderer.hits();
-    Agreement a{views[first].name, pixels, 0, 0};
+    RendererComparison a{views[first].name, pixels, 0, 0};
     double squares = 0;
     for (std::size_t p = 0; p < pixels; ++p) {
       if (ours[p] != hits[p].triangle) {

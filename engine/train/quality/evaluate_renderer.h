@@ -15,23 +15,24 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
                              double far, render::AntiAliasing aa, const OnRender& on_render = {});
 
 /// Comparison of one view as rendered by the real-time renderer, without anti-aliasing, and by the training kernels.
-struct Agreement {
+struct RendererComparison {
   std::string view;
   std::size_t pixels = 0;
   std::size_t ties = 0;  // pixels that show different triangles because of rounding at edges and thresholds
   double psnr = 0;       // dB, over the other pixels; ignores errors from rounding the image to 8 bits
 
-  /// Whether the renderer matches the kernels: at most most_ties(), and above 60 dB.
-  bool holds() const;
+  /// Whether the renderer matches the kernels: at most max_ties(), and above 60 dB.
+  bool passes() const;
 };
 
 /// Largest allowed number of ties: 0.1 % of the pixels, but at least 3, because a single edge may exceed 0.1 % of a
 /// small image.
-std::size_t most_ties(std::size_t pixels);
+std::size_t max_ties(std::size_t pixels);
 
 /// Compares each view. views: in normalised coordinates. mlp: how the renderer evaluates the MLP.
-std::vector<Agreement> agreement(gpu::Device& gpu, const soup::Model& model, const std::vector<scene::View>& views,
-                                 const scene::Normalisation& normalisation, double near, double far,
-                                 render::MlpUse mlp = render::MlpUse::compiled);
+std::vector<RendererComparison> compare_renderer(gpu::Device& gpu, const soup::Model& model,
+                                                 const std::vector<scene::View>& views,
+                                                 const scene::Normalisation& normalisation, double near, double far,
+                                                 render::MlpUse mlp = render::MlpUse::compiled);
 
 }  // namespace trisoup::train

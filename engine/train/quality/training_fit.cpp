@@ -35,14 +35,14 @@ double squares_around_mean(const Image& photo) {
 }  // namespace
 
 TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const scene::Scene& scene,
-                                  std::span<const BatchView> views, const Exposures* exposures, std::size_t most) {
+                                  std::span<const BatchView> views, const Exposures* exposures, std::size_t max_batch) {
   StepInputs inputs;
   inputs.background = scene.background;
   inputs.exposures = exposures;
   inputs.fit_exposures = false;
   Step step(gpu, soup, buffers);
   ImageSums all;
-  for_each_batch(gpu, soup, buffers, views, true, inputs, most, [&](std::size_t, std::size_t) {
+  for_each_batch(gpu, soup, buffers, views, true, inputs, max_batch, [&](std::size_t, std::size_t) {
     step.photographs(inputs);
     for (const ImageSums& view : sum_images(gpu, buffers, scene.background, Ssim::none))
       all.squares += view.squares, all.pixels += view.pixels, all.uncovered += view.uncovered;

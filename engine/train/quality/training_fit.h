@@ -24,8 +24,8 @@ struct TrainingFit {
 };
 
 /// views: to measure, with their photographs on the device; view.index is the index in scene.train. exposures: null if
-/// none are fitted. most: largest number of views in a batch.
+/// none are fitted. max_batch: largest number of views in a batch.
 TrainingFit fit_to_training_views(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const scene::Scene& scene,
-                                  std::span<const BatchView> views, const Exposures* exposures, std::size_t most);
+                                  std::span<const BatchView> views, const Exposures* exposures, std::size_t max_batch);
 
 }  // namespace trisoup::train

@@ -97,7 +97,7 @@ glm::dvec3 contracted(const glm::dvec3& p) {
   return r <= 1 ? p : (2.0 - 1.0 / r) / r * p;
 }
 
-std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t most) {
+std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t max_points) {
   const std::size_t cloud = points.positions.size();
   std::vector<std::uint32_t> chosen;
   std::vector<double> distances;
@@ -123,12 +123,12 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
     std::size_t k = 0;
     drop(chosen, cloud, [&](std::uint32_t) { return gaps[k++] > largest; });
   }
-  if (chosen.size() <= most) return chosen;
+  if (chosen.size() <= max_points) return chosen;
   // Find the smallest cell size that leaves few enough points by bisection.
   double fine = 0, coarse = 4;
   for (int i = 0; i < 24; ++i) {
     const double middle = (fine + coarse) / 2;
-    (one_per_cell(points, chosen, middle).size() <= most ? coarse : fine) = middle;
+    (one_per_cell(points, chosen, middle).size() <= max_points ? coarse : fine) = middle;
     if (coarse - fine < 0.02 * coarse) break;
   }
   return one_per_cell(points, chosen, coarse);

@@ -7,14 +7,15 @@
 
 namespace trisoup::train {
 
-/// Indices of the reliable points of the cloud, ascending, at most `most`. Drops points
+/// Indices of the reliable points of the cloud, ascending, at most `max_points`. Drops points
 /// - beyond three times the 99th percentile of distances: mismatches near the horizon of a view;
 /// - with a reprojection error, if known, above both 2 pixels and twice the median;
 /// - seen by fewer than three views or, in a cloud without tracks, the 3 % farthest from their eight nearest neighbours
 ///   in contracted() space.
 /// A rule that would leave less than a third of the cloud is skipped, because such a cloud is sparse rather than bad.
-/// If more than `most` points remain, each cell of a grid in contracted space keeps the point seen by the most views.
-std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t most);
+/// If more than `max_points` points remain, each cell of a grid in contracted space keeps the point seen by the most
+/// views.
+std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t max_points);
 
 /// Contracts space as in Mip-NeRF 360 (Barron et al. 2022): points within distance 1 of the origin stay, others move to
 /// distance 2 - 1 / distance. Far away, equal lengths there are roughly equal angles seen from the cameras.

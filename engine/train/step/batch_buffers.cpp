@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "soup/soup.h"
+
 namespace trisoup::train {
 
 namespace {
@@ -52,7 +54,7 @@ void BatchBuffers::reserve(std::uint32_t view_count, std::uint64_t pixels, std::
   grow(same, tiles * 4, "blocks without error");  // there are fewer blocks than tiles
   grow(ranks, pixels * 4, "pixels by triangle");
   grow(shown, (2ull * triangles + 1) * 4, "pixels by triangle");
-  grow(mlp_partial, std::uint64_t(mlp_groups) * 595 * 4, "MLP gradient sums");
+  grow(mlp_partial, std::uint64_t(mlp_groups) * soup::Mlp::kParameters * 4, "MLP gradient sums");
 }
 
 void BatchBuffers::place(const BatchLayout& batch, std::uint32_t triangles, bool training) {
@@ -91,7 +93,7 @@ std::uint64_t batch_bytes(std::uint32_t views, std::uint64_t pixels, std::uint64
   return views * (sizeof(kernels::ViewRecord) + sizeof(kernels::ImageSums)) +
          std::uint64_t(views) * triangles * sizeof(kernels::ScreenTriangle) + tiles * (12 + 16 * 4) +
          pixels * (16 + 12 + 4 + (training ? 16 + 36 + 4 : 0)) +
-         (training ? kGpuGroups * 595 * 4 + (2ull * triangles + 1) * 4 : 0);
+         (training ? kGpuGroups * soup::Mlp::kParameters * 4 + (2ull * triangles + 1) * 4 : 0);
 }
 
 }  // namespace trisoup::train

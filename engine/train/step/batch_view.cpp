@@ -39,13 +39,13 @@ BatchView sampled_at(const BatchView& view, glm::dvec2 pixels) {
   return moved;
 }
 
-glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double most) {
+glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double max_offset) {
   constexpr std::uint64_t kStream = 0x6a6974746572;  // "jitter"
   soup::Random random(seed ^ (kStream << 16), step);
   random.seek(std::uint64_t(view.index) * 2);
   const double x = random.uniform01(), y = random.uniform01();
   // A single pixel has no neighbours to interpolate with.
-  return most * glm::dvec2(view.width > 1 ? 2.0 * x - 1.0 : 0.0, view.height > 1 ? 2.0 * y - 1.0 : 0.0);
+  return max_offset * glm::dvec2(view.width > 1 ? 2.0 * x - 1.0 : 0.0, view.height > 1 ? 2.0 * y - 1.0 : 0.0);
 }
 
 BatchLayout lay_out(std::span<const BatchView> views) {

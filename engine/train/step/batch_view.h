@@ -30,9 +30,9 @@ BatchView batch_view(const scene::Camera& camera, double near, double far, doubl
 /// The view with its samples moved by `pixels`, to the right and down. Moves the samples of soup and photograph alike.
 BatchView sampled_at(const BatchView& view, glm::dvec2 pixels);
 
-/// Offset of a step's samples from the pixel centres of a view, pixels: uniform in -most..most along each axis, 0 along
-/// an axis of one pixel. Depends on the arguments and view.index only.
-glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double most);
+/// Offset of a step's samples from the pixel centres of a view, pixels: uniform in -max_offset..max_offset along each
+/// axis, 0 along an axis of one pixel. Depends on the arguments and view.index only.
+glm::dvec2 pixel_jitter(std::uint64_t seed, std::uint64_t step, const BatchView& view, double max_offset);
 
 /// Records and total sizes of a batch.
 struct BatchLayout {

@@ -38,19 +38,19 @@ std::optional<std::uint32_t> grow_lists_if_needed(gpu::Device& gpu, BatchBuffers
   const kernels::Control control = gpu.download_vector<kernels::Control>(buffers.control.address(), 1)[0];
   if (control.overflow == 0) return std::nullopt;
   buffers.make_room(control.list_peak);
-  gpu.fill(buffers.control.address(), offsetof(kernels::Control, faults), 0);
+  gpu.fill(buffers.control.address(), offsetof(kernels::Control, non_finite), 0);
   return control.overflow_step;
 }
 
 void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-                    bool colours, const StepInputs& inputs, std::size_t most,
+                    bool colours, const StepInputs& inputs, std::size_t max_batch,
                     const std::function<void(std::size_t, std::size_t)>& visit) {
   Step step(gpu, soup, buffers);
   const std::uint64_t screen_bytes = std::max(buffers.screen.bytes(), kPassScreenBytes);
   for (std::size_t first = 0; first < views.size();) {
     std::size_t count = 0;
     std::uint64_t pixels = 0;
-    while (first + count < views.size() && count < most) {
+    while (first + count < views.size() && count < max_batch) {
       const BatchView& view = views[first + count];
       pixels += std::uint64_t(view.width) * view.height;
       if (count > 0 &&
@@ -84,7 +84,8 @@ double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const BatchBuffers
   return double(soup.triangles - std::count(pixels.begin(), pixels.end(), 0u)) / soup.triangles;
 }
 
-Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views) {
+TriangleVisibility measure_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
+                                   std::span<const BatchView> views) {
   constexpr std::size_t kBits = 32;  // of a word of `shown`: one bit per view
   const gpu::Buffer counts = zeroes(gpu, soup), areas = zeroes(gpu, soup), shown = zeroes(gpu, soup);
   std::vector<std::uint32_t> in_views(soup.triangles);

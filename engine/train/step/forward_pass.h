@@ -18,12 +18,12 @@ inline constexpr std::uint64_t kPassPixels = 1u << 20;
 /// Bytes of projected triangles that a batch may use if training has not allocated more.
 inline constexpr std::uint64_t kPassScreenBytes = 32u << 20;
 
-/// Renders the views in batches of at most `most` and calls visit(first, count) after each. `buffers` then holds the
-/// visible fragments (and BatchBuffers::colour if `colours`) of views first .. first + count - 1. Opacity thresholds
-/// are 0.5. kPassPixels and kPassScreenBytes limit a batch further. If tile lists overflow, they are enlarged and the
-/// batch is rendered again before it is visited.
+/// Renders the views in batches of at most `max_batch` and calls visit(first, count) after each. `buffers` then holds
+/// the visible fragments (and BatchBuffers::colour if `colours`) of views first .. first + count - 1. Opacity
+/// thresholds are 0.5. kPassPixels and kPassScreenBytes limit a batch further. If tile lists overflow, they are
+/// enlarged and the batch is rendered again before it is visited.
 void for_each_batch(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-                    bool colours, const StepInputs& inputs, std::size_t most,
+                    bool colours, const StepInputs& inputs, std::size_t max_batch,
                     const std::function<void(std::size_t, std::size_t)>& visit);
 
 /// Number of pixels that show each triangle, over all views. [T]
@@ -36,14 +36,15 @@ double share_shown(gpu::Device& gpu, const SoupBuffers& soup, const BatchBuffers
                    const kernels::ViewRecord& record, const gpu::Buffer& counts);
 
 /// Visibility of each triangle in a set of views.
-struct Seen {
+struct TriangleVisibility {
   std::vector<std::uint32_t> pixels;  // [T] number of pixels that show it, over all views
   /// [T] photograph pixels that it would cover if its scale everywhere were that at its largest visible pixel; 0: not
   /// visible.
   std::vector<std::uint32_t> area;
   std::vector<std::uint32_t> views;  // [T] number of views that show it
 };
-Seen measure_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views);
+TriangleVisibility measure_visible(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,
+                                   std::span<const BatchView> views);
 
 /// For each view one byte per triangle: 1 if the view shows it. [views][T]
 std::vector<std::vector<std::uint8_t>> visible_in_each(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers,

@@ -42,21 +42,22 @@ std::string to_string(const NonFinite& f) {
 
 std::vector<NonFinite> take_non_finite(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers) {
   std::vector<NonFinite> found;
-  const gpu::Address at = buffers.control.address() + offsetof(kernels::Control, faults);
-  const auto faults = gpu.download_vector<kernels::Fault>(at, 3);
-  if (std::all_of(faults.begin(), faults.end(), [](const kernels::Fault& f) { return f.count == 0; })) return found;
-  gpu.fill(at, sizeof(kernels::Control::faults), 0);
+  const gpu::Address at = buffers.control.address() + offsetof(kernels::Control, non_finite);
+  const auto records = gpu.download_vector<kernels::NonFiniteRecord>(at, 3);
+  if (std::all_of(records.begin(), records.end(), [](const kernels::NonFiniteRecord& f) { return f.count == 0; }))
+    return found;
+  gpu.fill(at, sizeof(kernels::Control::non_finite), 0);
   for (std::uint32_t kind = 0; kind < 3; ++kind) {
-    const kernels::Fault& fault = faults[kind];
-    if (fault.count == 0) continue;
-    NonFinite f{static_cast<NonFinite::Kind>(kind), fault.step + 1ull, 0, fault.index, 0, fault.count};
+    const kernels::NonFiniteRecord& record = records[kind];
+    if (record.count == 0) continue;
+    NonFinite f{static_cast<NonFinite::Kind>(kind), record.step + 1ull, 0, record.index, 0, record.count};
     if (kind == NON_FINITE_VERTEX) {
-      f.triangle = fault.index / 9;
-      f.place = fault.index % 9 / 3;
+      f.triangle = record.index / 9;
+      f.place = record.index % 9 / 3;
       f.count = collapse_lost(gpu, soup);
     } else if (kind == NON_FINITE_TEXEL) {
-      const auto sample = static_cast<std::uint32_t>(fault.index / 8 + soup.source_at(soup.own().first));
-      f.channel = fault.index % 8;
+      const auto sample = static_cast<std::uint32_t>(record.index / 8 + soup.source_at(soup.own().first));
+      f.channel = record.index % 8;
       for (std::uint32_t t = 0; t < soup.triangles; ++t) {
         const soup::TextureEntry& row = soup.table[t];
         if (sample < row.source_offset || sample >= row.source_offset + soup::samples_in(row.level_min, row.level_max))

@@ -26,7 +26,7 @@ struct NonFinite {
 };
 
 /// A message of one line.
-std::string to_string(const NonFinite& fault);
+std::string to_string(const NonFinite& found);
 
 /// Returns the findings since the last call, at most one of each kind, and collapses triangles with a non-finite
 /// vertex. Waits for the device.

@@ -55,7 +55,7 @@ struct SoupBuffers {
   gpu::Buffer lattice, opacity;  // [lattice samples][8], [lattice samples]; sums of the levels after the sigmoid
   FixedSums opacity_gradient;    // [lattice samples]
   gpu::Buffer touched;           // [T] 0: the triangle's opacity_gradient is zero
-  gpu::Buffer mlp, mlp_moment1, mlp_moment2;  // [595]
+  gpu::Buffer mlp, mlp_moment1, mlp_moment2;  // [MLP_COUNT]
 };
 
 /// Bytes of textures with their opacities, moments and gradients, which ranks divide among them. source_samples: of all

@@ -85,9 +85,9 @@ void Step::visibility(Thresholds thresholds, const StepInputs& inputs) {
     gpu_.launch({"visibility", {static_cast<std::uint32_t>(thresholds), static_cast<std::uint32_t>(inputs.layer)}},
                 band.tiles,
                 VisibilityArgs{view_table, screen, buffers_.offsets.address(), buffers_.lists.address(),
-                               soup_.textures.address(), soup_.opacity.address(), inputs.thresholds, inputs.first,
-                               buffers_.state.address(), buffers_.hits.address(), triangles, views, band.first,
-                               band.tiles, buffers_.list_capacity(), 0});
+                               soup_.textures.address(), soup_.opacity.address(), inputs.probes.thresholds,
+                               inputs.first, buffers_.state.address(), buffers_.hits.address(), triangles, views,
+                               band.first, band.tiles, buffers_.list_capacity(), 0});
   });
   soup_.partition->agree_on_winners();
 }
@@ -147,11 +147,11 @@ void Step::shade(const StepInputs& inputs, const ShadedFrom& from) {
   const BatchLayout& batch = buffers_.batch();
   const std::uint32_t groups = groups_over(batch.blocks);
   gpu_.launch({buffers_.one_pixel ? "shade_one" : "shade",
-               {inputs.mlp_inputs != 0, inputs.layer == Layer::coarser && from.has_levels}},
+               {inputs.probes.mlp_inputs != 0, inputs.layer == Layer::coarser && from.has_levels}},
               groups,
               ShadeArgs{buffers_.views.address(), from.hits, from.textures, from.lattice, soup_.mlp.address(),
-                        buffers_.colour.address(), inputs.mlp_inputs, batch.blocks, batch.views, inputs.background.r,
-                        inputs.background.g, inputs.background.b, groups});
+                        buffers_.colour.address(), inputs.probes.mlp_inputs, batch.blocks, batch.views,
+                        inputs.background.r, inputs.background.g, inputs.background.b, groups});
 }
 
 void Step::photographs(const StepInputs& inputs) {
@@ -220,13 +220,14 @@ void Step::backward(const StepInputs& inputs) {
 void Step::shade_backward(const StepInputs& inputs, const ShadedFrom& to) {
   const BatchLayout& batch = buffers_.batch();
   const bool exposed = inputs.exposures && inputs.target == 0;
-  gpu_.launch({buffers_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.feature_gradient != 0}},
-              buffers_.mlp_groups,
-              ShadeBackwardArgs{buffers_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
-                                buffers_.gradient.address(), to.places, to.ranks, to.sorted,
-                                buffers_.mlp_partial.address(), inputs.feature_gradient, buffers_.target.address(),
-                                exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, buffers_.mlp_groups,
-                                batch.views, exposed, static_cast<std::uint32_t>(batch.pixels), 0});
+  gpu_.launch(
+      {buffers_.one_pixel ? "shade_backward_one" : "shade_backward", {inputs.probes.feature_gradient != 0}},
+      buffers_.mlp_groups,
+      ShadeBackwardArgs{buffers_.views.address(), to.hits, to.textures, to.lattice, soup_.mlp.address(),
+                        buffers_.gradient.address(), to.places, to.ranks, to.sorted, buffers_.mlp_partial.address(),
+                        inputs.probes.feature_gradient, buffers_.target.address(),
+                        exposed ? inputs.exposures->exposure.address() : 0, batch.blocks, buffers_.mlp_groups,
+                        batch.views, exposed, static_cast<std::uint32_t>(batch.pixels), 0});
   end_kernel();
 }
 
@@ -256,7 +257,7 @@ void Step::opacity_backward(const StepInputs& inputs) {
 }
 
 void Step::update_textures(bool adam, const StepInputs& inputs) {
-  const bool debug = inputs.source_gradient != 0;
+  const bool debug = inputs.probes.source_gradient != 0;
   for (const TextureClass& c : soup_.classes) {
     const bool wide = buffers_.wide_textures && adam && !debug && c.samples > 100;
     gpu_.launch({wide ? "update_textures_wide" : "update_textures", {c.samples, adam, debug}}, c.count,
@@ -266,22 +267,22 @@ void Step::update_textures(bool adam, const StepInputs& inputs) {
                     soup_.opacity.address(), buffers_.shown.address() + 4ull * soup_.own().first, buffers_.sorted(),
                     soup_.opacity_gradient.low.address(), soup_.opacity_gradient.high.address(),
                     soup_.touched.address() + 4ull * soup_.own().first, buffers_.state.address(),
-                    buffers_.control.address(), inputs.source_gradient, soup_.triangles, inputs.update_unseen || debug,
-                    static_cast<std::uint32_t>(buffers_.batch().pixels), c.count});
+                    buffers_.control.address(), inputs.probes.source_gradient, soup_.triangles,
+                    inputs.update_unseen || debug, static_cast<std::uint32_t>(buffers_.batch().pixels), c.count});
   }
 }
 
 void Step::update(const StepInputs& inputs) {
   update_textures(true, inputs);
-  gpu_.launch({"update_vertices", {inputs.vertex_gradient != 0}}, groups_of(3ull * soup_.triangles),
+  gpu_.launch({"update_vertices", {inputs.probes.vertex_gradient != 0}}, groups_of(3ull * soup_.triangles),
               UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(),
                                  soup_.vertex_moment2.address(), soup_.vertex_gradient.low.address(),
                                  soup_.vertex_gradient.high.address(), buffers_.state.address(),
-                                 buffers_.control.address(), inputs.vertex_gradient, 3 * soup_.triangles, 0});
-  gpu_.launch({"update_mlp", {inputs.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
+                                 buffers_.control.address(), inputs.probes.vertex_gradient, 3 * soup_.triangles, 0});
+  gpu_.launch({"update_mlp", {inputs.probes.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
               UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
                             buffers_.mlp_partial.address(), buffers_.state.address(), buffers_.control.address(),
-                            inputs.mlp_gradient, buffers_.mlp_groups, 0});
+                            inputs.probes.mlp_gradient, buffers_.mlp_groups, 0});
 }
 
 void Step::sum_textures() { update_textures(false, {}); }

@@ -17,7 +17,7 @@ namespace trisoup::train {
 enum class Thresholds : std::uint32_t {
   half = 0,    // 0.5: inference
   random = 1,  // uniform in (0, 1], per fragment: training
-  given = 2,   // StepInputs::thresholds: tests
+  given = 2,   // StepProbes::thresholds: tests
 };
 
 /// The fragment that each pixel shows.
@@ -27,11 +27,21 @@ enum class Layer : std::uint32_t {
   coarser = 2,  // the nearest, with textures without their finest level
 };
 
+/// Buffers with which tests control and observe a step. All are 0 in training.
+struct StepProbes {
+  gpu::Address thresholds = 0;  // [pixels][T] read by Thresholds::given
+  // Written by the step.
+  gpu::Address mlp_inputs = 0;        // [pixels][16]
+  gpu::Address feature_gradient = 0;  // [pixels][7]
+  gpu::Address source_gradient = 0;   // [source samples][8]
+  gpu::Address vertex_gradient = 0;   // [3T][3]
+  gpu::Address mlp_gradient = 0;      // [MLP_COUNT]
+};
+
 /// Inputs and options of a step. Unused addresses stay 0.
 struct StepInputs {
   glm::vec3 background{0.0f};
   gpu::Address target = 0;               // [pixels][3] float targets instead of photographs
-  gpu::Address thresholds = 0;           // [pixels][T]
   bool opacity_baseline = false;         // opacity gradients use the error minus its neighbours' mean
   bool update_unseen = true;             // Adam also updates texture values without gradient, as published
   bool opaque = false;                   // Settings::opaque: opacity is fixed to 1
@@ -41,12 +51,7 @@ struct StepInputs {
   bool listed = false;      // reuses the tile lists of the last rendering of this batch, unless it has several bands
   gpu::Address first = 0;   // [pixels] Hit of another rendering of the batch, for Layer::behind
   gpu::Address hidden = 0;  // [T] triangles with bit 0 set are not rendered; address 0: all are rendered
-  // Intermediate values for tests; 0 in training.
-  gpu::Address mlp_inputs = 0;        // [pixels][16]
-  gpu::Address feature_gradient = 0;  // [pixels][7]
-  gpu::Address source_gradient = 0;   // [source samples][8]
-  gpu::Address vertex_gradient = 0;   // [3T][3]
-  gpu::Address mlp_gradient = 0;      // [595]
+  StepProbes probes;
 };
 
 /// Learning rates of a step, and the numbers of updates for their bias correction (shaders/common/optimiser.h).

@@ -37,7 +37,7 @@ std::vector<std::uint32_t> count_holes(gpu::Device& gpu, SoupBuffers& soup, Batc
 }  // namespace
 
 void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
-                 const std::vector<bool>& backdrop, std::size_t most, std::vector<std::uint32_t>& kept) {
+                 const std::vector<bool>& backdrop, std::size_t max_triangles, std::vector<std::uint32_t>& kept) {
   std::vector<std::uint32_t> flags(soup.triangles, 1);
   for (const std::uint32_t t : kept) flags[t] = 0;
   for (std::uint32_t t = 0; t < soup.triangles; ++t) flags[t] |= backdrop[t] ? 2 : 0;
@@ -45,7 +45,7 @@ void guard_holes(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std
 
   std::vector<std::uint32_t> guards = soup::visible_at_least(open), pixels;
   for (const std::uint32_t t : guards) pixels.push_back(open[t]);
-  for (const std::uint32_t i : soup::most_visible(pixels, most - kept.size())) kept.push_back(guards[i]);
+  for (const std::uint32_t i : soup::most_visible(pixels, max_triangles - kept.size())) kept.push_back(guards[i]);
   std::sort(kept.begin(), kept.end());
 }
 

@@ -166,9 +166,9 @@ void PairSet::add(gpu::Address first, gpu::Address behind, std::uint32_t pixels)
 }
 
 Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const glm::vec3& background,
-                              std::span<const BatchView> views, const Exposures* exposures, std::size_t most) {
+                              std::span<const BatchView> views, const Exposures* exposures, std::size_t max_batch) {
   Measurement measurement(gpu, soup, buffers, background, views, exposures);
-  for_each_batch(gpu, soup, buffers, views, true, measurement.inputs(), most,
+  for_each_batch(gpu, soup, buffers, views, true, measurement.inputs(), max_batch,
                  [&](std::size_t, std::size_t) { measurement.measure_batch(); });
   return measurement.result();
 }

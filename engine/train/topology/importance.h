@@ -55,8 +55,8 @@ class PairSet {
 };
 
 /// Measures the importance of all triangles of `soup`. views: at full size, with their photographs on the device.
-/// exposures: of the photographs; null for none. most: largest number of views in a batch.
+/// exposures: of the photographs; null for none. max_batch: largest number of views in a batch.
 Importance measure_importance(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const glm::vec3& background,
-                              std::span<const BatchView> views, const Exposures* exposures, std::size_t most);
+                              std::span<const BatchView> views, const Exposures* exposures, std::size_t max_batch);
 
 }  // namespace trisoup::train

@@ -83,7 +83,7 @@ double share_of_parent(const soup::Corners& c) {
   return std::abs(a.x * b.y - a.y * b.x);
 }
 
-/// Seen::area of the triangles of `change`, from that of their parents.
+/// TriangleVisibility::area of the triangles of `change`, from that of their parents.
 std::vector<double> areas_of(const soup::Subdivision& change, std::span<const double> parents) {
   std::vector<double> areas;
   areas.reserve(change.triangles());
@@ -99,9 +99,10 @@ soup::TextureLevels fitting(double area, soup::TextureLevels now, const Settings
   constexpr double kMargin = 1.5;
   const soup::TextureLevels all{settings.level_min, settings.level_max};
   const double samples = settings.samples_per_pixel * area;
-  const soup::TextureLevels least = soup::as_fine_as(samples, all), most = soup::as_fine_as(kMargin * samples, all);
+  const soup::TextureLevels min_levels = soup::as_fine_as(samples, all),
+                            max_levels = soup::as_fine_as(kMargin * samples, all);
   const std::uint32_t lowest = area > 0 ? std::max(now.level_max, 1u) - 1 : now.level_max;
-  return {settings.level_min, std::max(std::clamp(now.level_max, least.level_max, most.level_max),
+  return {settings.level_min, std::max(std::clamp(now.level_max, min_levels.level_max, max_levels.level_max),
                                        std::clamp(lowest, all.level_min, all.level_max))};
 }
 
@@ -188,7 +189,7 @@ void apply(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const sou
     gpu.launch({"inherit_textures"}, own.count(),
                kernels::InheritTexturesArgs{
                    transfer.parents(), settings.published ? gpu::Address{0} : corners.address(), transfer.old_rows(),
-                   transfer.rows(), from, to, own.count(), settings.published ? INHERIT_COPY : 0u});
+                   transfer.rows(), from, to, own.count(), settings.published ? 1u : 0u});
   });
   replace(gpu, soup, change.vertices, table, std::move(textures));
   Step(gpu, soup, buffers).sum_textures();
@@ -199,9 +200,9 @@ soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers
                                std::span<const BatchView> views, const Settings& settings) {
   std::vector<soup::TextureLevels> levels(soup.triangles, {settings.level_min, settings.level_max});
   if (settings.samples_per_pixel > 0) {
-    const Seen seen = measure_visible(gpu, soup, buffers, views);
+    const TriangleVisibility visibility = measure_visible(gpu, soup, buffers, views);
     for (std::uint32_t t = 0; t < soup.triangles; ++t)
-      levels[t] = soup::as_fine_as(settings.samples_per_pixel * seen.area[t], levels[t]);
+      levels[t] = soup::as_fine_as(settings.samples_per_pixel * visibility.area[t], levels[t]);
   }
   return soup::make_texture_table(levels);
 }
@@ -209,22 +210,22 @@ soup::TextureTable shown_table(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers
 struct Kept {
   std::vector<std::uint32_t> triangles;  // ascending; empty if no view would show a triangle even if all were opaque
   std::uint64_t pixels = 0;              // number of pixels that show a triangle, over all views
-  std::vector<double> areas;             // of all triangles (Seen::area)
+  std::vector<double> areas;             // of all triangles (TriangleVisibility::area)
 };
 
 /// The triangles that the real recipe keeps: the backdrop, and those most visible in `views` views, up to the budget.
 /// Drops triangles that too few views show.
-std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool>& backdrop, const Settings& settings,
-                                        std::size_t views) {
-  const auto least =
+std::vector<std::uint32_t> most_visible(const TriangleVisibility& visibility, const std::vector<bool>& backdrop,
+                                        const Settings& settings, std::size_t views) {
+  const auto min_views =
       static_cast<std::uint32_t>(std::min<std::size_t>(settings.published ? 0 : kFewestViews, views / 10));
-  std::vector<std::uint32_t> candidates = soup::visible_at_least(seen.views, least);
-  if (candidates.empty()) candidates = soup::visible_at_least(seen.pixels);
+  std::vector<std::uint32_t> candidates = soup::visible_at_least(visibility.views, min_views);
+  if (candidates.empty()) candidates = soup::visible_at_least(visibility.pixels);
   std::vector<std::uint32_t> pixels, kept;
   for (std::uint32_t t = 0; t < backdrop.size(); ++t)
     if (backdrop[t]) kept.push_back(t);
   std::erase_if(candidates, [&](std::uint32_t t) { return backdrop[t]; });
-  for (const std::uint32_t t : candidates) pixels.push_back(seen.pixels[t]);
+  for (const std::uint32_t t : candidates) pixels.push_back(visibility.pixels[t]);
   const std::size_t budget = settings.triangles > kept.size() ? settings.triangles - kept.size() : 0;
   for (const std::uint32_t i : soup::most_visible(pixels, budget)) kept.push_back(candidates[i]);
   std::sort(kept.begin(), kept.end());
@@ -233,21 +234,23 @@ std::vector<std::uint32_t> most_visible(const Seen& seen, const std::vector<bool
 
 Kept to_keep(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,
              const std::vector<bool>& backdrop, const Settings& settings) {
-  Seen seen = measure_visible(gpu, soup, buffers, views);
-  const auto total = [&] { return std::accumulate(seen.pixels.begin(), seen.pixels.end(), std::uint64_t{0}); };
-  const auto areas = [&] { return std::vector<double>(seen.area.begin(), seen.area.end()); };
+  TriangleVisibility visibility = measure_visible(gpu, soup, buffers, views);
+  const auto total = [&] {
+    return std::accumulate(visibility.pixels.begin(), visibility.pixels.end(), std::uint64_t{0});
+  };
+  const auto areas = [&] { return std::vector<double>(visibility.area.begin(), visibility.area.end()); };
   const std::uint64_t pixels = total();
   if (pixels > 0)
-    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(seen.pixels)
-                                                 : most_visible(seen, backdrop, settings, views.size()),
+    return {settings.recipe == Recipe::synthetic ? soup::visible_at_least(visibility.pixels)
+                                                 : most_visible(visibility, backdrop, settings, views.size()),
             pixels, areas()};
   // Either every triangle is transparent (photographs of the background) or none is in view. Only the first case can
   // recover, so measure again with opaque triangles.
   gpu.fill(soup.opacity.address(), soup.opacity.bytes(), std::bit_cast<std::uint32_t>(1.0f));
-  seen = measure_visible(gpu, soup, buffers, views);
+  visibility = measure_visible(gpu, soup, buffers, views);
   Step(gpu, soup, buffers).sum_textures();
   if (total() == 0) return {};
-  return {soup::most_visible(seen.pixels, settings.triangles), total(), areas()};
+  return {soup::most_visible(visibility.pixels, settings.triangles), total(), areas()};
 }
 
 }  // namespace

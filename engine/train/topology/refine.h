@@ -48,7 +48,7 @@ void prune(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const Pru
 /// false if these are more than a quarter of the budget. vertices: 3 per triangle. [T]
 std::vector<bool> find_backdrop(std::span<const glm::vec3> vertices, const Settings& settings);
 
-/// Replaces the coarse texture level by levels level_min..level_max (coarse to fine; DiffSoup, section 3.5), limited by
+/// Replaces the coarse texture level by levels level_min..level_max (coarse to fine, as in DiffSoup), limited by
 /// the size of the triangles in `views` (Settings::samples_per_pixel). Resets the optimiser state. views: every
 /// training view at kCountScale.
 void add_fine_levels(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, std::span<const BatchView> views,

@@ -60,18 +60,18 @@ std::optional<Removal> cheaper(const Importance& importance, const soup::Texture
 
 /// Margin of a round above its goals of quality, dB; negative if it misses one. Very large if there are none.
 double above(const Round& r, const Settings& s) {
-  double least = 1e9;
-  if (s.target_psnr > 0) least = std::min(least, r.psnr - s.target_psnr);
-  if (s.target_ssim > 0) least = std::min(least, decibels(r.ssim) - decibels(s.target_ssim));
-  return least;
+  double margin = 1e9;
+  if (s.target_psnr > 0) margin = std::min(margin, r.psnr - s.target_psnr);
+  if (s.target_ssim > 0) margin = std::min(margin, decibels(r.ssim) - decibels(s.target_ssim));
+  return margin;
 }
 
 /// Ratio of a round's size to its goal of size; met if at most 1.
 double too_large(const Round& r, const Settings& s) {
-  double most = 0;
-  if (s.max_bytes > 0) most = std::max(most, double(r.bytes) / double(s.max_bytes));
-  if (s.max_triangles > 0) most = std::max(most, double(r.triangles) / double(s.max_triangles));
-  return most;
+  double max_ratio = 0;
+  if (s.max_bytes > 0) max_ratio = std::max(max_ratio, double(r.bytes) / double(s.max_bytes));
+  if (s.max_triangles > 0) max_ratio = std::max(max_ratio, double(r.triangles) / double(s.max_triangles));
+  return max_ratio;
 }
 
 /// Loss per halving of the bytes from one round to a smaller one, dB.
@@ -97,11 +97,12 @@ bool got_there(std::span<const Round> rounds, const Round& round, const Settings
   return false;
 }
 
-/// The largest round below `least` bytes that missed the quality, also with further training; null if there is none.
-const Round* next_miss(std::span<const Round> rounds, std::uint64_t least, const Settings& s) {
+/// The largest round below `max_bytes` bytes that missed the quality, also with further training; null if there is
+/// none.
+const Round* next_miss(std::span<const Round> rounds, std::uint64_t max_bytes, const Settings& s) {
   const Round* found = nullptr;
   for (const Round& r : rounds)
-    if (above(r, s) < 0 && r.bytes < least && !got_there(rounds, r, s) && (!found || r.bytes >= found->bytes))
+    if (above(r, s) < 0 && r.bytes < max_bytes && !got_there(rounds, r, s) && (!found || r.bytes >= found->bytes))
       found = &r;
   return found;
 }
@@ -333,11 +334,10 @@ std::vector<Round> rounds_from_json(const nlohmann::json& json) {
   std::vector<Round> rounds;
   try {
     for (const nlohmann::json& r : json)
-      // Older files have no `from`: each round started from the one before.
       rounds.push_back({r.at("step").get<std::uint64_t>(), r.at("bytes").get<std::uint64_t>(),
                         r.at("triangles").get<std::uint32_t>(), r.at("validation_psnr").get<double>(),
-                        r.at("validation_ssim").get<double>(),
-                        r.value("from", std::max<std::size_t>(rounds.size(), 1) - 1), r.value("smaller", true)});
+                        r.at("validation_ssim").get<double>(), r.at("from").get<std::size_t>(),
+                        r.at("smaller").get<bool>()});
     for (std::size_t i = 0; i < rounds.size(); ++i)
       if (rounds[i].from > (i > 0 ? i - 1 : 0))
         throw Error("rounds: round {} cannot start from round {}; the file is damaged", i, rounds[i].from);
