@@ -4,13 +4,13 @@
 #include <cstdio>
 #include <string>
 
-#include <fmt/format.h>
-
 #include "bench_frames.h"
 #include "bench_kernels.h"
 #include "bench_run.h"
 #include "bench_steps.h"
 #include "cli/option_names.h"
+#include "cli/parse_errors.h"
+#include "format/model_file.h"
 #include "gpu/device.h"
 #include "soup/soup.h"
 
@@ -19,9 +19,7 @@ using namespace trisoup;
 int main(int argc, char** argv) {
   CLI::App app{"Measures the speed of trisoup on a device."};
   app.require_subcommand(1);
-  // One line, like the other errors of this program.
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
+  print_errors_in_one_line(app, "soup-bench");
   app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
   app.set_help_all_flag("--help-all", "Print the options of all subcommands and exit");
   gpu::DeviceOptions options;
@@ -40,7 +38,7 @@ int main(int argc, char** argv) {
                   "largest side in the growth table, pixels; below 100: no table [800]");
   sub->add_option("--most-triangles", base.most_triangles,
                   "largest number of triangles in the growth table; below 1000: no table [60000]");
-  sub->add_option("--json", base.json, "also write the values to this JSON file");
+  sub->add_option("--json", base.json, "also write the values to this JSON file; -: standard output");
   bench::KernelsOptions kernels;
   auto* kernels_sub = app.add_subcommand(
       "kernels", "registers, local and shared memory of each kernel, and workgroups that fit on a multiprocessor");
@@ -48,8 +46,9 @@ int main(int argc, char** argv) {
                           "auto, vulkan, cuda or cpu (shared memory only) [auto: a GPU if there is one, else cpu]");
   kernels_sub->add_option("--device", options.device,
                           "number printed by soup-train --list-devices, or part of the name");
-  kernels_sub->add_option("--csv", kernels.csv,
-                          "also write the table to this CSV file, with all statistics of a Vulkan driver");
+  kernels_sub->add_option(
+      "--csv", kernels.csv,
+      "also write the table to this CSV file, with all statistics of a Vulkan driver; -: standard output");
   FramesOptions frames;
   auto* frames_sub = app.add_subcommand(
       "frames", "frame time by image size and triangles, compared with the passes of the published viewer");
@@ -64,7 +63,7 @@ int main(int argc, char** argv) {
                    "shading used for the ratio: auto, fragment or compute; both are timed\n"
                    "[TRISOUP_SHADING, else auto: the faster one on the device]")
       ->check(CLI::IsMember({"auto", "fragment", "compute"}));
-  frames_sub->add_option("--json", frames.json, "also write the values to this JSON file");
+  frames_sub->add_option("--json", frames.json, "also write the values to this JSON file; -: standard output");
   bench::RunOptions plan;
   auto* run_sub =
       app.add_subcommand("run", "run the measurements of a plan that are not in the CSV file of results yet");
@@ -89,6 +88,7 @@ int main(int argc, char** argv) {
       if (!plan.launcher.empty() && at_once->count() == 0) plan.at_once = 64;
       return bench::run_plan(plan);
     }
+    if (*frames_sub) soup::read_model(frames.model);  // reports a bad file before a missing device
     options.draws = frames_sub->parsed();
     options.kernel_statistics = kernels_sub->parsed();
     auto device = gpu::open_device(options);
