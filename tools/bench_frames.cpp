@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 
 #include "args/soup.h"
-#include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
+#include "cli/output_text.h"
 #include "common/host.h"
 #include "format/model_file.h"
 #include "render/cameras.h"
@@ -225,10 +225,11 @@ std::array<double, 5> frame_times(gpu::Device& gpu, std::span<render::Renderer, 
 
 void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
   const soup::ModelFile file = soup::read_model(options.model);
-  std::printf("%s\n%s: frame times in ms, medians of %d views of the upper hemisphere\n", gpu.info().name.c_str(),
-              options.model.c_str(), options.repeats);
-  std::printf("%10s %10s %10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours by", "fragment", "compute",
-              "msaa", "ssaa", "published", "ratio");
+  std::FILE* const out = text_stream(options.json);
+  std::fprintf(out, "%s\n%s: frame times in ms, medians of %d views of the upper hemisphere\n", gpu.info().name.c_str(),
+               options.model.c_str(), options.repeats);
+  std::fprintf(out, "%10s %10s %10s %10s %10s %10s %10s %10s %8s\n", "triangles", "size", "ours by", "fragment",
+               "compute", "msaa", "ssaa", "published", "ratio");
   nlohmann::json rows = nlohmann::json::array();
   // Fragment shading, compute shading, msaa, ssaa. One renderer each, because they keep images of different sizes.
   std::array<render::Renderer, 4> renderers{render::Renderer(gpu, render::Shading::fragment),
@@ -251,10 +252,10 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
       const std::vector<scene::Camera> views = render::hemisphere(framing, options.repeats, size.x, size.y);
       const std::array<double, 5> ms = frame_times(gpu, renderers, published, gpu_model, views, draw, target);
       const double ours = shading == render::Shading::compute ? ms[1] : ms[0];
-      std::printf("%10zu %10s %10s %10.2f %10.2f %10.2f %10.2f %10.2f %8.2f\n", model.triangles(),
-                  fmt::format("{}x{}", size.x, size.y).c_str(), render::to_string(shading), ms[0], ms[1], ms[2], ms[3],
-                  ms[4], ms[4] / ours);
-      std::fflush(stdout);
+      std::fprintf(out, "%10zu %10s %10s %10.2f %10.2f %10.2f %10.2f %10.2f %8.2f\n", model.triangles(),
+                   fmt::format("{}x{}", size.x, size.y).c_str(), render::to_string(shading), ms[0], ms[1], ms[2], ms[3],
+                   ms[4], ms[4] / ours);
+      std::fflush(out);
       rows.push_back({{"triangles", model.triangles()},
                       {"width", size.x},
                       {"height", size.y},
@@ -267,11 +268,8 @@ void bench_frames(gpu::Device& gpu, const FramesOptions& options) {
                       {"published_ms", ms[4]}});
     }
   }
-  if (!options.json.empty()) {
-    const std::string text =
-        nlohmann::json{{"device", gpu.info().name}, {"model", utf8(options.model)}, {"frames", rows}}.dump(2) + "\n";
-    write_file_atomically(options.json, std::as_bytes(std::span(text)));
-  }
+  const nlohmann::json result{{"device", gpu.info().name}, {"model", utf8(options.model)}, {"frames", rows}};
+  if (!options.json.empty()) write_output(options.json, result.dump(2) + "\n");
 }
 
 }  // namespace trisoup

@@ -5,13 +5,12 @@
 #include <cstddef>
 #include <cstdio>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "base/atomic_file.h"
+#include "cli/output_text.h"
 #include "csv_table.h"
 #include "gpu/compiled_kernels.h"
 
@@ -68,7 +67,7 @@ void write_csv(const std::string& file, const gpu::DeviceInfo& device, const std
     csv += fmt::format(",{},{},{},{}\n", device.backend, csv_field(device.name), csv_field(device.driver),
                        csv_field(r.statistics));
   }
-  write_file_atomically(file, std::as_bytes(std::span(csv)));
+  write_output(file, csv);
 }
 
 }  // namespace
@@ -83,24 +82,28 @@ std::uint32_t groups_by_shared_memory(std::uint32_t kilobytes, std::uint32_t thr
 void kernels(gpu::Device& gpu, const KernelsOptions& options) {
   const gpu::DeviceInfo& device = gpu.info();
   const std::vector<KernelRow> rows = kernel_rows(gpu);
-  std::printf("device: %s, %s\n", device.name.c_str(), device.driver.c_str());
-  std::printf(
+  std::FILE* const out = text_stream(options.csv);
+  std::fprintf(out, "device: %s, %s\n", device.name.c_str(), device.driver.c_str());
+  std::fprintf(
+      out,
       "registers, local: registers and bytes of local memory per thread; shared: bytes of shared memory per workgroup\n"
       "groups: workgroups that fit on a multiprocessor of this device\n"
       "64, 100, 228 KB: the same for that much shared memory, 2048 threads and 32 workgroups, ignoring registers\n");
-  std::printf("%-26s%8s%10s%7s%8s%8s", "kernel, constants", "threads", "registers", "local", "shared", "groups");
-  for (const std::uint32_t kilobytes : kKilobytes) std::printf("%8s", fmt::format("{} KB", kilobytes).c_str());
-  std::printf("\n");
+  std::fprintf(out, "%-26s%8s%10s%7s%8s%8s", "kernel, constants", "threads", "registers", "local", "shared", "groups");
+  for (const std::uint32_t kilobytes : kKilobytes) std::fprintf(out, "%8s", fmt::format("{} KB", kilobytes).c_str());
+  std::fprintf(out, "\n");
   for (const KernelRow& row : rows) {
     const gpu::KernelResources& r = row.resources;
-    std::printf("%-26s%8u%10s%7s%8u%8s", (row.kernel + (row.constants.empty() ? "" : " ") + row.constants).c_str(),
-                r.threads, text(r.registers, "-").c_str(), text(r.local_bytes, "-").c_str(), r.shared_bytes,
-                text(r.groups, "-").c_str());
+    std::fprintf(out, "%-26s%8u%10s%7s%8u%8s",
+                 (row.kernel + (row.constants.empty() ? "" : " ") + row.constants).c_str(), r.threads,
+                 text(r.registers, "-").c_str(), text(r.local_bytes, "-").c_str(), r.shared_bytes,
+                 text(r.groups, "-").c_str());
     for (const std::uint32_t kilobytes : kKilobytes)
-      std::printf("%8u", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
-    std::printf("\n");
+      std::fprintf(out, "%8u", groups_by_shared_memory(kilobytes, r.threads, r.shared_bytes));
+    std::fprintf(out, "\n");
   }
-  if (const std::string missing = what_is_missing(device, rows); !missing.empty()) std::printf("%s\n", missing.c_str());
+  if (const std::string missing = what_is_missing(device, rows); !missing.empty())
+    std::fprintf(out, "%s\n", missing.c_str());
   if (!options.csv.empty()) write_csv(options.csv, device, rows);
 }
 

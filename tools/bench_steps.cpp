@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include "args/arithmetic.h"
-#include "base/atomic_file.h"
 #include "base/machine.h"
+#include "cli/output_text.h"
 #include "revision.h"
 #include "soup/soup.h"
 #include "soup/texture_table.h"
@@ -233,30 +233,30 @@ double arithmetic(gpu::Device& gpu) {
 }
 
 void table(const std::string& what, const std::vector<std::string>& heads, const std::vector<Costs>& columns,
-           const std::vector<double>& sizes, nlohmann::json& json) {
+           const std::vector<double>& sizes, nlohmann::json& json, std::FILE* out) {
   if (columns.empty()) return;  // not requested
-  std::printf("\n%s: ms per kernel; exponent: growth between the last two columns (1: linear)\n%-18s", what.c_str(),
-              "kernel");
-  for (const std::string& head : heads) std::printf("%10s", head.c_str());
-  std::printf("%10s\n", "exponent");
+  std::fprintf(out, "\n%s: ms per kernel; exponent: growth between the last two columns (1: linear)\n%-18s",
+               what.c_str(), "kernel");
+  for (const std::string& head : heads) std::fprintf(out, "%10s", head.c_str());
+  std::fprintf(out, "%10s\n", "exponent");
   for (const auto& [name, last] : columns.back()) {
-    std::printf("%-18s", name.c_str());
-    for (const Costs& c : columns) std::printf("%10.3f", c.at(name).ms);
+    std::fprintf(out, "%-18s", name.c_str());
+    for (const Costs& c : columns) std::fprintf(out, "%10.3f", c.at(name).ms);
     const std::size_t n = columns.size();
     const double exponent = n < 2 ? 0
                                   : std::log(columns[n - 1].at(name).ms / std::max(1e-6, columns[n - 2].at(name).ms)) /
                                         std::log(sizes[n - 1] / sizes[n - 2]);
-    std::printf("%10.2f\n", exponent);
+    std::fprintf(out, "%10.2f\n", exponent);
     json[what][name]["exponent"] = exponent;
     for (std::size_t i = 0; i < n; ++i) json[what][name][heads[i]] = columns[i].at(name).ms;
   }
-  std::printf("%-18s", "step");
-  for (const Costs& c : columns) std::printf("%10.3f", total(c));
-  std::printf("\n");
+  std::fprintf(out, "%-18s", "step");
+  for (const Costs& c : columns) std::fprintf(out, "%10.3f", total(c));
+  std::fprintf(out, "\n");
 }
 
 /// Prints how times grow with pixels and with triangles, and adds them to `json`.
-void growth_tables(gpu::Device& gpu, const StepsOptions& base, nlohmann::json& json) {
+void growth_tables(gpu::Device& gpu, const StepsOptions& base, nlohmann::json& json, std::FILE* out) {
   std::vector<std::string> heads;
   std::vector<Costs> columns;
   std::vector<double> sizes;
@@ -267,7 +267,7 @@ void growth_tables(gpu::Device& gpu, const StepsOptions& base, nlohmann::json& j
     heads.push_back(fmt::format("{0}x{0}", side));
     sizes.push_back(double(side) * side);
   }
-  table("pixels", heads, columns, sizes, json);
+  table("pixels", heads, columns, sizes, json, out);
   heads.clear();
   columns.clear();
   sizes.clear();
@@ -279,13 +279,14 @@ void growth_tables(gpu::Device& gpu, const StepsOptions& base, nlohmann::json& j
     heads.push_back(fmt::format("{}", triangles));
     sizes.push_back(triangles);
   }
-  table("triangles", heads, columns, sizes, json);
+  table("triangles", heads, columns, sizes, json, out);
 }
 
 }  // namespace
 
 void steps(gpu::Device& gpu, const StepsOptions& base) {
   nlohmann::json json;
+  std::FILE* const out = text_stream(base.json);
   const double rate = bandwidth(gpu), operation_rate = arithmetic(gpu);
   json["device"] = gpu.info().name;
   json["driver"] = gpu.info().driver;
@@ -293,12 +294,12 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
   json["revision"] = kRevision;
   json["bytes_per_second"] = rate;
   json["operations_per_second"] = operation_rate;
-  std::printf("device: %s, %s; copy %.1f GB/s, arithmetic %.1f GFLOP/s\n", gpu.info().name.c_str(),
-              gpu.info().driver.c_str(), rate * 1e-9, operation_rate * 1e-9);
-  std::printf("%u views of %u x %u pixels, %u triangles, texture levels %u to %u; medians of %d steps\n", base.views,
-              base.side, base.side, base.triangles, base.level_min, base.level_max, base.repeats);
+  std::fprintf(out, "device: %s, %s; copy %.1f GB/s, arithmetic %.1f GFLOP/s\n", gpu.info().name.c_str(),
+               gpu.info().driver.c_str(), rate * 1e-9, operation_rate * 1e-9);
+  std::fprintf(out, "%u views of %u x %u pixels, %u triangles, texture levels %u to %u; medians of %d steps\n",
+               base.views, base.side, base.side, base.triangles, base.level_min, base.level_max, base.repeats);
   const Costs costs = measure(gpu, base);
-  std::printf("%-18s%10s%12s%12s%12s%10s\n", "kernel", "ms", "MB", "MFLOP", "floor ms", "x floor");
+  std::fprintf(out, "%-18s%10s%12s%12s%12s%10s\n", "kernel", "ms", "MB", "MFLOP", "floor ms", "x floor");
   Cost all;
   double all_floor = 0;
   for (const auto& [name, cost] : costs) {
@@ -306,22 +307,20 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
     all.bytes += cost.bytes;
     all.operations += cost.operations;
     all_floor += floor;
-    std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", name.c_str(), cost.ms, cost.bytes * 1e-6,
-                cost.operations * 1e-6, floor, cost.ms / std::max(1e-9, floor));
+    std::fprintf(out, "%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", name.c_str(), cost.ms, cost.bytes * 1e-6,
+                 cost.operations * 1e-6, floor, cost.ms / std::max(1e-9, floor));
     json["step"][name] = {{"ms", cost.ms},
                           {"fastest_ms", cost.fastest_ms},
                           {"bytes", cost.bytes},
                           {"operations", cost.operations},
                           {"floor_ms", floor}};
   }
-  std::printf("%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", "step", total(costs), all.bytes * 1e-6, all.operations * 1e-6,
-              all_floor, total(costs) / all_floor);
+  std::fprintf(out, "%-18s%10.3f%12.2f%12.2f%12.3f%10.1f\n", "step", total(costs), all.bytes * 1e-6,
+               all.operations * 1e-6, all_floor, total(costs) / all_floor);
 
-  growth_tables(gpu, base, json);
-  if (!base.json.empty()) {
-    const std::string text = json.dump(2) + "\n";
-    write_file_atomically(base.json, std::as_bytes(std::span(text)));
-  }
+  growth_tables(gpu, base, json, out);
+  if (!base.json.empty()) write_output(base.json, json.dump(2) + "
+");
 }
 
 }  // namespace trisoup::bench

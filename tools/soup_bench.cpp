@@ -11,6 +11,8 @@
 #include "bench_run.h"
 #include "bench_steps.h"
 #include "cli/option_names.h"
+#include "cli/parse_errors.h"
+#include "format/model_file.h"
 #include "gpu/device.h"
 #include "soup/soup.h"
 
@@ -33,7 +35,7 @@ void add_steps(CLI::App& app, gpu::DeviceOptions& options, bench::StepsOptions& 
                   "largest side in the growth table, pixels; below 100: no table [800]");
   sub->add_option("--most-triangles", base.most_triangles,
                   "largest number of triangles in the growth table; below 1000: no table [60000]");
-  sub->add_option("--json", base.json, "also write the values to this JSON file");
+  sub->add_option("--json", base.json, "also write the values to this JSON file; -: standard output");
 }
 
 CLI::App* add_kernels(CLI::App& app, gpu::DeviceOptions& options, bench::KernelsOptions& kernels) {
@@ -43,8 +45,9 @@ CLI::App* add_kernels(CLI::App& app, gpu::DeviceOptions& options, bench::Kernels
                           "auto, vulkan, cuda or cpu (shared memory only) [auto: a GPU if there is one, else cpu]");
   kernels_sub->add_option("--device", options.device,
                           "number printed by soup-train --list-devices, or part of the name");
-  kernels_sub->add_option("--csv", kernels.csv,
-                          "also write the table to this CSV file, with all statistics of a Vulkan driver");
+  kernels_sub->add_option(
+      "--csv", kernels.csv,
+      "also write the table to this CSV file, with all statistics of a Vulkan driver; -: standard output");
   return kernels_sub;
 }
 
@@ -62,7 +65,7 @@ CLI::App* add_frames(CLI::App& app, gpu::DeviceOptions& options, FramesOptions& 
                    "shading used for the ratio: auto, fragment or compute; both are timed\n"
                    "[TRISOUP_SHADING, else auto: the faster one on the device]")
       ->check(CLI::IsMember({"auto", "fragment", "compute"}));
-  frames_sub->add_option("--json", frames.json, "also write the values to this JSON file");
+  frames_sub->add_option("--json", frames.json, "also write the values to this JSON file; -: standard output");
   return frames_sub;
 }
 
@@ -87,9 +90,7 @@ CLI::App* add_run(CLI::App& app, bench::RunOptions& plan) {
 int main(int argc, char** argv) {
   CLI::App app{"Measures the speed of trisoup on a device."};
   app.require_subcommand(1);
-  // One line, like the other errors of this program.
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-bench: {}; see --help\n", e.what()); });
+  print_errors_in_one_line(app, "soup-bench");
   app.set_version_flag("--version", "soup-bench " TRISOUP_VERSION);
   app.set_help_all_flag("--help-all", "Print the options of all subcommands and exit");
   gpu::DeviceOptions options;
@@ -113,6 +114,7 @@ int main(int argc, char** argv) {
       if (!plan.launcher.empty() && run_sub->count("--at-once") == 0) plan.at_once = 64;
       return bench::run_plan(plan);
     }
+    if (*frames_sub) soup::read_model(frames.model);  // reports a bad file before a missing device
     options.draws = frames_sub->parsed();
     options.kernel_statistics = kernels_sub->parsed();
     auto device = gpu::open_device(options);

@@ -6,16 +6,16 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
 #include "cli/option_names.h"
+#include "cli/output_text.h"
+#include "cli/parse_errors.h"
 #include "format/model_file.h"
 #include "run/dataset_match.h"
 #include "run/renders.h"
@@ -27,8 +27,9 @@ using namespace trisoup;
 
 namespace {
 
-/// Prints the agreement of renderer and training kernels. Throws Error if a view exceeds the limits.
-void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far) {
+/// Writes the agreement of renderer and training kernels. Throws Error if a view exceeds the limits.
+void write_agreement(const std::string& json_path, gpu::Device& gpu, const soup::Model& model,
+                     const scene::Scene& scene, double near, double far) {
   std::string bad;
   nlohmann::json views = nlohmann::json::array();
   for (const train::RendererComparison& a :
@@ -36,7 +37,7 @@ void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Sc
     views.push_back({{"name", utf8(a.view)}, {"pixels", a.pixels}, {"ties", a.ties}, {"psnr", a.psnr}});
     if (!a.passes()) bad = a.view;
   }
-  std::printf("%s\n", nlohmann::json{{"agreement", views}}.dump(2).c_str());
+  write_output(json_path, nlohmann::json{{"agreement", views}}.dump(2) + "\n");
   if (!bad.empty())
     throw Error(
         "{}: {} does not draw what was trained (more than 3 and 0.1 % of the pixels tie, or less than 60 dB); try "
@@ -45,7 +46,7 @@ void print_agreement(gpu::Device& gpu, const soup::Model& model, const scene::Sc
 }
 
 struct Options {
-  std::string model_path, dataset, json_path, renders;
+  std::string model_path, dataset, json_path = "-", renders;
   gpu::DeviceOptions device_options;
   scene::LoadOptions load;
   std::optional<double> near, far;
@@ -55,15 +56,14 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& o) {
-  // One line, like the other errors of this program.
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-eval: {}; see --help\n", e.what()); });
+  print_errors_in_one_line(app, "soup-eval");
   app.set_version_flag("--version", "soup-eval " TRISOUP_VERSION);
   app.add_option("MODEL", o.model_path, "model.glb, or a folder that contains it")->required();
   app.add_option("DATASET", o.dataset, "dataset of the training, or another one with the same coordinates")->required();
   o.resolution =
       app.add_option("-r,--resolution", o.load.downscale, "factor by which image sides are divided [as trained]");
-  o.test_every = app.add_option("--test-every", o.load.test_every, "K: every K-th view is a test view [as trained]");
+  o.test_every =
+      app.add_option("--test-every", o.load.test_every, "K: every K-th view is a test view [as trained, by name]");
   o.background = app.add_option("--background", o.load.background, "auto, white or black [as trained]")
                      ->transform(CLI::CheckedTransformer(
                          std::map<std::string, scene::BackgroundChoice>{{"auto", scene::BackgroundChoice::automatic},
@@ -77,7 +77,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_flag("--outside", o.load.outside, "allow photographs, masks and points outside of DATASET [as trained]");
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
-  app.add_option("--json", o.json_path, "write the JSON to this file instead of standard output");
+  app.add_option("--json", o.json_path, "write the JSON to this file; -: standard output [-]");
   app.add_option("--renders", o.renders, "folder for images of photograph and rendering side by side");
   app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer instead of the training kernels");
   app.add_option("--aa", o.aa, "anti-aliasing with --renderer: none, msaa or ssaa [none]")
@@ -92,22 +92,24 @@ void add_options(CLI::App& app, Options& o) {
                  "number printed by soup-train --list-devices, or part of the name");
 }
 
-struct Planes {
+struct Recorded {
   double near = 0.025, far = 2.5;
+  int test_every = 8;  // of the training
 };
 
 /// Fills in options that were not given from the settings in the model.
-Planes take_settings(Options& o, soup::ModelFile& file) {
-  Planes planes;
+Recorded take_settings(Options& o, soup::ModelFile& file) {
+  Recorded recorded;
   try {
     // Models of other programs may have no settings.
     const nlohmann::json settings = file.settings.is_null() ? nlohmann::json::object() : file.settings;
     if (!*o.resolution) o.load.downscale = settings.value("resolution", 1.0);
-    if (!*o.test_every) o.load.test_every = settings.value("test_every", 8);
+    recorded.test_every = settings.value("test_every", recorded.test_every);
+    if (!*o.test_every) o.load.test_every = recorded.test_every;
     if (!*o.alpha && settings.value("alpha", "composite") == "mask") o.load.alpha = scene::AlphaUse::mask;
     o.load.outside = o.load.outside || settings.value("outside", false);
-    planes.near = settings.value("test_near", planes.near);
-    planes.far = settings.value("far", planes.far);
+    recorded.near = settings.value("test_near", recorded.near);
+    recorded.far = settings.value("far", recorded.far);
     // Earlier versions of soup-train always dropped triangles that reach behind the camera.
     file.model.drop_near = settings.value("drop_near", settings.contains("steps"));
   } catch (const nlohmann::json::exception&) {
@@ -118,18 +120,36 @@ Planes take_settings(Options& o, soup::ModelFile& file) {
   if (!*o.background)
     o.load.background =
         file.model.background.r > 0.5f ? scene::BackgroundChoice::white : scene::BackgroundChoice::black;
-  return planes;
+  return recorded;
+}
+
+/// Takes the test views of the training, by name, unless another --test-every is given: then a missing photograph does
+/// not turn training views into test views.
+void follow_split(Options& o, const soup::ModelFile& file, const Recorded& recorded) {
+  if (o.load.test_every != recorded.test_every) return;
+  o.load.choose_test = [&](const std::vector<std::string>& names, const std::vector<scene::Camera>& cameras,
+                           std::vector<bool>& test) {
+    for (const std::string& line : train::apply_recorded_split(file, names, cameras, test))
+      o.load.warn(fmt::format("{}: {}", printable(o.dataset), line));
+  };
 }
 
 void evaluate(Options& o) {
   o.model_path = soup::model_in(o.model_path).string();
   soup::ModelFile file = soup::read_model(o.model_path);
-  const Planes planes = take_settings(o, file);
+  const Recorded recorded = take_settings(o, file);
   o.load.train_images = false;
   o.load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", in_options(line).c_str()); };
+  follow_split(o, file, recorded);
   const scene::Scene scene = scene::load(o.dataset, o.load);
-  if (scene.test.empty()) throw Error("{}: has no test views; give --test-every K", o.dataset);
-  const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha;
+  if (scene.test.empty())
+    throw Error("{}: has {}; give another --test-every K", o.dataset,
+                recorded.test_every > 0 ? "none of the test views of the training" : "no test views");
+  if (!o.load.choose_test) {
+    const std::string line = train::split_difference(file, scene, o.load.test_every, recorded.test_every);
+    if (!line.empty()) o.load.warn(line);
+  }
+  const bool as_trained = !*o.resolution && o.load.choose_test && !*o.background && !*o.alpha;
   if (const std::string line = train::mismatch(file, scene, as_trained, printable(o.dataset)); !line.empty())
     o.load.warn(line);
   o.device_options.draws = o.with_renderer || o.agreement;
@@ -140,9 +160,9 @@ void evaluate(Options& o) {
     pictures.emplace(std::filesystem::path(o.renders) / "renders").create();
     on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
   }
-  const double near_now = o.near.value_or(planes.near), far_now = o.far.value_or(planes.far);
+  const double near_now = o.near.value_or(recorded.near), far_now = o.far.value_or(recorded.far);
   if (o.agreement) {
-    print_agreement(*device, file.model, scene, near_now, far_now);
+    write_agreement(o.json_path, *device, file.model, scene, near_now, far_now);
     return;
   }
   const train::Evaluation evaluation = o.with_renderer
@@ -150,13 +170,7 @@ void evaluate(Options& o) {
                                                                       *render::anti_aliasing_from(o.aa), on_render)
                                            : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
   if (pictures) pictures->finish();
-  const std::string text = to_json(evaluation).dump(2) + "\n";
-  if (o.json_path.empty()) {
-    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-      throw Error("standard output: cannot be written; free disk space or give --json FILE");
-  } else {
-    write_file_atomically(o.json_path, std::as_bytes(std::span(text)));
-  }
+  write_output(o.json_path, to_json(evaluation).dump(2) + "\n");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "cli/option_names.h"
+#include "cli/parse_errors.h"
 #include "format/collider.h"
 #include "format/glb.h"
 #include "format/model_file.h"
@@ -251,9 +252,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
       "  soup-export data/garden -o garden.glb --format glb\n"
       "--collider writes a collision mesh for physics engines:\n"
       "  soup-export out/garden -o collider.glb --collider 2000"};
-  // One line, like the other errors of this program.
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-export: {}; see --help\n", e.what()); });
+  print_errors_in_one_line(app, "soup-export");
   app.set_version_flag("--version", "soup-export " TRISOUP_VERSION);
   app.add_option("MODEL", c.model, "model.glb, a folder that contains it, or a folder of the published viewer")
       ->required();

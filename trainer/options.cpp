@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "cli/option_names.h"
+#include "cli/parse_errors.h"
 #include "cli/setting_options.h"
 #include "command_line.h"
 #include "settings_file.h"
@@ -40,13 +41,20 @@ train::Assignment experiment(const std::string& text) {
   return assignment;
 }
 
+/// Settings that have no option of their own, as people may look for them.
+std::vector<Suggestion> experiments_as_options() {
+  std::vector<Suggestion> words;
+  for (const train::Setting& setting : train::settings_table())
+    if (setting.access == train::Access::experiment)
+      words.push_back({fmt::format("--{}", setting.name), fmt::format("--set {}=VALUE", setting.name)});
+  return words;
+}
+
 class Options {
  public:
   explicit Options(CommandLine& o) : o_(o) {
     app_.option_defaults()->take_last();  // the last value counts, so that scripts can override options
-    // Prints errors in one line, like all other errors of this program.
-    app_.failure_message(
-        [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-train: {}; see --help\n", e.what()); });
+    print_errors_in_one_line(app_, "soup-train", experiments_as_options());
     app_.set_version_flag("--version", "soup-train " TRISOUP_VERSION, "print the version and exit");
     app_.set_help_flag("-h,--help", "print the options most people need and exit");
     app_.set_help_all_flag("--help-all", "print all options and the settings for --set, and exit");

@@ -1,5 +1,6 @@
 #include "prepare.h"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -9,13 +10,16 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "cli/option_names.h"
 #include "progress_bar.h"
 #include "report.h"
 #include "run/memory_need.h"
 #include "run/trainer.h"
+#include "scene/dataset.h"
 #include "scene/points_from_views.h"
 #include "scene/reconstruct.h"
+#include "scene/unposed.h"
 
 namespace trisoup {
 
@@ -103,22 +107,44 @@ void find_points(const CommandLine& o, scene::Scene& scene) {
   scene.points = std::move(points);
 }
 
+void check_dataset(const CommandLine& o) {
+  if (!scene::find_unposed(o.dataset)) scene::read_dataset(o.dataset, o.load.downscale, o.load.outside);
+}
+
+namespace {
+
+/// Device memory that a training may use. A CPU shares its memory with the photographs, which are loaded by now.
+std::uint64_t limit_of(const CommandLine& o, const gpu::Device& device) {
+  if (device.info().kind != gpu::Kind::cpu || o.memory_mb > 0) return device.ceiling();
+  return std::min(device.ceiling(), memory_of_machine().available / 10 * 9);
+}
+
+/// What to do if a training needs more memory than `limit`.
+std::string smaller(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
+                    std::uint64_t limit, std::uint32_t ranks) {
+  std::string text;
+  train::Settings few = settings;  // tells whether the initial triangles alone exceed the limit
+  few.init_count = 1;
+  if (const std::uint32_t fits = train::triangles_that_fit(scene, settings, limit, ranks))
+    text = fmt::format("use --triangles {}", fits);
+  else if (train::triangles_that_fit(scene, few, limit, ranks) > 0)
+    text = fmt::format("use less than --init-count {}", settings.init_count);
+  if (const std::uint32_t shrinking = train::shrinking_that_fits(scene, settings, limit, ranks))
+    text += fmt::format("{} -r {}", text.empty() ? "use" : " or", o.load.downscale * shrinking);
+  return text.empty() ? "no -r is enough; use fewer --triangles and photographs, or raise --memory" : text;
+}
+
+}  // namespace
+
 void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
                   const gpu::Device& device, std::uint32_t ranks) {
   const train::MemoryNeed need = train::memory_need(scene, settings, ranks);
+  const std::uint64_t limit = limit_of(o, device);
   say(o, fmt::format("memory: {:.0f} MB needed ({:.0f} photographs, {:.0f} buffers, {:.0f} triangles), limit {:.0f} MB",
-                     mb(need.total()), mb(need.photographs), mb(need.buffers), mb(need.soup), mb(device.ceiling())));
-  if (need.total() > device.ceiling()) {
-    const std::uint32_t fits = train::triangles_that_fit(scene, settings, device.ceiling(), ranks);
-    train::Settings few = settings;  // tells whether the initial triangles alone exceed the limit
-    few.init_count = 1;
-    const std::uint32_t fits_with_few = train::triangles_that_fit(scene, few, device.ceiling(), ranks);
+                     mb(need.total()), mb(need.photographs), mb(need.buffers), mb(need.soup), mb(limit)));
+  if (need.total() > limit)
     throw Error("device memory: {} triangles need {:.0f} MB, the limit is {:.0f} MB; {}", settings.triangles,
-                mb(need.total()), mb(device.ceiling()),
-                fits > 0            ? fmt::format("use --triangles {}, or lower the resolution with -r", fits)
-                : fits_with_few > 0 ? fmt::format("use less than --init-count {}", settings.init_count)
-                                    : "lower the resolution with -r or raise --memory");
-  }
+                mb(need.total()), mb(limit), smaller(o, scene, settings, limit, ranks));
 }
 
 }  // namespace trisoup

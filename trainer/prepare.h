@@ -28,13 +28,16 @@ void say(const CommandLine& o, const std::string& line);
 /// Returns the path of the dataset to train on. If the dataset of the command line has no poses, finds them first and
 /// returns OUT/colmap. live: may be null. Throws Interrupted if a signal stops the search.
 std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer::Live* live);
+/// Reads the dataset's description without its photographs. Throws Error if it cannot be read.
+void check_dataset(const CommandLine& o);
 /// Reads photographs and poses of the dataset. Shows progress on stderr.
 scene::Scene read_scene(const CommandLine& o, const std::string& dataset);
 /// Finds points in the photographs if the start needs them and the dataset has none. If there are too few, prints a
 /// line; the training then starts from random triangles.
 void find_points(const CommandLine& o, scene::Scene& scene);
 /// Prints the memory that a training needs. Throws Error if it exceeds the limit; the message names a number of
-/// triangles that fits.
+/// triangles and a resolution that fit. If the device is the CPU, the photographs in the program's own memory count
+/// too.
 void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
                   const gpu::Device& device, std::uint32_t ranks = 1);
 

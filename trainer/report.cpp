@@ -30,9 +30,13 @@ std::string in_words(const train::Round& r, std::size_t number) {
   return text;
 }
 
-std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings) {
+std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings,
+                   double downscale) {
   const train::Smaller smaller = train::smaller_run(scene, settings, error.needed, error.available);
-  if (smaller.triangles == 0) return {};
+  if (smaller.triangles == 0) {
+    const std::uint32_t shrinking = train::shrinking_that_fits(scene, settings, smaller.memory);
+    return shrinking == 0 ? std::string() : fmt::format("; try -r {}", downscale * shrinking);
+  }
   if (smaller.triangles < settings.triangles) return fmt::format("; try --triangles {}", smaller.triangles);
   // Splitting beyond the budget used the memory. A lower limit bounds it.
   return fmt::format("; try --memory {}", smaller.memory >> 20);
@@ -41,9 +45,10 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
 void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit, const train::Settings& settings) {
   if (fit.nothing_learnt())
     std::fprintf(stderr,
-                 "warning: nothing was learnt: PSNR on the training views is %.2f dB, plain colours reach %.2f dB; "
+                 "warning: nothing was learnt: PSNR on the training views is %.2f dB, images of their mean colour "
+                 "reach %.2f dB; "
                  "lower the learning rates, or use more steps or triangles\n",
-                 fit.psnr, fit.plain_psnr);
+                 fit.psnr, fit.mean_colour_psnr);
   // The goal determines the number of triangles.
   if (train::has_goal(settings)) return;
   if (trainer.out_of_pixels() && trainer.triangles() < settings.triangles)

@@ -25,8 +25,10 @@ std::string understood(const scene::Scene& scene);
 std::string start_in_words(const std::string& init);
 /// "round 2: 3930 triangles, 1.87 MB, validation PSNR 26.70, SSIM 0.8988".
 std::string in_words(const train::Round& round, std::size_t number);
-/// End of an error message that says what to do when device memory ran out; empty if nothing helps.
-std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings);
+/// End of an error message that says what to do when device memory ran out; empty if nothing helps. downscale: of the
+/// scene.
+std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings,
+                   double downscale);
 
 /// Prints warnings about the result of a training to stderr, one per line.
 void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit, const train::Settings& settings);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "cli/option_names.h"
+#include "cli/parse_errors.h"
 #include "cli/setting_options.h"
 #include "command_line.h"
 #include "format/model_file.h"
@@ -37,8 +38,7 @@ std::optional<int> parse_simplify(int argc, char** argv, CommandLine& o) {
       "texture levels and trains the rest for a few steps.\n\n"
       "DATASET is the dataset that the model was trained on. OUT receives the same files as from soup-train."};
   app.option_defaults()->take_last();
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-simplify: {}; see --help\n", e.what()); });
+  print_errors_in_one_line(app, "soup-simplify");
   app.set_version_flag("--version", "soup-simplify " TRISOUP_VERSION);
   app.add_option("MODEL", o.model, "model.glb, or the output folder of a training")->required();
   app.add_option("DATASET", o.dataset, "dataset that the model was trained on")->required();

@@ -74,6 +74,7 @@ int run_with_window(const CommandLine& options) {
   } catch (const std::exception& e) {
     if (!started) {
       start(false);
+      check_dataset(options);  // reports a bad dataset rather than a missing display
       throw;
     }
     // A failure of the window does not affect the training.

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -77,18 +78,38 @@ std::optional<train::CheckpointInfo> TrainingRun::what_was_begun() {
   return info;
 }
 
-void TrainingRun::run() {
-  if (!o_.model.empty() && !begun_) read_model();
+bool TrainingRun::run() {
+  constexpr std::uint64_t kSmallest = 64u << 20;
+  warn_of_disk(kSmallest);
+  if (!o_.model.empty()) read_model();
   open_device();
   read();
   begin();
   train();
   finish();
   ranks_.all_gather({});  // nobody ends before all is written
+  return goal_met();
+}
+
+/// Warns if the disk of OUT has less than `need` bytes free.
+void TrainingRun::warn_of_disk(std::uint64_t need) {
+  if (!ranks_.is_first()) return;
+  std::error_code error;
+  std::filesystem::path there = std::filesystem::absolute(folder_.path(), error);
+  while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  const std::filesystem::space_info space = std::filesystem::space(there, error);
+  if (error || space.available >= need || std::exchange(warned_of_disk_, true)) return;
+  std::fprintf(stderr, "warning: %s: %.0f MB are free on its disk, the training may write %.0f MB; free disk space\n",
+               folder_.path().c_str(), mb(space.available), mb(need));
 }
 
 void TrainingRun::open_device() {
-  device_ = gpu::open_device(o_.device);
+  try {
+    device_ = gpu::open_device(o_.device);
+  } catch (const Error&) {
+    check_dataset(o_);  // reports a bad dataset rather than a missing GPU
+    throw;
+  }
   if (o_.timings) device_->enable_timings(true);
   times_.emplace(*device_);
   times_->on_part = [this](train::Part part) { show_part(part); };
@@ -98,8 +119,28 @@ void TrainingRun::open_device() {
   if (const std::string note = gpu::slow_load_note(device_->info()); !note.empty()) say(o_, note);
 }
 
+/// The test views of the model's training stay test views, also if photographs are missing by now.
+void TrainingRun::follow_split(const soup::ModelFile& file) {
+  soup::ModelFile known;
+  known.cameras = file.cameras;
+  known.model.centre = file.model.centre;
+  known.model.scale = file.model.scale;
+  o_.load.choose_test = [this, model = std::move(known)](const std::vector<std::string>& names,
+                                                         const std::vector<scene::Camera>& cameras,
+                                                         std::vector<bool>& test) {
+    for (const std::string& line : train::apply_recorded_split(model, names, cameras, test))
+      std::fprintf(stderr, "warning: %s: %s\n", printable(dataset_).c_str(), line.c_str());
+  };
+}
+
 void TrainingRun::read_model() {
+  if (begun_) {  // the checkpoint has everything but the split
+    std::error_code ignored;
+    if (std::filesystem::exists(o_.model, ignored)) follow_split(soup::read_model(o_.model));
+    return;
+  }
   file_ = soup::read_model(o_.model);
+  follow_split(*file_);
   // The dataset as it was trained on.
   const nlohmann::json settings = file_->settings.is_null() ? nlohmann::json::object() : file_->settings;
   try {
@@ -125,6 +166,7 @@ void TrainingRun::read() {
                       : o_.settings(scene_);
   if (file_) check_fit();
   if (settings_.validation_views > 0) scene::hold_out(scene_, settings_.validation_views);
+  train::check_storable(scene_, train::model_options(scene_, settings_, o_.load));
   folder_.create();
   const std::string held_out = scene_.validation.empty() ? "" : fmt::format(" {} validation", scene_.validation.size());
   say(o_,
@@ -136,6 +178,7 @@ void TrainingRun::read() {
     settings_.most_triangles =
         minimum(ranks_, train::most_triangles_that_fit(scene_, settings_, device_->ceiling(),
                                                        static_cast<std::uint32_t>(ranks_.size())));
+  warn_of_disk(train::disk_need(scene_, settings_));
 }
 
 void TrainingRun::check_fit() const {
@@ -153,7 +196,7 @@ std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
     const train::Start start = same_start(ranks_, [&] { return train::initial_triangles(scene_, settings_); });
     return std::make_unique<train::Trainer>(*device_, scene_, settings_, start, &ranks_);
   } catch (const gpu::OutOfMemory& error) {
-    throw Error("{}{}", error.what(), advice(error, scene_, settings_));
+    throw Error("{}{}", error.what(), advice(error, scene_, settings_, o_.load.downscale));
   }
 }
 
@@ -295,32 +338,58 @@ void TrainingRun::train() {
   try {
     train_to_the_end(callbacks());
     bar_->clear();
-    save();
+    if (!trainer_->finished() || stopped_) save();
   } catch (const gpu::OutOfMemory& error) {
-    bar_->clear();
-    throw Error("{}{} ({})", error.what(), advice(error, scene_, trainer_->settings()),
-                what_is_saved(" where there is more memory"));
+    fail_unless_done(error.what() + advice(error, scene_, trainer_->settings(), o_.load.downscale),
+                     " where there is more memory");
   } catch (const Error& error) {
     // A lost device or a disk that is full, nothing left to train: what is on the disk is as it was at the last
     // checkpoint.
-    bar_->clear();
-    throw Error("{} ({})", error.what(), what_is_saved(""));
+    fail_unless_done(error.what(), "");
   }
-  if (trainer_->finished() && !stopped_) return;
   bar_->clear();
+  if (trainer_->finished() && !stopped_) return save_last();
+  if (failures_.any()) return;
   if (o_.timings) print_timings(*times_);
   throw Interrupted{fmt::format("after step {}; go on with --resume", trainer_->step())};
 }
 
+bool TrainingRun::has_candidate() const {
+  std::error_code ignored;
+  return has_goal() && !simplifier_->rounds().empty() && std::filesystem::exists(folder_.candidate(), ignored);
+}
+
+/// Whether there is a model to write although training has failed: all steps are done, or a round for a goal has failed
+/// and the best model of those before is there.
+bool TrainingRun::has_result() const {
+  if (ranks_.size() > 1 || stopped_ || g_stop) return false;
+  return trainer_->finished() || (trainer_->step() >= settings_.steps && has_candidate());
+}
+
+/// Notes a failure if there is a result nevertheless, else throws Error. where: end of the advice on --resume.
+void TrainingRun::fail_unless_done(const std::string& what, const char* where) {
+  bar_->clear();
+  if (!has_result()) throw Error("{} ({})", what, what_is_saved(where));
+  failures_.note(what);
+}
+
+/// The last checkpoint. The model is written without it, too: it is much smaller.
+void TrainingRun::save_last() {
+  failures_.attempt([&] { folder_.flush_logs(); });
+  failures_.attempt([&] { save(); });
+}
+
 soup::Model TrainingRun::result() {
-  if (!has_goal()) return trainer_->model();
+  if (!has_goal() || (ranks_.size() == 1 && failures_.any() && !has_candidate())) return trainer_->model();
   ranks::Bytes bytes;
   if (ranks_.is_first()) {
-    folder_.accept_candidate();
-    const std::string file = read_file(folder_.model());
+    model_written_ = failures_.attempt([&] { folder_.accept_candidate(); });
+    const std::string file = read_file(model_written_ ? folder_.model() : folder_.candidate());
     bytes.assign(bytes_of(file).begin(), bytes_of(file).end());
   }
-  return soup::decode_model(ranks_.broadcast(0, bytes), folder_.model().string()).model;
+  bytes = ranks_.broadcast(0, bytes);
+  model_bytes_.assign(bytes.begin(), bytes.end());
+  return soup::decode_model(bytes, folder_.model().string()).model;
 }
 
 void TrainingRun::finish() {
@@ -332,14 +401,19 @@ void TrainingRun::finish() {
   if (dataset_ != o_.dataset)
     say(o_, fmt::format("the photographs with their poses, for soup-eval and soup-view --dataset: {}", dataset_));
   if (const auto messages = device_->validation_messages(); !messages.empty())
-    throw Error("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front());
+    failures_.note(fmt::format("Vulkan validation: {} messages, the first: {}", messages.size(), messages.front()));
+  if (failures_.any()) throw Incomplete{failures_.lines()};
 }
 
 soup::Model TrainingRun::save_model() {
   const auto scope = times_->measure(train::Part::writing);
   soup::Model model = result();
   if (!ranks_.is_first()) return model;
-  if (!has_goal()) write_file_atomically(folder_.model(), soup::encode_model(model, file_options_));
+  if (model_bytes_.empty()) {
+    failures_.attempt([&] { model_bytes_ = soup::encode_model(model, file_options_); });
+    model_written_ =
+        !model_bytes_.empty() && failures_.attempt([&] { write_file_atomically(folder_.model(), model_bytes_); });
+  }
   if (live_) live_->publish(model);
   return model;
 }
@@ -356,15 +430,17 @@ TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
       folder_.renders().write(view, colour);
       stop_if_asked();
     };
-  quality.test = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_);
+  measure_if_possible([&] {
+    quality.test = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_);
+  });
   if (o_.measure_float && !has_goal()) {
     train::OnRender check_stop;
     if (ranks_.is_first()) check_stop = [](const scene::View&, const std::vector<float>&) { stop_if_asked(); };
-    quality.unrounded = trainer_->evaluate_float(check_stop);
+    measure_if_possible([&] { quality.unrounded = trainer_->evaluate_float(check_stop); });
   }
-  quality.fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit();
+  measure_if_possible([&] { quality.fit = has_goal() ? trainer_->training_fit(model) : trainer_->training_fit(); });
   const auto writing = times_->measure(train::Part::writing);
-  folder_.renders().finish();
+  failures_.attempt([&] { folder_.renders().finish(); });
   return quality;
 }
 
@@ -380,31 +456,40 @@ nlohmann::json TrainingRun::about_ranks() {
           {"texture_bytes", trainer_->texture_bytes()}};
 }
 
+bool TrainingRun::goal_met() const {
+  if (!has_goal()) return true;
+  const auto rounds = simplifier_->rounds();
+  return !rounds.empty() && train::meets(rounds[train::best_round(rounds, settings_)], settings_);
+}
+
 /// What metrics.json says about quality.
 nlohmann::json TrainingRun::quality_json(const Quality& quality) const {
-  nlohmann::json metrics = to_json(quality.test);
-  metrics["psnr_training_views"] = quality.fit.psnr;
-  metrics["psnr_plain_colours"] = quality.fit.plain_psnr;
-  metrics["uncovered_training_views"] = quality.fit.uncovered;
-  metrics["nothing_learnt"] = quality.fit.nothing_learnt();
+  nlohmann::json metrics = quality.test ? to_json(*quality.test) : nlohmann::json::object();
+  if (quality.fit) {
+    metrics["psnr_training_views"] = quality.fit->psnr;
+    metrics["psnr_mean_colours"] = quality.fit->mean_colour_psnr;
+    metrics["uncovered_training_views"] = quality.fit->uncovered;
+    metrics["nothing_learnt"] = quality.fit->nothing_learnt();
+  }
   if (quality.unrounded) metrics["psnr_float_textures"] = to_json(*quality.unrounded)["psnr"];
   if (!has_goal()) return metrics;
   metrics["rounds"] = train::to_json(simplifier_->rounds());
-  const std::size_t best = train::best_round(simplifier_->rounds(), settings_);
-  metrics["round"] = best;
-  metrics["goal_met"] = train::meets(simplifier_->rounds()[best], settings_);
+  if (!simplifier_->rounds().empty()) metrics["round"] = train::best_round(simplifier_->rounds(), settings_);
+  metrics["goal_met"] = goal_met();
   for (const scene::View& view : scene_.validation) metrics["validation_views"].push_back(utf8(view.name));
   return metrics;
 }
 
 /// What metrics.json says about the model's size.
-nlohmann::json TrainingRun::size_json(const soup::Model& model, std::span<const std::byte> file) const {
+nlohmann::json TrainingRun::size_json(const soup::Model& model) {
   const std::uint64_t most_samples = std::uint64_t(soup::samples_at(settings_.level_max)) * model.triangles();
-  return {{"triangles", model.triangles()},
-          {"triangles_by_level", triangles_by_level(model)},
-          {"bytes", file.size()},
-          {"bytes_by_part", soup::bytes_by_part(file, "model")},
-          {"samples", {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}}}};
+  nlohmann::json metrics{{"triangles", model.triangles()},
+                         {"triangles_by_level", triangles_by_level(model)},
+                         {"samples", {{"kept", model.lattice.size() / soup::kChannels}, {"of", most_samples}}}};
+  if (model_bytes_.empty()) return metrics;
+  metrics["bytes"] = model_bytes_.size();
+  failures_.attempt([&] { metrics["bytes_by_part"] = soup::bytes_by_part(model_bytes_, "model"); });
+  return metrics;
 }
 
 /// What metrics.json says about time and about how the training can be repeated.
@@ -429,23 +514,28 @@ nlohmann::json TrainingRun::run_json() const {
 
 void TrainingRun::report(const soup::Model& model, const Quality& quality, const nlohmann::json& ranks) {
   bar_->clear();
-  log_evaluation(quality.test);
-  warn_of_result(*trainer_, quality.fit, settings_);
-  if (has_goal()) say(o_, train::outcome(simplifier_->rounds(), settings_));
-  const std::string file = read_file(folder_.model());
+  if (quality.test) failures_.attempt([&] { log_evaluation(*quality.test); });
+  if (quality.fit) warn_of_result(*trainer_, *quality.fit, settings_);
+  if (has_goal() && !simplifier_->rounds().empty()) say(o_, train::outcome(simplifier_->rounds(), settings_));
   nlohmann::json metrics = quality_json(quality);
-  metrics.update(size_json(model, bytes_of(file)));
+  metrics.update(size_json(model));
   metrics.update(run_json());
   if (!ranks.is_null()) metrics["ranks"] = ranks;
-  folder_.write_metrics(metrics);
+  failures_.attempt([&] { folder_.write_metrics(metrics); });
   if (o_.timings) print_timings(*times_);
+  report_result(model, quality);
+}
+
+/// The last lines of a training.
+void TrainingRun::report_result(const soup::Model& model, const Quality& quality) {
   if (scene_.test.empty())
     say(o_, "test: there are no test views, so quality was not measured; --test-every K holds some out");
-  else
-    say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", quality.test.mean.psnr,
-                        quality.test.mean.ssim, quality.test.mean.mae, quality.test.views.size()));
-  say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(), model.triangles(),
-                      mb(file.size()), trainer_->seconds()));
+  else if (quality.test)
+    say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", quality.test->mean.psnr,
+                        quality.test->mean.ssim, quality.test->mean.mae, quality.test->views.size()));
+  if (model_written_)
+    say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(),
+                        model.triangles(), mb(model_bytes_.size()), trainer_->seconds()));
 }
 
 namespace {
@@ -464,10 +554,15 @@ int run_guarded(const char* program, const CommandLine& options, viewer::Live* l
   std::unique_ptr<ranks::Ranks> ranks;
   try {
     ranks = options.by_itself ? ranks::alone() : ranks::open_launched(ranks::folder_of_program());
-    TrainingRun(options, live, *ranks).run();
+    if (!TrainingRun(options, live, *ranks).run()) status = kGoalMissed;
   } catch (const Interrupted& interrupted) {
     if (speaks_at_the_end(*ranks, "interrupted " + interrupted.when)) say(options, "interrupted " + interrupted.when);
     status = 130;
+  } catch (const Incomplete& incomplete) {
+    if (speaks_at_the_end(*ranks, incomplete.failures.front()))
+      for (const std::string& line : incomplete.failures) print_error(program, Error("{}", line));
+    error = in_options(incomplete.failures.front());
+    status = 1;
   } catch (const std::exception& e) {
     if (!ranks || speaks_at_the_end(*ranks, e.what())) print_error(program, e);
     error = in_options(e.what());

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/printable.h"
+#include "cli/parse_errors.h"
 
 namespace trisoup::viewer {
 namespace {
@@ -98,7 +99,7 @@ void add_headless_options(CLI::App& app, CommandLine& c) {
                         ->group(without)
                         ->excludes(screenshot)
                         ->excludes(path);
-  app.add_option("--json", c.json, "write the results of --benchmark to this file")->group(without);
+  app.add_option("--json", c.json, "write the results of --benchmark to this file; -: standard output")->group(without);
   screenshot->excludes(path);
   app.add_flag("--serve", c.serve, "serve the page of soup-export to browsers on this machine until Ctrl+C")
       ->excludes(screenshot)
@@ -182,8 +183,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
       "  soup-view model.glb --path orbit --frames 120 -o frames\n"
       "  soup-view model.glb --benchmark --json times.json\n"
       "  soup-view model.glb --serve"};
-  app.failure_message(
-      [](const CLI::App*, const CLI::Error& e) { return fmt::format("soup-view: {}; see --help\n", e.what()); });
+  print_errors_in_one_line(app, "soup-view");
   app.set_version_flag("--version", "soup-view " TRISOUP_VERSION);
   Texts texts;
   app.add_option("MODEL", c.model, "model.glb, or a folder that contains it");

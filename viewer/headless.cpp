@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
+#include "cli/output_text.h"
 #include "image/image_file.h"
 #include "train/quality/evaluate.h"
 
@@ -151,10 +151,7 @@ void benchmark(Setting& s) {
   }
   result["shading"] = to_string(s.renderer.shading());
   const std::string text = result.dump(2) + "\n";
-  if (s.options.json)
-    write_file_atomically(*s.options.json, std::as_bytes(std::span(text)));
-  else if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-    throw Error("standard output: cannot be written; free disk space or give --json FILE");
+  write_output(s.options.json.value_or("-"), text);
 }
 
 }  // namespace

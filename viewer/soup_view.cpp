@@ -61,7 +61,13 @@ int main(int argc, char** argv) {
     const bool headless = options->screenshot || options->path || options->benchmark;
     if (!headless) {
       const auto display_lost = [] { std::fputs("soup-view: the display is gone; start soup-view again\n", stderr); };
-      if (!viewer::run_window(*options, nullptr, {}, display_lost)) viewer::end_process(0);
+      try {
+        if (!viewer::run_window(*options, nullptr, {}, display_lost)) viewer::end_process(0);
+      } catch (const std::exception&) {
+        // Reports a bad file rather than a missing display or GPU.
+        if (!options->model.empty()) viewer::load_subject(options->model, options->dataset, options->up);
+        throw;
+      }
       return 0;
     }
     const viewer::Subject subject = viewer::load_subject(options->model, options->dataset, options->up);

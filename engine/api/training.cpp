@@ -38,6 +38,7 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
                 train::triangles_that_fit(scene, settings, gpu.ceiling()));
   if (settings.recipe == train::Recipe::real && settings.most_triangles == 0)
     settings.most_triangles = train::most_triangles_that_fit(scene, settings, gpu.ceiling());
+  train::check_storable(scene, train::model_options(scene, settings, dataset.impl().load));
   impl_ = std::make_unique<Impl>(gpu, dataset, settings, train::initial_triangles(scene, settings));
 }
 

@@ -1,10 +1,15 @@
 #include "format/model_cameras.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
+#include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
+
+#include "base/error.h"
+#include "base/printable.h"
 
 namespace trisoup::soup {
 namespace {
@@ -41,23 +46,41 @@ void read_lens(const json& lens, scene::Camera& camera) {
 
 glm::dmat4 read_pose(const float* pose) {
   const glm::dquat turn(pose[3], pose[0], pose[1], pose[2]);  // w first
-  // A quaternion far from unit length is not a rotation; possible() rejects it.
+  // A quaternion far from unit length is not a rotation; problem_of() rejects it.
   const double length = glm::length(turn);
   glm::dmat4 result(glm::mat3_cast(std::abs(length - 1) < 1e-3 ? turn / length : turn));
   result[3] = glm::dvec4(pose[4], pose[5], pose[6], 1);
   return result;
 }
 
-bool possible(const scene::Camera& c) {
-  constexpr double kLargest = 1e6;  // pixels, or normalised units
-  bool ok = c.width > 0 && c.height > 0 && c.width <= 65535 && c.height <= 65535 && c.fx > 1e-3 && c.fy > 1e-3 &&
-            c.fx < kLargest && c.fy < kLargest && std::abs(c.cx) < kLargest && std::abs(c.cy) < kLargest;
-  for (int i = 0; i < 3; ++i) ok = ok && std::abs(c.world_to_camera[3][i]) < kLargest;
+/// Returns what a file may not have about a camera, or an empty text.
+std::string problem_of(const scene::Camera& c) {
+  constexpr double kLargest = 1e6;                                             // pixels, or normalised units
+  const auto below = [](double value) { return std::abs(value) < kLargest; };  // false for NaN
+  if (c.width <= 0 || c.height <= 0 || c.width > 65535 || c.height > 65535)
+    return fmt::format("its size is {} x {} pixels", c.width, c.height);
+  if (!(c.fx > 1e-3 && c.fy > 1e-3 && below(c.fx) && below(c.fy)))
+    return fmt::format("its focal length is {:g} x {:g} pixels", c.fx, c.fy);
+  if (!below(c.cx) || !below(c.cy)) return fmt::format("its principal point is {:g}, {:g} pixels", c.cx, c.cy);
+  for (int i = 0; i < 3; ++i)
+    if (!below(c.world_to_camera[3][i]))
+      return fmt::format("its position is {:g} times as far from the scene as the cameras are on average",
+                         glm::length(glm::dvec3(c.world_to_camera[3])));
   const glm::dmat3 rotation(c.world_to_camera);
   const glm::dmat3 product = rotation * glm::transpose(rotation);
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) ok = ok && std::abs(product[i][j] - (i == j)) < 1e-3;
-  return ok;
+    for (int j = 0; j < 3; ++j)
+      if (!(std::abs(product[i][j] - (i == j)) < 1e-3)) return "its orientation is not a rotation";
+  return {};
+}
+
+/// A pose in file form.
+std::array<float, kPoseFloats> pose_of(const scene::Camera& c) {
+  const glm::dquat turn = glm::normalize(glm::quat_cast(glm::dmat3(c.world_to_camera)));
+  const glm::dvec4& place = c.world_to_camera[3];
+  const auto rounded = [](double value) { return static_cast<float>(value); };
+  return {rounded(turn.x),  rounded(turn.y),  rounded(turn.z), rounded(turn.w),
+          rounded(place.x), rounded(place.y), rounded(place.z)};
 }
 
 /// Reads the cameras of versions 1 and 2: one object per camera.
@@ -107,10 +130,7 @@ CodedCameras code_cameras(std::span<const ModelCamera> cameras) {
     const auto known = std::find(lenses.begin(), lenses.end(), its);
     lens.push_back(known - lenses.begin());
     if (known == lenses.end()) lenses.push_back(its);
-    const glm::dquat turn = glm::normalize(glm::quat_cast(glm::dmat3(c.camera.world_to_camera)));
-    const glm::dvec4& place = c.camera.world_to_camera[3];
-    for (const double value : {turn.x, turn.y, turn.z, turn.w, place.x, place.y, place.z})
-      coded.poses.push_back(static_cast<float>(value));
+    for (const float value : pose_of(c.camera)) coded.poses.push_back(value);
   }
   coded.json = {{"names", names}, {"test", test}, {"lenses", lenses}};
   if (lenses.size() > 1) coded.json["lens"] = lens;
@@ -120,8 +140,24 @@ CodedCameras code_cameras(std::span<const ModelCamera> cameras) {
 std::vector<ModelCamera> read_cameras(const ModelParts& parts, const json& cameras) {
   std::vector<ModelCamera> read = cameras.is_array() ? read_rows(cameras) : read_table(parts, cameras);
   for (const ModelCamera& c : read)
-    if (!possible(c.camera)) throw parts.damaged("a camera is not valid");
+    if (!problem_of(c.camera).empty()) throw parts.damaged("a camera is not valid");
   return read;
+}
+
+void check_cameras(std::span<const ModelCamera> cameras) {
+  for (const ModelCamera& c : cameras) {
+    std::string problem = problem_of(c.camera);
+    if (problem.empty()) {
+      // Rounding for the file may cross a limit.
+      scene::Camera stored;
+      read_lens(lens_of(c.camera), stored);
+      stored.world_to_camera = read_pose(pose_of(c.camera).data());
+      problem = problem_of(stored);
+    }
+    if (!problem.empty())
+      throw Error("{}: a model cannot store its camera: {}; correct the camera, or remove the photograph",
+                  printable(c.name), problem);
+  }
 }
 
 }  // namespace trisoup::soup

@@ -25,6 +25,10 @@ struct CodedCameras {
   std::vector<float> poses;
 };
 
+/// Throws Error if read_cameras would refuse a camera of the file: a focal length or a position beyond the limits, or a
+/// value that is not finite. The message begins with the name of the photograph.
+void check_cameras(std::span<const ModelCamera> cameras);
+
 /// Encodes cameras. world_to_camera must be a rotation and a translation. It is restored within 1e-7.
 CodedCameras code_cameras(std::span<const ModelCamera> cameras);
 

@@ -36,6 +36,12 @@ bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.
 
 std::uint32_t level_of(const TextureEntry& row) { return row.level_max; }
 
+/// Beyond these limits floats cannot represent the soup.
+bool has_usable_space(const Model& model) {
+  return glm::length(model.centre) < 1e12 && glm::length(model.origin) < 1e12 && model.scale > 1e-9 &&
+         model.scale < 1e9;
+}
+
 /// Throws Error if the model could not be read back after writing.
 void check(const Model& model) {
   if (model.triangles() == 0) throw Error("model: no triangles, so nothing is written; train it again");
@@ -57,6 +63,11 @@ void check(const Model& model) {
       finite(model.background) && finite(model.centre) && finite(model.origin) && std::isfinite(model.scale) &&
       model.scale > 0;
   if (!numbers) throw Error("model: some values are not finite; training diverged, lower the learning rates");
+  if (!has_usable_space(model))
+    throw Error(
+        "model: its centre is {:g} from the origin and its scale {:g}, which a model cannot store; move or scale the "
+        "dataset, or remove a camera that is far away from all others",
+        glm::length(model.centre), model.scale);
 }
 
 /// The binary chunk under construction and its bufferViews.
@@ -201,10 +212,7 @@ void read_space(const ModelParts& parts, const json& extension, Model& model) {
   model.centre = read_vector(extension.at("centre"));
   model.scale = extension.at("scale").get<double>();
   if (extension.contains("origin")) model.origin = read_vector(extension["origin"]);
-  // Beyond these limits floats cannot represent the soup.
-  if (!(glm::length(model.centre) < 1e12) || !(glm::length(model.origin) < 1e12) ||
-      !(model.scale > 1e-9 && model.scale < 1e9))
-    throw parts.damaged("its centre or scale is not valid");
+  if (!has_usable_space(model)) throw parts.damaged("its centre or scale is not valid");
 }
 
 /// Reads the vertices. read_space() must have been called before.
@@ -383,6 +391,7 @@ void add_mesh(const Model& model, const ModelFileOptions& options, Binary& binar
 
 std::vector<std::byte> encode_model(const Model& unsorted, const ModelFileOptions& options) {
   check(unsorted);
+  check_cameras(options.cameras);
   const Model sorted = codes_vertices(options) ? along_curve(unsorted) : Model{};
   const Model& model = codes_vertices(options) ? sorted : unsorted;
   Binary binary;

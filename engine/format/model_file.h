@@ -46,8 +46,8 @@ struct ModelFile {
 /// Returns the bytes of a model.glb. decode_model restores vertices, lattices and MLP exactly; lattices are in triangle
 /// order. With a `vertex_share`, vertices are rounded, triangles are reordered, and the file has no mesh for other
 /// viewers. Throws Error if the model is not valid: no triangles, a wrong number of vertices, a texture outside the
-/// lattice, a value that is not rounded to `texture_steps`, a value that is not finite (training diverged), settings
-/// that are not UTF-8, or more data than the format can hold.
+/// lattice, a value that is not rounded to `texture_steps`, a value that is not finite (training diverged), a camera,
+/// centre or scale that decode_model would refuse, settings that are not UTF-8, or more data than the format can hold.
 std::vector<std::byte> encode_model(const Model& model, const ModelFileOptions& options);
 
 /// Decodes a model file. Memory use is limited by the size of the file. Throws Error if the file is not a complete,

@@ -87,6 +87,33 @@ std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& sett
   });
 }
 
+std::uint32_t shrinking_that_fits(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
+                                  std::uint32_t ranks) {
+  for (std::uint32_t factor = 2; factor <= 64; factor *= 2) {
+    const auto side = [&](int length) { return std::max(1, length / static_cast<int>(factor)); };
+    scene::Scene small;
+    for (const auto& [from, to] :
+         {std::pair(&scene.train, &small.train), {&scene.test, &small.test}, {&scene.validation, &small.validation}})
+      for (const scene::View& v : *from)
+        to->push_back({v.name, scene::resized(v.camera, side(v.camera.width), side(v.camera.height)), {}});
+    if (memory_need(small, settings, ranks).total() <= bytes) return factor;
+  }
+  return 0;
+}
+
+std::uint64_t disk_need(const scene::Scene& scene, const Settings& s) {
+  const std::uint64_t triangles = std::max<std::uint64_t>(s.triangles, s.most_triangles);
+  // Logits and their two moments, vertices with 7 moments, and a row of the texture table (trainer_checkpoint.cpp).
+  const std::uint64_t checkpoint =
+      triangles * (3ull * soup::samples_in(s.level_min, s.level_max) * soup::kChannels * sizeof(float) + 9 * 4 +
+                   (9 + 3) * 4 + sizeof(soup::TextureEntry));
+  const std::uint64_t model = triangles * soup::samples_at(s.level_max) * soup::kChannels;
+  std::uint64_t renders = 0;  // photograph and rendering side by side, as PNG at most three bytes per pixel
+  for (const scene::View& v : scene.test)
+    renders += 6ull * static_cast<std::uint64_t>(v.camera.width) * static_cast<std::uint64_t>(v.camera.height);
+  return 2 * checkpoint + model + renders;
+}
+
 Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::uint64_t needed,
                     std::uint64_t available) {
   // Assumes that the next training exceeds its estimate by the same factor.

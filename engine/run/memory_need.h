@@ -37,6 +37,13 @@ Smaller smaller_run(const scene::Scene& scene, const Settings& settings, std::ui
 /// The largest `triangles`, at most the current value, for which memory_need is at most `bytes`; 0 if none fits.
 std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
                                  std::uint32_t ranks = 1);
+/// The smallest power of two, at most 64, by which the sides of all images must be divided so that memory_need is at
+/// most `bytes`; 0 if none is enough.
+std::uint32_t shrinking_that_fits(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
+                                  std::uint32_t ranks = 1);
+/// Disk space that the files of a training need at most, bytes: the checkpoint, which exists twice while it is
+/// replaced, the model and the renderings of the test views.
+std::uint64_t disk_need(const scene::Scene& scene, const Settings& settings);
 /// The most triangles that splitting may create within `bytes`: the default of Settings::most_triangles. At least
 /// `triangles`.
 std::uint32_t most_triangles_that_fit(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,

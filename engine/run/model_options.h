@@ -18,4 +18,8 @@ std::vector<soup::ModelCamera> cameras_of(const scene::Scene& scene);
 soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& settings,
                                      const scene::LoadOptions& load);
 
+/// Writes a model of one triangle with these options to memory and reads it back, so that a scene that no model file
+/// can store is refused before it is trained. Throws Error; if a camera is the cause, the message names its photograph.
+void check_storable(const scene::Scene& scene, const soup::ModelFileOptions& options);
+
 }  // namespace trisoup::train

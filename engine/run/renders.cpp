@@ -74,11 +74,16 @@ void Renders::wait_for_oldest() {
   Pending oldest = std::move(pending_.front());
   pending_.pop_front();
   pending_bytes_ -= oldest.bytes;
-  oldest.written.get();
+  try {
+    oldest.written.get();
+  } catch (...) {
+    if (!failure_) failure_ = std::current_exception();
+  }
 }
 
 void Renders::finish() {
   while (!pending_.empty()) wait_for_oldest();
+  if (const std::exception_ptr failure = std::exchange(failure_, nullptr)) std::rethrow_exception(failure);
 }
 
 }  // namespace trisoup::train

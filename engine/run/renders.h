@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <exception>
 #include <filesystem>
 #include <future>
 #include <set>
@@ -22,10 +23,10 @@ class Renders {
   /// Removes images of an earlier training, which may have had other views.
   void clear();
   /// Starts writing <name>.png on another thread: photograph on the left, rendering on the right. colour: rendering,
-  /// row-major RGB, [height x width x 3], 0 to 1. Adds a number to the name if the file was already written. Throws
-  /// Error if an earlier image could not be written.
+  /// row-major RGB, [height x width x 3], 0 to 1. Adds a number to the name if the file was already written.
   void write(const scene::View& view, std::vector<float> colour);
-  /// Waits until all images are written. Throws Error if one could not be written.
+  /// Waits until all images are written. Throws Error if some could not be written, with the reason for the first;
+  /// the others are complete.
   void finish();
 
  private:
@@ -38,6 +39,7 @@ class Renders {
   };
   std::deque<Pending> pending_;
   std::size_t pending_bytes_ = 0;
+  std::exception_ptr failure_;  // of the first image that could not be written
 };
 
 }  // namespace trisoup::train

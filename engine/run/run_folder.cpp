@@ -54,6 +54,30 @@ void rename_file(const std::filesystem::path& from, const std::filesystem::path&
                 error.message());
 }
 
+/// Throws Error if the folder, or a file in it, certainly cannot be created, without creating anything.
+void check_place(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::path there = fs::absolute(folder, error).lexically_normal();
+  if (!there.has_filename()) there = there.parent_path();  // a slash at the end
+  const fs::path whole = there;
+  // The nearest folder that exists.
+  while (fs::symlink_status(there, error).type() == fs::file_type::not_found && there.has_relative_path())
+    there = there.parent_path();
+  const fs::file_status status = fs::status(there, error);
+  const std::string is = there == whole ? "is" : there.string() + " is";
+  if (status.type() == fs::file_type::not_found)
+    throw Error("{}: {} a link to a folder that does not exist; choose another `output`", folder.string(), is);
+  if (!fs::exists(status))
+    throw Error("{}: cannot be used ({}); choose another `output`", folder.string(), error.message());
+  if (!fs::is_directory(status))
+    throw Error("{}: {} a file, not a folder; choose another `output`", folder.string(), is);
+  if (::access(there.c_str(), W_OK | X_OK) == 0) return;
+  if (errno == EROFS) throw Error("{}: {} mounted read-only; choose another `output`", folder.string(), is);
+  throw Error("{}: no permission to write in {}; change its permissions or choose another `output`", folder.string(),
+              there.string());
+}
+
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path, Earlier earlier)
@@ -62,6 +86,8 @@ RunFolder::RunFolder(std::filesystem::path path, Earlier earlier)
       training_(path_ / "train.csv", kHeader),
       evaluations_(path_ / "evaluations.csv", kEvaluationHeader),
       renders_(path_ / "renders") {
+  check_place(path_);
+  if (std::filesystem::exists(path_ / "renders")) check_place(path_ / "renders");
   std::error_code ignored;
   if (std::filesystem::is_directory(path_, ignored)) lock_ = std::make_unique<FolderLock>(path_);
   look();

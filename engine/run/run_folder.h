@@ -32,6 +32,7 @@ enum class Earlier { refuse, overwrite, resume };
 class RunFolder {
  public:
   /// Locks the folder if it exists, until this object or the process ends, and writes nothing else. Throws Error if
+  /// - the folder cannot be created or written to: it is a file, or no permission, or a read-only disk,
   /// - another process is training into the folder (FolderLock),
   /// - `earlier` is refuse and the folder contains a training, finished or not,
   /// - `earlier` is resume and the folder contains a model without a checkpoint.

@@ -10,9 +10,10 @@
 namespace trisoup::scene {
 namespace {
 
-constexpr std::size_t kMaxPoints = 4000;     // points that are compared
-constexpr std::size_t kMinPairs = 60;        // pairs of a point and a pixel that say something about colours
-constexpr double kMinColourSpread = 12.0;    // mean difference of two points' colours, of 255, below which they say nothing
+constexpr std::size_t kMaxPoints = 4000;  // points that are compared
+constexpr std::size_t kMinPairs = 60;     // pairs of a point and a pixel that say something about colours
+constexpr double kMinColourSpread =
+    12.0;  // mean difference of two points' colours, of 255, below which they say nothing
 
 /// y and z of the camera point the other way: OpenGL axes to OpenCV axes, and back.
 const glm::dmat4 kOtherAxes(1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1);
@@ -41,8 +42,7 @@ std::vector<std::size_t> sample(std::size_t count) {
   return chosen;
 }
 
-double inside_share(std::span<const Camera> cameras, const PointCloud& points,
-                    const std::vector<std::size_t>& chosen) {
+double inside_share(std::span<const Camera> cameras, const PointCloud& points, const std::vector<std::size_t>& chosen) {
   std::size_t all = 0, inside = 0;
   for (const std::size_t p : chosen) {
     const glm::dvec3& position = points.positions[p];
@@ -121,10 +121,14 @@ glm::dmat4 reread(const glm::dmat4& world_to_camera, PoseReading reading, bool o
   const glm::dmat4 inverse = inverse_of_rigid(world_to_camera);
   const glm::dmat4 swapped = opengl ? inverse * kOtherAxes : inverse;  // M, or M^-1
   switch (reading) {
-    case PoseReading::as_written: return world_to_camera;
-    case PoseReading::other_axes: return kOtherAxes * world_to_camera;
-    case PoseReading::inverse: return opengl ? kOtherAxes * swapped : swapped;
-    case PoseReading::inverse_other_axes: return opengl ? swapped : kOtherAxes * swapped;
+    case PoseReading::as_written:
+      return world_to_camera;
+    case PoseReading::other_axes:
+      return kOtherAxes * world_to_camera;
+    case PoseReading::inverse:
+      return opengl ? kOtherAxes * swapped : swapped;
+    case PoseReading::inverse_other_axes:
+      return opengl ? swapped : kOtherAxes * swapped;
   }
   return world_to_camera;
 }

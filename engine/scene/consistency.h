@@ -16,9 +16,9 @@ namespace trisoup::scene {
 /// What the rows of a file's poses may mean other than what its format says.
 enum class PoseReading {
   as_written,
-  other_axes,           // OpenCV camera axes for OpenGL ones, or the reverse
-  inverse,              // world to camera for camera to world, or the reverse
-  inverse_other_axes,   // both
+  other_axes,          // OpenCV camera axes for OpenGL ones, or the reverse
+  inverse,             // world to camera for camera to world, or the reverse
+  inverse_other_axes,  // both
 };
 
 /// Returns Camera::world_to_camera for another reading of the same numbers. world_to_camera: the pose as written.

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/parallel_for.h"
 #include "base/printable.h"
 #include "base/read_file.h"
@@ -14,6 +15,7 @@
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"
 #include "scene/intrinsics.h"
+#include "scene/loading_memory.h"
 #include "scene/photograph.h"
 #include "scene/pose_check.h"
 #include "scene/scene.h"
@@ -97,6 +99,21 @@ Shot plan(Frame frame, double downscale) {
   return shot;
 }
 
+// Lets the caller change the test views.
+void choose_test(std::vector<Shot>& shots, const LoadOptions& options) {
+  if (!options.choose_test) return;
+  std::vector<std::string> names;
+  std::vector<Camera> cameras;
+  std::vector<bool> test;
+  for (const Shot& shot : shots) {
+    names.push_back(shot.frame.photograph.name);
+    cameras.push_back(shot.camera);
+    test.push_back(shot.frame.test);
+  }
+  options.choose_test(names, cameras, test);
+  for (std::size_t i = 0; i < shots.size(); ++i) shots[i].frame.test = test.at(i);
+}
+
 // Sorts by name, and selects the test views of datasets without a test split.
 void sort_and_split(std::vector<Shot>& shots, bool has_split, int test_every) {
   std::stable_sort(shots.begin(), shots.end(),
@@ -149,6 +166,22 @@ int threads_for(const std::vector<const Shot*>& shots, int threads) {
   if (largest <= kLarge) return threads;
   const int most = static_cast<int>(std::max<std::int64_t>(1, kMostAtOnce / largest));
   return std::min(most, threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+}
+
+// Throws Error if the photographs do not fit into the memory of the machine or container. Counts only what is certainly
+// needed: four bytes per pixel of each view, and the photographs that are decoded at the same time.
+void check_memory(const std::vector<const Shot*>& shots, const LoadOptions& options, const std::string& source) {
+  std::uint64_t views = 0, largest = 0;
+  for (const Shot* shot : shots) {
+    const int divisor = divisor_of(*shot);
+    views += 4ull * static_cast<std::uint64_t>(shot->camera.width) * static_cast<std::uint64_t>(shot->camera.height);
+    largest = std::max(largest, static_cast<std::uint64_t>(pixels_of(shot->frame) / (divisor * divisor)));
+  }
+  const int asked = threads_for(shots, options.threads);
+  const std::uint64_t threads =
+      asked > 0 ? static_cast<unsigned>(asked) : std::max(1u, std::thread::hardware_concurrency());
+  const std::uint64_t decoding = 8 * largest * std::min<std::uint64_t>(threads, shots.size());
+  check_loading_memory({shots.size(), views, decoding}, options.downscale, memory_of_machine(), source);
 }
 
 // Decodes, undistorts and then shrinks a photograph. Undistortion interpolates between neighbouring pixels and would
@@ -443,6 +476,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
     for (const std::string& line : dataset.findings.lines()) options.warn(line);
   const std::string summary = summary_of(dataset, {shots.front().camera.width, shots.front().camera.height});
   sort_and_split(shots, dataset.has_split, options.test_every);
+  choose_test(shots, options);
 
   std::vector<Camera> train_cameras;
   for (const Shot& shot : shots)
@@ -476,6 +510,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
     wanted.push_back(&shot);
     images.push_back(&view.image);
   }
+  check_memory(wanted, options, dataset.source);
   std::vector<Decoded> decoded;
   scene.background = glm::vec3(decode(wanted, images, options, decoded) / 255.0f);
   leave_out_unusable(scene, wanted, problems_of(decoded, images, options, dataset.source), options);

@@ -25,7 +25,7 @@ struct PoseCheck {
 /// photographs and the reading that the format promises does not.
 /// cameras: all of the dataset, as written. points: may be empty; seen_by: indices of `cameras`. opengl: see reread().
 /// source: the file, for the warning.
-PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points, bool opengl,
-                      const std::string& source, const TakeProbes& take_probes);
+PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points, bool opengl, const std::string& source,
+                      const TakeProbes& take_probes);
 
 }  // namespace trisoup::scene

@@ -37,6 +37,11 @@ enum class AlphaUse { composite, mask };                  // composite on the ba
 struct LoadOptions {
   double downscale = 1.0;  // divisor of image sides (>= 1); rounded to nearest, at least 1 pixel
   int test_every = 8;      // without a test split: every n-th view in name order is a test view, from 0 on; 0: none
+  /// If set: may change which views are test views. names: of all photographs, in name order. cameras: of the same
+  /// length, in the dataset's coordinates. test: a flag for each, as the dataset's split or `test_every` chose it.
+  std::function<void(const std::vector<std::string>& names, const std::vector<Camera>& cameras,
+                     std::vector<bool>& test)>
+      choose_test;
   BackgroundChoice background = BackgroundChoice::automatic;
   AlphaUse alpha = AlphaUse::composite;
   bool outside = false;  // paths of photographs, masks and points may lead outside the dataset's folder

@@ -18,8 +18,8 @@ std::vector<Camera> ring(int count) {
   std::vector<Camera> cameras;
   for (int i = 0; i < count; ++i) {
     const double a = 6.2831853 * i / count;
-    const glm::dmat4 opengl = glm::lookAt(glm::dvec3(4 * std::cos(a), 4 * std::sin(a), 1.5), glm::dvec3(0.0),
-                                          glm::dvec3(0, 0, 1));
+    const glm::dmat4 opengl =
+        glm::lookAt(glm::dvec3(4 * std::cos(a), 4 * std::sin(a), 1.5), glm::dvec3(0.0), glm::dvec3(0, 0, 1));
     const glm::dmat4 axes(1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1);
     cameras.push_back({80, 60, 70, 70, 40, 30, axes * opengl});
   }
@@ -124,8 +124,7 @@ TEST_CASE("points of another frame are not used, and the poses stay", "[scene][p
   const std::vector<Probe> probes = photographs(cameras);
   PointCloud turned = plane();
   for (glm::dvec3& p : turned.positions) p = {-p.x, p.z, p.y};
-  const PoseCheck check =
-      check_poses(cameras, turned, true, "file", [&](std::size_t, int) { return probes; });
+  const PoseCheck check = check_poses(cameras, turned, true, "file", [&](std::size_t, int) { return probes; });
   CHECK(check.reading == PoseReading::as_written);
   CHECK_FALSE(check.points_fit);
   CHECK(check.warning.find("the sparse points do not fit the cameras") != std::string::npos);

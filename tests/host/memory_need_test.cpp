@@ -97,3 +97,24 @@ TEST_CASE("a rank needs its share of the textures and all other data", "[memory]
     CHECK(static_cast<double>(need) < 1.2 * static_cast<double>(textures / ranks));
   }
 }
+
+TEST_CASE("the proposed shrinking of images fits, half of it does not", "[memory]") {
+  const scene::Scene scene = scene_of(100, 2000);
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
+  s.triangles = s.init_count = 1000;
+  s.most_triangles = 2000;
+  const auto need_at = [&](int side) { return train::memory_need(scene_of(100, side), s).total(); };
+  CHECK(train::shrinking_that_fits(scene, s, need_at(1000)) == 2);
+  CHECK(train::shrinking_that_fits(scene, s, need_at(1000) - 1) == 4);
+  CHECK(train::shrinking_that_fits(scene, s, 1000) == 0);
+}
+
+TEST_CASE("the files of a training need room for two checkpoints", "[memory]") {
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
+  s.triangles = s.most_triangles = 1000;
+  s.level_min = 2, s.level_max = 3;
+  // 15 + 45 samples of 8 channels, each a logit with two moments.
+  const std::uint64_t textures = 1000ull * 60 * 8 * 12;
+  CHECK(train::disk_need(scene_of(3, 10), s) > 2 * textures);
+  CHECK(train::disk_need(scene_of(3, 10), s) < 3 * textures);
+}

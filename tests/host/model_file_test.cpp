@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <set>
 #include <tuple>
@@ -398,6 +399,30 @@ TEST_CASE("cameras are read back up to rounding to float", "[model_file][model_c
     // A camera takes 28 bytes for the pose, and its name. A lens is stored once.
     CHECK(soup::bytes_by_part(bytes, "x")["cameras"].get<std::size_t>() < 40 * (28 + 24) + lenses * 100 + 250);
   }
+}
+
+TEST_CASE("cameras that a file may not have are refused by the writer, which names the photograph",
+          "[model_file][model_cameras]") {
+  soup::ModelFileOptions options;
+  for (int i = 0; i < 3; ++i) options.cameras.push_back(some_camera("p" + std::to_string(i), false, 100 + i));
+  soup::Model model = random_model(2, 1);
+  CHECK_NOTHROW(soup::encode_model(model, options));
+  const auto refuses = [&](const char* problem, const std::function<void(scene::Camera&)>& change) {
+    soup::ModelFileOptions changed = options;
+    change(changed.cameras[1].camera);
+    CHECK_THROWS_WITH(soup::encode_model(model, changed), Contains("p1: a model cannot store") && Contains(problem));
+  };
+  refuses("focal length", [](scene::Camera& c) { c.fx = 1e6; });
+  refuses("focal length", [](scene::Camera& c) { c.fy = 0.001; });
+  refuses("focal length", [](scene::Camera& c) { c.fy = 0.001000000001; });  // rounded to 0.001 in the file
+  refuses("principal point", [](scene::Camera& c) { c.cx = NAN; });
+  refuses("position", [](scene::Camera& c) { c.world_to_camera[3].y = -2e6; });
+  refuses("position", [](scene::Camera& c) { c.world_to_camera[3].z = INFINITY; });
+  refuses("position", [](scene::Camera& c) { c.world_to_camera[3].x = 999999.99; });  // 1e6 as a float
+  refuses("rotation", [](scene::Camera& c) { c.world_to_camera[0] *= 1.1; });
+  refuses("size", [](scene::Camera& c) { c.width = 70'000; });
+  model.scale = 1e-10;
+  CHECK_THROWS_WITH(soup::encode_model(model, options), Contains("scale 1e-10, which a model cannot store"));
 }
 
 TEST_CASE("cameras of earlier files are read, invalid ones refused", "[model_file][model_cameras]") {

@@ -213,3 +213,20 @@ TEST_CASE("logs grow by complete lines and are cut when a training continues", "
   }
   CHECK(test::content_of(training) == whole);
 }
+
+TEST_CASE("a folder that cannot be created is refused before anything is written", "[run_folder]") {
+  const test::TemporaryFolder folder;
+  folder.file("file", "x");
+  CHECK_THROWS_WITH(train::RunFolder(folder / "file", Earlier::overwrite), Contains("is a file, not a folder"));
+  CHECK_THROWS_WITH(train::RunFolder(folder / "file/in/it", Earlier::refuse),
+                    Contains((folder / "file").string() + " is a file, not a folder"));
+  std::filesystem::create_directory_symlink(folder / "nowhere", folder / "link");
+  CHECK_THROWS_WITH(train::RunFolder(folder / "link", Earlier::refuse),
+                    Contains("link to a folder that does not exist"));
+  CHECK_THROWS_WITH(train::RunFolder(folder / std::string(300, 'n'), Earlier::refuse), Contains("cannot be used"));
+  std::filesystem::create_directory(folder / "out");
+  folder.file("out/renders", "x");
+  CHECK_THROWS_WITH(train::RunFolder(folder / "out", Earlier::overwrite), Contains("out/renders is a file"));
+  CHECK_NOTHROW(train::RunFolder(folder / "a/b/c/", Earlier::refuse));
+  CHECK_FALSE(std::filesystem::exists(folder / "a"));
+}

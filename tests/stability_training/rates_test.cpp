@@ -34,14 +34,14 @@ TEST_CASE("learning rates a million times too high", "[rates]") {
   // saturate and recover.
   for (const auto rate : {&train::Settings::lr_texture, &train::Settings::lr_mlp}) {
     const Outcome outcome = train_through(*gpu, cube(), faster(rate, 1e6));
-    WARN("x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
+    WARN("x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.mean_colour_psnr);
     CHECK_FALSE(outcome.fit.nothing_learnt());
   }
   // Triangles thousands of scene sizes away do not recover. It is reported at the refinement that finds none left, or
   // at the end.
   try {
     const Outcome outcome = train_through(*gpu, cube(), faster(&train::Settings::lr_vertex, 1e6));
-    WARN("vertices x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.plain_psnr);
+    WARN("vertices x 1e6: training " << outcome.fit.psnr << ", plain " << outcome.fit.mean_colour_psnr);
     CHECK(outcome.fit.nothing_learnt());
   } catch (const Error& e) {
     CHECK_THAT(e.what(),

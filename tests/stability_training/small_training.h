@@ -105,7 +105,7 @@ inline Outcome outcome_of(gpu::Device& gpu, const scene::Scene& scene, train::Tr
   REQUIRE(std::isfinite(test.mean.psnr + test.mean.ssim + test.mean.mae));
   outcome.test_psnr = test.mean.psnr;
   outcome.fit = trainer.training_fit();
-  REQUIRE(std::isfinite(outcome.fit.psnr + outcome.fit.plain_psnr));
+  REQUIRE(std::isfinite(outcome.fit.psnr + outcome.fit.mean_colour_psnr));
   return outcome;
 }
 

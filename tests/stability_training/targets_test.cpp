@@ -11,7 +11,7 @@ TEST_CASE("a single training view is learnt", "[targets]") {
   REQUIRE(scene.train.size() == 1);
   auto gpu = open_device();
   const Outcome one = train_through(*gpu, scene, small_settings());
-  WARN("one view: " << one.fit.psnr << " dB, plain colours " << one.fit.plain_psnr);
+  WARN("one view: " << one.fit.psnr << " dB, plain colours " << one.fit.mean_colour_psnr);
   CHECK(one.fit.psnr > 20);
 }
 
@@ -69,7 +69,7 @@ TEST_CASE("photographs of unusual sizes", "[targets]") {
   const scene::Scene scene = load_tiny(tiny);
   auto gpu = open_device();
   const Outcome outcome = train_through(*gpu, scene, small_settings());
-  WARN(width << " x " << height << ": training " << outcome.fit.psnr << " dB, plain " << outcome.fit.plain_psnr
+  WARN(width << " x " << height << ": training " << outcome.fit.psnr << " dB, plain " << outcome.fit.mean_colour_psnr
              << ", test " << outcome.test_psnr);
   CHECK(outcome.fit.psnr > least);
 }
@@ -85,6 +85,6 @@ TEST_CASE("photographs of 17 x 4001 and 4001 x 17 pixels", "[targets]") {
   settings.batch = 1;
   const Outcome outcome = train_through(*gpu, scene, settings);
   WARN(tiny.width << " x " << tiny.height << ": training " << outcome.fit.psnr << " dB, plain "
-                  << outcome.fit.plain_psnr);
+                  << outcome.fit.mean_colour_psnr);
   CHECK_FALSE(outcome.fit.nothing_learnt());
 }

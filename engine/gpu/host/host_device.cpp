@@ -11,11 +11,10 @@
 #include <string>
 #include <thread>
 
-#include <unistd.h>
-
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "gpu/compiled_kernels.h"
 #include "gpu/host/workgroup.h"
 #include "gpu/lanes/lane_kernels.h"
@@ -105,9 +104,9 @@ DeviceInfo describe(int index) {
                     ? fmt::format("kernels compiled as C++ for {} lanes of {}", kernels.lanes, kernels.instructions)
                     : "kernels compiled as C++";
   info.kind = Kind::cpu;
-  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
-  info.free_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_AVPHYS_PAGES));
+  const Memory memory = memory_of_machine();
+  info.memory_bytes = memory.total;
+  info.free_bytes = memory.available;
   info.subgroup_size = kernels.lanes;
   return info;
 }

@@ -1,7 +1,5 @@
 #include "gpu/vulkan/vulkan_instance.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -9,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "gpu/vulkan/vulkan_backend.h"
 
 namespace trisoup::gpu {
@@ -240,9 +239,9 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
   }
   if (info.kind == Kind::cpu) {
     // lavapipe always reports 2 GiB but uses the memory of the machine.
-    const std::uint64_t page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-    info.memory_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
-    info.free_bytes = page * static_cast<std::uint64_t>(sysconf(_SC_AVPHYS_PAGES));
+    const Memory memory_of_host = memory_of_machine();
+    info.memory_bytes = memory_of_host.total;
+    info.free_bytes = memory_of_host.available;
   }
   return info;
 }

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <numeric>
+#include <limits>
 #include <type_traits>
 
 #include <fmt/format.h>
 
+#include "base/edit_distance.h"
 #include "base/error.h"
 #include "base/printable.h"
 #include "soup/soup.h"
@@ -146,20 +147,6 @@ template <typename T>
 constexpr bool kIsWhole = std::is_integral_v<T> && !std::is_same_v<T, bool>;
 template <typename T>
 constexpr bool kIsNumber = kIsWhole<T> || std::is_same_v<T, double>;
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0u);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({changed, diagonal + 1, row[j] + 1});
-    }
-  }
-  return row.back();
-}
 
 template <typename T>
 std::optional<T> read_number(const std::string& text) {

@@ -15,12 +15,12 @@ namespace trisoup::train {
 /// PSNR in dB over all pixels of the measured training views together; 100 if there is no error. Pixels outside the
 /// loss mask are ignored.
 struct TrainingFit {
-  double psnr = 0;        // of the model with thresholds 0.5, with each photograph's exposure if exposures are fitted
-  double plain_psnr = 0;  // of images that show each photograph's mean colour
-  double uncovered = 0;   // share of the pixels without a triangle where the photograph differs from the background
+  double psnr = 0;  // of the model with thresholds 0.5, with each photograph's exposure if exposures are fitted
+  double mean_colour_psnr = 0;  // of images of a single colour each: the mean colour of their photograph
+  double uncovered = 0;  // share of the pixels without a triangle where the photograph differs from the background
   /// Whether the training has diverged, or had too few triangles or steps: the model fits the photographs no better
   /// than their mean colours, and worse than 30 dB. The second condition is for photographs of a single colour.
-  bool nothing_learnt() const { return !(psnr > plain_psnr || psnr >= 30.0); }
+  bool nothing_learnt() const { return !(psnr > mean_colour_psnr || psnr >= 30.0); }
 };
 
 /// views: to measure, with their photographs on the device; view.index is the index in scene.train. exposures: null if

@@ -1,0 +1,17 @@
+// Writes results to a file or to standard output.
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+namespace trisoup {
+
+/// Writes `text` to the file `path` atomically, or to standard output if `path` is "-". Throws Error if it cannot be
+/// written.
+void write_output(const std::string& path, const std::string& text);
+
+/// Where a program prints text for people if it writes its results to `path`: standard error if they go to standard
+/// output ("-"), else standard output.
+inline std::FILE* text_stream(const std::string& path) { return path == "-" ? stderr : stdout; }
+
+}  // namespace trisoup
