@@ -67,12 +67,14 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
     dataset.has_split = true;
     const std::string source = printable((root / held_out).string());
     Transforms transforms;
+    Findings findings;
     try {
-      transforms = parse_transforms(read_file(root / held_out), source, dataset.findings);
+      transforms = parse_transforms(read_file(root / held_out), source, findings);
     } catch (const Error& error) {  // training does not need the test views
       dataset.findings.warn(error.what());
       continue;
     }
+    dataset.findings.add(findings);
     add(transforms.frames, true, source);
   }
   return dataset;

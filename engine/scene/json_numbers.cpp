@@ -10,7 +10,8 @@ namespace trisoup::scene {
 namespace {
 
 bool is_of_word(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("+-.#()_").find(c) != std::string_view::npos;
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+         std::string_view("+-.#()_").find(c) != std::string_view::npos;
 }
 
 /// Returns the end of the string that starts at `start`, behind its closing quotation mark.

@@ -5,8 +5,7 @@
 
 namespace trisoup::scene {
 
-RecordError::RecordError(const std::string& where, const std::string& problem, const std::string& detail,
-                         bool of_file)
+RecordError::RecordError(const std::string& where, const std::string& problem, const std::string& detail, bool of_file)
     : Error("{}: {}", where, detail.empty() ? problem : detail), problem_(problem), of_file_(of_file) {}
 
 BadRecords::BadRecords(Findings& findings, std::string source, std::string kind)

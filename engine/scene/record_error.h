@@ -37,8 +37,8 @@ class BadRecords {
   /// the line about all such records omits.
   void leave_out(const Error& error, std::initializer_list<std::string> places, const std::string& name);
 
-  /// Throws Error with the first problem if records were left out and none is usable, or if at least half have a problem
-  /// of the whole file. usable: number of the others.
+  /// Throws Error with the first problem if records were left out and none is usable, or if at least half have a
+  /// problem of the whole file. usable: number of the others.
   void check(std::size_t usable) const;
 
  private:

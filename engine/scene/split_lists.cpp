@@ -177,7 +177,8 @@ Split split_by_lists(const std::vector<std::string>& paths, const SplitLists& li
   split.parts.assign(paths.size(), Part::training);
   if (lists.train.entries.empty() && lists.validation.entries.empty() && lists.test.entries.empty()) return split;
   const PathMatcher matcher(paths);
-  const auto train = find_all(matcher, lists.train, findings), validation = find_all(matcher, lists.validation, findings);
+  const auto train = find_all(matcher, lists.train, findings),
+             validation = find_all(matcher, lists.validation, findings);
   auto test = find_all(matcher, lists.test, findings);
   if (test.empty()) test = validation;
   split.has_test = !test.empty();
@@ -223,10 +224,9 @@ void mend_split(Dataset& dataset) {
   std::size_t tests = 0;
   for (const Frame& frame : dataset.frames) tests += frame.test;
   if (tests > 0 && tests < dataset.frames.size()) return;
-  const char* problem = !test.empty() ? "every training view is a test view too, so that none is held out"
-                                                   : "no test view can be used";
-  dataset.findings.warn(
-      fmt::format("{}: {}; test views follow from `test_every` instead", dataset.source, problem));
+  const char* problem =
+      !test.empty() ? "every training view is a test view too, so that none is held out" : "no test view can be used";
+  dataset.findings.warn(fmt::format("{}: {}; test views follow from `test_every` instead", dataset.source, problem));
   for (Frame& frame : dataset.frames) frame.test = false;
   dataset.has_split = false;
 }
