@@ -4,6 +4,7 @@
 #include "scene/byte_cursor.h"
 #include "scene/colmap_model.h"
 #include "scene/pose.h"
+#include "scene/record_error.h"
 
 namespace trisoup::scene {
 
@@ -25,12 +26,14 @@ ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, cons
   return cameras;
 }
 
-std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name) {
+std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name,
+                                                    Findings& findings) {
   ByteCursor cursor(bytes, name, "image");
   constexpr std::size_t smallest = 4 + 7 * 8 + 4 + 1 + 8, observation = 8 + 8 + 8;
   const std::size_t count = cursor.read_count(smallest);
   std::vector<ColmapImage> images;
   images.reserve(count);
+  BadRecords bad(findings, name, "photographs");
   for (std::size_t i = 0; i < count; ++i) {
     ColmapImage image;
     image.id = cursor.read<std::uint32_t>();
@@ -40,27 +43,33 @@ std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> b
     for (int axis = 0; axis < 3; ++axis) translation[axis] = cursor.read<double>();
     image.camera_id = cursor.read<std::uint32_t>();
     image.name = cursor.read_string();
-    if (image.name.empty()) throw Error("{}: image {} has no name; export the model again", name, i);
-    image.world_to_camera = from_colmap_pose(quaternion, translation, name + ": " + printable(image.name));
     cursor.skip(cursor.read<std::uint64_t>(), observation);
-    images.push_back(std::move(image));
+    const std::string place = image.name.empty() ? fmt::format("image {}", image.id) : image.name;
+    const std::string where = name + ": " + printable(place);
+    try {
+      if (image.name.empty()) throw RecordError(where, "has no name; export the model again");
+      image.world_to_camera = from_colmap_pose(quaternion, translation, where);
+      images.push_back(std::move(image));
+    } catch (const RecordError& error) {
+      bad.leave_out(error, place);
+    }
   }
+  bad.check(images.size());
   return images;
 }
 
-PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name) {
+PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name, Findings& findings) {
   ByteCursor cursor(bytes, name, "point");
   constexpr std::size_t smallest = 8 + 3 * 8 + 3 + 8 + 8, track_element = 4 + 4;
   const std::size_t count = cursor.read_count(smallest);
   PointCloud cloud;
   cloud.positions.reserve(count), cloud.colours.reserve(count), cloud.errors.reserve(count),
       cloud.seen_by.reserve(count);
+  BadRecords bad(findings, name, "points");
   for (std::size_t i = 0; i < count; ++i) {
     const auto id = cursor.read<std::uint64_t>();
     glm::dvec3 position;
     for (int axis = 0; axis < 3; ++axis) position[axis] = cursor.read<double>();
-    if (!is_usable(position))
-      throw Error("{}: point {} is not finite or beyond 1e18; export the model again", name, id);
     glm::u8vec3 colour;
     for (int channel = 0; channel < 3; ++channel) colour[channel] = cursor.read<std::uint8_t>();
     const auto error = cursor.read<double>();
@@ -69,8 +78,14 @@ PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const st
       image = cursor.read<std::uint32_t>();
       cursor.skip(1, 4);  // index of the observation
     }
-    cloud.add(position, colour, error, std::move(track));
+    if (is_usable(position))
+      cloud.add(position, colour, error, std::move(track));
+    else
+      bad.leave_out(RecordError(fmt::format("{}: point {}", name, id),
+                                "point is not finite or beyond 1e18; export the model again"),
+                    fmt::format("point {}", id));
   }
+  bad.check(cloud.positions.size());
   return cloud;
 }
 

@@ -12,6 +12,7 @@
 #include <glm/glm.hpp>
 
 #include "scene/camera.h"
+#include "scene/findings.h"
 #include "scene/lens.h"
 #include "scene/point_cloud.h"
 
@@ -49,15 +50,19 @@ ColmapCamera make_colmap_camera(const ColmapModelShape& shape, std::uint64_t wid
                                 std::span<const double> parameters, const std::string& where);
 
 /// Parse cameras.bin, images.bin and points3D.bin. name: the file, for messages. They throw Error if the file is
-/// truncated, claims more records than its size allows, or contains unusable values. 2D observations are skipped. Of
-/// the tracks of points, only the image ids are kept.
+/// truncated, claims more records than its size allows, or contains unusable cameras. Images and points with unusable
+/// values are left out; if all are, Error. A cut file is an Error even where a part of it can be read: copying it again
+/// is easy, and a part of the points would be a part of the scene. 2D observations are skipped. Of the tracks of
+/// points, only the image ids are kept.
 ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, const std::string& name);
-std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name);
-PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name);
+std::vector<ColmapImage> parse_colmap_images_binary(std::span<const std::byte> bytes, const std::string& name,
+                                                    Findings& findings);
+PointCloud parse_colmap_points_binary(std::span<const std::byte> bytes, const std::string& name, Findings& findings);
 
-/// Parse cameras.txt, images.txt and points3D.txt. Messages contain the line.
+/// Parse cameras.txt, images.txt and points3D.txt. Messages contain the line. Lines of images and points that cannot be
+/// read are left out; if all are, Error.
 ColmapCameras parse_colmap_cameras_text(std::string_view text, const std::string& name);
-std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const std::string& name);
-PointCloud parse_colmap_points_text(std::string_view text, const std::string& name);
+std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const std::string& name, Findings& findings);
+PointCloud parse_colmap_points_text(std::string_view text, const std::string& name, Findings& findings);
 
 }  // namespace trisoup::scene

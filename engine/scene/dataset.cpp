@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "scene/colmap_choice.h"
 #include "scene/unposed.h"
 
 namespace trisoup::scene {
@@ -12,6 +13,7 @@ namespace {
 
 /// Returns the folder of a dataset's COLMAP model, or an empty path if there is none.
 fs::path colmap_model_in(const fs::path& root) {
+  if (const auto choice = largest_model(root / "sparse")) return choice->model.lexically_normal();
   for (const char* folder : {"sparse/0", "sparse", "."})
     for (const char* images : {"images.bin", "images.txt"})
       if (is_file(root / folder / images)) return (root / folder).lexically_normal();
@@ -73,7 +75,12 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   const PhotographFiles files(root, downscale, outside);
   if (is_file(root / "transforms_train.json")) return read_blender(root, files);
   if (is_file(root / "transforms.json")) return read_transforms(root / "transforms.json", files);
-  if (const fs::path model = colmap_model_in(root); !model.empty()) return read_colmap(root, model, files);
+  if (const fs::path model = colmap_model_in(root); !model.empty()) {
+    Dataset dataset = read_colmap(root, model, files);
+    if (const auto choice = largest_model(root / "sparse"); choice && !choice->line.empty())
+      dataset.findings.warn(choice->line);
+    return dataset;
+  }
   if (find_unposed(root)) throw Error("{}: contains photographs without poses; {}", name, kFindPoses);
   throw Error(
       "{}: contains neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs "

@@ -74,13 +74,13 @@ class FrameTaker {
 };
 
 /// Detects the format of `path` and reads the dataset: Blender if there is a transforms_train.json, else
-/// transforms.json, else a COLMAP model in sparse/0, sparse or the folder itself. `path` may also be a JSON file: a
-/// file of a Blender split stands for its folder, and any other file is read like transforms.json.
-/// downscale: selects prescaled photographs (see PhotographFiles). outside: files may lie outside the dataset's folder.
-/// Throws Error.
+/// transforms.json, else a COLMAP model: the largest in sparse/0, sparse/1 and so on, else in sparse or the folder
+/// itself. `path` may also be a JSON file: a file of a Blender split stands for its folder, and any other file is read
+/// like transforms.json. downscale: selects prescaled photographs (see PhotographFiles). outside: files may lie outside
+/// the dataset's folder. Throws Error.
 Dataset read_dataset(const std::filesystem::path& path, double downscale, bool outside = false);
 
-/// Returns whether `path` contains a file with poses that read_dataset would use. Reads no file.
+/// Returns whether `path` contains a file with poses that read_dataset would use. Reads no more than largest_model().
 bool has_poses(const std::filesystem::path& path);
 
 /// Readers for each format. root: the dataset's folder. files: finds photographs in that folder.

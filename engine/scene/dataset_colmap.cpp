@@ -1,20 +1,53 @@
 // Datasets described by a COLMAP model.
+#include <set>
+
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "scene/colmap_model.h"
 #include "scene/dataset.h"
+#include "scene/record_error.h"
+#include "scene/split_lists.h"
 
 namespace trisoup::scene {
 namespace {
 
 namespace fs = std::filesystem;
 
-PointCloud read_points(const fs::path& model) {
+PointCloud read_points(const fs::path& model, Findings& findings) {
   const fs::path binary = model / "points3D.bin", text = model / "points3D.txt";
-  if (is_file(binary)) return parse_colmap_points_binary(bytes_of(read_file(binary)), printable(binary.string()));
-  if (is_file(text)) return parse_colmap_points_text(read_file(text), printable(text.string()));
+  if (is_file(binary))
+    return parse_colmap_points_binary(bytes_of(read_file(binary)), printable(binary.string()), findings);
+  if (is_file(text)) return parse_colmap_points_text(read_file(text), printable(text.string()), findings);
   return {};
+}
+
+/// Returns the ids that more than one image has. Which of them saw a point is unknown, so that tracks omit them.
+std::set<std::uint32_t> repeated_ids(const std::vector<ColmapImage>& images, Dataset& dataset) {
+  std::set<std::uint32_t> once, repeated;
+  for (const ColmapImage& image : images)
+    if (!once.insert(image.id).second) repeated.insert(image.id);
+  if (!repeated.empty())
+    dataset.findings.warn(fmt::format(
+        "{}: {} image ids appear more than once, first: {}; which of their images saw a sparse point is not used",
+        dataset.source, repeated.size(), *repeated.begin()));
+  return repeated;
+}
+
+Split split_of(const std::vector<ColmapImage>& images, const fs::path& root, const fs::path& model, Dataset& dataset) {
+  std::vector<std::string> names;
+  for (const ColmapImage& image : images) names.push_back(image.name);
+  const SplitLists lists = read_split_files(root, model);
+  Split split = split_by_lists(names, lists, dataset.findings);
+  dataset.has_split = split.has_test || !lists.test.entries.empty() || !lists.validation.entries.empty();
+  return split;
+}
+
+RecordError missing_camera(const ColmapImage& image, const std::string& source, const fs::path& cameras_file) {
+  const std::string file = cameras_file.filename().string();
+  return {source, fmt::format("the camera is missing in {}; export the model again", file),
+          fmt::format("{} uses camera {}, which is missing in {}; export the model again", printable(image.name),
+                      image.camera_id, file)};
 }
 
 }  // namespace
@@ -33,8 +66,9 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   const std::string camera_content = read_file(cameras_file), image_content = read_file(images_file);
   const ColmapCameras cameras = binary ? parse_colmap_cameras_binary(bytes_of(camera_content), cameras_name)
                                        : parse_colmap_cameras_text(camera_content, cameras_name);
-  const std::vector<ColmapImage> images = binary ? parse_colmap_images_binary(bytes_of(image_content), dataset.source)
-                                                 : parse_colmap_images_text(image_content, dataset.source);
+  const std::vector<ColmapImage> images =
+      binary ? parse_colmap_images_binary(bytes_of(image_content), dataset.source, dataset.findings)
+             : parse_colmap_images_text(image_content, dataset.source, dataset.findings);
   if (cameras.empty()) throw Error("{}: contains no camera; run the reconstruction again", cameras_name);
   if (images.empty()) throw Error("{}: contains no image; run the reconstruction again", dataset.source);
 
@@ -43,27 +77,41 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
                           fs::is_directory(root / "images_4", ignored) || fs::is_directory(root / "images_8", ignored);
   std::map<std::uint32_t, std::uint32_t> frame_of;  // by image id
   FrameTaker taker(dataset, files, dataset.source);
-  for (const ColmapImage& image : images) {
+  const std::set<std::uint32_t> repeated = repeated_ids(images, dataset);
+  const Split split = split_of(images, root, model, dataset);
+  BadRecords bad(dataset.findings, dataset.source, "photographs");
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const ColmapImage& image = images[i];
+    if (split.parts[i] == Part::unused) continue;
+    const bool test = split.parts[i] == Part::test;
     const auto camera = cameras.find(image.camera_id);
-    if (camera == cameras.end())
-      throw Error("{}: {} uses camera {}, which is missing in {}; export the model again", dataset.source,
-                  printable(image.name), image.camera_id, cameras_file.filename().string());
+    if (camera == cameras.end()) {
+      bad.leave_out(missing_camera(image, dataset.source, cameras_file), image.name);
+      continue;
+    }
     const auto photograph =
-        taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, false);
+        taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, test);
     if (!photograph) continue;
     Frame frame;
     frame.source = dataset.source;
     frame.photograph = *photograph;
-    frame.size = image_size(photograph->file);
+    try {
+      frame.size = image_size(photograph->file);
+    } catch (const Error& error) {
+      bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
+      continue;
+    }
     frame.mask = files.find_mask(photograph->name);
     frame.camera = camera->second.pinhole;
     frame.camera.world_to_camera = image.world_to_camera;
     frame.lens = camera->second.lens;
     frame.model = camera->second.model;
-    frame_of.emplace(image.id, static_cast<std::uint32_t>(dataset.frames.size()));
+    frame.test = test;
+    if (!repeated.contains(image.id)) frame_of.emplace(image.id, static_cast<std::uint32_t>(dataset.frames.size()));
     dataset.frames.push_back(std::move(frame));
   }
-  dataset.points = read_points(model);
+  if (dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
+  dataset.points = read_points(model, dataset.findings);
   for (std::vector<std::uint32_t>& views : dataset.points.seen_by) renumber(views, frame_of);
   return dataset;
 }

@@ -1,12 +1,13 @@
 // Datasets described by transforms*.json.
 #include <cmath>
-#include <set>
 
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "scene/dataset.h"
 #include "scene/ply_points.h"
+#include "scene/record_error.h"
+#include "scene/split_lists.h"
 #include "scene/transforms_json.h"
 
 namespace trisoup::scene {
@@ -22,13 +23,18 @@ fs::path mask_of(const TransformsFrame& frame, const std::string& name, const st
 }
 
 void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source,
-               const PhotographFiles& files) {
+               const PhotographFiles& files, BadRecords& bad) {
   const auto photograph = taker.find(listed.file_path, test);
   if (!photograph) return;
   Frame frame;
   frame.source = source;
   frame.photograph = *photograph;
-  frame.size = image_size(photograph->file);
+  try {
+    frame.size = image_size(photograph->file);
+  } catch (const Error& error) {
+    bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
+    return;
+  }
   frame.mask = mask_of(listed, photograph->name, source, files);
   frame.camera = camera_of(listed, frame.size);
   if (listed.fx && listed.angle_x)
@@ -47,18 +53,30 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
   Dataset dataset;
   dataset.format = Format::blender;
   dataset.source = printable((root / "transforms_train.json").string());
-  const auto add = [&](const char* file, bool test) {
-    const std::string source = printable((root / file).string());
+  const auto add = [&](const std::vector<TransformsFrame>& frames, bool test, const std::string& source) {
     FrameTaker taker(dataset, files, source);
-    for (const TransformsFrame& frame : parse_transforms(read_file(root / file), source).frames)
-      add_frame(dataset, taker, frame, test, source, files);
+    BadRecords bad(dataset.findings, source, "photographs");
+    for (const TransformsFrame& frame : frames) add_frame(dataset, taker, frame, test, source, files, bad);
+    if (!test && dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
   };
-  add("transforms_train.json", false);
-  for (const char* held_out : {"transforms_test.json", "transforms_val.json"})
-    if (!dataset.has_split && is_file(root / held_out)) {
-      add(held_out, true);
-      dataset.has_split = true;
+  add(parse_transforms(read_file(root / "transforms_train.json"), dataset.source, dataset.findings).frames, false,
+      dataset.source);
+  const std::size_t train = dataset.frames.size();
+  for (const char* held_out : {"transforms_test.json", "transforms_val.json"}) {
+    if (dataset.frames.size() > train || !is_file(root / held_out)) continue;
+    dataset.has_split = true;
+    const std::string source = printable((root / held_out).string());
+    Transforms transforms;
+    Findings findings;
+    try {
+      transforms = parse_transforms(read_file(root / held_out), source, findings);
+    } catch (const Error& error) {  // training does not need the test views
+      dataset.findings.warn(error.what());
+      continue;
     }
+    dataset.findings.add(findings);
+    add(transforms.frames, true, source);
+  }
   return dataset;
 }
 
@@ -67,29 +85,26 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
   Dataset dataset;
   dataset.format = Format::transforms;
   dataset.source = printable(file.string());
-  const Transforms transforms = parse_transforms(read_file(file), dataset.source);
+  const Transforms transforms = parse_transforms(read_file(file), dataset.source, dataset.findings);
 
-  // nerfstudio's split: the test views are the test files, else the validation files. The training views are the
-  // training files, or without such a list all other files that are not listed for validation.
-  const auto normal = [](const std::vector<std::string>& paths) {
-    std::set<std::string> result;
-    for (const std::string& path : paths) result.insert(normal_path(path));
-    return result;
-  };
-  const auto train = normal(transforms.train_files), validation = normal(transforms.val_files);
-  const auto test = transforms.test_files.empty() ? validation : normal(transforms.test_files);
-  dataset.has_split = !test.empty();
+  std::vector<std::string> paths;
+  for (const TransformsFrame& frame : transforms.frames) paths.push_back(frame.file_path);
+  const Split split = split_by_lists(paths,
+                                     {{dataset.source + ": train_filenames", transforms.train_files},
+                                      {dataset.source + ": val_filenames", transforms.val_files},
+                                      {dataset.source + ": test_filenames", transforms.test_files}},
+                                     dataset.findings);
+  dataset.has_split = split.has_test || !transforms.test_files.empty() || !transforms.val_files.empty();
   FrameTaker taker(dataset, files, dataset.source);
-  for (const TransformsFrame& frame : transforms.frames) {
-    const std::string path = normal_path(frame.file_path);
-    const bool is_test = test.contains(path);
-    if (dataset.has_split && !is_test && (train.empty() ? validation.contains(path) : !train.contains(path))) continue;
-    add_frame(dataset, taker, frame, is_test, dataset.source, files);
-  }
+  BadRecords bad(dataset.findings, dataset.source, "photographs");
+  for (std::size_t i = 0; i < transforms.frames.size(); ++i)
+    if (split.parts[i] != Part::unused)
+      add_frame(dataset, taker, transforms.frames[i], split.parts[i] == Part::test, dataset.source, files, bad);
+  if (dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
   if (!transforms.ply_file_path.empty()) {
     // nerfstudio has already applied its applied_transform to these points.
     const fs::path ply = files.find_file(transforms.ply_file_path).value_or(root / transforms.ply_file_path);
-    dataset.points = parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()));
+    dataset.points = parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()), dataset.findings);
   }
   return dataset;
 }

@@ -14,7 +14,8 @@ class Findings {
  public:
   /// Notes that a record is left out. source: the file that lists it. kind: what the records are, plural
   /// ("photographs"). problem: what is wrong with it and what to do; the same words for records with the same problem,
-  /// which share a line. name: the record's name.
+  /// which share a line. Beyond eight problems of one kind in one file, records share the line "other problems".
+  /// name: the record's name.
   void leave_out(const std::string& source, const std::string& kind, const std::string& problem,
                  const std::string& name);
 
@@ -34,8 +35,11 @@ class Findings {
  private:
   struct Group {
     std::string source, kind, problem;  // kind is empty for a warning, whose line is `problem`
-    std::vector<std::string> names;
+    std::size_t count = 0;
+    std::vector<std::string> names;  // the first ones
   };
+  Group& group(const std::string& source, const std::string& kind, const std::string& problem);
+
   std::vector<Group> groups_;
 };
 

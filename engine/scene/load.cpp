@@ -18,7 +18,9 @@
 #include "scene/loading_memory.h"
 #include "scene/photograph.h"
 #include "scene/pose_check.h"
+#include "scene/record_error.h"
 #include "scene/scene.h"
+#include "scene/split_lists.h"
 #include "scene/summary.h"
 #include "scene/undistort.h"
 
@@ -73,8 +75,8 @@ void turn_to_camera(Frame& frame) {
   frame.turned = true;
 }
 
-// A photograph with other proportions than its camera was cropped or rotated, so scaled intrinsics would be wrong.
-// Differences from rounding to whole pixels are allowed.
+// Throws RecordError for a photograph with other proportions than its camera: it was cropped or rotated, so scaled
+// intrinsics would be wrong. Differences from rounding to whole pixels are allowed.
 void check_aspect(const Frame& frame) {
   const double width_ratio = double(frame.size.width) / frame.camera.width;
   const double height_ratio = double(frame.size.height) / frame.camera.height;
@@ -82,13 +84,31 @@ void check_aspect(const Frame& frame) {
   const bool one_pixel = std::abs(frame.size.width - frame.camera.width * height_ratio) > 1 &&
                          std::abs(frame.size.height - frame.camera.height * width_ratio) > 1;
   if (one_percent && one_pixel)
-    throw Error("{}: is {} x {} but its camera is {} x {}; export poses and images with the same proportions",
-                printable(frame.photograph.file.string()), frame.size.width, frame.size.height, frame.camera.width,
-                frame.camera.height);
+    throw RecordError(printable(frame.photograph.file.string()),
+                      fmt::format("is {} x {} but its camera is {} x {}; export poses and images with the same "
+                                  "proportions",
+                                  frame.size.width, frame.size.height, frame.camera.width, frame.camera.height));
+}
+
+// Turns photographs to their cameras. Leaves out those that do not fit; throws Error if none does.
+void fit_photographs(Dataset& dataset) {
+  BadRecords bad(dataset.findings, dataset.source, "photographs");
+  std::vector<bool> keep;
+  for (Frame& frame : dataset.frames) {
+    turn_to_camera(frame);
+    keep.push_back(true);
+    try {
+      check_aspect(frame);
+    } catch (const RecordError& error) {
+      bad.leave_out(error, frame.photograph.name);
+      keep.back() = false;
+    }
+  }
+  bad.check(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), true)));
+  keep_frames(dataset, keep);
 }
 
 Shot plan(Frame frame, double downscale) {
-  check_aspect(frame);
   const auto shrunk = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / downscale))); };
   Shot shot;
   shot.source = resized(frame.camera, frame.size.width, frame.size.height);
@@ -462,11 +482,12 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
+  fit_photographs(dataset);
+  mend_split(dataset);
   check_intrinsics(dataset.frames, options.warn);
   report_halves(dataset, options.warn);
   std::vector<Shot> shots;
-  for (Frame& frame : dataset.frames) {
-    turn_to_camera(frame);
+  for (const Frame& frame : dataset.frames) {
     shots.push_back(plan(frame, options.downscale));
     shots.back().index = static_cast<std::uint32_t>(shots.size() - 1);
   }

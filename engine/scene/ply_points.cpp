@@ -10,6 +10,8 @@
 #include "base/printable.h"
 #include "scene/byte_cursor.h"
 #include "scene/pose.h"
+#include "scene/record_error.h"
+#include "scene/text_encoding.h"
 #include "scene/word_reader.h"
 
 namespace trisoup::scene {
@@ -70,21 +72,37 @@ TypeName find_type(std::string_view name, const std::string& where) {
   return *found;
 }
 
+/// Removes the last line of the header. If the header's lines end with CR alone, a line feed behind it is data.
+void skip_end_of_header(std::string_view& text, bool only_cr) {
+  if (only_cr && text.starts_with("end_header\r"))
+    text.remove_prefix(std::string_view("end_header\r").size());
+  else
+    take_line(text);
+}
+
 // Reads the header and removes it from `text`.
 Header read_header(std::string_view& text, const std::string& name) {
   Header header;
   std::vector<Element> elements;
   bool has_format = false;
+  const auto first_end = text.find_first_of("\r\n");
+  const bool only_cr =
+      first_end != std::string_view::npos && text[first_end] == '\r' && !text.substr(first_end).starts_with("\r\n");
   for (int number = 1;; ++number) {
     if (text.empty()) throw Error("{}: ends inside the PLY header; copy or export the points again", name);
-    WordReader line(take_line(text), fmt::format("{}: line {}", name, number));
+    std::string_view rest = text;
+    WordReader line(take_line(rest), fmt::format("{}: line {}", name, number));
+    if (line.remainder() == "end_header") {
+      skip_end_of_header(text, only_cr);
+      break;
+    }
+    text = rest;
     if (number == 1) {
       if (line.remainder() != "ply") throw Error("{}: does not start with 'ply'; give a PLY file", name);
       continue;
     }
     if (line.at_end()) continue;
     const std::string_view keyword = line.word("keyword");
-    if (keyword == "end_header") break;
     if (keyword == "format") {
       const std::string_view format = line.word("format");
       if (format != "ascii" && format != "binary_little_endian")
@@ -188,13 +206,15 @@ std::uint8_t to_byte(double value, Type type) {
   return value >= 0 ? static_cast<std::uint8_t>(std::min(value, 255.0) + 0.5) : 0;  // NaN becomes 0
 }
 
+/// Throws RecordError if the position is not usable.
 void append(PointCloud& cloud, const std::vector<double>& values, const Header& header, const Columns& columns,
-            const std::string& name) {
+            const std::string& name, std::uint64_t index) {
   glm::dvec3 position;
   glm::u8vec3 colour;
   for (int i = 0; i < 3; ++i) position[i] = values[columns.position[std::size_t(i)]];
   if (!is_usable(position))
-    throw Error("{}: point {} is not finite or beyond 1e18; remove it", name, cloud.positions.size());
+    throw RecordError(name, "is not finite or beyond 1e18; remove it",
+                      fmt::format("point {} is not finite or beyond 1e18; remove it", index));
   cloud.positions.push_back(position);
   if (!columns.has_colour) return;
   for (int i = 0; i < 3; ++i) {
@@ -204,39 +224,63 @@ void append(PointCloud& cloud, const std::vector<double>& values, const Header& 
   cloud.colours.push_back(colour);
 }
 
+/// Reads the values of a line. Properties that are not used may hold any word.
+void read_values(WordReader line, const Columns& columns, std::vector<double>& values) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto is_column = [k](const std::array<std::size_t, 3>& of) {
+      return std::find(of.begin(), of.end(), k) != of.end();
+    };
+    if (is_column(columns.position) || (columns.has_colour && is_column(columns.colour)))
+      values[k] = line.number<double>("vertex values");
+    else
+      line.word("vertex values");
+  }
+}
+
 }  // namespace
 
-PointCloud parse_ply_points(std::span<const std::byte> bytes, const std::string& name) {
-  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+PointCloud parse_ply_points(std::span<const std::byte> bytes, const std::string& name, Findings& findings) {
+  std::string_view text =
+      without_byte_order_mark(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()), name);
   const Header header = read_header(text, name);
   const Columns columns = find_columns(header.vertex, name);
   std::vector<double> values(header.vertex.properties.size());
   PointCloud cloud;
+  BadRecords bad(findings, name, "points");
+  const auto add = [&](std::uint64_t index, const auto& read) {
+    try {
+      read();
+      append(cloud, values, header, columns, name, index);
+    } catch (const RecordError& error) {
+      bad.leave_out(error, fmt::format("point {}", index));
+    }
+  };
 
   if (header.binary) {
     ByteCursor cursor(bytes.last(text.size()), name, "vertex");
     for (const Element& element : header.before) cursor.skip(element.count, element.record_size());
-    for (std::uint64_t i = 0; i < header.vertex.count; ++i) {
-      for (std::size_t k = 0; k < values.size(); ++k)
-        values[k] = read_binary(cursor, header.vertex.properties[k].type.type);
-      append(cloud, values, header, columns, name);
-    }
+    for (std::uint64_t i = 0; i < header.vertex.count; ++i)
+      add(i, [&] {
+        for (std::size_t k = 0; k < values.size(); ++k)
+          values[k] = read_binary(cursor, header.vertex.properties[k].type.type);
+      });
+    bad.check(cloud.positions.size());
     return cloud;
   }
   const auto next_line = [&] {
     while (!text.empty()) {
-      WordReader line(take_line(text), name);
-      if (!line.at_end()) return line;
+      const std::string_view line = take_line(text);
+      if (line.find_first_not_of(" \t\v\f") != std::string_view::npos) return line;
     }
     throw Error("{}: ends before its last point; copy or export the points again", name);
   };
   for (const Element& element : header.before)
     for (std::uint64_t i = 0; i < element.count; ++i) next_line();
   for (std::uint64_t i = 0; i < header.vertex.count; ++i) {
-    WordReader line = next_line();
-    for (std::size_t k = 0; k < values.size(); ++k) values[k] = line.number<double>("vertex values");
-    append(cloud, values, header, columns, name);
+    const std::string_view line = next_line();
+    add(i, [&] { read_values(WordReader(line, name), columns, values); });
   }
+  bad.check(cloud.positions.size());
   return cloud;
 }
 

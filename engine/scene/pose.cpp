@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
+#include "scene/record_error.h"
 
 namespace trisoup::scene {
 namespace {
@@ -36,19 +36,22 @@ bool is_usable(const glm::dvec3& position) {
 glm::dmat4 from_opengl_pose(const std::array<double, 16>& m, const std::string& where) {
   for (const double value : m)
     if (!std::isfinite(value))
-      throw Error("{}: pose is not finite; remove the frame or estimate its pose again", where);
+      throw RecordError(where, "pose is not finite; remove the frame or estimate its pose again");
   const glm::dvec3 centre(m[3], m[7], m[11]);
-  if (!is_usable(centre)) throw Error("{}: camera is farther than 1e18 units from the origin; correct its pose", where);
+  if (!is_usable(centre))
+    throw RecordError(where, "camera is farther than 1e18 units from the origin; correct its pose");
   if (std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1) > 1e-6)
-    throw Error("{}: last row of the pose is not 0 0 0 1; write a row-major camera-to-world matrix", where);
+    throw RecordError(where, "last row of the pose is not 0 0 0 1; write a row-major camera-to-world matrix");
 
   const glm::dmat3 axes(m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]);
   const double off = distance_from_rotation(axes);
-  // Written so that NaN from an overflow counts as too large.
-  if (!(off <= rotation_tolerance) || glm::determinant(axes) <= 0)
-    throw Error(
-        "{}: pose is not a rotation and a translation (off by {:.2g}); export it without scale, shear or mirroring",
-        where, glm::determinant(axes) <= 0 && off <= rotation_tolerance ? 2.0 : off);
+  const bool turned = off <= rotation_tolerance;  // false for NaN from an overflow
+  if (!turned || glm::determinant(axes) <= 0) {
+    const char* problem = "pose is not a rotation and a translation{}; export it without scale, shear or mirroring";
+    const std::string size = turned ? ": it mirrors" : fmt::format(" (off by {:.2g})", off);
+    throw RecordError(where, fmt::format(fmt::runtime(problem), turned ? ": it mirrors" : ""),
+                      fmt::format(fmt::runtime(problem), size));
+  }
   glm::dmat3 rotation = nearest_rotation(axes);
   rotation[1] = -rotation[1];  // y up, z backward -> y down, z forward
   rotation[2] = -rotation[2];
@@ -64,12 +67,12 @@ glm::dmat4 from_colmap_pose(const std::array<double, 4>& quaternion, const glm::
   double largest = 0;
   for (const double value : quaternion) {
     if (!std::isfinite(value))
-      throw Error("{}: pose is not finite; remove the image or estimate its pose again", where);
+      throw RecordError(where, "pose is not finite; remove the image or estimate its pose again");
     largest = std::max(largest, std::abs(value));
   }
   if (!is_usable(translation))
-    throw Error("{}: translation is not finite or beyond 1e18; remove the image or estimate its pose again", where);
-  if (largest == 0) throw Error("{}: quaternion is zero; remove the image or estimate its pose again", where);
+    throw RecordError(where, "translation is not finite or beyond 1e18; remove the image or estimate its pose again");
+  if (largest == 0) throw RecordError(where, "quaternion is zero; remove the image or estimate its pose again");
 
   // Divides by the largest component first, so that the squares neither overflow nor underflow.
   double q[4], squares = 0;

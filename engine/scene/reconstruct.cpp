@@ -63,8 +63,9 @@ std::string record_of(const Unposed& unposed, const ReconstructOptions& options)
 std::vector<std::string> registered_in(const fs::path& model) {
   const std::string content = read_file(model / "images.bin");
   std::vector<std::string> names;
+  Findings ignored;  // reading the dataset reports them
   for (const ColmapImage& image :
-       parse_colmap_images_binary(bytes_of(content), printable((model / "images.bin").string())))
+       parse_colmap_images_binary(bytes_of(content), printable((model / "images.bin").string()), ignored))
     names.push_back(image.name);
   return names;
 }

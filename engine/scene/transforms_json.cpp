@@ -3,35 +3,48 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/printable.h"
+#include "scene/json_numbers.h"
 #include "scene/pose.h"
+#include "scene/record_error.h"
+#include "scene/text_encoding.h"
 
 namespace trisoup::scene {
 namespace {
 
 using nlohmann::json;
 
-json parse_json(std::string_view text, const std::string& name) {
+json parse_json(std::string_view marked, const std::string& name) {
+  const std::string_view text = without_byte_order_mark(marked, name);
   try {
     return json::parse(text);
+  } catch (const json::exception&) {  // perhaps for NaN, which Python writes
+  }
+  const std::string mended = mend_json_numbers(text);
+  try {
+    return json::parse(mended);
   } catch (const json::parse_error& problem) {
-    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(problem.byte, text.size()));
+    const auto end = mended.begin() + static_cast<std::ptrdiff_t>(std::min(problem.byte, mended.size()));
     // problem.byte is one past the last byte read. A newline there still belongs to the line that it ends.
-    const auto line = 1 + std::count(text.begin(), end == text.begin() ? end : end - 1, '\n');
-    throw Error(
-        "{}: line {} is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
-        "again",
-        name, line);
+    const auto line = 1 + std::count(mended.begin(), end == mended.begin() ? end : end - 1, '\n');
+    throw Error("{}: line {} is not valid JSON; correct or export the file again", name, line);
   } catch (const json::exception&) {
     throw Error("{}: contains a number out of range; correct or export the file again", name);
   }
 }
 
+/// Returns whether a value was NaN or infinite in the file.
+bool is_not_finite(const json& value) {
+  return value.is_string() && value.get_ref<const std::string&>().starts_with(kNotFinite);
+}
+
 double to_number(const json& value, const std::string& where) {
+  if (is_not_finite(value)) throw Error("{} is not finite; correct it", where);
   if (!value.is_number()) throw Error("{} is {}, not a number; correct it", where, value.type_name());
   const double number = value.get<double>();
   if (!std::isfinite(number)) throw Error("{} is not finite; correct it", where);
@@ -39,6 +52,7 @@ double to_number(const json& value, const std::string& where) {
 }
 
 const std::string& to_text(const json& value, const std::string& where) {
+  if (is_not_finite(value)) throw Error("{} is a number, not a string; correct it", where);
   if (!value.is_string()) throw Error("{} is {}, not a string; correct it", where, value.type_name());
   const auto& text = value.get_ref<const std::string&>();
   if (text.find('\0') != std::string::npos) throw Error("{} contains a zero character; correct it", where);
@@ -129,8 +143,12 @@ std::array<double, 16> read_matrix(const json& frame, const std::string& where) 
   std::array<double, 16> matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   for (std::size_t row = 0; row < found->size(); ++row) {
     if (!is_list((*found)[row], 4)) throw Error("{}: row {} does not have 4 numbers; export the poses again", key, row);
-    for (std::size_t column = 0; column < 4; ++column)
-      matrix[4 * row + column] = to_number((*found)[row][column], fmt::format("{}[{}][{}]", key, row, column));
+    for (std::size_t column = 0; column < 4; ++column) {
+      const json& value = (*found)[row][column];
+      matrix[4 * row + column] = is_not_finite(value)
+                                     ? std::numeric_limits<double>::quiet_NaN()  // from_opengl_pose() refuses it
+                                     : to_number(value, fmt::format("{}[{}][{}]", key, row, column));
+    }
   }
   return matrix;
 }
@@ -160,9 +178,32 @@ TransformsFrame read_frame(const json& root, const json& value, const std::strin
   return frame;
 }
 
+/// Returns a frame's file_path, else its place in the list.
+std::string name_of_frame(const json& frame, std::size_t index) {
+  if (frame.is_object())
+    if (const auto path = frame.find("file_path"); path != frame.end() && path->is_string() && !is_not_finite(*path))
+      if (const auto& text = path->get_ref<const std::string&>(); !text.empty()) return text;
+  return fmt::format("frames[{}]", index);
+}
+
+std::vector<TransformsFrame> read_frames(const json& root, const json& list, const std::string& name,
+                                         Findings& findings) {
+  std::vector<TransformsFrame> frames;
+  BadRecords bad(findings, name, "photographs");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    try {
+      frames.push_back(read_frame(root, list[i], name, i));
+    } catch (const Error& error) {
+      bad.leave_out(error, {fmt::format("{}: frames[{}]", name, i), name}, name_of_frame(list[i], i));
+    }
+  }
+  bad.check(frames.size());
+  return frames;
+}
+
 }  // namespace
 
-Transforms parse_transforms(std::string_view text, const std::string& name) {
+Transforms parse_transforms(std::string_view text, const std::string& name, Findings& findings) {
   const json root = parse_json(text, name);
   if (!root.is_object())
     throw Error("{}: is {}, not an object with frames; give a transforms file", name, root.type_name());
@@ -171,7 +212,7 @@ Transforms parse_transforms(std::string_view text, const std::string& name) {
   if (!frames->is_array()) throw Error("{}: frames is {}, not a list; correct it", name, frames->type_name());
 
   Transforms transforms;
-  for (std::size_t i = 0; i < frames->size(); ++i) transforms.frames.push_back(read_frame(root, (*frames)[i], name, i));
+  transforms.frames = read_frames(root, *frames, name, findings);
   if (const auto ply = root.find("ply_file_path"); ply != root.end() && !ply->is_null())
     transforms.ply_file_path = to_text(*ply, name + ": ply_file_path");
   transforms.train_files = to_texts(root, "train_filenames", name);

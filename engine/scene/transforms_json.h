@@ -10,6 +10,7 @@
 
 #include "image/image_file.h"
 #include "scene/camera.h"
+#include "scene/findings.h"
 #include "scene/lens.h"
 
 namespace trisoup::scene {
@@ -30,10 +31,11 @@ struct Transforms {
 };
 
 /// Reads the text of a transforms file. name: the file, for messages. Intrinsics of a frame have priority over those of
-/// the file, and focal lengths over angles. Throws Error for malformed JSON (with the line), missing keys, keys of the
-/// wrong type, poses that are not a rotation and a translation, focal lengths that are not positive, and unknown camera
-/// models.
-Transforms parse_transforms(std::string_view text, const std::string& name);
+/// the file, and focal lengths over angles. NaN and Infinity, which Python writes, count as numbers. Leaves out frames
+/// with missing keys, keys of the wrong type, values that are not finite, poses that are not a rotation and a
+/// translation, focal lengths that are not positive, and unknown camera models. Throws Error if no frame is left, and
+/// for malformed JSON (with the line).
+Transforms parse_transforms(std::string_view text, const std::string& name, Findings& findings);
 
 /// Returns the pinhole part of a frame's camera for the image size in the frame, or the size of `photograph` if there
 /// is none. A missing principal point becomes the image centre. If only one focal length is given, it is used for both

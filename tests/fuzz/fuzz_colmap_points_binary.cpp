@@ -4,5 +4,9 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trisoup;
-  return fuzz::expect_result_or_error([&] { scene::parse_colmap_points_binary(fuzz::bytes(data, size), "fuzz"); });
+  return fuzz::expect_result_or_error([&] {
+    scene::Findings findings;
+    scene::parse_colmap_points_binary(fuzz::bytes(data, size), "fuzz", findings);
+    findings.lines();
+  });
 }

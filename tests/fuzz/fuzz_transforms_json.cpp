@@ -9,7 +9,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trisoup;
   return fuzz::expect_result_or_error([&] {
     const std::string_view text(reinterpret_cast<const char*>(data), size);
-    for (const scene::TransformsFrame& frame : scene::parse_transforms(text, "fuzz").frames) {
+    scene::Findings findings;
+    for (const scene::TransformsFrame& frame : scene::parse_transforms(text, "fuzz", findings).frames) {
       const scene::Camera camera = scene::resized(scene::camera_of(frame, {4, 3}), 4, 3);
       scene::undistort({4, 3, std::vector<glm::u8vec4>(12), {}}, camera, frame.lens);
     }

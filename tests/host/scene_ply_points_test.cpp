@@ -1,6 +1,8 @@
 // Tests engine/scene/ply_points.h.
 #include <catch2/catch.hpp>
 
+#include <limits>
+
 #include "base/error.h"
 #include "base/read_file.h"
 #include "packed.h"
@@ -17,7 +19,13 @@ namespace {
 const std::string colour_properties = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 const std::string position_properties = "property float x\nproperty float y\nproperty float z\n";
 
-PointCloud parse(const std::string& content) { return parse_ply_points(bytes_of(content), "p.ply"); }
+PointCloud parse(const std::string& content, Findings& findings) {
+  return parse_ply_points(bytes_of(content), "p.ply", findings);
+}
+PointCloud parse(const std::string& content) {
+  Findings findings;
+  return parse(content, findings);
+}
 std::string ply_message(const std::string& content) {
   return test::message_of([&] { parse(content); });
 }
@@ -69,9 +77,11 @@ TEST_CASE("errors of PLY files name the problem and the fix", "[scene][ply]") {
   CHECK(ply_message(start + "property list uchar int x\nend_header\n").find("contains lists") != std::string::npos);
   CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n").find("ends before its last point") !=
         std::string::npos);
-  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2\n").find("ends before its vertex values") !=
+  CHECK(ply_message(start + position_properties + "end_header\n1 2\n1 2\n") ==
+        "p.ply: ends before its vertex values; correct or export the file again (none of its 2 points can be used)");
+  CHECK(ply_message(start + position_properties + "end_header\n1 2 inf\n1 2 nan\n").find("point 0 is not finite") !=
         std::string::npos);
-  CHECK(ply_message(start + position_properties + "end_header\n1 2 3\n1 2 nan\n").find("point 1 is not finite") !=
+  CHECK(ply_message(start + position_properties + "end_header\n1,5 2 3\n1 2 3\n").find("with a decimal comma") !=
         std::string::npos);
   CHECK(ply_message("ply\nformat ascii 1.0\nelement vertex 18446744073709551615\n" + position_properties +
                     "end_header\n1 2 3\n")
@@ -81,4 +91,42 @@ TEST_CASE("errors of PLY files name the problem and the fix", "[scene][ply]") {
   REQUIRE(ply_message(binary).empty());
   for (std::size_t size = 0; size < binary.size(); ++size)
     CHECK(ply_message(binary.substr(0, size)).starts_with("p.ply: "));
+}
+
+TEST_CASE("bad points of a PLY file are left out", "[scene][ply]") {
+  const std::vector<glm::dvec3> good{{1, 2, 3}, {4, 5, 6}};
+  Findings ascii;
+  CHECK(parse("ply\nformat ascii 1.0\nelement vertex 6\n" + position_properties + "property float quality\n" +
+                  "end_header\n1 2 3 nan\nnan 2 3 0\n1 2\n1e30 1 1 0\nx 1 1 0\n+4 5 6 #VALUE!\n",
+              ascii)
+            .positions == good);
+  CHECK(ascii.left_out("points") == 4);
+  CHECK(ascii.lines().at(0) == "p.ply: left out 2 points: is not finite or beyond 1e18; remove it: point 1, point 3");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Findings binary;
+  CHECK(parse("ply\nformat binary_little_endian 1.0\nelement vertex 3\n" + position_properties + "end_header\n" +
+                  pack(1.0f, 2.0f, 3.0f, 1.0f, nan, 3.0f, 4.0f, 5.0f, 6.0f),
+              binary)
+            .positions == good);
+  CHECK(binary.lines() ==
+        std::vector<std::string>{"p.ply: left out 1 point: is not finite or beyond 1e18; remove it: point 1"});
+}
+
+TEST_CASE("PLY with a byte-order mark and with other line ends", "[scene][ply]") {
+  const std::vector<glm::dvec3> good{{1, 2, 3}};
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    CAPTURE(end);
+    const auto file = [&](const std::string& format) {
+      std::string text = "ply\nformat " + format + " 1.0\nelement vertex 1\n" + position_properties + "end_header\n",
+                  turned;
+      for (const char c : text) turned += c == '\n' ? end : std::string(1, c);
+      return "\xef\xbb\xbf" + turned;
+    };
+    CHECK(parse(file("ascii") + "1 2 3" + end).positions == good);
+    CHECK(parse(file("binary_little_endian") + pack(1.0f, 2.0f, 3.0f)).positions == good);
+    // 0x0a as the first byte of the data
+    CHECK(parse(file("binary_little_endian") + pack(std::uint32_t(0x3f80000a), 2.0f, 3.0f)).positions.at(0).y == 2);
+  }
+  using namespace std::string_literals;
+  CHECK(ply_message("\xff\xfep\0l\0y\0\n\0"s) == "p.ply: is text in UTF-16; save it as UTF-8");
 }

@@ -10,9 +10,13 @@
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;
-using scene::parse_transforms;
 
 namespace {
+
+scene::Transforms parse_transforms(std::string_view text, const std::string& name) {
+  scene::Findings findings;
+  return scene::parse_transforms(text, name, findings);
+}
 
 const std::string identity = "[[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]";
 
@@ -101,16 +105,9 @@ TEST_CASE("masks, points and splits", "[scene][transforms]") {
 
 TEST_CASE("errors of transforms files name the problem, the place and the fix", "[scene][transforms]") {
   CHECK(json_message("{\n\"frames\": [\n oops ]}") ==
-        "t.json: line 3 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
-        "again");
-  CHECK(json_message("") ==
-        "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
-        "again");
-  CHECK(json_message("{\"frames\": [NaN]}") ==
-        "t.json: line 1 is not valid JSON (NaN and Infinity, which Python writes, are not); correct or export the file "
-        "again");
-  CHECK(json_message("{\"fl_x\": 1e999, \"frames\": []}") ==
-        "t.json: contains a number out of range; correct or export the file again");
+        "t.json: line 3 is not valid JSON; correct or export the file again");
+  CHECK(json_message("") == "t.json: line 1 is not valid JSON; correct or export the file again");
+  CHECK(json_message("{\"frames\": [NaN]}") == "t.json: frames[0] is string, not an object; correct it");
   CHECK(json_message("[]") == "t.json: is array, not an object with frames; give a transforms file");
   CHECK(json_message("{}") == "t.json: frames is missing; give a transforms file");
   CHECK(json_message("{\"frames\": 3}") == "t.json: frames is number, not a list; correct it");
@@ -149,4 +146,46 @@ TEST_CASE("errors of transforms files name the problem, the place and the fix", 
   CHECK(matrix("[[1e300,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").find("not a rotation") != std::string::npos);
   std::array<double, 16> pose{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, std::numeric_limits<double>::quiet_NaN(), 0, 0, 0, 1};
   CHECK_THROWS_AS(scene::from_opengl_pose(pose, "t"), Error);
+}
+
+TEST_CASE("bad frames are left out by name", "[scene][transforms]") {
+  const auto frames = [](const std::string& bad) {
+    const std::string good = "{\"file_path\": \"a.png\", \"transform_matrix\": " + identity + "}";
+    scene::Findings findings;
+    const auto read = scene::parse_transforms("{\"fl_x\": 9, \"frames\": [" + good + "," + bad + "," + good + "]}",
+                                              "t.json", findings);
+    CHECK(read.frames.size() == 2);
+    CHECK(findings.left_out("photographs") == 1);
+    return findings.lines().at(0);
+  };
+  const auto matrix = [&](const std::string& first_row, const std::string& more = "") {
+    return frames("{\"file_path\": \"b.png\", \"transform_matrix\": [" + first_row + ",[0,1,0,0],[0,0,1,0],[0,0,0,1]]" +
+                  more + "}");
+  };
+  const std::string start = "t.json: left out 1 photograph: ";
+  for (const char* value : {"NaN", "Infinity", "-Infinity", "1e999", "-1e999", "nan", "-nan(ind)", "1.#QNAN"})
+    CHECK(matrix(fmt::format("[1,0,0,{}]", value)) ==
+          start + "pose is not finite; remove the frame or estimate its pose again: b.png");
+  CHECK(matrix("[-1,0,0,0]").find("it mirrors; ") != std::string::npos);
+  CHECK(matrix("[1,0,0,\"x\"]") == start + "transform_matrix[0][3] is string, not a number; correct it: b.png");
+  CHECK(matrix("[1,0,0,0]", ", \"fl_x\": NaN") == start + "fl_x is not finite; correct it: b.png");
+  CHECK(frames("null") == start + "is null, not an object; correct it: frames[1]");
+  CHECK(frames("{\"transform_matrix\": " + identity + "}")
+            .starts_with(start + "file_path is missing; every frame needs the path of its image: frames[1]"));
+  CHECK(frames("{\"file_path\": NaN}") == start + "file_path is a number, not a string; correct it: frames[1]");
+  CHECK(frames("{\"file_path\": \"b.png\"}").ends_with(": b.png"));
+  CHECK(json_message("{\"frames\": [null, null]}") ==
+        "t.json: frames[0] is null, not an object; correct it (none of its 2 photographs can be used)");
+}
+
+TEST_CASE("JSON as programs write it", "[scene][transforms]") {
+  const auto path = [](const std::string& text) { return parse_transforms(text, "t").frames.at(0).file_path; };
+  const std::string text = one_frame("\"fl_x\": +9, \"sharpness\": NaN, \"note\": \"NaN \\\" +1\",");
+  CHECK(path("\xef\xbb\xbf" + text) == "./images/a");
+  CHECK(parse_transforms(text, "t").frames.at(0).fx == 9);
+  CHECK(path("{\"fl_x\": 9, \"frames\": [{\"file_path\": \"NaN.png\", \"x\": -Infinity, \"transform_matrix\": " +
+             identity + "}]}") == "NaN.png");
+  using namespace std::string_literals;
+  CHECK(json_message("\xff\xfe{\0}\0"s) == "t.json: is text in UTF-16; save it as UTF-8");
+  CHECK(json_message("{\n\"a\": NaN,\n oops}") == "t.json: line 3 is not valid JSON; correct or export the file again");
 }
