@@ -48,6 +48,10 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
     if (camera == cameras.end())
       throw Error("{}: {} uses camera {}, which is missing in {}; export the model again", dataset.source,
                   printable(image.name), image.camera_id, cameras_file.filename().string());
+    if (!camera->second.problem.empty()) {
+      dataset.findings.leave_out(cameras_name, "photographs", camera->second.problem, image.name);
+      continue;
+    }
     const auto photograph =
         taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, false);
     if (!photograph) continue;
@@ -63,6 +67,7 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
     frame_of.emplace(image.id, static_cast<std::uint32_t>(dataset.frames.size()));
     dataset.frames.push_back(std::move(frame));
   }
+  if (dataset.findings.left_out("photographs") == images.size()) throw Error("{}", dataset.findings.lines().front());
   dataset.points = read_points(model);
   for (std::vector<std::uint32_t>& views : dataset.points.seen_by) renumber(views, frame_of);
   return dataset;

@@ -23,6 +23,10 @@ fs::path mask_of(const TransformsFrame& frame, const std::string& name, const st
 
 void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source,
                const PhotographFiles& files) {
+  if (!listed.problem.empty()) {
+    dataset.findings.leave_out(source, "photographs", listed.problem, listed.file_path);
+    return;
+  }
   const auto photograph = taker.find(listed.file_path, test);
   if (!photograph) return;
   Frame frame;
@@ -31,12 +35,15 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
   frame.size = image_size(photograph->file);
   frame.mask = mask_of(listed, photograph->name, source, files);
   frame.camera = camera_of(listed, frame.size);
-  if (listed.fx && listed.angle_x)
-    frame.focal_times = 2 * *listed.fx * std::tan(0.5 * *listed.angle_x) / frame.camera.width;
+  if (const std::string problem = panorama_problem(listed, frame.camera); !problem.empty()) {
+    dataset.findings.leave_out(source, "photographs", problem, listed.file_path);
+    return;
+  }
+  const TransformsIntrinsics& intrinsics = listed.intrinsics;
+  if (intrinsics.fx && intrinsics.angle_x)
+    frame.focal_times = 2 * *intrinsics.fx * std::tan(0.5 * *intrinsics.angle_x) / frame.camera.width;
   frame.lens = listed.lens;
-  frame.model = listed.lens.model == Lens::Model::fisheye ? "OPENCV_FISHEYE"
-                : listed.lens.is_pinhole()                ? "PINHOLE"
-                                                          : "OPENCV";
+  frame.model = model_name(listed.lens);
   frame.test = test;
   dataset.frames.push_back(std::move(frame));
 }
@@ -50,8 +57,9 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
   const auto add = [&](const char* file, bool test) {
     const std::string source = printable((root / file).string());
     FrameTaker taker(dataset, files, source);
-    for (const TransformsFrame& frame : parse_transforms(read_file(root / file), source).frames)
-      add_frame(dataset, taker, frame, test, source, files);
+    const Transforms transforms = parse_transforms(read_file(root / file), source);
+    dataset.findings.add(transforms.findings);
+    for (const TransformsFrame& frame : transforms.frames) add_frame(dataset, taker, frame, test, source, files);
   };
   add("transforms_train.json", false);
   for (const char* held_out : {"transforms_test.json", "transforms_val.json"})
@@ -68,6 +76,7 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
   dataset.format = Format::transforms;
   dataset.source = printable(file.string());
   const Transforms transforms = parse_transforms(read_file(file), dataset.source);
+  dataset.findings.add(transforms.findings);
 
   // nerfstudio's split: the test views are the test files, else the validation files. The training views are the
   // training files, or without such a list all other files that are not listed for validation.
