@@ -60,8 +60,7 @@ Photograph cut_face(const Photograph& photograph, const Camera& panorama, std::s
     const glm::dvec3 ray(2 * (x + 0.5) / side - 1, 2 * (y + 0.5) / side - 1, 1);
     const glm::dvec3 d = panorama_from_face * ray;
     const double longitude = std::atan2(d.x, d.z), latitude = std::atan2(d.y, std::hypot(d.x, d.z));
-    return std::optional(
-        glm::dvec2(panorama.cx + panorama.fx * longitude, panorama.cy + panorama.fy * latitude));
+    return std::optional(glm::dvec2(panorama.cx + panorama.fx * longitude, panorama.cy + panorama.fy * latitude));
   });
 }
 

@@ -66,8 +66,8 @@ std::optional<TransformsIntrinsics> read_k(const json& value, const std::string&
           return to_number(*found, where + "." + name);
       return std::nullopt;
     };
-    return TransformsIntrinsics{number("fx", "fl_x"), number("fy", "fl_y"), number("cx", "ppx"), number("cy", "ppy"),
-                                {},                   {}};
+    return TransformsIntrinsics{
+        number("fx", "fl_x"), number("fy", "fl_y"), number("cx", "ppx"), number("cy", "ppy"), {}, {}};
   }
   const auto k = to_matrix(value);
   if (!k) return std::nullopt;

@@ -61,7 +61,10 @@ std::array<double, 16> read_matrix(const json& frame, const std::string& where) 
 }
 
 void read_camera_of_frame(TransformsFrame& frame, const FrameKeys& keys, const std::string& where, Findings& findings) {
-  frame.size = {keys.side("w"), keys.side("h")};
+  const auto side = [&](const char* key, const char* other) {
+    return keys.find(key) != nullptr ? keys.side(key) : keys.side(other);
+  };
+  frame.size = {side("w", "width"), side("h", "height")};
   frame.intrinsics = read_intrinsics(keys, frame.size.width);
   frame.lens = read_lens(keys, frame.intrinsics, findings);
   const TransformsIntrinsics& found = frame.intrinsics;

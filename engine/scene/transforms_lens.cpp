@@ -15,9 +15,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array kNamedCoefficients{"k",  "k0", "k1", "k2", "k3", "k4", "k5", "k6",  "k7",  "k8",    "p0", "p1",
-                                        "p2", "p3", "p4", "s0", "s1", "s2", "s3", "s4",  "sx1", "sy1",   "b1", "b2",
-                                        "xi", "skew", "omega"};
+constexpr std::array kNamedCoefficients{"k",  "k0", "k1",  "k2",  "k3", "k4", "k5", "k6",   "k7",
+                                        "k8", "p0", "p1",  "p2",  "p3", "p4", "s0", "s1",   "s2",
+                                        "s3", "s4", "sx1", "sy1", "b1", "b2", "xi", "skew", "omega"};
 
 using Names = std::vector<std::string>;
 
@@ -60,9 +60,7 @@ class Coefficients {
     if (!listed_ && !named) read_list(Level::file, model);
   }
 
-  bool has(const std::string& name) const {
-    return list_.contains(name) || (!listed_ && keys_.find(name) != nullptr);
-  }
+  bool has(const std::string& name) const { return list_.contains(name) || (!listed_ && keys_.find(name) != nullptr); }
 
   /// Returns a coefficient, 0 if absent.
   double take(const std::string& name) {
@@ -85,7 +83,7 @@ class Coefficients {
  private:
   void read_list(Level level, Lens::Model model) {
     for (const char* key : {"distortion_params", "distortion_coefficients", "distortion_coeffs", "dist_coeffs",
-                            "distCoeffs", "distortion", "dist", "D"}) {
+                            "distCoeffs", "distortion", "D"}) {
       const json* value = keys_.find(level, key);
       if (value == nullptr || listed_ || !(value->is_array() || value->is_object())) continue;
       listed_ = true;

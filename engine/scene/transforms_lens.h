@@ -16,7 +16,8 @@ namespace trisoup::scene {
 ///   of OpenCV (distortion_coefficients and others: k1 k2 p1 p2 k3 k4 k5 k6).
 /// - k4 of a perspective lens is the coefficient of r^8 as in nerfstudio. With k5, k6 or FULL_OPENCV, k4 to k6 are the
 ///   denominator as in OpenCV, because no other model has k5 and k6.
-/// - Coefficients are used with whatever camera_model, as in nerfstudio: findings has a warning if PINHOLE stands beside
+/// - Coefficients are used with whatever camera_model, as in nerfstudio: findings has a warning if PINHOLE stands
+/// beside
 ///   distortion, and one for each coefficient other than 0 that is not used.
 /// intrinsics: focal lengths, which are replaced if the lens defines its own (f-theta).
 /// Throws Error for unknown models, keys of the wrong type, and keys that contradict each other.
