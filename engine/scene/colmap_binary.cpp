@@ -10,19 +10,28 @@ namespace trisoup::scene {
 
 ColmapCameras parse_colmap_cameras_binary(std::span<const std::byte> bytes, const std::string& name) {
   ByteCursor cursor(bytes, name, "camera");
-  constexpr std::size_t smallest = 4 + 4 + 8 + 8 + 3 * 8;
+  constexpr std::size_t smallest = 4 + 4 + 8 + 8 + 2 * 8;
   const std::size_t count = cursor.read_count(smallest);
   ColmapCameras cameras;
   for (std::size_t i = 0; i < count; ++i) {
     const auto id = cursor.read<std::uint32_t>();
     const std::string where = fmt::format("{}: camera {}", name, id);
-    const ColmapModelShape& shape = colmap_model_shape(cursor.read<std::int32_t>(), where);
+    const auto id_of_model = cursor.read<std::int32_t>();
     const auto width = cursor.read<std::uint64_t>(), height = cursor.read<std::uint64_t>();
+    const CameraModel* model = find_camera_model(id_of_model);
+    // The size of a record follows from its model, so nothing can be read behind an unknown one.
+    const bool last = i + 1 == count;
+    if (model == nullptr && !last) throw unknown_camera_model(where, std::to_string(id_of_model));
     std::vector<double> parameters;
-    for (std::size_t k = 0; k < shape.parameters; ++k) parameters.push_back(cursor.read<double>());
-    if (!cameras.emplace(id, make_colmap_camera(shape, width, height, parameters, where)).second)
-      throw Error("{} appears twice; export the model again", where);
+    for (std::size_t k = 0; model != nullptr && k < model->parameters(); ++k)
+      parameters.push_back(cursor.read<double>());
+    const ColmapCamera camera = camera_or_problem(name, [&] {
+      if (model == nullptr) throw unknown_camera_model(where, std::to_string(id_of_model));
+      return make_colmap_camera(*model, width, height, parameters, where);
+    });
+    if (!cameras.emplace(id, camera).second) throw Error("{} appears twice; export the model again", where);
   }
+  refuse_without_camera(cameras, name);
   return cameras;
 }
 

@@ -134,6 +134,17 @@ void read_point_line(WordReader line, PointCloud& cloud) {
   cloud.add(position, colour, error, std::move(track));
 }
 
+// Reads what follows the camera id.
+ColmapCamera read_camera(WordReader& line) {
+  const std::string_view name = line.word("camera model");
+  const CameraModel* model = find_camera_model(name);
+  if (model == nullptr) throw unknown_camera_model(line.where(), name);
+  const auto width = line.number<std::uint64_t>("width"), height = line.number<std::uint64_t>("height");
+  std::vector<double> parameters;
+  while (!line.at_end()) parameters.push_back(line.number<double>("parameters"));
+  return make_colmap_camera(*model, width, height, parameters, line.where());
+}
+
 }  // namespace
 
 ColmapCameras parse_colmap_cameras_text(std::string_view text, const std::string& name) {
@@ -141,13 +152,11 @@ ColmapCameras parse_colmap_cameras_text(std::string_view text, const std::string
   Records records(text, name);
   while (auto line = records.next()) {
     const auto id = line->number<std::uint32_t>("camera id");
-    const ColmapModelShape& shape = colmap_model_shape(line->word("camera model"), line->where());
-    const auto width = line->number<std::uint64_t>("width"), height = line->number<std::uint64_t>("height");
-    std::vector<double> parameters;
-    for (std::size_t k = 0; k < shape.parameters; ++k) parameters.push_back(line->number<double>("parameters"));
-    if (!cameras.emplace(id, make_colmap_camera(shape, width, height, parameters, line->where())).second)
+    const ColmapCamera camera = camera_or_problem(name, [&] { return read_camera(*line); });
+    if (!cameras.emplace(id, camera).second)
       throw Error("{}: camera {} appears twice; export the model again", line->where(), id);
   }
+  refuse_without_camera(cameras, name);
   return cameras;
 }
 

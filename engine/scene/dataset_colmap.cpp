@@ -89,6 +89,10 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
       bad.leave_out(missing_camera(image, dataset.source, cameras_file), image.name);
       continue;
     }
+    if (!camera->second.problem.empty()) {
+      dataset.findings.leave_out(cameras_name, "photographs", camera->second.problem, image.name);
+      continue;
+    }
     const auto photograph =
         taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, test);
     if (!photograph) continue;

@@ -37,12 +37,15 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
   }
   frame.mask = mask_of(listed, photograph->name, source, files);
   frame.camera = camera_of(listed, frame.size);
-  if (listed.fx && listed.angle_x)
-    frame.focal_times = 2 * *listed.fx * std::tan(0.5 * *listed.angle_x) / frame.camera.width;
+  if (const std::string problem = panorama_problem(listed, frame.camera); !problem.empty()) {
+    dataset.findings.leave_out(source, "photographs", problem, listed.file_path);
+    return;
+  }
+  const TransformsIntrinsics& intrinsics = listed.intrinsics;
+  if (intrinsics.fx && intrinsics.angle_x)
+    frame.focal_times = 2 * *intrinsics.fx * std::tan(0.5 * *intrinsics.angle_x) / frame.camera.width;
   frame.lens = listed.lens;
-  frame.model = listed.lens.model == Lens::Model::fisheye ? "OPENCV_FISHEYE"
-                : listed.lens.is_pinhole()                ? "PINHOLE"
-                                                          : "OPENCV";
+  frame.model = model_name(listed.lens);
   frame.test = test;
   dataset.frames.push_back(std::move(frame));
 }

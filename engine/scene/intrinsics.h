@@ -1,18 +1,19 @@
-// Plausibility checks of camera intrinsics.
+// Plausibility checks of cameras.
 #pragma once
-
-#include <functional>
-#include <span>
-#include <string>
 
 #include "scene/dataset.h"
 
 namespace trisoup::scene {
 
-/// Detects intrinsics that belong to another size of the same photograph. The usual mistake is to combine reduced
-/// images with intrinsics of the full size. Throws Error if a principal point lies outside the image. Gives one warning
-/// for principal points that would be the centre of a larger or smaller image with the same proportions, and one for
-/// focal lengths that contradict the field of view in the file.
-void check_intrinsics(std::span<const Frame> frames, const std::function<void(const std::string&)>& warn);
+/// Leaves out the frames whose camera cannot be that of a photograph, with one finding per kind of problem:
+/// - a principal point outside of the image, or normalised intrinsics (fractions of the image's size);
+/// - a focal length below 0.05 or above 50 times the longer side, or of at least 1e6 pixels, which no model file holds;
+/// - a lens that folds over such that more than half of the photograph shows no direction, or whose distortion is so
+///   strong that less than a quarter of the undistorted image shows the photograph.
+/// Adds a warning for lenses that fold over nearer to a border of the photograph (the rest is masked), for principal
+/// points that would be the centre of a larger or smaller image with the same proportions, for focal lengths that
+/// contradict the field of view in the file, and for panoramas that are not twice as wide as high. The usual mistake is
+/// to combine reduced images with intrinsics of the full size. Throws Error if no frame is left.
+void check_intrinsics(Dataset& dataset);
 
 }  // namespace trisoup::scene

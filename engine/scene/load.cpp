@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <span>
 #include <thread>
 
 #include "base/error.h"
@@ -16,6 +17,7 @@
 #include "scene/fingerprint.h"
 #include "scene/intrinsics.h"
 #include "scene/loading_memory.h"
+#include "scene/panorama.h"
 #include "scene/photograph.h"
 #include "scene/pose_check.h"
 #include "scene/record_error.h"
@@ -27,10 +29,12 @@
 namespace trisoup::scene {
 namespace {
 
-// A frame with the cameras that follow from the options.
+// A frame with the cameras that follow from the options. A panorama has six shots, one per face.
 struct Shot {
   Frame frame;
+  std::string name;         // of the View
   std::uint32_t index = 0;  // index of the dataset's frame
+  std::size_t face = 0;     // of a panorama
   Camera source;            // for the photograph on disk
   Camera camera;            // for the image of the View
 };
@@ -108,15 +112,19 @@ void fit_photographs(Dataset& dataset) {
   keep_frames(dataset, keep);
 }
 
-Shot plan(Frame frame, double downscale) {
+// Appends the shots of a frame.
+void plan(const Frame& frame, std::uint32_t index, double downscale, std::vector<Shot>& shots) {
   const auto shrunk = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / downscale))); };
-  Shot shot;
-  shot.source = resized(frame.camera, frame.size.width, frame.size.height);
-  shot.camera = shot.source;
-  if (!frame.photograph.prescaled)
-    shot.camera = resized(shot.source, shrunk(frame.size.width), shrunk(frame.size.height));
-  shot.frame = std::move(frame);
-  return shot;
+  const bool panorama = frame.lens.is_panorama();
+  for (std::size_t face = 0; face < (panorama ? cube_faces().size() : 1); ++face) {
+    Shot shot{frame, frame.photograph.name, index, face, {}, {}};
+    if (panorama) shot.name.append("/").append(cube_faces()[face].name);
+    shot.source = resized(frame.camera, frame.size.width, frame.size.height);
+    shot.camera = panorama ? face_camera(shot.source, face) : shot.source;
+    if (!frame.photograph.prescaled)
+      shot.camera = resized(shot.camera, shrunk(shot.camera.width), shrunk(shot.camera.height));
+    shots.push_back(std::move(shot));
+  }
 }
 
 // Lets the caller change the test views.
@@ -126,7 +134,7 @@ void choose_test(std::vector<Shot>& shots, const LoadOptions& options) {
   std::vector<Camera> cameras;
   std::vector<bool> test;
   for (const Shot& shot : shots) {
-    names.push_back(shot.frame.photograph.name);
+    names.push_back(shot.name);
     cameras.push_back(shot.camera);
     test.push_back(shot.frame.test);
   }
@@ -139,8 +147,13 @@ void sort_and_split(std::vector<Shot>& shots, bool has_split, int test_every) {
   std::stable_sort(shots.begin(), shots.end(),
                    [](const Shot& a, const Shot& b) { return a.frame.photograph.name < b.frame.photograph.name; });
   if (has_split) return;
-  const bool hold_out = test_every > 0 && shots.size() > 1;  // a single view is needed for training
-  for (std::size_t i = 0; i < shots.size(); ++i) shots[i].frame.test = hold_out && i % std::size_t(test_every) == 0;
+  // The faces of a panorama go together. A single photograph is needed for training.
+  const bool hold_out = test_every > 0 && shots.front().index != shots.back().index;
+  std::size_t photographs = 0;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    if (i > 0 && shots[i].index != shots[i - 1].index) ++photographs;
+    shots[i].frame.test = hold_out && photographs % std::size_t(test_every) == 0;
+  }
 }
 
 std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double downscale) {
@@ -148,17 +161,13 @@ std::uint64_t fingerprint(const std::vector<Shot>& shots, Format format, double 
   result.add(static_cast<int>(format));
   result.add(downscale);
   for (const Shot& shot : shots) {
-    result.add(shot.frame.photograph.name);
+    result.add(shot.name);
     result.add(shot.frame.test ? 1 : 0);
     result.add(shot.camera.width), result.add(shot.camera.height);
     for (const double value : {shot.camera.fx, shot.camera.fy, shot.camera.cx, shot.camera.cy}) result.add(value);
     for (int column = 0; column < 4; ++column)
       for (int row = 0; row < 3; ++row) result.add(shot.camera.world_to_camera[column][row]);
-    const Lens& lens = shot.frame.lens;
-    result.add(static_cast<int>(lens.model));
-    for (const double value : lens.radial) result.add(value);
-    for (const double value : lens.denominator) result.add(value);
-    result.add(lens.p1), result.add(lens.p2);
+    add_lens(result, shot.frame.lens);
   }
   return result.value();
 }
@@ -173,9 +182,12 @@ std::int64_t pixels_of(const Frame& frame) { return std::int64_t(frame.size.widt
 // Returns the factor by which a JPEG may be reduced when it is decoded. The result is at least as large as the view.
 int divisor_of(const Shot& shot) {
   if (pixels_of(shot.frame) <= kLarge) return 1;
-  for (const int divisor : {8, 4, 2})
-    if (shot.frame.size.width / divisor >= shot.camera.width && shot.frame.size.height / divisor >= shot.camera.height)
+  const bool panorama = shot.frame.lens.is_panorama();
+  for (const int divisor : {8, 4, 2}) {
+    const int width = shot.frame.size.width / divisor, height = shot.frame.size.height / divisor;
+    if (panorama ? face_side(width) >= shot.camera.width : width >= shot.camera.width && height >= shot.camera.height)
       return divisor;
+  }
   return 1;
 }
 
@@ -204,11 +216,8 @@ void check_memory(const std::vector<const Shot*>& shots, const LoadOptions& opti
   check_loading_memory({shots.size(), views, decoding}, options.downscale, memory_of_machine(), source);
 }
 
-// Decodes, undistorts and then shrinks a photograph. Undistortion interpolates between neighbouring pixels and would
-// alias if it also had to shrink. Shrinking afterwards averages out the blur of the interpolation. The image is
-// composited later, when the background is known for all images. Colour is premultiplied until then, so the result is
-// the same.
-Photograph develop(const Shot& shot, AlphaUse alpha, int divisor, AlphaFound& found) {
+// Decodes a photograph, without its mask. found: its alpha.
+Photograph read_photograph(const Shot& shot, AlphaUse alpha, int divisor, AlphaFound& found) {
   const Frame& frame = shot.frame;
   const Image image = turned(read_image(frame.photograph.file, divisor), frame.turned ? frame.size.orientation : 1);
   const auto is_of = [&](int by) {
@@ -221,6 +230,16 @@ Photograph develop(const Shot& shot, AlphaUse alpha, int divisor, AlphaFound& fo
   const bool opaque = found == AlphaFound::empty && alpha == AlphaUse::composite;
   Photograph photograph = alpha == AlphaUse::composite && !opaque ? from_coverage(image) : from_mask(image);
   if (opaque) photograph.inside.clear();
+  return photograph;
+}
+
+// Decodes, undistorts and then shrinks a photograph, for the shots of one frame. Undistortion interpolates between
+// neighbouring pixels and would alias if it also had to shrink. Shrinking afterwards averages out the blur of the
+// interpolation. The image is composited later, when the background is known for all images. Colour is premultiplied
+// until then, so the result is the same.
+std::vector<Photograph> develop(std::span<const Shot* const> shots, AlphaUse alpha, int divisor, AlphaFound& found) {
+  const Frame& frame = shots.front()->frame;
+  Photograph photograph = read_photograph(*shots.front(), alpha, divisor, found);
   if (!frame.mask.empty()) {
     const std::string content = read_file(frame.mask);
     // 0 excludes a pixel, and some tools write 1 for all other pixels. In a JPEG, values near 0 count as 0, because its
@@ -228,8 +247,24 @@ Photograph develop(const Shot& shot, AlphaUse alpha, int divisor, AlphaFound& fo
     exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())),
             is_jpeg(bytes_of(content)) ? 128 : 1);
   }
-  photograph = undistort(photograph, resized(shot.source, image.width, image.height), frame.lens);
-  return area_resample(photograph, shot.camera.width, shot.camera.height);
+  std::vector<Photograph> developed;
+  for (const Shot* shot : shots) {
+    const Camera source = resized(shot->source, photograph.width, photograph.height);
+    const Photograph pinhole =
+        frame.lens.is_panorama() ? cut_face(photograph, source, shot->face) : undistort(photograph, source, frame.lens);
+    developed.push_back(area_resample(pinhole, shot->camera.width, shot->camera.height));
+  }
+  return developed;
+}
+
+// Returns the shots of each photograph, so that panoramas are decoded once.
+std::vector<std::span<const Shot* const>> by_photograph(const std::vector<const Shot*>& shots) {
+  std::vector<std::span<const Shot* const>> groups;
+  for (std::size_t first = 0, end = 0; first < shots.size(); first = end) {
+    while (end < shots.size() && shots[end]->index == shots[first]->index) ++end;
+    groups.push_back(std::span(shots).subspan(first, end - first));
+  }
+  return groups;
 }
 
 /// Decodes about `count` evenly spaced photographs, reduced to `longest_side` pixels. Those that cannot be decoded are
@@ -240,6 +275,7 @@ std::vector<Probe> take_probes(const std::vector<Shot>& shots, std::size_t count
   std::vector<Probe> probes(taken);
   parallel_for(static_cast<int>(taken), options.threads, [&](int i) {
     Shot shot = shots[std::size_t(i) * shots.size() / taken];
+    const Shot* const one = &shot;
     const double by = std::max(1.0, double(std::max(shot.camera.width, shot.camera.height)) / longest_side);
     shot.camera =
         resized(shot.camera, std::max(1, int(shot.camera.width / by)), std::max(1, int(shot.camera.height / by)));
@@ -247,7 +283,7 @@ std::vector<Probe> take_probes(const std::vector<Shot>& shots, std::size_t count
     while (divisor < 8 && shot.frame.size.width / (2 * divisor) >= shot.camera.width) divisor *= 2;
     AlphaFound alpha;
     try {
-      Image image = composite(develop(shot, options.alpha, divisor, alpha), 0);
+      Image image = composite(develop({&one, 1}, options.alpha, divisor, alpha).front(), 0);
       probes[std::size_t(i)] = {shot.index, std::move(image), alpha == AlphaFound::some};
     } catch (const Error&) {
     }
@@ -266,22 +302,26 @@ struct Decoded {
 std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
                     const LoadOptions& options, std::vector<Decoded>& decoded) {
   const int count = static_cast<int>(shots.size());
+  const auto groups = by_photograph(shots);
   std::vector<Photograph> photographs(shots.size());
   decoded.resize(shots.size());
   std::mutex guard;
   int done = 0;
-  parallel_for(count, threads_for(shots, options.threads), [&](int i) {
-    const Shot& shot = *shots[std::size_t(i)];
-    Decoded& own = decoded[std::size_t(i)];
+  parallel_for(static_cast<int>(groups.size()), threads_for(shots, options.threads), [&](int i) {
+    const auto& group = groups[std::size_t(i)];
+    const auto first = std::distance(shots.data(), group.data());
+    Decoded own;
     try {
-      photographs[std::size_t(i)] = develop(shot, options.alpha, divisor_of(shot), own.alpha);
+      std::vector<Photograph> developed = develop(group, options.alpha, divisor_of(*group.front()), own.alpha);
+      std::move(developed.begin(), developed.end(), photographs.begin() + first);
     } catch (const Error& error) {
       own.problem = error.what();
-      const std::string file = printable(shot.frame.photograph.file.string()) + ": ";
+      const std::string file = printable(group.front()->frame.photograph.file.string()) + ": ";
       if (own.problem.starts_with(file)) own.problem.erase(0, file.size());
     }
     const std::lock_guard lock(guard);
-    ++done;
+    std::fill_n(decoded.begin() + first, group.size(), own);
+    done += static_cast<int>(group.size());
     if (options.progress) options.progress(done, count);
   });
   const bool any_alpha =
@@ -341,7 +381,10 @@ Points normalise_points(const PointCloud& cloud, const Normalisation& normalisat
 /// Reads poses otherwise than the format promises, or drops the sparse points, where the photographs say so.
 void check_consistency(Dataset& dataset, std::vector<Shot>& shots, const LoadOptions& options) {
   std::vector<Camera> cameras;
-  for (const Shot& shot : shots) cameras.push_back(shot.camera);
+  for (const Shot& shot : shots) {
+    if (shot.frame.lens.is_panorama()) return;  // sees every point, however it is turned
+    cameras.push_back(shot.camera);
+  }
   const bool opengl = dataset.format != Format::colmap;
   const PoseCheck check = check_poses(
       cameras, dataset.points, opengl, dataset.source,
@@ -476,21 +519,36 @@ void leave_out_unusable(Scene& scene, std::vector<const Shot*>& wanted, const st
   wanted = std::move(usable);
 }
 
+// Replaces the first face of a panorama by the face that shows the point. The six faces follow each other.
+void choose_faces(Points& points, const std::vector<const Shot*>& train, const std::vector<View>& views) {
+  for (std::size_t p = 0; p < points.seen_by.size(); ++p)
+    for (std::uint32_t& v : points.seen_by[p]) {
+      if (!train[v]->frame.lens.is_panorama()) continue;
+      const glm::dvec3 in_face = views[v].camera.world_to_camera * glm::dvec4(points.positions[p], 1);
+      v += static_cast<std::uint32_t>(face_towards(cube_faces()[0].panorama_from_face * in_face));
+    }
+}
+
+// Throws Error if the readers left out every photograph.
+void refuse_nothing(const Dataset& dataset) {
+  if (dataset.frames.empty() && dataset.findings.left_out("photographs") > 0)
+    throw Error("{}", dataset.findings.lines().front());
+}
+
 }  // namespace
 
 Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
+  refuse_nothing(dataset);
   report_missing(dataset, options);
   fit_photographs(dataset);
   mend_split(dataset);
-  check_intrinsics(dataset.frames, options.warn);
+  check_intrinsics(dataset);
   report_halves(dataset, options.warn);
   std::vector<Shot> shots;
-  for (const Frame& frame : dataset.frames) {
-    shots.push_back(plan(frame, options.downscale));
-    shots.back().index = static_cast<std::uint32_t>(shots.size() - 1);
-  }
+  for (std::size_t i = 0; i < dataset.frames.size(); ++i)
+    plan(dataset.frames[i], static_cast<std::uint32_t>(i), options.downscale, shots);
   check_consistency(dataset, shots, options);
   leave_out_far_cameras(shots, dataset.findings);
   if (options.warn)
@@ -515,13 +573,18 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source);
 
   std::map<std::uint32_t, std::uint32_t> training_view;  // index of the dataset's frame to index of the training view
-  for (const Shot& shot : shots)
-    if (!shot.frame.test) training_view.emplace(shot.index, static_cast<std::uint32_t>(training_view.size()));
+  std::vector<const Shot*> train_shots;
+  for (const Shot& shot : shots) {
+    if (shot.frame.test) continue;
+    training_view.emplace(shot.index, static_cast<std::uint32_t>(train_shots.size()));  // the first face
+    train_shots.push_back(&shot);
+  }
   for (std::vector<std::uint32_t>& views : scene.points.seen_by) renumber(views, training_view);
 
   for (const Shot& shot : shots)
     (shot.frame.test ? scene.test : scene.train)
-        .push_back({shot.frame.photograph.name, normalised(shot.camera, scene.normalisation), {}});
+        .push_back({shot.name, normalised(shot.camera, scene.normalisation), {}});
+  choose_faces(scene.points, train_shots, scene.train);
   std::vector<const Shot*> wanted;
   std::vector<Image*> images;
   std::size_t train = 0, test = 0;

@@ -16,11 +16,8 @@ std::uint64_t intrinsics_of(const Frame& frame) {
   Fingerprint result;
   result.add(frame.model);
   result.add(frame.camera.width), result.add(frame.camera.height);
-  for (const double value :
-       {frame.camera.fx, frame.camera.fy, frame.camera.cx, frame.camera.cy, frame.lens.p1, frame.lens.p2})
-    result.add(value);
-  for (const double value : frame.lens.radial) result.add(value);
-  for (const double value : frame.lens.denominator) result.add(value);
+  for (const double value : {frame.camera.fx, frame.camera.fy, frame.camera.cx, frame.camera.cy}) result.add(value);
+  add_lens(result, frame.lens);
   return result.value();
 }
 
@@ -48,8 +45,13 @@ std::string cameras_text(const Dataset& dataset) {
   for (const auto& [model, cameras] : by_model)
     text += fmt::format("{}{} {} camera{}", text.empty() ? "" : ", ", cameras.size(), model,
                         cameras.size() == 1 ? "" : "s");
-  const std::size_t distorted = count(dataset, [](const Frame& frame) { return !frame.lens.is_pinhole(); });
-  if (distorted == dataset.frames.size())
+  const std::size_t distorted =
+      count(dataset, [](const Frame& frame) { return !frame.lens.is_pinhole() && !frame.lens.is_panorama(); });
+  const std::size_t panoramas = count(dataset, [](const Frame& frame) { return frame.lens.is_panorama(); });
+  if (panoramas > 0) text += fmt::format(", {} cut into six faces each", panoramas == 1 ? "panorama" : "panoramas");
+  const std::size_t others = dataset.frames.size() - panoramas;
+  if (others == 0) return text;
+  if (distorted == others)
     text += ", undistorted";
   else
     text += distorted == 0 ? ", no distortion" : fmt::format(", {} photographs undistorted", distorted);
@@ -72,7 +74,8 @@ std::string summary_of(const Dataset& dataset, ImageSize shrunk) {
   const std::size_t prescaled = count(dataset, is_prescaled);
   if (prescaled > 0)
     text += fmt::format(" ({}{})", prescaled_folder(dataset), prescaled < all ? fmt::format(" for {}", prescaled) : "");
-  if (one_size && (shrunk.width != size.width || shrunk.height != size.height))
+  const bool cut = dataset.frames.front().lens.is_panorama();
+  if (one_size && !cut && (shrunk.width != size.width || shrunk.height != size.height))
     text += fmt::format(", reduced to {} x {}", shrunk.width, shrunk.height);
   text += "; " + cameras_text(dataset);
   if (const std::size_t masks = count(dataset, is_masked); masks > 0)

@@ -10,9 +10,12 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "scene/json_numbers.h"
+#include "scene/panorama.h"
 #include "scene/pose.h"
 #include "scene/record_error.h"
 #include "scene/text_encoding.h"
+#include "scene/transforms_keys.h"
+#include "scene/transforms_lens.h"
 
 namespace trisoup::scene {
 namespace {
@@ -38,27 +41,6 @@ json parse_json(std::string_view marked, const std::string& name) {
   }
 }
 
-/// Returns whether a value was NaN or infinite in the file.
-bool is_not_finite(const json& value) {
-  return value.is_string() && value.get_ref<const std::string&>().starts_with(kNotFinite);
-}
-
-double to_number(const json& value, const std::string& where) {
-  if (is_not_finite(value)) throw Error("{} is not finite; correct it", where);
-  if (!value.is_number()) throw Error("{} is {}, not a number; correct it", where, value.type_name());
-  const double number = value.get<double>();
-  if (!std::isfinite(number)) throw Error("{} is not finite; correct it", where);
-  return number;
-}
-
-const std::string& to_text(const json& value, const std::string& where) {
-  if (is_not_finite(value)) throw Error("{} is a number, not a string; correct it", where);
-  if (!value.is_string()) throw Error("{} is {}, not a string; correct it", where, value.type_name());
-  const auto& text = value.get_ref<const std::string&>();
-  if (text.find('\0') != std::string::npos) throw Error("{} contains a zero character; correct it", where);
-  return text;
-}
-
 std::vector<std::string> to_texts(const json& root, const char* key, const std::string& name) {
   std::vector<std::string> texts;
   const auto found = root.find(key);
@@ -67,70 +49,6 @@ std::vector<std::string> to_texts(const json& root, const char* key, const std::
   if (!found->is_array()) throw Error("{} is {}, not a list of paths; correct or remove it", where, found->type_name());
   for (const json& value : *found) texts.push_back(to_text(value, where));
   return texts;
-}
-
-// Looks a key up in the frame, then in the file.
-class FrameKeys {
- public:
-  FrameKeys(const json& root, const json& frame, std::string file, std::string place)
-      : root_(root), frame_(frame), file_(std::move(file)), place_(std::move(place)) {}
-
-  const json* find(const char* key) const {
-    for (const json* holder : {&frame_, &root_})
-      if (const auto found = holder->find(key); found != holder->end() && !found->is_null()) return &*found;
-    return nullptr;
-  }
-
-  std::string where(const char* key) const {
-    const bool own = frame_.find(key) != frame_.end();
-    return file_ + ": " + (own ? place_ + "." : "") + key;
-  }
-
-  std::optional<double> number(const char* key) const {
-    const json* value = find(key);
-    if (value == nullptr) return std::nullopt;
-    return to_number(*value, where(key));
-  }
-
-  double coefficient(const char* key) const { return number(key).value_or(0.0); }
-
-  std::optional<double> positive(const char* key, double limit) const {
-    const auto value = number(key);
-    if (value && !(*value > 0 && *value < limit))
-      throw Error("{} is {}, but must lie between 0 and {:.6g}; correct it", where(key), *value, limit);
-    return value;
-  }
-
-  int side(const char* key) const {
-    const auto value = positive(key, 1e6);  // some tools write 1920.0
-    return value ? std::max(1, static_cast<int>(std::lround(*value))) : 0;
-  }
-
- private:
-  const json& root_;
-  const json& frame_;
-  std::string file_, place_;
-};
-
-Lens read_lens(const FrameKeys& keys) {
-  Lens lens;
-  std::string model;
-  if (const json* value = keys.find("camera_model")) model = to_text(*value, keys.where("camera_model"));
-  if (const json* value = keys.find("is_fisheye")) {  // key of instant-ngp
-    if (!value->is_boolean())
-      throw Error("{} is {}, not true or false; correct it", keys.where("is_fisheye"), value->type_name());
-    if (value->get<bool>() && model.empty()) model = "OPENCV_FISHEYE";
-  }
-  if (model == "PINHOLE" || model == "SIMPLE_PINHOLE") return lens;
-  const bool perspective = model.empty() || model == "OPENCV" || model == "SIMPLE_RADIAL" || model == "RADIAL";
-  if (model == "OPENCV_FISHEYE")
-    lens.model = Lens::Model::fisheye;
-  else if (!perspective)
-    throw Error("{} is {}; known models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, OPENCV_FISHEYE",
-                keys.where("camera_model"), printable(model));
-  lens.radial = {keys.coefficient("k1"), keys.coefficient("k2"), keys.coefficient("k3"), keys.coefficient("k4")};
-  lens.p1 = keys.coefficient("p1"), lens.p2 = keys.coefficient("p2");
-  return lens;
 }
 
 std::array<double, 16> read_matrix(const json& frame, const std::string& where) {
@@ -153,7 +71,21 @@ std::array<double, 16> read_matrix(const json& frame, const std::string& where) 
   return matrix;
 }
 
-TransformsFrame read_frame(const json& root, const json& value, const std::string& name, std::size_t index) {
+void read_camera_of_frame(TransformsFrame& frame, const FrameKeys& keys, const std::string& where, Findings& findings) {
+  const auto side = [&](const char* key, const char* other) {
+    return keys.find(key) != nullptr ? keys.side(key) : keys.side(other);
+  };
+  frame.size = {side("w", "width"), side("h", "height")};
+  frame.intrinsics = read_intrinsics(keys, frame.size.width);
+  frame.lens = read_lens(keys, frame.intrinsics, findings);
+  const TransformsIntrinsics& found = frame.intrinsics;
+  if (!found.fx && !found.fy && !found.angle_x && !found.angle_y && !frame.lens.is_panorama())
+    throw Error("{} has no focal length; add fl_x or camera_angle_x to it or to the file", where);
+  warn_of_unread_keys(keys, findings);
+}
+
+TransformsFrame read_frame(const json& root, const json& value, const std::string& name, std::size_t index,
+                           Findings& findings) {
   const std::string place = fmt::format("frames[{}]", index), where = name + ": " + place;
   if (!value.is_object()) throw Error("{} is {}, not an object; correct it", where, value.type_name());
   TransformsFrame frame;
@@ -164,17 +96,7 @@ TransformsFrame read_frame(const json& root, const json& value, const std::strin
   if (const auto mask = value.find("mask_path"); mask != value.end() && !mask->is_null())
     frame.mask_path = to_text(*mask, where + ".mask_path");
   frame.world_to_camera = from_opengl_pose(read_matrix(value, where), where);
-
-  const FrameKeys keys(root, value, name, place);
-  constexpr double longest_focal = 1e9, half_turn = 3.14159265358979;
-  frame.size = {keys.side("w"), keys.side("h")};
-  frame.fx = keys.positive("fl_x", longest_focal), frame.fy = keys.positive("fl_y", longest_focal);
-  frame.angle_x = keys.positive("camera_angle_x", half_turn),
-  frame.angle_y = keys.positive("camera_angle_y", half_turn);
-  frame.cx = keys.number("cx"), frame.cy = keys.number("cy");
-  if (!frame.fx && !frame.fy && !frame.angle_x && !frame.angle_y)
-    throw Error("{} has no focal length; add fl_x or camera_angle_x to it or to the file", where);
-  frame.lens = read_lens(keys);
+  read_camera_of_frame(frame, FrameKeys(root, value, name, place), where, findings);
   return frame;
 }
 
@@ -192,7 +114,7 @@ std::vector<TransformsFrame> read_frames(const json& root, const json& list, con
   BadRecords bad(findings, name, "photographs");
   for (std::size_t i = 0; i < list.size(); ++i) {
     try {
-      frames.push_back(read_frame(root, list[i], name, i));
+      frames.push_back(read_frame(root, list[i], name, i, findings));
     } catch (const Error& error) {
       bad.leave_out(error, {fmt::format("{}: frames[{}]", name, i), name}, name_of_frame(list[i], i));
     }
@@ -226,16 +148,34 @@ Camera camera_of(const TransformsFrame& frame, ImageSize photograph) {
   camera.world_to_camera = frame.world_to_camera;
   camera.width = frame.size.width > 0 ? frame.size.width : photograph.width;
   camera.height = frame.size.height > 0 ? frame.size.height : photograph.height;
+  const TransformsIntrinsics& found = frame.intrinsics;
+  if (frame.lens.is_panorama()) {
+    const Camera panorama = panorama_camera(camera.width, camera.height);
+    camera.fx = panorama.fx, camera.fy = panorama.fy;
+    camera.cx = found.cx.value_or(panorama.cx), camera.cy = found.cy.value_or(panorama.cy);
+    return camera;
+  }
   const auto focal = [](std::optional<double> given, std::optional<double> angle, int side) {
     return given || !angle ? given : 0.5 * side / std::tan(0.5 * *angle);
   };
-  const auto fx = focal(frame.fx, frame.angle_x, camera.width), fy = focal(frame.fy, frame.angle_y, camera.height);
+  const auto fx = focal(found.fx, found.angle_x, camera.width), fy = focal(found.fy, found.angle_y, camera.height);
   camera.fx = fx ? *fx : fy.value_or(0.0);
   // fl_x has priority over camera_angle_y. camera_angle_y counts together with camera_angle_x, for non-square pixels.
-  camera.fy = frame.fy ? *frame.fy : frame.fx ? *frame.fx : fy ? *fy : camera.fx;
-  camera.cx = frame.cx.value_or(0.5 * camera.width);
-  camera.cy = frame.cy.value_or(0.5 * camera.height);
+  camera.fy = found.fy ? *found.fy : found.fx ? *found.fx : fy ? *fy : camera.fx;
+  camera.cx = found.cx.value_or(0.5 * camera.width);
+  camera.cy = found.cy.value_or(0.5 * camera.height);
   return camera;
+}
+
+std::string panorama_problem(const TransformsFrame& frame, const Camera& camera) {
+  const double width = camera.width, height = camera.height;
+  if (!frame.lens.is_panorama() || !frame.intrinsics.fx || is_whole_panorama(camera.width, camera.height)) return {};
+  const auto near = [&](double side) { return std::abs(*frame.intrinsics.fx / side - 1) < 0.01; };
+  if (near(height) || near(0.5 * width)) return {};
+  return fmt::format(
+      "is a panorama of 360 x 180 degrees by its camera model, but has {} x {} pixels and a focal length of {:.6g} "
+      "pixels; correct camera_model or latlong, or remove the focal length",
+      camera.width, camera.height, *frame.intrinsics.fx);
 }
 
 }  // namespace trisoup::scene

@@ -1,6 +1,7 @@
 // Fuzzes the reader of transforms.json, and undistortion of a small image with the lens in the file.
 #include <string_view>
 
+#include "scene/panorama.h"
 #include "scene/transforms_json.h"
 #include "scene/undistort.h"
 #include "scene_reader.h"
@@ -12,7 +13,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     scene::Findings findings;
     for (const scene::TransformsFrame& frame : scene::parse_transforms(text, "fuzz", findings).frames) {
       const scene::Camera camera = scene::resized(scene::camera_of(frame, {4, 3}), 4, 3);
-      scene::undistort({4, 3, std::vector<glm::u8vec4>(12), {}}, camera, frame.lens);
+      const scene::Photograph photograph{4, 3, std::vector<glm::u8vec4>(12), {}};
+      if (!frame.lens.is_panorama())
+        scene::undistort(photograph, camera, frame.lens);
+      else if (camera.cx > 0 && camera.cx < 4 && camera.cy > 0 && camera.cy < 3)  // as check_intrinsics() demands
+        scene::cut_face(photograph, camera, 0);
     }
   });
 }

@@ -174,10 +174,10 @@ TEST_CASE("invalid counts are refused before memory is allocated", "[scene][colm
 
 TEST_CASE("errors of COLMAP files name the problem, the place and the fix", "[scene][colmap]") {
   const auto camera = [](const std::string& line) { return message(parse_colmap_cameras_text, line); };
-  CHECK(camera("1 FOV 64 48 50 51 31 25 1")
-            .starts_with("file: line 1: unknown camera model FOV; known models: SIMPLE_PINHOLE, "));
+  CHECK(camera("1 FOO 64 48 50 51 31 25 1")
+            .starts_with("file: line 1: unknown camera model FOO; known models: SIMPLE_PINHOLE, "));
   CHECK(camera("# x\n1 PINHOLE 64 48 50 51 31") ==
-        "file: line 2: ends before its parameters; correct or export the file again");
+        "file: line 2: has 3 parameters, but PINHOLE has 4 (fx, fy, cx, cy); correct the model or the numbers");
   CHECK(camera("1 PINHOLE 64 48 50 51 31 x").find("its parameters is 'x', not a usable number") != std::string::npos);
   CHECK(camera("-1 PINHOLE 64 48 50 51 31 1").find("its camera id is '-1'") != std::string::npos);
   CHECK(camera("1 PINHOLE 0 48 50 51 31 25").find("0 x 48 pixels") != std::string::npos);
@@ -186,9 +186,9 @@ TEST_CASE("errors of COLMAP files name the problem, the place and the fix", "[sc
   CHECK(camera("1 PINHOLE 64 48 50 51 nan 25").find("not finite") != std::string::npos);
   CHECK(camera("1 PINHOLE 64 48 50 51 31 25\n1 PINHOLE 64 48 50 51 31 25").find("twice") != std::string::npos);
   std::string unknown = cameras_binary();
-  unknown[12] = 10;
+  unknown[12] = 18;
   CHECK(message(parse_colmap_cameras_binary, unknown)
-            .starts_with("file: camera 1: unknown camera model 10; known models: "));
+            .starts_with("file: camera 1: unknown camera model 18; known models: "));
   const auto image = [](const std::string& line) { return message(parse_colmap_images_text, line); };
   CHECK(image("3 0 0 0 0 1 2 3 7 a.jpg\n\n") ==
         "file: line 1: quaternion is zero; remove the image or estimate its pose again");

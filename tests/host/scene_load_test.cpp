@@ -487,7 +487,11 @@ TEST_CASE("errors of test images name the file that lists them", "[scene][load][
   CHECK(lines[0].find("test/0, also with .png, .jpg") != std::string::npos);
   // Invalid intrinsics too.
   folder.write("transforms_test.json", file_of("\"camera_angle_x\": 0.7, \"cx\": 9,", {frame("train/0", 3)}));
-  CHECK(message(folder.path()).find("transforms_test.json: the principal point ") != std::string::npos);
+  lines.clear();
+  CHECK(load(folder.path(), options).test.empty());
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].find("transforms_test.json: left out 1 photograph: the principal point (9, 4) of train/0.png lies ") !=
+        std::string::npos);
 }
 
 TEST_CASE("frames listed twice are used once and do not change the split", "[scene][load][listing]") {

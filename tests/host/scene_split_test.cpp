@@ -35,9 +35,8 @@ Loaded load_names(const SceneFolder& folder, int test_every = 2) {
 
 std::string frame_of(const std::string& path, int i) {
   const double a = 0.6 * i, c = std::cos(a), s = std::sin(a);
-  return fmt::format(
-      "{{\"file_path\": \"{}\", \"transform_matrix\": [[{},0,{},{}],[{},0,{},{}],[0,1,0,0],[0,0,0,1]]}}", path, -s, c,
-      4 * c, c, s, 4 * s);
+  return fmt::format("{{\"file_path\": \"{}\", \"transform_matrix\": [[{},0,{},{}],[{},0,{},{}],[0,1,0,0],[0,0,0,1]]}}",
+                     path, -s, c, 4 * c, c, s, 4 * s);
 }
 
 std::string frames_of(const Names& paths, const std::string& shared = "") {
@@ -92,15 +91,16 @@ TEST_CASE("entries of a test list match paths that are spelt otherwise", "[scene
     return found;
   };
   const Names paths{"images/a.png", "./images/b.png", "images/left/c.png", "images/right/c.png", "images/r_0.5"};
-  for (const char* entry : {"images/b.png", "./images/b.png", "b.png", "b", "B.PNG", "images\\b.png", "C:\\x\\images\\b.png",
-                            "/home/else/images/b.png", "../images/b.png", "file:///data/b.png", "b.jpg", "images/b"}) {
+  for (const char* entry :
+       {"images/b.png", "./images/b.png", "b.png", "b", "B.PNG", "images\\b.png", "C:\\x\\images\\b.png",
+        "/home/else/images/b.png", "../images/b.png", "file:///data/b.png", "b.jpg", "images/b"}) {
     CAPTURE(entry);
     CHECK(tests(paths, {entry}) == Names{"./images/b.png"});
   }
   CHECK(tests(paths, {"left/c.png"}) == Names{"images/left/c.png"});
   CHECK(tests(paths, {"D:\\Right\\C.JPG", "r_0.5.png"}) == (Names{"images/right/c.png", "images/r_0.5"}));
-  CHECK(tests(paths, {"c.png"}, 1).empty());        // either of two
-  CHECK(tests(paths, {"left/a.png"}, 1).empty());   // missing in a folder that is there
+  CHECK(tests(paths, {"c.png"}, 1).empty());       // either of two
+  CHECK(tests(paths, {"left/a.png"}, 1).empty());  // missing in a folder that is there
   CHECK(tests(paths, {"elsewhere/a.png"}) == Names{"images/a.png"});
   CHECK(tests(paths, {"a.png", "x.png", "", "/", "..", "y"}, 5) == Names{"images/a.png"});
   CHECK(tests({"images/a.png", "images/a.png"}, {"a"}).size() == 2);  // one path, twice

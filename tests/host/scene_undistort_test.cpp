@@ -55,7 +55,7 @@ TEST_CASE("undistortion samples where the lens projects the ray", "[scene][undis
   lens.radial = {-0.12, 0.03, 0, 0};
   lens.p1 = 0.001;
   const bool fisheye = GENERATE(false, true);
-  if (fisheye) lens = Lens{Lens::Model::fisheye, {0.02, 0, 0, 0}, {}, 0, 0};
+  if (fisheye) lens = Lens{Lens::Model::fisheye, {0.02, 0, 0, 0}, {}, 0, 0, {}, {}};
   const Photograph result = undistort(coordinates(100, 80), camera, lens);
   CHECK(result.inside.empty());  // a lens with barrel distortion covers all of the pinhole image
   for (const auto& [x, y] : {std::pair(10, 10), std::pair(50, 40), std::pair(90, 70), std::pair(99, 0)}) {
@@ -89,6 +89,47 @@ TEST_CASE("a polynomial that is not monotonic does not repeat the image", "[scen
   CHECK(result.inside[50 * 100 + 76] == 255);  // r = 0.88
   CHECK(result.inside[50 * 100 + 79] == 0);    // r = 0.98
   CHECK(result.inside[50 * 100 + 95] == 0);    // would map to the inside again
+}
+
+TEST_CASE("lenses with a closed inverse are undone by it", "[scene][undistort]") {
+  const auto lens = [](Lens::Model model, double first, double second = 0) {
+    Lens result;
+    result.model = model;
+    result.radial = {first, second, 0, 0};
+    return result;
+  };
+  for (const double q : {1e-9, 0.01, 0.2, 0.6, 0.9}) {
+    for (const double omega : {1e-9, 0.01, 0.9, 1.4})
+      CHECK(lens(Lens::Model::field_of_view, omega).distort_radius(std::tan(q * omega) / (2 * std::tan(0.5 * omega))) ==
+            Approx(q).epsilon(1e-9));
+    for (const double k : {-0.9, -0.25, 0.0, 1e-12, 0.3, 1.2})
+      CHECK(lens(Lens::Model::division, k).distort_radius(q / (1 + k * q * q)) == Approx(q).epsilon(1e-9));
+    for (const double alpha : {0.0, 0.4, 0.6, 0.8}) {
+      const double beta = 1.1, root = std::sqrt(1 - (2 * alpha - 1) * beta * q * q);
+      const double depth = (1 - alpha * alpha * beta * q * q) / (alpha * root + 1 - alpha);
+      CHECK(lens(Lens::Model::unified, alpha, beta).distort_radius(q / depth) == Approx(q).epsilon(1e-9));
+    }
+    for (const double k : {-0.1, 0.0, 0.2})
+      CHECK(lens(Lens::Model::f_theta, k).distort_radius(std::tan(q * (1 + k * q))) == Approx(q).epsilon(1e-9));
+  }
+  CHECK(lens(Lens::Model::field_of_view, 0).is_pinhole());
+  CHECK(lens(Lens::Model::division, 0).is_pinhole());
+  CHECK(lens(Lens::Model::unified, 0, 1).is_pinhole());
+  CHECK_FALSE(lens(Lens::Model::f_theta, 0).is_pinhole());
+  CHECK(std::isnan(lens(Lens::Model::division, 0.3).distort_radius(1)));  // beyond the largest radius of the model
+}
+
+TEST_CASE("the radius at which a lens folds over", "[scene][undistort]") {
+  Lens lens;
+  CHECK_FALSE(lens.folds_at());
+  lens.radial = {-0.4, 0, 0, 0};  // r (1 - 0.4 r^2) has its maximum at r = 0.9129
+  REQUIRE(lens.folds_at());
+  CHECK(*lens.folds_at() == Approx(2.0 / 3 * std::sqrt(1 / 1.2)).epsilon(1e-5));
+  lens.model = Lens::Model::fisheye;
+  lens.radial = {0.1, 0, 0, 0};
+  CHECK_FALSE(lens.folds_at());
+  lens.radial = {-0.4, 0, 0, 0};
+  CHECK(*lens.folds_at() == Approx(2.0 / 3 * std::sqrt(1 / 1.2)).epsilon(1e-5));
 }
 
 TEST_CASE("masked pixels do not bleed into their neighbours", "[scene][undistort]") {
