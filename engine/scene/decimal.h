@@ -26,9 +26,8 @@ inline std::optional<double> parse_decimal(std::string_view text) {
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size()) return std::nullopt;
   if (problem == std::errc::result_out_of_range)
-    return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos
-               ? std::optional(0.0)
-               : std::nullopt;
+    return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos ? std::optional(0.0)
+                                                                                                  : std::nullopt;
   if (problem != std::errc{} || !std::isfinite(value)) return std::nullopt;
   return value;
 }
@@ -36,7 +35,8 @@ inline std::optional<double> parse_decimal(std::string_view text) {
 /// Returns whether `text` is a number with a decimal comma, as programs write it under some locales.
 inline bool has_decimal_comma(std::string_view text) {
   text = trimmed(text);
-  return text.find(',') != std::string_view::npos && text.find_first_not_of("0123456789+-eE,") == std::string_view::npos;
+  return text.find(',') != std::string_view::npos &&
+         text.find_first_not_of("0123456789+-eE,") == std::string_view::npos;
 }
 
 }  // namespace trisoup::scene

@@ -96,8 +96,7 @@ double ignored_shift(const Camera& camera, const Rest& rest, bool fisheye) {
       const double dx = rest.p1 * (r2 + 2 * x * x) + 2 * rest.p2 * x * y;
       const double dy = rest.p2 * (r2 + 2 * y * y) + 2 * rest.p1 * x * y;
       const double tangential = (rest.p3 + rest.p4 * r2) * r2 + (fisheye ? 1 : 0);
-      const double shift =
-          std::hypot(tangential * dx * camera.fx + rest.b2 * y, tangential * dy * camera.fy);
+      const double shift = std::hypot(tangential * dx * camera.fx + rest.b2 * y, tangential * dy * camera.fy);
       largest = std::isfinite(shift) ? std::max(largest, shift) : HUGE_VAL;
     }
   return largest;

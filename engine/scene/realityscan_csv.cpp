@@ -26,8 +26,10 @@ std::vector<std::string> split_fields(std::string_view line, char separator) {
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
     if (c == '"') {
-      if (quoted && i + 1 < line.size() && line[i + 1] == '"') fields.back() += line[i++];
-      else quoted = !quoted;
+      if (quoted && i + 1 < line.size() && line[i + 1] == '"')
+        fields.back() += line[i++];
+      else
+        quoted = !quoted;
     } else if (c == separator && !quoted) {
       fields.emplace_back();
     } else {
@@ -42,7 +44,7 @@ using CsvColumns = std::map<std::string, std::size_t>;
 
 struct CsvHeader {
   char separator = ',';
-  bool marked = false;  // begins with #
+  bool marked = false;   // begins with #
   std::size_t size = 0;  // number of fields
   CsvColumns columns;
 
@@ -59,8 +61,8 @@ struct CsvHeader {
 std::string known_name(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   static const std::map<std::string, std::string> others{
-      {"yaw", "heading"}, {"z", "alt"},       {"f_35mm", "f"}, {"px_norm", "px"},
-      {"py_norm", "py"},  {"f_pix", "f"},     {"px_pix", "px"}, {"py_pix", "py"},
+      {"yaw", "heading"}, {"z", "alt"},   {"f_35mm", "f"},  {"px_norm", "px"},
+      {"py_norm", "py"},  {"f_pix", "f"}, {"px_pix", "px"}, {"py_pix", "py"},
   };
   const auto found = others.find(name);
   return found != others.end() ? found->second : name;
@@ -113,7 +115,8 @@ std::optional<CsvHeader> take_header(std::string_view& text, int& number) {
 /// A line after the header.
 class CsvRecord {
  public:
-  CsvRecord(const CsvHeader& header, std::string_view line) : header_(header), fields_(split_fields(line, header.separator)) {}
+  CsvRecord(const CsvHeader& header, std::string_view line)
+      : header_(header), fields_(split_fields(line, header.separator)) {}
 
   const std::string& name() const { return fields_.front(); }
   bool has(const char* column) const { return header_.columns.contains(column); }
@@ -128,10 +131,11 @@ class CsvRecord {
     }
     const std::string& text = fields_[found->second];
     if (const auto value = parse_decimal(text)) return *value;
-    fail(has_decimal_comma(text)
-             ? std::string("its numbers have decimal commas; set the program or the system to decimal points and export "
-                           "again")
-             : fmt::format("its {} is not a finite number; export the file again", column));
+    fail(
+        has_decimal_comma(text)
+            ? std::string("its numbers have decimal commas; set the program or the system to decimal points and export "
+                          "again")
+            : fmt::format("its {} is not a finite number; export the file again", column));
     return 0;
   }
   void fail(const std::string& problem) {
@@ -195,7 +199,8 @@ std::optional<RealityScanCamera> read_camera(CsvRecord& record, const CsvHeader&
   camera.lens.p1 = record("t2"), camera.lens.p2 = record("t1");
   const auto pose = pose_from(record, header);
   if (!pose) record.fail("its pose is not a rotation and a translation of finite numbers; export the file again");
-  if (!(camera.focal > 0 && camera.focal < 1e9)) record.fail("its focal length f is not above 0; export the file again");
+  if (!(camera.focal > 0 && camera.focal < 1e9))
+    record.fail("its focal length f is not above 0; export the file again");
   if (camera.name.empty() || camera.name.find('\0') != std::string::npos)
     record.fail("it has no name; export the file again");
   if (!record.problem().empty()) return std::nullopt;
@@ -205,11 +210,11 @@ std::optional<RealityScanCamera> read_camera(CsvRecord& record, const CsvHeader&
 
 void check_columns(const std::optional<CsvHeader>& header, const std::string& name) {
   if (!header || (!header->has_angles() && !header->has_matrix()))
-    throw Error("{}: has no header with the columns of RealityScan's camera parameters (name,x,y,alt,heading,pitch,roll,"
-                "f,px,py,...); {}",
-                name, kExport);
-  if (!header->columns.contains("f"))
-    throw Error("{}: has poses but no focal lengths (column f); {}", name, kExport);
+    throw Error(
+        "{}: has no header with the columns of RealityScan's camera parameters (name,x,y,alt,heading,pitch,roll,"
+        "f,px,py,...); {}",
+        name, kExport);
+  if (!header->columns.contains("f")) throw Error("{}: has poses but no focal lengths (column f); {}", name, kExport);
   if (header->has_matrix() && !(header->has({"px", "py"})))
     throw Error("{}: has focal lengths in pixels but no principal points (columns px, py); {}", name, kExport);
 }

@@ -33,12 +33,12 @@ struct RealityScanCameras {
 bool looks_like_realityscan_csv(std::string_view text);
 
 /// Reads the text of the exports "Internal/External camera parameters" (name,x,y,alt,heading or yaw,pitch,roll,f,px,py,
-/// k1,k2,k3,k4,t1,t2) and its OpenCV-compliant variant (name,tx,ty,tz,R00 to R22,f,px,py,k1,k2,t2,t1,k3,k4). Columns are
-/// found by their names, in any order; px, py and the distortion may be missing. Fields are separated by commas,
+/// k1,k2,k3,k4,t1,t2) and its OpenCV-compliant variant (name,tx,ty,tz,R00 to R22,f,px,py,k1,k2,t2,t1,k3,k4). Columns
+/// are found by their names, in any order; px, py and the distortion may be missing. Fields are separated by commas,
 /// semicolons or tabs and may be quoted. Lines with # before the header are skipped. name: the file, for messages.
 /// - World axes: x east, y north, z up. With angles of 0 the camera looks down and the top of the image points to y.
-///   Angles in degrees: heading is clockwise seen from above, pitch then turns about the camera's x axis, roll about its
-///   y axis. tx to R22 are the world-to-camera pose with OpenCV's axes.
+///   Angles in degrees: heading is clockwise seen from above, pitch then turns about the camera's x axis, roll about
+///   its y axis. tx to R22 are the world-to-camera pose with OpenCV's axes.
 /// - f is the focal length for a 36 mm wide image, px and py are fractions of its longer side; in pixels in the
 ///   OpenCV-compliant variant. Distortion is Brown's polynomial; t1 and t2 are OpenCV's p2 and p1.
 /// Source: export templates of RealityScan (calibration.xml) and its support article "Registration export and camera

@@ -117,7 +117,8 @@ TEST_CASE("Metashape's poses map cameras to the world of their component", "[sce
 }
 
 TEST_CASE("the adjusted calibration is preferred, with the size it belongs to", "[scene][metashape]") {
-  const std::string initial = "<calibration class='initial'><resolution width='320' height='200'/><f>1</f></calibration>";
+  const std::string initial =
+      "<calibration class='initial'><resolution width='320' height='200'/><f>1</f></calibration>";
   const std::string adjusted = "<calibration class='adjusted'><f>77</f></calibration>";
   const auto camera = [](const std::string& calibrations) {
     const std::string sensor = "<sensor id='0'><resolution width='640' height='480'/>" + calibrations + "</sensor>";
@@ -149,15 +150,15 @@ TEST_CASE("cameras of Metashape that cannot be used are left out by name", "[sce
   const std::string sensors = sensor_xml("<f>500</f>") + sensor_xml("", "spherical", "1") +
                               "<sensor id='2' type='frame'><resolution width='9' height='9'/></sensor>" +
                               sensor_xml("<f>0</f>", "frame", "3") + sensor_xml("<f>5</f><k1>0,1</k1>", "frame", "4");
-  const std::string cameras = camera_xml("a") + "<group id='0' label='g'>" + camera_xml("b") + "</group>" +
-                              camera_xml("not aligned", "") + camera_xml("off", kIdentity, "enabled='false'") +
-                              camera_xml("off too", kIdentity, "enabled='0'") + camera_xml("on", kIdentity, "enabled='1'") +
-                              camera_xml("slave", "", "master_id='1'") + camera_xml("panorama", kIdentity, "", "1") +
-                              camera_xml("uncalibrated", kIdentity, "", "2") + camera_xml("no focal", kIdentity, "", "3") +
-                              camera_xml("comma", kIdentity, "", "4") + camera_xml("orphan", kIdentity, "", "9") +
-                              camera_xml("nan", "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1") + camera_xml("short", "1 0 0") +
-                              camera_xml("mirrored", "-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1") +
-                              camera_xml("far", "1 0 0 1e300 0 1 0 0 0 0 1 0 0 0 0 1");
+  const std::string cameras =
+      camera_xml("a") + "<group id='0' label='g'>" + camera_xml("b") + "</group>" + camera_xml("not aligned", "") +
+      camera_xml("off", kIdentity, "enabled='false'") + camera_xml("off too", kIdentity, "enabled='0'") +
+      camera_xml("on", kIdentity, "enabled='1'") + camera_xml("slave", "", "master_id='1'") +
+      camera_xml("panorama", kIdentity, "", "1") + camera_xml("uncalibrated", kIdentity, "", "2") +
+      camera_xml("no focal", kIdentity, "", "3") + camera_xml("comma", kIdentity, "", "4") +
+      camera_xml("orphan", kIdentity, "", "9") + camera_xml("nan", "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1") +
+      camera_xml("short", "1 0 0") + camera_xml("mirrored", "-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1") +
+      camera_xml("far", "1 0 0 1e300 0 1 0 0 0 0 1 0 0 0 0 1");
   const auto chunk = parse_metashape_xml(chunk_xml(sensors, cameras), "c.xml");
   REQUIRE(chunk.cameras.size() == 3);
   CHECK(chunk.cameras[0].label == "a");
@@ -168,18 +169,18 @@ TEST_CASE("cameras of Metashape that cannot be used are left out by name", "[sce
   for (const char* line :
        {"c.xml: left out 1 photograph: not aligned in Metashape: not aligned\n",
         "2 photographs: disabled in Metashape: off, off too\n", "without a pose of its own: slave\n",
-        "its sensor is of type spherical, which is not read", ": panorama\n", "has no calibration; ", ": uncalibrated\n",
-        "has no focal length above 0; ", ": no focal\n", "k1 of its sensor is '0,1', not a number with a decimal point; ",
-        ": comma\n", "its sensor is missing; ", ": orphan\n", "4 photographs: its pose is not a rotation and ",
-        ": nan, short, mirrored and 1 more\n"})
+        "its sensor is of type spherical, which is not read", ": panorama\n", "has no calibration; ",
+        ": uncalibrated\n", "has no focal length above 0; ", ": no focal\n",
+        "k1 of its sensor is '0,1', not a number with a decimal point; ", ": comma\n", "its sensor is missing; ",
+        ": orphan\n", "4 photographs: its pose is not a rotation and ", ": nan, short, mirrored and 1 more\n"})
     CHECK_THAT(lines, Catch::Contains(line));
 }
 
 TEST_CASE("of several components of Metashape the largest is read", "[scene][metashape]") {
-  const std::string cameras = camera_xml("a", kIdentity, "component_id='0'") +
-                              camera_xml("b", kLooksAlongX, "component_id='1'") +
-                              camera_xml("c", kLooksAlongX, "component_id='1'") + camera_xml("d", "", "component_id='0'") +
-                              camera_xml("e", kIdentity, "component_id='0' enabled='false'");
+  const std::string cameras =
+      camera_xml("a", kIdentity, "component_id='0'") + camera_xml("b", kLooksAlongX, "component_id='1'") +
+      camera_xml("c", kLooksAlongX, "component_id='1'") + camera_xml("d", "", "component_id='0'") +
+      camera_xml("e", kIdentity, "component_id='0' enabled='false'");
   const std::string components =
       "<components active_id='0'><component id='0'><transform><scale>9</scale></transform></component>"
       "<component id='1'><transform><scale>2</scale></transform></component></components>";
@@ -187,8 +188,8 @@ TEST_CASE("of several components of Metashape the largest is read", "[scene][met
   REQUIRE(chunk.cameras.size() == 2);
   CHECK(chunk.cameras[0].label == "b");
   CHECK(chunk.cameras[0].camera.centre().x == Approx(2));
-  CHECK_THAT(lines_of(chunk.findings), Catch::Contains("1 photograph: not in the largest of 2 components") &&
-                                           Catch::Contains(": a\n"));
+  CHECK_THAT(lines_of(chunk.findings),
+             Catch::Contains("1 photograph: not in the largest of 2 components") && Catch::Contains(": a\n"));
 }
 
 TEST_CASE("what Metashape's lenses have beyond ours is warned of if it matters", "[scene][metashape]") {
@@ -197,8 +198,9 @@ TEST_CASE("what Metashape's lenses have beyond ours is warned of if it matters",
   };
   // At the corners y' is 240 / 500: b2 of 0.2 moves them by 0.096 pixels.
   CHECK(lines("<f>500</f><b2>0.2</b2>").empty());
-  CHECK_THAT(lines("<f>500</f><b2>0.5</b2>"), Catch::Contains("c.xml: sensor lens 0: ignored coefficients (b2, p3, p4)") &&
-                                                  Catch::Contains("by up to 0.24 pixels"));
+  CHECK_THAT(lines("<f>500</f><b2>0.5</b2>"),
+             Catch::Contains("c.xml: sensor lens 0: ignored coefficients (b2, p3, p4)") &&
+                 Catch::Contains("by up to 0.24 pixels"));
   CHECK(lines("<f>500</f><p3>1</p3>").empty());  // a factor of p1 and p2
   CHECK_FALSE(lines("<f>500</f><p1>0.01</p1><p3>0.1</p3>").empty());
   CHECK(lines("<f>500</f><p1>0.01</p1>").empty());
@@ -234,8 +236,8 @@ TEST_CASE("what is not a camera export of Metashape is refused", "[scene][metash
     CHECK_THAT(xml_message(xml_of(camera_xml("a"), "<transform>" + std::string(transform) + "</transform>")),
                Catch::Contains("the transform of its chunk is not"));
   // A mirrored world is not a rotation either.
-  CHECK_FALSE(xml_message(xml_of(camera_xml("a"), "<transform><rotation>-1 0 0 0 1 0 0 0 1</rotation></transform>"))
-                  .empty());
+  CHECK_FALSE(
+      xml_message(xml_of(camera_xml("a"), "<transform><rotation>-1 0 0 0 1 0 0 0 1</rotation></transform>")).empty());
 }
 
 TEST_CASE("a folder with Metashape's cameras is a dataset", "[scene][metashape]") {
@@ -280,8 +282,8 @@ TEST_CASE("photographs with the same label in Metashape are left out", "[scene][
   const scene::Dataset dataset = scene::read_dataset(folder.path(), 1);
   REQUIRE(dataset.frames.size() == 1);
   CHECK(dataset.frames[0].photograph.name == "images/b.png");
-  CHECK_THAT(lines_of(dataset.findings), Catch::Contains("2 photographs: its name occurs more than once; ") &&
-                                             Catch::Contains(": a, a\n"));
+  CHECK_THAT(lines_of(dataset.findings),
+             Catch::Contains("2 photographs: its name occurs more than once; ") && Catch::Contains(": a, a\n"));
   folder.write("cameras.xml", xml_of(camera_xml("a") + camera_xml("a", kLooksAlongX)));
   CHECK_THAT(test::message_of([&] { scene::read_dataset(folder.path(), 1); }),
              Catch::Contains("all names of photographs occur more than once; "));
@@ -289,7 +291,8 @@ TEST_CASE("photographs with the same label in Metashape are left out", "[scene][
 
 TEST_CASE("a PLY beside Metashape's cameras has the sparse points", "[scene][metashape]") {
   const auto ply = [](const char* points) {
-    return "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n" +
+    return "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float "
+           "z\nend_header\n" +
            std::string(points);
   };
   const test::SceneFolder folder;
@@ -305,6 +308,11 @@ TEST_CASE("a PLY beside Metashape's cameras has the sparse points", "[scene][met
   folder.write("points.ply", ply("0 0 2\n0.25 0 3\n"));  // chunk
   CHECK(read().points.positions.at(1) == glm::dvec3(100.5, 0, 6));
   CHECK_THAT(lines_of(read().findings), Catch::Contains("points are in the chunk's own coordinates"));
+  // Points that both readings bring into view are taken as world coordinates.
+  folder.write("cameras.xml", xml_of(camera_xml("a"), "<transform><scale>2</scale></transform>"));
+  CHECK(read().points.positions.at(1).x == 0.25);
+  CHECK(read().findings.lines().empty());
+  folder.write("cameras.xml", xml_of(camera_xml("a"), world));
   folder.write("points.ply", ply("0 0 -2\n0.25 0 -3\n"));  // neither
   CHECK(read().points.positions.at(1).x == 0.25);
 
@@ -313,5 +321,6 @@ TEST_CASE("a PLY beside Metashape's cameras has the sparse points", "[scene][met
   CHECK_THAT(lines_of(read().findings), Catch::Contains("points.ply") && Catch::Contains("read without these points"));
   folder.write("more.ply", ply("0 0 2\n0 0 3\n"));
   CHECK(read().points.positions.empty());
-  CHECK_THAT(lines_of(read().findings), Catch::Contains("several point clouds, none of which is used: more.ply, points.ply"));
+  CHECK_THAT(lines_of(read().findings),
+             Catch::Contains("several point clouds, none of which is used: more.ply, points.ply"));
 }

@@ -27,7 +27,8 @@ scene::RealityScanCamera one_camera(const std::string& text) {
 }
 
 scene::Camera turned_by(double heading, double pitch, double roll) {
-  const auto camera = one_camera(kAngles + fmt::format("a.png,1,2,3,{},{},{},30,0,0,0,0,0,0,0,0\n", heading, pitch, roll));
+  const auto camera =
+      one_camera(kAngles + fmt::format("a.png,1,2,3,{},{},{},30,0,0,0,0,0,0,0,0\n", heading, pitch, roll));
   return scene::camera_of(camera, {360, 240});
 }
 
@@ -64,7 +65,8 @@ TEST_CASE("RealityScan's angles turn a camera that looks down", "[scene][reality
 
 TEST_CASE("RealityScan's angles give the matrix of its support article", "[scene][realityscan]") {
   const double y = 0.7, p = 1.1, r = -0.4, degrees = 180 / 3.14159265358979323846;
-  const double cz = std::cos(y), sz = std::sin(y), cy = std::cos(p), sy = std::sin(p), cx = std::cos(r), sx = std::sin(r);
+  const double cz = std::cos(y), sz = std::sin(y), cy = std::cos(p), sy = std::sin(p), cx = std::cos(r),
+               sx = std::sin(r);
   const glm::dmat3 expected = glm::transpose(glm::dmat3(  //
       cx * cz + sx * sy * sz, -cx * sz + cz * sx * sy, -cy * sx, -cy * sz, -cy * cz, -sy, cx * sy * sz - cz * sx,
       cx * cz * sy + sx * sz, -cx * cy));
@@ -75,8 +77,9 @@ TEST_CASE("RealityScan's OpenCV-compliant export has matrices and pixels", "[sce
   // Looks north, upright, from (1, 2, 3).
   const std::string row = "a.png,-1,3,-2,1,0,0,0,0,-1,0,1,0,300,170,130,0.1,0.2,0.003,0.004,0.5,0.6\n";
   for (const std::string& header :
-       {kMatrix, std::string("#name,tx,ty,tz,R00,R01,R02,R10,R11,R12,R20,R21,R22 (R = [Rij], row major),f_pix,px_pix,py_pix,"
-                             "k1,k2,t2,t1,k3,k4 (Brown coefficients, OpenCV ordering)\n")}) {
+       {kMatrix,
+        std::string("#name,tx,ty,tz,R00,R01,R02,R10,R11,R12,R20,R21,R22 (R = [Rij], row major),f_pix,px_pix,py_pix,"
+                    "k1,k2,t2,t1,k3,k4 (Brown coefficients, OpenCV ordering)\n")}) {
     const auto listed = one_camera(header + row);
     const scene::Camera camera = scene::camera_of(listed, {360, 240});
     CHECK(glm::distance(camera.centre(), glm::dvec3(1, 2, 3)) < 1e-12);
@@ -116,7 +119,8 @@ TEST_CASE("spellings of RealityScan's CSV", "[scene][realityscan]") {
   for (const std::string& text : {
            "\xEF\xBB\xBF#cameras 1\r\n" + kAngles + "\r\n\"a b.png\", 1,+2 ,3,10,20,30,18,1e-2,0,0.1,0.2,0,0,0,0\r\n",
            std::string("name;x;y;z;Yaw;Pitch;Roll;F;px;k1;k2\n\"a b.png\";1;2;3;10;20;30;18;0.01;0.1;0.2"),
-           std::string("#name\tk2\tk1\tpx\tf\troll\tpitch\tyaw\talt\ty\tx\na b.png\t0.2\t0.1\t0.01\t18\t30\t20\t10\t3\t2\t1\t\n"),
+           std::string("#name\tk2\tk1\tpx\tf\troll\tpitch\tyaw\talt\ty\tx\na "
+                       "b.png\t0.2\t0.1\t0.01\t18\t30\t20\t10\t3\t2\t1\t\n"),
        }) {
     const auto camera = one_camera(text);
     CHECK(camera.name == "a b.png");
@@ -130,20 +134,21 @@ TEST_CASE("spellings of RealityScan's CSV", "[scene][realityscan]") {
 
 TEST_CASE("rows of RealityScan's CSV that cannot be used are left out by name", "[scene][realityscan]") {
   const std::string good = "good.png,1,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n";
-  const std::string lines = csv_findings(kAngles + good + "nan.png,nan,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n" +
-                                         "far.png,1e300,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n" + "short.png,1,2,3\n" +
-                                         "comma.png,1,5,2,5,3,0,0,0,18,0,0,0,0,0,0,0,0\n" +
-                                         "focal.png,1,2,3,0,0,0,0,0,0,0,0,0,0,0,0\n" +
-                                         ",1,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n");
-  for (const char* line : {"r.csv: left out 1 photograph: its x is not a finite number; ", ": nan.png\n",
-                           "its pose is not a rotation and a translation of finite numbers; ", ": far.png\n",
-                           "its line ends before ", ": short.png\n", "more fields than the header, as with decimal commas; ",
-                           ": comma.png\n", "its focal length f is not above 0; ", ": focal.png\n", "it has no name; "})
+  const std::string lines = csv_findings(
+      kAngles + good + "nan.png,nan,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n" + "far.png,1e300,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n" +
+      "short.png,1,2,3\n" + "comma.png,1,5,2,5,3,0,0,0,18,0,0,0,0,0,0,0,0\n" +
+      "focal.png,1,2,3,0,0,0,0,0,0,0,0,0,0,0,0\n" + ",1,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n");
+  for (const char* line :
+       {"r.csv: left out 1 photograph: its x is not a finite number; ", ": nan.png\n",
+        "its pose is not a rotation and a translation of finite numbers; ", ": far.png\n", "its line ends before ",
+        ": short.png\n", "more fields than the header, as with decimal commas; ", ": comma.png\n",
+        "its focal length f is not above 0; ", ": focal.png\n", "it has no name; "})
     CHECK_THAT(lines, Catch::Contains(line));
 }
 
 TEST_CASE("doubtful values in RealityScan's CSV are warned of", "[scene][realityscan]") {
-  const std::string k1_alone = "a.png,1,2,3,0,0,0,18,0,0,-0.2,0,0,0,0,0\n", plain = "b.png,1,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n";
+  const std::string k1_alone = "a.png,1,2,3,0,0,0,18,0,0,-0.2,0,0,0,0,0\n",
+                    plain = "b.png,1,2,3,0,0,0,18,0,0,0,0,0,0,0,0\n";
   CHECK(csv_findings(kAngles + plain).empty());
   CHECK_THAT(csv_findings(kAngles + plain + k1_alone), Catch::Contains("r.csv: k1 of 1 of 2 cameras stands alone"));
   CHECK_THAT(csv_findings("name,x,y,alt,heading,pitch,roll,f,skew\na,1,2,3,0,0,0,18,0\n"),
@@ -151,6 +156,8 @@ TEST_CASE("doubtful values in RealityScan's CSV are warned of", "[scene][reality
   const std::string degrees = "a,8.5501,47.3701,410,0,0,0,18\nb,8.5502,47.3703,412,0,0,0,18\n";
   CHECK_THAT(csv_findings("name,x,y,alt,heading,pitch,roll,f\n" + degrees), Catch::Contains("longitude and latitude"));
   CHECK(csv_findings("name,x,y,alt,heading,pitch,roll,f\na,1,2,3,0,0,0,18\nb,2,3,9,0,0,0,18\n").empty());
+  // Up a tower, in metres.
+  CHECK(csv_findings("name,x,y,alt,heading,pitch,roll,f\na,1,2,3,0,0,0,18\nb,1.2,2,63,0,0,0,18\n").empty());
 }
 
 TEST_CASE("CSV that is not RealityScan's, or lacks intrinsics, is refused", "[scene][realityscan]") {
@@ -159,12 +166,12 @@ TEST_CASE("CSV that is not RealityScan's, or lacks intrinsics, is refused", "[sc
   CHECK_THAT(csv_message("#name,x,y,alt\na,1,2,3\n"), Catch::Contains("has no header"));
   CHECK_THAT(csv_message("#cameras 1\n#name,x,y,alt,yaw,pitch,roll\na,1,2,3,0,0,0\n"),
              Catch::Contains("r.csv: has poses but no focal lengths (column f); export \"Internal/External"));
-  CHECK_THAT(csv_message("#name,tx,ty,tz,R00,R01,R02,R10,R11,R12,R20,R21,R22,f\n"), Catch::Contains("no principal points"));
+  CHECK_THAT(csv_message("#name,tx,ty,tz,R00,R01,R02,R10,R11,R12,R20,R21,R22,f\n"),
+             Catch::Contains("no principal points"));
   CHECK_THAT(csv_message(kAngles), Catch::Contains("lists no cameras"));
   CHECK_THAT(csv_message(kAngles + "a,1,2,3,x,0,0,18,0,0,0,0,0,0,0,0\n"),
              Catch::Contains("r.csv: has no camera that can be used; line 2: its heading is not a finite number"));
-  CHECK_THAT(csv_message("name;x;y;alt;heading;pitch;roll;f\na;1,5;2;3;0;0;0;18\n"),
-             Catch::Contains("decimal commas"));
+  CHECK_THAT(csv_message("name;x;y;alt;heading;pitch;roll;f\na;1,5;2;3;0;0;0;18\n"), Catch::Contains("decimal commas"));
 
   CHECK(looks_like_realityscan_csv(kAngles));
   CHECK(looks_like_realityscan_csv(kMatrix));
@@ -180,8 +187,9 @@ TEST_CASE("a folder with RealityScan's cameras is a dataset", "[scene][realitysc
   folder.write("b.png", test::plain(48, 64, 0, 255, 0));
   folder.write("train.csv", std::string("step,loss\n1,2\n"));
   CHECK(scene::find_unposed(folder.path()));
-  folder.write("reg.csv", kAngles + "a.png,1,2,3,0,90,0,18,0,0,0,0,0,0,0.01,0\nb.png,1,2,4,0,90,0,18,0,0,0,0,0,0,0,0\n"
-                                    "gone.png,1,2,4,0,90,0,18,0,0,0,0,0,0,0,0\n");
+  folder.write("reg.csv", kAngles +
+                              "a.png,1,2,3,0,90,0,18,0,0,0,0,0,0,0.01,0\nb.png,1,2,4,0,90,0,18,0,0,0,0,0,0,0,0\n"
+                              "gone.png,1,2,4,0,90,0,18,0,0,0,0,0,0,0,0\n");
   CHECK_FALSE(scene::find_unposed(folder.path()));
   for (const std::filesystem::path& path : {folder.path(), folder / "reg.csv"}) {
     const scene::Dataset dataset = scene::read_dataset(path, 1);
