@@ -28,7 +28,9 @@ constexpr std::array<std::string_view, 15> kUsual = {
 
 const char* const kBegin =
     "Turns photographs into a few thousand opaque textured triangles.\n\n"
-    "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP.\n"
+    "DATASET is a folder (or transforms .json) of Blender/NeRF-Synthetic, instant-ngp, nerfstudio or COLMAP, or one "
+    "with\n"
+    "the camera export (or that file itself) of Metashape (.xml) or RealityScan (.csv).\n"
     "It can also be a folder of photographs without poses, or a video. COLMAP then finds the poses and writes them to\n"
     "OUT/colmap.\n"
     "Output in OUT: model.glb, checkpoint.safetensors, train.csv, evaluations.csv, metrics.json and renders/.";

@@ -4,6 +4,7 @@
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "scene/colmap_choice.h"
+#include "scene/exported_cameras.h"
 #include "scene/unposed.h"
 
 namespace trisoup::scene {
@@ -26,8 +27,9 @@ constexpr const char* kFindPoses =
 }  // namespace
 
 bool has_poses(const fs::path& path) {
-  if (is_file(path)) return path.extension() == ".json";
-  return is_file(path / "transforms_train.json") || is_file(path / "transforms.json") || !colmap_model_in(path).empty();
+  if (is_file(path)) return path.extension() == ".json" || is_exported_cameras(path);
+  return is_file(path / "transforms_train.json") || is_file(path / "transforms.json") ||
+         !colmap_model_in(path).empty() || has_exported_cameras(path);
 }
 
 FrameTaker::FrameTaker(Dataset& dataset, const PhotographFiles& files, const std::string& source)
@@ -62,6 +64,7 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   fs::path root = path;
   if (is_file(path)) {
     if (is_video(path)) throw Error("{}: a video has no poses; {}", name, kFindPoses);
+    if (auto dataset = read_exported_cameras(path, downscale, outside)) return *std::move(dataset);
     if (path.extension() != ".json")
       throw Error("{}: not a dataset; give the folder of a dataset or its transforms.json", name);
     root = path.has_parent_path() ? path.parent_path() : fs::path(".");
@@ -81,10 +84,11 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
       dataset.findings.warn(choice->line);
     return dataset;
   }
+  if (auto dataset = read_exported_cameras(root, downscale, outside)) return *std::move(dataset);
   if (find_unposed(root)) throw Error("{}: contains photographs without poses; {}", name, kFindPoses);
   throw Error(
-      "{}: contains neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0, nor photographs "
-      "(PNG, JPEG, WebP or TIFF); give the folder of a dataset",
+      "{}: contains neither transforms_train.json nor transforms.json nor a COLMAP model in sparse/0 nor a camera "
+      "export of Metashape or RealityScan, nor photographs (PNG, JPEG, WebP or TIFF); give the folder of a dataset",
       name);
 }
 

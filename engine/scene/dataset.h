@@ -75,12 +75,14 @@ class FrameTaker {
 
 /// Detects the format of `path` and reads the dataset: Blender if there is a transforms_train.json, else
 /// transforms.json, else a COLMAP model: the largest in sparse/0, sparse/1 and so on, else in sparse or the folder
-/// itself. `path` may also be a JSON file: a file of a Blender split stands for its folder, and any other file is read
-/// like transforms.json. downscale: selects prescaled photographs (see PhotographFiles). outside: files may lie outside
-/// the dataset's folder. Throws Error.
+/// itself; else the only camera export of Metashape or RealityScan in the folder. `path` may also be a file: a JSON file
+/// of a Blender split stands for its folder, any other JSON file is read like transforms.json, XML like Metashape's and
+/// CSV like RealityScan's export. downscale: selects prescaled photographs (see PhotographFiles). outside: files may lie
+/// outside the dataset's folder. Throws Error.
 Dataset read_dataset(const std::filesystem::path& path, double downscale, bool outside = false);
 
-/// Returns whether `path` contains a file with poses that read_dataset would use. Reads no more than largest_model().
+/// Returns whether `path` contains a file with poses that read_dataset would use. Reads only the beginning of XML and
+/// CSV files, and no more of COLMAP models than largest_model().
 bool has_poses(const std::filesystem::path& path);
 
 /// Readers for each format. root: the dataset's folder. files: finds photographs in that folder.
@@ -88,5 +90,7 @@ Dataset read_blender(const std::filesystem::path& root, const PhotographFiles& f
 Dataset read_transforms(const std::filesystem::path& file, const PhotographFiles& files);
 Dataset read_colmap(const std::filesystem::path& root, const std::filesystem::path& model,
                     const PhotographFiles& files);
+Dataset read_metashape(const std::filesystem::path& file, const PhotographFiles& files);
+Dataset read_realityscan(const std::filesystem::path& file, const PhotographFiles& files);
 
 }  // namespace trisoup::scene

@@ -30,7 +30,7 @@ struct Points {  // sparse cloud, normalised coordinates; may be empty
   std::vector<std::vector<std::uint32_t>> seen_by;  // training views, ascending; same length, or empty
 };
 
-enum class Format { blender, transforms, colmap };
+enum class Format { blender, transforms, colmap, metashape, realityscan };
 enum class BackgroundChoice { automatic, white, black };  // automatic: white if images have alpha, else black
 enum class AlphaUse { composite, mask };                  // composite on the background, or use as loss mask
 
@@ -65,7 +65,7 @@ struct Scene {
   std::uint64_t fingerprint = 0;  // hash of names, sizes, poses and intrinsics; identifies the scene of a checkpoint
 };
 
-/// Detects the format of `path` (a dataset folder, or one of its transforms*.json) and loads it.
+/// Detects the format of `path` (a dataset folder, or one of its files with poses) and loads it.
 /// - Photographs are undistorted to pinholes with the same focal length, then shrunk by `downscale`. With a factor of
 ///   2, 4 or 8, copies in images_2/, images_4/ or images_8/ are used instead if they exist.
 /// - Excluded from the loss: alpha < 0.5 with AlphaUse::mask, pixels that are 0 in a mask (mask_path, or a file in

@@ -38,6 +38,22 @@ std::string prescaled_folder(const Dataset& dataset) {
   return {};
 }
 
+const char* name_of(Format format) {
+  switch (format) {
+    case Format::blender:
+      return "Blender";
+    case Format::transforms:
+      return "transforms.json";
+    case Format::colmap:
+      return "COLMAP";
+    case Format::metashape:
+      return "Metashape";
+    case Format::realityscan:
+      return "RealityScan";
+  }
+  return "";
+}
+
 std::string cameras_text(const Dataset& dataset) {
   std::map<std::string, std::set<std::uint64_t>> by_model;
   for (const Frame& frame : dataset.frames) by_model[frame.model].insert(intrinsics_of(frame));
@@ -62,9 +78,7 @@ std::string cameras_text(const Dataset& dataset) {
 
 std::string summary_of(const Dataset& dataset, ImageSize shrunk) {
   const std::size_t all = dataset.frames.size();
-  std::string text = dataset.format == Format::blender  ? "Blender"
-                     : dataset.format == Format::colmap ? "COLMAP"
-                                                        : "transforms.json";
+  std::string text = name_of(dataset.format);
   text += fmt::format(", {} photograph{}", all, all == 1 ? "" : "s");
   const ImageSize size = dataset.frames.front().size;
   const bool one_size = std::all_of(dataset.frames.begin(), dataset.frames.end(), [&](const Frame& f) {

@@ -17,7 +17,8 @@ struct DatasetOptions {
 /// Copies share the same dataset.
 class Dataset {
  public:
-  /// Loads a folder or a transforms .json in Blender (NeRF-Synthetic), instant-ngp, nerfstudio or COLMAP format.
+  /// Loads a folder or a transforms .json in Blender (NeRF-Synthetic), instant-ngp, nerfstudio or COLMAP format, or the
+  /// camera export of Metashape (XML) or RealityScan (CSV) beside its photographs.
   /// Photographs are undistorted. If a real scene has no sparse points, points are computed from its photographs.
   /// Throws if a file is missing or damaged.
   explicit Dataset(const std::filesystem::path& path, const DatasetOptions& options = {});

@@ -1,0 +1,34 @@
+// Datasets described by camera parameters that RealityScan (RealityCapture) exports as CSV.
+#include "base/printable.h"
+#include "base/read_file.h"
+#include "scene/exported_cameras.h"
+#include "scene/realityscan_csv.h"
+
+namespace trisoup::scene {
+
+Dataset read_realityscan(const std::filesystem::path& file, const PhotographFiles& files) {
+  Dataset dataset;
+  dataset.format = Format::realityscan;
+  dataset.source = printable(file.string());
+  RealityScanCameras list = parse_realityscan_csv(read_file(file), dataset.source);
+  dataset.findings.add(list.findings);
+  leave_out_repeated(list.cameras, &RealityScanCamera::name, dataset.source, dataset.findings);
+  FrameTaker taker(dataset, files, dataset.source);
+  for (const RealityScanCamera& listed : list.cameras) {
+    const auto photograph = taker.find(listed_path(files, listed.name), false);
+    if (!photograph) continue;
+    Frame frame;
+    frame.source = dataset.source;
+    frame.photograph = *photograph;
+    frame.size = image_size(photograph->file);
+    frame.mask = files.find_mask(photograph->name);
+    frame.camera = camera_of(listed, frame.size);
+    frame.lens = listed.lens;
+    frame.model = colmap_name_of(listed.lens);
+    dataset.frames.push_back(std::move(frame));
+  }
+  dataset.points = points_beside(file.has_parent_path() ? file.parent_path() : ".", dataset.findings);
+  return dataset;
+}
+
+}  // namespace trisoup::scene
