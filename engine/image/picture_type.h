@@ -9,8 +9,12 @@
 
 namespace trisoup {
 
+/// Types with a decoder, and all others.
+enum class PictureKind { png, jpeg, webp, tiff, heif, bmp, pnm, gif, tga, psd, other };
+
 struct PictureType {
   std::string_view name;  // "HEIC", "JPEG XL"
+  PictureKind kind = PictureKind::other;
   /// decode_image() reads it in this build. HEIC and AVIF depend on libheif.
   bool read = false;
   /// COLMAP reads it too. A copy of another type must be made for it.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "base/error.h"
@@ -153,10 +154,11 @@ int threads_for(const std::vector<const Shot*>& shots, int threads) {
 // alias if it also had to shrink. Shrinking afterwards averages out the blur of the interpolation. The image is
 // composited later, when the background is known for all images. Colour is premultiplied until then, so the result is
 // the same.
-Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
+Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used, std::vector<std::string>& notes) {
   const Frame& frame = shot.frame;
   const int divisor = divisor_of(shot);
-  const Image image = turned(read_image(frame.photograph.file, divisor), frame.turned ? frame.size.orientation : 1);
+  const Image image =
+      turned(read_photograph(frame.photograph.file, divisor, &notes), frame.turned ? frame.size.orientation : 1);
   const auto is_of = [&](int by) {
     return image.width == (frame.size.width + by - 1) / by && image.height == (frame.size.height + by - 1) / by;
   };
@@ -183,14 +185,21 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   std::mutex guard;
   int done = 0;
   bool any_alpha = false;
+  std::map<std::string, std::set<std::string>> noted;  // what was worked around, and in which photographs
   parallel_for(count, threads_for(shots, options.threads), [&](int i) {
     bool alpha_used = false;
-    photographs[std::size_t(i)] = develop(*shots[std::size_t(i)], options.alpha, alpha_used);
+    std::vector<std::string> notes;
+    photographs[std::size_t(i)] = develop(*shots[std::size_t(i)], options.alpha, alpha_used, notes);
     const std::lock_guard lock(guard);
+    for (const std::string& note : notes) noted[note].insert(shots[std::size_t(i)]->frame.photograph.name);
     any_alpha = any_alpha || alpha_used;
     ++done;
     if (options.progress) options.progress(done, count);
   });
+  for (const auto& [note, names] : noted)
+    if (options.warn)
+      options.warn(fmt::format("{}: {} of {} photographs {}: {}", shots.front()->frame.source, names.size(), count,
+                               note, some_names({names.begin(), names.end()})));
   const bool white =
       options.background == BackgroundChoice::white || (options.background == BackgroundChoice::automatic && any_alpha);
   const std::uint8_t background = white ? 255 : 0;

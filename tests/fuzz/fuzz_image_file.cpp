@@ -7,6 +7,6 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trisoup;
   fuzz::expect_result_or_error([&] { jpeg_header({data, size}); });
-  fuzz::expect_result_or_error([&] { decode_image(fuzz::bytes(data, size), "fuzz", 4); });
+  fuzz::expect_result_or_error([&] { decode_image(fuzz::bytes(data, size), "fuzz", {.divisor = 4}); });
   return fuzz::expect_result_or_error([&] { decode_image(fuzz::bytes(data, size), "fuzz"); });
 }

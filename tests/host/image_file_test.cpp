@@ -136,9 +136,9 @@ TEST_CASE("a changed PNG is detected by its checksum", "[scene][image]") {
 }
 
 TEST_CASE("unknown formats and invalid sizes are Errors", "[scene][image]") {
-  CHECK(decode_message("") == "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
+  CHECK(decode_message("") == "photo: is empty; copy or export the image again");
   CHECK(decode_message("BM not an image") ==
-        "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
+        "photo: not a picture of a known type, or its header is damaged; convert or copy the image again");
   const test::SceneFolder folder;
   folder.write("empty.png", std::string());
   CHECK_THROWS_AS(image_size(folder.path() / "empty.png"), Error);
@@ -279,10 +279,10 @@ TEST_CASE("a JPEG is decoded at reduced size", "[scene][image][reduced]") {
     for (int x = 0; x < image.width; ++x)
       image.rgba.insert(image.rgba.end(), {std::uint8_t(x), std::uint8_t(2 * y), std::uint8_t(x / 2 + y), 255});
   const std::string jpeg = jpeg_of(image);
-  CHECK(decode_image(bytes_of(jpeg), "photo", 1).rgba == decode_image(bytes_of(jpeg), "photo").rgba);
+  CHECK(decode_image(bytes_of(jpeg), "photo", {.divisor = 1}).rgba == decode_image(bytes_of(jpeg), "photo").rgba);
   for (const int divisor : {2, 4, 8}) {
     CAPTURE(divisor);
-    const Image reduced = decode_image(bytes_of(jpeg), "photo", divisor);
+    const Image reduced = decode_image(bytes_of(jpeg), "photo", {.divisor = divisor});
     REQUIRE(reduced.width == (203 + divisor - 1) / divisor);
     REQUIRE(reduced.height == (101 + divisor - 1) / divisor);
     int worst = 0;
@@ -300,10 +300,11 @@ TEST_CASE("a JPEG is decoded at reduced size", "[scene][image][reduced]") {
   }
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", image);
-  CHECK(read_image(folder.path() / "a.png", 4).width == 203);
+  CHECK(read_image(folder.path() / "a.png", {.divisor = 4}).width == 203);
   std::string damaged = jpeg;
   const std::size_t quantisation = damaged.find("\xff\xdb");
   damaged[quantisation + 1] = '\xfe';  // turns the segment into a comment
-  CHECK(
-      test::message_of([&] { decode_image(bytes_of(damaged), "photo", 4); }).starts_with("photo: cannot be decoded ("));
+  CHECK(test::message_of([&] {
+          decode_image(bytes_of(damaged), "photo", {.divisor = 4});
+        }).starts_with("photo: cannot be decoded ("));
 }
