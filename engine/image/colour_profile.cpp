@@ -45,8 +45,8 @@ Profile profile_of(cmsContext context, const ColourSpace& colours) {
   const std::array<double, 8> c = colours.chromaticities.value_or(kSrgb);
   const cmsCIExyY white{c[0], c[1], 1};
   const cmsCIExyYTRIPLE primaries{{c[2], c[3], 1}, {c[4], c[5], 1}, {c[6], c[7], 1}};
-  const std::unique_ptr<cmsToneCurve, FreeCurve> curve(
-      colours.gamma ? cmsBuildGamma(context, *colours.gamma) : srgb_curve(context));
+  const std::unique_ptr<cmsToneCurve, FreeCurve> curve(colours.gamma ? cmsBuildGamma(context, *colours.gamma)
+                                                                     : srgb_curve(context));
   if (!curve) return nullptr;
   cmsToneCurve* const curves[3]{curve.get(), curve.get(), curve.get()};
   return Profile(cmsCreateRGBProfileTHR(context, &white, &primaries, curves));
@@ -104,14 +104,27 @@ ColourSpace colour_space_of_codes(unsigned primaries, unsigned transfer, const s
   if (transfer == kGamma28) colours.gamma = 2.8;
   if (transfer == kLinear) colours.gamma = 1;
   switch (primaries) {
-    case kBt470M: colours.chromaticities = {0.310, 0.316, 0.67, 0.33, 0.21, 0.71, 0.14, 0.08}; break;
-    case kBt470Bg: colours.chromaticities = {0.3127, 0.3290, 0.64, 0.33, 0.29, 0.60, 0.15, 0.06}; break;
+    case kBt470M:
+      colours.chromaticities = {0.310, 0.316, 0.67, 0.33, 0.21, 0.71, 0.14, 0.08};
+      break;
+    case kBt470Bg:
+      colours.chromaticities = {0.3127, 0.3290, 0.64, 0.33, 0.29, 0.60, 0.15, 0.06};
+      break;
     case kBt601:
-    case kSmpte240: colours.chromaticities = {0.3127, 0.3290, 0.630, 0.340, 0.310, 0.595, 0.155, 0.070}; break;
-    case kBt2020: colours.chromaticities = {0.3127, 0.3290, 0.708, 0.292, 0.170, 0.797, 0.131, 0.046}; break;
-    case kP3Dci: colours.chromaticities = {0.314, 0.351, 0.680, 0.320, 0.265, 0.690, 0.150, 0.060}; break;
-    case kP3D65: colours.chromaticities = {0.3127, 0.3290, 0.680, 0.320, 0.265, 0.690, 0.150, 0.060}; break;
-    default: break;
+    case kSmpte240:
+      colours.chromaticities = {0.3127, 0.3290, 0.630, 0.340, 0.310, 0.595, 0.155, 0.070};
+      break;
+    case kBt2020:
+      colours.chromaticities = {0.3127, 0.3290, 0.708, 0.292, 0.170, 0.797, 0.131, 0.046};
+      break;
+    case kP3Dci:
+      colours.chromaticities = {0.314, 0.351, 0.680, 0.320, 0.265, 0.690, 0.150, 0.060};
+      break;
+    case kP3D65:
+      colours.chromaticities = {0.3127, 0.3290, 0.680, 0.320, 0.265, 0.690, 0.150, 0.060};
+      break;
+    default:
+      break;
   }
   return colours;
 }
@@ -146,7 +159,8 @@ void convert_to_srgb(Image& image, const ColourSpace& colours, std::vector<std::
   }
 }
 
-RowsToSrgb::RowsToSrgb() {
+RowsToSrgb::RowsToSrgb(double white_x, double white_y)
+    : white_{white_x / white_y, 1, (1 - white_x - white_y) / white_y} {
   const auto context = cmsCreateContext(nullptr, nullptr);
   context_ = context;
   const Profile from(cmsCreateLab4ProfileTHR(context, nullptr)), to = profile_of(context, {});
@@ -169,7 +183,16 @@ RowsToSrgb::~RowsToSrgb() {
   cmsDeleteContext(static_cast<cmsContext>(context_));
 }
 
-void RowsToSrgb::convert(const double* lab, std::uint8_t* rgba, int width) const {
+void RowsToSrgb::convert(double* lab, std::uint8_t* rgba, int width) const {
+  const cmsCIEXYZ white{white_[0], white_[1], white_[2]};
+  for (int x = 0; x < width; ++x) {
+    cmsCIELab colour{lab[3 * x], lab[3 * x + 1], lab[3 * x + 2]};
+    cmsCIEXYZ light, adapted;
+    cmsLab2XYZ(&white, &light, &colour);
+    if (!cmsAdaptToIlluminant(&adapted, &white, cmsD50_XYZ(), &light)) continue;
+    cmsXYZ2Lab(cmsD50_XYZ(), &colour, &adapted);
+    lab[3 * x] = colour.L, lab[3 * x + 1] = colour.a, lab[3 * x + 2] = colour.b;
+  }
   cmsDoTransform(transform_, lab, rgba, static_cast<cmsUInt32Number>(width));
 }
 

@@ -31,16 +31,16 @@ ColourSpace adobe_rgb();
 ColourSpace colour_space_of_codes(unsigned primaries, unsigned transfer, const std::string& name);
 
 /// Converts colours to sRGB, relative colorimetric, with lcms2. Alpha stays. The pixels stay the same if the colour
-/// space differs from sRGB by at most 1 of 255, as many embedded copies of sRGB do. A profile that cannot be used (damaged,
-/// or not of RGB or grey) changes nothing and adds a note to `notes`, unless that is null: a phrase about several
-/// photographs, such as "have a damaged colour profile; ...".
+/// space differs from sRGB by at most 1 of 255, as many embedded copies of sRGB do. A profile that cannot be used
+/// (damaged, or not of RGB or grey) changes nothing and adds a note to `notes`, unless that is null: a phrase about
+/// several photographs, such as "have a damaged colour profile; ...".
 void convert_to_srgb(Image& image, const ColourSpace& colours, std::vector<std::string>* notes);
 
 /// Converts rows of pixels that are not stored as RGB or grey.
 class RowsToSrgb {
  public:
-  /// Pixels are CIE L*a*b* of D50, L 0 to 100.
-  RowsToSrgb();
+  /// Pixels are CIE L*a*b*, L 0 to 100. white_x, white_y: chromaticity of its white.
+  RowsToSrgb(double white_x, double white_y);
   /// Pixels are inks of a printer, cyan, magenta, yellow and black, 0 to 65535, as its ICC profile describes.
   explicit RowsToSrgb(const std::string& cmyk_profile);
   ~RowsToSrgb();
@@ -49,12 +49,13 @@ class RowsToSrgb {
 
   /// False if the profile cannot be used.
   bool valid() const { return transform_ != nullptr; }
-  /// lab: [width * 3]. Writes RGB of [width * 4] and leaves A.
-  void convert(const double* lab, std::uint8_t* rgba, int width) const;
+  /// lab: [width * 3]; changed to that of D50. Writes RGB of [width * 4] and leaves A.
+  void convert(double* lab, std::uint8_t* rgba, int width) const;
   /// cmyk: [width * 4].
   void convert(const std::uint16_t* cmyk, std::uint8_t* rgba, int width) const;
 
  private:
+  std::array<double, 3> white_{};  // X, Y, Z of Lab's white
   void* context_ = nullptr;
   void* transform_ = nullptr;
 };

@@ -14,8 +14,8 @@
 namespace trisoup {
 
 /// Reads the size of the primary picture of a whole file, after the rotations and mirrorings that the file itself
-/// prescribes. Its EXIF orientation describes the same rotation again, so the orientation is always 1. Throws Error that begins with `name`
-/// for damaged files and for those whose coding this libheif has no decoder for.
+/// prescribes. Its EXIF orientation describes the same rotation again, so the orientation is always 1. Throws Error
+/// that begins with `name` for damaged files and for those whose coding this libheif has no decoder for.
 ImageSize heif_size(std::span<const std::byte> bytes, const std::string& name);
 
 /// Decodes the primary picture like decode_image(), with those rotations. 10 and 12 bits are reduced to 8. colours: set

@@ -60,7 +60,8 @@ struct BmpHeader {
 
 /// Returns whether all pixels have a colour in the palette.
 bool palette_suffices(Bytes bytes, const BmpHeader& bmp) {
-  const std::uint32_t colours = (bmp.offset - 14 - bmp.length) / 4, per_byte = 8 / bmp.bits, mask = (1u << bmp.bits) - 1;
+  const std::uint32_t colours = (bmp.offset - 14 - bmp.length) / 4, per_byte = 8 / bmp.bits,
+                      mask = (1u << bmp.bits) - 1;
   if (colours < 1 || colours > 256) return false;
   if (colours > mask) return true;
   for (std::uint64_t y = 0; y < bmp.height; ++y)
@@ -78,8 +79,8 @@ const char* bmp_problem(Bytes bytes, const BmpHeader& bmp, std::uint32_t planes)
   if (!usual) return "is a BMP of a rare version";
   if (bmp.compression == 1 || bmp.compression == 2) return "is a BMP with run-length coding";
   if (bmp.compression != kNone && bmp.compression != kMasks) return "is a BMP with compression";
-  const bool depth = bmp.bits == 1 || bmp.bits == 4 || bmp.bits == 8 || bmp.bits == 16 || bmp.bits == 24 ||
-                     bmp.bits == 32;
+  const bool depth =
+      bmp.bits == 1 || bmp.bits == 4 || bmp.bits == 8 || bmp.bits == 16 || bmp.bits == 24 || bmp.bits == 32;
   if (planes != 1 || !depth || (bmp.compression == kMasks && bmp.bits != 16 && bmp.bits != 32)) return kStrange;
   const std::uint32_t masks = bmp.compression == kMasks && bmp.length == 40 ? 12 : 0;
   if (bmp.offset < 14 + bmp.length + masks) return kStrange;
@@ -175,12 +176,14 @@ const char* tga_variant_problem(const TgaHeader& tga) {
   if ((tga.type & ~std::uint32_t(8)) != kind || kind < 1 || kind > 3) return "is not a TGA that is read, or is damaged";
   if (tga.has_palette != (kind == 1)) return "is a TGA with a palette that it does not use";
   const auto is_colour = [](std::uint32_t bits) { return bits == 15 || bits == 16 || bits == 24 || bits == 32; };
-  if (kind == 1 && (tga.colours < 1 || tga.first_colour != 0 || !is_colour(tga.colour_bits) ||
-                    (tga.bits != 8 && tga.bits != 16)))
+  if (kind == 1 &&
+      (tga.colours < 1 || tga.first_colour != 0 || !is_colour(tga.colour_bits) || (tga.bits != 8 && tga.bits != 16)))
     return "is a TGA with a rare palette";
   if ((kind == 2 && !is_colour(tga.bits)) || (kind == 3 && tga.bits != 8 && tga.bits != 16)) return kStrange;
-  constexpr std::uint32_t kFromRight = 0x10, kInterleaved = 0xc0;
-  if ((tga.flags & (kFromRight | kInterleaved)) != 0) return "is a TGA with pixels in a rare order";
+  constexpr std::uint32_t kFromRight = 0x10, kFromTop = 0x20, kInterleaved = 0xc0;
+  // ImageMagick 6 writes rows from the top without saying so.
+  if ((tga.flags & (kFromRight | kFromTop | kInterleaved)) != kFromTop)
+    return "is a TGA whose first row may be at the top or at the bottom";
   return nullptr;
 }
 
@@ -362,11 +365,16 @@ class PnmSamples {
 
 PlainPicture examine_plain(PictureKind kind, Bytes bytes) {
   switch (kind) {
-    case PictureKind::bmp: return examine_bmp(bytes);
-    case PictureKind::gif: return examine_gif(bytes);
-    case PictureKind::tga: return examine_tga(bytes);
-    case PictureKind::psd: return examine_psd(bytes);
-    default: return examine_pnm(bytes);
+    case PictureKind::bmp:
+      return examine_bmp(bytes);
+    case PictureKind::gif:
+      return examine_gif(bytes);
+    case PictureKind::tga:
+      return examine_tga(bytes);
+    case PictureKind::psd:
+      return examine_psd(bytes);
+    default:
+      return examine_pnm(bytes);
   }
 }
 

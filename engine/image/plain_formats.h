@@ -18,12 +18,12 @@ struct PlainPicture {
   std::string icc{};    // ICC profile; empty: none
 };
 
-/// Reads size and colour profile from a whole BMP, GIF, TGA, PSD or file of the PBM family, and checks it: stb_image fills missing data
-/// with zeros, reads tables that were never set, and decodes some variants wrongly. `problem` names what it finds, and variants
-/// that are not read: run-length coding in BMP, GIF whose first picture is smaller than the whole, TGA from right to
-/// left, PSD with other than three channels of 8 bits or without merged picture.
-/// Sources: Microsoft's documentation of BITMAPV5HEADER, GIF89a (CompuServe 1990), Truevision TGA 2.0, Adobe Photoshop
-/// File Formats Specification (2019), netpbm's manual pages.
+/// Reads size and colour profile from a whole BMP, GIF, TGA, PSD or file of the PBM family, and checks it: stb_image
+/// fills missing data with zeros, reads tables that were never set, and decodes some variants wrongly. `problem` names
+/// what it finds, and variants that are not read: run-length coding in BMP, GIF whose first picture is smaller than the
+/// whole, TGA from right to left or without the flag of rows from the top, PSD with other than three channels of 8 bits
+/// or without merged picture. Sources: Microsoft's documentation of BITMAPV5HEADER, GIF89a (CompuServe 1990),
+/// Truevision TGA 2.0, Adobe Photoshop File Formats Specification (2019), netpbm's manual pages.
 PlainPicture examine_plain(PictureKind kind, std::span<const std::uint8_t> bytes);
 
 /// Decodes a file of the PBM family (P1 to P6) that examine_plain() found no problem with. Samples are scaled to 255;

@@ -144,8 +144,7 @@ int png_orientation(const ReadBytes& read) {
     if (type == "IEND") return 1;
     if ((type == "eXIf" || type == "tEXt" || type == "zTXt") && length <= kMostMetadata) {
       const std::string exif = exif_of_chunk(type, read(at + 8, length));
-      const int orientation =
-          read_exif({reinterpret_cast<const std::uint8_t*>(exif.data()), exif.size()}).orientation;
+      const int orientation = read_exif({reinterpret_cast<const std::uint8_t*>(exif.data()), exif.size()}).orientation;
       if (orientation != 1) return orientation;
     }
     at += kAround + length;

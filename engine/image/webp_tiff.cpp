@@ -186,7 +186,11 @@ double lab_value(const std::vector<std::uint8_t>& samples, std::size_t i, const 
 }
 
 Image decode_lab(const Tiff& tiff, const ImageSize& size, const TiffLayout& layout, const std::string& name) {
-  const RowsToSrgb to_srgb;
+  const float* white = nullptr;
+  TIFFGetField(tiff.file(), TIFFTAG_WHITEPOINT, &white);
+  const bool usable = white != nullptr && white[0] > 0.2f && white[0] < 0.5f && white[1] > 0.2f && white[1] < 0.5f;
+  constexpr double kD50[2]{0.3457, 0.3585};
+  const RowsToSrgb to_srgb(usable ? double(white[0]) : kD50[0], usable ? double(white[1]) : kD50[1]);
   Image image = opaque_image(size);
   std::vector<double> lab(std::size_t(3) * std::size_t(size.width));
   const auto convert = [&](const std::vector<std::uint8_t>& samples, std::size_t at) {
