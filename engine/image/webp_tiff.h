@@ -6,23 +6,34 @@
 #include <span>
 #include <string>
 
+#include "image/colour_profile.h"
 #include "image/image.h"
 #include "image/image_file.h"
+#include "image/tiff_directory.h"
 
 namespace trisoup {
-
-bool is_webp(std::span<const std::byte> bytes);
-bool is_tiff(std::span<const std::byte> bytes);
 
 /// Called with the size in the header before memory is allocated. Throws Error if the size is too large.
 using CheckSize = std::function<void(ImageSize)>;
 
-/// The functions below read the size in the header, or decode the first picture of a file like decode_image(). They
-/// throw Error that begins with `name` for damaged files, animations, and TIFF with more than four channels or other
-/// than 8 or 16 bits.
+/// Reads the size in the header. Throws Error that begins with `name` for damaged headers and animations. The
+/// orientation is 1; see webp_exif().
 ImageSize webp_size(std::span<const std::byte> bytes, const std::string& name);
-Image decode_webp(std::span<const std::byte> bytes, const std::string& name, const CheckSize& check);
+/// Returns whether the header announces EXIF data.
+bool webp_has_exif(std::span<const std::byte> bytes);
+/// Reads the EXIF data of a whole file. Missing and damaged parts count as none.
+Exif webp_exif(std::span<const std::byte> bytes);
+/// Decodes a file like decode_image(). colours: set to the colour space of the file.
+Image decode_webp(std::span<const std::byte> bytes, const std::string& name, const CheckSize& check,
+                  ColourSpace& colours);
+
+/// Reads size and orientation of the first picture in a whole file.
 ImageSize tiff_size(std::span<const std::byte> bytes, const std::string& name);
-Image decode_tiff(std::span<const std::byte> bytes, const std::string& name, const CheckSize& check);
+/// Decodes the first picture like decode_image(). colours: set to the colour space of the pixels that are returned.
+/// Lab, and CMYK with a profile, are converted to sRGB; CMYK of 8 bits without profile is converted plainly. Throws
+/// Error that begins with `name` for damaged files, and for what is not supported: more than four channels, other than
+/// 1 to 16 bits, CMYK of 16 bits without profile, pixels of camera sensors.
+Image decode_tiff(std::span<const std::byte> bytes, const std::string& name, const CheckSize& check,
+                  ColourSpace& colours);
 
 }  // namespace trisoup

@@ -75,10 +75,10 @@ class FrameTaker {
 
 /// Detects the format of `path` and reads the dataset: Blender if there is a transforms_train.json, else
 /// transforms.json, else a COLMAP model: the largest in sparse/0, sparse/1 and so on, else in sparse or the folder
-/// itself; else the only camera export of Metashape or RealityScan in the folder. `path` may also be a file: a JSON file
-/// of a Blender split stands for its folder, any other JSON file is read like transforms.json, XML like Metashape's and
-/// CSV like RealityScan's export. downscale: selects prescaled photographs (see PhotographFiles). outside: files may lie
-/// outside the dataset's folder. Throws Error.
+/// itself; else the only camera export of Metashape or RealityScan in the folder. `path` may also be a file: a JSON
+/// file of a Blender split stands for its folder, any other JSON file is read like transforms.json, XML like
+/// Metashape's and CSV like RealityScan's export. downscale: selects prescaled photographs (see PhotographFiles).
+/// outside: files may lie outside the dataset's folder. Throws Error.
 Dataset read_dataset(const std::filesystem::path& path, double downscale, bool outside = false);
 
 /// Returns whether `path` contains a file with poses that read_dataset would use. Reads only the beginning of XML and

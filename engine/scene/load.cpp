@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <set>
 #include <span>
 #include <thread>
 
@@ -216,18 +217,26 @@ void check_memory(const std::vector<const Shot*>& shots, const LoadOptions& opti
   check_loading_memory({shots.size(), views, decoding}, options.downscale, memory_of_machine(), source);
 }
 
-// Decodes a photograph, without its mask. found: its alpha.
-Photograph read_photograph(const Shot& shot, AlphaUse alpha, int divisor, AlphaFound& found) {
+/// What decoding found of one photograph.
+struct Decoded {
+  std::string problem;  // why it cannot be decoded; empty: it was
+  AlphaFound alpha = AlphaFound::none;
+  std::vector<std::string> notes;  // what the decoder worked around (DecodeOptions::notes)
+};
+
+// Decodes a photograph, without its mask.
+Photograph decode_photograph(const Shot& shot, AlphaUse alpha, int divisor, Decoded& found) {
   const Frame& frame = shot.frame;
-  const Image image = turned(read_image(frame.photograph.file, divisor), frame.turned ? frame.size.orientation : 1);
+  const Image image =
+      turned(read_photograph(frame.photograph.file, divisor, &found.notes), frame.turned ? frame.size.orientation : 1);
   const auto is_of = [&](int by) {
     return image.width == (frame.size.width + by - 1) / by && image.height == (frame.size.height + by - 1) / by;
   };
   if (!is_of(1) && !is_of(divisor))
     throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
-  found = alpha_of(image);
-  // A channel without content is no coverage. decode() decides whether the photograph is left out.
-  const bool opaque = found == AlphaFound::empty && alpha == AlphaUse::composite;
+  found.alpha = alpha_of(image);
+  // A channel without content is no coverage. problems_of() decides whether the photograph is left out.
+  const bool opaque = found.alpha == AlphaFound::empty && alpha == AlphaUse::composite;
   Photograph photograph = alpha == AlphaUse::composite && !opaque ? from_coverage(image) : from_mask(image);
   if (opaque) photograph.inside.clear();
   return photograph;
@@ -237,9 +246,9 @@ Photograph read_photograph(const Shot& shot, AlphaUse alpha, int divisor, AlphaF
 // neighbouring pixels and would alias if it also had to shrink. Shrinking afterwards averages out the blur of the
 // interpolation. The image is composited later, when the background is known for all images. Colour is premultiplied
 // until then, so the result is the same.
-std::vector<Photograph> develop(std::span<const Shot* const> shots, AlphaUse alpha, int divisor, AlphaFound& found) {
+std::vector<Photograph> develop(std::span<const Shot* const> shots, AlphaUse alpha, int divisor, Decoded& found) {
   const Frame& frame = shots.front()->frame;
-  Photograph photograph = read_photograph(*shots.front(), alpha, divisor, found);
+  Photograph photograph = decode_photograph(*shots.front(), alpha, divisor, found);
   if (!frame.mask.empty()) {
     const std::string content = read_file(frame.mask);
     // 0 excludes a pixel, and some tools write 1 for all other pixels. In a JPEG, values near 0 count as 0, because its
@@ -281,10 +290,10 @@ std::vector<Probe> take_probes(const std::vector<Shot>& shots, std::size_t count
         resized(shot.camera, std::max(1, int(shot.camera.width / by)), std::max(1, int(shot.camera.height / by)));
     int divisor = 1;
     while (divisor < 8 && shot.frame.size.width / (2 * divisor) >= shot.camera.width) divisor *= 2;
-    AlphaFound alpha;
+    Decoded found;
     try {
-      Image image = composite(develop({&one, 1}, options.alpha, divisor, alpha).front(), 0);
-      probes[std::size_t(i)] = {shot.index, std::move(image), alpha == AlphaFound::some};
+      Image image = composite(develop({&one, 1}, options.alpha, divisor, found).front(), 0);
+      probes[std::size_t(i)] = {shot.index, std::move(image), found.alpha == AlphaFound::some};
     } catch (const Error&) {
     }
   });
@@ -292,11 +301,17 @@ std::vector<Probe> take_probes(const std::vector<Shot>& shots, std::size_t count
   return probes;
 }
 
-/// What decoding found of one photograph.
-struct Decoded {
-  std::string problem;  // why it cannot be decoded; empty: it was
-  AlphaFound alpha = AlphaFound::none;
-};
+// Reports what decoders worked around, one line per kind.
+void report_notes(const std::vector<const Shot*>& shots, const std::vector<Decoded>& decoded,
+                  const LoadOptions& options) {
+  if (!options.warn) return;
+  std::map<std::string, std::set<std::string>> noted;
+  for (std::size_t i = 0; i < shots.size(); ++i)
+    for (const std::string& note : decoded[i].notes) noted[note].insert(shots[i]->frame.photograph.name);
+  for (const auto& [note, names] : noted)
+    options.warn(fmt::format("{}: {} of {} photographs {}: {}", shots.front()->frame.source, names.size(), shots.size(),
+                             note, some_names({names.begin(), names.end()})));
+}
 
 // Decodes the shots into `images`, and returns the grey level of the background on which they are composited.
 std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
@@ -312,7 +327,7 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
     const auto first = std::distance(shots.data(), group.data());
     Decoded own;
     try {
-      std::vector<Photograph> developed = develop(group, options.alpha, divisor_of(*group.front()), own.alpha);
+      std::vector<Photograph> developed = develop(group, options.alpha, divisor_of(*group.front()), own);
       std::move(developed.begin(), developed.end(), photographs.begin() + first);
     } catch (const Error& error) {
       own.problem = error.what();
@@ -324,6 +339,7 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
     done += static_cast<int>(group.size());
     if (options.progress) options.progress(done, count);
   });
+  report_notes(shots, decoded, options);
   const bool any_alpha =
       std::any_of(decoded.begin(), decoded.end(), [](const Decoded& d) { return d.alpha == AlphaFound::some; });
   const bool white =

@@ -22,26 +22,35 @@ namespace fs = std::filesystem;
 // The prefix is needed because ffmpeg interprets text before a colon as a protocol.
 std::string input(const fs::path& video) { return "file:" + fs::absolute(video).string(); }
 
-/// Returns the duration in seconds, or 0 if the file does not contain it.
-double duration(const fs::path& video, const VideoOptions& options, const std::atomic<bool>& stop) {
-  double seconds = 0;
-  ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
-                       const double value = std::strtod(std::string(line).c_str(), nullptr);
-                       if (std::isfinite(value) && value > 0) seconds = value;
-                     }};
-  const ChildResult result = run_child({options.ffprobe.string(), "-v", "error", "-show_entries", "format=duration",
-                                        "-of", "default=noprint_wrappers=1:nokey=1", input(video)},
-                                       child, stop);
+/// Returns what ffprobe says about the video.
+VideoFacts facts_of(const fs::path& video, const VideoOptions& options, const std::atomic<bool>& stop) {
+  VideoFacts facts;
+  ChildOptions child{
+      .log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) { facts.take(line); }};
+  const ChildResult result =
+      run_child({options.ffprobe.string(), "-v", "error", "-select_streams", "v:0", "-show_entries",
+                 "format=duration:stream=color_space,color_transfer,color_primaries", "-of",
+                 "default=noprint_wrappers=1", input(video)},
+                child, stop);
   if (!stop && result.status != 0)
     throw Error("{}: ffprobe cannot read the video ({}); convert it, or use photographs", printable(video.string()),
                 printable(result.error));
-  return seconds;
+  return facts;
 }
 
-void take_apart(const fs::path& video, const fs::path& folder, double seconds, const VideoOptions& options,
+bool has_zscale(const VideoOptions& options, const std::atomic<bool>& stop) {
+  bool found = false;
+  ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
+                       found = found || line.find(" zscale ") != std::string_view::npos;
+                     }};
+  run_child({options.ffmpeg.string(), "-hide_banner", "-filters"}, child, stop);
+  return found;
+}
+
+void take_apart(const fs::path& video, const fs::path& folder, const VideoFacts& facts, const VideoOptions& options,
                 const std::atomic<bool>& stop) {
   // Selects frames by time. A frame rate would repeat frames if the video has fewer.
-  const double step = seconds > 0 ? seconds / kVideoCandidates : 0.25;
+  const double step = facts.seconds > 0 ? facts.seconds / kVideoCandidates : 0.25;
   ChildOptions child{.log = options.log, .append = true, .patience = 5, .on_line = [&](std::string_view line) {
                        int frame = 0;
                        if (line.starts_with("frame=") &&
@@ -51,7 +60,8 @@ void take_apart(const fs::path& video, const fs::path& folder, double seconds, c
   // -q:v 2 is ffmpeg's best JPEG quality. PNG files of a large video would fill the disk.
   const ChildResult result = run_child(
       {options.ffmpeg.string(), "-nostdin", "-hide_banner", "-nostats", "-progress", "pipe:1", "-i", input(video),
-       "-map", "0:v:0", "-vf", fmt::format("select='isnan(prev_selected_t)+gte(t-prev_selected_t,{:.6f})'", step),
+       "-map", "0:v:0", "-vf",
+       fmt::format("select='isnan(prev_selected_t)+gte(t-prev_selected_t,{:.6f})'{}", step, facts.colour_filters()),
        "-vsync", "vfr", "-pix_fmt", "yuvj420p", "-q:v", "2", (folder / "candidate_%06d.jpg").string()},
       child, stop);
   if (!stop && result.status != 0)
@@ -60,6 +70,33 @@ void take_apart(const fs::path& video, const fs::path& folder, double seconds, c
 }
 
 }  // namespace
+
+void VideoFacts::take(std::string_view line) {
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos) return;
+  const std::string_view key = line.substr(0, equals);
+  const std::string value(line.substr(equals + 1));
+  if (key == "color_space") matrix = value;
+  if (key == "color_transfer") transfer = value;
+  if (key == "color_primaries") primaries = value;
+  if (key != "duration") return;
+  const double number = std::strtod(value.c_str(), nullptr);
+  if (std::isfinite(number) && number > 0) seconds = number;
+}
+
+std::string VideoFacts::colour_filters() const {
+  // JPEG has the matrix of BT.601 and full range.
+  constexpr const char* kToJpeg = "m=170m:r=full,format=yuvj420p";
+  // ITU-R BT.2408: white paper has 203 cd/m2 in HLG and PQ. It becomes 1 here; mobius keeps what is darker nearly as it
+  // is, and compresses lights above.
+  if (high_dynamic_range())
+    return fmt::format(
+        ",zscale=t=linear:npl=203,format=gbrpf32le,zscale=p=bt709,tonemap=tonemap=mobius:desat=0,"
+        "zscale=t=iec61966-2-1:{}",
+        kToJpeg);
+  if (wide_gamut()) return fmt::format(",zscale=p=bt709:t=bt709:{}", kToJpeg);
+  return matrix == "bt709" ? ",scale=out_color_matrix=bt601" : "";
+}
 
 double sharpness(const Image& image) {
   const auto grey = [&](int x, int y) {
@@ -92,8 +129,15 @@ std::vector<std::size_t> sharpest_of_windows(std::span<const double> sharpness, 
 
 std::size_t extract_frames(const fs::path& video, const fs::path& folder, const VideoOptions& options,
                            const std::atomic<bool>& stop) {
-  const double seconds = duration(video, options, stop);
-  if (!stop) take_apart(video, folder, seconds, options, stop);
+  const VideoFacts facts = facts_of(video, options, stop);
+  if (!stop && (facts.high_dynamic_range() || facts.wide_gamut()) && !has_zscale(options, stop) && !stop)
+    throw Error(
+        "{}: has {} ({}, {}), and this ffmpeg lacks the filter zscale that converts it; install an ffmpeg with "
+        "libzimg, "
+        "or export the video with standard dynamic range",
+        printable(video.string()), facts.high_dynamic_range() ? "high dynamic range" : "a wide colour space",
+        printable(facts.transfer), printable(facts.primaries));
+  if (!stop) take_apart(video, folder, facts, options, stop);
   const std::vector<std::string> candidates = photographs_in(folder);
   std::vector<double> sharp(candidates.size());
   std::mutex guard;

@@ -6,7 +6,11 @@
 #include <webp/encode.h>
 
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <random>
+
+#include <jpeglib.h>
 
 #include "base/error.h"
 #include "base/read_file.h"
@@ -64,6 +68,32 @@ std::string tiff_of(const Image& image, int bits, int channels, int compression,
   return read_file(path);
 }
 
+std::string progressive_of(const Image& image) {
+  jpeg_compress_struct info;
+  jpeg_error_mgr errors;
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &bytes, &size);
+  info.image_width = static_cast<JDIMENSION>(image.width);
+  info.image_height = static_cast<JDIMENSION>(image.height);
+  info.input_components = 4;
+  info.in_color_space = JCS_EXT_RGBA;
+  jpeg_set_defaults(&info);
+  jpeg_simple_progression(&info);
+  jpeg_start_compress(&info, TRUE);
+  for (int y = 0; y < image.height; ++y) {
+    JSAMPROW row = const_cast<JSAMPROW>(&image.rgba[std::size_t(4 * y * image.width)]);
+    jpeg_write_scanlines(&info, &row, 1);
+  }
+  jpeg_finish_compress(&info);
+  const std::string content(reinterpret_cast<const char*>(bytes), size);
+  jpeg_destroy_compress(&info);
+  std::free(bytes);
+  return content;
+}
+
 std::string decode_message(const std::string& content) {
   return test::message_of([&] { decode_image(bytes_of(content), "photo"); });
 }
@@ -110,13 +140,43 @@ TEST_CASE("a truncated image is an Error of one line", "[scene][image]") {
                     tiff = tiff_of(noise(9, 7, true), 8, 3, COMPRESSION_ADOBE_DEFLATE);
   for (const std::string& whole : {png, jpeg, webp, tiff}) {
     REQUIRE(decode_message(whole).empty());
-    for (std::size_t size = 0; size < whole.size(); ++size) {
+    // A JPEG that lacks only its end marker is read.
+    const std::size_t needed = whole.size() - (whole == jpeg ? 2 : 0);
+    for (std::size_t size = 0; size < needed; ++size) {
       const std::string message = decode_message(whole.substr(0, size));
       INFO(size << " of " << whole.size());
       CHECK(message.starts_with("photo: "));
       CHECK(message.find('\n') == std::string::npos);
     }
   }
+}
+
+TEST_CASE("a JPEG that lacks only its end marker is read with a note", "[scene][image]") {
+  const std::string jpeg = jpeg_of(noise(24, 24, true));
+  const Image whole = decode_image(bytes_of(jpeg), "photo");
+  for (const int missing : {1, 2})
+    for (const int divisor : {1, 2}) {
+      CAPTURE(missing, divisor);
+      std::vector<std::string> notes;
+      const std::string cut = jpeg.substr(0, jpeg.size() - std::size_t(missing));
+      const Image image = decode_image(bytes_of(cut), "photo", {divisor, false, &notes});
+      if (divisor == 1) CHECK(image.rgba == whole.rgba);
+      REQUIRE(notes.size() == 1);
+      CHECK(notes[0].starts_with("lack the end marker of a JPEG"));
+    }
+  std::vector<std::string> notes;
+  decode_image(bytes_of(jpeg), "photo", {1, false, &notes});
+  CHECK(notes.empty());
+}
+
+TEST_CASE("a progressive JPEG that lacks its last scans is an Error", "[scene][image]") {
+  const std::string jpeg = progressive_of(noise(24, 24, true));
+  std::vector<std::size_t> scans;
+  for (std::size_t at = jpeg.find("\xff\xda"); at != std::string::npos; at = jpeg.find("\xff\xda", at + 1))
+    scans.push_back(at);
+  REQUIRE(scans.size() > 3);
+  CHECK(decode_message(jpeg.substr(0, jpeg.size() - 2)).empty());
+  for (std::size_t i = 1; i < scans.size(); ++i) CHECK_FALSE(decode_message(jpeg.substr(0, scans[i])).empty());
 }
 
 TEST_CASE("a JPEG whose Huffman table overflows is refused", "[scene][image]") {
@@ -136,9 +196,9 @@ TEST_CASE("a changed PNG is detected by its checksum", "[scene][image]") {
 }
 
 TEST_CASE("unknown formats and invalid sizes are Errors", "[scene][image]") {
-  CHECK(decode_message("") == "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
+  CHECK(decode_message("") == "photo: is empty; copy or export the image again");
   CHECK(decode_message("BM not an image") ==
-        "photo: neither PNG, JPEG, WebP nor TIFF; convert the image to one of them");
+        "photo: not a picture of a known type, or its header is damaged; convert or copy the image again");
   const test::SceneFolder folder;
   folder.write("empty.png", std::string());
   CHECK_THROWS_AS(image_size(folder.path() / "empty.png"), Error);
@@ -196,8 +256,9 @@ TEST_CASE("WebP and TIFF are decoded", "[scene][image][formats]") {
       CAPTURE(compression, bits);
       CHECK(check(opaque, tiff_of(opaque, bits, 3, compression), "a.tif").rgba == opaque.rgba);
     }
-  // Returned as stored, like JPEG.
+  // Returned as stored, like JPEG, with its orientation.
   CHECK(check(opaque, tiff_of(opaque, 8, 3, COMPRESSION_NONE, ORIENTATION_BOTRIGHT), "turned.tif").rgba == opaque.rgba);
+  CHECK(image_size(folder.path() / "turned.tif").orientation == 3);
   Image glass = test::plain(8, 6, 200, 100, 40, 128);
   CHECK(check(glass, webp_of(glass), "b.webp").rgba == glass.rgba);
   const Image back = check(glass, tiff_of(glass, 8, 4, COMPRESSION_NONE), "b.tif");
@@ -279,10 +340,10 @@ TEST_CASE("a JPEG is decoded at reduced size", "[scene][image][reduced]") {
     for (int x = 0; x < image.width; ++x)
       image.rgba.insert(image.rgba.end(), {std::uint8_t(x), std::uint8_t(2 * y), std::uint8_t(x / 2 + y), 255});
   const std::string jpeg = jpeg_of(image);
-  CHECK(decode_image(bytes_of(jpeg), "photo", 1).rgba == decode_image(bytes_of(jpeg), "photo").rgba);
+  CHECK(decode_image(bytes_of(jpeg), "photo", {.divisor = 1}).rgba == decode_image(bytes_of(jpeg), "photo").rgba);
   for (const int divisor : {2, 4, 8}) {
     CAPTURE(divisor);
-    const Image reduced = decode_image(bytes_of(jpeg), "photo", divisor);
+    const Image reduced = decode_image(bytes_of(jpeg), "photo", {.divisor = divisor});
     REQUIRE(reduced.width == (203 + divisor - 1) / divisor);
     REQUIRE(reduced.height == (101 + divisor - 1) / divisor);
     int worst = 0;
@@ -300,10 +361,11 @@ TEST_CASE("a JPEG is decoded at reduced size", "[scene][image][reduced]") {
   }
   const test::SceneFolder folder;
   write_png(folder.path() / "a.png", image);
-  CHECK(read_image(folder.path() / "a.png", 4).width == 203);
+  CHECK(read_image(folder.path() / "a.png", {.divisor = 4}).width == 203);
   std::string damaged = jpeg;
   const std::size_t quantisation = damaged.find("\xff\xdb");
   damaged[quantisation + 1] = '\xfe';  // turns the segment into a comment
-  CHECK(
-      test::message_of([&] { decode_image(bytes_of(damaged), "photo", 4); }).starts_with("photo: cannot be decoded ("));
+  CHECK(test::message_of([&] {
+          decode_image(bytes_of(damaged), "photo", {.divisor = 4});
+        }).starts_with("photo: cannot be decoded ("));
 }

@@ -297,7 +297,7 @@ TEST_CASE("sharpness distinguishes blurred frames, and each window yields its sh
 TEST_CASE("frames are extracted from a video once", "[reconstruct]") {
   Stage s;
   s.folder.write("a film.mp4", "x");
-  s.program("ffprobe", "#!/bin/bash\necho 10.0\n");
+  s.program("ffprobe", "#!/bin/bash\necho duration=10.0\n");
   // The fake frames are named .jpg; the reader goes by their contents.
   s.program("ffmpeg",
             "#!/bin/bash\nout=${!#}\necho \"$*\" >>\"$(dirname \"$0\")/calls\"\nfor i in 1 2 3 4; do cp \"$(dirname "

@@ -1,8 +1,9 @@
-#include "image/jpeg_reduced.h"
+#include "image/jpeg_turbo.h"
 
 #include <csetjmp>
 #include <cstdint>
 #include <cstdio>
+#include <vector>
 
 #include <jpeglib.h>
 
@@ -27,21 +28,25 @@ struct Reader {
   std::longjmp(reader.failed, 1);
 }
 
-void ignore(j_common_ptr, int) {}
+/// Counts warnings, whose level is negative, and drops all messages.
+void count(j_common_ptr info, int level) {
+  if (level < 0) ++info->err->num_warnings;
+}
 
 enum class Step { ready, other_colours, failed };
 
-Step begin(Reader& reader, std::span<const std::byte> bytes, int divisor) {
+/// Reads the header. With `rgba`, returns other_colours unless they can be converted; else they stay as stored.
+Step begin(Reader& reader, std::span<const std::byte> bytes, int divisor, bool rgba) {
   reader.info.err = jpeg_std_error(&reader.errors);
   reader.errors.error_exit = &fail;
-  reader.errors.emit_message = &ignore;
+  reader.errors.emit_message = &count;
   reader.info.client_data = &reader;
   if (setjmp(reader.failed) != 0) return Step::failed;
   jpeg_create_decompress(&reader.info);
   jpeg_mem_src(&reader.info, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&reader.info, TRUE);
-  if (reader.info.num_components != 1 && reader.info.num_components != 3) return Step::other_colours;
-  reader.info.out_color_space = JCS_EXT_RGBA;
+  if (rgba && reader.info.num_components != 1 && reader.info.num_components != 3) return Step::other_colours;
+  reader.info.out_color_space = rgba ? JCS_EXT_RGBA : reader.info.jpeg_color_space;
   reader.info.scale_num = 1;
   reader.info.scale_denom = static_cast<unsigned>(divisor);
   jpeg_start_decompress(&reader.info);
@@ -57,15 +62,40 @@ bool read_rows(Reader& reader, std::uint8_t* rgba) {
   return true;
 }
 
+/// Reads all rows into one. Returns whether libjpeg had no complaint.
+bool read_whole(Reader& reader, std::uint8_t* row) {
+  if (setjmp(reader.failed) != 0) return false;
+  while (reader.info.output_scanline < reader.info.output_height) jpeg_read_scanlines(&reader.info, &row, 1);
+  return reader.errors.num_warnings == 0;
+}
+
+/// Frees libjpeg's memory.
+struct Release {
+  jpeg_decompress_struct* info;
+  ~Release() { jpeg_destroy_decompress(info); }
+};
+
 }  // namespace
+
+bool jpeg_has_all_pixels(std::span<const std::byte> bytes) {
+  Reader reader{};
+  const Release release{&reader.info};
+  if (begin(reader, bytes, 8, false) != Step::ready) return false;
+  std::vector<std::uint8_t> row(std::size_t(reader.info.output_width) *
+                                static_cast<std::size_t>(reader.info.output_components));
+  if (!read_whole(reader, row.data())) return false;
+  if (!reader.info.progressive_mode) return true;
+  // The bits that are still missing of each coefficient, or -1 if no scan has it.
+  for (int c = 0; c < reader.info.num_components; ++c)
+    for (int i = 0; i < DCTSIZE2; ++i)
+      if (reader.info.coef_bits[c][i] != 0) return false;
+  return true;
+}
 
 std::optional<Image> decode_jpeg_reduced(std::span<const std::byte> bytes, const std::string& name, int divisor) {
   Reader reader{};
-  struct Release {
-    jpeg_decompress_struct* info;
-    ~Release() { jpeg_destroy_decompress(info); }
-  } release{&reader.info};
-  const Step step = begin(reader, bytes, divisor);
+  const Release release{&reader.info};
+  const Step step = begin(reader, bytes, divisor, true);
   if (step == Step::other_colours) return std::nullopt;
   Image image;
   bool whole = step == Step::ready;
