@@ -50,7 +50,8 @@ struct Options {
   std::optional<double> near, far;
   bool with_renderer = false, agreement = false;
   std::string aa = "none";
-  CLI::Option *resolution = nullptr, *test_every = nullptr, *background = nullptr, *alpha = nullptr;
+  CLI::Option *resolution = nullptr, *test_every = nullptr, *background = nullptr, *alpha = nullptr,
+              *invert_masks = nullptr;
 };
 
 void add_options(CLI::App& app, Options& o) {
@@ -73,6 +74,8 @@ void add_options(CLI::App& app, Options& o) {
                 ->transform(CLI::CheckedTransformer(std::map<std::string, scene::AlphaUse>{
                     {"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}))
                 ->option_text("TEXT");
+  o.invert_masks = app.add_flag("--invert-masks", o.load.invert_masks,
+                                "exclude the white of masks, instead of the black [as trained]");
   app.add_flag("--outside", o.load.outside, "allow photographs, masks and points outside of DATASET [as trained]");
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
@@ -104,6 +107,7 @@ Planes take_settings(Options& o, soup::ModelFile& file) {
     if (!*o.resolution) o.load.downscale = settings.value("resolution", 1.0);
     if (!*o.test_every) o.load.test_every = settings.value("test_every", 8);
     if (!*o.alpha && settings.value("alpha", "composite") == "mask") o.load.alpha = scene::AlphaUse::mask;
+    if (!*o.invert_masks) o.load.invert_masks = settings.value("invert_masks", false);
     o.load.outside = o.load.outside || settings.value("outside", false);
     planes.near = settings.value("test_near", planes.near);
     planes.far = settings.value("far", planes.far);
@@ -128,7 +132,7 @@ void evaluate(Options& o) {
   o.load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", in_options(line).c_str()); };
   const scene::Scene scene = scene::load(o.dataset, o.load);
   if (scene.test.empty()) throw Error("{}: has no test views; give --test-every K", o.dataset);
-  const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha;
+  const bool as_trained = !*o.resolution && !*o.test_every && !*o.background && !*o.alpha && !*o.invert_masks;
   if (const std::string line = train::mismatch(file, scene, as_trained, printable(o.dataset)); !line.empty())
     o.load.warn(line);
   o.device_options.draws = o.with_renderer || o.agreement;

@@ -33,8 +33,8 @@ constexpr PictureType heif_type(std::string_view name, std::string_view remedy) 
 
 namespace types {
 constexpr PictureType png = read_type("PNG"), jpeg = read_type("JPEG"), webp = read_type("WebP"),
-                      tiff = read_type("TIFF"), bmp = read_type("BMP"), pnm = read_type("PPM"),
-                      gif = read_type("GIF"), tga = read_type("TGA"), psd = read_type("PSD");
+                      tiff = read_type("TIFF"), bmp = read_type("BMP"), pnm = read_type("PPM"), gif = read_type("GIF"),
+                      tga = read_type("TGA"), psd = read_type("PSD");
 constexpr PictureType heic = heif_type("HEIC", "convert with heif-convert IN OUT.jpg, or build with libheif"),
                       avif = heif_type("AVIF", "convert with heif-convert IN OUT.png, or build with libheif");
 constexpr PictureType jpeg_xl = other_type("JPEG XL", "convert with djxl IN OUT.png"),
@@ -44,11 +44,11 @@ constexpr PictureType jpeg_xl = other_type("JPEG XL", "convert with djxl IN OUT.
                       exr = other_type("OpenEXR", kToneMap), hdr = other_type("Radiance HDR", kToneMap),
                       pfm = other_type("PFM", kToneMap), pam = other_type("PAM", kMagick),
                       qoi = other_type("QOI", kMagick), dds = other_type("DDS", kMagick),
-                      ktx = other_type("KTX", "convert with ktx extract IN OUT.png"),
-                      ico = other_type("ICO", kMagick), pcx = other_type("PCX", kMagick),
-                      sgi = other_type("SGI", kMagick), sun = other_type("Sun raster", kMagick),
-                      dpx = other_type("DPX", kMagick), fits = other_type("FITS", kMagick),
-                      pic = other_type("Softimage PIC", kMagick), xcf = other_type("XCF", "export PNG from GIMP"),
+                      ktx = other_type("KTX", "convert with ktx extract IN OUT.png"), ico = other_type("ICO", kMagick),
+                      pcx = other_type("PCX", kMagick), sgi = other_type("SGI", kMagick),
+                      sun = other_type("Sun raster", kMagick), dpx = other_type("DPX", kMagick),
+                      fits = other_type("FITS", kMagick), pic = other_type("Softimage PIC", kMagick),
+                      xcf = other_type("XCF", "export PNG from GIMP"),
                       flif = other_type("FLIF", "convert with flif -d IN OUT.png"),
                       bpg = other_type("BPG", "convert with bpgdec -o OUT.png IN");
 constexpr PictureType raw = other_type("raw photograph", kDevelop), dng = other_type("DNG", kDevelop),
@@ -130,28 +130,27 @@ struct Extension {
 };
 
 constexpr Extension kExtensions[]{
-    {&types::png, ".png"},       {&types::jpeg, ".jpg"},     {&types::jpeg, ".jpeg"},    {&types::webp, ".webp"},
-    {&types::tiff, ".tif"},      {&types::tiff, ".tiff"},    {&types::heic, ".heic"},    {&types::heic, ".heif"},
-    {&types::heic, ".hif"},      {&types::avif, ".avif"},    {&types::bmp, ".bmp"},      {&types::bmp, ".dib"},
-    {&types::pnm, ".ppm"},       {&types::pnm, ".pgm"},      {&types::pnm, ".pnm"},      {&types::pnm, ".pbm"},
-    {&types::gif, ".gif"},       {&types::tga, ".tga"},      {&types::psd, ".psd"},      {&types::jpeg, ".jpe"},
-    {&types::jpeg, ".jfif"},     {&types::jpeg, ".jif"},     {&types::jpeg, ".mpo"},     {&types::jpeg_xl, ".jxl"},
-    {&types::jpeg_2000, ".jp2"}, {&types::jpeg_2000, ".j2k"}, {&types::jpeg_2000, ".j2c"}, {&types::jpeg_2000, ".jpc"},
-    {&types::jpeg_2000, ".jpf"}, {&types::jpeg_2000, ".jpx"}, {&types::jpeg_ls, ".jls"},  {&types::jpeg_xr, ".jxr"},
-    {&types::jpeg_xr, ".wdp"},   {&types::jpeg_xr, ".hdp"},  {&types::exr, ".exr"},      {&types::hdr, ".hdr"},
-    {&types::hdr, ".rgbe"},      {&types::pfm, ".pfm"},      {&types::pam, ".pam"},      {&types::qoi, ".qoi"},
-    {&types::dds, ".dds"},       {&types::ktx, ".ktx"},      {&types::ktx, ".ktx2"},     {&types::ico, ".ico"},
-    {&types::pcx, ".pcx"},       {&types::sgi, ".sgi"},      {&types::sun, ".ras"},      {&types::dpx, ".dpx"},
-    {&types::fits, ".fits"},     {&types::pic, ".pic"},      {&types::xcf, ".xcf"},      {&types::flif, ".flif"},
-    {&types::bpg, ".bpg"},       {&types::dng, ".dng"},      {&types::dng, ".gpr"},      {&types::cr2, ".cr2"},
-    {&types::cr3, ".cr3"},       {&types::crw, ".crw"},      {&types::nef, ".nef"},      {&types::nef, ".nrw"},
-    {&types::arw, ".arw"},       {&types::arw, ".srf"},      {&types::arw, ".sr2"},      {&types::raf, ".raf"},
-    {&types::orf, ".orf"},       {&types::rw2, ".rw2"},      {&types::rw2, ".rwl"},      {&types::pef, ".pef"},
-    {&types::srw, ".srw"},       {&types::x3f, ".x3f"},      {&types::mrw, ".mrw"},      {&types::iiq, ".iiq"},
-    {&types::raw, ".raw"},       {&types::raw, ".3fr"},      {&types::raw, ".fff"},      {&types::raw, ".dcr"},
-    {&types::raw, ".kdc"},       {&types::raw, ".erf"},      {&types::raw, ".mef"},      {&types::raw, ".mos"},
-    {&types::svg, ".svg"},       {&types::pdf, ".pdf"},      {&types::postscript, ".eps"},
-    {&types::postscript, ".ps"},
+    {&types::png, ".png"},       {&types::jpeg, ".jpg"},      {&types::jpeg, ".jpeg"},      {&types::webp, ".webp"},
+    {&types::tiff, ".tif"},      {&types::tiff, ".tiff"},     {&types::heic, ".heic"},      {&types::heic, ".heif"},
+    {&types::heic, ".hif"},      {&types::avif, ".avif"},     {&types::bmp, ".bmp"},        {&types::bmp, ".dib"},
+    {&types::pnm, ".ppm"},       {&types::pnm, ".pgm"},       {&types::pnm, ".pnm"},        {&types::pnm, ".pbm"},
+    {&types::gif, ".gif"},       {&types::tga, ".tga"},       {&types::psd, ".psd"},        {&types::jpeg, ".jpe"},
+    {&types::jpeg, ".jfif"},     {&types::jpeg, ".jif"},      {&types::jpeg, ".mpo"},       {&types::jpeg_xl, ".jxl"},
+    {&types::jpeg_2000, ".jp2"}, {&types::jpeg_2000, ".j2k"}, {&types::jpeg_2000, ".j2c"},  {&types::jpeg_2000, ".jpc"},
+    {&types::jpeg_2000, ".jpf"}, {&types::jpeg_2000, ".jpx"}, {&types::jpeg_ls, ".jls"},    {&types::jpeg_xr, ".jxr"},
+    {&types::jpeg_xr, ".wdp"},   {&types::jpeg_xr, ".hdp"},   {&types::exr, ".exr"},        {&types::hdr, ".hdr"},
+    {&types::hdr, ".rgbe"},      {&types::pfm, ".pfm"},       {&types::pam, ".pam"},        {&types::qoi, ".qoi"},
+    {&types::dds, ".dds"},       {&types::ktx, ".ktx"},       {&types::ktx, ".ktx2"},       {&types::ico, ".ico"},
+    {&types::pcx, ".pcx"},       {&types::sgi, ".sgi"},       {&types::sun, ".ras"},        {&types::dpx, ".dpx"},
+    {&types::fits, ".fits"},     {&types::pic, ".pic"},       {&types::xcf, ".xcf"},        {&types::flif, ".flif"},
+    {&types::bpg, ".bpg"},       {&types::dng, ".dng"},       {&types::dng, ".gpr"},        {&types::cr2, ".cr2"},
+    {&types::cr3, ".cr3"},       {&types::crw, ".crw"},       {&types::nef, ".nef"},        {&types::nef, ".nrw"},
+    {&types::arw, ".arw"},       {&types::arw, ".srf"},       {&types::arw, ".sr2"},        {&types::raf, ".raf"},
+    {&types::orf, ".orf"},       {&types::rw2, ".rw2"},       {&types::rw2, ".rwl"},        {&types::pef, ".pef"},
+    {&types::srw, ".srw"},       {&types::x3f, ".x3f"},       {&types::mrw, ".mrw"},        {&types::iiq, ".iiq"},
+    {&types::raw, ".raw"},       {&types::raw, ".3fr"},       {&types::raw, ".fff"},        {&types::raw, ".dcr"},
+    {&types::raw, ".kdc"},       {&types::raw, ".erf"},       {&types::raw, ".mef"},        {&types::raw, ".mos"},
+    {&types::svg, ".svg"},       {&types::pdf, ".pdf"},       {&types::postscript, ".eps"}, {&types::postscript, ".ps"},
 };
 
 bool is_raw(const PictureType& type) { return type.remedy == kDevelop; }

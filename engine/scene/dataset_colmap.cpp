@@ -4,6 +4,8 @@
 #include "base/read_file.h"
 #include "scene/colmap_model.h"
 #include "scene/dataset.h"
+#include "scene/dataset_places.h"
+#include "scene/ply_points.h"
 
 namespace trisoup::scene {
 namespace {
@@ -14,6 +16,9 @@ PointCloud read_points(const fs::path& model) {
   const fs::path binary = model / "points3D.bin", text = model / "points3D.txt";
   if (is_file(binary)) return parse_colmap_points_binary(bytes_of(read_file(binary)), printable(binary.string()));
   if (is_file(text)) return parse_colmap_points_text(read_file(text), printable(text.string()));
+  // 3D Gaussian Splatting keeps a copy of the points, which is left if the model was thinned out.
+  const fs::path ply = model / "points3D.ply";
+  if (is_file(ply)) return parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()));
   return {};
 }
 
@@ -38,24 +43,26 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   if (cameras.empty()) throw Error("{}: contains no camera; run the reconstruction again", cameras_name);
   if (images.empty()) throw Error("{}: contains no image; run the reconstruction again", dataset.source);
 
-  std::error_code ignored;
-  const bool has_folder = fs::is_directory(root / "images", ignored) || fs::is_directory(root / "images_2", ignored) ||
-                          fs::is_directory(root / "images_4", ignored) || fs::is_directory(root / "images_8", ignored);
+  const std::string folder = colmap_picture_folder(root, model);
+  const auto path_of = [&](const ColmapImage& image) {
+    return is_absolute_path(image.name) ? image.name : folder + image.name;
+  };
+  std::vector<std::string> paths;
+  for (const ColmapImage& image : images) paths.push_back(path_of(image));
   std::map<std::uint32_t, std::uint32_t> frame_of;  // by image id
   FrameTaker taker(dataset, files, dataset.source);
+  taker.search(paths);
   for (const ColmapImage& image : images) {
     const auto camera = cameras.find(image.camera_id);
     if (camera == cameras.end())
       throw Error("{}: {} uses camera {}, which is missing in {}; export the model again", dataset.source,
                   printable(image.name), image.camera_id, cameras_file.filename().string());
-    const auto photograph =
-        taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, false);
+    const auto photograph = taker.find(path_of(image), false);
     if (!photograph) continue;
     Frame frame;
     frame.source = dataset.source;
     frame.photograph = *photograph;
     frame.size = image_size(photograph->file);
-    frame.mask = files.find_mask(photograph->name);
     frame.camera = camera->second.pinhole;
     frame.camera.world_to_camera = image.world_to_camera;
     frame.lens = camera->second.lens;

@@ -14,11 +14,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path mask_of(const TransformsFrame& frame, const std::string& name, const std::string& source,
-                 const PhotographFiles& files) {
-  if (frame.mask_path.empty()) return files.find_mask(name);
-  if (const auto mask = files.find_file(frame.mask_path)) return *mask;
-  throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(frame.mask_path));
+std::vector<std::string> paths_in(const Transforms& transforms) {
+  std::vector<std::string> paths;
+  for (const TransformsFrame& frame : transforms.frames) paths.push_back(frame.file_path);
+  return paths;
+}
+
+constexpr const char* kNoMaskThere = "mask_path does not exist, the photograph is used completely; add the mask";
+
+// Throws Error if no mask_path exists: then the masks are elsewhere.
+void check_masks(const Dataset& dataset, const std::vector<TransformsFrame>& frames, const std::string& source) {
+  if (dataset.findings.left_out("masks") == 0) return;
+  std::string first;
+  for (const TransformsFrame& frame : frames)
+    if (first.empty()) first = frame.mask_path;
+  for (const Frame& frame : dataset.frames)
+    if (!frame.mask.empty()) return;
+  throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(first));
 }
 
 void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source,
@@ -29,7 +41,10 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
   frame.source = source;
   frame.photograph = *photograph;
   frame.size = image_size(photograph->file);
-  frame.mask = mask_of(listed, photograph->name, source, files);
+  if (!listed.mask_path.empty()) {
+    frame.mask = files.find_listed_mask(listed.mask_path).value_or(fs::path());
+    if (frame.mask.empty()) dataset.findings.leave_out(source, "masks", kNoMaskThere, listed.mask_path);
+  }
   frame.camera = camera_of(listed, frame.size);
   if (listed.fx && listed.angle_x)
     frame.focal_times = 2 * *listed.fx * std::tan(0.5 * *listed.angle_x) / frame.camera.width;
@@ -41,6 +56,24 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
   dataset.frames.push_back(std::move(frame));
 }
 
+// nerfstudio has already applied its applied_transform to the points of its PLY file.
+PointCloud points_of(const Transforms& transforms, const fs::path& root, const PhotographFiles& files,
+                     Dataset& dataset) {
+  const std::string& listed = transforms.ply_file_path;
+  std::optional<fs::path> ply = listed.empty() ? std::nullopt : files.find_file(listed);
+  if (ply) return parse_ply_points(bytes_of(read_file(*ply)), printable(ply->string()));
+  const fs::path usual = root / "sparse_pc.ply";  // the name that nerfstudio gives
+  const bool there = is_file(usual);
+  if (!listed.empty())
+    dataset.findings.warn(
+        fmt::format("{}: ply_file_path {} does not exist; {}", dataset.source, printable(listed),
+                    there ? "the points of sparse_pc.ply are used" : "points are searched for in the photographs"));
+  else if (there)
+    dataset.findings.warn(
+        fmt::format("{}: has no ply_file_path; the points of sparse_pc.ply are used", dataset.source));
+  return there ? parse_ply_points(bytes_of(read_file(usual)), printable(usual.string())) : PointCloud{};
+}
+
 }  // namespace
 
 Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
@@ -49,9 +82,11 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
   dataset.source = printable((root / "transforms_train.json").string());
   const auto add = [&](const char* file, bool test) {
     const std::string source = printable((root / file).string());
+    const Transforms transforms = parse_transforms(read_file(root / file), source);
     FrameTaker taker(dataset, files, source);
-    for (const TransformsFrame& frame : parse_transforms(read_file(root / file), source).frames)
-      add_frame(dataset, taker, frame, test, source, files);
+    taker.search(paths_in(transforms));
+    for (const TransformsFrame& frame : transforms.frames) add_frame(dataset, taker, frame, test, source, files);
+    check_masks(dataset, transforms.frames, source);
   };
   add("transforms_train.json", false);
   for (const char* held_out : {"transforms_test.json", "transforms_val.json"})
@@ -80,17 +115,15 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
   const auto test = transforms.test_files.empty() ? validation : normal(transforms.test_files);
   dataset.has_split = !test.empty();
   FrameTaker taker(dataset, files, dataset.source);
+  taker.search(paths_in(transforms));
   for (const TransformsFrame& frame : transforms.frames) {
     const std::string path = normal_path(frame.file_path);
     const bool is_test = test.contains(path);
     if (dataset.has_split && !is_test && (train.empty() ? validation.contains(path) : !train.contains(path))) continue;
     add_frame(dataset, taker, frame, is_test, dataset.source, files);
   }
-  if (!transforms.ply_file_path.empty()) {
-    // nerfstudio has already applied its applied_transform to these points.
-    const fs::path ply = files.find_file(transforms.ply_file_path).value_or(root / transforms.ply_file_path);
-    dataset.points = parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()));
-  }
+  check_masks(dataset, transforms.frames, dataset.source);
+  dataset.points = points_of(transforms, root, files, dataset);
   return dataset;
 }
 

@@ -13,6 +13,7 @@
 #include "scene/dataset.h"
 #include "scene/fingerprint.h"
 #include "scene/intrinsics.h"
+#include "scene/mask_image.h"
 #include "scene/photograph.h"
 #include "scene/scene.h"
 #include "scene/summary.h"
@@ -153,7 +154,7 @@ int threads_for(const std::vector<const Shot*>& shots, int threads) {
 // alias if it also had to shrink. Shrinking afterwards averages out the blur of the interpolation. The image is
 // composited later, when the background is known for all images. Colour is premultiplied until then, so the result is
 // the same.
-Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
+Photograph develop(const Shot& shot, const LoadOptions& options, bool& alpha_used, std::string& mask_problem) {
   const Frame& frame = shot.frame;
   const int divisor = divisor_of(shot);
   const Image image = turned(read_image(frame.photograph.file, divisor), frame.turned ? frame.size.orientation : 1);
@@ -163,16 +164,27 @@ Photograph develop(const Shot& shot, AlphaUse alpha, bool& alpha_used) {
   if (!is_of(1) && !is_of(divisor))
     throw Error("{}: changed while it was being read; load the scene again", printable(frame.photograph.file.string()));
   alpha_used = uses_alpha(image);
-  Photograph photograph = alpha == AlphaUse::composite ? from_coverage(image) : from_mask(image);
-  if (!frame.mask.empty()) {
-    const std::string content = read_file(frame.mask);
-    // 0 excludes a pixel, and some tools write 1 for all other pixels. In a JPEG, values near 0 count as 0, because its
-    // compression changes values.
-    exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())),
-            is_jpeg(bytes_of(content)) ? 128 : 1);
-  }
+  Photograph photograph = options.alpha == AlphaUse::composite ? from_coverage(image) : from_mask(image);
+  if (!frame.mask.empty()) try {
+      apply_mask(photograph, frame, options.invert_masks);
+    } catch (const Error& error) {
+      mask_problem = error.what();
+    }
   photograph = undistort(photograph, resized(shot.source, image.width, image.height), frame.lens);
   return area_resample(photograph, shot.camera.width, shot.camera.height);
+}
+
+// Masks that cannot be decoded. Throws Error if that is more than half of them.
+void report_masks(const std::vector<const Shot*>& shots, const std::vector<std::string>& problems,
+                  const LoadOptions& options) {
+  if (problems.empty()) return;
+  const auto masks =
+      std::count_if(shots.begin(), shots.end(), [](const Shot* shot) { return !shot->frame.mask.empty(); });
+  const std::string first = *std::min_element(problems.begin(), problems.end());  // independent of the threads
+  if (2 * problems.size() > std::size_t(masks)) throw Error("{}", first);
+  if (options.warn)
+    options.warn(fmt::format("{}; {} of {} masks cannot be read, their photographs are used completely", first,
+                             problems.size(), masks));
 }
 
 // Decodes the shots into `images`, and returns the grey level of the background on which they are composited.
@@ -183,14 +195,18 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   std::mutex guard;
   int done = 0;
   bool any_alpha = false;
+  std::vector<std::string> mask_problems;
   parallel_for(count, threads_for(shots, options.threads), [&](int i) {
     bool alpha_used = false;
-    photographs[std::size_t(i)] = develop(*shots[std::size_t(i)], options.alpha, alpha_used);
+    std::string mask_problem;
+    photographs[std::size_t(i)] = develop(*shots[std::size_t(i)], options, alpha_used, mask_problem);
     const std::lock_guard lock(guard);
+    if (!mask_problem.empty()) mask_problems.push_back(mask_problem);
     any_alpha = any_alpha || alpha_used;
     ++done;
     if (options.progress) options.progress(done, count);
   });
+  report_masks(shots, mask_problems, options);
   const bool white =
       options.background == BackgroundChoice::white || (options.background == BackgroundChoice::automatic && any_alpha);
   const std::uint8_t background = white ? 255 : 0;
@@ -201,9 +217,11 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   return background;
 }
 
-const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
+const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha, bool invert_masks) {
   if (!frame.mask.empty())
-    return "its mask excludes all of it (0 excludes a pixel, other values include it); invert the mask";
+    return invert_masks ? "its mask excludes all of it (with `invert_masks`, values other than 0 exclude a pixel)"
+                        : "its mask excludes all of it (0 excludes a pixel, other values include it); if the masks are "
+                          "inverted, use `invert_masks`";
   if (alpha == AlphaUse::mask) return "it is fully transparent, which `alpha` mask excludes; use `alpha` composite";
   return "undistortion leaves nothing of it; correct the distortion and the principal point";
 }
@@ -222,9 +240,10 @@ void report_left_out(const std::vector<const Shot*>& shots, const std::vector<Im
       if (empty++ == 0) first = &shots[i]->frame;
     }
     if (empty == 0) continue;
-    const std::string what = fmt::format("{}: {} of {} {} views have no pixel in the loss, first: {}: {}",
-                                         first->source, empty, all, test ? "test" : "training",
-                                         printable(first->photograph.name), why_nothing_is_left(*first, options.alpha));
+    const std::string what =
+        fmt::format("{}: {} of {} {} views have no pixel in the loss, first: {}: {}", first->source, empty, all,
+                    test ? "test" : "training", printable(first->photograph.name),
+                    why_nothing_is_left(*first, options.alpha, options.invert_masks));
     if (empty == all) throw Error("{}", what);
     if (options.warn) options.warn(what);
   }
@@ -250,13 +269,14 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
   report_missing(dataset, options);
+  for (Frame& frame : dataset.frames) turn_to_camera(frame);
+  fit_masks(dataset);
   if (options.warn)
     for (const std::string& line : dataset.findings.lines()) options.warn(line);
   check_intrinsics(dataset.frames, options.warn);
   report_halves(dataset, options.warn);
   std::vector<Shot> shots;
   for (Frame& frame : dataset.frames) {
-    turn_to_camera(frame);
     shots.push_back(plan(frame, options.downscale));
     shots.back().index = static_cast<std::uint32_t>(shots.size() - 1);
   }
