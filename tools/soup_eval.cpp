@@ -52,7 +52,8 @@ struct Options {
   std::optional<double> near, far;
   bool with_renderer = false, agreement = false;
   std::string aa = "none";
-  CLI::Option *resolution = nullptr, *test_every = nullptr, *background = nullptr, *alpha = nullptr;
+  CLI::Option *resolution = nullptr, *test_every = nullptr, *background = nullptr, *alpha = nullptr,
+              *invert_masks = nullptr;
 };
 
 void add_options(CLI::App& app, Options& o) {
@@ -74,6 +75,8 @@ void add_options(CLI::App& app, Options& o) {
                 ->transform(CLI::CheckedTransformer(std::map<std::string, scene::AlphaUse>{
                     {"composite", scene::AlphaUse::composite}, {"mask", scene::AlphaUse::mask}}))
                 ->option_text("TEXT");
+  o.invert_masks = app.add_flag("--invert-masks", o.load.invert_masks,
+                                "exclude the white of masks, instead of the black [as trained]");
   app.add_flag("--outside", o.load.outside, "allow photographs, masks and points outside of DATASET [as trained]");
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
@@ -107,6 +110,7 @@ Recorded take_settings(Options& o, soup::ModelFile& file) {
     recorded.test_every = settings.value("test_every", recorded.test_every);
     if (!*o.test_every) o.load.test_every = recorded.test_every;
     if (!*o.alpha && settings.value("alpha", "composite") == "mask") o.load.alpha = scene::AlphaUse::mask;
+    if (!*o.invert_masks) o.load.invert_masks = settings.value("invert_masks", false);
     o.load.outside = o.load.outside || settings.value("outside", false);
     recorded.near = settings.value("test_near", recorded.near);
     recorded.far = settings.value("far", recorded.far);
@@ -149,7 +153,7 @@ void evaluate(Options& o) {
     const std::string line = train::split_difference(file, scene, o.load.test_every, recorded.test_every);
     if (!line.empty()) o.load.warn(line);
   }
-  const bool as_trained = !*o.resolution && o.load.choose_test && !*o.background && !*o.alpha;
+  const bool as_trained = !*o.resolution && o.load.choose_test && !*o.background && !*o.alpha && !*o.invert_masks;
   if (const std::string line = train::mismatch(file, scene, as_trained, printable(o.dataset)); !line.empty())
     o.load.warn(line);
   o.device_options.draws = o.with_renderer || o.agreement;

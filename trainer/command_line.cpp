@@ -117,7 +117,8 @@ nlohmann::json CommandLine::dataset_note() const {
   return {{"resolution", load.downscale},
           {"test_every", load.test_every},
           {"background", name_of(load.background)},
-          {"alpha", name_of(load.alpha)}};
+          {"alpha", name_of(load.alpha)},
+          {"invert_masks", load.invert_masks}};
 }
 
 std::string CommandLine::note() const {
@@ -134,6 +135,7 @@ void CommandLine::take_dataset(const nlohmann::json& then) {
   if (!given.test_every) load.test_every = then.value("test_every", load.test_every);
   if (!given.background) load.background = background_of(then.value("background", "auto"));
   if (!given.alpha && then.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
+  load.invert_masks = load.invert_masks || then.value("invert_masks", false);
 }
 
 void CommandLine::take(const SettingsFile& file) {
@@ -147,8 +149,10 @@ void CommandLine::take(const SettingsFile& file) {
 }
 
 void CommandLine::take(const std::string& note, const std::filesystem::path& path) {
-  const nlohmann::json then = nlohmann::json::parse(note, nullptr, false), now = nlohmann::json::parse(this->note());
-  if (!then.is_object()) return;  // another program's
+  nlohmann::json then = nlohmann::json::parse(note, nullptr, false);
+  const nlohmann::json now = nlohmann::json::parse(this->note());
+  if (!then.is_object()) return;                                     // another program's
+  if (!then.contains("invert_masks")) then["invert_masks"] = false;  // of an earlier version
   std::string differing;
   const auto is_another = [&](bool given, const char* key) {
     if (given && then.contains(key) && then[key] != now[key])
@@ -160,6 +164,7 @@ void CommandLine::take(const std::string& note, const std::filesystem::path& pat
   is_another(given.test_every, "test_every");
   is_another(given.background, "background");
   is_another(given.alpha, "alpha");
+  is_another(given.invert_masks, "invert_masks");
   is_another(given.feature_size, "feature_size");
   refuse(path, differing);
   try {

@@ -45,7 +45,7 @@ struct CommandLine {
                           const std::filesystem::path& path) const;
   /// What a checkpoint records of the options that are no settings: those of the dataset, the preset, --eval-log. JSON.
   std::string note() const;
-  /// How the dataset is read: "resolution", "test_every", "background", "alpha".
+  /// How the dataset is read: "resolution", "test_every", "background", "alpha", "invert_masks".
   nlohmann::json dataset_note() const;
   /// Takes from a checkpoint's note what was not given. Throws Error, with both values and `path`, if an option
   /// contradicts it.
@@ -60,7 +60,7 @@ struct CommandLine {
   /// Which options with a default value of their own were given.
   struct {
     bool resolution = false, test_every = false, background = false, alpha = false, feature_size = false,
-         evaluations_per_decade = false;
+         evaluations_per_decade = false, invert_masks = false;
   } given;
 
  private:

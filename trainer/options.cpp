@@ -89,7 +89,8 @@ class Options {
   std::string background_ = "auto", alpha_ = "composite", record_;
   std::vector<std::string> assignments_;
   CLI::Option *resolution_ = nullptr, *test_every_ = nullptr, *feature_size_ = nullptr, *background_option_ = nullptr,
-              *alpha_option_ = nullptr, *eval_log_ = nullptr, *preset_ = nullptr, *settings_ = nullptr;
+              *alpha_option_ = nullptr, *eval_log_ = nullptr, *preset_ = nullptr, *settings_ = nullptr,
+              *invert_masks_ = nullptr;
 };
 
 void Options::add_common() {
@@ -132,6 +133,9 @@ void Options::add_dataset() {
   test_every_ = app_.add_option("--test-every", o_.load.test_every,
                                 "interval of test views in name order if the dataset has no test split; 0: none [8]")
                     ->group(group);
+  invert_masks_ = app_.add_flag("--invert-masks", o_.load.invert_masks,
+                                "exclude the white of masks from the loss, instead of the black")
+                      ->group(group);
   app_.add_flag("--outside", o_.load.outside,
                 "allow photographs, masks and points outside of DATASET if its files refer to them")
       ->group(group);
@@ -202,8 +206,8 @@ void Options::add_device() {
 /// Completes CommandLine after parsing.
 void Options::take() {
   const auto is_given = [](const CLI::Option* option) { return option->count() > 0; };
-  o_.given = {is_given(resolution_),   is_given(test_every_),   is_given(background_option_),
-              is_given(alpha_option_), is_given(feature_size_), is_given(eval_log_)};
+  o_.given = {is_given(resolution_),   is_given(test_every_), is_given(background_option_), is_given(alpha_option_),
+              is_given(feature_size_), is_given(eval_log_),   is_given(invert_masks_)};
   using enum scene::BackgroundChoice;
   o_.load.background = background_ == "white" ? white : background_ == "black" ? black : automatic;
   o_.load.alpha = alpha_ == "mask" ? scene::AlphaUse::mask : scene::AlphaUse::composite;

@@ -57,6 +57,7 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
     bar.clear();
     std::fprintf(stderr, "warning: %s\n", in_options(line).c_str());
   };
+  for (const std::string& note : unposed->notes) options.warn(note);
   std::map<int, void (*)(int)> before;
   for (const int signal : kSignals) before[signal] = std::signal(signal, on_signal);
   const auto start = std::chrono::steady_clock::now();

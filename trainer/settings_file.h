@@ -12,7 +12,8 @@ namespace trisoup {
 struct SettingsFile {
   std::filesystem::path path;
   train::Settings settings;
-  /// Load options: "resolution", "test_every", "background", "alpha". Null if the file does not contain them.
+  /// Load options: "resolution", "test_every", "background", "alpha", "invert_masks". Null if the file does not contain
+  /// them.
   nlohmann::json dataset;
 };
 

@@ -147,6 +147,7 @@ void TrainingRun::read_model() {
     o_.load.downscale = settings.value("resolution", 1.0);
     o_.load.test_every = settings.value("test_every", 8);
     if (settings.value("alpha", "composite") == "mask") o_.load.alpha = scene::AlphaUse::mask;
+    o_.load.invert_masks = settings.value("invert_masks", false);
     o_.load.outside = o_.load.outside || settings.value("outside", false);
   } catch (const nlohmann::json::exception&) {
     throw Error("{}: its settings are not those of soup-train, so it cannot be trained on", o_.model);

@@ -37,6 +37,7 @@ Subject load_subject(const std::string& model, const std::string& dataset, const
     if (file.settings.is_object()) {
       s.load.downscale = file.settings.value("resolution", 1.0);
       s.load.test_every = file.settings.value("test_every", 8);
+      s.load.invert_masks = file.settings.value("invert_masks", false);
       s.load.outside = file.settings.value("outside", false);
       s.near = file.settings.value("test_near", s.near);
       s.far = file.settings.value("far", s.far);

@@ -73,6 +73,7 @@ soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& 
   options.settings["resolution"] = load.downscale;
   options.settings["test_every"] = load.test_every;
   options.settings["alpha"] = load.alpha == scene::AlphaUse::mask ? "mask" : "composite";
+  if (load.invert_masks) options.settings["invert_masks"] = true;
   if (load.outside) options.settings["outside"] = true;
   options.cameras = cameras_of(scene);
   if (scene.synthetic)

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,10 +22,12 @@ namespace trisoup::scene {
 struct Frame {
   std::string source;  // the file that lists the frame, for messages
   PhotographFile photograph;
-  ImageSize size;              // size of the photograph, after rotation if `turned`
-  bool turned = false;         // whether the EXIF orientation is applied
-  std::filesystem::path mask;  // empty: none
-  Camera camera;               // pinhole part for an image of its own size, in the dataset's coordinates
+  ImageSize size;                    // size of the photograph, after rotation if `turned`
+  bool turned = false;               // whether the EXIF orientation is applied
+  std::filesystem::path mask;        // empty: none
+  int mask_orientation = 1;          // EXIF orientation to apply to the mask; see turned()
+  bool mask_shows_excluded = false;  // the mask's other values exclude a pixel, and 0 does not
+  Camera camera;                     // pinhole part for an image of its own size, in the dataset's coordinates
   Lens lens;
   std::string model;  // COLMAP's name of the camera model
   /// If the file has both focal length and field of view: the image width for which they agree, divided by the width of
@@ -40,6 +43,7 @@ struct Listing {
   std::vector<std::string> missing;  // paths without a photograph, as written in the file
   std::vector<std::string> looked;   // same order: the places that were searched
   std::vector<std::string> again;    // photographs listed more than once, one entry per repetition
+  std::vector<std::pair<std::string, std::string>> by_name;  // paths as listed, and photographs found by their names
 };
 
 struct Dataset {
@@ -57,28 +61,35 @@ struct Dataset {
 class FrameTaker {
  public:
   FrameTaker(Dataset& dataset, const PhotographFiles& files, const std::string& source);
-  /// Returns the photograph for a path as written in the file, or nullopt if the frame must be skipped because the
-  /// photograph is missing or was found before. Throws Error if two different paths match one photograph by file name
-  /// only.
+  /// Searches all paths that the file lists together: a match by name counts only if no other path has the same match.
+  /// Readers call this before find(). Other paths are searched alone.
+  void search(const std::vector<std::string>& paths);
+  /// Returns the photograph for a path as written in the file, or nullopt if the frame must be skipped:
+  /// its photograph is missing, is not unmistakable, or was found before.
   std::optional<PhotographFile> find(const std::string& path, bool test);
 
  private:
-  struct Taken {
-    std::string path;  // as listed
-    bool by_name = false;
+  struct Match {
+    std::optional<PhotographFile> photograph;
+    std::string problem, name;  // why a frame is left out, and its name there; empty: it is not, or is missing
   };
+  void look_up(const std::string& path);
+  void drop_copies();
+  void drop_shared();
+
   Dataset& dataset_;
   const PhotographFiles& files_;
   std::size_t listing_;
-  std::map<std::pair<bool, std::string>, Taken> taken_;
+  std::map<std::string, Match> matches_;          // by path as listed
+  std::set<std::pair<bool, std::string>> taken_;  // test, photograph
 };
 
 /// Detects the format of `path` and reads the dataset: Blender if there is a transforms_train.json, else
-/// transforms.json, else a COLMAP model: the largest in sparse/0, sparse/1 and so on, else in sparse or the folder
-/// itself; else the only camera export of Metashape or RealityScan in the folder. `path` may also be a file: a JSON
-/// file of a Blender split stands for its folder, any other JSON file is read like transforms.json, XML like
-/// Metashape's and CSV like RealityScan's export. downscale: selects prescaled photographs (see PhotographFiles).
-/// outside: files may lie outside the dataset's folder. Throws Error.
+/// transforms.json, else a COLMAP model in one of the places of colmap_models_in(), the largest of several parts, else
+/// the only camera export of Metashape or RealityScan in the folder. `path` may also be a folder of photographs or a
+/// COLMAP model in a dataset, or a file: a JSON file of a Blender split stands for its folder, any other JSON file is
+/// read like transforms.json, XML like Metashape's and CSV like RealityScan's export. downscale: selects prescaled
+/// photographs (see PhotographFiles). outside: files may lie outside the dataset's folder. Throws Error.
 Dataset read_dataset(const std::filesystem::path& path, double downscale, bool outside = false);
 
 /// Returns whether `path` contains a file with poses that read_dataset would use. Reads only the beginning of XML and

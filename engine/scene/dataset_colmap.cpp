@@ -6,6 +6,8 @@
 #include "base/read_file.h"
 #include "scene/colmap_model.h"
 #include "scene/dataset.h"
+#include "scene/dataset_places.h"
+#include "scene/ply_points.h"
 #include "scene/record_error.h"
 #include "scene/split_lists.h"
 
@@ -19,6 +21,9 @@ PointCloud read_points(const fs::path& model, Findings& findings) {
   if (is_file(binary))
     return parse_colmap_points_binary(bytes_of(read_file(binary)), printable(binary.string()), findings);
   if (is_file(text)) return parse_colmap_points_text(read_file(text), printable(text.string()), findings);
+  // 3D Gaussian Splatting keeps a copy of the points, which is left if the model was thinned out.
+  const fs::path ply = model / "points3D.ply";
+  if (is_file(ply)) return parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()), findings);
   return {};
 }
 
@@ -72,13 +77,17 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   if (cameras.empty()) throw Error("{}: contains no camera; run the reconstruction again", cameras_name);
   if (images.empty()) throw Error("{}: contains no image; run the reconstruction again", dataset.source);
 
-  std::error_code ignored;
-  const bool has_folder = fs::is_directory(root / "images", ignored) || fs::is_directory(root / "images_2", ignored) ||
-                          fs::is_directory(root / "images_4", ignored) || fs::is_directory(root / "images_8", ignored);
+  const std::string folder = colmap_picture_folder(root, model);
+  const auto path_of = [&](const ColmapImage& image) {
+    return is_absolute_path(image.name) ? image.name : folder + image.name;
+  };
+  std::vector<std::string> paths;
+  for (const ColmapImage& image : images) paths.push_back(path_of(image));
   std::map<std::uint32_t, std::uint32_t> frame_of;  // by image id
   FrameTaker taker(dataset, files, dataset.source);
   const std::set<std::uint32_t> repeated = repeated_ids(images, dataset);
   const Split split = split_of(images, root, model, dataset);
+  taker.search(paths);
   BadRecords bad(dataset.findings, dataset.source, "photographs");
   for (std::size_t i = 0; i < images.size(); ++i) {
     const ColmapImage& image = images[i];
@@ -93,8 +102,7 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
       dataset.findings.leave_out(cameras_name, "photographs", camera->second.problem, image.name);
       continue;
     }
-    const auto photograph =
-        taker.find(has_folder && !is_absolute_path(image.name) ? "images/" + image.name : image.name, test);
+    const auto photograph = taker.find(paths[i], test);
     if (!photograph) continue;
     Frame frame;
     frame.source = dataset.source;
@@ -105,7 +113,6 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
       bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
       continue;
     }
-    frame.mask = files.find_mask(photograph->name);
     frame.camera = camera->second.pinhole;
     frame.camera.world_to_camera = image.world_to_camera;
     frame.lens = camera->second.lens;

@@ -15,11 +15,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path mask_of(const TransformsFrame& frame, const std::string& name, const std::string& source,
-                 const PhotographFiles& files) {
-  if (frame.mask_path.empty()) return files.find_mask(name);
-  if (const auto mask = files.find_file(frame.mask_path)) return *mask;
-  throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(frame.mask_path));
+std::vector<std::string> paths_in(const std::vector<TransformsFrame>& frames) {
+  std::vector<std::string> paths;
+  for (const TransformsFrame& frame : frames) paths.push_back(frame.file_path);
+  return paths;
+}
+
+constexpr const char* kNoMaskThere = "mask_path does not exist, the photograph is used completely; add the mask";
+
+// Throws Error if no mask_path exists: then the masks are elsewhere.
+void check_masks(const Dataset& dataset, const std::vector<TransformsFrame>& frames, const std::string& source) {
+  if (dataset.findings.left_out("masks") == 0) return;
+  std::string first;
+  for (const TransformsFrame& frame : frames)
+    if (first.empty()) first = frame.mask_path;
+  for (const Frame& frame : dataset.frames)
+    if (!frame.mask.empty()) return;
+  throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(first));
 }
 
 void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source,
@@ -35,7 +47,10 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
     bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
     return;
   }
-  frame.mask = mask_of(listed, photograph->name, source, files);
+  if (!listed.mask_path.empty()) {
+    frame.mask = files.find_listed_mask(listed.mask_path).value_or(fs::path());
+    if (frame.mask.empty()) dataset.findings.leave_out(source, "masks", kNoMaskThere, listed.mask_path);
+  }
   frame.camera = camera_of(listed, frame.size);
   if (const std::string problem = panorama_problem(listed, frame.camera); !problem.empty()) {
     dataset.findings.leave_out(source, "photographs", problem, listed.file_path);
@@ -50,6 +65,25 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
   dataset.frames.push_back(std::move(frame));
 }
 
+// nerfstudio has already applied its applied_transform to the points of its PLY file.
+PointCloud points_of(const Transforms& transforms, const fs::path& root, const PhotographFiles& files,
+                     Dataset& dataset) {
+  const std::string& listed = transforms.ply_file_path;
+  std::optional<fs::path> ply = listed.empty() ? std::nullopt : files.find_file(listed);
+  if (ply) return parse_ply_points(bytes_of(read_file(*ply)), printable(ply->string()), dataset.findings);
+  const fs::path usual = root / "sparse_pc.ply";  // the name that nerfstudio gives
+  const bool there = is_file(usual);
+  if (!listed.empty())
+    dataset.findings.warn(
+        fmt::format("{}: ply_file_path {} does not exist; {}", dataset.source, printable(listed),
+                    there ? "the points of sparse_pc.ply are used" : "points are searched for in the photographs"));
+  else if (there)
+    dataset.findings.warn(
+        fmt::format("{}: has no ply_file_path; the points of sparse_pc.ply are used", dataset.source));
+  return there ? parse_ply_points(bytes_of(read_file(usual)), printable(usual.string()), dataset.findings)
+               : PointCloud{};
+}
+
 }  // namespace
 
 Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
@@ -58,9 +92,11 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
   dataset.source = printable((root / "transforms_train.json").string());
   const auto add = [&](const std::vector<TransformsFrame>& frames, bool test, const std::string& source) {
     FrameTaker taker(dataset, files, source);
+    taker.search(paths_in(frames));
     BadRecords bad(dataset.findings, source, "photographs");
     for (const TransformsFrame& frame : frames) add_frame(dataset, taker, frame, test, source, files, bad);
     if (!test && dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
+    check_masks(dataset, frames, source);
   };
   add(parse_transforms(read_file(root / "transforms_train.json"), dataset.source, dataset.findings).frames, false,
       dataset.source);
@@ -90,8 +126,7 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
   dataset.source = printable(file.string());
   const Transforms transforms = parse_transforms(read_file(file), dataset.source, dataset.findings);
 
-  std::vector<std::string> paths;
-  for (const TransformsFrame& frame : transforms.frames) paths.push_back(frame.file_path);
+  const std::vector<std::string> paths = paths_in(transforms.frames);
   const Split split = split_by_lists(paths,
                                      {{dataset.source + ": train_filenames", transforms.train_files},
                                       {dataset.source + ": val_filenames", transforms.val_files},
@@ -99,16 +134,14 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
                                      dataset.findings);
   dataset.has_split = split.has_test || !transforms.test_files.empty() || !transforms.val_files.empty();
   FrameTaker taker(dataset, files, dataset.source);
+  taker.search(paths);
   BadRecords bad(dataset.findings, dataset.source, "photographs");
   for (std::size_t i = 0; i < transforms.frames.size(); ++i)
     if (split.parts[i] != Part::unused)
       add_frame(dataset, taker, transforms.frames[i], split.parts[i] == Part::test, dataset.source, files, bad);
   if (dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
-  if (!transforms.ply_file_path.empty()) {
-    // nerfstudio has already applied its applied_transform to these points.
-    const fs::path ply = files.find_file(transforms.ply_file_path).value_or(root / transforms.ply_file_path);
-    dataset.points = parse_ply_points(bytes_of(read_file(ply)), printable(ply.string()), dataset.findings);
-  }
+  check_masks(dataset, transforms.frames, dataset.source);
+  dataset.points = points_of(transforms, root, files, dataset);
   return dataset;
 }
 

@@ -18,6 +18,7 @@
 #include "scene/fingerprint.h"
 #include "scene/intrinsics.h"
 #include "scene/loading_memory.h"
+#include "scene/mask_image.h"
 #include "scene/panorama.h"
 #include "scene/photograph.h"
 #include "scene/pose_check.h"
@@ -219,7 +220,8 @@ void check_memory(const std::vector<const Shot*>& shots, const LoadOptions& opti
 
 /// What decoding found of one photograph.
 struct Decoded {
-  std::string problem;  // why it cannot be decoded; empty: it was
+  std::string problem;       // why it cannot be decoded; empty: it was
+  std::string mask_problem;  // why its mask cannot
   AlphaFound alpha = AlphaFound::none;
   std::vector<std::string> notes;  // what the decoder worked around (DecodeOptions::notes)
 };
@@ -246,16 +248,15 @@ Photograph decode_photograph(const Shot& shot, AlphaUse alpha, int divisor, Deco
 // neighbouring pixels and would alias if it also had to shrink. Shrinking afterwards averages out the blur of the
 // interpolation. The image is composited later, when the background is known for all images. Colour is premultiplied
 // until then, so the result is the same.
-std::vector<Photograph> develop(std::span<const Shot* const> shots, AlphaUse alpha, int divisor, Decoded& found) {
+std::vector<Photograph> develop(std::span<const Shot* const> shots, const LoadOptions& options, int divisor,
+                                Decoded& found) {
   const Frame& frame = shots.front()->frame;
-  Photograph photograph = decode_photograph(*shots.front(), alpha, divisor, found);
-  if (!frame.mask.empty()) {
-    const std::string content = read_file(frame.mask);
-    // 0 excludes a pixel, and some tools write 1 for all other pixels. In a JPEG, values near 0 count as 0, because its
-    // compression changes values.
-    exclude(photograph, decode_image(bytes_of(content), printable(frame.mask.string())),
-            is_jpeg(bytes_of(content)) ? 128 : 1);
-  }
+  Photograph photograph = decode_photograph(*shots.front(), options.alpha, divisor, found);
+  if (!frame.mask.empty()) try {
+      apply_mask(photograph, frame, options.invert_masks);
+    } catch (const Error& error) {
+      found.mask_problem = error.what();
+    }
   std::vector<Photograph> developed;
   for (const Shot* shot : shots) {
     const Camera source = resized(shot->source, photograph.width, photograph.height);
@@ -292,7 +293,7 @@ std::vector<Probe> take_probes(const std::vector<Shot>& shots, std::size_t count
     while (divisor < 8 && shot.frame.size.width / (2 * divisor) >= shot.camera.width) divisor *= 2;
     Decoded found;
     try {
-      Image image = composite(develop({&one, 1}, options.alpha, divisor, found).front(), 0);
+      Image image = composite(develop({&one, 1}, options, divisor, found).front(), 0);
       probes[std::size_t(i)] = {shot.index, std::move(image), found.alpha == AlphaFound::some};
     } catch (const Error&) {
     }
@@ -313,6 +314,22 @@ void report_notes(const std::vector<const Shot*>& shots, const std::vector<Decod
                              note, some_names({names.begin(), names.end()})));
 }
 
+// Masks that cannot be decoded. Throws Error if that is more than half of them.
+void report_masks(const std::vector<const Shot*>& shots, const std::vector<Decoded>& decoded,
+                  const LoadOptions& options) {
+  std::vector<std::string> problems;
+  for (const Decoded& one : decoded)
+    if (!one.mask_problem.empty()) problems.push_back(one.mask_problem);
+  if (problems.empty()) return;
+  const auto masks =
+      std::count_if(shots.begin(), shots.end(), [](const Shot* shot) { return !shot->frame.mask.empty(); });
+  const std::string& first = problems.front();
+  if (2 * problems.size() > std::size_t(masks)) throw Error("{}", first);
+  if (options.warn)
+    options.warn(fmt::format("{}; {} of {} masks cannot be read, their photographs are used completely", first,
+                             problems.size(), masks));
+}
+
 // Decodes the shots into `images`, and returns the grey level of the background on which they are composited.
 std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Image*>& images,
                     const LoadOptions& options, std::vector<Decoded>& decoded) {
@@ -327,7 +344,7 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
     const auto first = std::distance(shots.data(), group.data());
     Decoded own;
     try {
-      std::vector<Photograph> developed = develop(group, options.alpha, divisor_of(*group.front()), own);
+      std::vector<Photograph> developed = develop(group, options, divisor_of(*group.front()), own);
       std::move(developed.begin(), developed.end(), photographs.begin() + first);
     } catch (const Error& error) {
       own.problem = error.what();
@@ -340,6 +357,7 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
     if (options.progress) options.progress(done, count);
   });
   report_notes(shots, decoded, options);
+  report_masks(shots, decoded, options);
   const bool any_alpha =
       std::any_of(decoded.begin(), decoded.end(), [](const Decoded& d) { return d.alpha == AlphaFound::some; });
   const bool white =
@@ -352,9 +370,11 @@ std::uint8_t decode(const std::vector<const Shot*>& shots, const std::vector<Ima
   return background;
 }
 
-const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha) {
+const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha, bool invert_masks) {
   if (!frame.mask.empty())
-    return "its mask excludes all of it (0 excludes a pixel, other values include it); invert the mask";
+    return invert_masks ? "its mask excludes all of it (with `invert_masks`, values other than 0 exclude a pixel)"
+                        : "its mask excludes all of it (0 excludes a pixel, other values include it); if the masks are "
+                          "inverted, use `invert_masks`";
   if (alpha == AlphaUse::mask) return "it is fully transparent, which `alpha` mask excludes; use `alpha` composite";
   return "undistortion leaves nothing of it; correct the distortion and the principal point";
 }
@@ -372,9 +392,10 @@ void report_left_out(const std::vector<const Shot*>& shots, const Scene& scene, 
       if (empty++ == 0) first = &shot->frame;
     }
     if (empty == 0) continue;
-    const std::string what = fmt::format("{}: {} of {} {} views have no pixel in the loss, first: {}: {}",
-                                         first->source, empty, all, test ? "test" : "training",
-                                         printable(first->photograph.name), why_nothing_is_left(*first, options.alpha));
+    const std::string what =
+        fmt::format("{}: {} of {} {} views have no pixel in the loss, first: {}: {}", first->source, empty, all,
+                    test ? "test" : "training", printable(first->photograph.name),
+                    why_nothing_is_left(*first, options.alpha, options.invert_masks));
     if (empty == all) throw Error("{}", what);
     if (options.warn) options.warn(what);
   }
@@ -559,6 +580,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   refuse_nothing(dataset);
   report_missing(dataset, options);
   fit_photographs(dataset);
+  fit_masks(dataset);
   mend_split(dataset);
   check_intrinsics(dataset);
   report_halves(dataset, options.warn);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scene/mask_image.h"
+
 namespace trisoup::scene {
 namespace {
 
@@ -43,14 +45,15 @@ Photograph from_mask(const Image& straight) {
   return photograph;
 }
 
-void exclude(Photograph& photograph, const Image& mask, int threshold) {
+void exclude(Photograph& photograph, const Image& mask, int threshold, bool invert) {
   if (photograph.inside.empty()) photograph.inside.assign(photograph.pixels(), 255);
+  const std::vector<std::uint8_t> inside = inside_of(mask, threshold);
+  const std::uint8_t excluded = invert ? 255 : 0;
   for (int y = 0; y < photograph.height; ++y) {
     const auto mask_y = std::size_t((y + 0.5) * mask.height / photograph.height);
     for (int x = 0; x < photograph.width; ++x) {
       const auto mask_x = std::size_t((x + 0.5) * mask.width / photograph.width);
-      const std::uint8_t* p = mask.rgba.data() + (mask_y * std::size_t(mask.width) + mask_x) * 4;
-      if (std::max({p[0], p[1], p[2]}) < threshold)
+      if (inside[mask_y * std::size_t(mask.width) + mask_x] == excluded)
         photograph.inside[std::size_t(y) * std::size_t(photograph.width) + std::size_t(x)] = 0;
     }
   }

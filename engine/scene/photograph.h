@@ -35,9 +35,9 @@ Photograph from_coverage(const Image& straight);
 /// Converts an image whose alpha is a loss mask (alpha >= 0.5: in the loss). RGB is unchanged.
 Photograph from_mask(const Image& straight);
 
-/// Excludes pixels from the loss if the largest channel of `mask` is below `threshold`. A mask of another size is
-/// sampled at the nearest pixel.
-void exclude(Photograph& photograph, const Image& mask, int threshold);
+/// Excludes pixels from the loss that are not inside the mask (see inside_of() in mask_image.h), or with `invert` those
+/// that are. A mask of another size is sampled at the nearest pixel.
+void exclude(Photograph& photograph, const Image& mask, int threshold, bool invert = false);
 
 /// Returns the image of a View: RGB composited on an opaque background with the grey level `background`, and the loss
 /// mask in A.

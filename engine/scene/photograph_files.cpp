@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <tuple>
 
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "image/picture_type.h"
+#include "scene/dataset_places.h"
+#include "scene/mask_name.h"
+#include "scene/name_key.h"
 
 namespace trisoup::scene {
 namespace {
@@ -36,22 +41,47 @@ bool is_foreign(const std::string& path) {
   return is_absolute_path(path) || leaves(turned) || turned != fs::path(path).lexically_normal().generic_string();
 }
 
-// Returns `path` without its first folder if that is images/, else nullopt.
-std::optional<fs::path> below_images(const fs::path& path) {
-  if (path.empty() || *path.begin() != "images") return std::nullopt;
-  return path.lexically_relative("images");
+// Returns the place of a photograph's prescaled copy, or an empty path if it is not in a folder images/ with a folder
+// of copies beside it.
+fs::path prescaled_copy(const fs::path& root, const fs::path& relative, const std::string& folder) {
+  fs::path before;
+  for (auto part = relative.begin(); part != relative.end(); ++part) {
+    if (*part == "images") {
+      if (!is_folder(root / before / folder)) return {};
+      fs::path copy = before / folder;
+      for (++part; part != relative.end(); ++part) copy /= *part;
+      return copy;
+    }
+    before /= *part;
+  }
+  return {};
+}
+
+// Returns the keys of the folders of a path, without drive and ../.
+std::vector<std::string> listed_folders(const fs::path& path) {
+  std::vector<std::string> keys;
+  for (const std::string& key : path_keys(path.parent_path()))
+    if (key != ".." && !key.ends_with(':')) keys.push_back(key);
+  return keys;
+}
+
+// Returns the order of preference of a folder to which a path may be relative.
+std::size_t rank_of_place(const TreePicture& picture, std::size_t agreeing) {
+  const std::size_t rest = picture.folders.size() - agreeing;
+  if (picture.reduced_by > 0) return 5000 + static_cast<std::size_t>(picture.reduced_by);  // the largest copies
+  if (rest == 0) return 0;
+  const auto names = picture_folder_names();
+  const auto known = std::find(names.begin(), names.end(), picture.folders[rest - 1]);
+  // images before dense/images, and both before other folders.
+  return known == names.end()
+             ? 1000
+             : static_cast<std::size_t>(known - names.begin()) + 1 + 100 * std::min<std::size_t>(rest - 1, 8);
 }
 
 }  // namespace
 
-bool is_photograph_name(const fs::path& name) {
-  std::string extension = name.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return has_image_extension("x" + extension);
-}
-
 std::string normal_path(const std::string& path) {
-  std::string turned = path;
+  std::string turned = without_url(path);
   std::replace(turned.begin(), turned.end(), '\\', '/');
   return fs::path(turned).lexically_normal().generic_string();
 }
@@ -64,15 +94,12 @@ bool is_absolute_path(const std::string& path) {
 }
 
 PhotographFiles::PhotographFiles(fs::path root, double downscale, bool outside)
-    : root_(std::move(root)), outside_(outside) {
-  for (const int factor : {2, 4, 8}) {
-    const fs::path folder = "images_" + std::to_string(factor);
-    if (downscale == factor && is_folder(root_ / folder)) prescaled_folder_ = folder;
-  }
-  has_masks_ = is_folder(root_ / "masks");
+    : root_(std::move(root)), downscale_(downscale), outside_(outside) {
+  for (const int factor : {2, 4, 8})
+    if (downscale == factor) prescaled_ = "images_" + std::to_string(factor);
 }
 
-bool PhotographFiles::each_place(const std::string& path, const Take& take) const {
+bool PhotographFiles::as_it_stands(const std::string& path, const Take& take) const {
   fs::path relative = fs::path(path).lexically_normal();
   if (relative.is_absolute())
     if (const fs::path inside = relative.lexically_relative(fs::absolute(root_).lexically_normal());
@@ -89,9 +116,11 @@ bool PhotographFiles::each_place(const std::string& path, const Take& take) cons
                   printable(root_.string()));
     return take(inside, false);
   }
-  if (!is_foreign(path)) return false;
+  return false;
+}
+
+bool PhotographFiles::each_ending(const std::string& path, const Take& take) const {
   const std::string turned = normal_path(path);
-  // Tries the endings of the path, longest first, without the drive and without ../.
   std::vector<fs::path> parts;
   for (const fs::path& part : fs::path(turned))
     if (part != "/" && part != ".." && !part.string().ends_with(':')) parts.push_back(part);
@@ -109,24 +138,80 @@ bool PhotographFiles::each_place(const std::string& path, const Take& take) cons
   return false;
 }
 
-std::optional<PhotographFile> PhotographFiles::find(const std::string& path) const {
+const PictureTree& PhotographFiles::tree() const {
+  if (!tree_) tree_ = std::make_unique<PictureTree>(root_);
+  return *tree_;
+}
+
+const TreePicture* PhotographFiles::by_name(const std::string& path, bool masks,
+                                            std::vector<std::string>* candidates) const {
+  const fs::path listed(normal_path(path));
+  const std::string file = listed.filename().string(), name = name_key(file);
+  const std::vector<std::string> folders = listed_folders(listed);
+  struct Candidate {
+    const TreePicture* picture;
+    std::tuple<std::size_t, bool, std::size_t> order;  // smallest first
+  };
+  std::vector<Candidate> found;
+  for (const TreePicture* picture : tree().stemmed(name_key(picture_stem(file)))) {
+    const std::size_t agreeing = common_end(folders, picture->folders);
+    const bool whole = !folders.empty() && agreeing == folders.size();
+    const bool mask = (picture->name == name && mask_name(name).marked) ||
+                      std::any_of(picture->folders.begin(), picture->folders.end(), [](const std::string& folder) {
+                        return mask_folder_kind(folder) != MaskFolderKind::none;
+                      });
+    if (!whole && (masks ? !mask : picture->aside)) continue;
+    found.push_back({picture, {folders.size() - agreeing, picture->name != name, rank_of_place(*picture, agreeing)}});
+  }
+  if (found.empty()) return nullptr;
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.order < b.order; });
+  // If a folder agrees with a longer ending of the path, the photograph is missing there.
+  for (std::size_t first = 0; first < std::get<0>(found.front().order); ++first)
+    if (tree().has_folder(folders, first, masks)) return nullptr;
+  if (found.size() == 1 || found[0].order < found[1].order) return found.front().picture;
+  for (const Candidate& candidate : found)
+    if (candidates && candidate.order == found.front().order)
+      candidates->push_back(candidate.picture->relative.generic_string());
+  return nullptr;
+}
+
+std::optional<PhotographFile> PhotographFiles::find(const std::string& path,
+                                                    std::vector<std::string>* candidates) const {
   std::optional<PhotographFile> found;
   const auto take = [&](const fs::path& place, bool by_name) {
     found = at(place);
     if (found) found->by_name = by_name;
     return found.has_value();
   };
-  if (!each_place(path, take) && is_foreign(path))
-    found = only_one_named(fs::path(normal_path(path)).filename().string());
+  const std::string local = without_url(path);
+  if (as_it_stands(local, take)) return found;
+  if (const std::string turned = normal_path(path); turned != local && !is_absolute_path(turned))
+    if (as_it_stands(turned, take)) return found;
+  for (const std::string& spelling : {local, without_escapes(local)}) {
+    if (const TreePicture* picture = by_name(spelling, false, candidates)) {
+      found = at(picture->relative);
+      if (!found) return std::nullopt;
+      found->by_name = true;
+      found->by_name_alone = common_end(listed_folders(normal_path(spelling)), picture->folders) == 0;
+      return found;
+    }
+    if ((candidates && !candidates->empty()) || local.find('%') == std::string::npos) break;
+  }
+  // A file that is not named like a picture.
+  if (is_foreign(local) && (!candidates || candidates->empty()))
+    each_ending(local, [&](const fs::path& place, bool by_name) {
+      return !is_readable_picture_name(place) && take(place, by_name);
+    });
   return found;
 }
 
 std::string PhotographFiles::looked_for(const std::string& path) const {
   const std::string turned = normal_path(path);
   const std::string name = fs::path(turned).filename().string();
-  std::string text = printable((root_ / path).lexically_normal().string());
-  if (!prescaled_folder_.empty())
-    text += fmt::format(" and {}", printable((root_ / prescaled_folder_ / name).string()));
+  std::string text = printable((root_ / without_url(path)).lexically_normal().string());
+  if (!prescaled_.empty() && is_folder(root_ / prescaled_))
+    text += fmt::format(" and {}", printable((root_ / prescaled_ / name).string()));
   if (!has_image_extension(turned)) text += ", also with .png, .jpg, .jpeg, .webp, .tif and .tiff";
   if (is_foreign(path))
     text += fmt::format(
@@ -138,35 +223,32 @@ std::string PhotographFiles::looked_for(const std::string& path) const {
 
 std::optional<fs::path> PhotographFiles::find_file(const std::string& path) const {
   std::optional<fs::path> found;
-  each_place(path, [&](const fs::path& place, bool) {
+  const auto take = [&](const fs::path& place, bool) {
     if (is_file(root_ / place)) found = root_ / place;
     return found.has_value();
-  });
-  return found;
+  };
+  const std::string local = without_url(path);
+  if (as_it_stands(local, take) || (is_foreign(local) && each_ending(local, take))) return found;
+  return std::nullopt;
 }
 
-std::optional<PhotographFile> PhotographFiles::only_one_named(const std::string& name) const {
-  if (!by_name_) {
-    by_name_.emplace();
-    std::error_code ignored;
-    for (fs::recursive_directory_iterator entry(root_, fs::directory_options::skip_permission_denied, ignored), end;
-         entry != end; entry.increment(ignored)) {
-      const fs::path relative = entry->path().lexically_relative(root_);
-      const std::string folder = relative.begin()->string();
-      if (folder == "masks" || folder == "images_2" || folder == "images_4" || folder == "images_8") {
-        entry.disable_recursion_pending();
-        continue;
-      }
-      if (!is_photograph_name(relative)) continue;
-      by_name_->emplace(relative.filename().string(), relative);
-      by_name_->emplace(relative.stem().string(), relative);
-    }
-  }
-  const auto [first, last] = by_name_->equal_range(name);
-  if (std::distance(first, last) != 1) return std::nullopt;
-  auto found = at(first->second);
-  if (found) found->by_name = true;
-  return found;
+std::optional<fs::path> PhotographFiles::find_listed_mask(const std::string& path) const {
+  // Shorter endings of a path would lead to the photograph, which usually has the same name.
+  if (!is_readable_picture_name(path)) return find_file(path);
+  std::optional<fs::path> found;
+  const std::string local = without_url(path);
+  const auto take = [&](const fs::path& place, bool) {
+    if (is_file(root_ / place)) found = root_ / place;
+    return found.has_value();
+  };
+  if (as_it_stands(local, take) || as_it_stands(normal_path(local), take)) return found;
+  if (const TreePicture* picture = by_name(local, true, nullptr)) return root_ / picture->relative;
+  return std::nullopt;
+}
+
+bool PhotographFiles::are_parallel(const fs::path& a, const fs::path& b) const {
+  const std::set<std::string> one = tree().stems_in(path_keys(a)), other = tree().stems_in(path_keys(b));
+  return std::any_of(one.begin(), one.end(), [&](const std::string& stem) { return other.contains(stem); });
 }
 
 std::optional<PhotographFile> PhotographFiles::at(const fs::path& relative) const {
@@ -182,9 +264,10 @@ std::optional<PhotographFile> PhotographFiles::at(const fs::path& relative) cons
         exists = true;
       }
 
-  if (const auto rest = below_images(relative); rest && !prescaled_folder_.empty()) {
-    // Prescaled copies may have another file type, and the original may be missing.
-    const fs::path same = root_ / prescaled_folder_ / *rest;
+  // Prescaled copies may have another file type, and the original may be missing.
+  const fs::path copy = prescaled_.empty() ? fs::path() : prescaled_copy(root_, relative, prescaled_);
+  if (!copy.empty()) {
+    const fs::path same = root_ / copy;
     std::array<fs::path, 1 + extensions.size()> candidates{same};
     const bool replace = has_image_extension(same);
     for (std::size_t i = 0; i < extensions.size(); ++i)
@@ -199,16 +282,6 @@ std::optional<PhotographFile> PhotographFiles::at(const fs::path& relative) cons
   }
   if (!exists) return std::nullopt;
   return found;
-}
-
-fs::path PhotographFiles::find_mask(const std::string& name) const {
-  if (!has_masks_) return {};
-  const fs::path path = name, rest = below_images(path).value_or(path);
-  if (rest.is_absolute()) return {};
-  const fs::path same = root_ / "masks" / rest, png = with_suffix(same.parent_path() / same.stem(), ".png");
-  for (const fs::path& candidate : {same, with_suffix(same, ".png"), png})
-    if (is_file(candidate)) return candidate;
-  return {};
 }
 
 }  // namespace trisoup::scene

@@ -43,20 +43,20 @@ fs::path program(const char* name, const char* package, const char* purpose) {
   return found;
 }
 
-json identity(const fs::path& file) {
+json identity(const fs::path& file, const std::string& name) {
   std::error_code problem;
   const auto size = fs::file_size(file, problem);
   const auto changed = fs::last_write_time(file, problem);
   if (problem)
     throw Error("{}: cannot be read ({}); check its permissions", printable(file.string()), problem.message());
-  return {utf8(file.filename().string()), size, changed.time_since_epoch().count()};
+  return {utf8(name), size, changed.time_since_epoch().count()};
 }
 
 /// Returns a record of the input of a reconstruction. A later call compares it to decide whether results can be reused.
 std::string record_of(const Unposed& unposed, const ReconstructOptions& options) {
   json files = json::array();
-  if (!unposed.video.empty()) files.push_back(identity(unposed.video));
-  for (const std::string& name : unposed.names) files.push_back(identity(unposed.folder / name));
+  if (!unposed.video.empty()) files.push_back(identity(unposed.video, unposed.video.filename().string()));
+  for (const std::string& name : unposed.names) files.push_back(identity(unposed.folder / name, name));
   return json{{"files", files}, {"feature_size", options.feature_size}}.dump(1) + "\n";
 }
 
@@ -183,10 +183,7 @@ class Work {
   std::size_t place_photographs() {
     if (unposed_.video.empty()) {
       link(unposed_.folder, "images");
-      // In all dataset formats, masks/ is next to images/.
-      const fs::path root = unposed_.folder.filename() == "images" ? unposed_.folder.parent_path() : unposed_.folder;
-      std::error_code ignored;
-      if (fs::is_directory(root / "masks", ignored)) link(root / "masks", "masks");
+      if (!unposed_.masks.empty()) link(unposed_.masks, "masks");
       return 0;
     }
     const fs::path images = folder_ / "images", partial = folder_ / "images.partial";

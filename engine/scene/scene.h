@@ -44,7 +44,8 @@ struct LoadOptions {
       choose_test;
   BackgroundChoice background = BackgroundChoice::automatic;
   AlphaUse alpha = AlphaUse::composite;
-  bool outside = false;  // paths of photographs, masks and points may lead outside the dataset's folder
+  bool invert_masks = false;  // values of masks other than 0 exclude a pixel, and 0 does not
+  bool outside = false;       // paths of photographs, masks and points may lead outside the dataset's folder
   bool train_images = true, test_images = true;       // which photographs are decoded; the files of all are located
   int threads = 0;                                    // 0: one per core
   std::function<void(int done, int total)> progress;  // called from one thread at a time
@@ -68,8 +69,8 @@ struct Scene {
 /// Detects the format of `path` (a dataset folder, or one of its files with poses) and loads it.
 /// - Photographs are undistorted to pinholes with the same focal length, then shrunk by `downscale`. With a factor of
 ///   2, 4 or 8, copies in images_2/, images_4/ or images_8/ are used instead if they exist.
-/// - Excluded from the loss: alpha < 0.5 with AlphaUse::mask, pixels that are 0 in a mask (mask_path, or a file in
-///   masks/), and pixels outside the photograph after undistortion.
+/// - Excluded from the loss: alpha < 0.5 with AlphaUse::mask, pixels that are 0 in a mask (mask_path, or see
+///   find_masks()), and pixels outside the photograph after undistortion.
 /// - The automatic background depends on the decoded photographs only, so with train_images = false it depends on the
 ///   test views.
 /// - Frames without an image are skipped with one warning. A single view is never held out.

@@ -1,6 +1,7 @@
 #include "scene/summary.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -8,6 +9,7 @@
 
 #include "base/printable.h"
 #include "scene/fingerprint.h"
+#include "scene/name_key.h"
 
 namespace trisoup::scene {
 namespace {
@@ -28,6 +30,13 @@ std::size_t count(const Dataset& dataset, F&& has) {
 
 bool is_masked(const Frame& frame) { return !frame.mask.empty(); }
 bool is_prescaled(const Frame& frame) { return frame.photograph.prescaled; }
+
+bool is_resized(const Frame& frame) {
+  // Other proportions are refused elsewhere.
+  const double wide = double(frame.size.width) / frame.camera.width,
+               high = double(frame.size.height) / frame.camera.height;
+  return !frame.photograph.prescaled && std::abs(wide / high - 1) < 0.02 && std::abs(wide - 1) > 0.02;
+}
 
 /// Returns the folder of the prescaled copies, such as images_4.
 std::string prescaled_folder(const Dataset& dataset) {
@@ -110,10 +119,27 @@ void report_halves(const Dataset& dataset, const std::function<void(const std::s
   if (!warn) return;
   const std::size_t all = dataset.frames.size(), masks = count(dataset, is_masked),
                     prescaled = count(dataset, is_prescaled);
-  if (masks > 0 && 2 * masks < all) {
+  const std::size_t left_out = dataset.findings.left_out("masks");  // have lines of their own
+  if (masks > 0 && masks + left_out < all) {
     const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_masked);
     warn(fmt::format("{}: masks for {} of {} photographs, none for {}; photographs without a mask are used completely",
                      dataset.source, masks, all, printable(without->photograph.name)));
+  }
+  for (const Listing& listing : dataset.listings) {
+    if (listing.by_name.empty()) continue;
+    const auto& [path, name] = listing.by_name.front();
+    const bool spelling = name_key(normal_path(path)) == name_key(name);
+    warn(fmt::format("{}: found {} of {} photographs by name, not at the paths in the file, first: {} for {}{}",
+                     listing.source, listing.by_name.size(), listing.listed, printable(name), printable(path),
+                     spelling ? " (in another letter case or Unicode form)" : ""));
+  }
+  if (const std::size_t resized = count(dataset, is_resized); resized > 0) {
+    const auto first = std::find_if(dataset.frames.begin(), dataset.frames.end(), is_resized);
+    warn(fmt::format(
+        "{}: {} of {} photographs have another size than their cameras, first: {} is {} x {}, its camera {} "
+        "x {}; the cameras are scaled",
+        dataset.source, resized, all, printable(first->photograph.name), first->size.width, first->size.height,
+        first->camera.width, first->camera.height));
   }
   if (prescaled > 0 && prescaled < all) {
     const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_prescaled);

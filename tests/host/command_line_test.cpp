@@ -265,9 +265,15 @@ TEST_CASE("what a checkpoint notes of the dataset's options is taken where they 
   CHECK(second.feature_size == 800);
   CHECK(second.evaluations_per_decade == 2);
   CHECK_FALSE(second.load.outside);
+  CHECK_FALSE(second.load.invert_masks);
   CommandLine outside = line_of({"--outside"}), later = line_of({});
   later.take(outside.note(), "c");
   CHECK(later.load.outside);
+  CommandLine inverted = line_of({"--invert-masks"}), resumed_later = line_of({});
+  resumed_later.take(inverted.note(), "c");
+  CHECK(resumed_later.load.invert_masks);
+  CHECK_THROWS_WITH(inverted.take(line_of({}).note(), "c"), Catch::Contains("`invert_masks` false (now true)"));
+  CHECK_THROWS_WITH(inverted.take("{}", "c"), Catch::Contains("`invert_masks` false (now true)"));
   CHECK(second.request.preset == "published");  // for the next checkpoint's note
   CHECK_THROWS_WITH(second.take(R"({"resolution": "fine"})", "c"), Catch::Contains("c: its note is damaged"));
   CHECK_NOTHROW(second.take("anything", "c"));

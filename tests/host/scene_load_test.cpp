@@ -365,7 +365,12 @@ TEST_CASE("errors are one line", "[scene][load]") {
   CHECK(message(folder.path()).find("00.png: not a PNG, JPEG, WebP or TIFF, or its header is damaged (") !=
         std::string::npos);
   write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
-  CHECK(message(folder.path()).find("p.ply: no such file; ") != std::string::npos);
+  std::vector<std::string> lines;
+  options = {};
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  CHECK(load(folder.path(), options).points.positions.empty());
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].ends_with("ply_file_path p.ply does not exist; points are searched for in the photographs"));
 
   const SceneFolder spot;
   for (const char* name : {"a.png", "b.png"}) spot.write(name, plain(4, 4, 0, 0, 0));
@@ -566,13 +571,19 @@ TEST_CASE("photographs with paths of another machine are found by name", "[scene
       std::string::npos);
   CHECK(error({"/home/else/nowhere.png"}).find("for every ending of that path down to nowhere.png in ") !=
         std::string::npos);
-  CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images was found") == std::string::npos);
-  CHECK(error({"sub/images/a.png"}).find("none of its 1 images was found") !=
-        std::string::npos);  // of this machine: as it stands
+  // The folder left/ is there, and lacks it.
+  CHECK(error({"/home/else/left/b.png"}).find("none of its 1 images was found") != std::string::npos);
+  CHECK(found({"sub/images/a.png"}) == Names{"images/a.png"});
+  CHECK(found({"Images/LEFT/A.PNG"}) == Names{"images/left/a.png"});
+  CHECK(found({"images/left/c.jpg"}) == Names{"images/left/c.png"});
+  CHECK(found({"file:///home/else/images/left/%61.png"}) == Names{"images/left/a.png"});
+  CHECK(found({"c"}) == Names{"images/left/c.png"});
   CHECK(error({"/home/else/d.png"}).find("none of its 1 images was found") !=
         std::string::npos);  // a mask is no photograph
   CHECK(error({"/home/one/b.png", "/home/two/b.png"})
-            .find("/home/one/b.png and /home/two/b.png both match rgb/b.png by file name; ") != std::string::npos);
+            .find("/home/one/b.png and /home/two/b.png both match rgb/b.png by name") != std::string::npos);
+  // The path of a photograph has priority over names.
+  CHECK(found({"/home/one/b.png", "rgb/b.png"}) == Names{"rgb/b.png"});
   for (const std::string& path : {std::string("../outside.png"), std::string("images/../../outside.png"),
                                   (folder.path() / "outside.png").string()}) {
     CAPTURE(path);
@@ -653,9 +664,8 @@ TEST_CASE("the summary describes the dataset in one line", "[scene][load][summar
   REQUIRE(lines.size() == 3);
   CHECK(lines[1].find("masks for 3 of 9 photographs, none for images/03.png; ") != std::string::npos);
   CHECK(lines[2].find("images_2 contains 2 of 9 photographs, but not images/00.png; ") != std::string::npos);
-  // Half of them, and all of them, are meant so.
   for (int i = 0; i < 10; ++i) folder.write(fmt::format("images_2/{:02}.png", i), plain(8, 6, 9, 9, 9));
-  for (int i = 3; i < 6; ++i) folder.write(fmt::format("masks/{:02}.png", i), plain(16, 12, 255, 255, 255));
+  for (int i = 3; i < 10; ++i) folder.write(fmt::format("masks/{:02}.png", i), plain(16, 12, 255, 255, 255));
   lines.clear();
   CHECK(load(folder.path(), options)
             .summary.starts_with("transforms.json, 10 photographs of 8 x 6 pixels (images_2); 1 "));
