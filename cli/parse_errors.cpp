@@ -33,7 +33,8 @@ void add_options_of(const CLI::App& app, std::vector<Suggestion>& to) {
 std::string unknown_option(const CLI::App& app) {
   for (const std::string& argument : app.remaining(true)) {
     if (argument == "--") return {};
-    if (argument.size() < 2 || argument[0] != '-' || !(argument[1] == '-' || std::isalpha(static_cast<unsigned char>(argument[1]))))
+    if (argument.size() < 2 || argument[0] != '-' ||
+        !(argument[1] == '-' || std::isalpha(static_cast<unsigned char>(argument[1]))))
       continue;
     return argument.substr(0, argument.find('='));
   }

@@ -82,7 +82,8 @@ Memory memory_of_machine(const fs::path& root) {
     const std::size_t first = line.find(':');
     const std::size_t second = first == std::string::npos ? first : line.find(':', first + 1);
     if (second == std::string::npos) continue;
-    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",", path = line.substr(second + 1);
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",",
+                      path = line.substr(second + 1);
     if (controllers == ",,")
       apply_cgroups(root / "sys/fs/cgroup", path, kVersion2Files, memory);
     else if (controllers.find(",memory,") != std::string::npos)

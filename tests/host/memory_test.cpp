@@ -18,7 +18,8 @@ constexpr std::uint64_t kMb = 1 << 20;
 /// A machine with 8000 MB, of which 6000 MB are available, and the cgroups of this process.
 struct FakeMachine {
   explicit FakeMachine(const std::string& cgroups) {
-    write("proc/meminfo", "MemTotal:        8192000 kB\nMemFree:          100000 kB\nMemAvailable:    6144000 kB\nSwapFree: 1024 kB\n");
+    write("proc/meminfo",
+          "MemTotal:        8192000 kB\nMemFree:          100000 kB\nMemAvailable:    6144000 kB\nSwapFree: 1024 kB\n");
     write("proc/self/cgroup", cgroups);
   }
   void write(const std::string& name, const std::string& content) const {

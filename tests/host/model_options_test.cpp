@@ -26,7 +26,8 @@ TEST_CASE("a camera that a model cannot store is refused before training, with i
   CHECK_NOTHROW(check(tiny()));
   scene::Scene scene = tiny();
   scene.train[3].camera.fx = 1e6;
-  CHECK_THROWS_WITH(check(scene), Contains("train/r_3.png: a model cannot store its camera: its focal length is 1e+06"));
+  CHECK_THROWS_WITH(check(scene),
+                    Contains("train/r_3.png: a model cannot store its camera: its focal length is 1e+06"));
   scene = tiny();
   scene.test[1].camera.fy = 0.001;
   CHECK_THROWS_WITH(check(scene), Contains("test/r_1.png: "));

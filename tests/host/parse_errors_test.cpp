@@ -74,8 +74,7 @@ TEST_CASE("a misspelt option is named with the nearest one", "[parse_errors]") {
         "soup: --Triangles: no such option; did you mean --triangles?; see --help\n");
   CHECK(said({"d", "-o", "x", "-triangles", "3"}) ==
         "soup: -triangles: no such option; did you mean --triangles?; see --help\n");
-  CHECK(said({"d", "-o", "x", "--tri", "3"}) ==
-        "soup: --tri: no such option; did you mean --triangles?; see --help\n");
+  CHECK(said({"d", "-o", "x", "--tri", "3"}) == "soup: --tri: no such option; did you mean --triangles?; see --help\n");
   CHECK(said({"d", "-o", "x", "--level-min", "3"}) ==
         "soup: --level-min: no such option; did you mean --set level_min=VALUE?; see --help\n");
 }
