@@ -35,9 +35,7 @@ class SettingOptions {
 
 /// Heading of the goal options.
 inline constexpr const char* kGoalGroup =
-    "Goal (the result is the smallest model that meets it; after the last step, rounds of pruning and training "
-    "follow;\n"
-    "exit status 3 if it is missed)";
+    "Goal (the smallest model that meets it, by rounds of pruning and training at the end; exit status 3: missed)";
 
 /// Rejects values such as "-1" and "1.5" for options that take a whole number.
 void check_whole_numbers(CLI::App& app);

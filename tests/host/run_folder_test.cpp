@@ -226,7 +226,7 @@ TEST_CASE("a folder that cannot be created is refused before anything is written
   CHECK_THROWS_WITH(train::RunFolder(folder / std::string(300, 'n'), Earlier::refuse), Contains("cannot be used"));
   std::filesystem::create_directory(folder / "out");
   folder.file("out/renders", "x");
-  CHECK_THROWS_WITH(train::RunFolder(folder / "out", Earlier::overwrite), Contains("out/renders is a file"));
+  CHECK_THROWS_WITH(train::RunFolder(folder / "out", Earlier::overwrite), Contains("out/renders: is a file"));
   CHECK_NOTHROW(train::RunFolder(folder / "a/b/c/", Earlier::refuse));
   CHECK_FALSE(std::filesystem::exists(folder / "a"));
 }
