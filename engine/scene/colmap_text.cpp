@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/printable.h"
+#include "image/picture_type.h"
 #include "scene/colmap_model.h"
 #include "scene/photograph_files.h"
 #include "scene/pose.h"
@@ -31,7 +32,7 @@ bool is_image_line(std::string_view text) {
   }
   if (line.at_end()) return false;  // no name
   const std::string_view name = line.remainder();
-  if (is_photograph_name(std::string(name))) return true;
+  if (is_readable_picture_name(std::string(name))) return true;
   if (whole < 2 || numbers < 9) return false;
   // Ten words that begin with a whole number are no list of observations, which has three words for each.
   line.word("");
@@ -92,7 +93,7 @@ glm::dvec3 read_vector(WordReader& line, const char* what) {
 std::string_view name_of_image(std::string_view rest) {
   for (auto mark = rest.find(" #"); mark != std::string_view::npos; mark = rest.find(" #", mark + 1)) {
     const std::string_view before = rest.substr(0, rest.find_last_not_of(" \t", mark) + 1);
-    if (is_photograph_name(std::string(before)) && !is_photograph_name(std::string(rest))) return before;
+    if (is_readable_picture_name(std::string(before)) && !is_readable_picture_name(std::string(rest))) return before;
   }
   return rest;
 }

@@ -57,7 +57,6 @@ Dataset read_metashape(const std::filesystem::path& file, const PhotographFiles&
     frame.source = dataset.source;
     frame.photograph = *photograph;
     frame.size = image_size(photograph->file);
-    frame.mask = files.find_mask(photograph->name);
     frame.camera = listed.camera;
     frame.lens = listed.lens;
     frame.model = colmap_name_of(listed.lens);

@@ -21,7 +21,6 @@ Dataset read_realityscan(const std::filesystem::path& file, const PhotographFile
     frame.source = dataset.source;
     frame.photograph = *photograph;
     frame.size = image_size(photograph->file);
-    frame.mask = files.find_mask(photograph->name);
     frame.camera = camera_of(listed, frame.size);
     frame.lens = listed.lens;
     frame.model = colmap_name_of(listed.lens);

@@ -106,7 +106,7 @@ PointCloud points_beside(const fs::path& folder, Findings& findings) {
     return {};
   }
   try {
-    return parse_ply_points(bytes_of(read_file(files.front())), printable(files.front().string()));
+    return parse_ply_points(bytes_of(read_file(files.front())), printable(files.front().string()), findings);
   } catch (const Error& error) {
     findings.warn(fmt::format("{}; the dataset is read without these points", error.what()));
     return {};

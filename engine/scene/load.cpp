@@ -422,9 +422,12 @@ void check_consistency(Dataset& dataset, std::vector<Shot>& shots, const LoadOpt
     if (shot.frame.lens.is_panorama()) return;  // sees every point, however it is turned
     cameras.push_back(shot.camera);
   }
-  const bool opengl = dataset.format != Format::colmap;
+  const bool opengl = dataset.format == Format::blender || dataset.format == Format::transforms;
+  const PoseConvention written = opengl                             ? PoseConvention::opengl_to_world
+                                 : dataset.format == Format::colmap ? PoseConvention::world_to_opencv
+                                                                    : PoseConvention::unmistakable;
   const PoseCheck check = check_poses(
-      cameras, dataset.points, opengl, dataset.source,
+      cameras, dataset.points, written, dataset.source,
       [&](std::size_t count, int longest_side) { return take_probes(shots, count, longest_side, options); });
   for (Shot& shot : shots)
     for (Camera* camera : {&shot.frame.camera, &shot.source, &shot.camera})

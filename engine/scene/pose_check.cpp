@@ -55,8 +55,6 @@ std::optional<PoseReading> reading_by_points(std::span<const Camera> cameras, co
   double lowest = 1;
   for (const PoseReading reading : kOthers) {
     const PointFit fit = fit_of_points(reread_all(cameras, reading, opengl), points, probes);
-    if (getenv("PC"))
-      fprintf(stderr, "   other %d inside %.3f colour %.3f\n", int(reading), fit.inside, fit.colour.value_or(-1));
     if (fit.is_certain() && *fit.colour < lowest) best = reading, lowest = *fit.colour;
   }
   return best;
@@ -64,31 +62,26 @@ std::optional<PoseReading> reading_by_points(std::span<const Camera> cameras, co
 
 }  // namespace
 
-PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points, bool opengl, const std::string& source,
-                      const TakeProbes& take_probes) {
+PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points, PoseConvention written,
+                      const std::string& source, const TakeProbes& take_probes) {
+  const bool opengl = written == PoseConvention::opengl_to_world, rereads = written != PoseConvention::unmistakable;
   PoseCheck check;
   std::string unfit;
   if (!points.positions.empty()) {
     const std::vector<Probe> probes =
         points.colours.empty() ? std::vector<Probe>{} : take_probes(kProbesForColours, kSideForColours);
     const PointFit fit = fit_of_points(cameras, points, probes);
-    if (getenv("PC")) fprintf(stderr, "   inside %.3f colour %.3f\n", fit.inside, fit.colour.value_or(-1));
     if (fit.holds()) return check;
-    if (const auto reading = reading_by_points(cameras, points, opengl, probes))
+    if (const auto reading = rereads ? reading_by_points(cameras, points, opengl, probes) : std::nullopt)
       return {*reading, true, reread_as(source, *reading, opengl, "by the sparse points")};
     unfit = describe(fit);
   }
-  if (points.positions.empty() && look_inwards(cameras)) return check;
+  if (points.positions.empty() && (!rereads || look_inwards(cameras))) return check;
 
   constexpr double kEnough = 4, kTimes = 4;
   const std::vector<Probe> probes = take_probes(kProbesForSweeps, kSideForSweeps);
   const double found = found_per_view(cameras, probes);
-  if (getenv("PC")) {
-    fprintf(stderr, "   sweep %.2f", found);
-    for (auto r : kOthers) fprintf(stderr, " %.2f", found_per_view(reread_all(cameras, r, opengl), probes));
-    fprintf(stderr, "\n");
-  }
-  if (found < kEnough)
+  if (rereads && found < kEnough)
     for (const PoseReading reading : kOthers) {
       const std::vector<Camera> reread_cameras = reread_all(cameras, reading, opengl);
       const double other = found_per_view(reread_cameras, probes);

@@ -14,6 +14,12 @@ namespace trisoup::scene {
 /// Returns about `count` probes, evenly spaced over the cameras, reduced to `longest_side` pixels.
 using TakeProbes = std::function<std::vector<Probe>(std::size_t count, int longest_side)>;
 
+enum class PoseConvention {
+  opengl_to_world,  // transforms*.json
+  world_to_opencv,  // COLMAP
+  unmistakable,     // formats with angles, and those of one program only
+};
+
 struct PoseCheck {
   PoseReading reading = PoseReading::as_written;
   bool points_fit = true;  // whether the file's points may be used

@@ -13,6 +13,7 @@
 
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "image/picture_type.h"
 #include "scene/text_encoding.h"
 #include "scene/word_reader.h"
 
@@ -43,7 +44,7 @@ SplitPath split_path(const std::string& path) {
   const fs::path normal = normal_path(turned);
   SplitPath result;
   result.name = normal.filename().string();
-  result.stem = is_photograph_name(normal) ? normal.stem().string() : result.name;
+  result.stem = is_readable_picture_name(normal) ? normal.stem().string() : result.name;
   for (const fs::path& part : normal.parent_path())
     if (const std::string folder = part.string(); folder != "/" && folder != ".." && !folder.ends_with(':'))
       result.folders.insert(result.folders.begin(), folder);

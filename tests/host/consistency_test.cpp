@@ -109,14 +109,15 @@ TEST_CASE("poses of another convention are recognised by points, and without poi
       std::vector<Camera> written = cameras;
       for (Camera& camera : written) camera.world_to_camera = as_read(camera.world_to_camera, wrong, opengl);
       for (const PointCloud& points : {plane(), PointCloud{}}) {
-        const PoseCheck check = check_poses(written, points, opengl, "file", take);
+        const PoseCheck check = check_poses(
+            written, points, opengl ? PoseConvention::opengl_to_world : PoseConvention::world_to_opencv, "file", take);
         CHECK(check.reading == wrong);
         CHECK(check.points_fit);
         CHECK(check.warning.find(to_string(wrong, opengl)) != std::string::npos);
       }
     }
-  CHECK(check_poses(cameras, plane(), true, "file", take).warning.empty());
-  CHECK(check_poses(cameras, {}, true, "file", take).warning.empty());
+  CHECK(check_poses(cameras, plane(), PoseConvention::opengl_to_world, "file", take).warning.empty());
+  CHECK(check_poses(cameras, {}, PoseConvention::opengl_to_world, "file", take).warning.empty());
 }
 
 TEST_CASE("points of another frame are not used, and the poses stay", "[scene][poses]") {
@@ -124,7 +125,8 @@ TEST_CASE("points of another frame are not used, and the poses stay", "[scene][p
   const std::vector<Probe> probes = photographs(cameras);
   PointCloud turned = plane();
   for (glm::dvec3& p : turned.positions) p = {-p.x, p.z, p.y};
-  const PoseCheck check = check_poses(cameras, turned, true, "file", [&](std::size_t, int) { return probes; });
+  const PoseCheck check =
+      check_poses(cameras, turned, PoseConvention::opengl_to_world, "file", [&](std::size_t, int) { return probes; });
   CHECK(check.reading == PoseReading::as_written);
   CHECK_FALSE(check.points_fit);
   CHECK(check.warning.find("the sparse points do not fit the cameras") != std::string::npos);
