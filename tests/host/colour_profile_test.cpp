@@ -40,9 +40,7 @@ std::string icc_of(const std::array<double, 8>& c) {
 }
 
 double light_of(double value) { return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4); }
-double value_of(double light) {
-  return light <= 0.0031308 ? light * 12.92 : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
-}
+double value_of(double light) { return light <= 0.0031308 ? light * 12.92 : 1.055 * std::pow(light, 1 / 2.4) - 0.055; }
 
 // Display P3 to sRGB, with the matrix of CSS Color Module Level 4 (w3.org), section 18.
 std::array<int, 3> srgb_of_p3(const std::uint8_t* p) {
@@ -92,8 +90,8 @@ std::string with_icc(std::string jpeg, const std::string& icc, std::size_t most,
   const std::size_t count = (icc.size() + most - 1) / most;
   std::string segments;
   for (std::size_t i = 0; i + (drop_last ? 1 : 0) < count; ++i) {
-    const std::string part = "ICC_PROFILE\0"s + static_cast<char>(i + 1) + static_cast<char>(count) +
-                             icc.substr(i * most, most);
+    const std::string part =
+        "ICC_PROFILE\0"s + static_cast<char>(i + 1) + static_cast<char>(count) + icc.substr(i * most, most);
     segments += "\xff\xe2"s + static_cast<char>((part.size() + 2) >> 8) + static_cast<char>(part.size() + 2) + part;
   }
   return jpeg.insert(2, segments);
@@ -135,7 +133,8 @@ std::string webp_with(const Image& image, int flags, const std::string& before, 
   const std::string simple(reinterpret_cast<const char*>(bytes), size);
   WebPFree(bytes);
   std::string header = std::string(1, static_cast<char>(flags)) + "\0\0\0"s;
-  for (const int side : {image.width - 1, image.height - 1}) header += std::string(1, static_cast<char>(side)) + "\0\0"s;
+  for (const int side : {image.width - 1, image.height - 1})
+    header += std::string(1, static_cast<char>(side)) + "\0\0"s;
   return riff_chunk("RIFF", "WEBP" + riff_chunk("VP8X", header) + before + simple.substr(12) + after);
 }
 
@@ -183,8 +182,9 @@ TEST_CASE("gAMA and cHRM of a PNG are used, but not beside sRGB", "[image][colou
     for (int shift = 24; shift >= 0; shift -= 8) points.push_back(static_cast<char>(number >> shift));
   }
   check_p3(with_chunks(png, chunk("cHRM", points)));
-  CHECK(test::message_of([&] { in_srgb(with_chunks(png, chunk("cICP", "\x09\x10\0\x01"s))); })
-            .starts_with("photo: has high dynamic range (PQ)"));
+  CHECK(test::message_of([&] {
+          in_srgb(with_chunks(png, chunk("cICP", "\x09\x10\0\x01"s)));
+        }).starts_with("photo: has high dynamic range (PQ)"));
 }
 
 TEST_CASE("a damaged colour profile changes nothing and is noted", "[image][colours]") {
@@ -202,10 +202,9 @@ TEST_CASE("a damaged colour profile changes nothing and is noted", "[image][colo
 
 TEST_CASE("Adobe RGB of a camera is known by its EXIF data", "[image][colours]") {
   // Directory, EXIF directory with ColorSpace 65535 and interoperability directory with R03.
-  const std::string exif =
-      "Exif\0\0II*\0\x08\0\0\0"s + "\x01\0\x69\x87\x04\0\x01\0\0\0\x1a\0\0\0\0\0\0\0"s +
-      "\x02\0\x01\xa0\x03\0\x01\0\0\0\xff\xff\0\0\x05\xa0\x04\0\x01\0\0\0\x38\0\0\0\0\0\0\0"s +
-      "\x01\0\x01\0\x02\0\x04\0\0\0R03\0\0\0\0\0"s;
+  const std::string exif = "Exif\0\0II*\0\x08\0\0\0"s + "\x01\0\x69\x87\x04\0\x01\0\0\0\x1a\0\0\0\0\0\0\0"s +
+                           "\x02\0\x01\xa0\x03\0\x01\0\0\0\xff\xff\0\0\x05\xa0\x04\0\x01\0\0\0\x38\0\0\0\0\0\0\0"s +
+                           "\x01\0\x01\0\x02\0\x04\0\0\0R03\0\0\0\0\0"s;
   std::string jpeg = test::jpeg_of(test::plain(8, 8, 90, 160, 90));
   const Image plain = stored(jpeg);
   const std::string segment = "\xff\xe1\0"s + static_cast<char>(exif.size() + 2) + exif;

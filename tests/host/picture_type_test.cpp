@@ -38,13 +38,20 @@ TEST_CASE("pictures are recognised by their content", "[image][picture_type]") {
   CHECK(type_of("#?RADIANCE\n") == "Radiance HDR, not read");
   CHECK(type_of("PF\n2 2\n-1.0\n") == "PFM, not read");
   CHECK(type_of("FUJIFILMCCD-RAW 0201") == "Fujifilm RAF, not read");
-  CHECK(type_of("\0\0\0\x18" "ftypcrx \0\0\0\x01" "crx isom"s) == "Canon CR3, not read");
-  CHECK(type_of("\0\0\0\x18" "ftypisom\0\0\0\x01" "isommp41"s) == "video (MP4, MOV), not read");
+  CHECK(type_of("\0\0\0\x18"
+                "ftypcrx \0\0\0\x01"
+                "crx isom"s) == "Canon CR3, not read");
+  CHECK(type_of("\0\0\0\x18"
+                "ftypisom\0\0\0\x01"
+                "isommp41"s) == "video (MP4, MOV), not read");
   CHECK(type_of("<?xml version='1.0'?>\n<svg/>") == "SVG, not read");
   CHECK(type_of(" <!DOCTYPE html><html>") == "web page, not read");
   CHECK(type_of("version https://git-lfs.github.com/spec/v1\n") == "Git LFS pointer, not read");
   for (const char* brand : {"heic", "mif1", "avif"}) {
-    const std::string content = "\0\0\0\x10" "ftyp"s + brand + "\0\0\0\0"s;
+    const std::string content =
+        "\0\0\0\x10"
+        "ftyp"s +
+        brand + "\0\0\0\0"s;
     CHECK(type_of(content).starts_with(brand[0] == 'a' ? "AVIF" : "HEIC"));
   }
   CHECK(type_of("BM not an image") == "unknown");
@@ -60,7 +67,8 @@ TEST_CASE("raw photographs are told from TIFF", "[image][picture_type]") {
 }
 
 TEST_CASE("pictures are recognised by their names", "[image][picture_type]") {
-  for (const char* name : {"a.png", "a.JPG", "b/c.jfif", "a.Bmp", "a.ppm", "a.tif"}) CHECK(is_readable_picture_name(name));
+  for (const char* name : {"a.png", "a.JPG", "b/c.jfif", "a.Bmp", "a.ppm", "a.tif"})
+    CHECK(is_readable_picture_name(name));
   for (const char* name : {"a.exr", "a.CR2", "a.dng", "a.jxl"}) {
     CHECK_FALSE(is_readable_picture_name(name));
     CHECK(is_unread_picture_name(name));
