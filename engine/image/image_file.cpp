@@ -126,7 +126,7 @@ Image decode_jpeg(std::span<const std::byte> content, const std::string& name, c
     completed += "\xff\xd9";
     content = bytes_of(completed);
     if (!jpeg_has_all_pixels(content)) throw Error("{}: {}; copy or export the image again", name, check.damage);
-    add_note(options.notes, "lack the end marker of a JPEG, though no pixel; copy them again if that is unexpected");
+    add_note(options.notes, "lack the end marker of a JPEG but no pixels; copy them again if they look damaged");
   }
   if (options.to_srgb) {
     const JpegHeader header = jpeg_header(unsigned_bytes(content));
