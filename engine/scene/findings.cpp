@@ -23,8 +23,9 @@ void Findings::leave_out(const std::string& source, const std::string& kind, con
 }
 
 void Findings::warn(const std::string& line) {
-  const bool known = std::any_of(groups_.begin(), groups_.end(),
-                                 [&](const Group& group) { return group.kind.empty() && group.problem == line; });
+  const bool known = std::any_of(groups_.begin(), groups_.end(), [&](const Group& group) {
+    return group.kind.empty() && group.problem == line;
+  });
   if (!known) groups_.push_back({{}, {}, line, {}});
 }
 
