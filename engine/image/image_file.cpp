@@ -57,12 +57,12 @@ std::uint32_t big_endian_32(const std::uint8_t* p) {
 }
 
 /// Returns the type of a file that has a decoder. Throws Error that names the type of others. start: the first bytes,
-/// or the whole file.
-PictureKind kind_of(std::span<const std::byte> start, const std::string& name) {
-  const PictureType* type = picture_type(start, name);
+/// or the whole file. path: `name` may be cut.
+PictureKind kind_of(std::span<const std::byte> start, const std::string& name, const std::filesystem::path& path) {
+  const PictureType* type = picture_type(start, path);
   if (type != nullptr && !type->read) throw Error("{}: {} is not read; {}", name, type->name, type->remedy);
   if (picture_type(start) != nullptr) return type->kind;
-  // TGA has no signature. The name may be cut, and other files have the wrong extension.
+  // TGA has no signature.
   const bool is_tga = examine_plain(PictureKind::tga, unsigned_bytes(start)).problem == nullptr;
   if (is_tga || (type != nullptr && type->kind == PictureKind::tga && !start.empty())) return PictureKind::tga;
   if (start.empty()) throw Error("{}: is empty; copy or export the image again", name);
@@ -126,7 +126,7 @@ Image decode_jpeg(std::span<const std::byte> content, const std::string& name, c
     completed += "\xff\xd9";
     content = bytes_of(completed);
     if (!jpeg_has_all_pixels(content)) throw Error("{}: {}; copy or export the image again", name, check.damage);
-    add_note(options.notes, "lack the end marker of a JPEG, though no pixel; copy them again if that is unexpected");
+    add_note(options.notes, "lack the end marker of a JPEG but no pixels; copy them again if they look damaged");
   }
   if (options.to_srgb) {
     const JpegHeader header = jpeg_header(unsigned_bytes(content));
@@ -172,7 +172,7 @@ ImageSize image_size(const std::filesystem::path& path) {
   std::vector<std::uint8_t> head(std::size_t(1) << 18);
   head.resize(std::fread(head.data(), 1, head.size(), file.get()));
   const auto start = std::as_bytes(std::span(head));
-  const PictureKind kind = kind_of(start, name);
+  const PictureKind kind = kind_of(start, name, path);
   if (kind == PictureKind::jpeg && jpeg_header(head).width == 0 && head.size() < bytes) {
     const std::string content = read_file(path);
     return png_or_jpeg_size(kind, unsigned_bytes(bytes_of(content)), name, bytes);
@@ -196,7 +196,7 @@ ImageSize image_size(const std::filesystem::path& path) {
   }
   const std::string content = read_file(path);  // a directory may be at the end of the file
   if (kind == PictureKind::tiff) {
-    kind_of(bytes_of(content), name);  // raw photographs, if the directory was not in `head`
+    kind_of(bytes_of(content), name, path);  // raw photographs, if the directory was not in `head`
     const ImageSize size = tiff_size(bytes_of(content), name);
     check_size(name, size.width, size.height, bytes);
     return size;
@@ -221,7 +221,7 @@ Image decode_image(std::span<const std::byte> content, const std::string& name, 
   };
   ColourSpace colours;
   Image image;
-  switch (const PictureKind kind = kind_of(content, name)) {
+  switch (const PictureKind kind = kind_of(content, name, name)) {
     case PictureKind::png:
       image = decode_png(bytes, name, options, colours);
       break;

@@ -323,3 +323,34 @@ TEST_CASE("frames are extracted from a video once", "[reconstruct]") {
              Contains("ffmpeg cannot extract frames (moov atom not found)"));
   CHECK_FALSE(fs::exists(s.out("images")));
 }
+
+TEST_CASE("what ffprobe says about colours decides how frames are converted", "[reconstruct][video]") {
+  const auto filters = [](std::initializer_list<const char*> lines) {
+    scene::VideoFacts facts;
+    for (const char* line : lines) facts.take(line);
+    return facts.colour_filters();
+  };
+  CHECK(filters({}).empty());
+  CHECK(filters({"color_space=unknown", "color_transfer=unknown", "duration=N/A"}).empty());
+  CHECK(filters({"color_space=smpte170m", "color_primaries=smpte170m"}).empty());
+  CHECK(filters({"color_space=bt709", "color_transfer=bt709"}) == ",scale=out_color_matrix=bt601");
+  for (const char* transfer : {"color_transfer=arib-std-b67", "color_transfer=smpte2084"})
+    CHECK_THAT(filters({"color_space=bt2020nc", "color_primaries=bt2020", transfer}),
+               Contains("tonemap") && Contains("t=iec61966-2-1:m=170m:r=full"));
+  const std::string wide = filters({"color_primaries=bt2020", "color_transfer=bt709"});
+  CHECK_THAT(wide, Contains("zscale=p=bt709") && !Contains("tonemap"));
+  scene::VideoFacts facts;
+  facts.take("duration=12.5");
+  facts.take("12.5");
+  CHECK(facts.seconds == 12.5);
+}
+
+TEST_CASE("a video of high dynamic range needs an ffmpeg with zscale", "[reconstruct][video]") {
+  Stage s;
+  s.folder.write("a film.mp4", "not really");
+  s.program("ffprobe", "#!/bin/bash\necho color_transfer=arib-std-b67\necho color_primaries=bt2020\n");
+  s.program("ffmpeg", "#!/bin/bash\necho ' .S. tonemap V->V'\n");
+  s.colmap("exit 3");
+  CHECK_THAT(test::message_of([&] { s.run("a film.mp4"); }),
+             Contains("a film.mp4: has high dynamic range (arib-std-b67, bt2020)") && Contains("zscale"));
+}

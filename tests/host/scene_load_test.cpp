@@ -362,7 +362,7 @@ TEST_CASE("errors are one line", "[scene][load]") {
   CHECK(message(folder.path()).find("02.png: cut off ") != std::string::npos);
   for (const char* name : {"images/00.png", "images/01.png", "images/02.png"})
     folder.write(name, std::string("this is no image at all"));
-  CHECK(message(folder.path()).find("00.png: not a PNG, JPEG, WebP or TIFF, or its header is damaged (") !=
+  CHECK(message(folder.path()).find("00.png: not a picture of a known type, or its header is damaged; ") !=
         std::string::npos);
   write_transforms(folder, 3, "\"ply_file_path\": \"p.ply\",");
   std::vector<std::string> lines;
@@ -642,6 +642,36 @@ TEST_CASE("a photograph is turned by its EXIF orientation if its camera was", "[
   CHECK(test::message_of([&] {
           load_as(1, "\"w\": 16, \"h\": 32,");
         }).find("a.jpg: is 32 x 16 but its camera is 16 x 32; ") != std::string::npos);
+}
+
+TEST_CASE("the colours of a photograph become sRGB, the values of a mask stay", "[scene][load][colours]") {
+  const SceneFolder folder;
+  // gAMA of 0.11: a dark level is almost black as a colour.
+  const std::string gamma("\0\0\0\4gAMA\0\0\x2a\xf8\x57\x28\xd6\x4b", 16);
+  const std::string dark = encode_png(plain(16, 12, 9, 9, 9), "a");
+  std::string tagged = dark;
+  tagged.insert(33, gamma);
+  folder.write("a.png", tagged);
+  folder.write("mask.png", tagged);
+  folder.write("transforms.json", file_of("\"fl_x\": 20,", {frame("a.png", 0, ", \"mask_path\": \"mask.png\"")}));
+  const Scene scene = load(folder.path(), {});
+  CHECK(pixel(scene.train.at(0), 100)[0] == 0);
+  CHECK(has_pixels(scene.train.at(0).image));
+}
+
+TEST_CASE("what the decoder works around is one line with a count", "[scene][load]") {
+  const SceneFolder folder;
+  const std::string jpeg = test::jpeg_of(plain(16, 12, 90, 90, 90));
+  folder.write("a.jpg", jpeg);
+  for (const char* name : {"b.jpg", "c.jpg"}) folder.write(name, jpeg.substr(0, jpeg.size() - 2));
+  folder.write("transforms.json", file_of("\"fl_x\": 20,", {frame("a.jpg", 0), frame("b.jpg", 1), frame("c.jpg", 2)}));
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  load(folder.path(), options);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].find("transforms.json: 2 of 3 photographs lack the end marker of a JPEG") != std::string::npos);
+  CHECK(lines[0].ends_with(": b.jpg, c.jpg"));
 }
 
 TEST_CASE("the summary describes the dataset in one line", "[scene][load][summary]") {
