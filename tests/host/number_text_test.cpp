@@ -27,7 +27,8 @@ TEST_CASE("numbers as programs write them", "[scene][numbers]") {
     REQUIRE(parse_number(nan));
     CHECK(std::isnan(*parse_number(nan)));
   }
-  for (const char* word : {"", "+", "-", "+-1", "--1", "1,5", "1 2", "x", "1x", "1.#", "nanx", "0x10", "#VALUE!", "1.2.3"}) {
+  for (const char* word :
+       {"", "+", "-", "+-1", "--1", "1,5", "1 2", "x", "1x", "1.#", "nanx", "0x10", "#VALUE!", "1.2.3"}) {
     CAPTURE(word);
     CHECK_FALSE(parse_number(word));
   }
@@ -38,7 +39,10 @@ TEST_CASE("numbers of other locales are recognised", "[scene][numbers]") {
     CAPTURE(word);
     CHECK(foreign_number(word).starts_with(word[1] == ',' && word[2] == '\0' ? "with separators" : "with a decimal"));
   }
-  for (const char* word : {"1,234.5", "1.234,5", "1'234", "1;2;3", "1,2,3", "1\xe2\x80\xaf" "234", "640,480,500"})
+  for (const char* word : {"1,234.5", "1.234,5", "1'234", "1;2;3", "1,2,3",
+                           "1\xe2\x80\xaf"
+                           "234",
+                           "640,480,500"})
     CHECK(foreign_number(word).starts_with("with separators"));
   for (const char* word : {"x", "a,b", ",", "", "#VALUE!", "'"}) CHECK(foreign_number(word).empty());
 }

@@ -35,9 +35,8 @@ Loaded load_names(const SceneFolder& folder, int test_every = 2) {
 
 std::string frame_of(const std::string& path, int i) {
   const double a = 0.6 * i, c = std::cos(a), s = std::sin(a);
-  return fmt::format(
-      "{{\"file_path\": \"{}\", \"transform_matrix\": [[{},0,{},{}],[{},0,{},{}],[0,1,0,0],[0,0,0,1]]}}", path, -s, c,
-      4 * c, c, s, 4 * s);
+  return fmt::format("{{\"file_path\": \"{}\", \"transform_matrix\": [[{},0,{},{}],[{},0,{},{}],[0,1,0,0],[0,0,0,1]]}}",
+                     path, -s, c, 4 * c, c, s, 4 * s);
 }
 
 std::string frames_of(const Names& paths, const std::string& shared = "") {
@@ -92,15 +91,16 @@ TEST_CASE("entries of a test list match paths that are spelt otherwise", "[scene
     return found;
   };
   const Names paths{"images/a.png", "./images/b.png", "images/left/c.png", "images/right/c.png", "images/r_0.5"};
-  for (const char* entry : {"images/b.png", "./images/b.png", "b.png", "b", "B.PNG", "images\\b.png", "C:\\x\\images\\b.png",
-                            "/home/else/images/b.png", "../images/b.png", "file:///data/b.png", "b.jpg", "images/b"}) {
+  for (const char* entry :
+       {"images/b.png", "./images/b.png", "b.png", "b", "B.PNG", "images\\b.png", "C:\\x\\images\\b.png",
+        "/home/else/images/b.png", "../images/b.png", "file:///data/b.png", "b.jpg", "images/b"}) {
     CAPTURE(entry);
     CHECK(tests(paths, {entry}) == Names{"./images/b.png"});
   }
   CHECK(tests(paths, {"left/c.png"}) == Names{"images/left/c.png"});
   CHECK(tests(paths, {"D:\\Right\\C.JPG", "r_0.5.png"}) == (Names{"images/right/c.png", "images/r_0.5"}));
-  CHECK(tests(paths, {"c.png"}, 1).empty());        // either of two
-  CHECK(tests(paths, {"left/a.png"}, 1).empty());   // missing in a folder that is there
+  CHECK(tests(paths, {"c.png"}, 1).empty());       // either of two
+  CHECK(tests(paths, {"left/a.png"}, 1).empty());  // missing in a folder that is there
   CHECK(tests(paths, {"elsewhere/a.png"}) == Names{"images/a.png"});
   CHECK(tests(paths, {"a.png", "x.png", "", "/", "..", "y"}, 5) == Names{"images/a.png"});
   CHECK(tests({"images/a.png", "images/a.png"}, {"a"}).size() == 2);  // one path, twice
@@ -262,4 +262,20 @@ TEST_CASE("COLMAP images without their camera, and with one id", "[scene][load][
   CHECK(test::message_of([&] { load_names(folder); })
             .ends_with("images.txt: a.png uses camera 1, which is missing in cameras.txt; export the model again (none "
                        "of its 3 photographs can be used)"));
+}
+
+TEST_CASE("a sparse point too far away in normalised units is left out", "[scene][load][records]") {
+  const SceneFolder folder;
+  write_model(folder, "sparse/0/", {"a.png", "b.png", "c.png"});
+  // The cameras are 1e-3 apart, so that normalised coordinates are larger than those of the file.
+  folder.write("sparse/0/images.txt", std::string("1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 1e-3 0 0 1 b.png\n\n"
+                                                  "3 1 0 0 0 0 1e-3 0 1 c.png\n\n"));
+  const std::string near = "1 0 0 1e-3 9 8 7 0.1 1 0 2 0\n2 0 0 2e-3 6 5 4 0.1 1 0\n",
+                    far = "3 0 9e17 1 1 2 3 0.2 3 0\n";
+  folder.write("sparse/0/points3D.txt", far + near);
+  const Scene scene = load(folder.path(), all_for_training());
+  REQUIRE(scene.points.positions.size() == 2);
+  CHECK(scene.points.colours == std::vector<glm::u8vec3>{{9, 8, 7}, {6, 5, 4}});
+  CHECK(scene.points.seen_by == std::vector<std::vector<std::uint32_t>>{{0, 1}, {0}});
+  CHECK(contains(load_names(folder, 0), "left out 1 sparse points that are too far away"));
 }
