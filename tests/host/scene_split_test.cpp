@@ -167,6 +167,9 @@ TEST_CASE("Blender: test files that hold out nothing", "[scene][split]") {
   CHECK(loaded.train == Names{"images/a.png", "images/b.png"});
   CHECK(loaded.test == Names{"images/c.png", "images/d.png"});
   CHECK(contains(loaded, "used only for training"));
+  loaded = with({"images/a", "images/b", "images/c"}, {"images/c", "images/d"});  // training keeps its views
+  CHECK(loaded.train == Names{"images/a.png", "images/b.png", "images/c.png"});
+  CHECK(loaded.test == Names{"images/d.png"});
   loaded = with(first, {"images/c"});
   CHECK(loaded.test == Names{"images/c.png"});
   CHECK(loaded.lines.empty());
