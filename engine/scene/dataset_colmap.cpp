@@ -27,11 +27,12 @@ PointCloud read_points(const fs::path& model, Findings& findings) {
   return {};
 }
 
-/// Returns the ids that more than one image has. Which of them saw a point is unknown, so that tracks omit them.
+/// Returns the ids of more than one photograph. Which of them saw a point is unknown, so that tracks omit them.
 std::set<std::uint32_t> repeated_ids(const std::vector<ColmapImage>& images, Dataset& dataset) {
-  std::set<std::uint32_t> once, repeated;
+  std::map<std::uint32_t, const std::string*> names;
+  std::set<std::uint32_t> repeated;
   for (const ColmapImage& image : images)
-    if (!once.insert(image.id).second) repeated.insert(image.id);
+    if (*names.try_emplace(image.id, &image.name).first->second != image.name) repeated.insert(image.id);
   if (!repeated.empty())
     dataset.findings.warn(fmt::format(
         "{}: {} image ids appear more than once, first: {}; which of their images saw a sparse point is not used",

@@ -401,17 +401,24 @@ void report_left_out(const std::vector<const Shot*>& shots, const Scene& scene, 
   }
 }
 
-Points normalise_points(const PointCloud& cloud, const Normalisation& normalisation, const std::string& source) {
+// Leaves out points that are too far away in normalised units.
+Points normalise_points(const PointCloud& cloud, const Normalisation& normalisation, const std::string& source,
+                        const std::function<void(const std::string&)>& warn) {
   Points points;
-  points.colours = cloud.colours;
-  points.errors = cloud.errors;
-  points.seen_by = cloud.seen_by;
   points.positions.reserve(cloud.positions.size());
-  for (const glm::dvec3& position : cloud.positions) {
-    const glm::dvec3 p = normalisation.to_normalised(position);
-    if (!(glm::length(p) < 1e18)) throw Error("{}: a sparse point is too far away; remove it", source);
+  const auto copy = [](auto& to, const auto& from, std::size_t i) {
+    if (!from.empty()) to.push_back(from[i]);
+  };
+  for (std::size_t i = 0; i < cloud.positions.size(); ++i) {
+    const glm::dvec3 p = normalisation.to_normalised(cloud.positions[i]);
+    if (!(glm::length(p) < 1e18)) continue;
     points.positions.emplace_back(p);
+    copy(points.colours, cloud.colours, i);
+    copy(points.errors, cloud.errors, i);
+    copy(points.seen_by, cloud.seen_by, i);
   }
+  const std::size_t far = cloud.positions.size() - points.positions.size();
+  if (far > 0 && warn) warn(fmt::format("{}: left out {} sparse points that are too far away", source, far));
   return points;
 }
 
@@ -611,7 +618,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.synthetic = is_synthetic(shots, dataset, options);
   scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);
-  scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source);
+  scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source, options.warn);
 
   std::map<std::uint32_t, std::uint32_t> training_view;  // index of the dataset's frame to index of the training view
   std::vector<const Shot*> train_shots;

@@ -167,6 +167,9 @@ TEST_CASE("Blender: test files that hold out nothing", "[scene][split]") {
   CHECK(loaded.train == Names{"images/a.png", "images/b.png"});
   CHECK(loaded.test == Names{"images/c.png", "images/d.png"});
   CHECK(contains(loaded, "used only for training"));
+  loaded = with({"images/a", "images/b", "images/c"}, {"images/c", "images/d"});  // training keeps its views
+  CHECK(loaded.train == Names{"images/a.png", "images/b.png", "images/c.png"});
+  CHECK(loaded.test == Names{"images/d.png"});
   loaded = with(first, {"images/c"});
   CHECK(loaded.test == Names{"images/c.png"});
   CHECK(loaded.lines.empty());
@@ -262,4 +265,20 @@ TEST_CASE("COLMAP images without their camera, and with one id", "[scene][load][
   CHECK(test::message_of([&] { load_names(folder); })
             .ends_with("images.txt: a.png uses camera 1, which is missing in cameras.txt; export the model again (none "
                        "of its 3 photographs can be used)"));
+}
+
+TEST_CASE("a sparse point too far away in normalised units is left out", "[scene][load][records]") {
+  const SceneFolder folder;
+  write_model(folder, "sparse/0/", {"a.png", "b.png", "c.png"});
+  // The cameras are 1e-3 apart, so that normalised coordinates are larger than those of the file.
+  folder.write("sparse/0/images.txt", std::string("1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 1e-3 0 0 1 b.png\n\n"
+                                                  "3 1 0 0 0 0 1e-3 0 1 c.png\n\n"));
+  const std::string near = "1 0 0 1e-3 9 8 7 0.1 1 0 2 0\n2 0 0 2e-3 6 5 4 0.1 1 0\n",
+                    far = "3 0 9e17 1 1 2 3 0.2 3 0\n";
+  folder.write("sparse/0/points3D.txt", far + near);
+  const Scene scene = load(folder.path(), all_for_training());
+  REQUIRE(scene.points.positions.size() == 2);
+  CHECK(scene.points.colours == std::vector<glm::u8vec3>{{9, 8, 7}, {6, 5, 4}});
+  CHECK(scene.points.seen_by == std::vector<std::vector<std::uint32_t>>{{0, 1}, {0}});
+  CHECK(contains(load_names(folder, 0), "left out 1 sparse points that are too far away"));
 }
