@@ -6,7 +6,8 @@
 
 namespace trisoup {
 
-/// Returns the number of characters to insert, remove or replace to turn `a` into `b` (Levenshtein distance).
+/// Returns the least number of changes that turn `a` into `b`: characters inserted, removed or replaced, and neighbours
+/// swapped (optimal string alignment distance).
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace trisoup

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -43,8 +42,7 @@ constexpr CgroupFiles kVersion2Files{"memory.max", "memory.current", "inactive_f
 /// Lowers `memory` to the limits in one cgroup's folder.
 void apply_cgroup(const fs::path& folder, const CgroupFiles& files, Memory& memory) {
   const auto limit = number_in(folder / files.limit);
-  // Version 1 writes the largest multiple of a page for no limit.
-  if (!limit || *limit >= std::uint64_t(std::numeric_limits<std::int64_t>::max()) / 2) return;
+  if (!limit) return;  // version 1 writes a number above any memory for no limit
   const std::uint64_t used = number_in(folder / files.used).value_or(0);
   const std::uint64_t cache = std::min(used, number_after(folder / "memory.stat", files.cache).value_or(0));
   const std::uint64_t left = *limit - std::min(*limit, used - cache);

@@ -55,9 +55,10 @@ std::string said_with_subcommands(std::vector<std::string> arguments) {
 
 }  // namespace
 
-TEST_CASE("edit distances count insertions, removals and replacements", "[parse_errors]") {
+TEST_CASE("edit distances count insertions, removals, replacements and swaps", "[parse_errors]") {
   CHECK(edit_distance("", "abc") == 3);
-  CHECK(edit_distance("triangels", "triangles") == 2);
+  CHECK(edit_distance("triangels", "triangles") == 1);
+  CHECK(edit_distance("jsno", "json") == 1);
   CHECK(edit_distance("abc", "abc") == 0);
   CHECK(edit_distance("kitten", "sitting") == 3);
 }
