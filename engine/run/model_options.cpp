@@ -52,6 +52,8 @@ soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& 
   options.cameras = cameras_of(scene);
   if (scene.synthetic)
     options.up = glm::dvec3(0, 0, 1);
+  else if (scene.up)
+    options.up = scene.up;
   else
     options.shown_up = mean_up(options.cameras);
   options.bake_directions = bake_directions(scene);

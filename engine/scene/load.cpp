@@ -17,6 +17,7 @@
 #include "scene/scene.h"
 #include "scene/summary.h"
 #include "scene/undistort.h"
+#include "scene/up_direction.h"
 
 namespace trisoup::scene {
 namespace {
@@ -244,6 +245,21 @@ Points normalise_points(const PointCloud& cloud, const Normalisation& normalisat
   return points;
 }
 
+// Sets the up direction if it is not the mean of the cameras', and says in the summary what decided.
+void find_up(Scene& scene, const std::vector<Shot>& shots) {
+  if (scene.synthetic) return;
+  std::vector<Camera> cameras;
+  std::vector<int> orientations;
+  for (const Shot& shot : shots) {
+    cameras.push_back(normalised(shot.camera, scene.normalisation));
+    orientations.push_back(shot.frame.turned ? 1 : shot.frame.size.orientation);
+  }
+  const UpDirection up = up_direction(cameras, orientations, scene.points.positions);
+  if (up.reason.empty()) return;
+  scene.up = up.direction;
+  scene.summary += "; up direction from " + up.reason;
+}
+
 }  // namespace
 
 Scene load(const std::filesystem::path& path, const LoadOptions& options) {
@@ -277,6 +293,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);
   scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source);
+  find_up(scene, shots);
 
   std::map<std::uint32_t, std::uint32_t> training_view;  // index of the dataset's frame to index of the training view
   for (const Shot& shot : shots)
