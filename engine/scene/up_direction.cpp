@@ -32,7 +32,7 @@ struct Held {
 
 struct Evidence {
   std::vector<Held> cameras;
-  glm::dmat3 motion{0.0};  // covariance of the cameras' centres, trace 1; 0 if they do not move
+  glm::dmat3 motion{0.0};                   // covariance of the cameras' centres, trace 1; 0 if they do not move
   std::vector<GroundPlane> planes, ground;  // all, and those that count for the up direction
   double ground_gain = 0;
 };
