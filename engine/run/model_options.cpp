@@ -76,8 +76,10 @@ soup::ModelFileOptions model_options(const scene::Scene& scene, const Settings& 
   if (load.invert_masks) options.settings["invert_masks"] = true;
   if (load.outside) options.settings["outside"] = true;
   options.cameras = cameras_of(scene);
-  if (scene.synthetic)
+  if (scene.synthetic && scene.format == scene::Format::blender)  // Blender's convention
     options.up = glm::dvec3(0, 0, 1);
+  else if (scene.up)
+    options.up = scene.up;
   else
     options.shown_up = mean_up(options.cameras);
   options.bake_directions = bake_directions(scene);

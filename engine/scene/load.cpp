@@ -27,6 +27,7 @@
 #include "scene/split_lists.h"
 #include "scene/summary.h"
 #include "scene/undistort.h"
+#include "scene/up_direction.h"
 
 namespace trisoup::scene {
 namespace {
@@ -582,6 +583,22 @@ void refuse_nothing(const Dataset& dataset) {
     throw Error("{}", dataset.findings.lines().front());
 }
 
+// Sets the up direction if it is not the mean of the cameras', and says in the summary what decided.
+void find_up(Scene& scene, const std::vector<Shot>& shots) {
+  if (scene.synthetic && scene.format == Format::blender) return;
+  std::vector<Camera> cameras;
+  std::vector<int> orientations;
+  for (const Shot& shot : shots) {
+    if (shot.face != 0) continue;  // the faces of a panorama have one up direction
+    cameras.push_back(normalised(shot.camera, scene.normalisation));
+    orientations.push_back(shot.frame.turned ? 1 : shot.frame.size.orientation);
+  }
+  const UpDirection up = up_direction(cameras, orientations, scene.points.positions);
+  if (up.reason.empty()) return;
+  scene.up = up.direction;
+  scene.summary += "; up direction from " + up.reason;
+}
+
 }  // namespace
 
 Scene load(const std::filesystem::path& path, const LoadOptions& options) {
@@ -619,6 +636,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.fingerprint = fingerprint(shots, dataset.format, options.downscale);
   scene.normalisation = find_normalisation(train_cameras, dataset.points, dataset.source);
   scene.points = normalise_points(dataset.points, scene.normalisation, dataset.source, options.warn);
+  find_up(scene, shots);
 
   std::map<std::uint32_t, std::uint32_t> training_view;  // index of the dataset's frame to index of the training view
   std::vector<const Shot*> train_shots;

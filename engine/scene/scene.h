@@ -61,6 +61,8 @@ struct Scene {
   std::string summary;         // one-line description of the dataset
   glm::vec3 background{0.0f};  // background colour, 0 to 1
   Normalisation normalisation;
+  /// Up direction, unit length, if it is not the mean of the cameras' up directions (see scene/up_direction.h).
+  std::optional<glm::dvec3> up;
   /// Renders of an object with coverage in alpha, for which the published "synthetic" recipe is made.
   bool synthetic = false;
   std::uint64_t fingerprint = 0;  // hash of names, sizes, poses and intrinsics; identifies the scene of a checkpoint

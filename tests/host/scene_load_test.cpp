@@ -637,7 +637,15 @@ TEST_CASE("a photograph is turned by its EXIF orientation if its camera was", "[
     CHECK(stored.train[0].image.width == 32);
     CHECK(white(stored, 29, 2));
     CHECK(stored.summary.find("; EXIF orientation of 1 ignored") != std::string::npos);
+    // But it says which way the photograph was held: its left side is up, which is -Y for the camera of pose(0).
+    REQUIRE(stored.up);
+    CHECK(glm::length(*stored.up - glm::dvec3(0, -1, 0)) < 1e-9);
+    CHECK(stored.summary.find("; up direction from EXIF orientation") != std::string::npos);
   }
+  CHECK(glm::length(load_as(8, "").up.value() - glm::dvec3(0, 1, 0)) < 1e-9);
+  CHECK(glm::length(load_as(3, "").up.value() - glm::dvec3(0, 0, -1)) < 1e-9);
+  CHECK_FALSE(turned.up);
+  CHECK_FALSE(load_as(1, "").up);
   CHECK(load_as(1, "").summary.find("EXIF") == std::string::npos);
   CHECK(test::message_of([&] {
           load_as(1, "\"w\": 16, \"h\": 32,");
