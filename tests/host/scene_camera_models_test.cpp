@@ -91,12 +91,12 @@ TEST_CASE("every camera model projects as its formula, from text, binary and JSO
     REQUIRE(model != nullptr);
     REQUIRE(model->parameters() == p.size());
 
-    const auto text = parse_colmap_cameras_text(fmt::format("1 {} 64 48 {}", reference.model, reference.parameters),
-                                                "file").at(1);
+    const auto text =
+        parse_colmap_cameras_text(fmt::format("1 {} 64 48 {}", reference.model, reference.parameters), "file").at(1);
     check_pixels(reference, text.pinhole, text.lens);
 
-    std::string bytes = test::pack(std::uint64_t(1), std::uint32_t(1), std::int32_t(model->id), std::uint64_t(64),
-                                   std::uint64_t(48));
+    std::string bytes =
+        test::pack(std::uint64_t(1), std::uint32_t(1), std::int32_t(model->id), std::uint64_t(64), std::uint64_t(48));
     for (const double number : p) bytes += test::pack(number);
     const auto binary = parse_colmap_cameras_binary(bytes_of(bytes), "file").at(1);
     CHECK(binary.model == reference.model);
@@ -128,8 +128,8 @@ TEST_CASE("another number of parameters than the model has is refused", "[scene]
 }
 
 TEST_CASE("a camera that cannot be used does not end the run", "[scene][camera_models]") {
-  const auto cameras = parse_colmap_cameras_text(
-      "1 PINHOLE 64 48 60 60 32 24\n2 NEW 64 48 60\n3 PINHOLE 64 48 -1 60 32 24\n", "file");
+  const auto cameras =
+      parse_colmap_cameras_text("1 PINHOLE 64 48 60 60 32 24\n2 NEW 64 48 60\n3 PINHOLE 64 48 -1 60 32 24\n", "file");
   REQUIRE(cameras.size() == 3);
   CHECK(cameras.at(1).problem.empty());
   CHECK(cameras.at(2).problem.starts_with("line 2: unknown camera model NEW; known models: SIMPLE_PINHOLE, "));
@@ -139,8 +139,10 @@ TEST_CASE("a camera that cannot be used does not end the run", "[scene][camera_m
     return test::pack(id, model, std::uint64_t(64), std::uint64_t(48), 60.0, 60.0, 32.0, 24.0);
   };
   const std::string last = test::pack(std::uint64_t(2)) + record(1, 1) + record(2, 99);
-  CHECK(parse_colmap_cameras_binary(bytes_of(last), "file").at(2).problem.starts_with("camera 2: unknown camera model "));
+  CHECK(
+      parse_colmap_cameras_binary(bytes_of(last), "file").at(2).problem.starts_with("camera 2: unknown camera model "));
   const std::string first = test::pack(std::uint64_t(2)) + record(1, 99) + record(2, 1);
-  CHECK(test::message_of([&] { parse_colmap_cameras_binary(bytes_of(first), "file"); })
-            .starts_with("file: camera 1: unknown camera model 99; "));
+  CHECK(test::message_of([&] {
+          parse_colmap_cameras_binary(bytes_of(first), "file");
+        }).starts_with("file: camera 1: unknown camera model 99; "));
 }

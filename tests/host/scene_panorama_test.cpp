@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "scene/panorama.h"
+#include "scene/sample.h"
 #include "scene/scene.h"
 #include "scene_temporary_folder.h"
 
@@ -22,8 +23,8 @@ Image panorama_image(int width, int height) {
     for (int x = 0; x < width; ++x) {
       const double longitude = 2 * std::numbers::pi * ((x + 0.5) / width - 0.5);
       const double latitude = std::numbers::pi * ((y + 0.5) / height - 0.5);
-      const glm::dvec3 colour = sky({std::cos(latitude) * std::sin(longitude), std::sin(latitude),
-                                     std::cos(latitude) * std::cos(longitude)});
+      const glm::dvec3 colour =
+          sky({std::cos(latitude) * std::sin(longitude), std::sin(latitude), std::cos(latitude) * std::cos(longitude)});
       for (int c = 0; c < 3; ++c) image.rgba.push_back(static_cast<std::uint8_t>(std::lround(colour[c])));
       image.rgba.push_back(255);
     }
@@ -64,9 +65,34 @@ TEST_CASE("the faces of a panorama show the directions of their cameras", "[scen
   }
 }
 
+TEST_CASE("a panorama continues at its other border, other photographs repeat theirs", "[scene][panorama]") {
+  const Photograph row{4, 1, {{10, 0, 0, 255}, {20, 0, 0, 255}, {30, 0, 0, 255}, {40, 0, 0, 255}}, {}};
+  const auto red = [&](Border border, double x) {
+    return int(resample(row, 1, 1, border, [&](int, int) { return std::optional(glm::dvec2(x, 0.5)); }).colour[0].r);
+  };
+  CHECK(red(Border::wrapped, 0) == 25);
+  CHECK(red(Border::wrapped, 4) == 25);
+  CHECK(red(Border::wrapped, -0.5) == 40);
+  CHECK(red(Border::wrapped, 5.5) == 20);
+  CHECK(red(Border::clamped, 0) == 10);
+  CHECK(red(Border::clamped, 4) == 40);
+}
+
+TEST_CASE("a face mixes both sides of the seam", "[scene][panorama]") {
+  Photograph photograph = from_coverage(panorama_image(128, 64));
+  for (std::size_t i = 0; i < photograph.pixels(); ++i)
+    photograph.colour[i].r = i % 128 == 0 ? 200 : i % 128 == 127 ? 100 : 0;
+  Camera camera = panorama_camera(128, 64);
+  camera.cx = 64.3;  // moves the seam off the middle of the face: a pixel samples column 127.66 - 0.5
+  const Photograph back = cut_face(photograph, camera, 0);
+  std::uint8_t most = 0;
+  for (std::size_t x = 0; x < 32; ++x) most = std::max(most, back.colour[16 * 32 + x].r);
+  CHECK(int(most) == 116);  // 0.836 of 100 and 0.164 of 200
+}
+
 TEST_CASE("the face towards a direction has it in its image", "[scene][panorama]") {
-  for (const glm::dvec3 direction : {glm::dvec3(0.2, 0.1, 1), {1, 0.5, -0.7}, {-1, 0, 0.9}, {0, 1, 0.5}, {0.1, -1, 0},
-                                     {0.3, 0.2, -1}}) {
+  for (const glm::dvec3 direction :
+       {glm::dvec3(0.2, 0.1, 1), {1, 0.5, -0.7}, {-1, 0, 0.9}, {0, 1, 0.5}, {0.1, -1, 0}, {0.3, 0.2, -1}}) {
     const glm::dmat3 face_from_panorama = glm::transpose(cube_faces()[face_towards(direction)].panorama_from_face);
     const glm::dvec3 ray = face_from_panorama * direction;
     CHECK(ray.z > 0);
@@ -102,8 +128,9 @@ TEST_CASE("a panorama loads as six views that stay together in the test split", 
   CHECK(scene.train[6].name == "d.png/back");
   CHECK(scene.train[2].camera.width == 16);
   CHECK(scene.train[2].image.width == 16);
-  CHECK(scene.summary ==
-        "transforms.json, 4 photographs of 64 x 32 pixels; 1 EQUIRECTANGULAR camera, panoramas cut into six faces each");
+  CHECK(
+      scene.summary ==
+      "transforms.json, 4 photographs of 64 x 32 pixels; 1 EQUIRECTANGULAR camera, panoramas cut into six faces each");
   // The front face looks along the panorama's axis (-z of the OpenGL pose), and all share its centre.
   CHECK(glm::distance(scene.train[2].camera.forward(), glm::dvec3(0, 0, -1)) < 1e-12);
   for (std::size_t i = 1; i < 6; ++i)

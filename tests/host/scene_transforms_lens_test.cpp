@@ -37,11 +37,12 @@ const std::string f = "\"fl_x\": 500";
 }  // namespace
 
 TEST_CASE("the matrix K in all forms", "[scene][transforms][intrinsics]") {
-  for (const char* k : {"\"K\": [[500, 0, 320], [0, 510, 240], [0, 0, 1]]", "\"K\": [500, 0, 320, 0, 510, 240, 0, 0, 1]",
-                        "\"intrinsics\": [[500, 0, 320, 0], [0, 510, 240, 0], [0, 0, 1, 0]]",
-                        "\"intrinsic_matrix\": [[500, 0, 320, 0], [0, 510, 240, 0], [0, 0, 1, 0], [0, 0, 0, 1]]",
-                        "\"K\": [500, 0, 0, 0, 510, 0, 320, 240, 1]", "\"intrinsics\": [500, 510, 320, 240]",
-                        "\"intrinsics\": {\"fx\": 500, \"fy\": 510, \"cx\": 320, \"cy\": 240}"}) {
+  for (const char* k :
+       {"\"K\": [[500, 0, 320], [0, 510, 240], [0, 0, 1]]", "\"K\": [500, 0, 320, 0, 510, 240, 0, 0, 1]",
+        "\"intrinsics\": [[500, 0, 320, 0], [0, 510, 240, 0], [0, 0, 1, 0]]",
+        "\"intrinsic_matrix\": [[500, 0, 320, 0], [0, 510, 240, 0], [0, 0, 1, 0], [0, 0, 0, 1]]",
+        "\"K\": [500, 0, 0, 0, 510, 0, 320, 240, 1]", "\"intrinsics\": [500, 510, 320, 240]",
+        "\"intrinsics\": {\"fx\": 500, \"fy\": 510, \"cx\": 320, \"cy\": 240}"}) {
     INFO(k);
     for (const Camera& camera : {camera_with(k), camera_with("", k)}) {
       CHECK(camera.fx == 500);
@@ -52,8 +53,8 @@ TEST_CASE("the matrix K in all forms", "[scene][transforms][intrinsics]") {
   }
   CHECK(problem("", "\"K\": [[500, 9, 320], [0, 510, 240], [0, 0, 1]]") ==
         "t: frames[0].K has a skew of 9 pixels, which is not read; undistort the images");
-  CHECK(problem("", "\"K\": [[-500, 0, 320], [0, 510, 240], [0, 0, 1]]").find("has a focal length of -500, but it must ") !=
-        std::string::npos);
+  CHECK(problem("", "\"K\": [[-500, 0, 320], [0, 510, 240], [0, 0, 1]]")
+            .find("has a focal length of -500, but it must ") != std::string::npos);
   CHECK(problem("", "\"K\": [1, 2, 3]") ==
         "t: frames[0].K is not a 3 x 3 matrix of intrinsics; write fl_x, fl_y, cx and cy instead");
 }
@@ -123,8 +124,9 @@ TEST_CASE("is_fisheye, latlong and f-theta of instant-ngp", "[scene][transforms]
   CHECK(problem(f + ", \"equirectangular\": true").find("or write camera_model EQUIRECTANGULAR for panoramas ") !=
         std::string::npos);
   // The angle is a polynomial of the distance in pixels.
-  const Transforms t = read("\"w\": 640, \"h\": 480, \"ftheta_p0\": 0, \"ftheta_p1\": 0.002, \"ftheta_p2\": 1e-7, "
-                            "\"ftheta_p3\": 1e-10, \"ftheta_p4\": 0, \"camera_angle_x\": 1");
+  const Transforms t = read(
+      "\"w\": 640, \"h\": 480, \"ftheta_p0\": 0, \"ftheta_p1\": 0.002, \"ftheta_p2\": 1e-7, "
+      "\"ftheta_p3\": 1e-10, \"ftheta_p4\": 0, \"camera_angle_x\": 1");
   const Camera camera = camera_of(t.frames[0], {640, 480});
   CHECK(camera.fx == Approx(500));
   for (const double pixels : {10.0, 150.0, 300.0}) {
@@ -139,13 +141,16 @@ TEST_CASE("a model per frame, unknown models, and coefficients beside PINHOLE", 
   const Transforms pinhole = read(f + ", \"k1\": 0.1, \"camera_model\": \"PINHOLE\"");
   CHECK(pinhole.frames[0].lens.radial[0] == 0.1);
   REQUIRE(pinhole.findings.lines().size() == 1);
-  CHECK(pinhole.findings.lines()[0].starts_with("t: camera_model PINHOLE stands beside distortion coefficients, which "));
+  CHECK(
+      pinhole.findings.lines()[0].starts_with("t: camera_model PINHOLE stands beside distortion coefficients, which "));
   CHECK(read(f + ", \"k1\": 0, \"camera_model\": \"PINHOLE\"").findings.lines().empty());
+  CHECK(lens_of(f + ", \"k1\": 0.9, \"camera_model\": \"FOV\"").radial[0] == 0.9);
   CHECK(problem(f + ", \"camera_model\": \"VR180_L\"").starts_with("t: camera_model is VR180_L, which is not read; "));
   // One frame of two.
-  const Transforms two = parse_transforms("{" + f + ", \"frames\": [{\"file_path\": \"a\", " + pose +
-                                              "}, {\"file_path\": \"b\", \"camera_model\": \"ORTHOPHOTO\", " + pose + "}]}",
-                                          "t");
+  const Transforms two =
+      parse_transforms("{" + f + ", \"frames\": [{\"file_path\": \"a\", " + pose +
+                           "}, {\"file_path\": \"b\", \"camera_model\": \"ORTHOPHOTO\", " + pose + "}]}",
+                       "t");
   CHECK(two.frames[0].problem.empty());
   CHECK(two.frames[1].problem.starts_with("camera_model is ORTHOPHOTO, which is not read; "));
 }
