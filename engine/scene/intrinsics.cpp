@@ -30,19 +30,21 @@ std::string likely_cause(const Camera& camera, double times) {
       times * camera.width, times * camera.height, times);
 }
 
+constexpr double kMostLost = 1.0 / 3, kLeastShown = 0.25;
+
 /// How much of a photograph and of its undistorted image a lens can use, as shares of their pixels.
 struct LensUse {
-  double lost = 0;   // of the photograph, beyond the radius at which the lens folds over
+  double lost = 0;   // of the photograph, beyond the radius at which the lens folds over inside the undistorted image
   double shown = 1;  // of the undistorted image
-  double fold = 0;   // that radius in pixels; 0: the lens does not fold over
+  double fold = 0;   // that radius in pixels; 0: the lens does not fold over there
 };
 
 LensUse use_of(const Camera& camera, const Lens& lens) {
   constexpr int cells = 32;
   const glm::dvec2 focal(camera.fx, camera.fy), principal(camera.cx, camera.cy), size(camera.width, camera.height);
   const glm::dvec2 farthest = glm::max(glm::abs(principal), glm::abs(size - principal)) / focal;
-  const double limit = lens.growing_until(glm::length(farthest));
-  const std::optional<double> fold = lens.folds_at();
+  const double corner = glm::length(farthest), limit = lens.growing_until(corner);
+  const std::optional<double> fold = limit < corner ? lens.folds_at() : std::nullopt;
   int lost = 0, shown = 0;
   for (int y = 0; y < cells; ++y)
     for (int x = 0; x < cells; ++x) {
@@ -137,12 +139,12 @@ bool check_lens(const Frame& frame, std::size_t index, CameraDoubts& doubts, Cam
   const std::string name = printable(frame.photograph.name);
   const std::string folding =
       fmt::format("the lens of {} ({}) folds over {:.0f} pixels from its principal point", name, frame.model, use.fold);
-  if (use.lost > 0.5) {
+  if (use.lost > kMostLost) {
     doubts.add(CameraDoubts::fold, index, frame,
                fmt::format("{}, inside {:.0f} % of its picture; calibrate it again", folding, 100 * use.lost));
     return true;
   }
-  if (use.shown < 0.25) {
+  if (use.shown < kLeastShown) {
     doubts.add(
         CameraDoubts::strong, index, frame,
         fmt::format("the distortion of {} ({}) is so strong that only {:.0f} % of its undistorted image shows the "

@@ -238,7 +238,8 @@ Lens read_lens(const FrameKeys& keys, TransformsIntrinsics& intrinsics, Findings
   else if (known != nullptr)
     for (const Coefficient& coefficient : known->coefficients) {
       const std::string name(coefficient.name);
-      coefficient.of(lens) = name == "k" && !values.has("k") ? values.take("k1") : values.take(name);
+      const bool only_one = known->coefficients.size() == 1;
+      coefficient.of(lens) = only_one && !values.has(name) ? values.take("k1") : values.take(name);
     }
   if ((model.name == "PINHOLE" || model.name == "SIMPLE_PINHOLE") && !lens.is_pinhole())
     findings.warn(fmt::format(

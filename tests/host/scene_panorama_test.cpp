@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "scene/panorama.h"
+#include "scene/sample.h"
 #include "scene/scene.h"
 #include "scene_temporary_folder.h"
 
@@ -62,6 +63,31 @@ TEST_CASE("the faces of a panorama show the directions of their cameras", "[scen
       }
     CHECK(worst < 2.5);  // of 255, by rounding and by bilinear interpolation
   }
+}
+
+TEST_CASE("a panorama continues at its other border, other photographs repeat theirs", "[scene][panorama]") {
+  const Photograph row{4, 1, {{10, 0, 0, 255}, {20, 0, 0, 255}, {30, 0, 0, 255}, {40, 0, 0, 255}}, {}};
+  const auto red = [&](Border border, double x) {
+    return int(resample(row, 1, 1, border, [&](int, int) { return std::optional(glm::dvec2(x, 0.5)); }).colour[0].r);
+  };
+  CHECK(red(Border::wrapped, 0) == 25);
+  CHECK(red(Border::wrapped, 4) == 25);
+  CHECK(red(Border::wrapped, -0.5) == 40);
+  CHECK(red(Border::wrapped, 5.5) == 20);
+  CHECK(red(Border::clamped, 0) == 10);
+  CHECK(red(Border::clamped, 4) == 40);
+}
+
+TEST_CASE("a face mixes both sides of the seam", "[scene][panorama]") {
+  Photograph photograph = from_coverage(panorama_image(128, 64));
+  for (std::size_t i = 0; i < photograph.pixels(); ++i)
+    photograph.colour[i].r = i % 128 == 0 ? 200 : i % 128 == 127 ? 100 : 0;
+  Camera camera = panorama_camera(128, 64);
+  camera.cx = 64.3;  // moves the seam off the middle of the face: a pixel samples column 127.66 - 0.5
+  const Photograph back = cut_face(photograph, camera, 0);
+  std::uint8_t most = 0;
+  for (std::size_t x = 0; x < 32; ++x) most = std::max(most, back.colour[16 * 32 + x].r);
+  CHECK(int(most) == 116);  // 0.836 of 100 and 0.164 of 200
 }
 
 TEST_CASE("the face towards a direction has it in its image", "[scene][panorama]") {

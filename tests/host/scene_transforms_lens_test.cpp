@@ -144,6 +144,7 @@ TEST_CASE("a model per frame, unknown models, and coefficients beside PINHOLE", 
   CHECK(
       pinhole.findings.lines()[0].starts_with("t: camera_model PINHOLE stands beside distortion coefficients, which "));
   CHECK(read(f + ", \"k1\": 0, \"camera_model\": \"PINHOLE\"").findings.lines().empty());
+  CHECK(lens_of(f + ", \"k1\": 0.9, \"camera_model\": \"FOV\"").radial[0] == 0.9);
   CHECK(problem(f + ", \"camera_model\": \"VR180_L\"").starts_with("t: camera_model is VR180_L, which is not read; "));
   // One frame of two.
   const Transforms two =

@@ -116,6 +116,7 @@ TEST_CASE("lenses with a closed inverse are undone by it", "[scene][undistort]")
   CHECK(lens(Lens::Model::division, 0).is_pinhole());
   CHECK(lens(Lens::Model::unified, 0, 1).is_pinhole());
   CHECK_FALSE(lens(Lens::Model::f_theta, 0).is_pinhole());
+  CHECK(std::isnan(lens(Lens::Model::f_theta, -0.5).distort_radius(std::tan(0.6))));  // q - q^2 / 2 is at most 0.5
   CHECK(std::isnan(lens(Lens::Model::division, 0.3).distort_radius(1)));  // beyond the largest radius of the model
 }
 
