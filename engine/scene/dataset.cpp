@@ -89,8 +89,14 @@ void FrameTaker::drop_shared() {
   std::map<std::string, std::map<std::string, bool>> claims;  // photograph, path in normal form, whether by name
   for (const auto& [path, match] : matches_)
     if (match.photograph) claims[match.photograph->name].emplace(normal_path(path), match.photograph->by_name);
+  std::set<std::string> before;  // of another file of the dataset, such as the training views for the test views
+  for (const Frame& frame : dataset_.frames) before.insert(frame.photograph.name);
   for (auto& [path, match] : matches_) {
     if (!match.photograph || !match.photograph->by_name) continue;
+    if (match.photograph->by_name_alone && before.contains(match.photograph->name)) {
+      match.photograph.reset();
+      continue;
+    }
     const auto& paths = claims[match.photograph->name];
     if (paths.size() < 2) continue;
     const std::string own = normal_path(path);

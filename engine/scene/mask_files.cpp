@@ -130,7 +130,7 @@ MaskSearch::MaskSearch(Dataset& dataset, const fs::path& root, double downscale)
 }
 
 void MaskSearch::find_folders_in(const fs::path& place, std::set<fs::path>& seen) {
-  if (place.is_absolute() || !seen.insert(place).second) return;
+  if (!seen.insert(place).second) return;
   std::error_code problem;
   fs::directory_iterator entry(root_ / place, fs::directory_options::skip_permission_denied, problem);
   for (const fs::directory_iterator end; !problem && entry != end; entry.increment(problem)) {
@@ -147,8 +147,8 @@ void MaskSearch::find_folders_in(const fs::path& place, std::set<fs::path>& seen
 void MaskSearch::find_folders() {
   std::set<fs::path> seen;
   for (const Wanted& photograph : wanted_) {
-    fs::path place = photograph.folder;
-    for (; !place.empty() && *place.begin() != ".."; place = place.parent_path()) find_folders_in(place, seen);
+    if (photograph.folder.is_absolute() || (!photograph.folder.empty() && *photograph.folder.begin() == "..")) continue;
+    for (fs::path place = photograph.folder; !place.empty(); place = place.parent_path()) find_folders_in(place, seen);
   }
   find_folders_in({}, seen);
   const auto order = [&](const MaskFolder& folder) {

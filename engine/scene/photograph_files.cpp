@@ -65,6 +65,21 @@ std::vector<std::string> listed_folders(const fs::path& path) {
   return keys;
 }
 
+// Returns whether two folders are those of different parts of a split, as train/ and test/, which have the same names.
+bool are_other_parts(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+  constexpr std::array<std::array<std::string_view, 4>, 3> parts{{{"train", "training", "train_images", "images_train"},
+                                                                  {"test", "testing", "eval", "images_test"},
+                                                                  {"val", "valid", "validation", "images_val"}}};
+  const auto part_of = [&](const std::vector<std::string>& folders) {
+    for (std::size_t part = 0; part < parts.size(); ++part)
+      for (const std::string& folder : folders)
+        if (std::find(parts[part].begin(), parts[part].end(), folder) != parts[part].end()) return int(part);
+    return -1;
+  };
+  const int one = part_of(a), other = part_of(b);
+  return one >= 0 && other >= 0 && one != other;
+}
+
 // Returns the order of preference of a folder to which a path may be relative.
 std::size_t rank_of_place(const TreePicture& picture, std::size_t agreeing) {
   const std::size_t rest = picture.folders.size() - agreeing;
@@ -161,6 +176,7 @@ const TreePicture* PhotographFiles::by_name(const std::string& path, bool masks,
                         return mask_folder_kind(folder) != MaskFolderKind::none;
                       });
     if (!whole && (masks ? !mask : picture->aside)) continue;
+    if (are_other_parts(folders, picture->folders)) continue;
     found.push_back({picture, {folders.size() - agreeing, picture->name != name, rank_of_place(*picture, agreeing)}});
   }
   if (found.empty()) return nullptr;

@@ -100,6 +100,11 @@ std::string summary_of(const Dataset& dataset, ImageSize shrunk) {
   const bool cut = dataset.frames.front().lens.is_panorama();
   if (one_size && !cut && (shrunk.width != size.width || shrunk.height != size.height))
     text += fmt::format(", reduced to {} x {}", shrunk.width, shrunk.height);
+  if (const std::size_t resized = count(dataset, is_resized); resized > 0) {
+    const auto first = std::find_if(dataset.frames.begin(), dataset.frames.end(), is_resized);
+    text += fmt::format("; cameras of {} x {} scaled to {}", first->camera.width, first->camera.height,
+                        resized == all ? "them" : fmt::format("{} of them", resized));
+  }
   text += "; " + cameras_text(dataset);
   if (const std::size_t masks = count(dataset, is_masked); masks > 0)
     text += fmt::format("; masks for {} of {}", masks, all);
@@ -132,14 +137,6 @@ void report_halves(const Dataset& dataset, const std::function<void(const std::s
     warn(fmt::format("{}: found {} of {} photographs by name, not at the paths in the file, first: {} for {}{}",
                      listing.source, listing.by_name.size(), listing.listed, printable(name), printable(path),
                      spelling ? " (in another letter case or Unicode form)" : ""));
-  }
-  if (const std::size_t resized = count(dataset, is_resized); resized > 0) {
-    const auto first = std::find_if(dataset.frames.begin(), dataset.frames.end(), is_resized);
-    warn(fmt::format(
-        "{}: {} of {} photographs have another size than their cameras, first: {} is {} x {}, its camera {} "
-        "x {}; the cameras are scaled",
-        dataset.source, resized, all, printable(first->photograph.name), first->size.width, first->size.height,
-        first->camera.width, first->camera.height));
   }
   if (prescaled > 0 && prescaled < all) {
     const auto without = std::find_if_not(dataset.frames.begin(), dataset.frames.end(), is_prescaled);

@@ -12,8 +12,8 @@ namespace trisoup::scene {
 /// skipped frames. Parts that do not apply are omitted. dataset: as read. shrunk: size of the first view.
 std::string summary_of(const Dataset& dataset, ImageSize shrunk);
 
-/// Warns if photographs are not as listed, or some are treated differently from the rest: found by name, of another
-/// size than their cameras, masks or prescaled copies of only some.
+/// Warns if photographs were found by name, not at their paths, or if some are treated differently from the rest: masks
+/// or prescaled copies of only some.
 void report_halves(const Dataset& dataset, const std::function<void(const std::string&)>& warn);
 
 }  // namespace trisoup::scene

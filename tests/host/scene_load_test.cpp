@@ -551,7 +551,7 @@ TEST_CASE("photographs with paths of another machine are found by name", "[scene
   using Names = std::vector<std::string>;
   const auto error = [&](const std::vector<std::string>& paths) { return test::message_of([&] { found(paths); }); };
   for (const char* name : {"set/images/a.png", "set/images/left/a.png", "set/images/left/c.png", "set/rgb/b.png",
-                           "set/masks/d.png", "outside.png"})
+                           "set/depth/d.png", "outside.png"})
     folder.write(name, plain(16, 12, 9, 9, 9));
   CHECK(found({"images\\\\left\\\\a.png"}) == Names{"images/left/a.png"});
   CHECK(found({"D:\\\\shots\\\\images\\\\left\\\\a.png", "D:/shots/images/a.png"}) ==
@@ -579,7 +579,7 @@ TEST_CASE("photographs with paths of another machine are found by name", "[scene
   CHECK(found({"file:///home/else/images/left/%61.png"}) == Names{"images/left/a.png"});
   CHECK(found({"c"}) == Names{"images/left/c.png"});
   CHECK(error({"/home/else/d.png"}).find("none of its 1 images was found") !=
-        std::string::npos);  // a mask is no photograph
+        std::string::npos);  // a depth map is no photograph
   CHECK(error({"/home/one/b.png", "/home/two/b.png"})
             .find("/home/one/b.png and /home/two/b.png both match rgb/b.png by name") != std::string::npos);
   // The path of a photograph has priority over names.
