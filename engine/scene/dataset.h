@@ -24,7 +24,8 @@ struct Frame {
   ImageSize size;              // size of the photograph, after rotation if `turned`
   bool turned = false;         // whether the EXIF orientation is applied
   std::filesystem::path mask;  // empty: none
-  Camera camera;               // pinhole part for an image of its own size, in the dataset's coordinates
+  /// Pinhole part for an image of its own size, in the dataset's coordinates. Of a panorama: see scene/panorama.h
+  Camera camera;
   Lens lens;
   std::string model;  // COLMAP's name of the camera model
   /// If the file has both focal length and field of view: the image width for which they agree, divided by the width of
