@@ -27,7 +27,8 @@ struct Frame {
   std::filesystem::path mask;        // empty: none
   int mask_orientation = 1;          // EXIF orientation to apply to the mask; see turned()
   bool mask_shows_excluded = false;  // the mask's other values exclude a pixel, and 0 does not
-  Camera camera;                     // pinhole part for an image of its own size, in the dataset's coordinates
+  /// Pinhole part for an image of its own size, in the dataset's coordinates. Of a panorama: see scene/panorama.h
+  Camera camera;
   Lens lens;
   std::string model;  // COLMAP's name of the camera model
   /// If the file has both focal length and field of view: the image width for which they agree, divided by the width of

@@ -29,9 +29,9 @@ struct PoseCheck {
 /// Compares points with poses; if they contradict each other, and also without points if the cameras do not look at a
 /// common place, searches for points in the photographs. Another reading of the poses is chosen only if it explains the
 /// photographs and the reading that the format promises does not.
-/// cameras: all of the dataset, as written. points: may be empty; seen_by: indices of `cameras`. opengl: see reread().
-/// source: the file, for the warning.
-PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points, bool opengl, const std::string& source,
-                      const TakeProbes& take_probes);
+/// cameras: all of the dataset, as written. points: may be empty; seen_by: indices of `cameras`. written: the
+/// convention of the format. source: the file, for the warning.
+PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points, PoseConvention written,
+                      const std::string& source, const TakeProbes& take_probes);
 
 }  // namespace trisoup::scene
