@@ -50,8 +50,12 @@ Dataset read_metashape(const std::filesystem::path& file, const PhotographFiles&
   dataset.findings.add(chunk.findings);
   leave_out_repeated(chunk.cameras, &MetashapeCamera::label, dataset.source, dataset.findings);
   FrameTaker taker(dataset, files, dataset.source);
-  for (const MetashapeCamera& listed : chunk.cameras) {
-    const auto photograph = taker.find(listed_path(files, listed.label), false);
+  std::vector<std::string> paths;
+  for (const MetashapeCamera& listed : chunk.cameras) paths.push_back(listed_path(files, listed.label));
+  taker.search(paths);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const MetashapeCamera& listed = chunk.cameras[i];
+    const auto photograph = taker.find(paths[i], false);
     if (!photograph) continue;
     Frame frame;
     frame.source = dataset.source;
@@ -59,7 +63,7 @@ Dataset read_metashape(const std::filesystem::path& file, const PhotographFiles&
     frame.size = image_size(photograph->file);
     frame.camera = listed.camera;
     frame.lens = listed.lens;
-    frame.model = colmap_name_of(listed.lens);
+    frame.model = model_name(listed.lens);
     dataset.frames.push_back(std::move(frame));
   }
   dataset.points = points_beside(file.has_parent_path() ? file.parent_path() : ".", dataset.findings);

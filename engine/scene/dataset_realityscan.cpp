@@ -14,8 +14,12 @@ Dataset read_realityscan(const std::filesystem::path& file, const PhotographFile
   dataset.findings.add(list.findings);
   leave_out_repeated(list.cameras, &RealityScanCamera::name, dataset.source, dataset.findings);
   FrameTaker taker(dataset, files, dataset.source);
-  for (const RealityScanCamera& listed : list.cameras) {
-    const auto photograph = taker.find(listed_path(files, listed.name), false);
+  std::vector<std::string> paths;
+  for (const RealityScanCamera& listed : list.cameras) paths.push_back(listed_path(files, listed.name));
+  taker.search(paths);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const RealityScanCamera& listed = list.cameras[i];
+    const auto photograph = taker.find(paths[i], false);
     if (!photograph) continue;
     Frame frame;
     frame.source = dataset.source;
@@ -23,7 +27,7 @@ Dataset read_realityscan(const std::filesystem::path& file, const PhotographFile
     frame.size = image_size(photograph->file);
     frame.camera = camera_of(listed, frame.size);
     frame.lens = listed.lens;
-    frame.model = colmap_name_of(listed.lens);
+    frame.model = model_name(listed.lens);
     dataset.frames.push_back(std::move(frame));
   }
   dataset.points = points_beside(file.has_parent_path() ? file.parent_path() : ".", dataset.findings);

@@ -92,11 +92,6 @@ std::string listed_path(const PhotographFiles& files, const std::string& name) {
   return files.find(below) ? below : name;
 }
 
-const char* colmap_name_of(const Lens& lens) {
-  if (lens.model == Lens::Model::fisheye) return "OPENCV_FISHEYE";
-  return lens.is_pinhole() ? "PINHOLE" : "OPENCV";
-}
-
 PointCloud points_beside(const fs::path& folder, Findings& findings) {
   const std::vector<fs::path> files = files_in(folder, ".ply");
   if (files.empty()) return {};

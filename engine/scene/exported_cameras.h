@@ -47,9 +47,6 @@ void leave_out_repeated(std::vector<Camera>& cameras, std::string Camera::*name,
                 source);
 }
 
-/// Returns COLMAP's name of the camera model that expresses a lens.
-const char* colmap_name_of(const Lens& lens);
-
 /// Reads the only PLY file of a folder as sparse points. With several, or one that cannot be read, there are none and a
 /// warning.
 PointCloud points_beside(const std::filesystem::path& folder, Findings& findings);

@@ -19,7 +19,14 @@ std::string file_with(const std::string& shared, const std::string& own = "") {
 }
 
 Transforms read(const std::string& shared, const std::string& own = "") {
-  return parse_transforms(file_with(shared, own), "t");
+  Findings ignored;
+  return parse_transforms(file_with(shared, own), "t", ignored);
+}
+
+std::vector<std::string> lines_of(const std::string& shared) {
+  Findings findings;
+  parse_transforms(file_with(shared), "t", findings);
+  return findings.lines();
 }
 
 Lens lens_of(const std::string& shared, const std::string& own = "") { return read(shared, own).frames.at(0).lens; }
@@ -138,27 +145,30 @@ TEST_CASE("is_fisheye, latlong and f-theta of instant-ngp", "[scene][transforms]
 TEST_CASE("a model per frame, unknown models, and coefficients beside PINHOLE", "[scene][transforms][lens]") {
   CHECK(lens_of(f + ", \"camera_model\": \"OPENCV\"", "\"camera_model\": \"opencv_fisheye\"").model ==
         Lens::Model::fisheye);
-  const Transforms pinhole = read(f + ", \"k1\": 0.1, \"camera_model\": \"PINHOLE\"");
-  CHECK(pinhole.frames[0].lens.radial[0] == 0.1);
-  REQUIRE(pinhole.findings.lines().size() == 1);
-  CHECK(
-      pinhole.findings.lines()[0].starts_with("t: camera_model PINHOLE stands beside distortion coefficients, which "));
-  CHECK(read(f + ", \"k1\": 0, \"camera_model\": \"PINHOLE\"").findings.lines().empty());
+  const std::string pinhole = f + ", \"k1\": 0.1, \"camera_model\": \"PINHOLE\"";
+  CHECK(lens_of(pinhole).radial[0] == 0.1);
+  REQUIRE(lines_of(pinhole).size() == 1);
+  CHECK(lines_of(pinhole)[0].starts_with("t: camera_model PINHOLE stands beside distortion coefficients, which "));
+  CHECK(lines_of(f + ", \"k1\": 0, \"camera_model\": \"PINHOLE\"").empty());
   CHECK(lens_of(f + ", \"k1\": 0.9, \"camera_model\": \"FOV\"").radial[0] == 0.9);
   CHECK(problem(f + ", \"camera_model\": \"VR180_L\"").starts_with("t: camera_model is VR180_L, which is not read; "));
   // One frame of two.
+  Findings findings;
   const Transforms two =
       parse_transforms("{" + f + ", \"frames\": [{\"file_path\": \"a\", " + pose +
                            "}, {\"file_path\": \"b\", \"camera_model\": \"ORTHOPHOTO\", " + pose + "}]}",
-                       "t");
-  CHECK(two.frames[0].problem.empty());
-  CHECK(two.frames[1].problem.starts_with("camera_model is ORTHOPHOTO, which is not read; "));
+                       "t", findings);
+  REQUIRE(two.frames.size() == 1);
+  CHECK(two.frames[0].file_path == "a");
+  REQUIRE(findings.lines().size() == 1);
+  CHECK(findings.lines()[0].find("left out 1 photograph: ") != std::string::npos);
+  CHECK(findings.lines()[0].find("camera_model is ORTHOPHOTO, which is not read; ") != std::string::npos);
 }
 
 TEST_CASE("keys that would change the picture but are not read are reported", "[scene][transforms][lens]") {
-  const auto lines = read(f + ", \"omega\": 0.5, \"rolling_shutter\": [0, 0, 0.1, 0]").findings.lines();
+  const auto lines = lines_of(f + ", \"omega\": 0.5, \"rolling_shutter\": [0, 0, 0.1, 0]");
   REQUIRE(lines.size() == 2);
   CHECK(lines[0] == "t: omega not read with camera_model PINHOLE; undistort the photographs if this matters");
   CHECK(lines[1] == "t: rolling_shutter is not read; photographs are taken as of one instant");
-  CHECK(read(f + ", \"omega\": 0, \"rolling_shutter\": [0, 0, 0, 0]").findings.lines().empty());
+  CHECK(lines_of(f + ", \"omega\": 0, \"rolling_shutter\": [0, 0, 0, 0]").empty());
 }

@@ -177,7 +177,7 @@ TEST_CASE("JSON as programs write it", "[scene][transforms]") {
   const auto path = [](const std::string& text) { return parse_transforms(text, "t").frames.at(0).file_path; };
   const std::string text = one_frame("\"fl_x\": +9, \"sharpness\": NaN, \"note\": \"NaN \\\" +1\",");
   CHECK(path("\xef\xbb\xbf" + text) == "./images/a");
-  CHECK(parse_transforms(text, "t").frames.at(0).fx == 9);
+  CHECK(parse_transforms(text, "t").frames.at(0).intrinsics.fx == 9);
   CHECK(path("{\"fl_x\": 9, \"frames\": [{\"file_path\": \"NaN.png\", \"x\": -Infinity, \"transform_matrix\": " +
              identity + "}]}") == "NaN.png");
   using namespace std::string_literals;
