@@ -11,7 +11,7 @@ namespace trisoup::scene {
 namespace {
 
 constexpr std::size_t kMaxPoints = 4000;  // points that are compared
-constexpr std::size_t kMinPairs = 60;     // pairs of a point and a pixel that say something about colours
+constexpr std::size_t kMinPairs = 60;     // points, and pairs of a point and a pixel, that say something
 constexpr double kMinColourSpread =
     12.0;  // mean difference of two points' colours, of 255, below which they say nothing
 
@@ -94,7 +94,7 @@ std::optional<double> colour_ratio(const std::vector<Pair>& pairs) {
   const std::size_t n = pairs.size();
   if (n < kMinPairs) return std::nullopt;
   std::vector<int> own, other;
-  double spread = 0;
+  double spread = 0, pixel_spread = 0;
   for (std::size_t i = 0; i < n; ++i) {
     own.push_back(difference(pairs[i].point, pairs[i].pixel));
     // Another point's pixel, far away in the list. Several, so that the quantile is steady.
@@ -102,9 +102,10 @@ std::optional<double> colour_ratio(const std::vector<Pair>& pairs) {
       const std::size_t j = (i + k * n / 5 + k) % n;
       other.push_back(difference(pairs[i].point, pairs[j].pixel));
       spread += difference(pairs[i].point, pairs[j].point);
+      pixel_spread += difference(pairs[i].pixel, pairs[j].pixel);
     }
   }
-  if (spread / double(4 * n) < 3 * kMinColourSpread) return std::nullopt;
+  if (std::min(spread, pixel_spread) / double(4 * n) < 3 * kMinColourSpread) return std::nullopt;
   return (quantile(own) + 1) / (quantile(other) + 1);
 }
 
@@ -140,12 +141,13 @@ std::string to_string(PoseReading reading, bool opengl) {
          (opengl != other_axes ? "OpenGL" : "OpenCV") + " axes";
 }
 
-bool PointFit::holds() const { return inside >= 0.5 && colour.value_or(0.0) < 0.8; }
-bool PointFit::is_certain() const { return inside >= 0.7 && colour && *colour < 0.65; }
+bool PointFit::holds() const { return colour ? inside >= 0.2 && *colour < 0.8 : inside >= 0.5; }
+bool PointFit::is_certain() const { return inside >= 0.5 && colour && *colour < 0.65; }
 
 PointFit fit_of_points(std::span<const Camera> cameras, const PointCloud& points, std::span<const Probe> probes) {
   const std::vector<std::size_t> chosen = sample(points.positions.size());
   PointFit fit;
+  if (chosen.size() < kMinPairs) return {1.0, std::nullopt};  // too few to contradict anything
   fit.inside = inside_share(cameras, points, chosen);
   if (!points.colours.empty()) fit.colour = colour_ratio(pairs_of(cameras, points, probes, chosen));
   return fit;

@@ -38,7 +38,7 @@ struct Probe {
 /// How well points fit cameras and photographs.
 struct PointFit {
   /// Share of observations whose point projects into its view, in front of the camera; without observations, the share
-  /// of points that project into two views.
+  /// of points that project into two views. 1 for fewer than 60 points.
   double inside = 0;
   /// Difference between colours of points and of the pixels at their projections, divided by that of points and pixels
   /// that do not belong together: near 1 if they have nothing to do with each other. nullopt: points have no colours,

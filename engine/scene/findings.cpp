@@ -10,7 +10,7 @@ namespace trisoup::scene {
 namespace {
 
 // Limits memory and time for a file with millions of unusable records.
-constexpr std::size_t kMaxNames = 3, kMaxProblems = 8;
+constexpr std::size_t kMaxNames = 3, kMaxProblems = 12;
 
 }  // namespace
 

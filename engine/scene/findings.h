@@ -14,7 +14,7 @@ class Findings {
  public:
   /// Notes that a record is left out. source: the file that lists it. kind: what the records are, plural
   /// ("photographs"). problem: what is wrong with it and what to do; the same words for records with the same problem,
-  /// which share a line. Beyond eight problems of one kind in one file, records share the line "other problems".
+  /// which share a line. Beyond twelve problems of one kind in one file, records share the line "other problems".
   /// name: the record's name.
   void leave_out(const std::string& source, const std::string& kind, const std::string& problem,
                  const std::string& name);

@@ -504,7 +504,7 @@ std::vector<std::string> problems_of(const std::vector<Decoded>& decoded, const 
         std::equal(images[i]->rgba.begin(), images[i]->rgba.begin() + 3, images.front()->rgba.begin()))
       ++same;
   }
-  constexpr std::size_t kManyPlain = 4;  // fewer may be so on purpose
+  constexpr std::size_t kManyPlain = 8;  // fewer may be so on purpose
   const bool composites = options.alpha == AlphaUse::composite;
   if (composites && transparent > 0 && transparent == readable && options.warn)
     options.warn(
@@ -607,9 +607,9 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   refuse_nothing(dataset);
   report_missing(dataset, options);
   fit_photographs(dataset);
+  check_intrinsics(dataset);
   fit_masks(dataset);
   mend_split(dataset);
-  check_intrinsics(dataset);
   report_halves(dataset, options.warn);
   std::vector<Shot> shots;
   for (std::size_t i = 0; i < dataset.frames.size(); ++i)

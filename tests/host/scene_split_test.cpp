@@ -239,7 +239,7 @@ TEST_CASE("photographs that do not fit or cannot be read are left out by name", 
   Loaded loaded = load_names(folder, 0);
   CHECK(loaded.train == Names{"images/a.png", "images/d.png"});
   CHECK(contains(loaded, "images.txt: left out 1 photograph: is 12 x 16 but its camera is 16 x 12; "));
-  CHECK(contains(loaded, "left out 1 photograph: not a PNG"));
+  CHECK(contains(loaded, "left out 1 photograph: not a picture of a known type"));
   // Views of points refer to the photographs that are left.
   const Scene scene = load(folder.path(), all_for_training());
   CHECK(scene.points.seen_by.at(0) == std::vector<std::uint32_t>{0});
