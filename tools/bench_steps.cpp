@@ -319,8 +319,7 @@ void steps(gpu::Device& gpu, const StepsOptions& base) {
                all.operations * 1e-6, all_floor, total(costs) / all_floor);
 
   growth_tables(gpu, base, json, out);
-  if (!base.json.empty()) write_output(base.json, json.dump(2) + "
-");
+  if (!base.json.empty()) write_output(base.json, json.dump(2) + "\n");
 }
 
 }  // namespace trisoup::bench

@@ -51,11 +51,11 @@ TEST_CASE("findings stay small for millions of bad records", "[scene][findings]"
   Findings findings;
   for (int i = 0; i < 100000; ++i) findings.leave_out("f", "points", "problem " + std::to_string(i), std::to_string(i));
   REQUIRE(findings.lines().size() == 13);
-  CHECK(findings.lines().back() == "f: left out 99992 points: other problems: 8, 9, 10 and 99989 more");
+  CHECK(findings.lines().back() == "f: left out 99988 points: other problems: 12, 13, 14 and 99985 more");
   CHECK(findings.left_out("points") == 100000);
   Findings sum;
   sum.add(findings);
   sum.add(findings);
   CHECK(sum.left_out("points") == 200000);
-  CHECK(sum.lines().size() == 9);
+  CHECK(sum.lines().size() == 13);
 }
