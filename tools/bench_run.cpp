@@ -105,7 +105,8 @@ class Runner {
     std::vector<std::string> arguments{program("soup-train"), (options_.scenes / t.scene).string(), "-o",
                                        folder.string(), earlier};
     arguments.insert(arguments.end(), t.arguments.begin(), t.arguments.end());
-    child(arguments, folder / "log.txt");
+    std::filesystem::remove(folder / "metrics.json");  // of an earlier training
+    child(arguments, folder / "log.txt", folder / "metrics.json");
 
     const json metrics = read_json(folder / "metrics.json");
     const Row base = base_of(t, metrics);
@@ -240,7 +241,9 @@ class Runner {
  private:
   std::string program(const char* name) const { return (options_.programs / name).string(); }
 
-  void child(std::vector<std::string> arguments, const std::filesystem::path& log) {
+  /// Runs a program. result_file: written by a training whose goal is missed, too; empty: none.
+  void child(std::vector<std::string> arguments, const std::filesystem::path& log,
+             const std::filesystem::path& result_file = {}) {
     // The shell splits the launcher into words. exec: signals then reach the launcher.
     if (!options_.launcher.empty()) {
       const std::vector<std::string> shell{"/bin/sh", "-c", "exec " + options_.launcher + " \"$@\"", "sh"};
@@ -248,8 +251,8 @@ class Runner {
     }
     const ChildResult result = run_child(arguments, {.log = log, .keep_open = lock_}, g_stop);
     if (g_stop) throw Interrupted{};
-    constexpr int kGoalMissed = 3;  // of soup-train; all its files are written
-    if (result.status == 0 || result.status == kGoalMissed) return;
+    constexpr int kGoalMissed = 3;  // of soup-train; a launcher may fail with the same status
+    if (result.status == 0 || (result.status == kGoalMissed && std::filesystem::exists(result_file))) return;
     if (!options_.launcher.empty() && result.status == 127)
       throw Error("--launcher '{}': cannot be started; check the command", options_.launcher);
     throw Error("{}", result.error.empty() ? fmt::format("{} ended with status {}", arguments[0], result.status)

@@ -15,7 +15,7 @@ fail() {
   exit 1
 }
 # psnr_of METRICS: prints the mean PSNR of the test views.
-psnr_of() { grep -o '"psnr": [0-9.]*' "$1" | tail -n 1 | cut -d' ' -f2; }
+psnr_of() { grep -m 1 -o '"psnr": [0-9.]*' "$1" | cut -d' ' -f2; }  # those of the views follow
 # round_that_went_back RUN: prints the first round of simplification that started from an earlier round's soup, if any.
 round_that_went_back() {
   grep -o '"from": [0-9]*' "$1/metrics.json" | awk 'NR > 1 && $2 != NR - 2 { print NR - 1; exit }'
