@@ -16,10 +16,10 @@
 #include "report.h"
 #include "run/memory_need.h"
 #include "run/trainer.h"
-#include "scene/dataset.h"
+#include "scene/datasets/dataset.h"
+#include "scene/datasets/unposed.h"
 #include "scene/points_from_views.h"
-#include "scene/reconstruct.h"
-#include "scene/unposed.h"
+#include "scene/reconstruct/reconstruct.h"
 
 namespace trisoup {
 

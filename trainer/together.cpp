@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "scene/unposed.h"
+#include "scene/datasets/unposed.h"
 
 namespace trisoup {
 namespace {

@@ -71,13 +71,14 @@ struct Scene {
 /// Detects the format of `path` (a dataset folder, or one of its files with poses) and loads it.
 /// - Photographs are undistorted to pinholes with the same focal length, then shrunk by `downscale`. With a factor of
 ///   2, 4 or 8, copies in images_2/, images_4/ or images_8/ are used instead if they exist.
-/// - A panorama becomes six views of 90 degrees (scene/panorama.h), which are all training views or all test views.
+/// - A panorama becomes six views of 90 degrees (scene/lens/panorama.h), which are all training views or all test
+/// views.
 /// - Excluded from the loss: alpha < 0.5 with AlphaUse::mask, pixels that are 0 in a mask (mask_path, or see
 ///   find_masks()), and pixels outside the photograph after undistortion.
 /// - The automatic background depends on the decoded photographs only, so with train_images = false it depends on the
 ///   test views.
-/// - Frames without an image, and with impossible cameras (scene/intrinsics.h), are skipped with one warning each. A
-/// single view is never held out. Throws trisoup::Error.
+/// - Frames without an image, and with impossible cameras (scene/datasets/intrinsics.h), are skipped with one warning
+/// each. A single view is never held out. Throws trisoup::Error.
 Scene load(const std::filesystem::path& path, const LoadOptions& options);
 
 /// Returns a hash of the decoded photographs of the views. It depends on files, background, masks and the use of alpha.

@@ -1,5 +1,5 @@
 // Fuzzes the reader of COLMAP's points3D.bin.
-#include "scene/colmap_model.h"
+#include "scene/formats/colmap_model.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 // Fuzzes the readers of COLMAP's text files. The first byte chooses the reader: c (cameras), i (images), else points.
 #include <string_view>
 
-#include "scene/colmap_model.h"
+#include "scene/formats/colmap_model.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 // Fuzzes the reader of Metashape's camera export.
 #include <string_view>
 
-#include "scene/metashape_xml.h"
+#include "scene/formats/metashape_xml.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,9 +2,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "scene/mask_name.h"
-#include "scene/name_key.h"
-#include "scene/photograph_files.h"
+#include "scene/files/mask_name.h"
+#include "scene/files/photograph_files.h"
+#include "scene/text/name_key.h"
 #include "scene_reader.h"
 #include "temporary_folder.h"
 

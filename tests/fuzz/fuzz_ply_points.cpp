@@ -1,5 +1,5 @@
 // Fuzzes the reader of PLY point clouds.
-#include "scene/ply_points.h"
+#include "scene/formats/ply_points.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

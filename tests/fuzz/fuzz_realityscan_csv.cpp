@@ -1,7 +1,7 @@
 // Fuzzes the reader of RealityScan's camera parameters.
 #include <string_view>
 
-#include "scene/realityscan_csv.h"
+#include "scene/formats/realityscan_csv.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,8 +2,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "scene/split_lists.h"
-#include "scene/word_reader.h"
+#include "scene/datasets/split_lists.h"
+#include "scene/text/word_reader.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

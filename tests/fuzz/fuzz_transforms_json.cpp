@@ -1,9 +1,9 @@
 // Fuzzes the reader of transforms.json, and undistortion of a small image with the lens in the file.
 #include <string_view>
 
-#include "scene/panorama.h"
-#include "scene/transforms_json.h"
-#include "scene/undistort.h"
+#include "scene/formats/transforms_json.h"
+#include "scene/lens/panorama.h"
+#include "scene/lens/undistort.h"
 #include "scene_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,12 +1,12 @@
-// Tests engine/scene/consistency.cpp and pose_check.cpp.
+// Tests engine/scene/load/consistency.cpp and pose_check.cpp.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "scene/consistency.h"
-#include "scene/pose_check.h"
+#include "scene/load/consistency.h"
+#include "scene/load/pose_check.h"
 
 using namespace trisoup::scene;
 using trisoup::Image;

@@ -1,7 +1,7 @@
-// Tests engine/scene/findings.cpp.
+// Tests engine/scene/text/findings.cpp.
 #include <catch2/catch.hpp>
 
-#include "scene/findings.h"
+#include "scene/text/findings.h"
 
 using trisoup::scene::Findings;
 

@@ -1,4 +1,4 @@
-// Tests engine/base/memory.h and engine/scene/loading_memory.h: memory of machines and containers.
+// Tests engine/base/memory.h and engine/scene/load/loading_memory.h: memory of machines and containers.
 #include <catch2/catch.hpp>
 
 #include <filesystem>
@@ -6,7 +6,7 @@
 
 #include "../temporary_folder.h"
 #include "base/memory.h"
-#include "scene/loading_memory.h"
+#include "scene/load/loading_memory.h"
 
 using namespace trisoup;
 using Catch::Contains;

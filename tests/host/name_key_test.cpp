@@ -1,10 +1,10 @@
-// Tests engine/scene/name_key.cpp, mask_name.cpp and picture_tree.cpp.
+// Tests engine/scene/text/name_key.cpp, mask_name.cpp and picture_tree.cpp.
 #include <catch2/catch.hpp>
 
-#include "scene/mask_name.h"
-#include "scene/name_key.h"
-#include "scene/photograph_files.h"
-#include "scene/picture_tree.h"
+#include "scene/files/mask_name.h"
+#include "scene/files/photograph_files.h"
+#include "scene/files/picture_tree.h"
+#include "scene/text/name_key.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

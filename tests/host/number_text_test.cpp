@@ -1,11 +1,11 @@
-// Tests engine/scene/number_text.h and findings.h with many records.
+// Tests engine/scene/text/number_text.h and findings.h with many records.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <limits>
 
-#include "scene/findings.h"
-#include "scene/number_text.h"
+#include "scene/text/findings.h"
+#include "scene/text/number_text.h"
 
 using trisoup::scene::Findings;
 using trisoup::scene::foreign_number;

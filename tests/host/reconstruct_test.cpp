@@ -1,4 +1,4 @@
-// Tests engine/scene/reconstruct.h, unposed.h, video_frames.h and base/child_process.h with fake programs.
+// Tests engine/scene/reconstruct/reconstruct.h, unposed.h, video_frames.h and base/child_process.h with fake programs.
 #include <catch2/catch.hpp>
 
 #include <signal.h>
@@ -11,9 +11,9 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "packed.h"
-#include "scene/dataset.h"
-#include "scene/reconstruct.h"
-#include "scene/video_frames.h"
+#include "scene/datasets/dataset.h"
+#include "scene/reconstruct/reconstruct.h"
+#include "scene/reconstruct/video_frames.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -1,4 +1,4 @@
-// Tests engine/scene/camera_models.h: every camera model of COLMAP, in its text, binary and in JSON.
+// Tests engine/scene/lens/camera_models.h: every camera model of COLMAP, in its text, binary and in JSON.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -6,9 +6,9 @@
 
 #include "base/read_file.h"
 #include "packed.h"
-#include "scene/camera_models.h"
-#include "scene/colmap_model.h"
-#include "scene/transforms_json.h"
+#include "scene/formats/colmap_model.h"
+#include "scene/formats/transforms_json.h"
+#include "scene/lens/camera_models.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -8,7 +8,7 @@
 
 #include "npz.h"
 #include "scene/camera.h"
-#include "scene/pose.h"
+#include "scene/formats/pose.h"
 #include "shared_data.h"
 
 using namespace trisoup;

@@ -1,4 +1,4 @@
-// Tests engine/scene/colmap_model.h: text and binary models are equal, and damage is detected.
+// Tests engine/scene/formats/colmap_model.h: text and binary models are equal, and damage is detected.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -7,8 +7,8 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "packed.h"
-#include "scene/colmap_model.h"
-#include "scene/pose.h"
+#include "scene/formats/colmap_model.h"
+#include "scene/formats/pose.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -1,9 +1,9 @@
-// Tests engine/scene/intrinsics.h: cameras that cannot be those of photographs.
+// Tests engine/scene/datasets/intrinsics.h: cameras that cannot be those of photographs.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
-#include "scene/intrinsics.h"
+#include "scene/datasets/intrinsics.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

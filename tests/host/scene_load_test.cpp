@@ -1,4 +1,4 @@
-// Tests engine/scene/load.cpp, dataset*.cpp and photograph_files.cpp on small generated datasets.
+// Tests engine/scene/load/load.cpp, dataset*.cpp and photograph_files.cpp on small generated datasets.
 #include <catch2/catch.hpp>
 
 #include <atomic>

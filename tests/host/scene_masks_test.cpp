@@ -1,8 +1,8 @@
-// Tests engine/scene/mask_files.cpp and mask_image.cpp on small generated datasets.
+// Tests engine/scene/datasets/mask_files.cpp and mask_image.cpp on small generated datasets.
 #include <catch2/catch.hpp>
 
 #include "jpeg_of.h"
-#include "scene/mask_image.h"
+#include "scene/datasets/mask_image.h"
 #include "scene/scene.h"
 #include "scene_temporary_folder.h"
 

@@ -1,14 +1,14 @@
-// Tests engine/scene/metashape_xml.h, exported_cameras.h and dataset_metashape.cpp.
+// Tests engine/scene/formats/metashape_xml.h, exported_cameras.h and dataset_metashape.cpp.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "scene/dataset.h"
-#include "scene/exported_cameras.h"
-#include "scene/metashape_xml.h"
-#include "scene/unposed.h"
+#include "scene/datasets/dataset.h"
+#include "scene/datasets/exported_cameras.h"
+#include "scene/datasets/unposed.h"
+#include "scene/formats/metashape_xml.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -1,11 +1,11 @@
-// Tests engine/scene/panorama.h, and loading of panoramas.
+// Tests engine/scene/lens/panorama.h, and loading of panoramas.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <numbers>
 
-#include "scene/panorama.h"
-#include "scene/sample.h"
+#include "scene/lens/panorama.h"
+#include "scene/lens/sample.h"
 #include "scene/scene.h"
 #include "scene_temporary_folder.h"
 

@@ -1,10 +1,11 @@
-// Tests engine/scene/dataset_places.cpp, and how read_dataset() and photograph_files.cpp find the parts of a dataset.
+// Tests engine/scene/files/dataset_places.cpp, and how read_dataset() and photograph_files.cpp find the parts of a
+// dataset.
 #include <catch2/catch.hpp>
 
-#include "scene/dataset.h"
-#include "scene/dataset_places.h"
+#include "scene/datasets/dataset.h"
+#include "scene/datasets/unposed.h"
+#include "scene/files/dataset_places.h"
 #include "scene/scene.h"
-#include "scene/unposed.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -1,4 +1,4 @@
-// Tests engine/scene/ply_points.h.
+// Tests engine/scene/formats/ply_points.h.
 #include <catch2/catch.hpp>
 
 #include <limits>
@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "packed.h"
-#include "scene/ply_points.h"
+#include "scene/formats/ply_points.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

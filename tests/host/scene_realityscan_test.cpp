@@ -1,13 +1,13 @@
-// Tests engine/scene/realityscan_csv.h and dataset_realityscan.cpp.
+// Tests engine/scene/formats/realityscan_csv.h and dataset_realityscan.cpp.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "scene/dataset.h"
-#include "scene/realityscan_csv.h"
-#include "scene/unposed.h"
+#include "scene/datasets/dataset.h"
+#include "scene/datasets/unposed.h"
+#include "scene/formats/realityscan_csv.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

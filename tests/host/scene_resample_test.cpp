@@ -1,10 +1,11 @@
-// Tests engine/scene/photograph.h and area_resample.h: averages of colour, alpha and mask.
+// Tests engine/scene/lens/photograph.h and area_resample.h: averages of colour, alpha and mask.
 #include <catch2/catch.hpp>
 
 #include <random>
 
-#include "scene/area_resample.h"
-#include "scene/photograph.h"
+#include "scene/lens/area_resample.h"
+#include "scene/datasets/mask_image.h"
+#include "scene/lens/photograph.h"
 
 using namespace trisoup;
 using namespace trisoup::scene;

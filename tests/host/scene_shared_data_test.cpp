@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "base/read_file.h"
-#include "scene/colmap_model.h"
+#include "scene/formats/colmap_model.h"
 #include "scene/scene.h"
 #include "shared_data.h"
 

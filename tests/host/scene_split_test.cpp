@@ -1,12 +1,12 @@
-// Tests engine/scene/split_lists.h and colmap_choice.h, and pictures that do not fit, through load().
+// Tests engine/scene/datasets/split_lists.h and colmap_choice.h, and pictures that do not fit, through load().
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
 #include "packed.h"
-#include "scene/colmap_choice.h"
+#include "scene/datasets/split_lists.h"
+#include "scene/formats/colmap_choice.h"
 #include "scene/scene.h"
-#include "scene/split_lists.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

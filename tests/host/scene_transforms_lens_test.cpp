@@ -1,9 +1,9 @@
-// Tests engine/scene/transforms_lens.h and transforms_intrinsics.h: lenses and intrinsics of transforms*.json.
+// Tests engine/scene/formats/transforms_lens.h and transforms_intrinsics.h: lenses and intrinsics of transforms*.json.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
-#include "scene/transforms_json.h"
+#include "scene/formats/transforms_json.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -1,12 +1,12 @@
-// Tests engine/scene/transforms_json.h and pose.h.
+// Tests engine/scene/formats/transforms_json.h and pose.h.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 #include <limits>
 
 #include "base/error.h"
-#include "scene/pose.h"
-#include "scene/transforms_json.h"
+#include "scene/formats/pose.h"
+#include "scene/formats/transforms_json.h"
 #include "scene_temporary_folder.h"
 
 using namespace trisoup;

@@ -1,9 +1,9 @@
-// Tests engine/scene/lens.h and undistort.h.
+// Tests engine/scene/lens/lens.h and undistort.h.
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
-#include "scene/undistort.h"
+#include "scene/lens/undistort.h"
 
 using namespace trisoup::scene;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/parallel_for.h"
-#include "scene/area_resample.h"
+#include "scene/lens/area_resample.h"
 #include "train/config/schedule.h"
 
 namespace trisoup::train {

@@ -20,8 +20,8 @@ struct SmallViews {
 /// would miss triangles.
 double small_view_scale(const scene::Camera& camera, const Settings& settings);
 
-/// Scales every view down by area averaging (scene/area_resample.h). A view keeps its size if its mask would become
-/// empty. Throws gpu::OutOfMemory.
+/// Scales every view down by area averaging (scene/lens/area_resample.h). A view keeps its size if its mask would
+/// become empty. Throws gpu::OutOfMemory.
 SmallViews small_views(gpu::Device& gpu, const std::vector<scene::View>& views, const Settings& settings);
 
 }  // namespace trisoup::train

@@ -1,0 +1,16 @@
+// Removes lens distortion from photographs.
+#pragma once
+
+#include "scene/camera.h"
+#include "scene/lens/lens.h"
+#include "scene/lens/photograph.h"
+
+namespace trisoup::scene {
+
+/// Returns the photograph as taken by a pinhole camera with the same focal lengths, principal point and size, sampled
+/// bilinearly. camera: camera of the photograph, with the same size; its pose is not used. The unchanged focal length
+/// keeps the resolution at the image centre. With barrel distortion the outer border is lost. Pixels that lie outside
+/// the photograph are empty and excluded from the loss. lens: no panorama, for which see scene/lens/panorama.h.
+Photograph undistort(const Photograph& photograph, const Camera& camera, const Lens& lens);
+
+}  // namespace trisoup::scene
