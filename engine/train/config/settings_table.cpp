@@ -72,7 +72,7 @@ constexpr Setting kTable[] = {
      {.note = "0; from a surface three times the distance of the farthest point"}},
 
     {"Method", "recipe", &S::recipe, option, kNone, "how triangles are dropped and split: synthetic or real",
-     {.note = "by the format of the dataset"}},
+     {.note = "by photographs, points and cameras (docs/datasets.md)"}},
     {"Method", "published", &S::published, internal, kNone,
      "do as the publication does wherever this project's method differs from it", {.usual = false, .published = true}},
     {"Method", "level_max", &S::level_max, option, kLevel, "finest texture level", {.usual = 5, .fast = 4,
