@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "scene/lens/area_resample.h"
 #include "scene/datasets/mask_image.h"
+#include "scene/lens/area_resample.h"
 #include "scene/lens/photograph.h"
 
 using namespace trisoup;

@@ -1,8 +1,10 @@
 // Datasets described by a camera export of Metashape.
+#include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "scene/datasets/exported_cameras.h"
 #include "scene/formats/metashape_xml.h"
+#include "scene/text/record_error.h"
 
 namespace trisoup::scene {
 namespace {
@@ -53,6 +55,7 @@ Dataset read_metashape(const std::filesystem::path& file, const PhotographFiles&
   std::vector<std::string> paths;
   for (const MetashapeCamera& listed : chunk.cameras) paths.push_back(listed_path(files, listed.label));
   taker.search(paths);
+  BadRecords bad(dataset.findings, dataset.source, "photographs");
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const MetashapeCamera& listed = chunk.cameras[i];
     const auto photograph = taker.find(paths[i], false);
@@ -60,12 +63,18 @@ Dataset read_metashape(const std::filesystem::path& file, const PhotographFiles&
     Frame frame;
     frame.source = dataset.source;
     frame.photograph = *photograph;
-    frame.size = image_size(photograph->file);
+    try {
+      frame.size = image_size(photograph->file);
+    } catch (const Error& error) {
+      bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
+      continue;
+    }
     frame.camera = listed.camera;
     frame.lens = listed.lens;
     frame.model = model_name(listed.lens);
     dataset.frames.push_back(std::move(frame));
   }
+  if (dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
   dataset.points = points_beside(file.has_parent_path() ? file.parent_path() : ".", dataset.findings);
   bring_to_world(dataset.points, chunk, dataset.source, dataset.findings);
   return dataset;

@@ -1,8 +1,10 @@
 // Datasets described by camera parameters that RealityScan (RealityCapture) exports as CSV.
+#include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "scene/datasets/exported_cameras.h"
 #include "scene/formats/realityscan_csv.h"
+#include "scene/text/record_error.h"
 
 namespace trisoup::scene {
 
@@ -17,6 +19,7 @@ Dataset read_realityscan(const std::filesystem::path& file, const PhotographFile
   std::vector<std::string> paths;
   for (const RealityScanCamera& listed : list.cameras) paths.push_back(listed_path(files, listed.name));
   taker.search(paths);
+  BadRecords bad(dataset.findings, dataset.source, "photographs");
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const RealityScanCamera& listed = list.cameras[i];
     const auto photograph = taker.find(paths[i], false);
@@ -24,12 +27,18 @@ Dataset read_realityscan(const std::filesystem::path& file, const PhotographFile
     Frame frame;
     frame.source = dataset.source;
     frame.photograph = *photograph;
-    frame.size = image_size(photograph->file);
+    try {
+      frame.size = image_size(photograph->file);
+    } catch (const Error& error) {
+      bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
+      continue;
+    }
     frame.camera = camera_of(listed, frame.size);
     frame.lens = listed.lens;
     frame.model = model_name(listed.lens);
     dataset.frames.push_back(std::move(frame));
   }
+  if (dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
   dataset.points = points_beside(file.has_parent_path() ? file.parent_path() : ".", dataset.findings);
   return dataset;
 }

@@ -39,7 +39,8 @@ class PhotographFiles {
   /// of the path, whatever the letter case and the Unicode form. A name without its extension counts if no whole name
   /// does. Between equals, those in the usual folders of photographs come first; others are no match, and their paths
   /// are written to `candidates`. If the folder of the path exists, no other folder is searched: the photograph is
-  /// missing. Folders of masks, depth maps and reduced copies are not searched.
+  /// missing. Folders of masks and depth maps are not searched, and reduced copies come
+  /// last.
   /// Returns nullopt if no file is found. Throws Error if the path leaves the root.
   std::optional<PhotographFile> find(const std::string& path, std::vector<std::string>* candidates = nullptr) const;
   /// Describes the places that find() searches, for messages.
