@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
 
     trisoup::Device device("cpu");
     const trisoup::Dataset dataset(argv[1]);
+    for (const std::string& line : dataset.warnings()) std::fprintf(stderr, "warning: %s\n", line.c_str());
     std::printf("%s: %zu training and %zu test views\n", device.name().c_str(), dataset.training_views().size(),
                 dataset.test_views().size());
 

@@ -29,7 +29,9 @@ Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& option
   auto impl = std::make_shared<Impl>();
   impl->load.downscale = options.resolution;
   impl->load.test_every = options.test_every;
+  impl->load.warn = [&](const std::string& line) { impl->warnings.push_back(line); };
   impl->scene = scene::load(path, impl->load);
+  impl->load.warn = {};  // refers to this function
   scene::Scene& scene = impl->scene;
   if (!scene.synthetic && scene.points.positions.empty())
     if (scene::Points points = scene::points_from_views(scene.train); points.positions.size() >= scene::kFewestPoints)
@@ -37,6 +39,7 @@ Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& option
   impl_ = std::move(impl);
 }
 
+const std::vector<std::string>& Dataset::warnings() const { return impl_->warnings; }
 std::vector<View> Dataset::training_views() const { return views_of(impl_->scene.train, impl_->scene.normalisation); }
 std::vector<View> Dataset::test_views() const { return views_of(impl_->scene.test, impl_->scene.normalisation); }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "gpu/device.h"
@@ -21,6 +22,7 @@ struct Device::Impl {
 struct Dataset::Impl {
   scene::Scene scene;
   scene::LoadOptions load;
+  std::vector<std::string> warnings;
 };
 
 struct Model::Impl {

@@ -58,6 +58,16 @@ TEST_CASE("training, renderings and model file of the library agree", "[api]") {
   CHECK(mae == Approx(model.quality(device, dataset).mae).epsilon(1e-3));
 }
 
+TEST_CASE("a dataset says what it left out", "[api]") {
+  const test::TemporaryFolder folder;
+  test::write_tiny_scene(folder.path() / "scene", {});
+  CHECK(Dataset(folder.path() / "scene").warnings().empty());
+  std::filesystem::resize_file(folder.path() / "scene/train/r_1.png", 100);
+  const Dataset dataset(folder.path() / "scene");
+  REQUIRE(dataset.warnings().size() == 1);
+  CHECK_THAT(dataset.warnings()[0], Catch::Contains("left out 1 photograph: ") && Catch::Contains("r_1.png"));
+}
+
 TEST_CASE("the library reports invalid input in one line", "[api]") {
   using Catch::Contains;
   const test::TemporaryFolder folder;

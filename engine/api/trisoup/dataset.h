@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "trisoup/camera.h"
@@ -22,6 +23,9 @@ class Dataset {
   /// Photographs are undistorted. If a real scene has no sparse points, points are computed from its photographs.
   /// Throws if a file is missing or damaged.
   explicit Dataset(const std::filesystem::path& path, const DatasetOptions& options = {});
+
+  /// What loading left out or worked around, one line each: photographs that cannot be read, points that do not fit.
+  const std::vector<std::string>& warnings() const;
 
   std::vector<View> training_views() const;
   std::vector<View> test_views() const;
