@@ -15,6 +15,11 @@ void PointCloud::add(const glm::dvec3& position, const glm::u8vec3& colour, doub
   seen_by.push_back(std::move(track));
 }
 
+void drop_empty_tracks(PointCloud& cloud) {
+  const auto is_empty = [](const std::vector<std::uint32_t>& views) { return views.empty(); };
+  if (std::all_of(cloud.seen_by.begin(), cloud.seen_by.end(), is_empty)) cloud.seen_by.clear();
+}
+
 void renumber(std::vector<std::uint32_t>& views, const std::map<std::uint32_t, std::uint32_t>& to) {
   std::vector<std::uint32_t> renumbered;
   for (const std::uint32_t view : views)

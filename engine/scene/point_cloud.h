@@ -23,6 +23,10 @@ struct PointCloud {
   void add(const glm::dvec3& position, const glm::u8vec3& colour, double error, std::vector<std::uint32_t> track);
 };
 
+/// Removes seen_by if no point has a view there: files of converters often have no tracks, which is not the same as
+/// points that no view saw.
+void drop_empty_tracks(PointCloud& cloud);
+
 /// Replaces each view by its number in `to`, in ascending order. Removes views that are not in `to`.
 void renumber(std::vector<std::uint32_t>& views, const std::map<std::uint32_t, std::uint32_t>& to);
 

@@ -21,6 +21,6 @@ namespace trisoup::scene {
 Points points_from_views(std::span<const View> views, int threads = 0);
 
 /// Smallest number of points from which a training can start.
-inline constexpr std::size_t kFewestPoints = 300;
+inline constexpr std::size_t kFewestPoints = 60;
 
 }  // namespace trisoup::scene

@@ -11,11 +11,19 @@
 #include "scene/datasets/unposed.h"
 #include "scene/files/dataset_places.h"
 #include "scene/formats/colmap_choice.h"
+#include "scene/text/name_key.h"
 
 namespace trisoup::scene {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// Returns whether a file is a part of a COLMAP model, by its name.
+bool is_colmap_file(const fs::path& file) {
+  const std::string extension = file.extension().string(), stem = file.stem().string();
+  return (extension == ".txt" || extension == ".bin") &&
+         (stem == "images" || stem == "cameras" || stem == "points3D" || stem == "frames" || stem == "rigs");
+}
 
 /// Returns a dataset's COLMAP model, the largest of several parts; with an empty folder if there is none. path: as
 /// given; root: its dataset.
@@ -37,9 +45,10 @@ constexpr const char* kFindPoses =
 }  // namespace
 
 bool has_poses(const fs::path& path) {
-  if (is_file(path)) return path.extension() == ".json" || is_exported_cameras(path);
+  if (is_file(path))
+    return name_key(path.extension().string()) == ".json" || is_exported_cameras(path) || is_colmap_file(path);
   const fs::path root = dataset_root(path);
-  return is_file(root / "transforms_train.json") || is_file(root / "transforms.json") ||
+  return is_file(root / "transforms_train.json") || !transforms_file(root).empty() ||
          (path != root && is_colmap_model(path)) || !colmap_models_in(root).empty() || has_exported_cameras(root);
 }
 
@@ -134,6 +143,7 @@ namespace {
 
 /// Says why a folder without poses is none of photographs either.
 std::string nothing_in(const fs::path& root) {
+  std::error_code ignored;
   if (const std::vector<std::string> others = unread_pictures_in(root); !others.empty()) {
     std::string remedy = picture_converter(others.front());
     if (remedy.empty()) remedy = "convert with heif-convert IN OUT.jpg, because COLMAP does not read them";
@@ -142,6 +152,15 @@ std::string nothing_in(const fs::path& root) {
                        others.size(), others.size() == 1 ? "" : "s", type ? type->name : "unknown", some_names(others),
                        remedy);
   }
+  for (fs::recursive_directory_iterator entry(root, fs::directory_options::skip_permission_denied, ignored), end;
+       !ignored && entry != end; entry.increment(ignored)) {
+    if (entry.depth() > 3) entry.disable_recursion_pending();
+    if (is_video(entry->path()))
+      return fmt::format("contains no poses but the video {}; give that file", printable(entry->path().string()));
+    if (is_readable_picture_name(entry->path().filename()) && is_file(entry->path()))
+      return fmt::format("contains no poses, and photographs only in {}; give that folder",
+                         printable(entry->path().parent_path().string()));
+  }
   return "contains neither transforms_train.json nor transforms.json nor a COLMAP model nor a camera export of "
          "Metashape or RealityScan, nor photographs; give the folder of a dataset";
 }
@@ -149,8 +168,13 @@ std::string nothing_in(const fs::path& root) {
 Dataset read_in(const fs::path& path, const fs::path& root, double downscale, bool outside) {
   const PhotographFiles files(root, downscale, outside);
   if (is_file(root / "transforms_train.json") && !is_colmap_model(path)) return read_blender(root, files);
-  if (is_file(root / "transforms.json") && !is_colmap_model(path))
-    return read_transforms(root / "transforms.json", files);
+  if (const fs::path file = transforms_file(root); !file.empty() && !is_colmap_model(path)) {
+    Dataset dataset = read_transforms(file, files);
+    if (file.filename() != "transforms.json")
+      dataset.findings.warn(
+          fmt::format("{}: poses are those of {}", printable(root.string()), printable(file.filename().string())));
+    return dataset;
+  }
   if (const ColmapChoice choice = colmap_model_in(path, root); !choice.model.empty()) {
     const fs::path model = choice.model.lexically_normal();
     Dataset dataset = read_colmap(root, model, files);
@@ -196,8 +220,9 @@ Dataset read_dataset(const fs::path& path, double downscale, bool outside) {
   const fs::path root = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (is_video(path)) throw Error("{}: a video has no poses; {}", name, kFindPoses);
   if (auto dataset = read_exported_cameras(path, downscale, outside)) return finished(*std::move(dataset), root);
-  if (path.extension() != ".json")
-    throw Error("{}: not a dataset; give the folder of a dataset or its transforms.json", name);
+  if (is_colmap_model(root) && is_colmap_file(path)) return read_dataset(root, downscale, outside);
+  if (name_key(path.extension().string()) != ".json")
+    throw Error("{}: not a dataset; give the folder of a dataset or its file with poses", name);
   const fs::path file = path.filename();
   const bool split = file == "transforms_train.json" || file == "transforms_val.json" || file == "transforms_test.json";
   if (split && is_file(root / "transforms_train.json")) return finished(read_in(root, root, downscale, outside), root);

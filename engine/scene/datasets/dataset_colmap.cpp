@@ -125,6 +125,7 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
   if (dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
   dataset.points = read_points(model, dataset.findings);
   for (std::vector<std::uint32_t>& views : dataset.points.seen_by) renumber(views, frame_of);
+  drop_empty_tracks(dataset.points);
   return dataset;
 }
 

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "scene/files/dataset_places.h"
 #include "scene/formats/ply_points.h"
 #include "scene/formats/realityscan_csv.h"
 
@@ -87,9 +88,10 @@ std::optional<Dataset> read_exported_cameras(const fs::path& path, double downsc
 }
 
 std::string listed_path(const PhotographFiles& files, const std::string& name) {
-  if (is_absolute_path(name) || normal_path(name).starts_with("..") || files.find(name)) return name;
-  const std::string below = "images/" + name;
-  return files.find(below) ? below : name;
+  if (is_absolute_path(name) || normal_path(name).starts_with("..")) return name;
+  for (const std::string& path : {name, colmap_picture_folder(files.root(), files.root()) + name})
+    if (const auto found = files.find(path); found && !found->by_name) return path;
+  return name;
 }
 
 PointCloud points_beside(const fs::path& folder, Findings& findings) {

@@ -161,7 +161,8 @@ bool check_lens(const Frame& frame, std::size_t index, CameraDoubts& doubts, Cam
 }  // namespace
 
 void check_intrinsics(Dataset& dataset) {
-  CameraWarning middles, fields, folds, panoramas;
+  CameraWarning middles, fields, folds, panoramas, ratios;
+  constexpr double kMaxRatio = 1.2;  // of focal lengths
   CameraDoubts doubts;
   for (std::size_t i = 0; i < dataset.frames.size(); ++i) {
     const Frame& frame = dataset.frames[i];
@@ -196,6 +197,12 @@ void check_intrinsics(Dataset& dataset) {
       continue;
     }
     if (!frame.lens.is_pinhole() && check_lens(frame, i, doubts, folds)) continue;
+    if (const double ratio = camera.fy / camera.fx;
+        !frame.lens.is_panorama() && (ratio > kMaxRatio || ratio < 1 / kMaxRatio))
+      ratios.add(
+          fmt::format("{}: the focal lengths of {}, {:.6g} and {:.6g} pixels, differ by more than a fifth, as if "
+                      "pixels were not square; calibrate the camera again",
+                      frame.source, name, camera.fx, camera.fy));
     if (times)
       middles.add(fmt::format(
           "{}: the principal point ({:.6g}, {:.6g}) of {} is far from the centre of its {} x {} pixels; {}",
@@ -206,7 +213,7 @@ void check_intrinsics(Dataset& dataset) {
   }
   const std::size_t all = dataset.frames.size();
   doubts.leave_out(dataset);
-  for (const CameraWarning& warning : {middles, fields, folds, panoramas})
+  for (const CameraWarning& warning : {middles, fields, folds, panoramas, ratios})
     if (warning.count > 0)
       dataset.findings.warn(fmt::format("{} ({} of {} photographs)", warning.first, warning.count, all));
 }

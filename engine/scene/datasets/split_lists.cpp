@@ -190,8 +190,9 @@ Split split_by_lists(const std::vector<std::string>& paths, const SplitLists& li
     else if (train.empty() ? validation.contains(i) : !train.contains(i))
       split.parts[i] = Part::unused, ++unused;
   }
-  if (unused > 0 && !split.has_test)
-    findings.warn(fmt::format("{}: leaves out {} of {} photographs", lists.train.where, unused, paths.size()));
+  if (unused > 0)
+    findings.warn(fmt::format("{}: leaves out {} of {} photographs",
+                              train.empty() ? lists.validation.where : lists.train.where, unused, paths.size()));
   return split;
 }
 

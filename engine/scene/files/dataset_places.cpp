@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <fstream>
 
 #include "base/read_file.h"
 #include "image/picture_type.h"
@@ -19,6 +20,16 @@ constexpr const char* kReconstructRecord = "made_from.json";
 bool is_real_folder(const fs::path& path) {
   std::error_code ignored;
   return fs::is_directory(path, ignored);
+}
+
+/// Returns whether the beginning of a JSON file lists frames with matrices.
+bool lists_frames(const fs::path& file) {
+  constexpr std::size_t kHead = 1 << 16;
+  std::string head(kHead, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  return head.find("\"frames\"") != std::string::npos && head.find("\"transform_matrix\"") != std::string::npos;
 }
 
 bool has_images_file(const fs::path& folder) {
@@ -79,7 +90,7 @@ std::vector<fs::path> models_in_usual_places(const fs::path& root) {
 }
 
 bool has_own_poses(const fs::path& root) {
-  return is_file(root / "transforms_train.json") || is_file(root / "transforms.json") ||
+  return is_file(root / "transforms_train.json") || !transforms_file(root).empty() ||
          !models_in_usual_places(root).empty();
 }
 
@@ -135,6 +146,20 @@ bool holds_pictures(const fs::path& folder, bool below) {
   return false;
 }
 
+fs::path transforms_file(const fs::path& folder) {
+  if (is_file(folder / "transforms.json")) return folder / "transforms.json";
+  std::vector<fs::path> lists;
+  std::error_code problem;
+  fs::directory_iterator entry(folder, fs::directory_options::skip_permission_denied, problem);
+  for (const fs::directory_iterator end; !problem && entry != end; entry.increment(problem)) {
+    const fs::path& file = entry->path();
+    const std::string key = name_key(file.filename().string());
+    if (key == "transforms.json" && is_file(file)) return file;
+    if (key.ends_with(".json") && !key.starts_with('.') && is_file(file) && lists_frames(file)) lists.push_back(file);
+  }
+  return lists.size() == 1 ? lists.front() : fs::path();
+}
+
 bool is_colmap_model(const fs::path& folder) {
   return (is_file(folder / "images.bin") && is_file(folder / "cameras.bin")) ||
          (is_file(folder / "images.txt") && is_file(folder / "cameras.txt"));
@@ -163,7 +188,7 @@ bool is_one_reconstruction(const std::vector<fs::path>& models) {
 fs::path dataset_root(const fs::path& path) {
   if (!is_real_folder(path)) return path;
   const bool model = is_colmap_model(path) && !is_file(path / "transforms_train.json") &&
-                     !is_file(path / "transforms.json") && !holds_pictures(path, true);
+                     transforms_file(path).empty() && !holds_pictures(path, true);
   if (!model && has_own_poses(path)) return path;
   std::error_code ignored;
   fs::path above = fs::absolute(path, ignored).lexically_normal();

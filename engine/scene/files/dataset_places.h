@@ -19,6 +19,10 @@ std::filesystem::path folder_named(const std::filesystem::path& parent, std::str
 /// Returns whether a folder, or with `below` a folder up to 3 levels below, holds a photograph.
 bool holds_pictures(const std::filesystem::path& folder, bool below = false);
 
+/// Returns the file with poses in the format of instant-ngp and nerfstudio in a folder: transforms.json in any letter
+/// case, else the only JSON file that lists frames with matrices. Empty if there is none.
+std::filesystem::path transforms_file(const std::filesystem::path& folder);
+
 /// Returns whether a folder has the files of a COLMAP model: images and cameras, binary or text.
 bool is_colmap_model(const std::filesystem::path& folder);
 

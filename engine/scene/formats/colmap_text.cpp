@@ -1,4 +1,5 @@
 // The text encoding of COLMAP models: one record per line, two lines per image. Lines that start with '#' are comments.
+#include <charconv>
 #include <cmath>
 #include <optional>
 
@@ -89,6 +90,19 @@ glm::dvec3 read_vector(WordReader& line, const char* what) {
   return result;
 }
 
+/// Warns if a file has fewer records than its header states ("# Number of images: 16, ..."), as if it was cut.
+void compare_with_header(std::string_view text, std::string_view what, std::size_t read, const std::string& name,
+                         Findings& findings) {
+  const std::string start = fmt::format("# Number of {}: ", what);
+  const auto at = text.find(start);
+  std::size_t stated = 0;
+  if (at == std::string_view::npos) return;
+  const char* const first = text.data() + at + start.size();
+  if (std::from_chars(first, text.data() + text.size(), stated).ec != std::errc{} || read >= stated) return;
+  findings.warn(fmt::format("{}: has {} {}, but its header states {}; copy or export the file again if it was cut",
+                            name, read, what, stated));
+}
+
 /// Returns the name at the end of an image's line without a comment behind it.
 std::string_view name_of_image(std::string_view rest) {
   for (auto mark = rest.find(" #"); mark != std::string_view::npos; mark = rest.find(" #", mark + 1)) {
@@ -174,6 +188,7 @@ std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const s
     records.skip_observations();
   }
   bad.check(images.size());
+  compare_with_header(text, "images", images.size() + findings.left_out("photographs"), name, findings);
   return images;
 }
 
@@ -189,6 +204,7 @@ PointCloud parse_colmap_points_text(std::string_view text, const std::string& na
     }
   }
   bad.check(cloud.positions.size());
+  compare_with_header(text, "points", cloud.positions.size() + findings.left_out("points"), name, findings);
   return cloud;
 }
 

@@ -115,6 +115,8 @@ std::vector<TransformsFrame> read_frames(const json& root, const json& list, con
   for (std::size_t i = 0; i < list.size(); ++i) {
     try {
       frames.push_back(read_frame(root, list[i], name, i, findings));
+    } catch (const RecordError& error) {
+      bad.leave_out(error, name_of_frame(list[i], i));
     } catch (const Error& error) {
       bad.leave_out(error, {fmt::format("{}: frames[{}]", name, i), name}, name_of_frame(list[i], i));
     }

@@ -86,12 +86,16 @@ class Coefficients {
                             "distCoeffs", "distortion", "D"}) {
       const json* value = keys_.find(level, key);
       if (value == nullptr || listed_ || !(value->is_array() || value->is_object())) continue;
-      listed_ = true;
+      if (value->empty()) continue;
       const std::string where = keys_.where(level, key);
+      if (value->is_object() && value->contains("data"))
+        value = &value->at("data");  // a matrix of OpenCV's FileStorage
+      listed_ = true;
       if (value->is_object()) {
         for (const char* name : kNamedCoefficients)
           if (const auto found = value->find(name); found != value->end())
             list_[name] = to_number(*found, where + "." + name);
+        if (list_.empty()) throw Error("{} has none of the coefficients k1 to k6, p1, p2; name them so", where);
       } else {
         const std::vector<double> numbers = list_of(*value, where);
         const Names names = names_of(numbers, std::string_view(key) == "distortion_params", model, where);
@@ -262,6 +266,8 @@ void warn_of_unread_keys(const FrameKeys& keys, Findings& findings) {
   }
   if (keys.find("transform_matrix_start") != nullptr || keys.find("transform_matrix_end") != nullptr)
     warn("transform_matrix_start", "photographs are taken as of one instant");
+  for (const char* key : {"camera_type", "lens", "fisheye", "model", "K1", "dist_params", "radial_distortion"})
+    if (keys.find(key) != nullptr) warn(key, "give camera_model and k1, k2, p1, p2 if the lens distorts");
   if (keys.find("mask_color") != nullptr) warn("mask_color", "export the masks as images");
   for (const char* key : {"white_transparent", "black_transparent"})
     if (const json* value = keys.find(key); value != nullptr && *value == true)

@@ -17,7 +17,7 @@ AlphaFound alpha_of(const Image& straight) {
   std::uint8_t smallest = 255, largest = 0;
   for (std::size_t i = 3; i < straight.rgba.size(); i += 4)
     smallest = std::min(smallest, straight.rgba[i]), largest = std::max(largest, straight.rgba[i]);
-  return smallest == 255 ? AlphaFound::none : largest <= 1 ? AlphaFound::empty : AlphaFound::some;
+  return smallest == 255 ? AlphaFound::none : largest <= 8 ? AlphaFound::empty : AlphaFound::some;
 }
 
 Photograph from_coverage(const Image& straight) {

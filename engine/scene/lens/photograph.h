@@ -25,7 +25,7 @@ struct Photograph {
 enum class AlphaFound {
   none,  // 255 everywhere
   some,
-  empty,  // at most 1 of 255 everywhere: transparent, or a channel without meaning
+  empty,  // at most 8 of 255 everywhere: transparent, or a channel without meaning
 };
 AlphaFound alpha_of(const Image& straight);
 

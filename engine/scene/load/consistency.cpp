@@ -109,10 +109,10 @@ std::optional<double> colour_ratio(const std::vector<Pair>& pairs) {
   return (quantile(own) + 1) / (quantile(other) + 1);
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double quantile_of(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
 
 }  // namespace
@@ -141,8 +141,8 @@ std::string to_string(PoseReading reading, bool opengl) {
          (opengl != other_axes ? "OpenGL" : "OpenCV") + " axes";
 }
 
-bool PointFit::holds() const { return colour ? inside >= 0.2 && *colour < 0.8 : inside >= 0.5; }
-bool PointFit::is_certain() const { return inside >= 0.5 && colour && *colour < 0.65; }
+bool PointFit::holds() const { return colour ? inside >= 0.2 && *colour < 0.6 : inside >= 0.5; }
+bool PointFit::is_certain() const { return inside >= 0.5 && colour && *colour < 0.5; }
 
 PointFit fit_of_points(std::span<const Camera> cameras, const PointCloud& points, std::span<const Probe> probes) {
   const std::vector<std::size_t> chosen = sample(points.positions.size());
@@ -166,19 +166,22 @@ bool look_inwards(std::span<const Camera> cameras) {
   return sines / double(cameras.size()) < kMaxSine;
 }
 
-std::vector<std::size_t> far_cameras(std::span<const Camera> cameras) {
+std::vector<std::size_t> far_cameras(std::span<const Camera> cameras, const PointCloud& points) {
   constexpr std::size_t kFewest = 5;
-  constexpr double kTimes = 15;
+  constexpr double kTimes = 15, kTimesOfScene = 3;
   if (cameras.size() < kFewest) return {};
   glm::dvec3 middle;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> along;
     for (const Camera& camera : cameras) along.push_back(camera.centre()[axis]);
-    middle[axis] = median(std::move(along));
+    middle[axis] = quantile_of(std::move(along), 0.5);
   }
-  std::vector<double> distances;
+  std::vector<double> distances, of_points;
   for (const Camera& camera : cameras) distances.push_back(glm::distance(camera.centre(), middle));
-  const double limit = kTimes * median(distances);
+  for (const glm::dvec3& point : points.positions) of_points.push_back(glm::distance(point, middle));
+  // Many photographs may be from one tripod, so neither the median nor the cameras alone tell what is far.
+  const double limit = std::max(kTimes * quantile_of(distances, 0.75),
+                                of_points.empty() ? 0.0 : kTimesOfScene * quantile_of(std::move(of_points), 0.9));
   std::vector<std::size_t> far;
   for (std::size_t i = 0; i < cameras.size(); ++i)
     if (distances[i] > limit && limit > 0) far.push_back(i);

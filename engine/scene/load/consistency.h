@@ -59,8 +59,9 @@ PointFit fit_of_points(std::span<const Camera> cameras, const PointCloud& points
 /// the axes are parallel.
 bool look_inwards(std::span<const Camera> cameras);
 
-/// Returns the indices of cameras that are much farther from the others than these are from each other: more than
-/// fifteen times the median distance from the median position. Returns none for fewer than five cameras.
-std::vector<std::size_t> far_cameras(std::span<const Camera> cameras);
+/// Returns the indices of cameras that are much farther from the others than these are from each other, and than the
+/// scene is large: more than fifteen times the upper quartile of distances from the median position, and three times
+/// the distance that nine tenths of the points lie within. Returns none for fewer than five cameras.
+std::vector<std::size_t> far_cameras(std::span<const Camera> cameras, const PointCloud& points);
 
 }  // namespace trisoup::scene

@@ -76,7 +76,10 @@ std::vector<Photograph> develop(std::span<const Shot* const> shots, const LoadOp
   const Frame& frame = shots.front()->frame;
   Photograph photograph = decode_photograph(*shots.front(), options.alpha, divisor, found);
   if (!frame.mask.empty()) try {
+      const std::vector<std::uint8_t> before = photograph.inside;
       apply_mask(photograph, frame, options.invert_masks);
+      const auto left_out = [](const std::vector<std::uint8_t>& v) { return std::count(v.begin(), v.end(), 0); };
+      found.mask_is_idle = left_out(photograph.inside) == left_out(before);
     } catch (const Error& error) {
       found.mask_problem = error.what();
     }
@@ -118,6 +121,12 @@ void report_masks(const std::vector<const Shot*>& shots, const std::vector<Decod
   std::vector<std::string> problems;
   for (const Decoded& one : decoded)
     if (!one.mask_problem.empty()) problems.push_back(one.mask_problem);
+  const bool idle = std::all_of(decoded.begin(), decoded.end(), [](const Decoded& one) { return one.mask_is_idle; });
+  if (idle && !decoded.empty() && options.warn)
+    options.warn(
+        fmt::format("{}: the masks of all {} photographs leave out nothing (0 excludes a pixel, other values "
+                    "include it); write black where pixels are to be left out",
+                    shots.front()->frame.source, decoded.size()));
   if (problems.empty()) return;
   const auto masks =
       std::count_if(shots.begin(), shots.end(), [](const Shot* shot) { return !shot->frame.mask.empty(); });

@@ -14,8 +14,9 @@ namespace trisoup::scene {
 
 /// What decoding found of one photograph.
 struct Decoded {
-  std::string problem;       // why it cannot be decoded; empty: it was
-  std::string mask_problem;  // why its mask cannot
+  std::string problem;        // why it cannot be decoded; empty: it was
+  std::string mask_problem;   // why its mask cannot
+  bool mask_is_idle = false;  // its mask leaves out no pixel
   AlphaFound alpha = AlphaFound::none;
   std::vector<std::string> notes;  // what the decoder worked around (DecodeOptions::notes)
 };

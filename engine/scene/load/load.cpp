@@ -94,10 +94,8 @@ void check_consistency(Dataset& dataset, std::vector<Shot>& shots, const LoadOpt
 }
 
 /// Leaves out cameras that are far away from all others: a lost pose would shrink the scene to a dot.
-void leave_out_far_cameras(std::vector<Shot>& shots, Findings& findings) {
-  std::vector<Camera> cameras;
-  for (const Shot& shot : shots) cameras.push_back(shot.camera);
-  const std::vector<std::size_t> far = far_cameras(cameras);
+void leave_out_far_cameras(std::vector<Shot>& shots, const PointCloud& points, Findings& findings) {
+  const std::vector<std::size_t> far = far_cameras(cameras_of(shots), points);
   for (const std::size_t i : far)
     findings.leave_out(shots[i].frame.source, "photographs",
                        "camera more than 15 times as far away as the others; estimate its pose again",
@@ -168,7 +166,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   report_halves(dataset, options.warn);
   std::vector<Shot> shots = plan_shots(dataset, options.downscale);
   check_consistency(dataset, shots, options);
-  leave_out_far_cameras(shots, dataset.findings);
+  leave_out_far_cameras(shots, dataset.points, dataset.findings);
   if (options.warn)
     for (const std::string& line : dataset.findings.lines()) options.warn(line);
   const std::string summary = summary_of(dataset, {shots.front().camera.width, shots.front().camera.height});

@@ -78,7 +78,7 @@ PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points,
   }
   if (points.positions.empty() && (!rereads || look_inwards(cameras))) return check;
 
-  constexpr double kEnough = 4, kTimes = 4;
+  constexpr double kEnough = 7, kTimes = 4;  // points per photograph; up to 6 are found where poses are wrong
   const std::vector<Probe> probes = take_probes(kProbesForSweeps, kSideForSweeps);
   const double found = found_per_view(cameras, probes);
   if (rereads && found < kEnough)
@@ -86,9 +86,9 @@ PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points,
       const std::vector<Camera> reread_cameras = reread_all(cameras, reading, opengl);
       const double other = found_per_view(reread_cameras, probes);
       if (other < kEnough || other < kTimes * found) continue;
+      if (!points.positions.empty() && !fit_of_points(reread_cameras, points, probes).holds()) continue;
       check.reading = reading;
       check.warning = reread_as(source, reading, opengl, "by points found in them");
-      check.points_fit = points.positions.empty() || fit_of_points(reread_cameras, points, {}).inside >= 0.5;
       return check;
     }
   if (unfit.empty()) return check;

@@ -49,7 +49,7 @@ const char* why_nothing_is_left(const Frame& frame, AlphaUse alpha, bool invert_
 std::vector<std::string> problems_of(const std::vector<Decoded>& decoded, const std::vector<Image*>& images,
                                      const LoadOptions& options, const std::string& source) {
   std::vector<std::string> problems;
-  std::size_t readable = 0, transparent = 0, plain = 0, same = 0;
+  std::size_t readable = 0, transparent = 0, plain = 0, same = 0, varied = 0;
   std::vector<bool> is_plain;
   for (std::size_t i = 0; i < decoded.size(); ++i) {
     problems.push_back(decoded[i].problem);
@@ -58,6 +58,7 @@ std::vector<std::string> problems_of(const std::vector<Decoded>& decoded, const 
     ++readable;
     transparent += decoded[i].alpha == AlphaFound::empty ? 1 : 0;
     plain += is_plain.back() ? 1 : 0;
+    varied += !is_plain.back() && has_pixels(*images[i]) ? 1 : 0;
     if (is_plain.back() && is_plain.front() &&
         std::equal(images[i]->rgba.begin(), images[i]->rgba.begin() + 3, images.front()->rgba.begin()))
       ++same;
@@ -66,7 +67,7 @@ std::vector<std::string> problems_of(const std::vector<Decoded>& decoded, const 
   const bool composites = options.alpha == AlphaUse::composite;
   if (composites && transparent > 0 && transparent == readable && options.warn)
     options.warn(
-        fmt::format("{}: alpha is at most 1 of 255 in all {} photographs, so it is ignored; export them "
+        fmt::format("{}: alpha is at most 8 of 255 in all {} photographs, so it is ignored; export them "
                     "without alpha",
                     source, transparent));
   if (readable >= kManyPlain && same == readable && options.warn)
@@ -74,8 +75,8 @@ std::vector<std::string> problems_of(const std::vector<Decoded>& decoded, const 
   for (std::size_t i = 0; i < decoded.size(); ++i) {
     if (!problems[i].empty()) continue;
     if (composites && decoded[i].alpha == AlphaFound::empty && transparent < readable)
-      problems[i] = "transparent everywhere (alpha at most 1 of 255); remove them or export them again";
-    else if (is_plain[i] && readable - plain > plain)
+      problems[i] = "transparent everywhere (alpha at most 8 of 255); remove them or export them again";
+    else if (is_plain[i] && (varied > plain || (readable >= kManyPlain && varied >= 3)))
       problems[i] = "one colour everywhere; remove them or copy them again";
   }
   return problems;
@@ -99,11 +100,17 @@ void leave_out_unusable(Scene& scene, std::vector<const Shot*>& wanted, const st
   }
   if (usable.size() == wanted.size()) return;
   const std::vector<std::string> lines = findings.lines();
-  for (const auto& [views, unusable] : {std::pair(&scene.train, &unusable_train), {&scene.test, &unusable_test}})
-    if (!views->empty() && std::find(unusable->begin(), unusable->end(), false) == unusable->end())
-      throw Error("{}; none is left", lines.front());
-  if (options.warn)
+  const auto all_of = [](const std::vector<bool>& unusable) {
+    return !unusable.empty() && std::find(unusable.begin(), unusable.end(), false) == unusable.end();
+  };
+  if (all_of(unusable_train)) throw Error("{}; no training view is left", lines.front());
+  if (all_of(unusable_test) && !options.train_images) throw Error("{}; no test view is left", lines.front());
+  if (options.warn) {
     for (const std::string& line : lines) options.warn(line);
+    if (all_of(unusable_test))
+      options.warn(fmt::format("{}: no test view is left, so the model is measured on training views only",
+                               wanted.front()->frame.source));
+  }
   const auto to = remove_views(scene.train, unusable_train);
   remove_views(scene.test, unusable_test);
   for (std::vector<std::uint32_t>& numbers : scene.points.seen_by) renumber(numbers, to);

@@ -14,7 +14,7 @@ std::vector<std::string> problems_of(const std::vector<Decoded>& decoded, const 
                                      const LoadOptions& options, const std::string& source);
 
 /// Removes views whose photograph cannot be used. problems: of each of `wanted`; those without a problem remain there.
-/// Throws Error if no training view or no test view of `wanted` remains.
+/// Throws Error if no training view remains, or if no training views are read and no test view remains.
 void leave_out_unusable(Scene& scene, std::vector<const Shot*>& wanted, const std::vector<std::string>& problems,
                         const LoadOptions& options);
 

@@ -30,7 +30,10 @@ std::vector<double> blur(const std::vector<double>& image, int w, int h) {
 
 }  // namespace
 
-double psnr_of(double mse) { return mse > 1e-10 ? -10.0 * std::log10(mse) : 100.0; }
+double psnr_of(double mse) {
+  if (!std::isfinite(mse)) return 0.0;
+  return mse > 1e-10 ? -10.0 * std::log10(mse) : 100.0;
+}
 
 ImageMetrics compare(std::span<const float> colour, const Image& photo) {
   const int w = photo.width, h = photo.height;

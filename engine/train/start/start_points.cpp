@@ -104,7 +104,8 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
   for (std::uint32_t i = 0; i < cloud; ++i)
     if (const double d = glm::length(glm::dvec3(points.positions[i])); std::isfinite(d))
       chosen.push_back(i), distances.push_back(d);
-  const double horizon = 3.0 * percentile(distances, 0.99);
+  // Strays may be more than one in a hundred; a background is not a hundred times as far as nine tenths of the points.
+  const double horizon = std::min(3.0 * percentile(distances, 0.99), 100.0 * percentile(distances, 0.9));
   drop(chosen, cloud, [&](std::uint32_t i) { return glm::length(glm::dvec3(points.positions[i])) > horizon; });
   if (!points.errors.empty()) {
     std::vector<double> errors;
