@@ -135,7 +135,7 @@ TEST_CASE("points of another frame are not used, and the poses stay", "[scene][p
 TEST_CASE("cameras far from all others are found", "[scene][poses]") {
   std::vector<Camera> cameras = ring(16);
   CHECK(far_cameras(cameras, {}).empty());
-  CHECK(look_inwards(cameras));
+  CHECK(look_inwards(cameras, 0.1));
   cameras[3].world_to_camera[3] *= 30.0;
   CHECK(far_cameras(cameras, {}) == std::vector<std::size_t>{3});
   // Thirteen photographs from one tripod and three of a walk through the scene.

@@ -153,8 +153,7 @@ PointFit fit_of_points(std::span<const Camera> cameras, const PointCloud& points
   return fit;
 }
 
-bool look_inwards(std::span<const Camera> cameras) {
-  constexpr double kMaxSine = 0.3;  // 17 degrees between an optical axis and the direction to the place, on average
+bool look_inwards(std::span<const Camera> cameras, double max_sine) {
   const auto meeting = meeting_point(cameras);
   if (!meeting) return false;
   double sines = 0;
@@ -163,7 +162,7 @@ bool look_inwards(std::span<const Camera> cameras) {
     const double distance = glm::length(to_place), ahead = glm::dot(to_place, axis);
     sines += distance > 0 && ahead > 0 ? glm::length(to_place - ahead * axis) / distance : 1.0;
   }
-  return sines / double(cameras.size()) < kMaxSine;
+  return sines / double(cameras.size()) < max_sine;
 }
 
 std::vector<std::size_t> far_cameras(std::span<const Camera> cameras, const PointCloud& points) {

@@ -56,8 +56,8 @@ struct PointFit {
 PointFit fit_of_points(std::span<const Camera> cameras, const PointCloud& points, std::span<const Probe> probes);
 
 /// Whether the cameras look at a common place in front of them: their optical axes pass near one point ahead. False if
-/// the axes are parallel.
-bool look_inwards(std::span<const Camera> cameras);
+/// the axes are parallel. max_sine: of the angle between an axis and the direction to the place, on average.
+bool look_inwards(std::span<const Camera> cameras, double max_sine);
 
 /// Returns the indices of cameras that are much farther from the others than these are from each other, and than the
 /// scene is large: more than fifteen times the upper quartile of distances from the median position, and three times

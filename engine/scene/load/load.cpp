@@ -107,6 +107,7 @@ void leave_out_far_cameras(std::vector<Shot>& shots, const PointCloud& points, F
 /// coverage in alpha, neither points nor distortion, and cameras that do not look away from each other.
 bool is_synthetic(const std::vector<Shot>& shots, const Dataset& dataset, const LoadOptions& options) {
   constexpr std::size_t kProbes = 8;
+  constexpr double kMaxSine = 0.3;
   constexpr int kSide = 120;
   if (options.alpha != AlphaUse::composite || !dataset.points.positions.empty()) return false;
   std::vector<Camera> cameras;
@@ -114,7 +115,7 @@ bool is_synthetic(const std::vector<Shot>& shots, const Dataset& dataset, const 
     if (!shot.frame.lens.is_pinhole()) return false;
     cameras.push_back(shot.camera);
   }
-  if (meeting_point(cameras) && !look_inwards(cameras)) return false;
+  if (meeting_point(cameras) && !look_inwards(cameras, kMaxSine)) return false;
   const std::vector<Probe> probes = take_probes(shots, kProbes, kSide, options);
   const auto with_alpha = std::count_if(probes.begin(), probes.end(), [](const Probe& p) { return p.has_alpha; });
   return !probes.empty() && 2 * std::size_t(with_alpha) > probes.size();  // a close view may fill its picture

@@ -13,6 +13,8 @@ namespace trisoup::scene {
 namespace {
 
 constexpr std::array kOthers{PoseReading::other_axes, PoseReading::inverse, PoseReading::inverse_other_axes};
+/// Cameras that look at one place with so little error are read rightly: 6 degrees. Wrong readings have more.
+constexpr double kCertainSine = 0.1;
 constexpr std::size_t kProbesForColours = 12, kProbesForSweeps = 30;
 constexpr int kSideForColours = 480, kSideForSweeps = 120;  // pixels; sweeps over larger pictures take minutes
 
@@ -76,7 +78,7 @@ PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points,
       return {*reading, true, reread_as(source, *reading, opengl, "by the sparse points")};
     unfit = describe(fit);
   }
-  if (points.positions.empty() && (!rereads || look_inwards(cameras))) return check;
+  if (points.positions.empty() && (!rereads || look_inwards(cameras, kCertainSine))) return check;
 
   constexpr double kEnough = 7, kTimes = 4;  // points per photograph; up to 6 are found where poses are wrong
   const std::vector<Probe> probes = take_probes(kProbesForSweeps, kSideForSweeps);
