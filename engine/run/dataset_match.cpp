@@ -1,7 +1,5 @@
 #include "run/dataset_match.h"
 
-#include <utf8proc.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/printable.h"
+#include "scene/text/name_key.h"
 
 namespace trisoup::train {
 namespace {
@@ -31,19 +30,6 @@ bool alike(const scene::Camera& a, const scene::Camera& b) {
   return look_alike(a, b) && std::abs(field - 1) < 0.01;
 }
 
-/// Returns a name with letter case, Unicode form and kind of slash removed.
-std::string folded(std::string name) {
-  std::replace(name.begin(), name.end(), '\\', '/');
-  utf8proc_uint8_t* mapped = nullptr;
-  const utf8proc_ssize_t length =
-      utf8proc_map(reinterpret_cast<const utf8proc_uint8_t*>(name.data()), static_cast<utf8proc_ssize_t>(name.size()),
-                   &mapped, static_cast<utf8proc_option_t>(UTF8PROC_STABLE | UTF8PROC_COMPOSE | UTF8PROC_CASEFOLD));
-  if (length < 0) return name;  // not UTF-8
-  std::string result(reinterpret_cast<const char*>(mapped), static_cast<std::size_t>(length));
-  std::free(mapped);
-  return result;
-}
-
 std::string without_extension(const std::string& path) {
   const std::size_t dot = path.rfind('.'), slash = path.rfind('/');
   const bool has_one = dot != std::string::npos && dot > 0 && (slash == std::string::npos || dot > slash + 1);
@@ -52,7 +38,9 @@ std::string without_extension(const std::string& path) {
 
 /// Keys by which a name is compared, from the strictest to the loosest.
 std::array<std::string, 3> keys_of(const std::string& name) {
-  const std::string path = without_extension(folded(name));
+  std::string turned = name;
+  std::replace(turned.begin(), turned.end(), '\\', '/');
+  const std::string path = without_extension(scene::name_key(turned));
   const std::size_t slash = path.rfind('/');
   return {name, path, slash == std::string::npos ? path : path.substr(slash + 1)};
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/host.h"
+#include "train/quality/image_metrics.h"
 #include "train/step/fixed_sum.h"
 
 namespace trisoup::train {
@@ -27,7 +28,7 @@ Progress read_progress(gpu::Device& gpu, const BatchBuffers& buffers, TrainingVi
   p.l1 /= n;
   p.ssim /= n;
   p.loss = LOSS_L1 * p.l1 + LOSS_SSIM * (1.0 - p.ssim);
-  if (measured > 0) p.psnr = mse > 0 ? -10.0 * std::log10(mse / measured) : 100.0;
+  if (measured > 0) p.psnr = psnr_of(mse / measured);
   return p;
 }
 

@@ -2,6 +2,8 @@
 // pixels have no value.
 #include <catch2/catch.hpp>
 
+#include <limits>
+
 #include <nlohmann/json.hpp>
 
 #include "train/quality/evaluate.h"
@@ -47,4 +49,11 @@ TEST_CASE("a view without valid pixels has no PSNR and is left out of means", "[
   evaluation.views = {{"none", none}};
   evaluation.mean = mean(evaluation.views);
   CHECK(to_json(evaluation)["psnr"].is_null());
+}
+
+TEST_CASE("a picture that is not finite has no quality", "[metrics]") {
+  CHECK(psnr_of(0.01) == Approx(20));
+  CHECK(psnr_of(0.0) == 100.0);
+  CHECK(psnr_of(std::numeric_limits<double>::quiet_NaN()) == 0.0);
+  CHECK(psnr_of(std::numeric_limits<double>::infinity()) == 0.0);
 }

@@ -340,3 +340,25 @@ TEST_CASE("decimal commas and other separators are named", "[scene][colmap]") {
   CHECK(message(parse_colmap_images_text, whole + commas)
             .starts_with("file: line 3: its quaternion is '0,5', with a decimal comma; "));
 }
+
+TEST_CASE("a text model that is shorter than its header says is warned of", "[scene][colmap]") {
+  Findings findings;
+  const std::string images = "# Number of images: 2, mean observations per image: 0\n1 1 0 0 0 1 2 3 7 a.jpg\n\n";
+  CHECK(parse_colmap_images_text(images, "file", findings).size() == 1);
+  REQUIRE(findings.lines().size() == 1);
+  CHECK(findings.lines()[0].starts_with("file: has 1 of the 2 images that its header states; "));
+  Findings whole;
+  CHECK(parse_colmap_images_text(images + "2 1 0 0 0 1 2 3 7 b.jpg\n\n", "file", whole).size() == 2);
+  CHECK(whole.lines().empty());
+}
+
+TEST_CASE("points without tracks are points whose views are unknown", "[scene][colmap]") {
+  Findings findings;
+  PointCloud cloud = parse_colmap_points_text("1 0 0 1 255 0 0 0.1\n2 0 0 2 255 0 0 0.1\n", "file", findings);
+  REQUIRE(cloud.seen_by.size() == 2);
+  drop_empty_tracks(cloud);
+  CHECK(cloud.seen_by.empty());
+  cloud = parse_colmap_points_text("1 0 0 1 255 0 0 0.1 7 0\n2 0 0 2 255 0 0 0.1\n", "file", findings);
+  drop_empty_tracks(cloud);
+  CHECK(cloud.seen_by.size() == 2);
+}

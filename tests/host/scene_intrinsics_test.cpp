@@ -102,3 +102,13 @@ TEST_CASE("lenses that fold over inside the picture are left out, near its borde
   CHECK(lines_with(frame_of("b", circle, radial(0, Lens::Model::fisheye)), 3).empty());
   CHECK(left_out(frame_of("b", circle, radial(-1, Lens::Model::fisheye))).find("folds over") != std::string::npos);
 }
+
+TEST_CASE("focal lengths as of pixels that are not square are warned of", "[scene][intrinsics]") {
+  Camera camera = good;
+  camera.fy = 1.3 * camera.fx;
+  const auto lines = lines_with(frame_of("b", camera), 3);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].starts_with("images.txt: the focal lengths of b, 500 and 650 pixels, differ by more than a fifth"));
+  camera.fy = 1.1 * camera.fx;
+  CHECK(lines_with(frame_of("b", camera), 3).empty());
+}

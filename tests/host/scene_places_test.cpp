@@ -181,3 +181,47 @@ TEST_CASE("photographs without poses are found in subfolders, and other pictures
   CHECK(found->names == PlaceNames{"back/a.png", "front/a.png"});
   CHECK(found->masks == folder / "masks");
 }
+
+TEST_CASE("poses in JSON of another name, and a file of a COLMAP model as the dataset", "[scene][places]") {
+  const SceneFolder folder;
+  write_pictures(folder, {"images/a.png", "images/b.png"});
+  const std::string pose = R"("transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0]])";
+  const std::string json = R"({"fl_x": 40, "frames": [{"file_path": "images/a.png", )" + pose +
+                           R"(}, {"file_path": "images/b.png", )" + pose + "}]}";
+  for (const char* name : {"Transforms.JSON", "poses.json"}) {
+    CAPTURE(name);
+    folder.write(name, json);
+    CHECK(has_poses(folder.path()));
+    const Read read = read_names(folder.path());
+    CHECK(read.names == PlaceNames{"images/a.png", "images/b.png"});
+    REQUIRE(read.findings.size() == 1);
+    CHECK_THAT(read.findings[0], Catch::EndsWith(std::string("poses are those of ") + name));
+    CHECK(read_names(folder.path() / name).names.size() == 2);
+    fs::remove(folder.path() / name);
+  }
+  // Two of them, and JSON of another kind, say nothing.
+  folder.write("one.json", json);
+  folder.write("two.json", json);
+  CHECK_FALSE(has_poses(folder.path()));
+  fs::remove(folder.path() / "two.json");
+  folder.write("cameras.json", std::string("[{\"id\": 0}]"));
+  CHECK(has_poses(folder.path()));
+  fs::remove(folder.path() / "one.json");
+  CHECK_FALSE(has_poses(folder.path()));
+
+  write_model(folder, "sparse/0", {"a.png", "b.png"});
+  for (const char* file : {"sparse/0/images.txt", "sparse/0/cameras.txt"}) {
+    CHECK(has_poses(folder.path() / file));
+    CHECK(read_names(folder.path() / file).names == PlaceNames{"images/a.png", "images/b.png"});
+  }
+}
+
+TEST_CASE("folders without poses and photographs say where these lie", "[scene][places]") {
+  const SceneFolder folder;
+  write_pictures(folder, {"scan/first/a.png"});
+  CHECK_THAT(test::message_of([&] { read_dataset(folder.path(), 1); }),
+             Contains("photographs only in ") && Contains("scan/first; give that folder"));
+  const SceneFolder film;
+  film.write("clip.mp4", std::string("x"));
+  CHECK_THAT(test::message_of([&] { read_dataset(film.path(), 1); }), Contains("clip.mp4; give that file"));
+}

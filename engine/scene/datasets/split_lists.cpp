@@ -1,15 +1,13 @@
 #include "scene/datasets/split_lists.h"
+#include "scene/text/name_key.h"
 
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string_view>
-
-#include <utf8proc.h>
 
 #include "base/printable.h"
 #include "base/read_file.h"
@@ -22,16 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns a text in composed Unicode without letter case.
-std::string without_case(const std::string& text) {
-  utf8proc_uint8_t* mapped = nullptr;
-  const auto size =
-      utf8proc_map(reinterpret_cast<const utf8proc_uint8_t*>(text.data()), static_cast<utf8proc_ssize_t>(text.size()),
-                   &mapped, static_cast<utf8proc_option_t>(UTF8PROC_STABLE | UTF8PROC_COMPOSE | UTF8PROC_CASEFOLD));
-  const std::unique_ptr<utf8proc_uint8_t, decltype(&std::free)> owner(mapped, &std::free);
-  return size < 0 ? text : std::string(reinterpret_cast<const char*>(mapped), static_cast<std::size_t>(size));
-}
-
 /// A path as its folders, innermost first, and its name.
 struct SplitPath {
   std::string name, stem;
@@ -39,7 +27,7 @@ struct SplitPath {
 };
 
 SplitPath split_path(const std::string& path) {
-  std::string turned = without_case(path);
+  std::string turned = name_key(path);
   if (turned.starts_with("file://")) turned.erase(0, 7);
   const fs::path normal = normal_path(turned);
   SplitPath result;

@@ -99,8 +99,9 @@ void compare_with_header(std::string_view text, std::string_view what, std::size
   if (at == std::string_view::npos) return;
   const char* const first = text.data() + at + start.size();
   if (std::from_chars(first, text.data() + text.size(), stated).ec != std::errc{} || read >= stated) return;
-  findings.warn(fmt::format("{}: has {} {}, but its header states {}; copy or export the file again if it was cut",
-                            name, read, what, stated));
+  findings.warn(
+      fmt::format("{}: has {} of the {} {} that its header states; copy or export the file again if it was cut", name,
+                  read, stated, what));
 }
 
 /// Returns the name at the end of an image's line without a comment behind it.

@@ -1,10 +1,11 @@
 // Reads decimal numbers of text formats, independent of the locale.
 #pragma once
 
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
+
+#include "scene/text/number_text.h"
 
 namespace trisoup::scene {
 
@@ -16,20 +17,10 @@ inline std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-/// Reads all of `text`, apart from blanks around it, as a number with a decimal point. Numbers too small for a double
-/// become zero. Returns nullopt for anything else, infinity and NaN included.
+/// Reads all of `text`, apart from blanks around it, as a finite number (see parse_number). Returns nullopt for others.
 inline std::optional<double> parse_decimal(std::string_view text) {
-  text = trimmed(text);
-  if (text.starts_with('+')) text.remove_prefix(1);
-  if (text.starts_with('+')) return std::nullopt;
-  double value = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (end != text.data() + text.size()) return std::nullopt;
-  if (problem == std::errc::result_out_of_range)
-    return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos ? std::optional(0.0)
-                                                                                                  : std::nullopt;
-  if (problem != std::errc{} || !std::isfinite(value)) return std::nullopt;
-  return value;
+  const auto value = parse_number(trimmed(text));
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 /// Returns whether `text` is a number with a decimal comma, as programs write it under some locales.
