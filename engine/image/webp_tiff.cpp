@@ -263,7 +263,10 @@ Exif webp_exif(Content bytes) {
 
 Image decode_webp(Content bytes, const std::string& name, const CheckSize& check, ColourSpace& colours) {
   const Content profile = webp_chunk(bytes, "ICCP");
-  colours.icc.assign(reinterpret_cast<const char*>(profile.data()), profile.size());
+  if (profile.empty() && webp_exif(bytes).adobe_rgb)
+    colours = adobe_rgb();
+  else
+    colours.icc.assign(reinterpret_cast<const char*>(profile.data()), profile.size());
   const ImageSize size = webp_size(bytes, name);
   check(size);
   Image image{size.width, size.height,

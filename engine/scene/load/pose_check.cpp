@@ -95,10 +95,11 @@ PoseCheck check_poses(std::span<const Camera> cameras, const PointCloud& points,
     }
   if (unfit.empty()) return check;
   check.points_fit = false;
+  constexpr double kNothing = 1;
   check.warning = fmt::format(
-      "{}: the sparse points do not fit the cameras ({}); they are not used; export points and poses from the same "
+      "{}: the sparse points do not fit the cameras ({}); they are not used{}; export points and poses from the same "
       "reconstruction, in the same coordinates",
-      source, unfit);
+      source, unfit, found < kNothing ? ", and the photographs do not confirm the poses either" : "");
   return check;
 }
 

@@ -19,7 +19,7 @@ struct ImageMetrics {
   double uncovered = 0;
 };
 
-/// PSNR in dB for a peak of 1; 100 if there is no error.
+/// PSNR in dB for a peak of 1; 100 if there is no error, 0 if the error is not finite.
 double psnr_of(double mean_squared_error);
 
 /// colour: [height][width][3], clamped to 0..1. Pixels outside the photograph's mask are ignored by PSNR and MAE, and
