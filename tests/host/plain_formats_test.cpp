@@ -22,7 +22,7 @@ std::string message(const std::string& content, const std::string& name = "photo
 
 std::string little(std::uint32_t value, int bytes) {
   std::string text;
-  for (int i = 0; i < bytes; ++i) text.push_back(static_cast<char>(std::uint64_t(value) >> 8 * i));
+  for (int i = 0; i < bytes; ++i) text.push_back(static_cast<char>(i < 4 ? value >> 8 * i : 0));
   return text;
 }
 

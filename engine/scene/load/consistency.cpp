@@ -141,14 +141,19 @@ std::string to_string(PoseReading reading, bool opengl) {
          (opengl != other_axes ? "OpenGL" : "OpenCV") + " axes";
 }
 
-bool PointFit::holds() const { return colour ? inside >= 0.2 && *colour < 0.6 : inside >= 0.5; }
+bool PointFit::holds() const {
+  if (!colour) return inside >= 0.5;
+  // Points that all project into the very views that saw them are hardly wrong, though exposures may differ.
+  return inside >= 0.2 && *colour < (observed && inside >= 0.95 ? 0.8 : 0.6);
+}
 bool PointFit::is_certain() const { return inside >= 0.5 && colour && *colour < 0.5; }
 
 PointFit fit_of_points(std::span<const Camera> cameras, const PointCloud& points, std::span<const Probe> probes) {
   const std::vector<std::size_t> chosen = sample(points.positions.size());
   PointFit fit;
-  if (chosen.size() < kMinPairs) return {1.0, std::nullopt};  // too few to contradict anything
+  if (chosen.size() < kMinPairs) return {1.0, std::nullopt, false};  // too few to contradict anything
   fit.inside = inside_share(cameras, points, chosen);
+  fit.observed = !points.seen_by.empty();
   if (!points.colours.empty()) fit.colour = colour_ratio(pairs_of(cameras, points, probes, chosen));
   return fit;
 }

@@ -44,6 +44,7 @@ struct PointFit {
   /// that do not belong together: near 1 if they have nothing to do with each other. nullopt: points have no colours,
   /// or nearly one colour, or no probe shows enough of them.
   std::optional<double> colour;
+  bool observed = false;  // whether the points have observations
 
   /// Whether points and cameras share a frame: enough points project into views, and colours do not contradict.
   bool holds() const;
