@@ -9,6 +9,7 @@
 #include <jpeglib.h>
 
 #include "base/error.h"
+#include "image/image_file.h"
 #include "jpeg_of.h"
 #include "scene/scene.h"
 #include "scene_temporary_folder.h"
@@ -792,4 +793,32 @@ TEST_CASE("large JPEGs are decoded at reduced size", "[scene][load][reduced]") {
   // At full size the pixels alone take 183 MB, and several copies are needed.
   CAPTURE(before, peak);
   CHECK(peak < 100);
+}
+
+TEST_CASE("lost frames are left out: of one colour, or transparent", "[scene][load]") {
+  const SceneFolder folder;
+  std::vector<std::string> frames;
+  const auto striped = [](int i, std::uint8_t alpha) {
+    Image image{16, 12, {}};
+    for (int k = 0; k < 16 * 12; ++k) {
+      const auto grey = static_cast<std::uint8_t>(20 * (k % 7) + i);
+      image.rgba.insert(image.rgba.end(), {grey, grey, grey, alpha});
+    }
+    return encode_png(image, "striped");
+  };
+  for (int i = 0; i < 9; ++i) {
+    const std::string name = fmt::format("{}.png", i);
+    frames.push_back(frame(name, i));
+    folder.write(name,
+                 i == 3 ? encode_png(plain(16, 12, 0, 0, 0), "plain") : striped(i, std::uint8_t(i == 5 ? 0 : 255)));
+  }
+  folder.write("transforms.json", file_of("\"fl_x\": 20, \"w\": 16, \"h\": 12,", frames));
+  std::vector<std::string> lines;
+  LoadOptions options;
+  options.test_every = 0;
+  options.warn = [&](const std::string& line) { lines.push_back(line); };
+  CHECK(load(folder.path(), options).train.size() == 7);
+  REQUIRE(lines.size() == 2);
+  CHECK_THAT(lines[0], Catch::Contains("one colour everywhere") && Catch::EndsWith(": 3.png"));
+  CHECK_THAT(lines[1], Catch::Contains("transparent everywhere") && Catch::EndsWith(": 5.png"));
 }
