@@ -12,6 +12,7 @@
 #include "scene/files/dataset_places.h"
 #include "scene/formats/colmap_choice.h"
 #include "scene/text/name_key.h"
+#include "scene/text/record_error.h"
 
 namespace trisoup::scene {
 namespace fs = std::filesystem;
@@ -137,6 +138,22 @@ std::optional<PhotographFile> FrameTaker::find(const std::string& path, bool tes
   }
   if (match.photograph->by_name) listing.by_name.push_back({path, match.photograph->name});
   return match.photograph;
+}
+
+std::optional<Frame> FrameTaker::take(const std::string& path, bool test, BadRecords& bad) {
+  const auto photograph = find(path, test);
+  if (!photograph) return std::nullopt;
+  Frame frame;
+  frame.source = dataset_.listings[listing_].source;
+  frame.photograph = *photograph;
+  frame.test = test;
+  try {
+    frame.size = image_size(photograph->file);
+  } catch (const Error& error) {
+    bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
+    return std::nullopt;
+  }
+  return frame;
 }
 
 namespace {

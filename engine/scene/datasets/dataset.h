@@ -19,6 +19,8 @@
 
 namespace trisoup::scene {
 
+class BadRecords;
+
 struct Frame {
   std::string source;  // the file that lists the frame, for messages
   PhotographFile photograph;
@@ -68,6 +70,9 @@ class FrameTaker {
   /// Returns the photograph for a path as written in the file, or nullopt if the frame must be skipped:
   /// its photograph is missing, is not unmistakable, or was found before.
   std::optional<PhotographFile> find(const std::string& path, bool test);
+  /// Returns a frame with the photograph of find() and its size. If that cannot be read, adds the photograph to `bad`
+  /// and returns nullopt.
+  std::optional<Frame> take(const std::string& path, bool test, BadRecords& bad);
 
  private:
   struct Match {

@@ -103,22 +103,13 @@ Dataset read_colmap(const fs::path& root, const fs::path& model, const Photograp
       dataset.findings.leave_out(cameras_name, "photographs", camera->second.problem, image.name);
       continue;
     }
-    const auto photograph = taker.find(paths[i], test);
-    if (!photograph) continue;
-    Frame frame;
-    frame.source = dataset.source;
-    frame.photograph = *photograph;
-    try {
-      frame.size = image_size(photograph->file);
-    } catch (const Error& error) {
-      bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
-      continue;
-    }
+    auto taken = taker.take(paths[i], test, bad);
+    if (!taken) continue;
+    Frame& frame = *taken;
     frame.camera = camera->second.pinhole;
     frame.camera.world_to_camera = image.world_to_camera;
     frame.lens = camera->second.lens;
     frame.model = camera->second.model;
-    frame.test = test;
     if (!repeated.contains(image.id)) frame_of.emplace(image.id, static_cast<std::uint32_t>(dataset.frames.size()));
     dataset.frames.push_back(std::move(frame));
   }

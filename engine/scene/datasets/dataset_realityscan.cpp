@@ -22,17 +22,9 @@ Dataset read_realityscan(const std::filesystem::path& file, const PhotographFile
   BadRecords bad(dataset.findings, dataset.source, "photographs");
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const RealityScanCamera& listed = list.cameras[i];
-    const auto photograph = taker.find(paths[i], false);
-    if (!photograph) continue;
-    Frame frame;
-    frame.source = dataset.source;
-    frame.photograph = *photograph;
-    try {
-      frame.size = image_size(photograph->file);
-    } catch (const Error& error) {
-      bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
-      continue;
-    }
+    auto taken = taker.take(paths[i], false, bad);
+    if (!taken) continue;
+    Frame& frame = *taken;
     frame.camera = camera_of(listed, frame.size);
     frame.lens = listed.lens;
     frame.model = model_name(listed.lens);

@@ -36,17 +36,9 @@ void check_masks(const Dataset& dataset, const std::vector<TransformsFrame>& fra
 
 void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source,
                const PhotographFiles& files, BadRecords& bad) {
-  const auto photograph = taker.find(listed.file_path, test);
-  if (!photograph) return;
-  Frame frame;
-  frame.source = source;
-  frame.photograph = *photograph;
-  try {
-    frame.size = image_size(photograph->file);
-  } catch (const Error& error) {
-    bad.leave_out(error, {printable(photograph->file.string())}, photograph->name);
-    return;
-  }
+  auto taken = taker.take(listed.file_path, test, bad);
+  if (!taken) return;
+  Frame& frame = *taken;
   if (!listed.mask_path.empty()) {
     frame.mask = files.find_listed_mask(listed.mask_path).value_or(fs::path());
     if (frame.mask.empty()) dataset.findings.leave_out(source, "masks", kNoMaskThere, listed.mask_path);
@@ -61,7 +53,6 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
     frame.focal_times = 2 * *intrinsics.fx * std::tan(0.5 * *intrinsics.angle_x) / frame.camera.width;
   frame.lens = listed.lens;
   frame.model = model_name(listed.lens);
-  frame.test = test;
   dataset.frames.push_back(std::move(frame));
 }
 
