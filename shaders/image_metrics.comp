@@ -11,13 +11,21 @@
 
 ARGUMENTS(ImageMetricsArgs)
 
-CONSTANT(0, bool, WINDOWS, false);  // also compute SSIM, which takes most of the time
+// 0: without SSIM, which takes most of the time; 1: SSIM of all windows; 2: of windows whose centre is in the mask.
+CONSTANT(0, uint, WINDOWS, 0u);
 
 SHARED vec3 s_sum[64];     // absolute errors, squared errors, SSIM
-SHARED uvec2 s_count[64];  // pixels, uncovered pixels
+SHARED uvec4 s_count[64];  // pixels, uncovered pixels, windows
 
-/// Sum of the SSIM of this thread's windows over the channels.
-FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, uint pixel_offset, uint thread) {
+/// Whether the window that begins at a pixel counts. It is complete.
+FN bool counts(TAKES_ARGUMENTS uvec2 first, uint width, uint pixel_offset) {
+  if (WINDOWS < 2u) return true;
+  return in_mask(a.target.v[pixel_offset + (first.y + 5u) * width + first.x + 5u]);
+}
+
+/// Sum of the SSIM of this thread's windows over the channels. windows: their number is added.
+FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, uint pixel_offset, uint thread,
+                       INOUT(uint) windows) {
   float total = 0.0f;
   for (uint channel = 0u; channel < 3u; ++channel) {
     barrier();
@@ -28,8 +36,13 @@ FN float ssim_of_block(TAKES_ARGUMENTS uvec2 corner, uint width, uint height, ui
     const uint column = thread & 15u, y0 = (thread >> 4) * 4u;
     const vec4 mx = blur_column(0u, column, y0), my = blur_column(1u, column, y0);
     const vec4 squares = blur_column(2u, column, y0), mxy = blur_column(3u, column, y0);
-    UNROLL for (uint k = 0u; k < 4u; ++k) if (corner.x + column + 10u < width && corner.y + y0 + k + 10u < height)
-        total += ssim_window(mx[k], my[k], squares[k], mxy[k]).value;
+    UNROLL for (uint k = 0u; k < 4u; ++k) {
+      const uvec2 first = corner + uvec2(column, y0 + k);
+      if (first.x + 10u >= width || first.y + 10u >= height) continue;
+      if (!counts(GIVES_ARGUMENTS first, width, pixel_offset)) continue;
+      total += ssim_window(mx[k], my[k], squares[k], mxy[k]).value;
+      if (channel == 0u) ++windows;
+    }
   }
   return total;
 }
@@ -50,7 +63,7 @@ KERNEL_MAIN(64) {
   const uint width = a.views.v[view].width, height = a.views.v[view].height;
   const uint pixel_offset = a.views.v[view].pixel_offset;
   vec3 sum = vec3(0.0f);
-  uvec2 count = uvec2(0u);
+  uvec4 count = uvec4(0u);
   for (uint k = 0u; k < 4u; ++k) {
     const uvec2 at = block_pixel(corner, thread, k);
     if (at.x >= width || at.y >= height) continue;
@@ -64,7 +77,9 @@ KERNEL_MAIN(64) {
     count.x += 1u;
     if (a.hits.v[index].triangle == 0u && !is_background(GIVES_ARGUMENTS rgba)) count.y += 1u;
   }
-  if (WINDOWS) sum.z = ssim_of_block(GIVES_ARGUMENTS corner, width, height, pixel_offset, thread);
+  uint windows = 0u;
+  if (WINDOWS != 0u) sum.z = ssim_of_block(GIVES_ARGUMENTS corner, width, height, pixel_offset, thread, windows);
+  count.z = windows;
   s_sum[thread] = sum;
   s_count[thread] = count;
   barrier();
@@ -74,11 +89,12 @@ KERNEL_MAIN(64) {
       count += s_count[i];
     }
     sum *= 1.0f / IMAGE_SUM_UNIT;
-    const uint at = view * 8u;
+    const uint at = view * 12u;
     add_fixed(a.sums, at, a.sums, at + 1u, sum.x);
     add_fixed(a.sums, at + 2u, a.sums, at + 3u, sum.y);
     add_fixed(a.sums, at + 4u, a.sums, at + 5u, sum.z);
     atomicAdd(a.sums.v[at + 6u], count.x);
     atomicAdd(a.sums.v[at + 7u], count.y);
+    atomicAdd(a.sums.v[at + 8u], count.z);
   }
 }

@@ -5,9 +5,9 @@
 # A variant is a name followed by its constants. A plus after the first constant: it is the length of an array.
 set(variants
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
-  "count_visible 0" "count_visible 1" "edge_forces 0" "edge_forces 1" "expose" "fetch_features" "fit_exposure"
-  "hide_triangles" "image_metrics 0" "image_metrics 1" "importance 0" "importance 1" "inherit_textures" "keep_range"
-  "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0"
+  "count_visible 0" "count_visible 1" "covisible" "edge_forces 0" "edge_forces 1" "expose" "fetch_features"
+  "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
+  "inherit_textures" "keep_range" "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure" "measure_visible" "opacity_backward 0"
   "opacity_backward 1" "paint_textures" "place_pixels" "project" "quantise" "sample_photographs"
   "shade 0 0" "shade 0 1" "shade 1 0" "shade_one 0 0" "shade_one 0 1" "shade_one 1 0"
   "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients"
@@ -15,7 +15,7 @@ set(variants
   "update_textures 3+ 0 0" "update_textures 3+ 1 0" "update_textures 15+ 1 0" "update_textures 60+ 1 0"
   "update_textures 213+ 1 0" "update_textures 783+ 1 0" "update_textures 783+ 1 1" "update_textures 783+ 0 0"
   "update_textures_wide 213+ 1 0" "update_textures_wide 783+ 1 0" "update_vertices 0" "update_vertices 1"
-  "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0" "visibility 2 0")
+  "view_depths" "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0" "visibility 2 0")
 
 function(kernel_variants backend returned_by output)
   if(ARGN)
@@ -71,14 +71,15 @@ endfunction()
 # that only tests use.
 set(lane_variants_0
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
-  "count_visible 0" "count_visible 1" "edge_forces 0" "expose" "fetch_features" "fit_exposure" "hide_triangles"
-  "image_metrics 0" "image_metrics 1" "importance 0" "importance 1" "inherit_textures" "keep_range" "upsample_textures"
+  "count_visible 0" "count_visible 1" "covisible" "edge_forces 0" "expose" "fetch_features" "fit_exposure"
+  "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
+  "inherit_textures" "keep_range" "upsample_textures"
   "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures"
   "place_pixels" "project" "quantise" "sample_photographs" "sort_gradients" "sum_photographs")
 set(lane_variants_1
   "shade_one 0 0" "shade_one 0 1" "shade_backward_one 0" "ssim 0" "update_mlp 0" "update_textures 3+ 0 0"
   "update_textures 3+ 1 0" "update_textures 213+ 1 0" "update_textures 783+ 1 0" "update_textures 783+ 0 0"
-  "update_vertices 0" "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0")
+  "update_vertices 0" "view_depths" "visibility 0 0" "visibility 0 1" "visibility 0 2" "visibility 1 0")
 function(lane_kernels width part output table)
   set(translator ${PROJECT_SOURCE_DIR}/engine/gpu/lanes)
   set(kernels "")

@@ -109,6 +109,8 @@ STRUCT ImageSums {
   uint ssim_low, ssim_high;  // SSIM of the windows, three channels
   uint pixels;               // inside the loss mask
   uint uncovered;            // of those: pixels without a triangle where the photograph differs from the background
+  uint windows;              // of which ssim is the sum
+  uint pad0, pad1, pad2;
 };
 // A power of two. Sums of up to 2^27 pixels stay in range; the sum of a block stays below kFixedLimit.
 #define IMAGE_SUM_UNIT 1024.0f
@@ -151,7 +153,7 @@ POINTER_TYPE(Controls, Control, 16)
 static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 &&
               sizeof(TextureTask) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
-static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 32 && sizeof(Control) == 64);
+static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 48 && sizeof(Control) == 64);
 }
 #endif
 #undef STRUCT

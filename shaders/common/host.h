@@ -28,6 +28,7 @@
 namespace trisoup::f32 {
 TRISOUP_MATHS_TYPES(float)
 #include "common/coverage.h"
+#include "common/covisibility.h"
 #include "common/pixel_centre.h"
 #include "common/edges.h"
 #include "common/exposure.h"
@@ -43,6 +44,7 @@ TRISOUP_MATHS_TYPES(float)
 namespace trisoup::f64 {
 TRISOUP_MATHS_TYPES(double)
 #include "common/coverage.h"
+#include "common/covisibility.h"
 #include "common/pixel_centre.h"
 #include "common/edges.h"
 #include "common/exposure.h"
