@@ -19,6 +19,7 @@
 #include "format/model_file.h"
 #include "run/dataset_match.h"
 #include "run/renders.h"
+#include "scene/hold_out.h"
 #include "scene/scene.h"
 #include "train/quality/evaluate.h"
 #include "train/quality/evaluate_renderer.h"
@@ -81,7 +82,8 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
   app.add_option("--json", o.json_path, "write the JSON to this file; -: standard output [-]");
-  app.add_option("--renders", o.renders, "folder for images of photograph and rendering side by side");
+  app.add_option("--renders", o.renders, "folder for images of photograph and rendering side by side, and masks of\n"
+                 "the pixels that two training views show");
   app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer instead of the training kernels");
   app.add_option("--aa", o.aa, "anti-aliasing with --renderer: none, msaa or ssaa [none]")
       ->check(CLI::IsMember({"none", "msaa", "ssaa"}))
@@ -138,14 +140,29 @@ void follow_split(Options& o, const soup::ModelFile& file, const Recorded& recor
   };
 }
 
+/// Whether the training views of `scene` are those of the model, as co-visibility requires.
+bool knows_training_views(const soup::ModelFile& file, const scene::Scene& scene, int test_every, int recorded) {
+  return !file.cameras.empty() && train::mismatch(file, scene, false, "").empty() &&
+         train::split_difference(file, scene, test_every, recorded).empty();
+}
+
+/// Takes the views out that the training held out for its goal.
+void take_out_validation(const soup::ModelFile& file, scene::Scene& scene) {
+  const nlohmann::json settings = file.settings.is_object() ? file.settings : nlohmann::json::object();
+  const nlohmann::json count = settings.value("validation_views", nlohmann::json(0));
+  if (count.is_number_unsigned() && count > 0 && 2 * count.get<std::size_t>() < scene.train.size())
+    scene::hold_out(scene, count.get<std::size_t>());
+}
+
 void evaluate(Options& o) {
   o.model_path = soup::model_in(o.model_path).string();
   soup::ModelFile file = soup::read_model(o.model_path);
   const Recorded recorded = take_settings(o, file);
   o.load.train_images = false;
+  o.load.train_masks = true;
   o.load.warn = [](const std::string& line) { std::fprintf(stderr, "warning: %s\n", in_options(line).c_str()); };
   follow_split(o, file, recorded);
-  const scene::Scene scene = scene::load(o.dataset, o.load);
+  scene::Scene scene = scene::load(o.dataset, o.load);
   if (scene.test.empty())
     throw Error("{}: has {}; give another --test-every K", o.dataset,
                 recorded.test_every > 0 ? "none of the test views of the training" : "no test views");
@@ -160,19 +177,28 @@ void evaluate(Options& o) {
   auto device = gpu::open_device(o.device_options);
   std::optional<train::Renders> pictures;
   train::OnRender on_render;
+  train::TrainingViews training;
+  if (knows_training_views(file, scene, o.load.test_every, recorded.test_every)) {
+    take_out_validation(file, scene);
+    training.views = &scene.train;
+  }
   if (!o.renders.empty()) {
     pictures.emplace(std::filesystem::path(o.renders) / "renders").create();
     on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
+    training.on_covisible = [&](const scene::View& view, const std::vector<std::uint8_t>& mask) {
+      pictures->write_covisible(view, mask);
+    };
   }
   const double near_now = o.near.value_or(recorded.near), far_now = o.far.value_or(recorded.far);
   if (o.agreement) {
     write_agreement(o.json_path, *device, file.model, scene, near_now, far_now);
     return;
   }
-  const train::Evaluation evaluation = o.with_renderer
-                                           ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
-                                                                      *render::anti_aliasing_from(o.aa), on_render)
-                                           : train::evaluate(*device, file.model, scene, near_now, far_now, on_render);
+  const train::Evaluation evaluation =
+      o.with_renderer ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
+                                                 *render::anti_aliasing_from(o.aa), on_render)
+                      : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr,
+                                        training);
   if (pictures) pictures->finish();
   write_output(o.json_path, to_json(evaluation).dump(2) + "\n");
 }
@@ -182,7 +208,7 @@ void evaluate(Options& o) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Renders the test views of DATASET from MODEL and compares them with the photographs. Prints JSON with psnr,\n"
-      "ssim and mae, as means and per view. Dataset options and clip planes that are not given come from the model."};
+      "ssim and mae, as means and per view, also over the pixels that two training views show (psnr_covisible). Dataset options and clip planes that are not given come from the model."};
   Options o;
   add_options(app, o);
   try {

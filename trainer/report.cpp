@@ -30,6 +30,13 @@ std::string in_words(const train::Round& r, std::size_t number) {
   return text;
 }
 
+std::string in_words(const train::CovisibleMean& covisible) {
+  std::string text = fmt::format("co-visible: {:.1f} % of the pixels", 100 * covisible.share);
+  if (covisible.measured > 0) text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f}", covisible.psnr, covisible.ssim);
+  if (covisible.left_out > 0) text += fmt::format("; {} views have less than 1 %, left out", covisible.left_out);
+  return text;
+}
+
 std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings,
                    double downscale) {
   const train::Smaller smaller = train::smaller_run(scene, settings, error.needed, error.available);

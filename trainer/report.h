@@ -13,6 +13,7 @@
 #include "scene/scene.h"
 #include "soup/soup.h"
 #include "train/config/settings.h"
+#include "train/quality/evaluate.h"
 #include "train/topology/simplify.h"
 
 namespace trisoup {
@@ -25,6 +26,8 @@ std::string understood(const scene::Scene& scene);
 std::string start_in_words(const std::string& init);
 /// "round 2: 3930 triangles, 1.87 MB, validation PSNR 26.70, SSIM 0.8988".
 std::string in_words(const train::Round& round, std::size_t number);
+/// "co-visible: 83.1 % of the pixels, PSNR 21.00 dB, SSIM 0.8000".
+std::string in_words(const train::CovisibleMean& covisible);
 /// End of an error message that says what to do when device memory ran out; empty if nothing helps. downscale: of the
 /// scene.
 std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings,

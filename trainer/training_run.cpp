@@ -431,8 +431,15 @@ TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
       folder_.renders().write(view, colour);
       stop_if_asked();
     };
+  train::OnCovisible write_mask;
+  if (ranks_.is_first())
+    write_mask = [&](const scene::View& view, const std::vector<std::uint8_t>& mask) {
+      const auto writing = times_->measure(train::Part::writing);
+      folder_.renders().write_covisible(view, mask);
+    };
   measure_if_possible([&] {
-    quality.test = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_);
+    quality.test = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_,
+                                   write_mask);
   });
   if (o_.measure_float && !has_goal()) {
     train::OnRender check_stop;
@@ -534,6 +541,7 @@ void TrainingRun::report_result(const soup::Model& model, const Quality& quality
   else if (quality.test)
     say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", quality.test->mean.psnr,
                         quality.test->mean.ssim, quality.test->mean.mae, quality.test->views.size()));
+  if (quality.test && quality.test->covisible) say(o_, in_words(*quality.test->covisible));
   if (model_written_)
     say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(),
                         model.triangles(), mb(model_bytes_.size()), trainer_->seconds()));

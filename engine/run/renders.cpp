@@ -47,25 +47,47 @@ Image side_by_side(const Image& photograph, const std::vector<float>& colour) {
   return both;
 }
 
+Image picture_of(const std::vector<std::uint8_t>& mask, int width, int height) {
+  Image image{width, height, {}};
+  for (const std::uint8_t value : mask) image.rgba.insert(image.rgba.end(), {value, value, value, 255});
+  return image;
+}
+
 }  // namespace
+
+std::string Renders::unused(const std::string& name) {
+  std::string numbered = name;
+  for (int n = 2; !written_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
+  return numbered;
+}
 
 void Renders::write(const scene::View& view, std::vector<float> colour) {
   std::string name = std::filesystem::path(view.name).replace_extension().string();
   std::replace(name.begin(), name.end(), '/', '_');
   // File names have at most 255 bytes, and the temporary file has a longer name.
   if (name.size() > 200) name.erase(0, name.size() - 200);
-  std::string numbered = name;
-  for (int n = 2; !written_.insert(numbered).second; ++n) numbered = fmt::format("{}-{}", name, n);
-  // Limits pending images to the number of cores and to one gigabyte. Each holds the photograph, the rendering and
-  // the combined image.
+  last_ = unused(name);
+  // The photograph, the rendering and the combined image.
+  start(last_, 6 * view.image.rgba.size(), [photograph = view.image, colour = std::move(colour)] {
+    return side_by_side(photograph, colour);
+  });
+}
+
+void Renders::write_covisible(const scene::View& view, std::vector<std::uint8_t> mask) {
+  start(unused(last_ + "_covisible"), 5 * mask.size(),
+        [mask = std::move(mask), width = view.image.width, height = view.image.height] {
+          return picture_of(mask, width, height);
+        });
+}
+
+void Renders::start(const std::string& name, std::size_t bytes, std::function<Image()> make) {
+  // Limits pending images to the number of cores and to one gigabyte.
   constexpr std::size_t kMostBytes = 1u << 30;
-  const std::size_t bytes = 6 * view.image.rgba.size();
   while (!pending_.empty() &&
          (pending_.size() >= std::max(1u, std::thread::hardware_concurrency()) || pending_bytes_ + bytes > kMostBytes))
     wait_for_oldest();
-  pending_.push_back({std::async(std::launch::async,
-                                 [path = folder_ / (numbered + ".png"), photograph = view.image,
-                                  colour = std::move(colour)] { write_png(path, side_by_side(photograph, colour)); }),
+  pending_.push_back({std::async(std::launch::async, [path = folder_ / (name + ".png"),
+                                                      make = std::move(make)] { write_png(path, make()); }),
                       bytes});
   pending_bytes_ += bytes;
 }

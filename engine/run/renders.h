@@ -2,14 +2,17 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <future>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "image/image.h"
 #include "scene/scene.h"
 
 namespace trisoup::train {
@@ -25,14 +28,21 @@ class Renders {
   /// Starts writing <name>.png on another thread: photograph on the left, rendering on the right. colour: rendering,
   /// row-major RGB, [height x width x 3], 0 to 1. Adds a number to the name if the file was already written.
   void write(const scene::View& view, std::vector<float> colour);
+  /// Starts writing the mask of the view of the last write(), <name>_covisible.png. mask: [height x width], 0 or 255.
+  void write_covisible(const scene::View& view, std::vector<std::uint8_t> mask);
   /// Waits until all images are written. Throws Error if some could not be written, with the reason for the first;
   /// the others are complete.
   void finish();
 
  private:
+  /// Returns `name`, with a number if a file of this name was already written.
+  std::string unused(const std::string& name);
+  /// Writes `make()` on another thread. bytes: needed until it is written.
+  void start(const std::string& name, std::size_t bytes, std::function<Image()> make);
   void wait_for_oldest();
   std::filesystem::path folder_;
   std::set<std::string> written_;
+  std::string last_;  // name of the last view written
   struct Pending {
     std::future<void> written;
     std::size_t bytes;

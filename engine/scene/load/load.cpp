@@ -131,6 +131,13 @@ void choose_faces(Points& points, const std::vector<const Shot*>& train, const s
     }
 }
 
+/// Whether pixels of a photograph may be outside the loss.
+bool may_be_masked(const Shot& shot, const LoadOptions& options) {
+  const Frame& frame = shot.frame;
+  return !frame.mask.empty() || options.alpha == AlphaUse::mask ||
+         !(frame.lens.is_pinhole() || frame.lens.is_panorama());
+}
+
 // Throws Error if the readers left out every photograph.
 void refuse_nothing(const Dataset& dataset) {
   if (dataset.frames.empty() && dataset.findings.left_out("photographs") > 0)
@@ -204,10 +211,13 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   choose_faces(scene.points, train_shots, scene.train);
   std::vector<const Shot*> wanted;
   std::vector<Image*> images;
+  const bool train_images =
+      options.train_images || (options.train_masks && std::any_of(train_shots.begin(), train_shots.end(),
+                                                                  [&](auto* s) { return may_be_masked(*s, options); }));
   std::size_t train = 0, test = 0;
   for (const Shot& shot : shots) {
     View& view = shot.frame.test ? scene.test[test++] : scene.train[train++];
-    if (!(shot.frame.test ? options.test_images : options.train_images)) continue;
+    if (!(shot.frame.test ? options.test_images : train_images)) continue;
     wanted.push_back(&shot);
     images.push_back(&view.image);
   }

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "args/quantise.h"
 #include "base/error.h"
 #include "base/printable.h"
+#include "gpu/out_of_memory.h"
 #include "soup/texture_table.h"
+#include "train/quality/covisibility.h"
 #include "train/quality/image_sums.h"
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
@@ -37,38 +40,141 @@ ImageMetrics mean(const std::vector<ViewMetrics>& views) {
   return {sum.psnr / n, sum.ssim / n, sum.mae / n, sum.pixels, sum.uncovered / n};
 }
 
-Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
-                    const glm::vec3& background, double near, double far, const OnRender& on_render) {
-  check_clip_planes(near, far);
-  constexpr std::size_t kMost = 4;  // views in a batch, whose photographs are on the device at the same time
-  std::uint64_t largest = 0;
-  for (const scene::View& view : views) largest = std::max<std::uint64_t>(largest, view.image.rgba.size());
-  const gpu::Buffer photographs = gpu.allocate(kMost * largest, "photographs of test views");
-  const gpu::Buffer counts = gpu.allocate(4ull * soup.triangles, "visible pixels");
-  std::vector<BatchView> batch;
-  for (const scene::View& view : views) {
-    batch.push_back(batch_view(view.camera, near, far));
-    batch.back().photo = photographs.address() + (batch.size() - 1) % kMost * largest;
-  }
-  StepInputs inputs;
-  inputs.background = background;
-  Step step(gpu, soup, buffers);
-  Evaluation evaluation;
-  for_each_batch(gpu, soup, buffers, batch, true, inputs, kMost, [&](std::size_t first, std::size_t count) {
-    for (std::size_t i = first; i < first + count; ++i) gpu.upload(batch[i].photo, views[i].image.rgba);
-    step.photographs(inputs);
-    const std::vector<ImageSums> sums = sum_images(gpu, buffers, background, Ssim::whole_windows);
-    for (std::size_t i = 0; i < count; ++i) {
-      const scene::View& view = views[first + i];
-      const kernels::ViewRecord& record = buffers.batch().records[i];
-      evaluation.views.push_back({view.name, metrics_of(sums[i]), share_shown(gpu, soup, buffers, record, counts)});
-      if (!on_render) continue;
-      const std::size_t pixels = std::size_t(record.width) * record.height;
-      on_render(view, gpu.download_vector<float>(buffers.colour.address() + 12ull * record.pixel_offset, 3 * pixels));
+std::optional<CovisibleMean> covisible_mean(const std::vector<ViewMetrics>& views) {
+  CovisibleMean sum;
+  for (const ViewMetrics& view : views) {
+    if (!view.covisible || view.metrics.pixels == 0) continue;
+    sum.share += view.covisible->share;
+    if (!view.covisible->measured) {
+      ++sum.left_out;
+      continue;
     }
-  });
-  evaluation.mean = mean(evaluation.views);
-  return evaluation;
+    ++sum.measured;
+    sum.psnr += view.covisible->metrics.psnr;
+    sum.ssim += view.covisible->metrics.ssim;
+  }
+  if (sum.measured + sum.left_out == 0) return std::nullopt;
+  sum.share /= double(sum.measured + sum.left_out);
+  if (sum.measured > 0) sum.psnr /= double(sum.measured), sum.ssim /= double(sum.measured);
+  return sum;
+}
+
+namespace {
+
+/// Measures views in batches. Their photographs are on the device at the same time.
+class Measurement {
+ public:
+  static constexpr std::size_t kMost = 4;  // views in a batch
+
+  Measurement(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
+              const glm::vec3& background, double near, double far, const OnRender& on_render,
+              const TrainingViews& training)
+      : gpu_(gpu),
+        soup_(soup),
+        buffers_(buffers),
+        views_(views),
+        on_render_(on_render),
+        training_(training),
+        step_(gpu, soup, buffers),
+        counts_(gpu.allocate(4ull * soup.triangles, "visible pixels")) {
+    inputs_.background = background;
+    std::uint64_t largest = 0;
+    for (const scene::View& view : views) largest = std::max<std::uint64_t>(largest, view.image.rgba.size());
+    photographs_ = gpu.allocate(kMost * largest, "photographs of test views");
+    for (const scene::View& view : views) {
+      batch_.push_back(batch_view(view.camera, near, far));
+      batch_.back().photo = photographs_.address() + (batch_.size() - 1) % kMost * largest;
+    }
+    if (training.views && training.views->size() >= 2)
+      covisibility_.emplace(gpu, soup, buffers, *training.views, near, far);
+  }
+
+  Evaluation run() {
+    for (std::size_t first = 0; first < views_.size();) {
+      const std::size_t prepared = prepare(first);
+      for_each_batch(gpu_, soup_, buffers_, std::span(batch_).subspan(first, prepared), true, inputs_, kMost,
+                     [&](std::size_t at, std::size_t count) { measure(first, at, count); });
+      first += prepared;
+    }
+    if (!covisibility_)
+      for (ViewMetrics& view : evaluation_.views) view.covisible.reset();
+    evaluation_.mean = mean(evaluation_.views);
+    evaluation_.covisible = covisible_mean(evaluation_.views);
+    return std::move(evaluation_);
+  }
+
+ private:
+  /// Returns how many views, from `first` on, can be measured together.
+  std::size_t prepare(std::size_t first) {
+    if (covisibility_) try {
+        return covisibility_->prepare(std::span(views_).subspan(first));
+      } catch (const gpu::OutOfMemory&) {
+        if (soup_.partition->size() > 1) throw;  // other ranks may have the memory
+        covisibility_.reset();
+      }
+    return views_.size() - first;
+  }
+
+  /// Measures the batch in the buffers: `count` of the prepared views, from number `at` on. The first of the prepared
+  /// ones is `first` of all.
+  void measure(std::size_t first, std::size_t at, std::size_t count) {
+    const auto views = std::span(views_).subspan(first + at, count);
+    for (std::size_t i = 0; i < count; ++i) gpu_.upload(batch_[first + at + i].photo, views[i].image.rgba);
+    step_.photographs(inputs_);
+    const std::vector<ImageSums> sums = sum_images(gpu_, buffers_, inputs_.background, Ssim::whole_windows);
+    for (std::size_t i = 0; i < count; ++i)
+      evaluation_.views.push_back({views[i].name, metrics_of(sums[i]),
+                                   share_shown(gpu_, soup_, buffers_, buffers_.batch().records[i], counts_)});
+    if (covisibility_) measure_covisible(at, sums);
+    for (std::size_t i = 0; i < count; ++i) show(views[i], buffers_.batch().records[i]);
+  }
+
+  /// Measures the batch again with the pixels masked out that are not co-visible. all: sums over all pixels.
+  void measure_covisible(std::size_t at, const std::vector<ImageSums>& all) {
+    covisibility_->mask(at, all.size());
+    const std::vector<ImageSums> sums = sum_images(gpu_, buffers_, inputs_.background, Ssim::centred_in_mask);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      CovisibleMetrics covisible{0, metrics_of(sums[i])};
+      if (all[i].pixels > 0) covisible.share = double(sums[i].pixels) / double(all[i].pixels);
+      covisible.measured = covisible.share >= CovisibleMetrics::kLeastShare && (sums[i].windows > 0) == (all[i].windows > 0);
+      evaluation_.views[evaluation_.views.size() - all.size() + i].covisible = covisible;
+    }
+  }
+
+  void show(const scene::View& view, const kernels::ViewRecord& record) {
+    const std::size_t pixels = std::size_t(record.width) * record.height;
+    if (on_render_)
+      on_render_(view,
+                 gpu_.download_vector<float>(buffers_.colour.address() + 12ull * record.pixel_offset, 3 * pixels));
+    if (!covisibility_ || !training_.on_covisible) return;
+    std::vector<std::uint8_t> mask;
+    for (const std::uint32_t rgba :
+         gpu_.download_vector<std::uint32_t>(buffers_.target.address() + 4ull * record.pixel_offset, pixels))
+      mask.push_back(rgba >> 31 != 0 ? 255 : 0);
+    training_.on_covisible(view, mask);
+  }
+
+  gpu::Device& gpu_;
+  SoupBuffers& soup_;
+  BatchBuffers& buffers_;
+  const std::vector<scene::View>& views_;
+  const OnRender& on_render_;
+  const TrainingViews& training_;
+  Step step_;
+  StepInputs inputs_;
+  gpu::Buffer photographs_, counts_;
+  std::vector<BatchView> batch_;
+  std::optional<Covisibility> covisibility_;
+  Evaluation evaluation_;
+};
+
+}  // namespace
+
+Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
+                    const glm::vec3& background, double near, double far, const OnRender& on_render,
+                    const TrainingViews& training) {
+  check_clip_planes(near, far);
+  return Measurement(gpu, soup, buffers, views, background, near, far, on_render, training).run();
 }
 
 namespace {
@@ -155,14 +261,14 @@ LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render,
-                    ranks::Ranks* ranks) {
+                    ranks::Ranks* ranks, const TrainingViews& training) {
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
-  return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render);
+  return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render, training);
 }
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
-                    const OnRender& on_render, ranks::Ranks* ranks) {
-  return evaluate(gpu, model, scene, scene.test, near, far, on_render, ranks);
+                    const OnRender& on_render, ranks::Ranks* ranks, const OnCovisible& on_covisible) {
+  return evaluate(gpu, model, scene, scene.test, near, far, on_render, ranks, {&scene.train, on_covisible});
 }
 
 soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec3& background,
@@ -209,11 +315,24 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     if (m.pixels == 0) to["psnr"] = to["ssim"] = to["mae"] = to["uncovered"] = nullptr;
   };
   put(json, evaluation.mean);
+  if (const auto& mean = evaluation.covisible) {
+    json["covisible"] = mean->share;
+    json["psnr_covisible"] = mean->psnr;
+    json["ssim_covisible"] = mean->ssim;
+    if (mean->measured == 0) json["psnr_covisible"] = json["ssim_covisible"] = nullptr;
+    json["views_hardly_covisible"] = mean->left_out;
+  }
   json["views"] = nlohmann::json::array();
   for (const ViewMetrics& view : evaluation.views) {
     nlohmann::json row;
     row["name"] = utf8(view.name);
     put(row, view.metrics);
+    if (const auto& covisible = view.covisible; covisible && view.metrics.pixels > 0) {
+      row["covisible"] = covisible->share;
+      row["psnr_covisible"] = covisible->metrics.psnr;
+      row["ssim_covisible"] = covisible->metrics.ssim;
+      if (!covisible->measured) row["psnr_covisible"] = row["ssim_covisible"] = nullptr;
+    }
     if (view.triangles_shown) row["triangles_shown"] = *view.triangles_shown;
     json["views"].push_back(row);
   }

@@ -16,16 +16,20 @@ namespace trisoup::train {
 /// images for SSIM.
 struct ImageSums {
   double absolute = 0, squares = 0;  // of colour errors, 0..1 each
-  double ssim = 0;                   // of whole windows; 0 if not requested
+  double ssim = 0;                   // of `windows` whole windows; 0 if not requested
   std::uint64_t pixels = 0;          // inside the loss mask
   /// Pixels among them without a triangle where the photograph differs from the background by more than 8 / 255 in any
   /// channel.
   std::uint64_t uncovered = 0;
-  std::uint32_t width = 0, height = 0;
+  std::uint64_t windows = 0;  // complete SSIM windows; 0 if the image is too small for one
   double share_uncovered() const { return pixels > 0 ? double(uncovered) / double(pixels) : 0.0; }
 };
 
-enum class Ssim { none, whole_windows };
+enum class Ssim : std::uint32_t {
+  none = 0,
+  whole_windows = 1,     // all
+  centred_in_mask = 2,   // those whose central pixel is inside the loss mask
+};
 
 /// Compares BatchBuffers::colour with BatchBuffers::target for each view of the batch. `buffers` must also hold its
 /// visible fragments. Waits for the device. [views]
