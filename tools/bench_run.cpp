@@ -35,7 +35,8 @@ const std::vector<std::string> kColumns = {
     "command",   "revision",    "device",         "driver",       "host",    "date",  "step",
     "seconds",   "cpu_seconds", "triangles",      "psnr",         "ssim",    "mae",   "bytes",
     "frame_ms",  "frame_size",  "frames",         "frame_device", "views",   "size",  "kernel",
-    "kernel_ms", "timed_steps", "nothing_learnt", "dataset",      "settings"};
+    "kernel_ms", "timed_steps", "nothing_learnt", "dataset",      "settings",
+    "psnr_covisible", "ssim_covisible", "covisible"};
 
 std::atomic<bool> g_stop{false};
 
@@ -134,6 +135,8 @@ class Runner {
     row["step"] = std::to_string(t.steps);
     for (const char* key : {"psnr", "ssim", "mae", "triangles", "bytes", "seconds", "cpu_seconds"})
       row[key] = text_of(metrics.at(key));
+    for (const char* key : {"psnr_covisible", "ssim_covisible", "covisible"})
+      if (metrics.contains(key)) row[key] = text_of(metrics.at(key));
     row["settings"] = metrics.at("settings").dump();
     row["nothing_learnt"] = text_of(metrics.at("nothing_learnt"));
     const std::string quality =
