@@ -177,15 +177,15 @@ void evaluate(Options& o) {
   auto device = gpu::open_device(o.device_options);
   std::optional<train::Renders> pictures;
   train::OnRender on_render;
-  train::TrainingViews training;
+  train::Witnesses witnesses;
   if (knows_training_views(file, scene, o.load.test_every, recorded.test_every)) {
     take_out_validation(file, scene);
-    training.views = &scene.train;
+    witnesses.views = &scene.train;
   }
   if (!o.renders.empty()) {
     pictures.emplace(std::filesystem::path(o.renders) / "renders").create();
     on_render = [&](const scene::View& view, const std::vector<float>& colour) { pictures->write(view, colour); };
-    training.on_covisible = [&](const scene::View& view, const std::vector<std::uint8_t>& mask) {
+    witnesses.on_covisible = [&](const scene::View& view, const std::vector<std::uint8_t>& mask) {
       pictures->write_covisible(view, mask);
     };
   }
@@ -198,7 +198,7 @@ void evaluate(Options& o) {
       o.with_renderer ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
                                                  *render::anti_aliasing_from(o.aa), on_render)
                       : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr,
-                                        training);
+                                        witnesses);
   if (pictures) pictures->finish();
   write_output(o.json_path, to_json(evaluation).dump(2) + "\n");
 }
@@ -208,7 +208,8 @@ void evaluate(Options& o) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Renders the test views of DATASET from MODEL and compares them with the photographs. Prints JSON with psnr,\n"
-      "ssim and mae, as means and per view, also over the pixels that two training views show (psnr_covisible). Dataset options and clip planes that are not given come from the model."};
+      "ssim and mae, as means and per view, also over the pixels that two training views show (psnr_covisible).\n"
+      "Dataset options and clip planes that are not given come from the model."};
   Options o;
   add_options(app, o);
   try {

@@ -68,13 +68,13 @@ class Measurement {
 
   Measurement(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
               const glm::vec3& background, double near, double far, const OnRender& on_render,
-              const TrainingViews& training)
+              const Witnesses& witnesses)
       : gpu_(gpu),
         soup_(soup),
         buffers_(buffers),
         views_(views),
         on_render_(on_render),
-        training_(training),
+        witnesses_(witnesses),
         step_(gpu, soup, buffers),
         counts_(gpu.allocate(4ull * soup.triangles, "visible pixels")) {
     inputs_.background = background;
@@ -85,8 +85,8 @@ class Measurement {
       batch_.push_back(batch_view(view.camera, near, far));
       batch_.back().photo = photographs_.address() + (batch_.size() - 1) % kMost * largest;
     }
-    if (training.views && training.views->size() >= 2)
-      covisibility_.emplace(gpu, soup, buffers, *training.views, near, far);
+    if (witnesses.views && witnesses.views->size() >= 2)
+      covisibility_.emplace(gpu, soup, buffers, *witnesses.views, near, far);
   }
 
   Evaluation run() {
@@ -146,12 +146,12 @@ class Measurement {
     if (on_render_)
       on_render_(view,
                  gpu_.download_vector<float>(buffers_.colour.address() + 12ull * record.pixel_offset, 3 * pixels));
-    if (!covisibility_ || !training_.on_covisible) return;
+    if (!covisibility_ || !witnesses_.on_covisible) return;
     std::vector<std::uint8_t> mask;
     for (const std::uint32_t rgba :
          gpu_.download_vector<std::uint32_t>(buffers_.target.address() + 4ull * record.pixel_offset, pixels))
       mask.push_back(rgba >> 31 != 0 ? 255 : 0);
-    training_.on_covisible(view, mask);
+    witnesses_.on_covisible(view, mask);
   }
 
   gpu::Device& gpu_;
@@ -159,7 +159,7 @@ class Measurement {
   BatchBuffers& buffers_;
   const std::vector<scene::View>& views_;
   const OnRender& on_render_;
-  const TrainingViews& training_;
+  const Witnesses& witnesses_;
   Step step_;
   StepInputs inputs_;
   gpu::Buffer photographs_, counts_;
@@ -172,9 +172,9 @@ class Measurement {
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render,
-                    const TrainingViews& training) {
+                    const Witnesses& witnesses) {
   check_clip_planes(near, far);
-  return Measurement(gpu, soup, buffers, views, background, near, far, on_render, training).run();
+  return Measurement(gpu, soup, buffers, views, background, near, far, on_render, witnesses).run();
 }
 
 namespace {
@@ -261,9 +261,9 @@ LoadedModel::LoadedModel(gpu::Device& gpu, const soup::Model& model, const scene
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render,
-                    ranks::Ranks* ranks, const TrainingViews& training) {
+                    ranks::Ranks* ranks, const Witnesses& witnesses) {
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
-  return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render, training);
+  return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render, witnesses);
 }
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,

@@ -62,8 +62,8 @@ using OnRender = std::function<void(const scene::View& view, const std::vector<f
 /// Called with the mask of each view after its OnRender. mask: [height][width], 255 where co-visible, else 0.
 using OnCovisible = std::function<void(const scene::View& view, const std::vector<std::uint8_t>& mask)>;
 
-/// The views on which the model was trained.
-struct TrainingViews {
+/// The views on which the model was trained, for co-visibility.
+struct Witnesses {
   const std::vector<scene::View>* views = nullptr;  // null or fewer than two: co-visibility is not measured
   OnCovisible on_covisible = {};
 };
@@ -73,7 +73,7 @@ struct TrainingViews {
 /// Error if the clip planes are invalid.
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {},
-                    const TrainingViews& training = {});
+                    const Witnesses& witnesses = {});
 
 /// Loads a model for rendering: 8-bit texture values, normalised coordinates, no gradients or moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);
@@ -103,7 +103,7 @@ void start_from_model(gpu::Device& gpu, SoupBuffers& soup, const soup::Model& mo
 /// single process.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene,
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render = {},
-                    ranks::Ranks* ranks = nullptr, const TrainingViews& training = {});
+                    ranks::Ranks* ranks = nullptr, const Witnesses& witnesses = {});
 /// The same for the test views of `scene`, and their co-visibility with its training views.
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,
                     const OnRender& on_render = {}, ranks::Ranks* ranks = nullptr,
