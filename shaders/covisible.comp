@@ -14,8 +14,7 @@ ARGUMENTS(CovisibleArgs)
 /// Homogeneous coordinates of what a pixel shows.
 FN vec4 shown_at(TAKES_ARGUMENTS uint view, uint x, uint y, uint index) {
   const uint triangle = a.hits.v[index].triangle;
-  if (triangle != 0u)
-    return vec4(surface_point(a.vertices, triangle, a.hits.v[index].b0, a.hits.v[index].b1), 1.0f);
+  if (triangle != 0u) return vec4(surface_point(a.vertices, triangle, a.hits.v[index].b0, a.hits.v[index].b1), 1.0f);
   const vec2 ndc = pixel_ndc(x, y, a.views.v[view].width, a.views.v[view].height);
   // Rays point towards the camera.
   const vec4 ray = a.views.v[view].ray + ndc.x * a.views.v[view].ray_x + ndc.y * a.views.v[view].ray_y;
@@ -37,8 +36,8 @@ FN bool is_shown_by(TAKES_ARGUMENTS uint witness, vec4 point) {
   bool shown = false;
   UNROLL for (int j = 0; j < 2; ++j) {
     const uint row = a.witnesses.v[witness].pixel_offset + uint(clamp(top + j, 0, height - 1)) * uint(width);
-    UNROLL for (int i = 0; i < 2; ++i)
-      shown = shown || same_depth(a.depths.v[row + uint(clamp(left + i, 0, width - 1))], expected);
+    UNROLL for (int i = 0; i < 2; ++i) shown =
+        shown || same_depth(a.depths.v[row + uint(clamp(left + i, 0, width - 1))], expected);
   }
   return shown;
 }

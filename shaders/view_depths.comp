@@ -19,8 +19,7 @@ KERNEL(64, ViewDepthsArgs) {
     const uint index = a.views.v[view].pixel_offset + at.y * width + at.x, triangle = a.hits.v[index].triangle;
     float depth = kNothingShown;
     if (triangle != 0u) {
-      const vec4 clip =
-          m * vec4(surface_point(a.vertices, triangle, a.hits.v[index].b0, a.hits.v[index].b1), 1.0f);
+      const vec4 clip = m * vec4(surface_point(a.vertices, triangle, a.hits.v[index].b0, a.hits.v[index].b1), 1.0f);
       depth = clip.w;
     }
     if (!in_mask(a.masks.v[index])) depth = 0.0f;

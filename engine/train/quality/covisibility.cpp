@@ -94,11 +94,11 @@ void Covisibility::render_depths(const std::vector<std::uint32_t>& witnesses) {
       const auto mask = small_mask(train_[witnesses[first + i]].image, record.width, record.height);
       if (!mask.empty()) gpu_.upload(buffers_.target.address() + 4ull * record.pixel_offset, mask);
     }
-    gpu_.launch({"view_depths"}, batch.blocks,
-                kernels::ViewDepthsArgs{buffers_.views.address(), buffers_.hits.address(), soup_.vertices.address(),
-                                        buffers_.target.address(),
-                                        depths_.address() + 4ull * all.records[first].pixel_offset, batch.views,
-                                        batch.blocks});
+    gpu_.launch(
+        {"view_depths"}, batch.blocks,
+        kernels::ViewDepthsArgs{buffers_.views.address(), buffers_.hits.address(), soup_.vertices.address(),
+                                buffers_.target.address(), depths_.address() + 4ull * all.records[first].pixel_offset,
+                                batch.views, batch.blocks});
   });
 }
 
@@ -120,8 +120,8 @@ void Covisibility::mask(std::size_t first, std::size_t count) {
   const BatchLayout& batch = buffers_.batch();
   gpu_.launch({"covisible"}, batch.blocks,
               kernels::CovisibleArgs{buffers_.views.address(), buffers_.hits.address(), soup_.vertices.address(),
-                                     buffers_.target.address(), records_.address(), depths_.address(),
-                                     lists_.address(), batch.views, batch.blocks, static_cast<std::uint32_t>(row), 0});
+                                     buffers_.target.address(), records_.address(), depths_.address(), lists_.address(),
+                                     batch.views, batch.blocks, static_cast<std::uint32_t>(row), 0});
 }
 
 }  // namespace trisoup::train

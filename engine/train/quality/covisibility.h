@@ -31,8 +31,8 @@ class Covisibility {
                double near, double far)
       : gpu_(gpu), soup_(soup), buffers_(buffers), train_(train), near_(near), far_(far) {}
 
-  /// Renders the depth of the training views around the first of `views`, and returns for how many views it has done so.
-  /// Replaces the batch in the buffers. views: not empty.
+  /// Renders the depth of the training views around the first of `views`, and returns for how many views it has done
+  /// so. Replaces the batch in the buffers. views: not empty.
   std::size_t prepare(std::span<const scene::View> views);
 
   /// Sets the alpha of BatchBuffers::target to 0 where fewer than two training views show the surface that the pixel

@@ -136,7 +136,8 @@ class Measurement {
     for (std::size_t i = 0; i < all.size(); ++i) {
       CovisibleMetrics covisible{0, metrics_of(sums[i])};
       if (all[i].pixels > 0) covisible.share = double(sums[i].pixels) / double(all[i].pixels);
-      covisible.measured = covisible.share >= CovisibleMetrics::kLeastShare && (sums[i].windows > 0) == (all[i].windows > 0);
+      covisible.measured =
+          covisible.share >= CovisibleMetrics::kLeastShare && (sums[i].windows > 0) == (all[i].windows > 0);
       evaluation_.views[evaluation_.views.size() - all.size() + i].covisible = covisible;
     }
   }

@@ -32,7 +32,7 @@ struct CovisibleMetrics {
 struct ViewMetrics {
   std::string name;
   ImageMetrics metrics;
-  std::optional<double> triangles_shown = {};  // share of the triangles visible in the view, 0..1, if measured
+  std::optional<double> triangles_shown = {};      // share of the triangles visible in the view, 0..1, if measured
   std::optional<CovisibleMetrics> covisible = {};  // if the training views are known
 };
 
@@ -114,8 +114,8 @@ soup::Model make_model(gpu::Device& gpu, const SoupBuffers& soup, const glm::vec
                        const scene::Normalisation& normalisation);
 
 /// {"psnr", "ssim", "mae", "uncovered", "views": [{"name", the same four, "triangles_shown"}]}, and with co-visibility
-/// "psnr_covisible", "ssim_covisible" and "covisible" beside the four, and "views_hardly_covisible", the number of views
-/// that psnr_covisible leaves out. Metrics without pixels to measure are null.
+/// "psnr_covisible", "ssim_covisible" and "covisible" beside the four, and "views_hardly_covisible", the number of
+/// views that psnr_covisible leaves out. Metrics without pixels to measure are null.
 nlohmann::json to_json(const Evaluation& evaluation);
 
 }  // namespace trisoup::train

@@ -27,8 +27,8 @@ struct ImageSums {
 
 enum class Ssim : std::uint32_t {
   none = 0,
-  whole_windows = 1,     // all
-  centred_in_mask = 2,   // those whose central pixel is inside the loss mask
+  whole_windows = 1,    // all
+  centred_in_mask = 2,  // those whose central pixel is inside the loss mask
 };
 
 /// Compares BatchBuffers::colour with BatchBuffers::target for each view of the batch. `buffers` must also hold its
