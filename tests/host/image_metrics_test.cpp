@@ -51,6 +51,25 @@ TEST_CASE("a view without valid pixels has no PSNR and is left out of means", "[
   CHECK(to_json(evaluation)["psnr"].is_null());
 }
 
+TEST_CASE("each view with enough co-visible pixels has the same weight", "[metrics]") {
+  ImageMetrics some;
+  some.pixels = 100;
+  ImageMetrics bright = some, dark = some;
+  bright.psnr = 30, dark.psnr = 20, bright.ssim = 0.9, dark.ssim = 0.5;
+  const std::vector<ViewMetrics> views{{"a", some, {}, CovisibleMetrics{0.8, bright, true}},
+                                       {"b", some, {}, CovisibleMetrics{0.1, dark, true}},
+                                       {"c", some, {}, CovisibleMetrics{0.0, {}, false}},
+                                       {"masked out", {}, {}, CovisibleMetrics{0.0, {}, false}}};
+  const auto mean = covisible_mean(views);
+  REQUIRE(mean);
+  CHECK(mean->share == Approx(0.3));
+  CHECK(mean->psnr == 25);
+  CHECK(mean->ssim == Approx(0.7));
+  CHECK(mean->measured == 2);
+  CHECK(mean->left_out == 1);
+  CHECK_FALSE(covisible_mean({{"a", some}}));
+}
+
 TEST_CASE("a picture that is not finite has no quality", "[metrics]") {
   CHECK(psnr_of(0.01) == Approx(20));
   CHECK(psnr_of(0.0) == 100.0);

@@ -78,6 +78,26 @@ TEST_CASE("masks are found under the names and in the folders that programs use"
   CHECK(result_of(folder.path(), inverted).masked == "r");
 }
 
+TEST_CASE("train_masks decodes training photographs only if they may have masks", "[scene][masks]") {
+  const SceneFolder folder;
+  write_photographs(folder, {"images/a.png", "images/b.png", "images/c.png"});
+  LoadOptions options;
+  options.test_every = 2;  // a and c
+  options.train_images = false;
+  options.train_masks = true;
+  CHECK(load(folder.path(), options).train[0].image.rgba.empty());
+  options.alpha = AlphaUse::mask;
+  CHECK_FALSE(load(folder.path(), options).train[0].image.rgba.empty());
+  options.alpha = AlphaUse::composite;
+  for (const char* name : {"masks/a.png", "masks/b.png", "masks/c.png"}) folder.write(name, half_mask());
+  const Scene scene = load(folder.path(), options);
+  REQUIRE(scene.train.size() == 1);
+  REQUIRE_FALSE(scene.train[0].image.rgba.empty());
+  CHECK(scene.train[0].image.rgba[3] == 0);
+  options.train_masks = false;
+  CHECK(load(folder.path(), options).train[0].image.rgba.empty());
+}
+
 TEST_CASE("dynamic masks beside the photographs are read as instant-ngp reads them", "[scene][masks]") {
   const SceneFolder folder;
   write_photographs(folder, {"images/a.png", "images/b.png"});
