@@ -52,7 +52,7 @@ void write_four(const SceneFolder& folder, const std::string& shared = "") {
   folder.write("transforms.json", frames_of(paths, shared));
 }
 
-void write_model(const SceneFolder& folder, const std::string& model, const Names& names, int points = 1) {
+void write_split_model(const SceneFolder& folder, const std::string& model, const Names& names, int points = 1) {
   folder.write(model + "cameras.txt", std::string("1 PINHOLE 16 12 20 20 8 6\n"));
   std::string images, cloud;
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -185,7 +185,7 @@ TEST_CASE("Blender: test files that hold out nothing", "[scene][split]") {
 
 TEST_CASE("COLMAP: lists of test views beside the model", "[scene][split]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0/", {"a.png", "b.png", "c.png", "d.png"});
+  write_split_model(folder, "sparse/0/", {"a.png", "b.png", "c.png", "d.png"});
   folder.write("sparse/0/test.txt", std::string("\xef\xbb\xbf# held out\r\nB.png\r\n\r\nimages/c.png\r\n"));
   Loaded loaded = load_names(folder);
   CHECK(loaded.test == Names{"images/b.png", "images/c.png"});
@@ -205,13 +205,13 @@ TEST_CASE("COLMAP: lists of test views beside the model", "[scene][split]") {
 TEST_CASE("the largest of several COLMAP models is used", "[scene][colmap][choice]") {
   const SceneFolder folder;
   CHECK_FALSE(largest_model(folder.path() / "sparse"));
-  write_model(folder, "sparse/0/", {"a.png", "b.png"}, 9);
+  write_split_model(folder, "sparse/0/", {"a.png", "b.png"}, 9);
   CHECK(largest_model(folder.path() / "sparse")->line.empty());
   CHECK(load_names(folder, 0).lines.empty());
-  write_model(folder, "sparse/1/", {"a.png", "b.png", "c.png"});
-  write_model(folder, "sparse/10/", {"a.png", "b.png", "d.png"}, 3);
-  write_model(folder, "sparse/2/", {"a.png", "b.png", "e.png"}, 3);
-  write_model(folder, "sparse/x3/", {"a.png", "b.png", "c.png", "d.png"});
+  write_split_model(folder, "sparse/1/", {"a.png", "b.png", "c.png"});
+  write_split_model(folder, "sparse/10/", {"a.png", "b.png", "d.png"}, 3);
+  write_split_model(folder, "sparse/2/", {"a.png", "b.png", "e.png"}, 3);
+  write_split_model(folder, "sparse/x3/", {"a.png", "b.png", "c.png", "d.png"});
   const auto choice = largest_model(folder.path() / "sparse");
   CHECK(choice->model == folder.path() / "sparse/2");
   CHECK(choice->images == 3);
@@ -233,7 +233,7 @@ TEST_CASE("the largest of several COLMAP models is used", "[scene][colmap][choic
 
 TEST_CASE("photographs that do not fit or cannot be read are left out by name", "[scene][load][records]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0/", {"a.png", "b.png", "c.png", "d.png"});
+  write_split_model(folder, "sparse/0/", {"a.png", "b.png", "c.png", "d.png"});
   folder.write("images/b.png", plain(12, 16, 9, 9, 9));
   folder.write("images/c.png", std::string("no picture"));
   Loaded loaded = load_names(folder, 0);
@@ -252,7 +252,7 @@ TEST_CASE("photographs that do not fit or cannot be read are left out by name", 
 
 TEST_CASE("COLMAP images without their camera, and with one id", "[scene][load][records]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0/", {"a.png", "b.png", "c.png"});
+  write_split_model(folder, "sparse/0/", {"a.png", "b.png", "c.png"});
   folder.write("sparse/0/images.txt", std::string("1 1 0 0 0 0 0 4 1 a.png\n\n2 1 0 0 0 1 0 4 9 b.png\n\n"
                                                   "2 1 0 0 0 1 0 4 1 c.png\n\n"));
   const Loaded loaded = load_names(folder, 0);
@@ -269,7 +269,7 @@ TEST_CASE("COLMAP images without their camera, and with one id", "[scene][load][
 
 TEST_CASE("a sparse point too far away in normalised units is left out", "[scene][load][records]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0/", {"a.png", "b.png", "c.png"});
+  write_split_model(folder, "sparse/0/", {"a.png", "b.png", "c.png"});
   // The cameras are 1e-3 apart, so that normalised coordinates are larger than those of the file.
   folder.write("sparse/0/images.txt", std::string("1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 1e-3 0 0 1 b.png\n\n"
                                                   "3 1 0 0 0 0 1e-3 0 1 c.png\n\n"));
