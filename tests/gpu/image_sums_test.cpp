@@ -62,6 +62,8 @@ TEST_CASE("metrics of the device match those of the host", "[image_metrics][each
   s.step.photographs(inputs);
   const std::vector<train::ImageSums> sums = train::sum_images(*gpu, s.buffers, background, train::Ssim::whole_windows);
   const std::vector<train::ImageSums> again = train::sum_images(*gpu, s.buffers, background, train::Ssim::none);
+  const std::vector<train::ImageSums> centred =
+      train::sum_images(*gpu, s.buffers, background, train::Ssim::centred_in_mask);
   REQUIRE(sums.size() == cases.size());
   for (std::size_t v = 0; v < cases.size(); ++v) {
     CAPTURE(v);
@@ -81,6 +83,16 @@ TEST_CASE("metrics of the device match those of the host", "[image_metrics][each
     CHECK(sums[v].uncovered == uncovered);
     CHECK(again[v].squares == sums[v].squares);
     CHECK(again[v].ssim == 0);
+    // Complete windows, and those whose central pixel is inside the mask.
+    std::uint64_t windows = 0, inside = 0;
+    for (int y = 5; y < cases[v].height - 5; ++y)
+      for (int x = 5; x < cases[v].width - 5; ++x, ++windows)
+        inside += photographs[v].rgba[4 * std::size_t(y * cases[v].width + x) + 3] >= 128;
+    CHECK(sums[v].windows == windows);
+    CHECK(centred[v].windows == inside);
+    CHECK(centred[v].pixels == sums[v].pixels);
+    CHECK(centred[v].squares == sums[v].squares);
+    CHECK((centred[v].ssim == sums[v].ssim) == (inside == windows));
   }
   CHECK(sums[1].pixels < 64 * 33);
   CHECK(sums[0].uncovered > 0);
