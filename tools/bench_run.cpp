@@ -31,12 +31,12 @@ using Row = CsvTable::Row;
 
 // docs/charts/README.md describes the columns.
 const std::vector<std::string> kColumns = {
-    "record",    "scene",       "options",        "resolution",   "budget",  "steps", "seed",
-    "command",   "revision",    "device",         "driver",       "host",    "date",  "step",
-    "seconds",   "cpu_seconds", "triangles",      "psnr",         "ssim",    "mae",   "bytes",
-    "frame_ms",  "frame_size",  "frames",         "frame_device", "views",   "size",  "kernel",
-    "kernel_ms", "timed_steps", "nothing_learnt", "dataset",      "settings",
-    "psnr_covisible", "ssim_covisible", "covisible"};
+    "record",         "scene",   "options",  "resolution",     "budget",         "steps",
+    "seed",           "command", "revision", "device",         "driver",         "host",
+    "date",           "step",    "seconds",  "cpu_seconds",    "triangles",      "psnr",
+    "ssim",           "mae",     "bytes",    "frame_ms",       "frame_size",     "frames",
+    "frame_device",   "views",   "size",     "kernel",         "kernel_ms",      "timed_steps",
+    "nothing_learnt", "dataset", "settings", "psnr_covisible", "ssim_covisible", "covisible"};
 
 std::atomic<bool> g_stop{false};
 

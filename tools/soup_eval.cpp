@@ -82,7 +82,8 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--near", o.near, "near plane, normalised units [as trained]");
   app.add_option("--far", o.far, "far plane, normalised units [as trained]");
   app.add_option("--json", o.json_path, "write the JSON to this file; -: standard output [-]");
-  app.add_option("--renders", o.renders, "folder for images of photograph and rendering side by side, and masks of\n"
+  app.add_option("--renders", o.renders,
+                 "folder for images of photograph and rendering side by side, and masks of\n"
                  "the pixels that two training views show");
   app.add_flag("--renderer", o.with_renderer, "draw with the real-time renderer instead of the training kernels");
   app.add_option("--aa", o.aa, "anti-aliasing with --renderer: none, msaa or ssaa [none]")
@@ -195,10 +196,10 @@ void evaluate(Options& o) {
     return;
   }
   const train::Evaluation evaluation =
-      o.with_renderer ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now,
-                                                 *render::anti_aliasing_from(o.aa), on_render)
-                      : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr,
-                                        witnesses);
+      o.with_renderer
+          ? train::evaluate_renderer(*device, file.model, scene, near_now, far_now, *render::anti_aliasing_from(o.aa),
+                                     on_render)
+          : train::evaluate(*device, file.model, scene, scene.test, near_now, far_now, on_render, nullptr, witnesses);
   if (pictures) pictures->finish();
   write_output(o.json_path, to_json(evaluation).dump(2) + "\n");
 }

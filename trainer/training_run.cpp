@@ -438,8 +438,8 @@ TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
       folder_.renders().write_covisible(view, mask);
     };
   measure_if_possible([&] {
-    quality.test = train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_,
-                                   write_mask);
+    quality.test =
+        train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_, write_mask);
   });
   if (o_.measure_float && !has_goal()) {
     train::OnRender check_stop;

@@ -68,9 +68,8 @@ void Renders::write(const scene::View& view, std::vector<float> colour) {
   if (name.size() > 200) name.erase(0, name.size() - 200);
   last_ = unused(name);
   // The photograph, the rendering and the combined image.
-  start(last_, 6 * view.image.rgba.size(), [photograph = view.image, colour = std::move(colour)] {
-    return side_by_side(photograph, colour);
-  });
+  start(last_, 6 * view.image.rgba.size(),
+        [photograph = view.image, colour = std::move(colour)] { return side_by_side(photograph, colour); });
 }
 
 void Renders::write_covisible(const scene::View& view, std::vector<std::uint8_t> mask) {

@@ -46,9 +46,9 @@ struct LoadOptions {
   AlphaUse alpha = AlphaUse::composite;
   bool invert_masks = false;  // values of masks other than 0 exclude a pixel, and 0 does not
   bool outside = false;       // paths of photographs, masks and points may lead outside the dataset's folder
-  bool train_images = true, test_images = true;       // which photographs are decoded; the files of all are located
+  bool train_images = true, test_images = true;  // which photographs are decoded; the files of all are located
   bool train_masks = false;  // decodes the training photographs nevertheless if pixels of them may be masked out
-  int threads = 0;                                    // 0: one per core
+  int threads = 0;           // 0: one per core
   std::function<void(int done, int total)> progress;  // called from one thread at a time
   std::function<void(const std::string& line)> warn;  // one call per warning, one line each
 };
