@@ -12,6 +12,7 @@
 #include "base/printable.h"
 #include "packed.h"
 #include "scene/datasets/dataset.h"
+#include "scene/reconstruct/colmap_program.h"
 #include "scene/reconstruct/reconstruct.h"
 #include "scene/reconstruct/video_frames.h"
 #include "scene_temporary_folder.h"
