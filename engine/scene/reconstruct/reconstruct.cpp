@@ -80,8 +80,9 @@ class Work {
     const FoundModel model = read_found_model(model_folder());
     result.photographs = listed().size();
     result.registered = judge(model.names);
-    result.cameras = describe(model, exif_focals());
-    if (!how_.empty()) result.cameras += how_;
+    const ExifFocals exif = exif_focals();
+    warn_of_cameras(model, exif);
+    result.cameras = describe(model, exif) + how_;
     return result;
   }
 
@@ -310,7 +311,7 @@ class Work {
         colmap_, {folder_ / "database.db", folder_ / "images", partial, listed().size(), exif}, stop_);
     stop_if_asked();
     if (!best) judge({});
-    warn_of(*best);
+    warn_of_pieces(best->pieces);
     const FoundModel refined = refine_lens(colmap_, best->model, exif, best->held, partial / "lens", stop_);
     stop_if_asked();
     if (best->tries > 1)
@@ -321,19 +322,22 @@ class Work {
     fs::rename(folder_ / "whole.partial", folder_ / "sparse");
   }
 
-  void warn_of(const MapperResult& mapping) const {
-    if (const Pieces& pieces = mapping.pieces; pieces.sizes.size() > 1)
+  void warn_of_pieces(const Pieces& pieces) const {
+    if (pieces.sizes.size() > 1)
       warn(fmt::format(
           "the photographs form {} parts that COLMAP could not connect, of {} photographs; the largest is used{}",
           pieces.sizes.size(), fmt::join(pieces.sizes, ", "),
           pieces.from.empty() ? ""
                               : fmt::format("; photographs between {} and {} would connect them",
                                             printable(pieces.from), printable(pieces.to))));
-    if (!mapping.problem.empty())
+  }
+
+  void warn_of_cameras(const FoundModel& model, const ExifFocals& exif) const {
+    if (const std::string problem = implausibility(model, exif); !problem.empty())
       warn(fmt::format(
           "the cameras that COLMAP found cannot be true ({}), so shapes will be bent; photographs that keep their EXIF "
-          "data, show the scene from more sides, or with more overlap, would tell the lens",
-          mapping.problem));
+          "data, show the scene from more sides, or overlap more, would tell the lens",
+          problem));
   }
 
   /// Returns the focal lengths that COLMAP read from EXIF. None for results of earlier versions.
