@@ -42,7 +42,7 @@ std::string joined_arguments(std::vector<Mapping> so_far, bool exif) {
 }
 
 /// Writes a model of two photographs that look along z and see one point, 1 and 3 pixels from where it is observed.
-void write_model(const test::SceneFolder& folder, double f = 640) {
+void write_two_views(const test::SceneFolder& folder, double f = 640) {
   folder.write("cameras.bin", pack(std::uint64_t(1), std::uint32_t(4), std::int32_t(2), std::uint64_t(640),
                                    std::uint64_t(480), f, 320.0, 240.0, 0.1));
   std::string images = pack(std::uint64_t(2));
@@ -148,7 +148,7 @@ TEST_CASE("focal lengths are taken from COLMAP's output only if EXIF has them", 
 
 TEST_CASE("the error of a model is measured from its observations", "[reconstruct][cameras]") {
   const test::SceneFolder folder;
-  write_model(folder);
+  write_two_views(folder);
   const FoundModel model = read_found_model(folder.path());
   CHECK(model.names == std::vector<std::string>{"a", "b"});
   CHECK((model.points == 1 && model.observations == 2));
@@ -156,7 +156,7 @@ TEST_CASE("the error of a model is measured from its observations", "[reconstruc
   CHECK(implausibility(model, {}).empty());
   CHECK_THAT(implausibility(model, {{"a", 300}}), Contains("EXIF says 300"));
   CHECK(describe(model, {{"a", 600}}) ==
-        "camera SIMPLE_RADIAL, focal length 640 pixels (EXIF 600), error 2.00 pixels");
+        "SIMPLE_RADIAL, focal length 640 pixels (EXIF 600), error 2.00 pixels");
   for (const char* file : {"cameras.bin", "images.bin", "points3D.bin"}) {
     const std::string bytes = test::content_of(folder / file);
     for (std::size_t cut = 1; cut < bytes.size(); cut += 3) {
@@ -169,7 +169,7 @@ TEST_CASE("the error of a model is measured from its observations", "[reconstruc
 
 TEST_CASE("cameras get a richer model with the same projection", "[reconstruct][cameras]") {
   const test::SceneFolder folder;
-  write_model(folder);
+  write_two_views(folder);
   FoundModel model = read_found_model(folder.path());
   CHECK(encode_cameras(model, {.model = "OPENCV", .photographs = 3}) == test::content_of(folder / "cameras.bin"));
   folder.write("cameras.bin", encode_cameras(model, {.model = "OPENCV", .photographs = 2}));

@@ -29,10 +29,12 @@ std::optional<ColmapProgress> colmap_progress(std::string_view line) {
 }
 
 std::optional<double> colmap_exif_focal(std::string_view line) {
-  const std::string text(line.substr(0, 200));
+  const std::size_t at = line.find("Focal Length:");  // after the time in newer versions
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string text(line.substr(at, 100));
   double focal = 0;
   char end = 0;
-  if (std::sscanf(text.c_str(), " Focal Length: %lfpx (Prior%c", &focal, &end) == 2 && end == ')' && focal > 0)
+  if (std::sscanf(text.c_str(), "Focal Length: %lfpx (Prior%c", &focal, &end) == 2 && end == ')' && focal > 0)
     return focal;
   return std::nullopt;
 }

@@ -128,7 +128,7 @@ std::string describe(const FoundModel& model, const ExifFocals& exif) {
   const auto camera = model.cameras.find(id);
   if (camera == model.cameras.end()) return {};
   const Camera& c = camera->second.pinhole;
-  std::string text = model.photographs.size() == 1 ? "camera " : fmt::format("{} cameras, ", model.photographs.size());
+  std::string text = model.photographs.size() == 1 ? "" : fmt::format("{}, most photographs by ", model.photographs.size());
   text += fmt::format("{}, focal length {:.0f}", camera->second.model, c.fx);
   if (c.fy != c.fx) text += fmt::format(" and {:.0f}", c.fy);
   text += " pixels";

@@ -34,7 +34,7 @@ std::string implausibility(const FoundModel& model, const ExifFocals& exif);
 /// Returns the focal length by EXIF of a camera's photographs; 0: unknown.
 double exif_focal(const std::vector<std::string>& photographs, const ExifFocals& exif);
 
-/// Describes cameras and error: "camera SIMPLE_RADIAL, focal length 640 pixels (EXIF 640), error 0.74 pixels". Of
+/// Describes cameras and error: "SIMPLE_RADIAL, focal length 640 pixels (EXIF 640), error 0.74 pixels". Of
 /// several cameras, describes that with the most photographs.
 std::string describe(const FoundModel& model, const ExifFocals& exif);
 

@@ -57,7 +57,8 @@ std::vector<LensStep> lens_steps(bool held) {
   if (held) steps = {{.model = "SIMPLE_RADIAL", .distortion = false}, {.model = "SIMPLE_RADIAL"}};
   steps.push_back({.model = "RADIAL", .photographs = kFew});
   steps.push_back({.model = "OPENCV", .photographs = kMany});
-  steps.push_back({.model = "OPENCV", .photographs = kMany, .principal_point = true});
+  // The principal point and the tangential terms make up for each other, and for turns of all cameras.
+  steps.push_back({.model = "OPENCV", .photographs = kMany, .principal_point = true, .least_gain = 0.05});
   return steps;
 }
 
@@ -99,7 +100,7 @@ FoundModel refine_lens(const ColmapProgram& colmap, FoundModel start, const Exif
     try {
       FoundModel found = read_found_model(to);
       if (found.observations * 100 < best.observations * 99) continue;  // points behind cameras have no error
-      if (found.error <= (1 - kLeastGain) * best.error && implausibility(found, exif).empty()) best = std::move(found);
+      if (found.error <= (1 - step.least_gain) * best.error && implausibility(found, exif).empty()) best = std::move(found);
     } catch (const Error&) {  // nothing usable was written
     }
   }
