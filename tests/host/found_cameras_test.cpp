@@ -36,8 +36,9 @@ std::string how(std::vector<Mapping> so_far, std::size_t photographs, bool exif)
 }
 
 std::string joined_arguments(std::vector<Mapping> so_far, bool exif) {
+  const auto next = next_try(so_far, 29, exif);
   std::string text;
-  for (const std::string& argument : next_try(so_far, 29, exif).value().arguments) text += argument + " ";
+  for (const std::string& argument : next.value().arguments) text += argument + " ";
   return text;
 }
 

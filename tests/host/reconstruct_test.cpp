@@ -199,7 +199,7 @@ TEST_CASE("cameras that cannot be true are mapped again with EXIF's focal length
   Stage s;
   s.model("bent", {"a.png", "b.png", "c.png", "d.png"}, 9, 2);
   s.model("true", {"a.png", "b.png", "c.png"}, 9, 9);
-  s.program("colmap", std::string(kColmap) + R"(
+  s.program("colmap", std::string(kColmap) + R"sh(
 [ "$command" != feature_extractor ] || echo "  Focal Length:    10.00px (Prior)"
 [ "$command" != mapper ] || {
   case $(tail -n 1 "$here/calls") in
@@ -207,7 +207,7 @@ TEST_CASE("cameras that cannot be true are mapped again with EXIF's focal length
     *) model 0 bent ;;
   esac
 }
-)");
+)sh");
   const Reconstruction found = s.run();
   CHECK(found.registered == 3);
   CHECK_THAT(found.cameras, Contains("focal length 9 pixels (EXIF 10)") &&
