@@ -86,19 +86,20 @@ TEST_CASE("another mapping is made only where the ones so far are not good", "[r
   CHECK(how({{28, "", 0.7}}, 29, true) == "enough");
   CHECK(how({{27, "", 0.7}}, 29, true) != "enough");
   CHECK(how({{9, "", 0.7}}, 10, true) != "enough");
-  CHECK(how({bent}, 29, true) == "focal length held at EXIF's");
-  CHECK(how({bent}, 29, false) == "without distortion");
+  CHECK(how({bent}, 29, true) == "focal length held at EXIF's, narrow angles accepted");
+  CHECK(how({bent}, 29, false) == "without distortion, narrow angles accepted");
   CHECK(how({bent, good}, 29, true) == "enough");
-  CHECK(how({bent, bent}, 29, true) == "focal length held at EXIF's, fewer matches accepted");
-  CHECK_THAT(how({bent, bent}, 29, false), Contains("1.2 longer sides, fewer matches accepted"));
-  CHECK(how({few}, 29, true) == "fewer matches accepted");
-  CHECK(how({none}, 29, false) == "fewer matches accepted");
-  CHECK(how({few, few}, 29, true) == "focal length held at EXIF's, fewer matches accepted");
-  CHECK(how({few, few}, 29, false) == "fewer matches accepted, another start");
+  CHECK(how({bent, bent}, 29, true) == "focal length held at EXIF's");
+  CHECK(how({bent, bent}, 29, false) == "focal length held at 1.2 longer sides, narrow angles accepted");
+  CHECK(how({few}, 29, true) == "narrow angles accepted");
+  CHECK(how({none}, 29, false) == "narrow angles accepted");
+  CHECK(how({few, few}, 29, true) == "focal length held at EXIF's, narrow angles accepted");
+  CHECK(how({few, bent}, 29, true) == "focal length held at EXIF's, narrow angles accepted");
+  CHECK(how({few, few}, 29, false) == "narrow angles accepted, another start");
   CHECK(how({few, few, few}, 29, false) == "enough");
   CHECK_THAT(joined_arguments({bent}, true), Contains("refine_focal_length 0") && Contains("refine_extra_params 0"));
   CHECK_THAT(joined_arguments({bent}, false), !Contains("refine_focal_length"));
-  CHECK_THAT(joined_arguments({few}, true), Contains("min_num_inliers 15") && !Contains("refine"));
+  CHECK_THAT(joined_arguments({few}, true), Contains("tri_min_angle 0.5") && !Contains("refine"));
 }
 
 TEST_CASE("of several mappings, true cameras and many photographs win", "[reconstruct][cameras]") {

@@ -24,11 +24,14 @@ void hold_cameras(MapperTry& next, bool focal, bool has_exif) {
   next.how = has_exif ? "focal length held at EXIF's" : "focal length held at 1.2 longer sides";
 }
 
-/// COLMAP's defaults are 16 degrees, 100 and 30 matches. They refuse photographs along a street.
+/// For photographs along a street, or few of a place. COLMAP's defaults are 16, 1.5 and 1.5 degrees, 0.95, points seen
+/// by three photographs, 100 and 30 matches: they leave so few points that the camera's path bends or breaks.
 void accept_more(MapperTry& next) {
-  append(next.arguments, {"--Mapper.init_min_tri_angle", "4", "--Mapper.init_min_num_inliers", "50",
+  append(next.arguments, {"--Mapper.init_min_tri_angle", "4", "--Mapper.tri_min_angle", "0.5",
+                          "--Mapper.filter_min_tri_angle", "0.5", "--Mapper.init_max_forward_motion", "1",
+                          "--Mapper.tri_ignore_two_view_tracks", "0", "--Mapper.init_min_num_inliers", "50",
                           "--Mapper.abs_pose_min_num_inliers", "15"});
-  next.how += next.how.empty() ? "fewer matches accepted" : ", fewer matches accepted";
+  next.how += next.how.empty() ? "narrow angles accepted" : ", narrow angles accepted";
 }
 
 }  // namespace
@@ -44,9 +47,12 @@ std::optional<MapperTry> next_try(std::span<const Mapping> so_far, std::size_t p
   const bool last = so_far.size() + 1 == kMostTries;
   // An incomplete first mapping with plausible cameras may still have the wrong ones, so the last try holds EXIF's.
   const bool untrue = std::any_of(so_far.begin(), so_far.end(), [](const Mapping& m) { return !m.problem.empty(); });
-  if (untrue || (last && has_exif)) hold_cameras(next, has_exif || last, has_exif);
-  if (last || !untrue) accept_more(next);
-  if (last && !untrue && !has_exif) append(next.arguments, {"--random_seed", "1"}), next.how += ", another start";
+  const bool hold = untrue || (last && has_exif);
+  if (hold) hold_cameras(next, has_exif || last, has_exif);
+  // Where the second mapping held EXIF's already, the last does so with COLMAP's own limits.
+  const bool repeats = last && has_exif && !so_far.front().problem.empty();
+  if (!repeats) accept_more(next);
+  if (last && !hold) append(next.arguments, {"--random_seed", "1"}), next.how += ", another start";
   return next;
 }
 

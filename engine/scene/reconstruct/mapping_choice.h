@@ -27,9 +27,8 @@ bool is_good(const Mapping& mapping, std::size_t photographs);
 /// Returns how to map next, or nullopt if that is enough. so_far: the mappings made, in order. photographs: all that
 /// were compared. has_exif: EXIF tells the focal length of most photographs.
 ///
-/// The first mapping is COLMAP's own. If its cameras cannot be true, the next holds what went astray: focal lengths at
-/// EXIF's, distortion at none. If photographs lack poses, the next accepts initial pairs with a narrower angle and
-/// photographs with fewer matches.
+/// The first mapping is COLMAP's own. Others accept points under narrower angles and photographs with fewer matches. If
+/// cameras cannot be true, they also hold what went astray: focal lengths at EXIF's, distortion at none.
 std::optional<MapperTry> next_try(std::span<const Mapping> so_far, std::size_t photographs, bool has_exif);
 
 /// Returns the index of the best: the most photographs with poses, of which three in cameras that cannot be true count
