@@ -179,6 +179,9 @@ TEST_CASE("cameras get a richer model with the same projection", "[reconstruct][
   CHECK(model.cameras.at(4).model == "OPENCV");
   CHECK(model.cameras.at(4).pinhole.fy == 640);
   CHECK(model.error == Approx(2));
+  // Photographs that led the mapper astray tell no finer terms.
+  for (const LensStep& step : lens_steps(true)) CHECK(step.model == "SIMPLE_RADIAL");
+  CHECK(lens_steps(false).back().principal_point);
   // A richer model is not reduced.
   CHECK(encode_cameras(model, {.model = "RADIAL"}) == test::content_of(folder / "cameras.bin"));
 }

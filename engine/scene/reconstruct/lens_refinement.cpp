@@ -53,13 +53,14 @@ std::vector<std::string> adjustment(const LensStep& step, const fs::path& from, 
 
 std::vector<LensStep> lens_steps(bool held) {
   constexpr std::size_t kFew = 5, kMany = 10;
-  std::vector<LensStep> steps;
-  if (held) steps = {{.model = "SIMPLE_RADIAL", .distortion = false}, {.model = "SIMPLE_RADIAL"}};
-  steps.push_back({.model = "RADIAL", .photographs = kFew});
-  steps.push_back({.model = "OPENCV", .photographs = kMany});
+  // Photographs that led the mapper astray do not tell the finer terms. They may correct EXIF's focal length.
+  if (held)
+    return {{.model = "SIMPLE_RADIAL", .distortion = false, .least_gain = 0.05},
+            {.model = "SIMPLE_RADIAL", .least_gain = 0.05}};
   // The principal point and the tangential terms make up for each other, and for turns of all cameras.
-  steps.push_back({.model = "OPENCV", .photographs = kMany, .principal_point = true, .least_gain = 0.05});
-  return steps;
+  return {{.model = "RADIAL", .photographs = kFew},
+          {.model = "OPENCV", .photographs = kMany},
+          {.model = "OPENCV", .photographs = kMany, .principal_point = true, .least_gain = 0.05}};
 }
 
 std::string encode_cameras(const FoundModel& model, const LensStep& step) {
