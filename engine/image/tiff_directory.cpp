@@ -63,8 +63,8 @@ std::string_view TiffDirectory::short_text(std::uint16_t tag) const {
 
 Exif read_exif(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kMark = 6;
-  constexpr std::uint16_t kOrientation = 0x112, kExif = 0x8769, kFocalLength = 0x920a, kColourSpace = 0xa001, kInteroperability = 0xa005,
-                          kIndex = 1;
+  constexpr std::uint16_t kOrientation = 0x112, kExif = 0x8769, kFocalLength = 0x920a, kColourSpace = 0xa001,
+                          kInteroperability = 0xa005, kIndex = 1;
   constexpr std::uint32_t kUncalibrated = 0xffff, kAdobeRgb = 2;  // 2 is not in the standard, but is written
   if (bytes.size() > kMark && std::memcmp(bytes.data(), "Exif\0\0", kMark) == 0) bytes = bytes.subspan(kMark);
   Exif exif;

@@ -36,9 +36,9 @@ class TiffDirectory {
 };
 
 struct Exif {
-  int orientation = 1;     // 1 to 8 (see turned()); 1 if there is none
+  int orientation = 1;      // 1 to 8 (see turned()); 1 if there is none
   double focal_length = 0;  // millimetres; 0: unknown
-  bool adobe_rgb = false;  // the colours are those of Adobe RGB, as cameras write it that embed no colour profile
+  bool adobe_rgb = false;   // the colours are those of Adobe RGB, as cameras write it that embed no colour profile
 };
 
 /// Reads EXIF data (Exif 2.32, CIPA DC-008), which may begin with "Exif\0\0". Damaged parts count as missing.

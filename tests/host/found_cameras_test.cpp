@@ -157,8 +157,7 @@ TEST_CASE("the error of a model is measured from its observations", "[reconstruc
   CHECK(model.error == Approx(2));
   CHECK(implausibility(model, {}).empty());
   CHECK_THAT(implausibility(model, {{"a", 300}}), Contains("EXIF says 300"));
-  CHECK(describe(model, {{"a", 600}}) ==
-        "SIMPLE_RADIAL, focal length 640 pixels (EXIF 600), error 2.00 pixels");
+  CHECK(describe(model, {{"a", 600}}) == "SIMPLE_RADIAL, focal length 640 pixels (EXIF 600), error 2.00 pixels");
   for (const char* file : {"cameras.bin", "images.bin", "points3D.bin"}) {
     const std::string bytes = test::content_of(folder / file);
     for (std::size_t cut = 1; cut < bytes.size(); cut += 3) {

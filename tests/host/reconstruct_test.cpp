@@ -188,10 +188,9 @@ TEST_CASE("the largest of several models is used", "[reconstruct]") {
   s.model("three", {"b.png", "c.png", "d.png"});
   s.colmap("model 0 two; model 1 three; model 2 two");
   CHECK(s.run().registered == 3);
-  CHECK_THAT(joined(s.warnings),
-             Contains("3 parts that COLMAP could not connect, of 3, 2, 2 photographs") &&
-                 Contains("photographs between a.png and b.png would connect them") &&
-                 Contains("1 of 4 photographs have no pose and are left out: a.png;"));
+  CHECK_THAT(joined(s.warnings), Contains("3 parts that COLMAP could not connect, of 3, 2, 2 photographs") &&
+                                     Contains("photographs between a.png and b.png would connect them") &&
+                                     Contains("1 of 4 photographs have no pose and are left out: a.png;"));
   CHECK_FALSE(fs::exists(s.out("sparse/1")));
 }
 

@@ -113,10 +113,9 @@ std::string implausibility(const FoundModel& model, const ExifFocals& exif) {
   for (const auto& [id, names] : model.photographs) {
     const auto camera = model.cameras.find(id);
     if (camera == model.cameras.end() || names.size() * 10 < model.names.size() || names.size() <= most) continue;
-    const std::string why =
-        camera->second.problem.empty()
-            ? implausibility(camera->second.pinhole, camera->second.lens, exif_focal(names, exif))
-            : camera->second.problem;
+    const std::string why = camera->second.problem.empty()
+                                ? implausibility(camera->second.pinhole, camera->second.lens, exif_focal(names, exif))
+                                : camera->second.problem;
     if (!why.empty()) problem = why, most = names.size();
   }
   return problem;
@@ -128,7 +127,8 @@ std::string describe(const FoundModel& model, const ExifFocals& exif) {
   const auto camera = model.cameras.find(id);
   if (camera == model.cameras.end()) return {};
   const Camera& c = camera->second.pinhole;
-  std::string text = model.photographs.size() == 1 ? "" : fmt::format("{}, most photographs by ", model.photographs.size());
+  std::string text =
+      model.photographs.size() == 1 ? "" : fmt::format("{}, most photographs by ", model.photographs.size());
   text += fmt::format("{}, focal length {:.0f}", camera->second.model, c.fx);
   if (c.fy != c.fx) text += fmt::format(" and {:.0f}", c.fy);
   text += " pixels";

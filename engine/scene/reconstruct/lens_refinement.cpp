@@ -82,8 +82,8 @@ std::string encode_cameras(const FoundModel& model, const LensStep& step) {
 
 FoundModel refine_lens(const ColmapProgram& colmap, FoundModel start, const ExifFocals& exif, bool held,
                        const fs::path& work, const std::atomic<bool>& stop) {
-  const bool readable = std::all_of(start.cameras.begin(), start.cameras.end(),
-                                    [](const auto& c) { return c.second.problem.empty(); });
+  const bool readable =
+      std::all_of(start.cameras.begin(), start.cameras.end(), [](const auto& c) { return c.second.problem.empty(); });
   if (start.observations == 0 || !readable) return start;
   FoundModel best = std::move(start);
   const std::vector<LensStep> steps = lens_steps(held);
@@ -101,7 +101,8 @@ FoundModel refine_lens(const ColmapProgram& colmap, FoundModel start, const Exif
     try {
       FoundModel found = read_found_model(to);
       if (found.observations * 100 < best.observations * 99) continue;  // points behind cameras have no error
-      if (found.error <= (1 - step.least_gain) * best.error && implausibility(found, exif).empty()) best = std::move(found);
+      if (found.error <= (1 - step.least_gain) * best.error && implausibility(found, exif).empty())
+        best = std::move(found);
     } catch (const Error&) {  // nothing usable was written
     }
   }

@@ -29,8 +29,8 @@ std::vector<LensStep> lens_steps(bool held);
 std::string encode_cameras(const FoundModel& model, const LensStep& step);
 
 /// Runs the steps from the best result so far. A result is used if its error is lower by
-/// LensStep::least_gain and its cameras can be true. Returns the best model, which is `start` or in a subfolder of `work`, an empty folder. A failed adjustment
-/// counts as no gain. Returns early if `stop` is set.
+/// LensStep::least_gain and its cameras can be true. Returns the best model, which is `start` or in a subfolder of
+/// `work`, an empty folder. A failed adjustment counts as no gain. Returns early if `stop` is set.
 FoundModel refine_lens(const ColmapProgram& colmap, FoundModel start, const ExifFocals& exif, bool held,
                        const std::filesystem::path& work, const std::atomic<bool>& stop);
 

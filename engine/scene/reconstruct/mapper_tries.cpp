@@ -27,15 +27,10 @@ bool holds_cameras(const MapperTry& chosen) {
 }
 
 std::vector<std::string> mapper(const MapperInput& input, const MapperTry& chosen, const fs::path& to) {
-  std::vector<std::string> arguments{"mapper",
-                                     "--database_path",
-                                     input.database.string(),
-                                     "--image_path",
-                                     input.images.string(),
-                                     "--output_path",
-                                     to.string(),
-                                     "--Mapper.min_model_size",
-                                     std::to_string(smallest_part(input.photographs))};
+  std::vector<std::string> arguments{
+      "mapper",       "--database_path",         input.database.string(),
+      "--image_path", input.images.string(),     "--output_path",
+      to.string(),    "--Mapper.min_model_size", std::to_string(smallest_part(input.photographs))};
   arguments.insert(arguments.end(), chosen.arguments.begin(), chosen.arguments.end());
   return arguments;
 }

@@ -27,10 +27,10 @@ void hold_cameras(MapperTry& next, bool focal, bool has_exif) {
 /// For photographs along a street, or few of a place. COLMAP's defaults are 16, 1.5 and 1.5 degrees, 0.95, points seen
 /// by three photographs, 100 and 30 matches: they leave so few points that the camera's path bends or breaks.
 void accept_more(MapperTry& next) {
-  append(next.arguments, {"--Mapper.init_min_tri_angle", "4", "--Mapper.tri_min_angle", "0.5",
-                          "--Mapper.filter_min_tri_angle", "0.5", "--Mapper.init_max_forward_motion", "1",
-                          "--Mapper.tri_ignore_two_view_tracks", "0", "--Mapper.init_min_num_inliers", "50",
-                          "--Mapper.abs_pose_min_num_inliers", "15"});
+  append(next.arguments,
+         {"--Mapper.init_min_tri_angle", "4", "--Mapper.tri_min_angle", "0.5", "--Mapper.filter_min_tri_angle", "0.5",
+          "--Mapper.init_max_forward_motion", "1", "--Mapper.tri_ignore_two_view_tracks", "0",
+          "--Mapper.init_min_num_inliers", "50", "--Mapper.abs_pose_min_num_inliers", "15"});
   next.how += next.how.empty() ? "narrow angles accepted" : ", narrow angles accepted";
 }
 

@@ -116,8 +116,8 @@ class Work {
         "sparse.partial",      "whole.partial",           "images.partial"};
     // The record and the model come first: without them, remaining files never count as complete.
     if (!same)
-      old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm",
-                               kListed, kExif, kLoops, "images", "log.txt"});
+      old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm", kListed, kExif,
+                               kLoops, "images", "log.txt"});
     if (!ours) old.clear();
     for (const char* name : old) {
       std::error_code problem;
@@ -192,8 +192,8 @@ class Work {
                   printable(target.string()), problem.message());
   }
 
-  /// Returns the names of the usable photographs of each camera. Decodes all of them, because a damaged one would stop the training after the
-  /// reconstruction.
+  /// Returns the names of the usable photographs of each camera. Decodes all of them, because a damaged one would stop
+  /// the training after the reconstruction.
   std::vector<std::vector<std::string>> usable() const {
     const fs::path images = folder_ / "images";
     std::vector<PhotographFacts> facts(all_.size());
@@ -254,15 +254,14 @@ class Work {
       write(kListed, lines(group));
       std::optional<double> focal;
       // One focal length and one term of distortion, which even few photographs determine. lens_refinement.h adds more.
-      const ChildResult result =
-          run({"features", done, total},
-              {"feature_extractor", "--database_path", database, "--image_path", folder_ / "images",
-               "--image_list_path", folder_ / kListed, "--ImageReader.single_camera", "1",
-               "--ImageReader.camera_model", "SIMPLE_RADIAL", "--SiftExtraction.use_gpu", "0",
-               "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)},
-              [&](std::string_view line) {
-                if (const auto said = colmap_exif_focal(line)) focal = said;
-              });
+      const ChildResult result = run(
+          {"features", done, total},
+          {"feature_extractor", "--database_path", database, "--image_path", folder_ / "images", "--image_list_path",
+           folder_ / kListed, "--ImageReader.single_camera", "1", "--ImageReader.camera_model", "SIMPLE_RADIAL",
+           "--SiftExtraction.use_gpu", "0", "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)},
+          [&](std::string_view line) {
+            if (const auto said = colmap_exif_focal(line)) focal = said;
+          });
       colmap_.check(result, "feature_extractor");
       done += static_cast<int>(group.size());
       for (std::size_t i = 0; focal && i < group.size(); ++i) exif += fmt::format("{:.2f} {}\n", *focal, group[i]);
@@ -307,8 +306,8 @@ class Work {
     const fs::path partial = folder_ / "sparse.partial";
     fs::create_directory(partial);
     const ExifFocals exif = exif_focals();
-    const auto best = map_photographs(
-        colmap_, {folder_ / "database.db", folder_ / "images", partial, listed().size(), exif}, stop_);
+    const auto best =
+        map_photographs(colmap_, {folder_ / "database.db", folder_ / "images", partial, listed().size(), exif}, stop_);
     stop_if_asked();
     if (!best) judge({});
     warn_of_pieces(best->pieces);

@@ -15,8 +15,8 @@ namespace trisoup::scene {
 inline constexpr std::size_t kLeastRegistered = 3;
 inline constexpr double kLeastShare = 1.0 / 3;
 
-/// Up to this number of photographs, each is matched with all others. In larger sets and among frames of a video, each is
-/// matched with its neighbours in name order, and some with each other (see loop_pairs()).
+/// Up to this number of photographs, each is matched with all others. In larger sets and among frames of a video, each
+/// is matched with its neighbours in name order, and some with each other (see loop_pairs()).
 inline constexpr std::size_t kMostExhaustive = 200;
 
 struct ReconstructOptions {
