@@ -78,6 +78,7 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
   say(o, fmt::format("poses: {} of {} photographs, {}", found.registered, found.photographs,
                      found.reused ? found.dataset.string() + " (reused)"
                                   : fmt::format("{:.0f} s, {}", seconds, found.dataset.string())));
+  say(o, "cameras: " + found.cameras);
   return found.dataset.string();
 }
 

@@ -77,7 +77,7 @@ ImageSize png_or_jpeg_size(PictureKind kind, Bytes start, const std::string& nam
     check_size(name, big_endian_32(&start[16]), big_endian_32(&start[20]), bytes);
   if (kind == PictureKind::jpeg) {
     const JpegHeader header = jpeg_header(start);
-    size.orientation = header.exif.orientation;
+    size.orientation = header.exif.orientation, size.focal_length = header.exif.focal_length;
     if (header.width > 0 && header.height > 0) check_size(name, header.width, header.height, bytes);
   }
   if (const char* reason = stb_size(start, size.width, size.height))
@@ -209,7 +209,7 @@ ImageSize image_size(const std::filesystem::path& path) {
   }
 #endif
   const PlainPicture picture = checked_plain(kind, unsigned_bytes(bytes_of(content)), name);
-  return {static_cast<int>(picture.width), static_cast<int>(picture.height)};
+  return {.width = static_cast<int>(picture.width), .height = static_cast<int>(picture.height)};
 }
 
 Image decode_image(std::span<const std::byte> content, const std::string& name, const DecodeOptions& options) {

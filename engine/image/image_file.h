@@ -14,6 +14,7 @@ namespace trisoup {
 struct ImageSize {
   int width = 0, height = 0;  // pixels, as stored in the file
   int orientation = 1;        // EXIF orientation of a JPEG, PNG, WebP or TIFF; see turned()
+  double focal_length = 0;    // by EXIF of a JPEG, millimetres; 0: unknown
 };
 
 /// Reads the size from the header of a file without decoding it. Throws Error for types that are not read, by their

@@ -7,7 +7,7 @@ namespace trisoup {
 namespace {
 
 constexpr std::size_t kEntryBytes = 12;
-constexpr std::uint32_t kAscii = 2, kShort = 3, kLong = 4;
+constexpr std::uint32_t kAscii = 2, kShort = 3, kLong = 4, kRational = 5;
 
 }  // namespace
 
@@ -44,6 +44,16 @@ std::optional<std::uint32_t> TiffDirectory::value(std::uint16_t tag) const {
   return std::nullopt;
 }
 
+std::optional<double> TiffDirectory::ratio(std::uint16_t tag) const {
+  const std::size_t at = entry(tag);
+  if (at == 0 || number(at + 2, 2) != kRational || number(at + 4, 4) != 1) return std::nullopt;
+  const std::size_t place = number(at + 8, 4);
+  if (place + 8 > tiff_.size()) return std::nullopt;
+  const std::uint32_t denominator = number(place + 4, 4);
+  if (denominator == 0) return std::nullopt;
+  return double(number(place, 4)) / denominator;
+}
+
 std::string_view TiffDirectory::short_text(std::uint16_t tag) const {
   const std::size_t at = entry(tag);
   if (at == 0 || number(at + 2, 2) != kAscii) return {};
@@ -53,8 +63,8 @@ std::string_view TiffDirectory::short_text(std::uint16_t tag) const {
 
 Exif read_exif(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kMark = 6;
-  constexpr std::uint16_t kOrientation = 0x112, kExif = 0x8769, kColourSpace = 0xa001, kInteroperability = 0xa005,
-                          kIndex = 1;
+  constexpr std::uint16_t kOrientation = 0x112, kExif = 0x8769, kFocalLength = 0x920a, kColourSpace = 0xa001,
+                          kInteroperability = 0xa005, kIndex = 1;
   constexpr std::uint32_t kUncalibrated = 0xffff, kAdobeRgb = 2;  // 2 is not in the standard, but is written
   if (bytes.size() > kMark && std::memcmp(bytes.data(), "Exif\0\0", kMark) == 0) bytes = bytes.subspan(kMark);
   Exif exif;
@@ -64,6 +74,7 @@ Exif read_exif(std::span<const std::uint8_t> bytes) {
   const std::uint32_t at = first.value(kExif).value_or(0);
   if (at == 0) return exif;
   const TiffDirectory details(bytes, at);
+  exif.focal_length = details.ratio(kFocalLength).value_or(0);
   const std::uint32_t colours = details.value(kColourSpace).value_or(0),
                       interoperability = details.value(kInteroperability).value_or(0);
   // DCF 2.0 (CIPA DC-009): Adobe RGB is "uncalibrated" with the interoperability index R03.

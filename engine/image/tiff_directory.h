@@ -20,6 +20,8 @@ class TiffDirectory {
   bool has(std::uint16_t tag) const;
   /// Returns the only value of a field of type SHORT or LONG, or nullopt.
   std::optional<std::uint32_t> value(std::uint16_t tag) const;
+  /// Returns the only value of a field of type RATIONAL, or nullopt; also for a denominator of 0.
+  std::optional<double> ratio(std::uint16_t tag) const;
   /// Returns the first characters of a field of type ASCII, at most four, without the final zero.
   std::string_view short_text(std::uint16_t tag) const;
 
@@ -34,8 +36,9 @@ class TiffDirectory {
 };
 
 struct Exif {
-  int orientation = 1;     // 1 to 8 (see turned()); 1 if there is none
-  bool adobe_rgb = false;  // the colours are those of Adobe RGB, as cameras write it that embed no colour profile
+  int orientation = 1;      // 1 to 8 (see turned()); 1 if there is none
+  double focal_length = 0;  // millimetres; 0: unknown
+  bool adobe_rgb = false;   // the colours are those of Adobe RGB, as cameras write it that embed no colour profile
 };
 
 /// Reads EXIF data (Exif 2.32, CIPA DC-008), which may begin with "Exif\0\0". Damaged parts count as missing.

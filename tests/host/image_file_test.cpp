@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "image/image_file.h"
+#include "image/tiff_directory.h"
 #include "jpeg_of.h"
 #include "scene_temporary_folder.h"
 
@@ -332,6 +333,23 @@ TEST_CASE("EXIF orientation is applied", "[scene][image][exif]") {
   CHECK(seen(6) == "41 52 63 ");
   CHECK(seen(7) == "63 52 41 ");
   CHECK(seen(8) == "36 25 14 ");
+}
+
+TEST_CASE("the focal length is read from EXIF", "[scene][image][exif]") {
+  // MM, one directory with the position of the details, and these with FocalLength at byte 44.
+  const auto exif = [](std::uint32_t numerator, std::uint32_t denominator) {
+    std::string bytes("MM\0*\0\0\0\x08\0\x01\x87\x69\0\x04\0\0\0\x01\0\0\0\x1a\0\0\0\0", 26);
+    bytes += std::string("\0\x01\x92\x0a\0\x05\0\0\0\x01\0\0\0\x2c\0\0\0\0", 18);
+    for (const std::uint32_t value : {numerator, denominator})
+      for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift);
+    return bytes;
+  };
+  const auto focal = [](const std::string& bytes) {
+    return read_exif({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}).focal_length;
+  };
+  CHECK(focal(exif(428, 100)) == Approx(4.28));
+  CHECK(focal(exif(428, 0)) == 0);
+  for (std::size_t bytes = 0; bytes < 52; ++bytes) CHECK(focal(exif(428, 100).substr(0, bytes)) == 0);
 }
 
 TEST_CASE("a JPEG is decoded at reduced size", "[scene][image][reduced]") {

@@ -12,6 +12,7 @@
 #include "base/printable.h"
 #include "packed.h"
 #include "scene/datasets/dataset.h"
+#include "scene/reconstruct/colmap_program.h"
 #include "scene/reconstruct/reconstruct.h"
 #include "scene/reconstruct/video_frames.h"
 #include "scene_temporary_folder.h"
@@ -72,14 +73,14 @@ struct Stage {
     program("colmap", kColmap + ("[ \"$command\" != mapper ] || {\n" + mapper + "\n}\n"));
   }
   /// Creates a model of these photographs for the fake mapper.
-  void model(const std::string& name, const std::vector<std::string>& names) {
+  void model(const std::string& name, const std::vector<std::string>& names, double fx = 9, double fy = 9) {
     std::string images = pack(std::uint64_t(names.size()));
     for (std::size_t i = 0; i < names.size(); ++i)
       images += pack(std::uint32_t(i + 1), 1.0, 0.0, 0.0, 0.0, double(i), 0.0, 3.0, std::uint32_t(1)) + names[i] +
                 '\0' + pack(std::uint64_t(0));
     folder.write("bin/models/" + name + "/images.bin", images);
     folder.write("bin/models/" + name + "/cameras.bin", pack(std::uint64_t(1), std::uint32_t(1), std::int32_t(1),
-                                                             std::uint64_t(8), std::uint64_t(6), 9.0, 9.0, 4.0, 3.0));
+                                                             std::uint64_t(8), std::uint64_t(6), fx, fy, 4.0, 3.0));
     folder.write("bin/models/" + name + "/points3D.bin", pack(std::uint64_t(0)));
   }
   Reconstruction run(const char* dataset = "photographs") {
@@ -107,9 +108,10 @@ TEST_CASE("progress is read from the output of COLMAP", "[reconstruct]") {
   CHECK(text("Processed file [3/20]") == "3/0");
   CHECK(text("Matching block [2/3, 1/3] in 0.5s") == "4/9");
   CHECK(text("Matching image [7/160] in 0.5s") == "7/160");
+  CHECK(text("Matching block [2/7] in 0.5s") == "2/7");
   CHECK(text("Registering image #12 (5)") == "4/0");
   for (const char* line :
-       {"", "Processed file [", "Processed file [9/3]", "Matching block [0/3, 1/3]",
+       {"", "Processed file [", "Processed file [9/3]", "Matching block [9/3]", "Matching block [0/3, 1/3]",
         "Matching block [9999999/9999999, 1/9999999]", "  Name: Processed file [1/2]", "Elapsed time: 0.2 [minutes]"})
     CHECK(text(line) == "");
 }
@@ -186,9 +188,57 @@ TEST_CASE("the largest of several models is used", "[reconstruct]") {
   s.model("three", {"b.png", "c.png", "d.png"});
   s.colmap("model 0 two; model 1 three; model 2 two");
   CHECK(s.run().registered == 3);
-  CHECK_THAT(joined(s.warnings),
-             Contains("3 parts") && Contains("1 of 4 photographs have no pose and are left out: a.png;"));
+  CHECK_THAT(joined(s.warnings), Contains("3 parts that COLMAP could not connect, of 3, 2, 2 photographs") &&
+                                     Contains("photographs between a.png and b.png would connect them") &&
+                                     Contains("1 of 4 photographs have no pose and are left out: a.png;"));
   CHECK_FALSE(fs::exists(s.out("sparse/1")));
+}
+
+TEST_CASE("cameras that cannot be true are mapped again with EXIF's focal length", "[reconstruct][cameras]") {
+  Stage s;
+  s.model("bent", {"a.png", "b.png", "c.png", "d.png"}, 9, 2);
+  s.model("true", {"a.png", "b.png", "c.png"}, 9, 9);
+  s.program("colmap", std::string(kColmap) + R"sh(
+[ "$command" != feature_extractor ] || echo "  Focal Length:    10.00px (Prior)"
+[ "$command" != mapper ] || {
+  case $(tail -n 1 "$here/calls") in
+    *refine_focal_length*) model 0 true ;;
+    *) model 0 bent ;;
+  esac
+}
+)sh");
+  const Reconstruction found = s.run();
+  CHECK(found.registered == 3);
+  CHECK_THAT(found.cameras, Contains("focal length 9 pixels (EXIF 10)") &&
+                                Contains("best of 3 mappings: focal length held at EXIF's"));
+  CHECK_THAT(joined(s.progress), Contains("poses 0/4") && Contains("poses, try 2 0/4") && Contains("try 3"));
+  CHECK_THAT(joined(s.warnings), !Contains("cannot be true"));
+  CHECK_FALSE(fs::exists(s.out("sparse.partial")));
+  const Reconstruction again = s.run();
+  CHECK(again.reused);
+  CHECK_THAT(again.cameras, Contains("(EXIF 10)"));
+}
+
+TEST_CASE("cameras that stay untrue are told, and a failure of a later mapping costs nothing",
+          "[reconstruct][cameras]") {
+  Stage s;
+  s.model("bent", {"a.png", "b.png", "c.png", "d.png"}, 9, 2);
+  s.colmap("[ -e \"$here/second\" ] && exit 3; touch \"$here/second\"; model 0 bent");
+  CHECK(s.run().registered == 4);
+  CHECK_THAT(joined(s.warnings), Contains("cannot be true (focal lengths of 9 and 2 pixels") && Contains("EXIF"));
+}
+
+TEST_CASE("many photographs are matched with neighbours and in loops, with a warning", "[reconstruct][cameras]") {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i <= kMostExhaustive; ++i) names.push_back(fmt::format("{:03}.png", i));
+  Stage s(names);
+  s.model("all", names);
+  s.colmap("model 0 all");
+  CHECK(s.run().registered == names.size());
+  CHECK_THAT(joined(s.warnings), Contains("201 photographs, too many to match each with all others"));
+  CHECK_THAT(s.calls(), Contains("sequential_matcher") && Contains("matches_importer"));
+  CHECK_THAT(test::content_of(s.out("loops.txt")), Contains("000.png 015.png\n") && Contains("000.png 195.png\n"));
+  CHECK_THAT(joined(s.progress), Contains("matching loops 0/40"));
 }
 
 TEST_CASE("too few photographs with poses are an error that names the others", "[reconstruct]") {

@@ -64,7 +64,14 @@ TEST_CASE("cameras with an impossible focal length are left out", "[scene][intri
     CHECK(left_out(frame_of("b", with_focal(f))).find("the focal length of b, ") != std::string::npos);
   CHECK(left_out(frame_of("b", with_focal(0.9))).find("if it is a fraction of the width") != std::string::npos);
   CHECK(left_out(frame_of("b", with_focal(24))).find("if it is in millimetres") != std::string::npos);
-  for (const double f : {40.0, 31000.0}) CHECK(lines_with(frame_of("b", with_focal(f)), 3).empty());
+  for (const double f : {40.0, 31000.0}) {
+    const auto lines = lines_with(frame_of("b", with_focal(f)), 3);
+    REQUIRE(lines.size() == 1);
+    CHECK(lines[0].find(f < 640 ? "which is too short for lenses" : "which is very long for lenses") !=
+          std::string::npos);
+  }
+  for (const double f : {170.0, 9000.0}) CHECK(lines_with(frame_of("b", with_focal(f)), 3).empty());
+  CHECK(lines_with(frame_of("b", with_focal(150), radial(0, Lens::Model::fisheye)), 3).empty());
   // A model file holds focal lengths below 1e6 pixels.
   CHECK(left_out(frame_of("b", {30000, 20000, 1.1e6, 1.1e6, 15000, 10000, glm::dmat4(1.0)})).find("1.1e+06 pixels") !=
         std::string::npos);

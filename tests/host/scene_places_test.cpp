@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A COLMAP text model with these names.
-void write_model(const SceneFolder& folder, const std::string& place, const std::vector<std::string>& names) {
+void write_model_at(const SceneFolder& folder, const std::string& place, const std::vector<std::string>& names) {
   std::string images;
   for (std::size_t i = 0; i < names.size(); ++i)
     images += fmt::format("{} 1 0 0 0 {} 0 4 1 {}\n\n", i + 1, i, names[i]);
@@ -54,7 +54,7 @@ TEST_CASE("COLMAP models and photographs are found in all usual places", "[scene
   const char* const images = GENERATE("images", "input", "Images", "image", "rgb", "frames");
   CAPTURE(model, images);
   const SceneFolder folder;
-  write_model(folder, model, {"a.png", "b.png"});
+  write_model_at(folder, model, {"a.png", "b.png"});
   const std::string a = std::string(images) + "/a.png", b = std::string(images) + "/b.png";
   write_pictures(folder, {a, b});
   CHECK(has_poses(folder.path()));
@@ -66,21 +66,21 @@ TEST_CASE("COLMAP models and photographs are found in all usual places", "[scene
 
 TEST_CASE("photographs near the model come before others", "[scene][places]") {
   const SceneFolder folder;
-  write_model(folder, "dense/0/sparse", {"a.png"});
+  write_model_at(folder, "dense/0/sparse", {"a.png"});
   write_pictures(folder, {"images/a.png", "dense/0/images/a.png"});
   CHECK(read_names(folder.path()).names == PlaceNames{"dense/0/images/a.png"});
   const SceneFolder distorted;
-  write_model(distorted, "distorted/sparse/0", {"a.png"});
+  write_model_at(distorted, "distorted/sparse/0", {"a.png"});
   write_pictures(distorted, {"images/a.png", "input/a.png"});
   CHECK(read_names(distorted.path()).names == PlaceNames{"input/a.png"});
-  write_model(distorted, "sparse/0", {"a.png"});
+  write_model_at(distorted, "sparse/0", {"a.png"});
   CHECK(read_names(distorted.path()).names == PlaceNames{"images/a.png"});
 }
 
 TEST_CASE("a folder of a dataset stands for the dataset", "[scene][places]") {
   const SceneFolder folder;
-  write_model(folder, "set/sparse/0", {"a.png"});
-  write_model(folder, "set/sparse/1", {"b.png"});
+  write_model_at(folder, "set/sparse/0", {"a.png"});
+  write_model_at(folder, "set/sparse/1", {"b.png"});
   write_pictures(folder, {"set/images/a.png", "set/images/b.png"});
   const Read one = read_names(folder / "set/sparse/1");
   CHECK(one.names == PlaceNames{"images/b.png"});
@@ -88,7 +88,7 @@ TEST_CASE("a folder of a dataset stands for the dataset", "[scene][places]") {
   CHECK_THAT(one.findings[0], Contains("set/sparse/1: is part of the dataset "));
   CHECK(read_names(folder / "set/images/").names == PlaceNames{"images/a.png"});
   // Two datasets below one folder.
-  write_model(folder, "second/sparse/0", {"a.png"});
+  write_model_at(folder, "second/sparse/0", {"a.png"});
   CHECK_THAT(test::message_of([&] { read_dataset(folder.path(), 1); }), Contains("has COLMAP models in "));
   // Photographs of their own beside other datasets are not part of these.
   write_pictures(folder, {"images/z.png"});
@@ -96,7 +96,7 @@ TEST_CASE("a folder of a dataset stands for the dataset", "[scene][places]") {
   // The folder of reconstruct() is not taken for a dataset's own model.
   const SceneFolder trained;
   write_pictures(trained, {"a.png"});
-  write_model(trained, "colmap/sparse/0", {"a.png"});
+  write_model_at(trained, "colmap/sparse/0", {"a.png"});
   CHECK(has_poses(trained.path()));
   trained.write("colmap/made_from.json", std::string("{}"));
   CHECK_FALSE(has_poses(trained.path()));
@@ -107,21 +107,21 @@ TEST_CASE("names in a COLMAP model may be spelled otherwise than those of the fi
                                       "file:///x/y/a.png", "C:\\x\\a.png");
   CAPTURE(listed);
   const SceneFolder folder;
-  write_model(folder, "sparse/0", {listed});
+  write_model_at(folder, "sparse/0", {listed});
   write_pictures(folder, {"images/a.png", "masks/a.png", "images_4/a.png", "depth/a.png"});
   CHECK(read_names(folder.path()).names == PlaceNames{"images/a.png"});
 }
 
 TEST_CASE("names in another Unicode form are found", "[scene][places][names]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0", {"Co\xCC\x81pia.png"});
+  write_model_at(folder, "sparse/0", {"Co\xCC\x81pia.png"});
   write_pictures(folder, {"images/C\xC3\xB3pia.png"});
   CHECK(read_names(folder.path()).names == PlaceNames{"images/C\xC3\xB3pia.png"});
 }
 
 TEST_CASE("a missing photograph is not replaced by another with its name", "[scene][places][names]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0", {"left/0.png", "left/1.png", "right/0.png"});
+  write_model_at(folder, "sparse/0", {"left/0.png", "left/1.png", "right/0.png"});
   write_pictures(folder, {"images/left/0.png", "images/right/0.png", "images/right/1.png", "input/left/1.png"});
   CHECK(read_names(folder.path()).names == PlaceNames{"images/left/0.png", "images/right/0.png"});
   // Copies of the photographs in another folder, for paths without folder.
@@ -135,20 +135,20 @@ TEST_CASE("a missing photograph is not replaced by another with its name", "[sce
 
 TEST_CASE("a name of several photographs is left out with its candidates", "[scene][places][names]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0", {"a.png", "b.png"});
+  write_model_at(folder, "sparse/0", {"a.png", "b.png"});
   write_pictures(folder, {"one/a.png", "two/a.png", "one/b.png"});
   const Read result = read_names(folder.path());
   CHECK(result.names == PlaceNames{"one/b.png"});
   REQUIRE(result.findings.size() == 1);
   CHECK_THAT(result.findings[0], Contains("images.txt: left out 1 frame: several photographs have the name; ") &&
                                      Contains("a.png (one/a.png, two/a.png)"));
-  write_model(folder, "sparse/0", {"a.png"});
+  write_model_at(folder, "sparse/0", {"a.png"});
   CHECK_THAT(test::message_of([&] { read_dataset(folder.path(), 1); }), Contains("a.png (one/a.png, two/a.png)"));
 }
 
 TEST_CASE("points of a COLMAP model may be in points3D.ply", "[scene][places]") {
   const SceneFolder folder;
-  write_model(folder, "sparse/0", {"a.png"});
+  write_model_at(folder, "sparse/0", {"a.png"});
   write_pictures(folder, {"images/a.png"});
   fs::remove(folder / "sparse/0/points3D.txt");
   CHECK(read_dataset(folder.path(), 1).points.positions.empty());
@@ -209,7 +209,7 @@ TEST_CASE("poses in JSON of another name, and a file of a COLMAP model as the da
   fs::remove(folder.path() / "one.json");
   CHECK_FALSE(has_poses(folder.path()));
 
-  write_model(folder, "sparse/0", {"a.png", "b.png"});
+  write_model_at(folder, "sparse/0", {"a.png", "b.png"});
   for (const char* file : {"sparse/0/images.txt", "sparse/0/cameras.txt"}) {
     CHECK(has_poses(folder.path() / file));
     CHECK(read_names(folder.path() / file).names == PlaceNames{"images/a.png", "images/b.png"});

@@ -133,6 +133,19 @@ std::string focal_problem(const Frame& frame) {
                      camera.height, fix);
 }
 
+/// A focal length that is possible, but hardly that of a photograph of a scene: a lens without fisheye that sees more
+/// than 127 degrees, or less than 4.
+std::string angle_doubt(const Frame& frame) {
+  constexpr double kShortest = 0.25, kLongest = 15;  // longer sides
+  const Camera& camera = frame.camera;
+  const double sides = std::sqrt(camera.fx * camera.fy) / std::max(camera.width, camera.height);
+  if (frame.lens.model != Lens::Model::perspective || (sides >= kShortest && sides <= kLongest)) return {};
+  return fmt::format(
+      "{}: the focal length of {}, {:.6g} pixels, is {:.2g} times the longer side of its photograph, which is {} for "
+      "lenses; check the calibration, or find the poses again from the photographs alone",
+      frame.source, printable(frame.photograph.name), camera.fx, sides, sides < 1 ? "too short" : "very long");
+}
+
 // Returns true if the frame is left out.
 bool check_lens(const Frame& frame, std::size_t index, CameraDoubts& doubts, CameraWarning& folds) {
   const LensUse use = use_of(frame.camera, frame.lens);
@@ -161,7 +174,7 @@ bool check_lens(const Frame& frame, std::size_t index, CameraDoubts& doubts, Cam
 }  // namespace
 
 void check_intrinsics(Dataset& dataset) {
-  CameraWarning middles, fields, folds, panoramas, ratios;
+  CameraWarning middles, fields, folds, panoramas, ratios, angles;
   constexpr double kMaxRatio = 1.2;  // of focal lengths
   CameraDoubts doubts;
   for (std::size_t i = 0; i < dataset.frames.size(); ++i) {
@@ -203,6 +216,7 @@ void check_intrinsics(Dataset& dataset) {
           fmt::format("{}: the focal lengths of {}, {:.6g} and {:.6g} pixels, differ by more than a fifth, as if "
                       "pixels were not square; calibrate the camera again",
                       frame.source, name, camera.fx, camera.fy));
+    if (const std::string doubt = angle_doubt(frame); !doubt.empty()) angles.add(doubt);
     if (times)
       middles.add(fmt::format(
           "{}: the principal point ({:.6g}, {:.6g}) of {} is far from the centre of its {} x {} pixels; {}",
@@ -213,7 +227,7 @@ void check_intrinsics(Dataset& dataset) {
   }
   const std::size_t all = dataset.frames.size();
   doubts.leave_out(dataset);
-  for (const CameraWarning& warning : {middles, fields, folds, panoramas, ratios})
+  for (const CameraWarning& warning : {middles, fields, folds, panoramas, ratios, angles})
     if (warning.count > 0)
       dataset.findings.warn(fmt::format("{} ({} of {} photographs)", warning.first, warning.count, all));
 }

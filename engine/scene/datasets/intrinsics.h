@@ -13,8 +13,9 @@ namespace trisoup::scene {
 ///   shows the photograph.
 /// Adds a warning for lenses that fold over nearer to the corners (the rest is masked), for principal points that would
 /// be the centre of a larger or smaller image with the same proportions, for focal lengths that contradict the field of
-/// view in the file, and for panoramas that are not twice as wide as high. The usual mistake is to combine reduced
-/// images with intrinsics of the full size. Throws Error if no frame is left.
+/// view in the file, that hardly any lens has, or that differ by more than a fifth, and for panoramas that are not
+/// twice as wide as high. The usual mistake is to combine reduced images with intrinsics of the full size. Throws Error
+/// if no frame is left.
 void check_intrinsics(Dataset& dataset);
 
 }  // namespace trisoup::scene

@@ -1,23 +1,26 @@
 #include "scene/reconstruct/reconstruct.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
-#include <map>
 #include <mutex>
+#include <optional>
 #include <set>
+#include <span>
 #include <sstream>
 
 #include <nlohmann/json.hpp>
 
 #include "base/atomic_file.h"
-#include "base/child_process.h"
 #include "base/error.h"
 #include "base/parallel_for.h"
 #include "base/printable.h"
 #include "base/read_file.h"
 #include "image/image_file.h"
-#include "scene/formats/colmap_model.h"
+#include "scene/reconstruct/camera_groups.h"
+#include "scene/reconstruct/colmap_program.h"
+#include "scene/reconstruct/found_model.h"
+#include "scene/reconstruct/lens_refinement.h"
+#include "scene/reconstruct/loop_pairs.h"
+#include "scene/reconstruct/mapper_tries.h"
 #include "scene/reconstruct/video_frames.h"
 
 namespace trisoup::scene {
@@ -26,22 +29,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* kRecord = "made_from.json";
-/// Smallest number of photographs from which a shared camera with eight parameters is estimated.
-constexpr std::size_t kLeastForOpencv = 10;
+constexpr const char *kRecord = "made_from.json", *kListed = "photographs.txt", *kExif = "exif_focal_lengths.txt",
+                     *kLoops = "loops.txt";
+constexpr std::size_t kOverlap = 10;  // neighbours with which each photograph of a sequence is matched
 constexpr const char* kTakeBetter =
     "take more sharp and overlapping photographs of a static scene, with every part visible from several positions";
-
-/// Returns the path of a program. Throws Error that states its purpose and how to install it if it is missing.
-fs::path program(const char* name, const char* package, const char* purpose) {
-  fs::path found = find_program(name);
-  if (found.empty())
-    throw Error(
-        "{} is not installed; it {}; install it: sudo apt-get install {} (or tools/install_packages "
-        "--for-photographs)",
-        name, purpose, package);
-  return found;
-}
 
 json identity(const fs::path& file, const std::string& name) {
   std::error_code problem;
@@ -58,28 +50,6 @@ std::string record_of(const Unposed& unposed, const ReconstructOptions& options)
   if (!unposed.video.empty()) files.push_back(identity(unposed.video, unposed.video.filename().string()));
   for (const std::string& name : unposed.names) files.push_back(identity(unposed.folder / name, name));
   return json{{"files", files}, {"feature_size", options.feature_size}}.dump(1) + "\n";
-}
-
-std::vector<std::string> registered_in(const fs::path& model) {
-  const std::string content = read_file(model / "images.bin");
-  std::vector<std::string> names;
-  Findings ignored;  // reading the dataset reports them
-  for (const ColmapImage& image :
-       parse_colmap_images_binary(bytes_of(content), printable((model / "images.bin").string()), ignored))
-    names.push_back(image.name);
-  return names;
-}
-
-/// Returns the reason of a failure: the last line of the log that mentions an error, else the last line.
-std::string reason_in(const fs::path& log, const ChildResult& result) {
-  if (result.status > 128) return result.error;
-  std::ifstream in(log);
-  std::string reason;
-  for (std::string line; std::getline(in, line);)
-    for (const char* word : {"ERROR", "rror:", "Check failed", "Failed to", "terminate called", "what():"})
-      if (line.find(word) != std::string::npos) reason = line;
-  const std::string& chosen = reason.empty() ? result.error : reason;
-  return printable(chosen.substr(std::min(chosen.find_first_not_of(" \t"), chosen.size())));
 }
 
 std::string lines(const std::vector<std::string>& names) {
@@ -107,13 +77,18 @@ class Work {
     } else if (unposed_.video.empty()) {
       link(unposed_.folder, "images");  // the folder may have moved
     }
+    const FoundModel model = read_found_model(model_folder());
     result.photographs = listed().size();
-    result.registered = judge(registered_in(folder_ / "sparse/0"));
+    result.registered = judge(model.names);
+    const ExifFocals exif = exif_focals();
+    warn_of_cameras(model, exif);
+    result.cameras = describe(model, exif) + how_;
     return result;
   }
 
  private:
   fs::path log() const { return folder_ / "log.txt"; }
+  fs::path model_folder() const { return folder_ / "sparse/0"; }
 
   /// Returns whether the folder contains results for the same input. Removes partial results and results for other
   /// input.
@@ -141,8 +116,8 @@ class Work {
         "sparse.partial",      "whole.partial",           "images.partial"};
     // The record and the model come first: without them, remaining files never count as complete.
     if (!same)
-      old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm",
-                               "photographs.txt", "images", "log.txt"});
+      old.insert(old.begin(), {kRecord, "sparse", "database.db", "database.db-wal", "database.db-shm", kListed, kExif,
+                               kLoops, "images", "log.txt"});
     if (!ours) old.clear();
     for (const char* name : old) {
       std::error_code problem;
@@ -156,7 +131,7 @@ class Work {
 
   bool has_model() const {
     try {
-      return !registered_in(folder_ / "sparse/0").empty();
+      return !read_found_model(model_folder()).names.empty();
     } catch (const Error&) {
       return false;
     }
@@ -165,10 +140,12 @@ class Work {
   void find_programs() {
     if (!unposed_.video.empty()) {
       const char* const purpose = "extracts frames from videos";
-      video_.ffmpeg = program("ffmpeg", "ffmpeg", purpose);
-      video_.ffprobe = program("ffprobe", "ffmpeg", purpose);
+      video_.ffmpeg = required_program("ffmpeg", "ffmpeg", purpose);
+      video_.ffprobe = required_program("ffprobe", "ffmpeg", purpose);
     }
-    colmap_ = program("colmap", "colmap", "finds the camera poses that these photographs lack");
+    colmap_.path = required_program("colmap", "colmap", "finds the camera poses that these photographs lack");
+    colmap_.log = log();
+    colmap_.progress = [this](const std::string& stage, int done, int total) { progress(stage, done, total); };
   }
 
   void write_record(const std::string& record) {
@@ -215,13 +192,11 @@ class Work {
                   printable(target.string()), problem.message());
   }
 
-  using BySize = std::map<std::pair<int, int>, std::vector<std::string>>;  // names, by width and height
-
-  /// Returns the usable photographs. Decodes all of them, because a damaged one would stop the training after the
-  /// reconstruction.
-  BySize usable() const {
+  /// Returns the names of the usable photographs of each camera. Decodes all of them, because a damaged one would stop
+  /// the training after the reconstruction.
+  std::vector<std::vector<std::string>> usable() const {
     const fs::path images = folder_ / "images";
-    std::vector<ImageSize> sizes(all_.size());
+    std::vector<PhotographFacts> facts(all_.size());
     std::vector<std::string> reasons(all_.size());
     std::mutex guard;
     int done = 0;
@@ -230,7 +205,7 @@ class Work {
       const std::size_t at = std::size_t(i);
       try {
         const Image image = read_image(images / all_[at]);
-        sizes[at] = {image.width, image.height};
+        facts[at] = {all_[at], image.width, image.height, image_size(images / all_[at]).focal_length};
       } catch (const Error& error) {
         reasons[at] = error.what();
       }
@@ -241,11 +216,11 @@ class Work {
       progress("photographs", ++done, static_cast<int>(all_.size()));
     });
     stop_if_asked();
-    BySize names;
+    std::vector<PhotographFacts> good;
     std::vector<std::string> bad;
     for (std::size_t i = 0; i < all_.size(); ++i)
       if (reasons[i].empty())
-        names[{sizes[i].width, sizes[i].height}].push_back(all_[i]);
+        good.push_back(std::move(facts[i]));
       else {
         bad.push_back(all_[i]);
         if (bad.size() == 1) warn(reasons[i]);
@@ -253,82 +228,130 @@ class Work {
     if (!bad.empty())
       warn(fmt::format("{} of {} photographs cannot be read and are left out: {}", bad.size(), all_.size(),
                        some_names(bad)));
-    if (const std::size_t good = all_.size() - bad.size(); good < kLeastRegistered)
+    if (good.size() < kLeastRegistered)
       throw Error("{}: too few photographs to find poses: {} can be used, but at least {} are needed; {}", source(),
-                  good, kLeastRegistered, kTakeBetter);
-    return names;
+                  good.size(), kLeastRegistered, kTakeBetter);
+    return camera_groups(good);
   }
 
   /// Creates database.db with the features of all photographs and their matches.
   void match() {
     const fs::path database = folder_ / "database.db", partial = folder_ / "database.partial.db";
     if (is_file(database)) return;
-    const BySize names = usable();
-    int total = 0, done = 0;
-    for (const auto& [size, group] : names) total += static_cast<int>(group.size());
-    std::string all;
-    for (const auto& [size, group] : names) {
-      const std::string list = lines(group);
-      write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(list)));
-      all += list;
-      // Many photographs are enough to estimate two focal lengths and four distortion coefficients of their shared
-      // camera. For a few photographs, a model with one of each is more reliable.
-      const char* const model = group.size() < kLeastForOpencv ? "SIMPLE_RADIAL" : "OPENCV";
-      check(colmap("features", done, total,
-                   {"feature_extractor", "--database_path", partial, "--image_path", folder_ / "images",
-                    "--image_list_path", folder_ / "photographs.txt", "--ImageReader.single_camera", "1",
-                    "--ImageReader.camera_model", model, "--SiftExtraction.use_gpu", "0",
-                    "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)}),
-            "feature_extractor");
-      done += static_cast<int>(group.size());
-    }
-    write_file_atomically(folder_ / "photographs.txt", std::as_bytes(std::span(all)));
-    // Small blocks give frequent progress.
-    std::vector<std::string> matcher{"exhaustive_matcher", "--ExhaustiveMatching.block_size", "10"};
-    if (!unposed_.video.empty() || std::size_t(total) > kMostExhaustive)
-      matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0"};
-    const std::string matcher_name = matcher.front();
-    matcher.insert(matcher.end(), {"--database_path", partial, "--SiftMatching.use_gpu", "0"});
-    check(colmap("matching", 0, total, std::move(matcher)), matcher_name);
+    extract_features(partial);
+    match_features(partial);
     fs::rename(partial, database);
   }
 
-  /// Creates sparse/0 from the largest model that COLMAP finds.
+  void extract_features(const fs::path& database) const {
+    const std::vector<std::vector<std::string>> groups = usable();
+    std::vector<std::string> all;
+    std::string exif;
+    for (const auto& group : groups) all.insert(all.end(), group.begin(), group.end());
+    const int total = static_cast<int>(all.size());
+    int done = 0;
+    for (const std::vector<std::string>& group : groups) {
+      write(kListed, lines(group));
+      std::optional<double> focal;
+      // One focal length and one term of distortion, which even few photographs determine. lens_refinement.h adds more.
+      const ChildResult result = run(
+          {"features", done, total},
+          {"feature_extractor", "--database_path", database, "--image_path", folder_ / "images", "--image_list_path",
+           folder_ / kListed, "--ImageReader.single_camera", "1", "--ImageReader.camera_model", "SIMPLE_RADIAL",
+           "--SiftExtraction.use_gpu", "0", "--SiftExtraction.max_image_size", std::to_string(options_.feature_size)},
+          [&](std::string_view line) {
+            if (const auto said = colmap_exif_focal(line)) focal = said;
+          });
+      colmap_.check(result, "feature_extractor");
+      done += static_cast<int>(group.size());
+      for (std::size_t i = 0; focal && i < group.size(); ++i) exif += fmt::format("{:.2f} {}\n", *focal, group[i]);
+    }
+    write(kExif, exif);
+    write(kListed, lines(all));
+  }
+
+  void match_features(const fs::path& database) const {
+    const int total = static_cast<int>(listed().size());
+    // Small blocks give frequent progress.
+    std::vector<std::string> matcher{"exhaustive_matcher", "--ExhaustiveMatching.block_size", "10"};
+    const bool sequence = !unposed_.video.empty() || std::size_t(total) > kMostExhaustive;
+    if (sequence)
+      matcher = {"sequential_matcher", "--SequentialMatching.loop_detection", "0", "--SequentialMatching.overlap",
+                 std::to_string(kOverlap)};
+    if (sequence && unposed_.video.empty())
+      warn(fmt::format(
+          "{} photographs, too many to match each with all others: matched with their neighbours in name order, and "
+          "{} of them with each other; names in the order of taking help",
+          total, kLoopFrames));
+    const std::string name = matcher.front();
+    matcher.insert(matcher.end(), {"--database_path", database, "--SiftMatching.use_gpu", "0"});
+    colmap_.check(run({"matching", 0, total}, std::move(matcher)), name);
+    if (sequence) match_loops(database);
+  }
+
+  void match_loops(const fs::path& database) const {
+    std::vector<std::string> names = listed();
+    std::sort(names.begin(), names.end());  // as the sequential matcher orders them
+    const std::string list = match_list(names, loop_pairs(names.size(), kOverlap));
+    if (list.empty()) return;
+    write(kLoops, list);
+    colmap_.check(run({"matching loops", 0, static_cast<int>(std::min(names.size(), kLoopFrames))},
+                      {"matches_importer", "--database_path", database, "--match_list_path", folder_ / kLoops,
+                       "--match_type", "pairs", "--SiftMatching.use_gpu", "0"}),
+                  "matches_importer");
+  }
+
+  /// Creates sparse/0 from the best mapping that COLMAP finds.
   void map() {
     const fs::path partial = folder_ / "sparse.partial";
     fs::create_directory(partial);
-    const int total = static_cast<int>(listed().size());
-    const ChildResult result =
-        colmap("poses", 0, total,
-               {"mapper", "--database_path", folder_ / "database.db", "--image_path", folder_ / "images",
-                "--output_path", partial, "--Mapper.min_model_size", std::to_string(kLeastRegistered)});
-    fs::path largest;
-    std::size_t most = 0, models = 0;
-    for (const fs::directory_entry& entry : fs::directory_iterator(partial)) {
-      if (!is_file(entry.path() / "images.bin")) continue;
-      ++models;
-      const std::size_t count = registered_in(entry.path()).size();
-      // Among models of equal size, chooses the first by name, independent of the order of the folder.
-      if (count > most || (count == most && entry.path() < largest)) most = count, largest = entry.path();
-    }
-    // If no initial pair is found, the mapper creates no model and exits with status 1. judge() reports this case.
-    if (models > 0 || result.status != 1 ||
-        reason_in(log(), result).find("failed to create sparse model") == std::string::npos)
-      check(result, "mapper");
-    if (largest.empty()) judge({});
-    if (models > 1)
-      warn(fmt::format(
-          "the photographs form {} parts that COLMAP could not connect; the largest, with {} photographs, is used",
-          models, most));
+    const ExifFocals exif = exif_focals();
+    const auto best =
+        map_photographs(colmap_, {folder_ / "database.db", folder_ / "images", partial, listed().size(), exif}, stop_);
+    stop_if_asked();
+    if (!best) judge({});
+    warn_of_pieces(best->pieces);
+    const FoundModel refined = refine_lens(colmap_, best->model, exif, best->held, partial / "lens", stop_);
+    stop_if_asked();
+    if (best->tries > 1)
+      how_ = fmt::format("; the best of {} mappings{}{}", best->tries, best->how.empty() ? "" : ": ", best->how);
     fs::create_directory(folder_ / "whole.partial");
-    fs::rename(largest, folder_ / "whole.partial/0");
+    fs::rename(refined.folder, folder_ / "whole.partial/0");
     fs::remove_all(partial);
     fs::rename(folder_ / "whole.partial", folder_ / "sparse");
   }
 
+  void warn_of_pieces(const Pieces& pieces) const {
+    if (pieces.sizes.size() > 1)
+      warn(fmt::format(
+          "the photographs form {} parts that COLMAP could not connect, of {} photographs; the largest is used{}",
+          pieces.sizes.size(), fmt::join(pieces.sizes, ", "),
+          pieces.from.empty() ? ""
+                              : fmt::format("; photographs between {} and {} would connect them",
+                                            printable(pieces.from), printable(pieces.to))));
+  }
+
+  void warn_of_cameras(const FoundModel& model, const ExifFocals& exif) const {
+    if (const std::string problem = implausibility(model, exif); !problem.empty())
+      warn(fmt::format(
+          "the cameras that COLMAP found cannot be true ({}), so shapes will be bent; photographs that keep their EXIF "
+          "data, show the scene from more sides, or overlap more, would tell the lens",
+          problem));
+  }
+
+  /// Returns the focal lengths that COLMAP read from EXIF. None for results of earlier versions.
+  ExifFocals exif_focals() const {
+    ExifFocals focals;
+    if (!is_file(folder_ / kExif)) return focals;
+    std::istringstream list(read_file(folder_ / kExif));
+    double focal = 0;
+    for (std::string name; list >> focal && list.get() && std::getline(list, name);) focals[name] = focal;
+    return focals;
+  }
+
   /// Returns the names of the photographs that were passed to COLMAP.
   std::vector<std::string> listed() const {
-    std::istringstream list(read_file(folder_ / "photographs.txt"));
+    std::istringstream list(read_file(folder_ / kListed));
     std::vector<std::string> names;
     for (std::string line; std::getline(list, line);) names.push_back(line);
     return names;
@@ -355,29 +378,15 @@ class Work {
     return with;
   }
 
-  /// Runs COLMAP and reports the progress of a stage. before: part of the stage that earlier calls completed.
-  ChildResult colmap(const char* stage, int before, int total, std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), colmap_.string());
-    progress(stage, before, total);
-    int furthest = 0;
-    ChildOptions child{.log = log(), .append = true, .patience = 5, .on_line = [&](std::string_view line) {
-                         const auto at = colmap_progress(line);
-                         // The mapper may start again, so lower counts are ignored.
-                         if (!at || (at->total == 0 && at->done <= furthest)) return;
-                         furthest = at->done;
-                         progress(stage, before + at->done, at->total > 0 ? at->total : total);
-                       }};
-    ChildResult result = run_child(arguments, child, stop_);
+  ChildResult run(const ColmapStage& stage, std::vector<std::string> arguments,
+                  const std::function<void(std::string_view)>& on_line = {}) const {
+    ChildResult result = colmap_.run(stage, std::move(arguments), stop_, on_line);
     stop_if_asked();
     return result;
   }
 
-  void check(const ChildResult& result, const std::string& command) const {
-    if (result.status == 0) return;
-    throw Error(
-        "COLMAP's {} failed: {}; the log is {}; if memory or disk is full, free some or lower `feature_size`, then "
-        "start again",
-        command, reason_in(log(), result), printable(log().string()));
+  void write(const char* name, const std::string& text) const {
+    write_file_atomically(folder_ / name, std::as_bytes(std::span(text)));
   }
 
   void stop_if_asked() const {
@@ -396,24 +405,12 @@ class Work {
   const ReconstructOptions& options_;
   const std::atomic<bool>& stop_;
   std::vector<std::string> all_;  // names of the photographs
-  fs::path colmap_;
+  ColmapProgram colmap_;
+  std::string how_;  // which mapping was chosen, for a message
   VideoOptions video_;
 };
 
 }  // namespace
-
-std::optional<ColmapProgress> colmap_progress(std::string_view line) {
-  const std::string text(line.substr(0, 200));
-  int a = 0, b = 0, c = 0, d = 0;
-  if (std::sscanf(text.c_str(), "Processed file [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, 0};
-  if (std::sscanf(text.c_str(), "Matching block [%d/%d, %d/%d]", &a, &b, &c, &d) == 4 && a > 0 && b >= a &&
-      b < 10'000 && c > 0 && d >= c && d < 10'000)
-    return ColmapProgress{(a - 1) * d + c, b * d};
-  if (std::sscanf(text.c_str(), "Matching image [%d/%d]", &a, &b) == 2 && a > 0 && b >= a) return ColmapProgress{a, b};
-  // The number is that of the next photograph, which may still fail to register.
-  if (std::sscanf(text.c_str(), "Registering image #%d (%d)", &a, &b) == 2 && b > 0) return ColmapProgress{b - 1, 0};
-  return std::nullopt;
-}
 
 Reconstruction reconstruct(const Unposed& unposed, const fs::path& folder, const ReconstructOptions& options,
                            const std::atomic<bool>& stop) {

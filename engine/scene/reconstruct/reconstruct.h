@@ -4,9 +4,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "scene/datasets/unposed.h"
@@ -17,8 +15,8 @@ namespace trisoup::scene {
 inline constexpr std::size_t kLeastRegistered = 3;
 inline constexpr double kLeastShare = 1.0 / 3;
 
-/// Up to this number of photographs, each is matched with all others. Larger sets and frames of a video are matched
-/// with their neighbours in name order.
+/// Up to this number of photographs, each is matched with all others. In larger sets and among frames of a video, each
+/// is matched with its neighbours in name order, and some with each other (see loop_pairs()).
 inline constexpr std::size_t kMostExhaustive = 200;
 
 struct ReconstructOptions {
@@ -34,6 +32,7 @@ struct Reconstruction {
   /// Number of video frames from which the photographs were selected; 0: not a video, or selected earlier.
   std::size_t candidates = 0;
   bool reused = false;  // existing results were used
+  std::string cameras;  // one line: camera model, focal length, error, and which mapping was chosen
 };
 
 /// Thrown if `stop` is set. The same call later continues after the last completed stage.
@@ -45,11 +44,5 @@ struct ReconstructionStopped {};
 /// missing or fails, or if too few photographs are registered.
 Reconstruction reconstruct(const Unposed& unposed, const std::filesystem::path& folder,
                            const ReconstructOptions& options, const std::atomic<bool>& stop);
-
-struct ColmapProgress {
-  int done = 0, total = 0;  // total 0: the number of photographs
-};
-/// Reads the progress from a line of COLMAP's output. Returns nullopt for other lines.
-std::optional<ColmapProgress> colmap_progress(std::string_view line);
 
 }  // namespace trisoup::scene
