@@ -16,7 +16,7 @@ FN float likeness(float difference) {
 }
 
 /// 1 - the weighted normalised cross-correlation of a patch with its image in a neighbour.
-FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, patch, 25), IN_ARRAY_OF(float, weights, 25), float x,
+FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25), float x,
                     float y, vec3 plane) {
   const vec4 row_x = a.pairs.v[pair].to_x, row_y = a.pairs.v[pair].to_y, row_z = a.pairs.v[pair].to_z;
   const int width = int(a.pairs.v[pair].width), height = int(a.pairs.v[pair].height);
@@ -39,7 +39,7 @@ FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, patch, 25), IN
     if (min(min(g00, g10), min(g01, g11)) < 0.0f) continue;
     const float upper = g00 + f * (g10 - g00), lower = g01 + f * (g11 - g01);
     // Relative to the patch's centre: rounding then matters less in the variances.
-    const float t = upper + g * (lower - upper) - patch[12], s = patch[k] - patch[12], w = weights[k];
+    const float t = upper + g * (lower - upper) - greys[12], s = greys[k] - greys[12], w = weights[k];
     count += w;
     here += w * s;
     there += w * t;
@@ -73,12 +73,12 @@ FN float disagreement(TAKES_ARGUMENTS uint pair, float x, float y, float w) {
 }
 
 /// Mean cost of the two neighbours that match best: the point may be hidden in the others.
-FN float plane_cost(TAKES_ARGUMENTS IN_ARRAY_OF(float, patch, 25), IN_ARRAY_OF(float, weights, 25), float x, float y,
+FN float plane_cost(TAKES_ARGUMENTS IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25), float x, float y,
                     vec3 plane) {
   float first = kNoMatch, second = kNoMatch;
   for (uint k = 0u; k < a.pair_count; ++k) {
     const uint pair = a.first_pair + k;
-    float cost = match_cost(GIVES_ARGUMENTS pair, patch, weights, x, y, plane);
+    float cost = match_cost(GIVES_ARGUMENTS pair, greys, weights, x, y, plane);
     if (a.geometric > 0.0f && cost < kNoMatch)
       cost += a.geometric * disagreement(GIVES_ARGUMENTS pair, x, y, plane.x);
     if (cost < first) {
@@ -147,11 +147,11 @@ KERNEL_MAIN(64) {
     a.planes.v[at] = vec4(plane.x, plane.y, plane.z, kNoMatch);
     return;
   }
-  float patch[25], weights[25];
+  float greys[25], weights[25];
   for (int k = 0; k < kPatchSamples; ++k) {
     const int i = clamp(x + patch_x(k), 0, int(a.width) - 1), j = clamp(y + patch_y(k), 0, int(a.height) - 1);
     const float value = a.grey.v[a.pixel_offset + uint(j) * a.width + uint(i)];
-    patch[k] = value;
+    greys[k] = value;
     weights[k] = value < 0.0f ? 0.0f : likeness(value - grey);
   }
   const uint seed = threshold_pixel(a.key, pixel);
@@ -167,7 +167,7 @@ KERNEL_MAIN(64) {
     candidate.y = clamp(candidate.y, -steepest, steepest);
     candidate.z = clamp(candidate.z, -steepest, steepest);
     if (!(candidate.x >= a.farthest && candidate.x <= a.nearest)) continue;
-    const float cost = plane_cost(GIVES_ARGUMENTS patch, weights, float(x), float(y), candidate);
+    const float cost = plane_cost(GIVES_ARGUMENTS greys, weights, float(x), float(y), candidate);
     if (cost < least) {
       least = cost;
       best = candidate;

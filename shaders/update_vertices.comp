@@ -7,9 +7,21 @@
 
 CONSTANT(0, bool, DEBUG, false);
 
-KERNEL(64, UpdateVerticesArgs) {
-  const uint vertex = thread_index();
-  if (vertex >= a.vertex_count) return;
+ARGUMENTS(UpdateVerticesArgs)
+
+/// Factor of the learning rate: the length of a triangle's side if it were equilateral, at most `longest`.
+FN float size_factor(TAKES_ARGUMENTS uint triangle) {
+  if (!(a.longest > 0.0f)) return 1.0f;
+  vec3 p[3];
+  UNROLL for (uint k = 0u; k < 3u; ++k) {
+    const uint at = triangle * 9u + k * 3u;
+    p[k] = vec3(a.vertices.v[at], a.vertices.v[at + 1u], a.vertices.v[at + 2u]);
+  }
+  const vec3 normal = cross(p[1] - p[0], p[2] - p[0]);
+  return min(sqrt(1.1547f * sqrt(dot(normal, normal))), a.longest);
+}
+
+FN void update(TAKES_ARGUMENTS uint vertex, float factor) {
   vec3 gradient, m, p;
   UNROLL for (uint i = 0u; i < 3u; ++i) {
     const uint at = vertex * 3u + i;
@@ -23,7 +35,7 @@ KERNEL(64, UpdateVerticesArgs) {
   if (a.control.v[0].overflow != 0u) return;
   float v = a.moment2.v[vertex];
   const vec3 before = p;
-  p -= vector_adam(gradient, a.state.v[0].lr_vertex, a.state.v[0].second_vertex, m, v);
+  p -= vector_adam(gradient, factor * a.state.v[0].lr_vertex, a.state.v[0].second_vertex, m, v);
   if (!usable(p, kLargestCoordinate) || !usable(m, 1e30f) || !usable(v, 1e30f)) {
     // A valid vertex keeps its position. A non-finite vertex is skipped by all renderers until the host collapses its
     // triangle (collapse_lost.comp); this thread must not write the other two vertices.
@@ -37,4 +49,11 @@ KERNEL(64, UpdateVerticesArgs) {
     a.moment1.v[vertex * 3u + i] = m[i];
     a.vertices.v[vertex * 3u + i] = p[i];
   }
+}
+
+KERNEL_MAIN(64) {
+  const uint triangle = thread_index();
+  if (triangle >= a.triangles) return;
+  const float factor = size_factor(GIVES_ARGUMENTS triangle);
+  for (uint k = 0u; k < 3u; ++k) update(GIVES_ARGUMENTS 3u * triangle + k, factor);
 }

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// VectorAdam on every vertex. One thread per vertex.
+/// VectorAdam on every vertex. One thread per triangle.
 struct UpdateVerticesArgs {
   POINTER(Floats) vertices;
   POINTER(Floats) moment1;  // [3T][3]
@@ -16,7 +16,8 @@ struct UpdateVerticesArgs {
   POINTER(Steps) state;
   POINTER(Controls) control;
   POINTER(Floats) debug;  // [3T][3]: gradient, if requested
-  uint vertex_count, pad;
+  uint triangles;
+  float longest;  // above 0: learning rates are in proportion to the triangle's side, at most this
 };
 
 #ifndef GL_core_profile
