@@ -100,7 +100,7 @@ FN vec3 propagated(TAKES_ARGUMENTS int direction, int x, int y, vec3 own) {
   vec3 plane = own;
   for (int k = 0; k < 5; ++k) {
     const int side = direction < 4 ? (k == 0 ? 0 : (k == 1 ? 1 : (k == 2 ? -1 : (k == 3 ? 2 : -2)))) : 0;
-    const int ahead = direction < 4 ? 1 + abs(side) : 3 + 2 * k;
+    const int ahead = direction < 4 ? 1 + max(side, -side) : 3 + 2 * k;
     const int i = x + ahead * forward_x + side * forward_y, j = y + ahead * forward_y + side * forward_x;
     if (i < 0 || j < 0 || i >= int(a.width) || j >= int(a.height)) continue;
     const vec4 other = a.planes.v[a.pixel_offset + uint(j) * a.width + uint(i)];

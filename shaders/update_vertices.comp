@@ -17,7 +17,8 @@ FN float size_factor(TAKES_ARGUMENTS uint triangle) {
     const uint at = triangle * 9u + k * 3u;
     p[k] = vec3(a.vertices.v[at], a.vertices.v[at + 1u], a.vertices.v[at + 2u]);
   }
-  const vec3 normal = cross(p[1] - p[0], p[2] - p[0]);
+  const vec3 e = p[1] - p[0], f = p[2] - p[0];
+  const vec3 normal = vec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
   return min(sqrt(1.1547f * sqrt(dot(normal, normal))), a.longest);
 }
 

@@ -8,8 +8,8 @@ const float kNoMatch = 2.0f;
 const int kPatchSamples = 25, kPatchReach = 3;
 
 /// Sample k of a patch: every other pixel of 7 x 7, like a checkerboard.
-FN int patch_x(int k) { return (2 * k) % 7 - 3; }
-FN int patch_y(int k) { return (2 * k) / 7 - 3; }
+FN int patch_x(int k) { return int(2u * uint(k) % 7u) - 3; }
+FN int patch_y(int k) { return int(2u * uint(k) / 7u) - 3; }
 
 /// A plane at the pixel (dx, dy) away from where it was given.
 FN vec3 plane_moved(vec3 plane, float dx, float dy) {
