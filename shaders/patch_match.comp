@@ -11,7 +11,7 @@ const int kDirections = 8, kChanges = 4;
 
 /// Weight of a patch's pixel that differs in brightness from the centre: it is likely to be on another surface.
 FN float likeness(float difference) {
-  const float d = difference * 10.0f;
+  const float d = difference * (10.0f / 255.0f);
   return 1.0f / (1.0f + d * d);
 }
 
@@ -19,7 +19,8 @@ FN float likeness(float difference) {
 FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25), float x,
                     float y, vec3 plane) {
   const vec4 row_x = a.pairs.v[pair].to_x, row_y = a.pairs.v[pair].to_y, row_z = a.pairs.v[pair].to_z;
-  const int width = int(a.pairs.v[pair].width), height = int(a.pairs.v[pair].height);
+  const float last_x = float(a.pairs.v[pair].width - 1u), last_y = float(a.pairs.v[pair].height - 1u);
+  const int width = int(a.pairs.v[pair].width);
   const uint offset = a.pairs.v[pair].pixel_offset;
   const vec3 centre = transferred(row_x, row_y, row_z, x, y, plane.x);
   if (!(centre.z > 1e-6f)) return kNoMatch;
@@ -28,15 +29,15 @@ FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN
   float count = 0.0f, all = 0.0f, here = 0.0f, there = 0.0f, here2 = 0.0f, there2 = 0.0f, both = 0.0f;
   for (int k = 0; k < kPatchSamples; ++k) {
     const vec3 q = centre + float(patch_x(k)) * along_x + float(patch_y(k)) * along_y;
-    const float u = q.x / q.z, v = q.y / q.z;
+    const float inverse = 1.0f / q.z, u = q.x * inverse, v = q.y * inverse;
     all += weights[k];
-    if (!(q.z > 1e-6f && u >= 0.0f && v >= 0.0f && u < float(width - 1) && v < float(height - 1))) continue;
+    if (!(q.z > 1e-6f && u >= 0.0f && v >= 0.0f && u < last_x && v < last_y)) continue;
     const int i = int(u), j = int(v);  // equals floor, as both are positive
     const float f = u - float(i), g = v - float(j);
-    const uint at = offset + uint(j * width + i);
-    const float g00 = a.grey.v[at], g10 = a.grey.v[at + 1u];
-    const float g01 = a.grey.v[at + uint(width)], g11 = a.grey.v[at + uint(width) + 1u];
-    if (min(min(g00, g10), min(g01, g11)) < 0.0f) continue;
+    const uint four = a.greys.v[offset + uint(j * width + i)];
+    const float g00 = float(four & 255u), g10 = float((four >> 8) & 255u);
+    const float g01 = float((four >> 16) & 255u), g11 = float(four >> 24);
+    if (min(min(g00, g10), min(g01, g11)) < 0.5f) continue;
     const float upper = g00 + f * (g10 - g00), lower = g01 + f * (g11 - g01);
     // Relative to the patch's centre: rounding then matters less in the variances.
     const float t = upper + g * (lower - upper) - greys[12], s = greys[k] - greys[12], w = weights[k];
@@ -50,7 +51,7 @@ FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN
   if (!(count > 0.6f * all)) return kNoMatch;
   const float n = 1.0f / count;
   const float variance_here = n * (here2 - n * here * here), variance_there = n * (there2 - n * there * there);
-  const float least = 2e-5f;  // of a patch with contrast
+  const float least = 1.3f;  // of a patch with contrast
   if (!(variance_here > least && variance_there > least)) return kNoMatch;
   const float covariance = n * (both - n * here * there);
   return clamp(1.0f - covariance / sqrt(variance_here * variance_there), 0.0f, kNoMatch);
@@ -72,23 +73,46 @@ FN float disagreement(TAKES_ARGUMENTS uint pair, float x, float y, float w) {
   return min(sqrt(dx * dx + dy * dy), farthest);
 }
 
-/// Mean cost of the two neighbours that match best: the point may be hidden in the others.
-FN float plane_cost(TAKES_ARGUMENTS IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25), float x, float y,
-                    vec3 plane) {
+FN float pair_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25), float x,
+                   float y, vec3 plane) {
+  float cost = match_cost(GIVES_ARGUMENTS pair, greys, weights, x, y, plane);
+  if (a.geometric > 0.0f && cost < kNoMatch) cost += a.geometric * disagreement(GIVES_ARGUMENTS pair, x, y, plane.x);
+  return cost;
+}
+
+/// Mean cost of the two of the chosen neighbours that match best: the point may be hidden in the others.
+FN float plane_cost(TAKES_ARGUMENTS uint chosen, IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25),
+                    float x, float y, vec3 plane) {
   float first = kNoMatch, second = kNoMatch;
   for (uint k = 0u; k < a.pair_count; ++k) {
-    const uint pair = a.first_pair + k;
-    float cost = match_cost(GIVES_ARGUMENTS pair, greys, weights, x, y, plane);
-    if (a.geometric > 0.0f && cost < kNoMatch)
-      cost += a.geometric * disagreement(GIVES_ARGUMENTS pair, x, y, plane.x);
-    if (cost < first) {
-      second = first;
-      first = cost;
-    } else {
-      second = min(second, cost);
-    }
+    if (((chosen >> k) & 1u) == 0u) continue;
+    const float cost = pair_cost(GIVES_ARGUMENTS a.first_pair + k, greys, weights, x, y, plane);
+    second = min(second, max(first, cost));
+    first = min(first, cost);
   }
   return 0.5f * (first + second);
+}
+
+/// The neighbours in which a plane matches best, at most `compared`; bit k: neighbour k.
+FN uint best_neighbours(TAKES_ARGUMENTS IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25), float x,
+                        float y, vec3 plane) {
+  vec4 costs = vec4(1e9f);  // ascending
+  uvec4 bits = uvec4(0u);
+  for (uint k = 0u; k < a.pair_count; ++k) {
+    float cost = pair_cost(GIVES_ARGUMENTS a.first_pair + k, greys, weights, x, y, plane);
+    uint bit = 1u << k;
+    UNROLL for (int i = 0; i < 4; ++i) {
+      if (cost < costs[i]) {
+        const float larger = costs[i];
+        const uint later = bits[i];
+        costs[i] = cost;
+        bits[i] = bit;
+        cost = larger;
+        bit = later;
+      }
+    }
+  }
+  return bits.x | bits.y | bits.z | bits.w;
 }
 
 /// The best plane of the other half of the pixels in one direction, moved to this pixel: of the near ones in a wedge, or
@@ -141,23 +165,25 @@ KERNEL_MAIN(64) {
   if (row >= a.height || column >= a.width) return;
   const int x = int(column), y = int(row);
   const uint pixel = row * a.width + column, at = a.pixel_offset + pixel;
-  const float grey = a.grey.v[at];
+  const float grey = float(a.greys.v[at] & 255u);
   vec4 plane = a.planes.v[at];
-  if (grey < 0.0f) {
+  if (grey < 0.5f) {
     a.planes.v[at] = vec4(plane.x, plane.y, plane.z, kNoMatch);
     return;
   }
   float greys[25], weights[25];
   for (int k = 0; k < kPatchSamples; ++k) {
     const int i = clamp(x + patch_x(k), 0, int(a.width) - 1), j = clamp(y + patch_y(k), 0, int(a.height) - 1);
-    const float value = a.grey.v[a.pixel_offset + uint(j) * a.width + uint(i)];
+    const float value = float(a.greys.v[a.pixel_offset + uint(j) * a.width + uint(i)] & 255u);
     greys[k] = value;
-    weights[k] = value < 0.0f ? 0.0f : likeness(value - grey);
+    weights[k] = value < 0.5f ? 0.0f : likeness(value - grey);
   }
   const uint seed = threshold_pixel(a.key, pixel);
   vec3 best = vec3(plane.x, plane.y, plane.z);
   float least = 1e9f;
   const float steepest = a.pixel_step;
+  uint chosen = ~0u;
+  if (a.all_neighbours == 0u) chosen = best_neighbours(GIVES_ARGUMENTS greys, weights, float(x), float(y), best);
   for (int c = 0; c < 1 + kDirections + kChanges; ++c) {
     vec3 candidate = best;
     if (c > kDirections)
@@ -167,7 +193,7 @@ KERNEL_MAIN(64) {
     candidate.y = clamp(candidate.y, -steepest, steepest);
     candidate.z = clamp(candidate.z, -steepest, steepest);
     if (!(candidate.x >= a.farthest && candidate.x <= a.nearest)) continue;
-    const float cost = plane_cost(GIVES_ARGUMENTS greys, weights, float(x), float(y), candidate);
+    const float cost = plane_cost(GIVES_ARGUMENTS chosen, greys, weights, float(x), float(y), candidate);
     if (cost < least) {
       least = cost;
       best = candidate;

@@ -19,7 +19,7 @@ constexpr double kLeastRange = 8;  // largest inverse depth of a view without pr
 struct Level {
   std::vector<Camera> cameras;
   std::vector<std::uint32_t> offsets;
-  std::vector<float> grey;  // negative: masked
+  std::vector<std::uint32_t> greys;  // PatchMatchArgs::greys
 };
 
 /// What stays the same for a view on all levels.
@@ -28,10 +28,9 @@ struct Plan {
   double nearest = kLeastRange;
 };
 
-/// Mean grey of the pixels of each cell; negative where any is masked.
-void add_picture(const Image& image, Level& level, std::size_t view) {
-  const Camera& camera = level.cameras[view];
-  float* out = &level.grey[level.offsets[view]];
+/// Mean grey of the pixels of each cell, 1 to 255; 0 where any is masked.
+std::vector<std::uint8_t> small_grey(const Image& image, const Camera& camera) {
+  std::vector<std::uint8_t> grey;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
       const int x0 = x * image.width / camera.width, x1 = std::max(x0 + 1, (x + 1) * image.width / camera.width);
@@ -45,8 +44,24 @@ void add_picture(const Image& image, Level& level, std::size_t view) {
           sum += 0.299f * p[0] + 0.587f * p[1] + 0.114f * p[2];
           masked = masked || p[3] < 128;
         }
-      *out++ = masked ? -1.0f : sum / (255.0f * static_cast<float>((x1 - x0) * (y1 - y0)));
+      const float mean = sum / static_cast<float>((x1 - x0) * (y1 - y0));
+      grey.push_back(masked ? 0 : static_cast<std::uint8_t>(std::clamp(mean + 0.5f, 1.0f, 255.0f)));
     }
+  return grey;
+}
+
+/// Every pixel with its neighbours to the right and below, so that a kernel reads once between four pixels.
+void add_picture(const Image& image, Level& level, std::size_t view) {
+  const int width = level.cameras[view].width, height = level.cameras[view].height;
+  const std::vector<std::uint8_t> grey = small_grey(image, level.cameras[view]);
+  const auto at = [&](int x, int y) {
+    return static_cast<std::uint32_t>(grey[static_cast<std::size_t>(std::min(y, height - 1) * width +
+                                                                    std::min(x, width - 1))]);
+  };
+  std::uint32_t* out = &level.greys[level.offsets[view]];
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      *out++ = at(x, y) | at(x + 1, y) << 8 | at(x, y + 1) << 16 | at(x + 1, y + 1) << 24;
 }
 
 Level level_of(std::span<const View> views, int longer_side) {
@@ -61,7 +76,7 @@ Level level_of(std::span<const View> views, int longer_side) {
     level.offsets.push_back(pixels);
     pixels += static_cast<std::uint32_t>(width * height);
   }
-  level.grey.resize(pixels);
+  level.greys.resize(pixels);
   parallel_for(static_cast<int>(views.size()), 0, [&](int i) {
     const auto v = static_cast<std::size_t>(i);
     if (!views[v].image.rgba.empty()) add_picture(views[v].image, level, v);
@@ -124,12 +139,12 @@ class Matcher {
  public:
   Matcher(gpu::Device& gpu, const Level& level, std::span<const Plan> plans) : gpu_(gpu), level_(level), plans_(plans) {
     const std::vector<kernels::StereoPair> pairs = pairs_of(level, plans);
-    grey_ = gpu.allocate(4 * level.grey.size(), "pictures of stereo");
-    planes_ = gpu.allocate(16 * level.grey.size(), "planes of stereo");
-    before_ = gpu.allocate(16 * level.grey.size(), "planes of stereo");
-    agreeing_ = gpu.allocate(4 * level.grey.size(), "agreement of stereo");
+    greys_ = gpu.allocate(4 * level.greys.size(), "pictures of stereo");
+    planes_ = gpu.allocate(16 * level.greys.size(), "planes of stereo");
+    before_ = gpu.allocate(16 * level.greys.size(), "planes of stereo");
+    agreeing_ = gpu.allocate(4 * level.greys.size(), "agreement of stereo");
     pairs_ = gpu.allocate(std::max<std::size_t>(1, pairs.size()) * sizeof(kernels::StereoPair), "pairs of stereo");
-    gpu.upload(grey_.address(), level.grey);
+    gpu.upload(greys_.address(), level.greys);
     gpu.upload(pairs_.address(), pairs);
   }
 
@@ -148,12 +163,13 @@ class Matcher {
   }
 
   /// change: largest random change, pixels. geometric: cost per pixel of disagreement with the neighbours' planes.
-  void iterate(double change, double geometric) {
+  void iterate(double change, double geometric, bool all_neighbours) {
     ++iteration_;
     if (geometric > 0) gpu_.copy(before_.address(), planes_.address(), planes_.bytes());
-    for_each_view([&](std::size_t v, kernels::PatchMatchArgs& a) {
+    for_each_view([&](std::size_t, kernels::PatchMatchArgs& a) {
       a.change = static_cast<float>(change);
       a.geometric = static_cast<float>(geometric);
+      a.all_neighbours = all_neighbours;
       const std::uint32_t half = (a.width + 1) / 2 * a.height;
       for (a.colour = 0; a.colour < 2; ++a.colour) gpu_.launch({"patch_match"}, (half + 63) / 64, a);
       gpu_.cut();
@@ -190,7 +206,7 @@ class Matcher {
     std::uint32_t first = 0;
     for (std::size_t v = 0; v < plans_.size(); ++v) {
       kernels::PatchMatchArgs a{};
-      a.grey = grey_.address(), a.planes = planes_.address(), a.before = before_.address();
+      a.greys = greys_.address(), a.planes = planes_.address(), a.before = before_.address();
       a.pairs = pairs_.address(), a.agreeing = agreeing_.address();
       a.first_pair = first, a.pair_count = static_cast<std::uint32_t>(plans_[v].neighbours.size());
       a.width = static_cast<std::uint32_t>(level_.cameras[v].width);
@@ -207,7 +223,7 @@ class Matcher {
   gpu::Device& gpu_;
   const Level& level_;
   std::span<const Plan> plans_;
-  gpu::Buffer grey_, planes_, before_, agreeing_, pairs_;
+  gpu::Buffer greys_, planes_, before_, agreeing_, pairs_;
   std::uint32_t iteration_ = 0;
 };
 
@@ -233,11 +249,11 @@ std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, 
   say(0);
   Matcher small(gpu, coarse, plans);
   small.start(nullptr);
-  for (const double change : kCoarse) small.iterate(change, 0), say(1);
+  for (const double change : kCoarse) small.iterate(change, 0, change > 2), say(1);
   Matcher large(gpu, fine, plans);
   large.start(&small);
-  for (const double change : kFine) large.iterate(change, 0), say(4);
-  for (const double change : kGeometric) large.iterate(change, kCostPerPixel), say(4);
+  for (const double change : kFine) large.iterate(change, 0, false), say(4);
+  for (const double change : kGeometric) large.iterate(change, kCostPerPixel, false), say(4);
   large.finish(maps);
   return maps;
 }
