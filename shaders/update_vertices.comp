@@ -9,9 +9,10 @@ CONSTANT(0, bool, DEBUG, false);
 
 ARGUMENTS(UpdateVerticesArgs)
 
-/// Factor of the learning rate: the length of a triangle's side if it were equilateral, at most `longest`.
+/// Factor of the learning rate: the side of an equilateral triangle of the same area as a share of `full_side`, at most
+/// 1. A step that suits a wall across the room would tear the small triangles of what stands in front.
 FN float size_factor(TAKES_ARGUMENTS uint triangle) {
-  if (!(a.longest > 0.0f)) return 1.0f;
+  if (!(a.full_side > 0.0f)) return 1.0f;
   vec3 p[3];
   UNROLL for (uint k = 0u; k < 3u; ++k) {
     const uint at = triangle * 9u + k * 3u;
@@ -19,7 +20,8 @@ FN float size_factor(TAKES_ARGUMENTS uint triangle) {
   }
   const vec3 e = p[1] - p[0], f = p[2] - p[0];
   const vec3 normal = vec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
-  return min(sqrt(1.1547f * sqrt(dot(normal, normal))), a.longest);
+  const float side = sqrt(1.1547f * sqrt(dot(normal, normal)));  // area: sqrt(3) / 4 side^2
+  return min(side / a.full_side, 1.0f);
 }
 
 FN void update(TAKES_ARGUMENTS uint vertex, float factor) {

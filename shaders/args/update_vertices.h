@@ -17,7 +17,7 @@ struct UpdateVerticesArgs {
   POINTER(Controls) control;
   POINTER(Floats) debug;  // [3T][3]: gradient, if requested
   uint triangles;
-  float longest;  // above 0: learning rates are in proportion to the triangle's side, at most this
+  float full_side;  // triangles smaller than this have learning rates in proportion to their side; 0: none has
 };
 
 #ifndef GL_core_profile

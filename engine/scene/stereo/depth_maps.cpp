@@ -64,24 +64,38 @@ void add_picture(const Image& image, Level& level, std::size_t view) {
       *out++ = at(x, y) | at(x + 1, y) << 8 | at(x, y + 1) << 16 | at(x + 1, y + 1) << 24;
 }
 
-Level level_of(std::span<const View> views, int longer_side) {
+/// Views that are not `chosen` have no pixels.
+Level level_of(std::span<const View> views, std::span<const std::uint32_t> chosen, int longer_side) {
   Level level;
+  level.cameras.resize(views.size());
+  level.offsets.resize(views.size());
   std::uint32_t pixels = 0;
-  for (const View& view : views) {
-    const double scale =
-        std::min(1.0, longer_side / static_cast<double>(std::max({1, view.image.width, view.image.height})));
-    const int width = std::max(1, static_cast<int>(std::lround(scale * view.image.width))),
-              height = std::max(1, static_cast<int>(std::lround(scale * view.image.height)));
-    level.cameras.push_back(resized(view.camera, width, height));
-    level.offsets.push_back(pixels);
+  for (const std::uint32_t v : chosen) {
+    const Image& image = views[v].image;
+    const double scale = std::min(1.0, longer_side / static_cast<double>(std::max({1, image.width, image.height})));
+    const int width = std::max(1, static_cast<int>(std::lround(scale * image.width))),
+              height = std::max(1, static_cast<int>(std::lround(scale * image.height)));
+    level.cameras[v] = resized(views[v].camera, width, height);
+    level.offsets[v] = pixels;
     pixels += static_cast<std::uint32_t>(width * height);
   }
   level.greys.resize(pixels);
-  parallel_for(static_cast<int>(views.size()), 0, [&](int i) {
-    const auto v = static_cast<std::size_t>(i);
-    if (!views[v].image.rgba.empty()) add_picture(views[v].image, level, v);
+  parallel_for(static_cast<int>(chosen.size()), 0, [&](int i) {
+    const std::uint32_t v = chosen[static_cast<std::size_t>(i)];
+    add_picture(views[v].image, level, v);
   });
   return level;
+}
+
+/// The longer side of small pictures of about `pixels` pixels each.
+int longer_side(std::span<const View> views, std::span<const std::uint32_t> chosen, const DepthMapOptions& options) {
+  double aspect = 0;  // mean of the shorter side as a share of the longer one
+  for (const std::uint32_t v : chosen) {
+    const Image& image = views[v].image;
+    aspect += static_cast<double>(std::min(image.width, image.height)) / std::max(image.width, image.height);
+  }
+  const double side = std::sqrt(static_cast<double>(options.pixels) / std::max(aspect, 1e-3));
+  return std::clamp(static_cast<int>(side), options.shortest_long_side, options.longest_side);
 }
 
 /// Rows of the map from (x, y, 1, inverse depth) in `from` to homogeneous pixels in `to`; pixel centres are integers.
@@ -201,10 +215,12 @@ class Matcher {
     return static_cast<std::size_t>(level_.cameras[v].width) * static_cast<std::size_t>(level_.cameras[v].height);
   }
 
+  /// Calls launch(view, arguments) for each view with neighbours.
   template <class Launch>
   void for_each_view(Launch&& launch) {
     std::uint32_t first = 0;
     for (std::size_t v = 0; v < plans_.size(); ++v) {
+      if (plans_[v].neighbours.empty()) continue;
       kernels::PatchMatchArgs a{};
       a.greys = greys_.address(), a.planes = planes_.address(), a.before = before_.address();
       a.pairs = pairs_.address(), a.agreeing = agreeing_.address();
@@ -232,12 +248,18 @@ class Matcher {
 std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, const Points& points,
                                  const DepthMapOptions& options) {
   std::vector<DepthMap> maps(views.size());
+  constexpr double kAspect = 0.7;
+  const auto smallest = kAspect * options.shortest_long_side * options.shortest_long_side;
+  const std::vector<std::uint32_t> chosen =
+      spread_views(views, static_cast<std::size_t>(static_cast<double>(options.pixels) / smallest));
   const std::vector<Probes> probes = probes_of(views, points);
-  const auto neighbours = stereo_neighbours(views, probes, options.neighbours);
+  const auto neighbours = stereo_neighbours(views, probes, chosen, options.neighbours);
+  const int side = longer_side(views, chosen, options);
   std::vector<Plan> plans(views.size());
   for (std::size_t v = 0; v < views.size(); ++v)
     plans[v] = {neighbours[v], nearest_of(views[v].camera, probes[v])};
-  const Level coarse = level_of(views, options.longer_side / 2), fine = level_of(views, options.longer_side);
+  const Level coarse = level_of(views, chosen, side / 2), fine = level_of(views, chosen, side);
+  if (fine.greys.empty() || pairs_of(fine, plans).empty()) return maps;
   constexpr double kCoarse[] = {16, 8, 4, 2, 1, 0.5}, kFine[] = {1, 0.5}, kGeometric[] = {0.5, 0.25};
   constexpr double kCostPerPixel = 0.1;
   constexpr int kTotal = 6 + 4 * 2 + 4 * 2;  // a fine iteration has four times the pixels

@@ -60,13 +60,13 @@ double worth(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& place) 
   return of_angle * (kLargestScale - scale) / (kLargestScale - 1);
 }
 
-std::vector<std::uint32_t> neighbours_of(std::span<const View> views, std::uint32_t view, const Probes& probes,
-                                         std::size_t most) {
+std::vector<std::uint32_t> neighbours_of(std::span<const View> views, std::span<const std::uint32_t> among,
+                                         std::uint32_t view, const Probes& probes, std::size_t most) {
   const glm::dvec3 centre = views[view].camera.centre();
   const std::size_t count = probes.places.size();
   std::vector<std::vector<double>> worths(views.size());
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    if (v == view || views[v].image.rgba.empty()) continue;
+  for (const std::uint32_t v : among) {
+    if (v == view) continue;
     if (glm::dot(views[v].camera.forward(), views[view].camera.forward()) < 0.2) continue;
     const glm::dvec3 other = views[v].camera.centre();
     double sum = 0;
@@ -80,7 +80,7 @@ std::vector<std::uint32_t> neighbours_of(std::span<const View> views, std::uint3
   while (chosen.size() < most) {
     double best = kLeastGain * static_cast<double>(count);
     std::optional<std::uint32_t> next;
-    for (std::uint32_t v = 0; v < views.size(); ++v) {
+    for (const std::uint32_t v : among) {
       double gain = 0;
       for (std::size_t p = 0; p < worths[v].size(); ++p) gain += open[p] * worths[v][p];
       if (gain > best) best = gain, next = v;
@@ -121,12 +121,34 @@ std::vector<Probes> probes_of(std::span<const View> views, const Points& points)
   return probes;
 }
 
+std::vector<std::uint32_t> spread_views(std::span<const View> views, std::size_t most) {
+  std::vector<std::uint32_t> left;
+  for (std::uint32_t v = 0; v < views.size(); ++v)
+    if (!views[v].image.rgba.empty()) left.push_back(v);
+  if (left.size() <= most) return left;
+  std::vector<std::uint32_t> chosen;
+  std::vector<double> gaps(views.size(), 1e30);  // to the chosen views
+  for (std::uint32_t next = left.front(); chosen.size() < most;) {
+    chosen.push_back(next);
+    const Camera& camera = views[next].camera;
+    gaps[next] = -1;
+    for (const std::uint32_t v : left)
+      // Cameras are at distance 1 from the centre on average: opposite directions count as two of these.
+      gaps[v] = std::min(gaps[v], glm::distance(views[v].camera.centre(), camera.centre()) +
+                                      glm::distance(views[v].camera.forward(), camera.forward()));
+    for (const std::uint32_t v : left)
+      if (gaps[v] > gaps[next]) next = v;
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
 std::vector<std::vector<std::uint32_t>> stereo_neighbours(std::span<const View> views, std::span<const Probes> probes,
-                                                          std::size_t most) {
+                                                          std::span<const std::uint32_t> among, std::size_t most) {
   std::vector<std::vector<std::uint32_t>> result(views.size());
-  parallel_for(static_cast<int>(views.size()), 0, [&](int i) {
-    const auto v = static_cast<std::uint32_t>(i);
-    result[v] = neighbours_of(views, v, probes[v], most);
+  parallel_for(static_cast<int>(among.size()), 0, [&](int i) {
+    const std::uint32_t v = among[static_cast<std::size_t>(i)];
+    result[v] = neighbours_of(views, among, v, probes[v], most);
   });
   return result;
 }

@@ -1,5 +1,4 @@
 #include "train/step/step.h"
-#include <cstdlib>
 
 #include <array>
 #include <cmath>
@@ -279,7 +278,7 @@ void Step::update(const StepInputs& inputs) {
               UpdateVerticesArgs{soup_.vertices.address(), soup_.vertex_moment1.address(),
                                  soup_.vertex_moment2.address(), soup_.vertex_gradient.low.address(),
                                  soup_.vertex_gradient.high.address(), buffers_.state.address(),
-                                 buffers_.control.address(), inputs.probes.vertex_gradient, soup_.triangles, std::getenv("TS_LONGEST") ? float(std::atof(std::getenv("TS_LONGEST"))) : 0.0f});
+                                 buffers_.control.address(), inputs.probes.vertex_gradient, soup_.triangles, inputs.full_side});
   gpu_.launch({"update_mlp", {inputs.probes.mlp_gradient != 0}}, (soup::Mlp::kParameters + 7) / 8,
               UpdateMlpArgs{soup_.mlp.address(), soup_.mlp_moment1.address(), soup_.mlp_moment2.address(),
                             buffers_.mlp_partial.address(), buffers_.state.address(), buffers_.control.address(),
