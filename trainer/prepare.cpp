@@ -18,8 +18,7 @@
 #include "run/trainer.h"
 #include "scene/datasets/dataset.h"
 #include "scene/datasets/unposed.h"
-#include "scene/points_from_views.h"
-#include "scene/stereo/dense_points.h"
+#include "scene/stereo/surface_points.h"
 #include "scene/reconstruct/reconstruct.h"
 
 namespace trisoup {
@@ -98,36 +97,22 @@ scene::Scene read_scene(const CommandLine& o, const std::string& dataset) {
 }
 
 void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu) {
-  const int mode = std::getenv("TS_STEREO") ? std::atoi(std::getenv("TS_STEREO")) : 0;
-  if (mode > 0) {
-    const auto t0 = std::chrono::steady_clock::now();
-    scene::DepthMapOptions options;
-    if (const char* t = std::getenv("TS_SIZE")) options.longer_side = std::atoi(t);
-    if (const char* t = std::getenv("TS_NB")) options.neighbours = static_cast<std::size_t>(std::atoi(t));
-    const auto maps = scene::depth_maps(gpu, scene.train, scene.points, options);
-    const auto t1 = std::chrono::steady_clock::now();
-    scene::Points points = scene::dense_points(scene.train, maps);
-    const auto t2 = std::chrono::steady_clock::now();
-    std::fprintf(stderr, "stereo: %zu points, %.1f s maps, %.1f s fusion\n", points.positions.size(),
-                 std::chrono::duration<double>(t1 - t0).count(), std::chrono::duration<double>(t2 - t1).count());
-    if (mode == 2)
-      for (std::size_t i = 0; i < scene.points.positions.size(); ++i) {
-        points.positions.push_back(scene.points.positions[i]);
-        points.colours.push_back(scene.points.colours[i]);
-        points.seen_by.push_back(scene.points.seen_by[i]);
-      }
-    scene.points = std::move(points);
-    return;
-  }
-  if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
-  say(o, "points: the dataset has none; finding points in the photographs");
-  scene::Points points = scene::points_from_views(scene.train);
-  if (points.positions.size() < scene::kFewestPoints) {
+  if (!o.wants_points(scene)) return;
+  ProgressBar bar(0, 0, o.quiet);
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t before = scene.points.positions.size();
+  scene::Points points = scene::surface_points(
+      gpu, scene.train, scene.points, [&](int done, int total) { bar.stage("depth", done, total); });
+  bar.clear();
+  if (points.positions.size() < scene::kFewestPoints && before < scene::kFewestPoints) {
     say(o, fmt::format("points: {} found in the photographs, too few to start from; starting from random triangles",
                        points.positions.size()));
     return;
   }
   scene.points = std::move(points);
+  say(o, fmt::format("points: {} of surfaces, found in the photographs in {:.0f} s; the dataset has {}",
+                     scene.points.positions.size(),
+                     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), before));
 }
 
 void check_dataset(const CommandLine& o) {
