@@ -29,7 +29,7 @@ std::optional<Seen> seen_in(const Camera& camera, const glm::dvec3& place) {
   return Seen{pixel, c.z};
 }
 
-double median(std::vector<double> values) {
+double median(std::vector<double>& values) {
   if (values.empty()) return 1.0;
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
   return values[values.size() / 2];
