@@ -104,9 +104,10 @@ void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu) {
   scene::Points points = scene::surface_points(
       gpu, scene.train, scene.points, [&](int done, int total) { bar.stage("depth", done, total); });
   bar.clear();
-  if (points.positions.size() < scene::kFewestPoints && before < scene::kFewestPoints) {
-    say(o, fmt::format("points: {} found in the photographs, too few to start from; starting from random triangles",
-                       points.positions.size()));
+  if (points.positions.size() < scene::kFewestPoints) {
+    if (before == 0)
+      say(o, fmt::format("points: {} found in the photographs, too few to start from; starting from random triangles",
+                         points.positions.size()));
     return;
   }
   scene.points = std::move(points);
