@@ -7,9 +7,24 @@
 
 CONSTANT(0, bool, DEBUG, false);
 
-KERNEL(64, UpdateVerticesArgs) {
-  const uint vertex = thread_index();
-  if (vertex >= a.vertex_count) return;
+ARGUMENTS(UpdateVerticesArgs)
+
+/// Factor of the learning rate: the side of an equilateral triangle of the same area as a share of `full_side`, at most
+/// 1. A step that suits a wall across the room would tear the small triangles of what stands in front.
+FN float size_factor(TAKES_ARGUMENTS uint triangle) {
+  if (!(a.full_side > 0.0f)) return 1.0f;
+  vec3 p[3];
+  UNROLL for (uint k = 0u; k < 3u; ++k) {
+    const uint at = triangle * 9u + k * 3u;
+    p[k] = vec3(a.vertices.v[at], a.vertices.v[at + 1u], a.vertices.v[at + 2u]);
+  }
+  const vec3 e = p[1] - p[0], f = p[2] - p[0];
+  const vec3 normal = vec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
+  const float side = sqrt(1.1547f * sqrt(dot(normal, normal)));  // area: sqrt(3) / 4 side^2
+  return min(side / a.full_side, 1.0f);
+}
+
+FN void update(TAKES_ARGUMENTS uint vertex, float factor) {
   vec3 gradient, m, p;
   UNROLL for (uint i = 0u; i < 3u; ++i) {
     const uint at = vertex * 3u + i;
@@ -23,7 +38,7 @@ KERNEL(64, UpdateVerticesArgs) {
   if (a.control.v[0].overflow != 0u) return;
   float v = a.moment2.v[vertex];
   const vec3 before = p;
-  p -= vector_adam(gradient, a.state.v[0].lr_vertex, a.state.v[0].second_vertex, m, v);
+  p -= vector_adam(gradient, factor * a.state.v[0].lr_vertex, a.state.v[0].second_vertex, m, v);
   if (!usable(p, kLargestCoordinate) || !usable(m, 1e30f) || !usable(v, 1e30f)) {
     // A valid vertex keeps its position. A non-finite vertex is skipped by all renderers until the host collapses its
     // triangle (collapse_lost.comp); this thread must not write the other two vertices.
@@ -37,4 +52,11 @@ KERNEL(64, UpdateVerticesArgs) {
     a.moment1.v[vertex * 3u + i] = m[i];
     a.vertices.v[vertex * 3u + i] = p[i];
   }
+}
+
+KERNEL_MAIN(64) {
+  const uint triangle = thread_index();
+  if (triangle >= a.triangles) return;
+  const float factor = size_factor(GIVES_ARGUMENTS triangle);
+  for (uint k = 0u; k < 3u; ++k) update(GIVES_ARGUMENTS 3u * triangle + k, factor);
 }

@@ -18,7 +18,7 @@
 #include "run/trainer.h"
 #include "scene/datasets/dataset.h"
 #include "scene/datasets/unposed.h"
-#include "scene/points_from_views.h"
+#include "scene/stereo/surface_points.h"
 #include "scene/reconstruct/reconstruct.h"
 
 namespace trisoup {
@@ -97,16 +97,24 @@ scene::Scene read_scene(const CommandLine& o, const std::string& dataset) {
   return scene;
 }
 
-void find_points(const CommandLine& o, scene::Scene& scene) {
-  if (!scene.points.positions.empty() || !o.wants_points(scene)) return;
-  say(o, "points: the dataset has none; finding points in the photographs");
-  scene::Points points = scene::points_from_views(scene.train);
+void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu) {
+  if (!o.wants_points(scene)) return;
+  ProgressBar bar(0, 0, o.quiet);
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t before = scene.points.positions.size();
+  scene::Points points = scene::surface_points(
+      gpu, scene.train, scene.points, [&](int done, int total) { bar.stage("depth", done, total); });
+  bar.clear();
   if (points.positions.size() < scene::kFewestPoints) {
-    say(o, fmt::format("points: {} found in the photographs, too few to start from; starting from random triangles",
-                       points.positions.size()));
+    if (before == 0)
+      say(o, fmt::format("points: {} found in the photographs, too few to start from; starting from random triangles",
+                         points.positions.size()));
     return;
   }
   scene.points = std::move(points);
+  say(o, fmt::format("points: {} of surfaces, found in the photographs in {:.0f} s; the dataset has {}",
+                     scene.points.positions.size(),
+                     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), before));
 }
 
 void check_dataset(const CommandLine& o) {

@@ -161,7 +161,7 @@ void TrainingRun::read() {
   dataset_ = posed_dataset(o_, folder_, live_);
   if (live_) live_->phase("loading");
   scene_ = read_scene(o_, dataset_);
-  if (!begun_ && !file_) find_points(o_, scene_);
+  if (!begun_ && !file_) find_points(o_, scene_, *device_);
   settings_ = begun_  ? o_.resumed(*begun_, scene_, checkpoint())
               : file_ ? o_.of_model(file_->settings, scene_)
                       : o_.settings(scene_);

@@ -1,5 +1,4 @@
 #include "api/impl.h"
-#include "scene/points_from_views.h"
 
 namespace trisoup {
 namespace {
@@ -32,10 +31,6 @@ Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& option
   impl->load.warn = [&](const std::string& line) { impl->warnings.push_back(line); };
   impl->scene = scene::load(path, impl->load);
   impl->load.warn = {};  // refers to this function
-  scene::Scene& scene = impl->scene;
-  if (!scene.synthetic && scene.points.positions.empty())
-    if (scene::Points points = scene::points_from_views(scene.train); points.positions.size() >= scene::kFewestPoints)
-      scene.points = std::move(points);
   impl_ = std::move(impl);
 }
 

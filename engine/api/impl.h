@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,9 @@ struct Device::Impl {
 };
 
 struct Dataset::Impl {
-  scene::Scene scene;
+  /// The first training that starts from points adds those it finds in the photographs.
+  mutable scene::Scene scene;
+  mutable std::once_flag surface_points;
   scene::LoadOptions load;
   std::vector<std::string> warnings;
 };

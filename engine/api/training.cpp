@@ -4,12 +4,13 @@
 #include "run/memory_need.h"
 #include "run/model_options.h"
 #include "run/presets.h"
+#include "scene/stereo/surface_points.h"
 #include "train/start/initial_triangles.h"
 
 namespace trisoup {
 namespace {
 
-train::Settings settings_of(const TrainingOptions& o, const scene::Scene& scene) {
+train::SettingsRequest request_of(const TrainingOptions& o) {
   train::SettingsRequest request;
   request.preset = o.preset;
   const auto ask = [&](const char* name, std::uint64_t value) {
@@ -21,9 +22,14 @@ train::Settings settings_of(const TrainingOptions& o, const scene::Scene& scene)
   if (o.triangles > 0) ask("triangles", o.triangles);
   ask("seed", o.seed);
   for (const std::string& text : o.set) request.assignments.push_back(train::read_assignment(text));
-  const train::Settings settings = train::make_settings(request, scene);
-  train::check(settings);
-  return settings;
+  return request;
+}
+
+void find_points(gpu::Device& gpu, const Dataset::Impl& dataset) {
+  std::call_once(dataset.surface_points, [&] {
+    scene::Points points = scene::surface_points(gpu, dataset.scene.train, dataset.scene.points);
+    if (points.positions.size() >= scene::kFewestPoints) dataset.scene.points = std::move(points);
+  });
 }
 
 }  // namespace
@@ -31,7 +37,10 @@ train::Settings settings_of(const TrainingOptions& o, const scene::Scene& scene)
 Training::Training(Device& device, const Dataset& dataset, const TrainingOptions& options) {
   gpu::Device& gpu = *device.impl().device;
   const scene::Scene& scene = dataset.impl().scene;
-  train::Settings settings = settings_of(options, scene);
+  const train::SettingsRequest request = request_of(options);
+  if (train::wants_points(request, scene)) find_points(gpu, dataset.impl());
+  train::Settings settings = train::make_settings(request, scene);
+  train::check(settings);
   if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())
     throw Error("device memory: {} triangles need {} MB, {} MB are available; use at most {} triangles",
                 settings.triangles, need.total() >> 20, gpu.ceiling() >> 20,

@@ -127,6 +127,7 @@ StepInputs Trainer::step_inputs() const {
   inputs.opacity_baseline = !settings_.published;
   inputs.update_unseen = settings_.published;
   inputs.opaque = settings_.opaque;
+  inputs.full_side = static_cast<float>(settings_.lr_vertex_side);
   inputs.exposures = given_exposures();
   return inputs;
 }

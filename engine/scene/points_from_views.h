@@ -1,7 +1,6 @@
 // Computes points of a scene from its photographs and their poses.
 #pragma once
 
-#include <cstddef>
 #include <span>
 
 #include "scene/scene.h"
@@ -19,8 +18,5 @@ namespace trisoup::scene {
 /// empty. Finds no points closer to a camera than an eighth of the cameras' mean distance from the centre. Returns few
 /// points or none if nothing matches; throws no Error.
 Points points_from_views(std::span<const View> views, int threads = 0);
-
-/// Smallest number of points from which a training can start.
-inline constexpr std::size_t kFewestPoints = 60;
 
 }  // namespace trisoup::scene

@@ -6,7 +6,7 @@
 namespace KERNEL_TYPES {
 #endif
 
-/// VectorAdam on every vertex. One thread per vertex.
+/// VectorAdam on every vertex. One thread per triangle.
 struct UpdateVerticesArgs {
   POINTER(Floats) vertices;
   POINTER(Floats) moment1;  // [3T][3]
@@ -16,7 +16,8 @@ struct UpdateVerticesArgs {
   POINTER(Steps) state;
   POINTER(Controls) control;
   POINTER(Floats) debug;  // [3T][3]: gradient, if requested
-  uint vertex_count, pad;
+  uint triangles;
+  float full_side;  // triangles smaller than this have learning rates in proportion to their side; 0: none has
 };
 
 #ifndef GL_core_profile

@@ -36,6 +36,7 @@ struct Settings {
   double lr_texture = 5e-2, lr_mlp = 1e-2, lr_vertex = 2.5e-4;  // learning rates at the first step
   double lr_end = 0.01;         // learning rates of textures and MLP at the last step, as a share of the first
   double lr_vertex_end = 0.01;  // the same of vertices
+  double lr_vertex_side = 0;    // triangles with a smaller side have vertex learning rates in proportion to it; 0: none
   double huber = 0;             // colour errors below it have a gradient in proportion to them (Huber); 0: L1
 
   std::uint32_t level_min = 2, level_max = 5;  // texture levels after the coarse part

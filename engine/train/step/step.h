@@ -45,6 +45,7 @@ struct StepInputs {
   bool opacity_baseline = false;         // opacity gradients use the error minus its neighbours' mean
   bool update_unseen = true;             // Adam also updates texture values without gradient, as published
   bool opaque = false;                   // Settings::opaque: opacity is fixed to 1
+  float full_side = 0;                   // Settings::lr_vertex_side
   const Exposures* exposures = nullptr;  // of the photographs; null: none. Float targets have none
   bool fit_exposures = true;             // to the rendering, before applying them
   Layer layer = Layer::nearest;

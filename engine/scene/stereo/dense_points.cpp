@@ -1,0 +1,118 @@
+#include "scene/stereo/dense_points.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <optional>
+
+#include "base/parallel_for.h"
+
+namespace trisoup::scene {
+namespace {
+
+/// Largest relative difference of depths of one surface, and smallest one of surfaces that are clearly apart.
+constexpr double kSameDepth = 0.03, kOtherDepth = 0.1;
+constexpr double kLeastParallax = 2;  // pixels in the neighbour with the widest baseline; less tells no depth
+constexpr int kAgreeing = 2;          // neighbours that must have a point too
+
+enum class Verdict { unknown, same, other };
+struct Sighting {
+  std::size_t pixel = 0;
+  Verdict verdict = Verdict::unknown;
+};
+
+/// The pixel of a map that shows a position, and whether its plane is there. Returns nullopt if none shows it.
+std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position) {
+  const Camera& camera = map.camera;
+  if (map.planes.empty()) return std::nullopt;
+  const glm::dvec3 c(camera.world_to_camera * glm::dvec4(position, 1.0));
+  if (!(c.z > 1e-6)) return std::nullopt;
+  const double x = camera.fx * c.x / c.z + camera.cx, y = camera.fy * c.y / c.z + camera.cy;
+  if (!(x >= 0 && y >= 0 && x < camera.width && y < camera.height)) return std::nullopt;
+  const int i = static_cast<int>(x), j = static_cast<int>(y);
+  Sighting result;
+  result.pixel =
+      static_cast<std::size_t>(j) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(i);
+  const glm::vec4 plane = map.planes[result.pixel];
+  if (plane.w > kLargestPlaneCost) return result;
+  const double w = plane.x + plane.y * (x - 0.5 - i) + plane.z * (y - 0.5 - j), own = 1.0 / c.z;
+  const double apart = std::abs(w - own), larger = std::max(w, own);
+  if (apart <= kSameDepth * larger) result.verdict = Verdict::same;
+  // A plane that no neighbour has too contradicts nothing.
+  else if (apart > kOtherDepth * larger + map.pixel_step && std::popcount(map.agreeing[result.pixel]) >= kAgreeing)
+    result.verdict = Verdict::other;
+  return result;
+}
+
+glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, int y, double inverse_depth) {
+  const Camera& c = map.camera;
+  const double z = 1.0 / inverse_depth;
+  return glm::dvec3(to_world * glm::dvec4(z * (x + 0.5 - c.cx) / c.fx, z * (y + 0.5 - c.cy) / c.fy, z, 1.0));
+}
+
+glm::u8vec3 colour_of(const View& view, const Camera& small, int x, int y) {
+  const Image& image = view.image;
+  const int i = std::min(image.width - 1, static_cast<int>((x + 0.5) * image.width / small.width)),
+            j = std::min(image.height - 1, static_cast<int>((y + 0.5) * image.height / small.height));
+  const std::uint8_t* p = &image.rgba[4 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) +
+                                           static_cast<std::size_t>(i))];
+  return {p[0], p[1], p[2]};
+}
+
+}  // namespace
+
+Points dense_points(std::span<const View> views, std::span<const DepthMap> maps) {
+  Points points;
+  std::vector<std::vector<bool>> claimed(maps.size());
+  for (std::size_t v = 0; v < maps.size(); ++v) claimed[v].resize(maps[v].planes.size());
+  const auto add = [&](std::uint32_t v, int x, int y, const glm::dvec3& position) {
+    std::vector<std::uint32_t> seen_by;
+    for (std::uint32_t other = 0; other < maps.size(); ++other) {
+      const auto there = sighting(maps[other], position);
+      if (!there || !(there->verdict == Verdict::same || other == v)) continue;
+      claimed[other][there->pixel] = true;
+      seen_by.push_back(other);
+    }
+    if (seen_by.size() < kAgreeing + 1) return;
+    points.positions.emplace_back(position);
+    points.colours.push_back(colour_of(views[v], maps[v].camera, x, y));
+    points.seen_by.push_back(std::move(seen_by));
+  };
+  for (std::uint32_t v = 0; v < maps.size(); ++v) {
+    const DepthMap& map = maps[v];
+    if (map.planes.empty()) continue;
+    const glm::dmat4 to_world = glm::inverse(map.camera.world_to_camera);
+    for (int y = 0; y < map.camera.height; ++y)
+      for (int x = 0; x < map.camera.width; ++x) {
+        const auto pixel =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(map.camera.width) + static_cast<std::size_t>(x);
+        const double w = map.planes[pixel].x;
+        if (!claimed[v][pixel] && std::popcount(map.agreeing[pixel]) >= kAgreeing && w > kLeastParallax * map.pixel_step)
+          add(v, x, y, position_of(map, to_world, x, y, w));
+      }
+  }
+  return points;
+}
+
+Points checked_sightings(const Points& points, std::span<const DepthMap> maps) {
+  Points result;
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    std::vector<std::uint32_t> seen_by;
+    const std::vector<std::uint32_t> listed =
+        points.seen_by.empty() ? std::vector<std::uint32_t>{} : points.seen_by[i];
+    for (std::uint32_t v = 0; v < maps.size(); ++v) {
+      const auto there = sighting(maps[v], glm::dvec3(points.positions[i]));
+      const bool is_listed = std::binary_search(listed.begin(), listed.end(), v);
+      const Verdict verdict = there ? there->verdict : Verdict::unknown;
+      if (verdict == Verdict::same || (is_listed && verdict != Verdict::other)) seen_by.push_back(v);
+    }
+    if (seen_by.size() < 2) continue;
+    result.positions.push_back(points.positions[i]);
+    if (!points.colours.empty()) result.colours.push_back(points.colours[i]);
+    if (!points.errors.empty()) result.errors.push_back(points.errors[i]);
+    result.seen_by.push_back(std::move(seen_by));
+  }
+  return result;
+}
+
+}  // namespace trisoup::scene

@@ -1,0 +1,160 @@
+// Tests engine/scene/stereo (shaders/patch_match*.comp) on planes of known depth.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "gpu/small_scene.h"
+#include "scene/stereo/dense_points.h"
+#include "scene/stereo/depth_maps.h"
+#include "scene/stereo/neighbours.h"
+#include "scene/stereo/surface_points.h"
+
+using namespace trisoup;
+
+namespace {
+
+constexpr int kWidth = 96, kHeight = 64;
+
+/// A non-repeating texture: interpolated hash values on a grid.
+double speckle(double x, double y) {
+  const auto value = [](int i, int j) {
+    std::uint32_t h = static_cast<std::uint32_t>(i) * 374761393u + static_cast<std::uint32_t>(j) * 668265263u;
+    h = (h ^ (h >> 13)) * 1274126177u;
+    return double((h ^ (h >> 16)) & 255u);
+  };
+  const double fx = x - std::floor(x), fy = y - std::floor(y);
+  const int i = int(std::floor(x)), j = int(std::floor(y));
+  return (1 - fy) * ((1 - fx) * value(i, j) + fx * value(i + 1, j)) +
+         fy * ((1 - fx) * value(i, j + 1) + fx * value(i + 1, j + 1));
+}
+
+/// Depth along z from a camera at `eye` that looks along z: a floor that rises to the right, 0.35 per unit, and a board
+/// in front of its left part.
+double true_depth(const glm::dvec3& eye, const glm::dvec3& ray) {
+  const double board = 0.4 - eye.z;
+  if (eye.x + board * ray.x < -0.25) return board;
+  return (1.6 - eye.z - 0.35 * eye.x) / (1 + 0.35 * ray.x);
+}
+
+glm::dvec3 eye_of(int view) { return {0.16 * (view % 3) - 0.16, 0.16 * (view / 3) - 0.08, -1}; }
+
+glm::dvec3 ray_of(const scene::Camera& c, int x, int y) {
+  return {(x + 0.5 - c.cx) / c.fx, (y + 0.5 - c.cy) / c.fy, 1};
+}
+
+std::vector<scene::View> photographs(int count) {
+  std::vector<scene::View> views;
+  for (int k = 0; k < count; ++k) {
+    scene::View& v = views.emplace_back();
+    scene::Camera& c = v.camera;
+    c.width = kWidth, c.height = kHeight, c.fx = c.fy = 90, c.cx = 47, c.cy = 33;
+    c.world_to_camera[3] = glm::dvec4(-eye_of(k), 1);
+    v.image = {kWidth, kHeight, {}};
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const glm::dvec3 ray = ray_of(c, x, y), p = eye_of(k) + true_depth(eye_of(k), ray) * ray;
+        const auto grey = static_cast<std::uint8_t>(speckle(14 * p.x + 3 * p.z, 14 * p.y));
+        v.image.rgba.insert(v.image.rgba.end(), {grey, grey, grey, 255});
+      }
+  }
+  return views;
+}
+
+struct Accuracy {
+  double median = 0, found = 0;  // relative error of depth; share of pixels on which two neighbours agree
+};
+Accuracy accuracy(const std::vector<scene::DepthMap>& maps) {
+  std::vector<double> errors;
+  std::size_t all = 0;
+  for (std::size_t v = 0; v < maps.size(); ++v)
+    for (int y = 0; y < maps[v].camera.height; ++y)
+      for (int x = 0; x < maps[v].camera.width; ++x, ++all) {
+        const auto pixel = static_cast<std::size_t>(y * maps[v].camera.width + x);
+        if (std::popcount(maps[v].agreeing[pixel]) < 2) continue;
+        const double depth = true_depth(eye_of(static_cast<int>(v)), ray_of(maps[v].camera, x, y));
+        errors.push_back(std::abs(double(maps[v].planes[pixel].x) * depth - 1));
+      }
+  REQUIRE(!errors.empty());
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+  return {errors[errors.size() / 2], static_cast<double>(errors.size()) / static_cast<double>(all)};
+}
+
+}  // namespace
+
+TEST_CASE("stereo finds the depth of slanted planes", "[stereo][each_driver]") {
+  auto gpu = test::open_device();
+  const std::vector<scene::View> views = photographs(6);
+  const std::vector<scene::DepthMap> maps = scene::depth_maps(*gpu, views, {}, {});
+  REQUIRE(maps.size() == views.size());
+  for (const scene::DepthMap& map : maps) CHECK(map.neighbours.size() >= 3);
+  const Accuracy all = accuracy(maps);
+  CHECK(all.median < 0.004);
+  CHECK(all.found > 0.75);
+
+  const scene::Points points = scene::dense_points(views, maps);
+  REQUIRE(points.positions.size() > 1000);
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    CHECK(points.seen_by[i].size() >= 3);
+    CHECK(std::is_sorted(points.seen_by[i].begin(), points.seen_by[i].end()));
+    const glm::dvec3 p(points.positions[i]);
+    near += std::abs(p.z + 0.35 * p.x - 1.6) < 0.03 || std::abs(p.z - 0.4) < 0.03;
+  }
+  CHECK(static_cast<double>(near) > 0.97 * static_cast<double>(points.positions.size()));
+  test::require_silence(*gpu);
+}
+
+TEST_CASE("stereo leaves masked and plain pixels out", "[stereo]") {
+  auto gpu = test::open_device();
+  std::vector<scene::View> views = photographs(6);
+  for (scene::View& v : views)
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        std::uint8_t* p = &v.image.rgba[static_cast<std::size_t>(4 * (y * kWidth + x))];
+        if (y < 20) p[3] = 0;
+        if (y >= 44) p[0] = p[1] = p[2] = 128;
+      }
+  const std::vector<scene::DepthMap> maps = scene::depth_maps(*gpu, views, {}, {});
+  for (const scene::DepthMap& map : maps)
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        if (y < 20 || y >= 48) CHECK(map.agreeing[static_cast<std::size_t>(y * kWidth + x)] == 0);
+}
+
+TEST_CASE("stereo needs views with parallax", "[stereo]") {
+  auto gpu = test::open_device();
+  CHECK(scene::depth_maps(*gpu, {}, {}, {}).empty());
+  const std::vector<scene::View> one = photographs(1);
+  CHECK(scene::surface_points(*gpu, one, {}).positions.empty());
+  std::vector<scene::View> twice = photographs(1);
+  twice.push_back(twice.front());
+  CHECK(scene::surface_points(*gpu, twice, {}).positions.empty());
+}
+
+TEST_CASE("sightings are completed and mismatches dropped", "[stereo]") {
+  auto gpu = test::open_device();
+  const std::vector<scene::View> views = photographs(6);
+  const std::vector<scene::DepthMap> maps = scene::depth_maps(*gpu, views, {}, {});
+  scene::Points points;
+  points.positions = {{0.3f, 0.0f, 1.6f - 0.35f * 0.3f}, {0.3f, 0.0f, 0.0f}};  // on the floor; far before it
+  points.colours = {{255, 0, 0}, {0, 255, 0}};
+  points.errors = {0.5f, 0.7f};
+  points.seen_by = {{0, 1}, {0, 1}};
+  const scene::Points checked = scene::checked_sightings(points, maps);
+  REQUIRE(checked.positions.size() == 1);
+  CHECK(checked.positions[0] == points.positions[0]);
+  CHECK(checked.errors == std::vector<float>{0.5f});
+  CHECK(checked.seen_by[0].size() >= 5);
+}
+
+TEST_CASE("views with maps are spread over the positions", "[stereo]") {
+  std::vector<scene::View> views = photographs(6);
+  views[0].camera.world_to_camera[3].x += 5;  // far from all others
+  views[5].image.rgba.clear();
+  const std::vector<std::uint32_t> two = scene::spread_views(views, 2);
+  REQUIRE(two.size() == 2);
+  CHECK(two[0] == 0);
+  CHECK(scene::spread_views(views, 9) == std::vector<std::uint32_t>{0, 1, 2, 3, 4});
+}
