@@ -115,8 +115,8 @@ FN uint best_neighbours(TAKES_ARGUMENTS IN_ARRAY_OF(float, greys, 25), IN_ARRAY_
   return bits.x | bits.y | bits.z | bits.w;
 }
 
-/// The best plane of the other half of the pixels in one direction, moved to this pixel: of the near ones in a wedge, or
-/// of the far ones along a line.
+/// The best plane of the other half of the pixels in one direction, moved to this pixel: of the near ones in a wedge,
+/// or of the far ones along a line.
 FN vec3 propagated(TAKES_ARGUMENTS int direction, int x, int y, vec3 own) {
   const int turn = direction & 3;
   const int forward_x = turn == 0 ? 1 : (turn == 1 ? -1 : 0), forward_y = turn == 2 ? 1 : (turn == 3 ? -1 : 0);

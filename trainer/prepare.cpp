@@ -18,8 +18,8 @@
 #include "run/trainer.h"
 #include "scene/datasets/dataset.h"
 #include "scene/datasets/unposed.h"
-#include "scene/stereo/surface_points.h"
 #include "scene/reconstruct/reconstruct.h"
+#include "scene/stereo/surface_points.h"
 
 namespace trisoup {
 
@@ -102,8 +102,8 @@ void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu) {
   ProgressBar bar(0, 0, o.quiet);
   const auto start = std::chrono::steady_clock::now();
   const std::size_t before = scene.points.positions.size();
-  scene::Points points = scene::surface_points(
-      gpu, scene.train, scene.points, [&](int done, int total) { bar.stage("depth", done, total); });
+  scene::Points points = scene::surface_points(gpu, scene.train, scene.points,
+                                               [&](int done, int total) { bar.stage("depth", done, total); });
   bar.clear();
   if (points.positions.size() < scene::kFewestPoints) {
     if (before == 0)

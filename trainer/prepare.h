@@ -32,8 +32,8 @@ std::string posed_dataset(const CommandLine& o, train::RunFolder& folder, viewer
 void check_dataset(const CommandLine& o);
 /// Reads photographs and poses of the dataset. Shows progress on stderr.
 scene::Scene read_scene(const CommandLine& o, const std::string& dataset);
-/// Finds points in the photographs if the start needs them and the dataset has none. If there are too few, prints a
-/// line; the training then starts from random triangles.
+/// Finds points in the photographs if the start needs points (scene/stereo/surface_points.h). If there are too few and
+/// the dataset has none, prints a line; the training then starts from random triangles.
 void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu);
 /// Prints the memory that a training needs. Throws Error if it exceeds the limit; the message names a number of
 /// triangles and a resolution that fit. If the device is the CPU, the photographs in the program's own memory count

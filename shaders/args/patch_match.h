@@ -31,17 +31,18 @@ static_assert(sizeof(StereoPair) == 112);
 /// Finds a plane for each pixel of one view (common/patch_match.h). Planes: inverse depth, its change per pixel along x
 /// and y, cost.
 struct PatchMatchArgs {
-  POINTER(Uints) greys;      // [pixels of all views]: grey from 1 to 255 of the pixel, the one to the right, the one
-                             // below and the one below that to the right, lowest byte first; 0: masked
-  POINTER(Float4s) planes;   // [pixels of all views]
-  POINTER(Float4s) before;   // patch_match_start: planes of the coarser level; else all planes as they were before
+  POINTER(Uints)
+  greys;                    // [pixels of all views]: grey from 1 to 255 of the pixel, the one to the right, the one
+                            // below and the one below that to the right, lowest byte first; 0: masked
+  POINTER(Float4s) planes;  // [pixels of all views]
+  POINTER(Float4s) before;  // patch_match_start: planes of the coarser level; else all planes as they were before
   POINTER(StereoPairs) pairs;
-  POINTER(Uints) agreeing;   // patch_match_agree: [pixels of all views], bit k: neighbour k has the same point
+  POINTER(Uints) agreeing;  // patch_match_agree: [pixels of all views], bit k: neighbour k has the same point
   uint first_pair, pair_count;
   uint width, height, pixel_offset;
   uint coarse_width, coarse_height, coarse_offset;  // patch_match_start; width 0: there is no coarser level
-  uint key;             // of the random numbers
-  uint colour;          // patch_match: which half of a checkerboard of pixels
+  uint key;                                         // of the random numbers
+  uint colour;                                      // patch_match: which half of a checkerboard of pixels
   uint all_neighbours;  // patch_match: 1: all neighbours look at every plane, else those that match best
   float farthest;       // smallest inverse depth
   float nearest;        // largest inverse depth

@@ -1,7 +1,8 @@
 // Multi-view stereo by PatchMatch with slanted planes (Bleyer, Rhemann, Rother 2011; Galliani, Lasinger, Schindler
-// 2015, with the sampling of Xu and Tao 2019). The plane of a pixel is its inverse depth w and the change of w per pixel
-// along x and y. Inverse depth is linear in the pixel along a plane in space, and the pixel where another view sees a
-// point is a ratio of linear functions of (x, y, 1, w) (StereoPair). Both together make the patch's homography cheap.
+// 2015, with the sampling of Xu and Tao 2019). The plane of a pixel is its inverse depth w and the change of w per
+// pixel along x and y. Inverse depth is linear in the pixel along a plane in space, and the pixel where another view
+// sees a point is a ratio of linear functions of (x, y, 1, w) (StereoPair). Both together make the patch's homography
+// cheap.
 
 /// Costs are 1 - normalised cross-correlation; this one means that the views cannot be compared.
 const float kNoMatch = 2.0f;

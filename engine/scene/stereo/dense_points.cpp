@@ -31,8 +31,7 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
   if (!(x >= 0 && y >= 0 && x < camera.width && y < camera.height)) return std::nullopt;
   const int i = static_cast<int>(x), j = static_cast<int>(y);
   Sighting result;
-  result.pixel =
-      static_cast<std::size_t>(j) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(i);
+  result.pixel = static_cast<std::size_t>(j) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(i);
   const glm::vec4 plane = map.planes[result.pixel];
   if (plane.w > kLargestPlaneCost) return result;
   const double w = plane.x + plane.y * (x - 0.5 - i) + plane.z * (y - 0.5 - j), own = 1.0 / c.z;
@@ -87,7 +86,8 @@ Points dense_points(std::span<const View> views, std::span<const DepthMap> maps)
         const auto pixel =
             static_cast<std::size_t>(y) * static_cast<std::size_t>(map.camera.width) + static_cast<std::size_t>(x);
         const double w = map.planes[pixel].x;
-        if (!claimed[v][pixel] && std::popcount(map.agreeing[pixel]) >= kAgreeing && w > kLeastParallax * map.pixel_step)
+        if (!claimed[v][pixel] && std::popcount(map.agreeing[pixel]) >= kAgreeing &&
+            w > kLeastParallax * map.pixel_step)
           add(v, x, y, position_of(map, to_world, x, y, w));
       }
   }
@@ -98,8 +98,7 @@ Points checked_sightings(const Points& points, std::span<const DepthMap> maps) {
   Points result;
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     std::vector<std::uint32_t> seen_by;
-    const std::vector<std::uint32_t> listed =
-        points.seen_by.empty() ? std::vector<std::uint32_t>{} : points.seen_by[i];
+    const std::vector<std::uint32_t> listed = points.seen_by.empty() ? std::vector<std::uint32_t>{} : points.seen_by[i];
     for (std::uint32_t v = 0; v < maps.size(); ++v) {
       const auto there = sighting(maps[v], glm::dvec3(points.positions[i]));
       const bool is_listed = std::binary_search(listed.begin(), listed.end(), v);

@@ -55,13 +55,12 @@ void add_picture(const Image& image, Level& level, std::size_t view) {
   const int width = level.cameras[view].width, height = level.cameras[view].height;
   const std::vector<std::uint8_t> grey = small_grey(image, level.cameras[view]);
   const auto at = [&](int x, int y) {
-    return static_cast<std::uint32_t>(grey[static_cast<std::size_t>(std::min(y, height - 1) * width +
-                                                                    std::min(x, width - 1))]);
+    return static_cast<std::uint32_t>(
+        grey[static_cast<std::size_t>(std::min(y, height - 1) * width + std::min(x, width - 1))]);
   };
   std::uint32_t* out = &level.greys[level.offsets[view]];
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      *out++ = at(x, y) | at(x + 1, y) << 8 | at(x, y + 1) << 16 | at(x + 1, y + 1) << 24;
+    for (int x = 0; x < width; ++x) *out++ = at(x, y) | at(x + 1, y) << 8 | at(x, y + 1) << 16 | at(x + 1, y + 1) << 24;
 }
 
 /// Views that are not `chosen` have no pixels.
@@ -103,8 +102,8 @@ std::array<glm::vec4, 3> transfer(const Camera& from, const Camera& to) {
   const glm::dmat4 motion = to.world_to_camera * glm::inverse(from.world_to_camera);
   const glm::dmat3 project = glm::transpose(
       glm::dmat3(glm::dvec3(to.fx, 0, to.cx - 0.5), glm::dvec3(0, to.fy, to.cy - 0.5), glm::dvec3(0, 0, 1)));
-  const glm::dmat3 unproject = glm::inverse(glm::transpose(glm::dmat3(
-      glm::dvec3(from.fx, 0, from.cx - 0.5), glm::dvec3(0, from.fy, from.cy - 0.5), glm::dvec3(0, 0, 1))));
+  const glm::dmat3 unproject = glm::inverse(glm::transpose(
+      glm::dmat3(glm::dvec3(from.fx, 0, from.cx - 0.5), glm::dvec3(0, from.fy, from.cy - 0.5), glm::dvec3(0, 0, 1))));
   const glm::dmat3 m = project * glm::dmat3(motion) * unproject;
   const glm::dvec3 s = project * glm::dvec3(motion[3]);
   std::array<glm::vec4, 3> rows;
@@ -129,8 +128,8 @@ double pixel_step(const Level& level, const Plan& plan, std::size_t view) {
   double farthest = 0;
   for (const std::uint32_t n : plan.neighbours) {
     const Camera& other = level.cameras[n];
-    farthest = std::max(farthest, std::max(other.fx, other.fy) *
-                                      glm::distance(other.centre(), level.cameras[view].centre()));
+    farthest =
+        std::max(farthest, std::max(other.fx, other.fy) * glm::distance(other.centre(), level.cameras[view].centre()));
   }
   return farthest > 0 ? 1.0 / farthest : 0.0;
 }
@@ -256,8 +255,7 @@ std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, 
   const auto neighbours = stereo_neighbours(views, probes, chosen, options.neighbours);
   const int side = longer_side(views, chosen, options);
   std::vector<Plan> plans(views.size());
-  for (std::size_t v = 0; v < views.size(); ++v)
-    plans[v] = {neighbours[v], nearest_of(views[v].camera, probes[v])};
+  for (std::size_t v = 0; v < views.size(); ++v) plans[v] = {neighbours[v], nearest_of(views[v].camera, probes[v])};
   const Level coarse = level_of(views, chosen, side / 2), fine = level_of(views, chosen, side);
   if (fine.greys.empty() || pairs_of(fine, plans).empty()) return maps;
   constexpr double kCoarse[] = {16, 8, 4, 2, 1, 0.5}, kFine[] = {1, 0.5}, kGeometric[] = {0.5, 0.25};

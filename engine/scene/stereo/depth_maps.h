@@ -13,7 +13,7 @@ namespace trisoup::scene {
 
 /// The planes of one view's pixels, row by row (common/patch_match.h).
 struct DepthMap {
-  Camera camera;  // of the small picture
+  Camera camera;                          // of the small picture
   std::vector<std::uint32_t> neighbours;  // views, at most 32
   double pixel_step = 0;                  // change of inverse depth that moves a point by about a pixel in a neighbour
   std::vector<glm::vec4> planes;          // inverse depth, its change per pixel along x and y, cost
@@ -22,8 +22,8 @@ struct DepthMap {
 
 struct DepthMapOptions {
   /// Pixels of all small pictures together, which set the time: about 10 s for a million on two cores.
-  std::size_t pixels = 1'200'000;
-  int longest_side = 320, shortest_long_side = 200;  // bounds of the small pictures' longer side, pixels
+  std::size_t pixels = 1'600'000;
+  int longest_side = 320, shortest_long_side = 240;  // bounds of the small pictures' longer side, pixels
   std::size_t neighbours = 8;                        // of a view, at most 32
   std::function<void(int done, int total)> progress;
 };
@@ -31,13 +31,12 @@ struct DepthMapOptions {
 /// Largest cost of a plane that counts.
 inline constexpr float kLargestPlaneCost = 0.4f;
 
-/// Finds depths by PatchMatch (Galliani, Lasinger, Schindler, "Massively parallel multiview stereopsis by surface normal
-/// diffusion", ICCV 2015), first at half the size, then with the neighbours' planes as a further witness (Xu and Tao,
-/// "Multi-scale geometric consistency guided multi-view stereo", CVPR 2019).
-/// Where there are too many views for `pixels`, only views spread evenly over the others have a map; the maps of the
-/// rest are empty.
-/// views: normalised coordinates, with their photographs. points: sparse points, which tell neighbours and the range of
-/// depths; may be empty. The result is the same for any device of a backend. Throws Error if the device fails. [views]
+/// Finds depths by PatchMatch (Galliani, Lasinger, Schindler, "Massively parallel multiview stereopsis by surface
+/// normal diffusion", ICCV 2015), first at half the size, then with the neighbours' planes as a further witness (Xu and
+/// Tao, "Multi-scale geometric consistency guided multi-view stereo", CVPR 2019). Where there are too many views for
+/// `pixels`, only views spread evenly over the others have a map; the maps of the rest are empty. views: normalised
+/// coordinates, with their photographs. points: sparse points, which tell neighbours and the range of depths; may be
+/// empty. The result is the same for any device of a backend. Throws Error if the device fails. [views]
 std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, const Points& points,
                                  const DepthMapOptions& options);
 

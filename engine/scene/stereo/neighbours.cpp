@@ -42,8 +42,8 @@ void add_guesses(const Camera& camera, double depth, std::vector<glm::dvec3>& pl
     for (int i = 0; i < 6; ++i)
       for (const double share : {0.5, 1.0, 2.0}) {
         const double x = (i + 0.5) / 6 * camera.width, y = (j + 0.5) / 4 * camera.height, z = share * depth;
-        places.emplace_back(
-            to_world * glm::dvec4(z * (x - camera.cx) / camera.fx, z * (y - camera.cy) / camera.fy, z, 1.0));
+        places.emplace_back(to_world *
+                            glm::dvec4(z * (x - camera.cx) / camera.fx, z * (y - camera.cy) / camera.fy, z, 1.0));
       }
 }
 
@@ -112,7 +112,8 @@ std::vector<Probes> probes_of(std::span<const View> views, const Points& points)
     const std::size_t every = std::max<std::size_t>(1, seen[v].size() / kManyProbes);
     for (std::size_t k = 0; k < seen[v].size(); k += every) {
       const glm::dvec3 place(points.positions[seen[v][k]]);
-      if (const auto at = seen_in(views[v].camera, place)) depths.push_back(at->depth), probes[v].places.push_back(place);
+      if (const auto at = seen_in(views[v].camera, place))
+        depths.push_back(at->depth), probes[v].places.push_back(place);
     }
   }
   const double usual = median(depths);

@@ -12,8 +12,8 @@ namespace trisoup::scene {
 /// Finds dense points in the photographs (depth_maps.h, dense_points.h) and adds the dataset's own, with sightings that
 /// the depth maps confirm. Where stereo finds too little, returns the dataset's points as they are or, if it has none,
 /// those of points_from_views().
-/// views: normalised coordinates, with their photographs. points: of the dataset; may be empty. progress: called now and
-/// then. The result does not depend on the number of threads. Throws Error if the device fails.
+/// views: normalised coordinates, with their photographs. points: of the dataset; may be empty. progress: called now
+/// and then. The result does not depend on the number of threads. Throws Error if the device fails.
 Points surface_points(gpu::Device& gpu, std::span<const View> views, const Points& points,
                       const std::function<void(int done, int total)>& progress = {});
 
