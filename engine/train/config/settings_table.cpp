@@ -109,8 +109,7 @@ constexpr Setting kTable[] = {
     {"Learning rates", "lr_vertex_end", &S::lr_vertex_end, experiment, kAboveZero, "the same for vertices",
      {.usual = 0.1, .published = 0.01, .surface = 0.03, .note = "lr_end if that is given"}},
     {"Learning rates", "lr_vertex_side", &S::lr_vertex_side, experiment, kAny,
-     "vertices of triangles with a smaller side have a learning rate in proportion to it, normalised units; 0: all have "
-     "lr_vertex",
+     "vertices of triangles with a smaller side have a learning rate in proportion to it; 0: none has",
      {.usual = 0, .surface = 0.5}},
 
     {"Textures", "coarse_share", &S::coarse_share, experiment, kShare,
