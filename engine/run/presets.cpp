@@ -109,7 +109,6 @@ Settings preset_settings(const SettingsRequest& request, const scene::Scene& sce
 
 double default_vertex_lr(const Settings& s) {
   if (s.published) return std::max(s.lr_vertex, vertex_lr(s, published_travel(s.recipe)));
-  if (s.lr_vertex_side > 0) return vertex_lr(s, 20.0, kMaxVertexLrBySide);
   return s.recipe == Recipe::synthetic ? vertex_lr(s, 1.5, kMaxVertexLrSynthetic) : vertex_lr(s, 4.0, kMaxVertexLr);
 }
 

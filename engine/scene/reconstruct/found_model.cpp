@@ -17,14 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Points = std::unordered_map<std::uint64_t, glm::dvec3>;  // positions by id
+using PointsById = std::unordered_map<std::uint64_t, glm::dvec3>;  // positions by id
 
-Points positions_in(const fs::path& file) {
+PointsById positions_in(const fs::path& file) {
   const std::string content = read_file(file);
   ByteCursor cursor(bytes_of(content), printable(file.string()), "point");
   constexpr std::size_t smallest = 8 + 3 * 8 + 3 + 8 + 8;
   const std::size_t count = cursor.read_count(smallest);
-  Points points;
+  PointsById points;
   points.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto id = cursor.read<std::uint64_t>();
@@ -48,8 +48,8 @@ double distance(const ColmapCamera& camera, const glm::dmat4& world_to_camera, c
 }
 
 /// Adds up the errors of the observations in images.bin. images: its records, by id.
-void add_errors(const fs::path& file, const std::map<std::uint32_t, const ColmapImage*>& images, const Points& points,
-                FoundModel& model) {
+void add_errors(const fs::path& file, const std::map<std::uint32_t, const ColmapImage*>& images,
+                const PointsById& points, FoundModel& model) {
   const std::string content = read_file(file);
   ByteCursor cursor(bytes_of(content), printable(file.string()), "image");
   double sum = 0;
@@ -95,7 +95,7 @@ FoundModel read_found_model(const fs::path& folder) {
     by_id[image.id] = &image;
   }
   std::sort(model.names.begin(), model.names.end());
-  const Points points = positions_in(folder / "points3D.bin");
+  const PointsById points = positions_in(folder / "points3D.bin");
   model.points = points.size();
   add_errors(images, by_id, points, model);
   return model;

@@ -11,8 +11,6 @@ namespace trisoup::train {
 /// Vertex learning rates above these tear surfaces apart instead of moving them: real scenes, and synthetic ones, which
 /// start from small random triangles (docs/decisions.md).
 inline constexpr double kMaxVertexLr = 1e-2, kMaxVertexLrSynthetic = 5e-3;
-/// The same where small triangles move less (Settings::lr_vertex_side).
-inline constexpr double kMaxVertexLrBySide = 5e-2;
 /// The first vertex learning rate with which the rates of all steps sum to `travel`, normalised units; at most
 /// `max_lr`. VectorAdam moves a vertex by about its learning rate in every step, whatever the gradient's length, so
 /// `travel` is the distance that a vertex can go.

@@ -110,7 +110,7 @@ constexpr Setting kTable[] = {
      {.usual = 0.1, .published = 0.01, .surface = 0.03, .note = "lr_end if that is given"}},
     {"Learning rates", "lr_vertex_side", &S::lr_vertex_side, experiment, kAny,
      "vertices of triangles with a smaller side have a learning rate in proportion to it; 0: none has",
-     {.usual = 0, .surface = 0.5}},
+     {.usual = 0, .surface = 0.1}},
 
     {"Textures", "coarse_share", &S::coarse_share, experiment, kShare,
      "first share of the steps, which trains textures of level 0 alone; 0: fine levels from the first step on",
