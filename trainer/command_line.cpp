@@ -17,7 +17,7 @@ bool CommandLine::wants_points(const scene::Scene& scene) const {
   if (!record) return train::wants_points(request, scene);
   train::Settings s = *record;
   train::apply(request, scene, s);
-  return s.init == "surface" || s.init == "points";
+  return train::start_needs_points(s.init, scene);
 }
 
 train::Settings CommandLine::settings(const scene::Scene& scene) const {

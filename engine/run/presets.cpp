@@ -120,8 +120,12 @@ const SettingValue* SettingsRequest::find(std::string_view setting) const {
   return nullptr;
 }
 
+bool start_needs_points(const std::string& init, const scene::Scene& scene) {
+  return init == "surface" || (init == "points" && scene.points.positions.empty());
+}
+
 bool wants_points(const SettingsRequest& request, const scene::Scene& scene) {
-  if (const auto init = asked_for<std::string>(request, "init")) return *init == "surface" || *init == "points";
+  if (const auto init = asked_for<std::string>(request, "init")) return start_needs_points(*init, scene);
   return request.preset != "published" && !scene.synthetic;
 }
 

@@ -20,7 +20,10 @@ struct SettingsRequest {
   bool has(std::string_view setting) const { return find(setting) != nullptr; }
 };
 
-/// Whether the start needs sparse points, which a dataset may lack.
+/// Whether the start needs points of the surfaces that photographs show (scene/stereo/surface_points.h). Scattered
+/// points need them only where the dataset has none. init: Settings::init.
+bool start_needs_points(const std::string& init, const scene::Scene& scene);
+/// The same of the start that a request leads to.
 bool wants_points(const SettingsRequest& request, const scene::Scene& scene);
 
 /// The preset's settings for the scene, with every assignment of the request and what follows from them: schedules
