@@ -102,7 +102,7 @@ void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu) {
   ProgressBar bar(0, 0, o.quiet);
   const auto start = std::chrono::steady_clock::now();
   const std::size_t before = scene.points.positions.size();
-  scene::Points points = scene::surface_points(gpu, scene.train, scene.points,
+  scene::Points points = scene::surface_points(gpu, scene.train, scene.points, o.settings(scene).steps,
                                                [&](int done, int total) { bar.stage("depth", done, total); });
   bar.clear();
   if (points.positions.size() < scene::kFewestPoints) {
@@ -111,7 +111,9 @@ void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu) {
                          points.positions.size()));
     return;
   }
+  const bool same = points.positions.size() == before;
   scene.points = std::move(points);
+  if (same) return;
   say(o, fmt::format("points: {} of surfaces, found in the photographs in {:.0f} s; the dataset has {}",
                      scene.points.positions.size(),
                      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), before));

@@ -25,9 +25,9 @@ train::SettingsRequest request_of(const TrainingOptions& o) {
   return request;
 }
 
-void find_points(gpu::Device& gpu, const Dataset::Impl& dataset) {
+void find_points(gpu::Device& gpu, const Dataset::Impl& dataset, std::uint64_t steps) {
   std::call_once(dataset.surface_points, [&] {
-    scene::Points points = scene::surface_points(gpu, dataset.scene.train, dataset.scene.points);
+    scene::Points points = scene::surface_points(gpu, dataset.scene.train, dataset.scene.points, steps);
     if (points.positions.size() >= scene::kFewestPoints) dataset.scene.points = std::move(points);
   });
 }
@@ -38,7 +38,7 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   gpu::Device& gpu = *device.impl().device;
   const scene::Scene& scene = dataset.impl().scene;
   const train::SettingsRequest request = request_of(options);
-  if (train::wants_points(request, scene)) find_points(gpu, dataset.impl());
+  if (train::wants_points(request, scene)) find_points(gpu, dataset.impl(), train::make_settings(request, scene).steps);
   train::Settings settings = train::make_settings(request, scene);
   train::check(settings);
   if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())

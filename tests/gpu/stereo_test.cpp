@@ -127,10 +127,10 @@ TEST_CASE("stereo needs views with parallax", "[stereo]") {
   auto gpu = test::open_device();
   CHECK(scene::depth_maps(*gpu, {}, {}, {}).empty());
   const std::vector<scene::View> one = photographs(1);
-  CHECK(scene::surface_points(*gpu, one, {}).positions.empty());
+  CHECK(scene::surface_points(*gpu, one, {}, 500).positions.empty());
   std::vector<scene::View> twice = photographs(1);
   twice.push_back(twice.front());
-  CHECK(scene::surface_points(*gpu, twice, {}).positions.empty());
+  CHECK(scene::surface_points(*gpu, twice, {}, 500).positions.empty());
 }
 
 TEST_CASE("sightings are completed and mismatches dropped", "[stereo]") {

@@ -1,16 +1,29 @@
 #include "scene/stereo/surface_points.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "scene/points_from_views.h"
 #include "scene/stereo/dense_points.h"
 #include "scene/stereo/depth_maps.h"
 
 namespace trisoup::scene {
 
-Points surface_points(gpu::Device& gpu, std::span<const View> views, const Points& points,
+namespace {
+
+/// Pixels of the small pictures for each step of the training. Below kFewestSteps there are too few pictures to
+/// compare.
+constexpr std::uint64_t kPixelsPerStep = 3200, kFewestSteps = 100;
+
+}  // namespace
+
+Points surface_points(gpu::Device& gpu, std::span<const View> views, const Points& points, std::uint64_t steps,
                       const std::function<void(int done, int total)>& progress) {
   DepthMapOptions options;
   options.progress = progress;
-  const std::vector<DepthMap> maps = depth_maps(gpu, views, points, options);
+  options.pixels = static_cast<std::size_t>(std::min<std::uint64_t>(options.pixels, steps * kPixelsPerStep));
+  std::vector<DepthMap> maps;
+  if (steps >= kFewestSteps) maps = depth_maps(gpu, views, points, options);
   Points dense = dense_points(views, maps);
   if (dense.positions.size() < kFewestPoints) return points.positions.empty() ? points_from_views(views) : points;
   const Points checked = checked_sightings(points, maps);
