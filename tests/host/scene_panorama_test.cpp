@@ -31,7 +31,7 @@ Image panorama_image(int width, int height) {
   return image;
 }
 
-std::string frames_of(const std::vector<std::string>& paths) {
+std::string panoramas_of(const std::vector<std::string>& paths) {
   std::string text;
   for (std::size_t i = 0; i < paths.size(); ++i)
     text += fmt::format("{}{{\"file_path\": \"{}\", \"transform_matrix\": [[1,0,0,{}],[0,1,0,0],[0,0,1,0]]}}",
@@ -117,7 +117,7 @@ TEST_CASE("a panorama loads as six views that stay together in the test split", 
   const test::SceneFolder folder;
   const std::vector<std::string> names{"a.png", "b.png", "c.png", "d.png"};
   for (const std::string& name : names) folder.write(name, panorama_image(64, 32));
-  folder.write("transforms.json", "{\"camera_model\": \"EQUIRECTANGULAR\"," + frames_of(names));
+  folder.write("transforms.json", "{\"camera_model\": \"EQUIRECTANGULAR\"," + panoramas_of(names));
   LoadOptions options;
   options.test_every = 2;
   const Scene scene = load(folder.path(), options);
@@ -167,12 +167,12 @@ TEST_CASE("a panorama by its model but not by its picture is reported", "[scene]
   LoadOptions options;
   options.test_every = 0;
   options.warn = [&](const std::string& line) { lines.push_back(line); };
-  folder.write("transforms.json", "{\"camera_model\": \"EQUIRECTANGULAR\"," + frames_of({"a.png", "b.png"}));
+  folder.write("transforms.json", "{\"camera_model\": \"EQUIRECTANGULAR\"," + panoramas_of({"a.png", "b.png"}));
   CHECK(load(folder.path(), options).train.size() == 12);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].find("panorama a.png of 64 x 48 pixels is not twice as wide as high, but is taken as 360 x 180 ") !=
         std::string::npos);
-  folder.write("transforms.json", "{\"latlong\": true, \"fl_x\": 60," + frames_of({"a.png", "b.png"}));
+  folder.write("transforms.json", "{\"latlong\": true, \"fl_x\": 60," + panoramas_of({"a.png", "b.png"}));
   CHECK(test::message_of([&] { load(folder.path(), options); })
             .find("is a panorama of 360 x 180 degrees by its camera model, but has 64 x 48 pixels and a focal length "
                   "of 60 pixels; ") != std::string::npos);
