@@ -103,7 +103,7 @@ void leave_out_unusable(Scene& scene, std::vector<const Shot*>& wanted, const st
   const auto all_of = [](const std::vector<bool>& unusable) {
     return !unusable.empty() && std::find(unusable.begin(), unusable.end(), false) == unusable.end();
   };
-  if (all_of(unusable_train)) throw Error("{}; no training view is left", lines.front());
+  if (all_of(unusable_train) && options.train_images) throw Error("{}; no training view is left", lines.front());
   if (all_of(unusable_test) && !options.train_images) throw Error("{}; no test view is left", lines.front());
   if (options.warn) {
     for (const std::string& line : lines) options.warn(line);
@@ -119,6 +119,7 @@ void leave_out_unusable(Scene& scene, std::vector<const Shot*>& wanted, const st
 
 void report_left_out(const std::vector<const Shot*>& shots, const Scene& scene, const LoadOptions& options) {
   for (const bool test : {false, true}) {
+    if (!test && !options.train_images) continue;  // their masks alone were asked for
     const std::vector<View>& views = test ? scene.test : scene.train;
     std::size_t all = 0, empty = 0;
     const Frame* first = nullptr;
