@@ -145,8 +145,7 @@ FN vec3 changed(TAKES_ARGUMENTS int kind, uint seed, vec3 plane) {
   vec3 result = plane;
   if (kind == 0) {
     // Anywhere in the range while changes are large; later a small change.
-    if (a.change > 1.0f)
-      return vec3(a.farthest + (a.nearest - a.farthest) * threshold_of(seed, number), plane.y, plane.z);
+    if (a.change > 1.0f) return vec3(a.nearest * threshold_of(seed, number), plane.y, plane.z);
     result.x += 0.2f * size * random_change(seed, number);
     return result;
   }
@@ -192,7 +191,7 @@ KERNEL_MAIN(64) {
       candidate = propagated(GIVES_ARGUMENTS c - 1, x, y, best);
     candidate.y = clamp(candidate.y, -steepest, steepest);
     candidate.z = clamp(candidate.z, -steepest, steepest);
-    if (!(candidate.x >= a.farthest && candidate.x <= a.nearest)) continue;
+    if (!(candidate.x >= 0.0f && candidate.x <= a.nearest)) continue;
     const float cost = plane_cost(GIVES_ARGUMENTS chosen, greys, weights, float(x), float(y), candidate);
     if (cost < least) {
       least = cost;

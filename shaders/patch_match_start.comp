@@ -9,7 +9,7 @@ KERNEL(64, PatchMatchArgs) {
   if (pixel >= a.width * a.height) return;
   vec4 plane = vec4(0.0f, 0.0f, 0.0f, kNoMatch);
   if (a.coarse_width == 0u) {
-    plane.x = a.farthest + (a.nearest - a.farthest) * threshold_of(threshold_pixel(a.key, pixel), 0u);
+    plane.x = a.nearest * threshold_of(threshold_pixel(a.key, pixel), 0u);
   } else {
     const float scale_x = float(a.coarse_width) / float(a.width), scale_y = float(a.coarse_height) / float(a.height);
     const float x = (float(pixel % a.width) + 0.5f) * scale_x - 0.5f;
@@ -18,7 +18,7 @@ KERNEL(64, PatchMatchArgs) {
     const float j = clamp(floor(y + 0.5f), 0.0f, float(a.coarse_height) - 1.0f);
     const vec4 coarse = a.before.v[a.coarse_offset + uint(j) * a.coarse_width + uint(i)];
     const vec3 moved = plane_moved(vec3(coarse.x, coarse.y, coarse.z), x - i, y - j);
-    plane = vec4(clamp(moved.x, a.farthest, a.nearest), scale_x * moved.y, scale_y * moved.z, kNoMatch);
+    plane = vec4(clamp(moved.x, 0.0f, a.nearest), scale_x * moved.y, scale_y * moved.z, kNoMatch);
   }
   a.planes.v[a.pixel_offset + pixel] = plane;
 }

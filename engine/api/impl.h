@@ -21,9 +21,9 @@ struct Device::Impl {
 };
 
 struct Dataset::Impl {
-  /// The first training that starts from points adds those it finds in the photographs.
+  /// A training replaces the points while it begins (WithSurfacePoints in training.cpp).
   mutable scene::Scene scene;
-  mutable std::once_flag surface_points;
+  mutable std::mutex beginning;
   scene::LoadOptions load;
   std::vector<std::string> warnings;
 };

@@ -25,12 +25,24 @@ train::SettingsRequest request_of(const TrainingOptions& o) {
   return request;
 }
 
-void find_points(gpu::Device& gpu, const Dataset::Impl& dataset, std::uint64_t steps) {
-  std::call_once(dataset.surface_points, [&] {
-    scene::Points points = scene::surface_points(gpu, dataset.scene.train, dataset.scene.points, steps);
-    if (points.positions.size() >= scene::kFewestPoints) dataset.scene.points = std::move(points);
-  });
-}
+/// The scene of a dataset with the points that a training starts from, for its lifetime. They depend on the training,
+/// so the dataset keeps its own. Other trainings that begin wait.
+class WithSurfacePoints {
+ public:
+  WithSurfacePoints(gpu::Device& gpu, const Dataset::Impl& dataset, const train::SettingsRequest& request)
+      : lock_(dataset.beginning), scene_(dataset.scene), own_(scene_.points) {
+    if (!train::wants_points(request, scene_)) return;
+    scene::Points found = scene::surface_points(gpu, scene_.train, own_, train::make_settings(request, scene_).steps);
+    if (found.positions.size() >= scene::kFewestPoints) scene_.points = std::move(found);
+  }
+  ~WithSurfacePoints() { scene_.points = std::move(own_); }
+  WithSurfacePoints(const WithSurfacePoints&) = delete;
+
+ private:
+  std::lock_guard<std::mutex> lock_;
+  scene::Scene& scene_;
+  scene::Points own_;
+};
 
 }  // namespace
 
@@ -38,7 +50,7 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   gpu::Device& gpu = *device.impl().device;
   const scene::Scene& scene = dataset.impl().scene;
   const train::SettingsRequest request = request_of(options);
-  if (train::wants_points(request, scene)) find_points(gpu, dataset.impl(), train::make_settings(request, scene).steps);
+  const WithSurfacePoints points(gpu, dataset.impl(), request);
   train::Settings settings = train::make_settings(request, scene);
   train::check(settings);
   if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())

@@ -12,6 +12,14 @@ glm::dvec3 Camera::forward() const {
   return {world_to_camera[0][2], world_to_camera[1][2], world_to_camera[2][2]};
 }
 
+std::optional<Shown> shown_at(const Camera& camera, const glm::dvec3& point) {
+  const glm::dvec3 c(camera.world_to_camera * glm::dvec4(point, 1.0));
+  if (!(c.z > 0)) return std::nullopt;
+  const glm::dvec2 pixel(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
+  if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < camera.width && pixel.y < camera.height)) return std::nullopt;
+  return Shown{pixel, c.z};
+}
+
 Camera resized(const Camera& camera, int width, int height) {
   const double x = double(width) / camera.width, y = double(height) / camera.height;
   Camera result = camera;

@@ -1,6 +1,8 @@
 // The pinhole camera of views, and its projection to clip space.
 #pragma once
 
+#include <optional>
+
 #include <glm/glm.hpp>
 
 namespace trisoup::scene {
@@ -15,6 +17,14 @@ struct Camera {
   glm::dvec3 centre() const;   // position of the camera in world space
   glm::dvec3 forward() const;  // unit viewing direction in world space
 };
+
+/// Where a camera shows a point.
+struct Shown {
+  glm::dvec2 pixel;  // in [0, width) x [0, height)
+  double depth;      // along the viewing direction, above 0
+};
+/// Returns nullopt if the point is behind the camera or outside its image. point: world space.
+std::optional<Shown> shown_at(const Camera& camera, const glm::dvec3& point);
 
 /// Returns the camera for an image of another size: intrinsics are scaled per axis by the ratio of the sizes, so that
 /// the image shows the same rays. Sizes in pixels, positive.

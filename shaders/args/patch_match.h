@@ -44,8 +44,7 @@ struct PatchMatchArgs {
   uint key;                                         // of the random numbers
   uint colour;                                      // patch_match: which half of a checkerboard of pixels
   uint all_neighbours;  // patch_match: 1: all neighbours look at every plane, else those that match best
-  float farthest;       // smallest inverse depth
-  float nearest;        // largest inverse depth
+  float nearest;        // largest inverse depth; the smallest is 0
   float pixel_step;     // change of inverse depth that moves a point by about a pixel in a neighbour
   float change;         // patch_match: largest random change, in pixels in a neighbour
   float geometric;      // patch_match: cost per pixel of disagreement with the neighbours' planes; 0: none

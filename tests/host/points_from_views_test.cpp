@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "scene/points_from_views.h"
+#include "speckle.h"
 
 using namespace trisoup;
 using namespace trisoup::scene;
@@ -13,19 +14,6 @@ namespace {
 
 constexpr int kWidth = 96, kHeight = 64;
 constexpr double kWall = 3.0, kBoard = 1.0;  // z of a wall and of a board in front of it
-
-/// A non-repeating texture: interpolated hash values on a grid.
-double texture(double x, double y) {
-  const auto value = [](int i, int j) {
-    std::uint32_t h = static_cast<std::uint32_t>(i) * 374761393u + static_cast<std::uint32_t>(j) * 668265263u;
-    h = (h ^ (h >> 13)) * 1274126177u;
-    return double((h ^ (h >> 16)) & 255u);
-  };
-  const double fx = x - std::floor(x), fy = y - std::floor(y);
-  const int i = int(std::floor(x)), j = int(std::floor(y));
-  return (1 - fy) * ((1 - fx) * value(i, j) + fx * value(i + 1, j)) +
-         fy * ((1 - fx) * value(i, j + 1) + fx * value(i + 1, j + 1));
-}
 
 /// Cameras on a line that look along z at a wall, with a board in front of its left half.
 std::vector<View> views(int count) {
@@ -42,7 +30,8 @@ std::vector<View> views(int count) {
         const glm::dvec3 ray((x + 0.5 - c.cx) / c.fx, (y + 0.5 - c.cy) / c.fy, 1);
         const glm::dvec3 board = eye + (kBoard - eye.z) * ray, wall = eye + (kWall - eye.z) * ray;
         const bool on_board = board.x < 0.2;
-        const double grey = on_board ? texture(18 * board.x, 18 * board.y) : texture(9 * wall.x + 100, 9 * wall.y);
+        const double grey =
+            on_board ? test::speckle(18 * board.x, 18 * board.y) : test::speckle(9 * wall.x + 100, 9 * wall.y);
         for (int channel = 0; channel < 3; ++channel) v.image.rgba.push_back(static_cast<std::uint8_t>(grey));
         v.image.rgba.push_back(255);
       }

@@ -25,16 +25,6 @@ glm::dmat4 inverse_of_rigid(const glm::dmat4& m) {
   return result;
 }
 
-/// Returns the position in [0, 1)^2 of the image where a camera shows a point, or nullopt if it does not show it.
-std::optional<glm::dvec2> shown_at(const Camera& camera, const glm::dvec3& point) {
-  const glm::dvec3 c(camera.world_to_camera * glm::dvec4(point, 1.0));
-  if (!(c.z > 0)) return std::nullopt;
-  const glm::dvec2 at((camera.fx * c.x / c.z + camera.cx) / camera.width,
-                      (camera.fy * c.y / c.z + camera.cy) / camera.height);
-  if (!(at.x >= 0 && at.y >= 0 && at.x < 1 && at.y < 1)) return std::nullopt;
-  return at;
-}
-
 std::vector<std::size_t> sample(std::size_t count) {
   std::vector<std::size_t> chosen;
   const std::size_t wanted = std::min(count, kMaxPoints);
@@ -69,17 +59,19 @@ int difference(const glm::ivec3& a, const glm::ivec3& b) {
 std::vector<Pair> pairs_of(std::span<const Camera> cameras, const PointCloud& points, std::span<const Probe> probes,
                            const std::vector<std::size_t>& chosen) {
   std::vector<Pair> pairs;
-  for (const Probe& probe : probes)
+  for (const Probe& probe : probes) {
+    const Camera camera = resized(cameras[probe.view], probe.image.width, probe.image.height);
     for (const std::size_t p : chosen) {
       if (!points.seen_by.empty() && !std::binary_search(points.seen_by[p].begin(), points.seen_by[p].end(),
                                                          static_cast<std::uint32_t>(probe.view)))
         continue;
-      const auto at = shown_at(cameras[probe.view], points.positions[p]);
-      if (!at) continue;
-      const std::size_t x = std::size_t(at->x * probe.image.width), y = std::size_t(at->y * probe.image.height);
+      const auto shown = shown_at(camera, points.positions[p]);
+      if (!shown) continue;
+      const std::size_t x = std::size_t(shown->pixel.x), y = std::size_t(shown->pixel.y);
       const std::uint8_t* pixel = &probe.image.rgba[4 * (y * std::size_t(probe.image.width) + x)];
       if (pixel[3] >= 128) pairs.push_back({glm::ivec3(points.colours[p]), {pixel[0], pixel[1], pixel[2]}});
     }
+  }
   return pairs;
 }
 

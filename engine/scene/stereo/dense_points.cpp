@@ -25,16 +25,15 @@ struct Sighting {
 std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position) {
   const Camera& camera = map.camera;
   if (map.planes.empty()) return std::nullopt;
-  const glm::dvec3 c(camera.world_to_camera * glm::dvec4(position, 1.0));
-  if (!(c.z > 1e-6)) return std::nullopt;
-  const double x = camera.fx * c.x / c.z + camera.cx, y = camera.fy * c.y / c.z + camera.cy;
-  if (!(x >= 0 && y >= 0 && x < camera.width && y < camera.height)) return std::nullopt;
+  const auto shown = shown_at(camera, position);
+  if (!shown) return std::nullopt;
+  const double x = shown->pixel.x, y = shown->pixel.y;
   const int i = static_cast<int>(x), j = static_cast<int>(y);
   Sighting result;
   result.pixel = static_cast<std::size_t>(j) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(i);
   const glm::vec4 plane = map.planes[result.pixel];
   if (plane.w > kLargestPlaneCost) return result;
-  const double w = plane.x + plane.y * (x - 0.5 - i) + plane.z * (y - 0.5 - j), own = 1.0 / c.z;
+  const double w = plane.x + plane.y * (x - 0.5 - i) + plane.z * (y - 0.5 - j), own = 1.0 / shown->depth;
   const double apart = std::abs(w - own), larger = std::max(w, own);
   if (apart <= kSameDepth * larger) result.verdict = Verdict::same;
   // A plane that no neighbour has too contradicts nothing.

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "args/patch_match.h"
 #include "base/parallel_for.h"
+#include "scene/lens/area_resample.h"
 #include "scene/stereo/neighbours.h"
 
 namespace trisoup::scene {
@@ -28,25 +28,15 @@ struct Plan {
   double nearest = kLeastRange;
 };
 
-/// Mean grey of the pixels of each cell, 1 to 255; 0 where any is masked.
+/// Grey of the photograph at the camera's size, 1 to 255; 0 at masked pixels.
 std::vector<std::uint8_t> small_grey(const Image& image, const Camera& camera) {
+  const Photograph small = area_resample(from_mask(image), camera.width, camera.height);
   std::vector<std::uint8_t> grey;
-  for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      const int x0 = x * image.width / camera.width, x1 = std::max(x0 + 1, (x + 1) * image.width / camera.width);
-      const int y0 = y * image.height / camera.height, y1 = std::max(y0 + 1, (y + 1) * image.height / camera.height);
-      float sum = 0;
-      bool masked = false;
-      for (int j = y0; j < y1; ++j)
-        for (int i = x0; i < x1; ++i) {
-          const std::uint8_t* p = &image.rgba[4 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) +
-                                                   static_cast<std::size_t>(i))];
-          sum += 0.299f * p[0] + 0.587f * p[1] + 0.114f * p[2];
-          masked = masked || p[3] < 128;
-        }
-      const float mean = sum / static_cast<float>((x1 - x0) * (y1 - y0));
-      grey.push_back(masked ? 0 : static_cast<std::uint8_t>(std::clamp(mean + 0.5f, 1.0f, 255.0f)));
-    }
+  for (std::size_t i = 0; i < small.pixels(); ++i) {
+    const float mean = glm::dot(glm::vec3(small.colour[i]), glm::vec3(0.299f, 0.587f, 0.114f));
+    const bool masked = !small.inside.empty() && small.inside[i] == 0;
+    grey.push_back(masked ? 0 : static_cast<std::uint8_t>(std::clamp(mean + 0.5f, 1.0f, 255.0f)));
+  }
   return grey;
 }
 
@@ -137,7 +127,7 @@ double pixel_step(const Level& level, const Plan& plan, std::size_t view) {
 /// Twice the inverse depth of the nearest hundredth of a view's probes.
 double nearest_of(const Camera& camera, const Probes& probes) {
   std::vector<double> inverse;
-  for (const glm::dvec3& place : probes.places) {
+  for (const glm::dvec3& place : probes) {
     const double z = (camera.world_to_camera * glm::dvec4(place, 1.0)).z;
     if (z > 1e-6) inverse.push_back(1.0 / z);
   }

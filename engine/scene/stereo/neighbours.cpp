@@ -16,19 +16,6 @@ constexpr double kLargestScale = 1.8;  // ratio of distances to a place
 /// Smallest gain of a further neighbour, as a share of the probes.
 constexpr double kLeastGain = 0.01;
 
-struct Seen {
-  glm::dvec2 pixel;
-  double depth;
-};
-
-std::optional<Seen> seen_in(const Camera& camera, const glm::dvec3& place) {
-  const glm::dvec3 c(camera.world_to_camera * glm::dvec4(place, 1.0));
-  if (!(c.z > 1e-6)) return std::nullopt;
-  const glm::dvec2 pixel(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
-  if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < camera.width && pixel.y < camera.height)) return std::nullopt;
-  return Seen{pixel, c.z};
-}
-
 double median(std::vector<double>& values) {
   if (values.empty()) return 1.0;
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
@@ -63,7 +50,7 @@ double worth(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& place) 
 std::vector<std::uint32_t> neighbours_of(std::span<const View> views, std::span<const std::uint32_t> among,
                                          std::uint32_t view, const Probes& probes, std::size_t most) {
   const glm::dvec3 centre = views[view].camera.centre();
-  const std::size_t count = probes.places.size();
+  const std::size_t count = probes.size();
   std::vector<std::vector<double>> worths(views.size());
   for (const std::uint32_t v : among) {
     if (v == view) continue;
@@ -72,7 +59,7 @@ std::vector<std::uint32_t> neighbours_of(std::span<const View> views, std::span<
     double sum = 0;
     std::vector<double> each(count, 0.0);
     for (std::size_t p = 0; p < count; ++p)
-      if (seen_in(views[v].camera, probes.places[p])) sum += each[p] = worth(centre, other, probes.places[p]);
+      if (shown_at(views[v].camera, probes[p])) sum += each[p] = worth(centre, other, probes[p]);
     if (sum > 0) worths[v] = std::move(each);
   }
   std::vector<double> open(count, 1.0);  // share of a probe that no neighbour covers yet
@@ -102,7 +89,7 @@ std::vector<Probes> probes_of(std::span<const View> views, const Points& points)
   if (points.seen_by.empty()) {
     for (std::uint32_t v = 0; v < views.size(); ++v)
       for (std::uint32_t i = 0; i < points.positions.size(); ++i)
-        if (seen_in(views[v].camera, glm::dvec3(points.positions[i]))) seen[v].push_back(i);
+        if (shown_at(views[v].camera, glm::dvec3(points.positions[i]))) seen[v].push_back(i);
   } else {
     for (std::uint32_t i = 0; i < points.seen_by.size(); ++i)
       for (const std::uint32_t v : points.seen_by[i]) seen[v].push_back(i);
@@ -112,13 +99,12 @@ std::vector<Probes> probes_of(std::span<const View> views, const Points& points)
     const std::size_t every = std::max<std::size_t>(1, seen[v].size() / kManyProbes);
     for (std::size_t k = 0; k < seen[v].size(); k += every) {
       const glm::dvec3 place(points.positions[seen[v][k]]);
-      if (const auto at = seen_in(views[v].camera, place))
-        depths.push_back(at->depth), probes[v].places.push_back(place);
+      if (const auto at = shown_at(views[v].camera, place)) depths.push_back(at->depth), probes[v].push_back(place);
     }
   }
   const double usual = median(depths);
   for (std::size_t v = 0; v < views.size(); ++v)
-    if (probes[v].places.size() < kFewProbes) add_guesses(views[v].camera, usual, probes[v].places);
+    if (probes[v].size() < kFewProbes) add_guesses(views[v].camera, usual, probes[v]);
   return probes;
 }
 

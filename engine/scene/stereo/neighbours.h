@@ -10,9 +10,7 @@
 namespace trisoup::scene {
 
 /// Where surfaces are likely to be in a view's picture, from which neighbours and the range of depths follow.
-struct Probes {
-  std::vector<glm::dvec3> places;
-};
+using Probes = std::vector<glm::dvec3>;
 
 /// Probes of each view: the points that it saw; where they are few, places along the rays of its pixels, as far as
 /// points usually are, or as the scene's centre is. points: may be empty. [views]

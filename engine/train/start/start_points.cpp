@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
 
 #include "mesh/point_spacing.h"
 #include "train/start/random_start.h"
@@ -44,18 +43,6 @@ std::vector<std::uint32_t> one_per_cell(const scene::Points& points, const std::
   return result;
 }
 
-struct Sighted {
-  glm::dvec2 pixel;
-  double depth;
-};
-std::optional<Sighted> seen_at(const scene::Camera& camera, const glm::dvec3& p) {
-  const glm::dvec3 c(camera.world_to_camera * glm::dvec4(p, 1.0));
-  if (!(c.z > 0)) return std::nullopt;
-  const glm::dvec2 at(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
-  if (!(at.x >= 0 && at.y >= 0 && at.x < camera.width && at.y < camera.height)) return std::nullopt;
-  return Sighted{at, c.z};
-}
-
 /// For a cloud without tracks: a view sees a point whose depth is at most 1.1 times the smallest in its cell of the
 /// image. The image has 32 cells across. Keeps the eight nearest views of each point.
 std::vector<std::vector<std::uint32_t>> guessed_sightings(const scene::Scene& scene,
@@ -70,7 +57,7 @@ std::vector<std::vector<std::uint32_t>> guessed_sightings(const scene::Scene& sc
     std::vector<double> nearest(static_cast<std::size_t>(kAcross * down), 1e30);
     std::vector<std::pair<std::size_t, double>> places(chosen.size(), {0, -1.0});
     for (std::size_t i = 0; i < chosen.size(); ++i)
-      if (const auto seen = seen_at(camera, glm::dvec3(scene.points.positions[chosen[i]]))) {
+      if (const auto seen = shown_at(camera, glm::dvec3(scene.points.positions[chosen[i]]))) {
         const int x = std::min(kAcross - 1, int(seen->pixel.x * kAcross / camera.width));
         const int y = std::min(down - 1, int(seen->pixel.y * down / camera.height));
         places[i] = {static_cast<std::size_t>(y * kAcross + x), seen->depth};
@@ -146,7 +133,7 @@ Reach reach_of(const scene::Scene& scene) {
   std::vector<double> depths;
   for (std::size_t i = 0; i < chosen.size(); ++i)
     for (const std::uint32_t v : sightings[i])
-      if (const auto seen = seen_at(scene.train[v].camera, glm::dvec3(scene.points.positions[chosen[i]])))
+      if (const auto seen = shown_at(scene.train[v].camera, glm::dvec3(scene.points.positions[chosen[i]])))
         depths.push_back(seen->depth);
   if (!depths.empty()) reach.nearest = std::clamp(0.5 * percentile(depths, 0.001), 0.0025, 0.125);
   return reach;

@@ -35,14 +35,11 @@ bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views
   glm::dvec3 sum(0.0);
   int count = 0;
   for (const std::uint32_t v : views) {
-    const scene::Camera& camera = scene.train[v].camera;
     const Image& image = scene.train[v].image;
-    const glm::dvec3 c(camera.world_to_camera * glm::dvec4(p, 1.0));
-    if (!(c.z > 0) || image.rgba.empty()) continue;
-    const double x = std::floor(camera.fx * c.x / c.z + camera.cx), y = std::floor(camera.fy * c.y / c.z + camera.cy);
-    if (!(x >= 0 && y >= 0 && x < image.width && y < image.height)) continue;
-    const std::uint8_t* pixel = &image.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                                                 static_cast<std::size_t>(x))];
+    const auto shown = scene::shown_at(scene.train[v].camera, p);
+    if (!shown || image.rgba.empty()) continue;
+    const auto x = static_cast<std::size_t>(shown->pixel.x), y = static_cast<std::size_t>(shown->pixel.y);
+    const std::uint8_t* pixel = &image.rgba[4 * (y * static_cast<std::size_t>(image.width) + x)];
     if (pixel[3] < 128) continue;
     sum += glm::dvec3(pixel[0], pixel[1], pixel[2]) / 255.0;
     ++count;
