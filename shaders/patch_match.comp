@@ -23,7 +23,7 @@ FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN
   const int width = int(a.pairs.v[pair].width);
   const uint offset = a.pairs.v[pair].pixel_offset;
   const vec3 centre = transferred(row_x, row_y, row_z, x, y, plane.x);
-  if (!(centre.z > 1e-6f)) return kNoMatch;
+  if (!(centre.z > 1e-6f)) return kNotShown;
   const vec3 along_x = vec3(row_x.x + plane.y * row_x.w, row_y.x + plane.y * row_y.w, row_z.x + plane.y * row_z.w);
   const vec3 along_y = vec3(row_x.y + plane.z * row_x.w, row_y.y + plane.z * row_y.w, row_z.y + plane.z * row_z.w);
   float count = 0.0f, all = 0.0f, here = 0.0f, there = 0.0f, here2 = 0.0f, there2 = 0.0f, both = 0.0f;
@@ -48,7 +48,7 @@ FN float match_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN
     there2 += w * t * t;
     both += w * s * t;
   }
-  if (!(count > 0.6f * all)) return kNoMatch;
+  if (!(count > 0.6f * all)) return kNotShown;
   const float n = 1.0f / count;
   const float variance_here = n * (here2 - n * here * here), variance_there = n * (there2 - n * there * there);
   const float least = 1.3f;  // of a patch with contrast
@@ -80,17 +80,19 @@ FN float pair_cost(TAKES_ARGUMENTS uint pair, IN_ARRAY_OF(float, greys, 25), IN_
   return cost;
 }
 
-/// Mean cost of the two of the chosen neighbours that match best: the point may be hidden in the others.
+/// Mean cost of the two of the chosen neighbours that match best: the point may be hidden in the others. Where one
+/// alone shows the place, it has to match better.
 FN float plane_cost(TAKES_ARGUMENTS uint chosen, IN_ARRAY_OF(float, greys, 25), IN_ARRAY_OF(float, weights, 25),
                     float x, float y, vec3 plane) {
-  float first = kNoMatch, second = kNoMatch;
+  const float alone = 0.1f;
+  float first = kNotShown, second = kNotShown;
   for (uint k = 0u; k < a.pair_count; ++k) {
     if (((chosen >> k) & 1u) == 0u) continue;
     const float cost = pair_cost(GIVES_ARGUMENTS a.first_pair + k, greys, weights, x, y, plane);
     second = min(second, max(first, cost));
     first = min(first, cost);
   }
-  return 0.5f * (first + second);
+  return second < kNotShown ? 0.5f * (first + second) : first + alone;
 }
 
 /// The neighbours in which a plane matches best, at most `compared`; bit k: neighbour k.

@@ -28,6 +28,8 @@ struct Points {  // sparse cloud, normalised coordinates; may be empty
   /// Reprojection errors in pixels of the reconstruction's photographs; same length, or empty; negative: unknown.
   std::vector<float> errors;
   std::vector<std::vector<std::uint32_t>> seen_by;  // training views, ascending; same length, or empty
+  bool stereo = false;                              // of surface_points(): depth maps have confirmed the sightings
+  std::size_t distant = 0;  // as many of the last points stand for directions in which nothing is nearer
 };
 
 enum class Format { blender, transforms, colmap, metashape, realityscan };

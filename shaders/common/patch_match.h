@@ -6,6 +6,8 @@
 
 /// Costs are 1 - normalised cross-correlation; this one means that the views cannot be compared.
 const float kNoMatch = 2.0f;
+/// The other view does not show the patch.
+const float kNotShown = 3.0f;
 const int kPatchSamples = 25, kPatchReach = 3;
 
 /// Sample k of a patch: every other pixel of 7 x 7, like a checkerboard.

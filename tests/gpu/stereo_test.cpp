@@ -81,7 +81,7 @@ TEST_CASE("stereo finds the depth of slanted planes", "[stereo][each_driver]") {
   CHECK(all.median < 0.004);
   CHECK(all.found > 0.75);
 
-  const scene::Points points = scene::dense_points(views, maps);
+  const scene::Points points = scene::dense_points(maps);
   REQUIRE(points.positions.size() > 1000);
   std::vector<double> errors;  // pixels in the neighbour with the widest baseline
   for (std::size_t i = 0; i < points.positions.size(); ++i) {

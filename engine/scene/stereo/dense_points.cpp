@@ -5,15 +5,17 @@
 #include <cmath>
 #include <optional>
 
-#include "base/parallel_for.h"
+#include "scene/stereo/parallax.h"
 
 namespace trisoup::scene {
 namespace {
 
 /// Largest relative difference of depths of one surface, and smallest one of surfaces that are clearly apart.
 constexpr double kSameDepth = 0.03, kOtherDepth = 0.1;
-constexpr double kLeastParallax = 2;  // pixels in the neighbour with the widest baseline; less tells no depth
-constexpr int kAgreeing = 2;          // neighbours that must have a point too
+constexpr double kLeastParallax = 2;  // pixels in an agreeing neighbour; less tells no depth
+/// Neighbours that must have a point too; one is enough where no more than kFewShow show its place.
+constexpr int kAgreeing = 2, kFewShow = 2;
+constexpr std::size_t kLeastSightings = 3;  // of a point that was not found here
 
 enum class Verdict { unknown, same, other };
 struct Sighting {
@@ -42,28 +44,34 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
   return result;
 }
 
+/// Whether enough neighbours agree with a pixel: two, or one where few show its place; and whether one of them tells
+/// its depth.
+bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, std::size_t pixel, const glm::dvec3& position) {
+  const std::uint32_t agreeing = map.agreeing[pixel];
+  const bool alone = std::popcount(agreeing) < kAgreeing;
+  int showing = 0;
+  double moved = 0;
+  for (std::size_t k = 0; k < map.neighbours.size(); ++k) {
+    const Camera& other = maps[map.neighbours[k]].camera;
+    if (alone && shown_at(other, position) && ++showing > kFewShow) return false;
+    if ((agreeing >> k) & 1) moved = std::max(moved, parallax(other, map.camera.centre(), position));
+  }
+  return moved >= kLeastParallax;
+}
+
 glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, int y, double inverse_depth) {
   const Camera& c = map.camera;
   const double z = 1.0 / inverse_depth;
   return glm::dvec3(to_world * glm::dvec4(z * (x + 0.5 - c.cx) / c.fx, z * (y + 0.5 - c.cy) / c.fy, z, 1.0));
 }
 
-glm::u8vec3 colour_of(const View& view, const Camera& small, int x, int y) {
-  const Image& image = view.image;
-  const int i = std::min(image.width - 1, static_cast<int>((x + 0.5) * image.width / small.width)),
-            j = std::min(image.height - 1, static_cast<int>((y + 0.5) * image.height / small.height));
-  const std::uint8_t* p = &image.rgba[4 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) +
-                                           static_cast<std::size_t>(i))];
-  return {p[0], p[1], p[2]};
-}
-
 }  // namespace
 
-Points dense_points(std::span<const View> views, std::span<const DepthMap> maps) {
+Points dense_points(std::span<const DepthMap> maps) {
   Points points;
   std::vector<std::vector<bool>> claimed(maps.size());
   for (std::size_t v = 0; v < maps.size(); ++v) claimed[v].resize(maps[v].planes.size());
-  const auto add = [&](std::uint32_t v, int x, int y, const glm::dvec3& position) {
+  const auto add = [&](std::uint32_t v, const glm::dvec3& position) {
     std::vector<std::uint32_t> seen_by;
     for (std::uint32_t other = 0; other < maps.size(); ++other) {
       const auto there = sighting(maps[other], position);
@@ -71,9 +79,8 @@ Points dense_points(std::span<const View> views, std::span<const DepthMap> maps)
       claimed[other][there->pixel] = true;
       seen_by.push_back(other);
     }
-    if (seen_by.size() < kAgreeing + 1) return;
+    if (seen_by.size() < 2) return;
     points.positions.emplace_back(position);
-    points.colours.push_back(colour_of(views[v], maps[v].camera, x, y));
     points.seen_by.push_back(std::move(seen_by));
   };
   for (std::uint32_t v = 0; v < maps.size(); ++v) {
@@ -85,9 +92,9 @@ Points dense_points(std::span<const View> views, std::span<const DepthMap> maps)
         const auto pixel =
             static_cast<std::size_t>(y) * static_cast<std::size_t>(map.camera.width) + static_cast<std::size_t>(x);
         const double w = map.planes[pixel].x;
-        if (!claimed[v][pixel] && std::popcount(map.agreeing[pixel]) >= kAgreeing &&
-            w > kLeastParallax * map.pixel_step)
-          add(v, x, y, position_of(map, to_world, x, y, w));
+        if (claimed[v][pixel] || map.agreeing[pixel] == 0 || !(w > 0)) continue;
+        const glm::dvec3 position = position_of(map, to_world, x, y, w);
+        if (vouched_for(maps, map, pixel, position)) add(v, position);
       }
   }
   return points;
@@ -104,7 +111,7 @@ Points checked_sightings(const Points& points, std::span<const DepthMap> maps) {
       const Verdict verdict = there ? there->verdict : Verdict::unknown;
       if (verdict == Verdict::same || (is_listed && verdict != Verdict::other)) seen_by.push_back(v);
     }
-    if (seen_by.size() < 2) continue;
+    if (seen_by.size() < kLeastSightings) continue;
     result.positions.push_back(points.positions[i]);
     if (!points.colours.empty()) result.colours.push_back(points.colours[i]);
     if (!points.errors.empty()) result.errors.push_back(points.errors[i]);

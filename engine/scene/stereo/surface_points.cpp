@@ -6,6 +6,7 @@
 #include "scene/points_from_views.h"
 #include "scene/stereo/dense_points.h"
 #include "scene/stereo/depth_maps.h"
+#include "scene/stereo/distant_points.h"
 
 namespace trisoup::scene {
 
@@ -14,6 +15,7 @@ namespace {
 /// Pixels of the small pictures for each step of the training. Below kFewestSteps there are too few pictures to
 /// compare.
 constexpr std::uint64_t kPixelsPerStep = 3200, kFewestSteps = 100;
+constexpr float kUnknownError = -1;
 
 }  // namespace
 
@@ -24,19 +26,21 @@ Points surface_points(gpu::Device& gpu, std::span<const View> views, const Point
   options.pixels = static_cast<std::size_t>(std::min<std::uint64_t>(options.pixels, steps * kPixelsPerStep));
   std::vector<DepthMap> maps;
   if (steps >= kFewestSteps) maps = depth_maps(gpu, views, points, options);
-  Points dense = dense_points(views, maps);
-  if (dense.positions.size() < kFewestPoints) return points.positions.empty() ? points_from_views(views) : points;
-  const Points checked = checked_sightings(points, maps);
-  if (!checked.errors.empty()) dense.errors.resize(dense.positions.size(), -1.0f);
-  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-  append(dense.positions, checked.positions);
-  append(dense.errors, checked.errors);
-  append(dense.seen_by, checked.seen_by);
-  if (checked.colours.size() == checked.positions.size())
-    append(dense.colours, checked.colours);
-  else
-    dense.colours.clear();
-  return dense;
+  Points result = dense_points(maps);
+  if (result.positions.size() < kFewestPoints) return points.positions.empty() ? points_from_views(views) : points;
+  const auto append = [&](const Points& more) {
+    result.positions.insert(result.positions.end(), more.positions.begin(), more.positions.end());
+    result.seen_by.insert(result.seen_by.end(), more.seen_by.begin(), more.seen_by.end());
+    result.errors.insert(result.errors.end(), more.errors.begin(), more.errors.end());
+    result.errors.resize(result.positions.size(), kUnknownError);
+  };
+  result.errors.resize(result.positions.size(), kUnknownError);
+  append(checked_sightings(points, maps));
+  const Points distant = distant_points(maps);
+  append(distant);
+  result.distant = distant.distant;
+  result.stereo = true;
+  return result;
 }
 
 }  // namespace trisoup::scene

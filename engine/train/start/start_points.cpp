@@ -43,6 +43,19 @@ std::vector<std::uint32_t> one_per_cell(const scene::Points& points, const std::
   return result;
 }
 
+/// The best points of a grid whose cells leave few enough.
+std::vector<std::uint32_t> thinned(const scene::Points& points, const std::vector<std::uint32_t>& chosen,
+                                   std::size_t max_points) {
+  // Find the smallest cell size that leaves few enough points by bisection.
+  double fine = 0, coarse = 4;
+  for (int i = 0; i < 24; ++i) {
+    const double middle = (fine + coarse) / 2;
+    (one_per_cell(points, chosen, middle).size() <= max_points ? coarse : fine) = middle;
+    if (coarse - fine < 0.02 * coarse) break;
+  }
+  return one_per_cell(points, chosen, coarse);
+}
+
 /// For a cloud without tracks: a view sees a point whose depth is at most 1.1 times the smallest in its cell of the
 /// image. The image has 32 cells across. Keeps the eight nearest views of each point.
 std::vector<std::vector<std::uint32_t>> guessed_sightings(const scene::Scene& scene,
@@ -85,7 +98,7 @@ glm::dvec3 contracted(const glm::dvec3& p) {
 }
 
 std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t max_points) {
-  const std::size_t cloud = points.positions.size();
+  const std::size_t cloud = points.positions.size() - points.distant;
   std::vector<std::uint32_t> chosen;
   std::vector<double> distances;
   for (std::uint32_t i = 0; i < cloud; ++i)
@@ -101,8 +114,9 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
     const double largest = std::max(2.0, 2.0 * percentile(errors, 0.5));
     drop(chosen, cloud, [&](std::uint32_t i) { return points.errors[i] > largest; });
   }
+  const std::size_t fewest = points.stereo ? 2 : 3;
   if (!points.seen_by.empty()) {
-    drop(chosen, cloud, [&](std::uint32_t i) { return points.seen_by[i].size() < 3; });
+    drop(chosen, cloud, [&](std::uint32_t i) { return points.seen_by[i].size() < fewest; });
   } else if (chosen.size() > 8) {
     std::vector<glm::vec3> seen;
     for (const std::uint32_t i : chosen) seen.emplace_back(contracted(glm::dvec3(points.positions[i])));
@@ -111,15 +125,9 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
     std::size_t k = 0;
     drop(chosen, cloud, [&](std::uint32_t) { return gaps[k++] > largest; });
   }
-  if (chosen.size() <= max_points) return chosen;
-  // Find the smallest cell size that leaves few enough points by bisection.
-  double fine = 0, coarse = 4;
-  for (int i = 0; i < 24; ++i) {
-    const double middle = (fine + coarse) / 2;
-    (one_per_cell(points, chosen, middle).size() <= max_points ? coarse : fine) = middle;
-    if (coarse - fine < 0.02 * coarse) break;
-  }
-  return one_per_cell(points, chosen, coarse);
+  if (chosen.size() > max_points) chosen = thinned(points, chosen, max_points);
+  for (std::uint32_t i = 0; i < points.distant; ++i) chosen.push_back(static_cast<std::uint32_t>(cloud) + i);
+  return chosen;
 }
 
 Reach reach_of(const scene::Scene& scene) {
