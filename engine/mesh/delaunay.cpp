@@ -43,9 +43,13 @@ Tetrahedra delaunay(std::span<const glm::dvec3> points) {
                    silence.get()) != 0)
     throw Error("points: all {} are coplanar or identical; use a dataset with a valid point cloud", points.size());
 
+  Tetrahedra result;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const coordT* p = qh->first_point + i * static_cast<std::size_t>(qh->hull_dim);
+    result.points.emplace_back(p[0], p[1], p[2]);
+  }
   // A facet of the lower hull of the points lifted to four dimensions is a Delaunay tetrahedron.
   std::vector<std::uint32_t> number_of(qh->facet_id, Tetrahedra::kOutside);
-  Tetrahedra result;
   facetT *facet, *neighbor, **neighborp;
   vertexT *vertex, **vertexp;
   FORALLfacet_(qh->facet_list) {

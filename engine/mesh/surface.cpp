@@ -28,8 +28,8 @@ struct Votes {
 /// Walks along line segments through the tetrahedra.
 class Walker {
  public:
-  Walker(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra) : points_(points), tetrahedra_(tetrahedra) {
-    std::vector<std::uint32_t> count(points.size() + 1);
+  explicit Walker(const Tetrahedra& tetrahedra) : points_(tetrahedra.points), tetrahedra_(tetrahedra) {
+    std::vector<std::uint32_t> count(points_.size() + 1);
     for (const auto& corners : tetrahedra.corners)
       for (const std::uint32_t c : corners) ++count[c + 1];
     for (std::size_t i = 1; i < count.size(); ++i) count[i] += count[i - 1];
@@ -114,7 +114,8 @@ struct Vote {
 void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walker& walker, std::uint32_t p, double soft,
                    std::vector<Vote>& votes) {
   for (const std::uint32_t camera : s.seen_by[p]) {
-    const glm::dvec3 way = s.cameras[camera] - s.points[p];
+    const glm::dvec3& from = tetrahedra.points[p];
+    const glm::dvec3 way = s.cameras[camera] - from;
     const double length = glm::length(way);
     if (!(length > 0)) continue;
     // The walk goes from the point to the camera. The sighting has the opposite direction, so it enters a tetrahedron
@@ -122,7 +123,7 @@ void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walke
     const std::uint32_t first = walker.first_towards(p, way);
     if (first != kOutside) {
       const std::uint32_t last =
-          walker.walk(first, kOutside, s.points[p], way, [&](std::uint32_t t, std::size_t k, double at) {
+          walker.walk(first, kOutside, from, way, [&](std::uint32_t t, std::size_t k, double at) {
             const double d = at * length / soft;
             const std::uint32_t nearer = tetrahedra.across[t][k];
             if (nearer == kOutside) return;
@@ -142,7 +143,7 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
   votes.air.resize(tetrahedra.size());
   votes.matter.resize(tetrahedra.size());
   votes.face.resize(tetrahedra.size());
-  const Walker walker(s.points, tetrahedra);
+  const Walker walker(tetrahedra);
   std::vector<glm::vec3> floats(s.points.begin(), s.points.end());
   const std::vector<double> spacing = nearest_distances(floats, 4);
   // All threads walk, but the votes are added in point order, so the sums do not depend on the number of threads.
@@ -172,11 +173,11 @@ Votes count_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Surfac
   constexpr double kSure = 1e6;
   const auto corner = static_cast<std::uint32_t>(s.points.size() - 1);
   for (const glm::dvec3& camera : s.cameras) {
-    const glm::dvec3 way = camera - s.points[corner];
+    const glm::dvec3 way = camera - tetrahedra.points[corner];
     const std::uint32_t first = walker.first_towards(corner, way);
     if (first == kOutside) continue;
     const std::uint32_t there =
-        walker.walk(first, kOutside, s.points[corner], way, [](std::uint32_t, std::size_t, double) {});
+        walker.walk(first, kOutside, tetrahedra.points[corner], way, [](std::uint32_t, std::size_t, double) {});
     if (there != kOutside) votes.air[there] += kSure;
   }
   return votes;
@@ -203,8 +204,8 @@ double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::ui
 }
 
 /// Labels each tetrahedron as air (true) or matter by a minimum cut.
-std::vector<bool> divide(std::span<const glm::dvec3> points, const Tetrahedra& tetrahedra, const Votes& votes,
-                         const SurfaceOptions& options) {
+std::vector<bool> divide(const Tetrahedra& tetrahedra, const Votes& votes, const SurfaceOptions& options) {
+  const std::span<const glm::dvec3> points = tetrahedra.points;
   using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
   using Graph = boost::adjacency_list<
       boost::vecS, boost::vecS, boost::directedS,
@@ -253,7 +254,7 @@ std::vector<bool> divide(std::span<const glm::dvec3> points, const Tetrahedra& t
 Mesh surface_from_sightings(const Sightings& sightings, const SurfaceOptions& options) {
   const Tetrahedra tetrahedra = delaunay(sightings.points);
   const Votes votes = count_votes(sightings, tetrahedra, options);
-  const std::vector<bool> air = divide(sightings.points, tetrahedra, votes, options);
+  const std::vector<bool> air = divide(tetrahedra, votes, options);
   Mesh mesh;
   for (const glm::dvec3& p : sightings.points) mesh.positions.emplace_back(p);
   for (std::uint32_t t = 0; t < tetrahedra.size(); ++t)

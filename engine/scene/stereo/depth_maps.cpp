@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <memory>
 
 #include "args/patch_match.h"
 #include "base/parallel_for.h"
@@ -137,6 +139,29 @@ double nearest_of(const Camera& camera, const Probes& probes) {
   return 2.0 * inverse[static_cast<std::size_t>(at)];
 }
 
+/// The finer map, with the coarser one's planes where no two neighbours agree with its own: there the patches of a
+/// finer level may be plain, while those of a coarser one reach the next edge.
+DepthMap merged(DepthMap finer, const DepthMap& coarser) {
+  if (finer.planes.empty() || coarser.planes.empty()) return finer;
+  const double scale_x = static_cast<double>(coarser.camera.width) / finer.camera.width,
+               scale_y = static_cast<double>(coarser.camera.height) / finer.camera.height;
+  std::size_t pixel = 0;
+  for (int y = 0; y < finer.camera.height; ++y)
+    for (int x = 0; x < finer.camera.width; ++x, ++pixel) {
+      const double u = (x + 0.5) * scale_x, v = (y + 0.5) * scale_y;
+      const int i = std::min(static_cast<int>(u), coarser.camera.width - 1),
+                j = std::min(static_cast<int>(v), coarser.camera.height - 1);
+      const auto from =
+          static_cast<std::size_t>(j) * static_cast<std::size_t>(coarser.camera.width) + static_cast<std::size_t>(i);
+      if (std::popcount(finer.agreeing[pixel]) >= 2 || std::popcount(coarser.agreeing[from]) < 2) continue;
+      const glm::vec4 plane = coarser.planes[from];
+      const double w = plane.x + plane.y * (u - 0.5 - i) + plane.z * (v - 0.5 - j);
+      finer.planes[pixel] = glm::vec4(w, plane.y * scale_x, plane.z * scale_y, plane.w);
+      finer.agreeing[pixel] = coarser.agreeing[from];
+    }
+  return finer;
+}
+
 /// The buffers of one level, and the launches on them.
 class Matcher {
  public:
@@ -246,25 +271,33 @@ std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, 
   const int side = longer_side(views, chosen, options);
   std::vector<Plan> plans(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) plans[v] = {neighbours[v], nearest_of(views[v].camera, probes[v])};
-  const Level coarse = level_of(views, chosen, side / 2), fine = level_of(views, chosen, side);
-  if (fine.greys.empty() || pairs_of(fine, plans).empty()) return maps;
-  constexpr double kCoarse[] = {16, 8, 4, 2, 1, 0.5}, kFine[] = {1, 0.5}, kGeometric[] = {0.5, 0.25};
+  std::vector<Level> levels;
+  for (const int share : {4, 2, 1}) levels.push_back(level_of(views, chosen, std::max(1, side / share)));
+  if (levels.back().greys.empty() || pairs_of(levels.back(), plans).empty()) return maps;
+  constexpr double kSearch[] = {16, 8, 4, 2, 1, 0.5}, kRefine[] = {1, 0.5}, kGeometric[] = {0.5, 0.25};
   constexpr double kCostPerPixel = 0.1;
-  constexpr int kTotal = 6 + 4 * 2 + 4 * 2;  // a fine iteration has four times the pixels
+  constexpr int kWork[] = {2, 8, 16}, kTotal = 26;  // twice the size has four times the pixels, but fewer iterations
   int done = 0;
-  const auto say = [&](int more) {
-    done += more;
+  if (options.progress) options.progress(done, kTotal);
+  std::unique_ptr<Matcher> coarser;
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    auto matcher = std::make_unique<Matcher>(gpu, levels[l], plans);
+    matcher->start(coarser.get());
+    if (l + 1 < levels.size())
+      for (const double change : kSearch) matcher->iterate(change, 0, change > 2);
+    else
+      for (const double change : kRefine) matcher->iterate(change, 0, false);
+    for (const double change : kGeometric) matcher->iterate(change, kCostPerPixel, false);
+    // The first level only guides the second: its patches reach so far across edges that its own planes are too wide.
+    if (l > 0) {
+      std::vector<DepthMap> finer(views.size());
+      matcher->finish(finer);
+      for (std::size_t v = 0; v < maps.size(); ++v) maps[v] = merged(std::move(finer[v]), maps[v]);
+    }
+    coarser = std::move(matcher);
+    done += kWork[l];
     if (options.progress) options.progress(done, kTotal);
-  };
-  say(0);
-  Matcher small(gpu, coarse, plans);
-  small.start(nullptr);
-  for (const double change : kCoarse) small.iterate(change, 0, change > 2), say(1);
-  Matcher large(gpu, fine, plans);
-  large.start(&small);
-  for (const double change : kFine) large.iterate(change, 0, false), say(4);
-  for (const double change : kGeometric) large.iterate(change, kCostPerPixel, false), say(4);
-  large.finish(maps);
+  }
   return maps;
 }
 
