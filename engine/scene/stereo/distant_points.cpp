@@ -21,12 +21,12 @@ enum class Reach : std::uint8_t { unknown, distant, near };
 
 Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, int x, int y) {
   const Camera& c = map.camera;
-  const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(x);
+  const std::size_t pixel =
+      static_cast<std::size_t>(y) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(x);
   const std::uint32_t agreeing = map.agreeing[pixel];
   if (agreeing == 0) return Reach::unknown;
-  const glm::dvec3 eye = c.centre(),
-                   ray = glm::transpose(glm::dmat3(c.world_to_camera)) *
-                         glm::dvec3((x + 0.5 - c.cx) / c.fx, (y + 0.5 - c.cy) / c.fy, 1.0);
+  const glm::dvec3 eye = c.centre(), ray = glm::transpose(glm::dmat3(c.world_to_camera)) *
+                                           glm::dvec3((x + 0.5 - c.cx) / c.fx, (y + 0.5 - c.cy) / c.fy, 1.0);
   const double w = std::max<double>(map.planes[pixel].x, 1e-9), told = kTold * map.pixel_step;
   double moved = 0, would_move = 0;
   for (std::size_t k = 0; k < map.neighbours.size(); ++k) {
@@ -51,7 +51,8 @@ std::vector<bool> distant_pixels(std::span<const DepthMap> maps, const DepthMap&
       int distant = 0, near = 0;
       for (int j = std::max(0, y - kWindow); j <= std::min(height - 1, y + kWindow); ++j)
         for (int i = std::max(0, x - kWindow); i <= std::min(width - 1, x + kWindow); ++i) {
-          const Reach there = reach[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i)];
+          const Reach there =
+              reach[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i)];
           distant += there == Reach::distant;
           near += there == Reach::near;
         }
