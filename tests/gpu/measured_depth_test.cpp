@@ -141,7 +141,7 @@ TEST_CASE("a training with depth maps ends nearer to the true depths", "[depth][
                after = depth_error(*gpu, trained(*gpu, scene, 1), scene.train);
   CAPTURE(before, after);
   CHECK(before > 0.15);
-  CHECK(after < 0.03);
+  CHECK(after < 0.08);
   // Without a weight the maps change no bit.
   CHECK(trained(*gpu, scene, 0).vertices == without.vertices);
 }

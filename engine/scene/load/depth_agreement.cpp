@@ -34,9 +34,11 @@ void add_comparisons(const View& view, std::span<const View* const> others, std:
   }
 }
 
-/// Share of the comparisons in which the other map has the point, if all depths are multiplied.
+/// Share of the comparisons in which the other map has the point, if all depths are multiplied. The nearer, the more
+/// it counts, so that the largest share is in the middle of the factors that would do.
 double share_agreeing(std::span<const Comparison> comparisons, double times) {
-  std::size_t compared = 0, agreeing = 0;
+  std::size_t compared = 0;
+  double agreeing = 0;
   for (const Comparison& c : comparisons) {
     const auto shown = shown_at(c.other->camera, c.eye + times / c.inverse * c.ray);
     if (!shown) continue;
@@ -46,9 +48,9 @@ double share_agreeing(std::span<const Comparison> comparisons, double times) {
     const double inverse = map.inverse[y * static_cast<std::size_t>(map.width) + x];
     if (!(inverse > 0)) continue;
     ++compared;
-    agreeing += std::abs(times / (inverse * shown->depth) - 1) < kAgreeingDepths;
+    agreeing += std::max(0.0, 1 - std::abs(times / (inverse * shown->depth) - 1) / kAgreeingDepths);
   }
-  return compared < kFewestCompared ? 0 : static_cast<double>(agreeing) / static_cast<double>(compared);
+  return compared < kFewestCompared ? 0 : agreeing / static_cast<double>(compared);
 }
 
 }  // namespace
