@@ -4,7 +4,7 @@
 #include "args/begin_step.h"
 #include "common/fixed_point.h"
 
-const uint kStateWords = 12u;  // size of a StepState
+const uint kStateWords = 16u;  // size of a StepState
 const uint kSlotWord = 10u;    // position of its slot
 
 KERNEL(64, BeginStepArgs) {

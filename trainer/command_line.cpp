@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -109,16 +110,32 @@ scene::BackgroundChoice background_of(const std::string& name) {
   return name == "white" ? white : name == "black" ? black : automatic;
 }
 
+constexpr std::pair<const char*, scene::DepthMaps> kDepthMaps[] = {{"auto", scene::DepthMaps::automatic},
+                                                                   {"metric", scene::DepthMaps::metric},
+                                                                   {"relative", scene::DepthMaps::relative},
+                                                                   {"inverse", scene::DepthMaps::inverse},
+                                                                   {"none", scene::DepthMaps::none}};
+
+const char* name_of(scene::DepthMaps maps) {
+  for (const auto& [name, value] : kDepthMaps)
+    if (value == maps) return name;
+  return "auto";
+}
+
 const char* name_of(scene::AlphaUse use) { return use == scene::AlphaUse::mask ? "mask" : "composite"; }
 
 }  // namespace
 
+scene::DepthMaps depth_maps_of(const std::string& name) {
+  for (const auto& [known, value] : kDepthMaps)
+    if (name == known) return value;
+  return scene::DepthMaps::automatic;
+}
+
 nlohmann::json CommandLine::dataset_note() const {
-  return {{"resolution", load.downscale},
-          {"test_every", load.test_every},
-          {"background", name_of(load.background)},
-          {"alpha", name_of(load.alpha)},
-          {"invert_masks", load.invert_masks}};
+  return {{"resolution", load.downscale}, {"test_every", load.test_every},     {"background", name_of(load.background)},
+          {"alpha", name_of(load.alpha)}, {"invert_masks", load.invert_masks}, {"depth_maps", name_of(load.depth_maps)},
+          {"depth_unit", load.depth_unit}};
 }
 
 std::string CommandLine::note() const {
@@ -135,6 +152,8 @@ void CommandLine::take_dataset(const nlohmann::json& then) {
   if (!given.test_every) load.test_every = then.value("test_every", load.test_every);
   if (!given.background) load.background = background_of(then.value("background", "auto"));
   if (!given.alpha && then.value("alpha", "composite") == "mask") load.alpha = scene::AlphaUse::mask;
+  if (!given.depth_maps) load.depth_maps = depth_maps_of(then.value("depth_maps", "none"));
+  if (!given.depth_unit) load.depth_unit = then.value("depth_unit", 0.0);
   load.invert_masks = load.invert_masks || then.value("invert_masks", false);
 }
 
@@ -153,6 +172,7 @@ void CommandLine::take(const std::string& note, const std::filesystem::path& pat
   const nlohmann::json now = nlohmann::json::parse(this->note());
   if (!then.is_object()) return;                                     // another program's
   if (!then.contains("invert_masks")) then["invert_masks"] = false;  // of an earlier version
+  if (!then.contains("depth_maps")) then["depth_maps"] = "none", then["depth_unit"] = 0.0;
   std::string differing;
   const auto is_another = [&](bool given, const char* key) {
     if (given && then.contains(key) && then[key] != now[key])
@@ -165,6 +185,8 @@ void CommandLine::take(const std::string& note, const std::filesystem::path& pat
   is_another(given.background, "background");
   is_another(given.alpha, "alpha");
   is_another(given.invert_masks, "invert_masks");
+  is_another(given.depth_maps, "depth_maps");
+  is_another(given.depth_unit, "depth_unit");
   is_another(given.feature_size, "feature_size");
   refuse(path, differing);
   try {

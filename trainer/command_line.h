@@ -45,7 +45,8 @@ struct CommandLine {
                           const std::filesystem::path& path) const;
   /// What a checkpoint records of the options that are no settings: those of the dataset, the preset, --eval-log. JSON.
   std::string note() const;
-  /// How the dataset is read: "resolution", "test_every", "background", "alpha", "invert_masks".
+  /// How the dataset is read: "resolution", "test_every", "background", "alpha", "invert_masks", "depth_maps",
+  /// "depth_unit".
   nlohmann::json dataset_note() const;
   /// Takes from a checkpoint's note what was not given. Throws Error, with both values and `path`, if an option
   /// contradicts it.
@@ -60,7 +61,7 @@ struct CommandLine {
   /// Which options with a default value of their own were given.
   struct {
     bool resolution = false, test_every = false, background = false, alpha = false, feature_size = false,
-         evaluations_per_decade = false, invert_masks = false;
+         evaluations_per_decade = false, invert_masks = false, depth_maps = false, depth_unit = false;
   } given;
 
  private:
@@ -68,6 +69,9 @@ struct CommandLine {
   std::string preset_name() const;
   std::string noted_preset_;  // of the checkpoint; empty if it has none
 };
+
+/// The value of --depth-maps. Unknown names are automatic.
+scene::DepthMaps depth_maps_of(const std::string& name);
 
 /// Exit status to end with, or nothing to go on.
 std::optional<int> parse(int argc, char** argv, CommandLine& out);

@@ -86,11 +86,11 @@ class Options {
   CLI::App app_{kBegin};
   CommandLine& o_;
   SettingOptions settings_options_{app_};
-  std::string background_ = "auto", alpha_ = "composite", record_;
+  std::string background_ = "auto", alpha_ = "composite", depth_kind_ = "auto", record_;
   std::vector<std::string> assignments_;
   CLI::Option *resolution_ = nullptr, *test_every_ = nullptr, *feature_size_ = nullptr, *background_option_ = nullptr,
               *alpha_option_ = nullptr, *eval_log_ = nullptr, *preset_ = nullptr, *settings_ = nullptr,
-              *invert_masks_ = nullptr;
+              *invert_masks_ = nullptr, *depth_maps_ = nullptr, *depth_unit_ = nullptr;
 };
 
 void Options::add_common() {
@@ -136,8 +136,19 @@ void Options::add_dataset() {
   invert_masks_ = app_.add_flag("--invert-masks", o_.load.invert_masks,
                                 "exclude the white of masks from the loss, instead of the black")
                       ->group(group);
+  depth_maps_ =
+      app_.add_option("--depth-maps", depth_kind_,
+                      "numbers in depth maps beside photographs: metric, relative (depth up to scale and\n"
+                      "shift), inverse (the same of 1 / depth, as networks give), auto (what fits the sparse\n"
+                      "points) or none (maps are not used) [auto]")
+          ->check(CLI::IsMember({"auto", "metric", "relative", "inverse", "none"}))
+          ->group(group);
+  depth_unit_ = app_.add_option("--depth-unit", o_.load.depth_unit,
+                                "unit of metric depth maps in units of the poses [0.001 for integers, 1 for floats]")
+                    ->check(CLI::PositiveNumber)
+                    ->group(group);
   app_.add_flag("--outside", o_.load.outside,
-                "allow photographs, masks and points outside of DATASET if its files refer to them")
+                "allow photographs, masks, depth maps and points outside of DATASET if its files refer to\nthem")
       ->group(group);
   feature_size_ = app_.add_option("--feature-size", o_.feature_size,
                                   "longer side of the images in which features are found, pixels (photographs without\n"
@@ -206,10 +217,12 @@ void Options::add_device() {
 /// Completes CommandLine after parsing.
 void Options::take() {
   const auto is_given = [](const CLI::Option* option) { return option->count() > 0; };
-  o_.given = {is_given(resolution_),   is_given(test_every_), is_given(background_option_), is_given(alpha_option_),
-              is_given(feature_size_), is_given(eval_log_),   is_given(invert_masks_)};
+  o_.given = {is_given(resolution_),   is_given(test_every_),   is_given(background_option_),
+              is_given(alpha_option_), is_given(feature_size_), is_given(eval_log_),
+              is_given(invert_masks_), is_given(depth_maps_),   is_given(depth_unit_)};
   using enum scene::BackgroundChoice;
   o_.load.background = background_ == "white" ? white : background_ == "black" ? black : automatic;
+  o_.load.depth_maps = depth_maps_of(depth_kind_);
   o_.load.alpha = alpha_ == "mask" ? scene::AlphaUse::mask : scene::AlphaUse::composite;
   if (o_.list_devices || o_.settings_page) return;
   if (o_.dataset.empty()) throw CLI::RequiredError("DATASET");

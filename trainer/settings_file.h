@@ -12,8 +12,8 @@ namespace trisoup {
 struct SettingsFile {
   std::filesystem::path path;
   train::Settings settings;
-  /// Load options: "resolution", "test_every", "background", "alpha", "invert_masks". Null if the file does not contain
-  /// them.
+  /// Load options: "resolution", "test_every", "background", "alpha", "invert_masks" and so on. Null if the file does
+  /// not contain them.
   nlohmann::json dataset;
 };
 

@@ -27,6 +27,7 @@ std::vector<View> views_of(const std::vector<scene::View>& views, const scene::N
 Dataset::Dataset(const std::filesystem::path& path, const DatasetOptions& options) {
   auto impl = std::make_shared<Impl>();
   impl->load.downscale = options.resolution;
+  impl->load.depth_maps = scene::DepthMaps::automatic;
   impl->load.test_every = options.test_every;
   impl->load.warn = [&](const std::string& line) { impl->warnings.push_back(line); };
   impl->scene = scene::load(path, impl->load);

@@ -5,8 +5,9 @@
 # A variant is a name followed by its constants. A plus after the first constant: it is the length of an array.
 set(variants
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
-  "count_visible 0" "count_visible 1" "covisible" "edge_forces 0" "edge_forces 1" "expose" "fetch_features"
-  "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
+  "count_visible 0" "count_visible 1" "covisible" "depth_gradient" "edge_forces 0" "edge_forces 1" "expose"
+  "fetch_features" "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2"
+  "importance 0" "importance 1"
   "inherit_textures" "keep_range" "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure"
   "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures" "patch_match" "patch_match_agree"
   "patch_match_start" "place_pixels" "project" "quantise" "sample_photographs"
@@ -72,7 +73,8 @@ endfunction()
 # that only tests use.
 set(lane_variants_0
   "arithmetic" "begin_step" "bin 0" "bin 1" "bin_scan" "collapse_lost" "collect_pairs" "contrast" "count_holes"
-  "count_visible 0" "count_visible 1" "covisible" "edge_forces 0" "expose" "fetch_features" "fit_exposure"
+  "count_visible 0" "count_visible 1" "covisible" "depth_gradient" "edge_forces 0" "expose" "fetch_features"
+  "fit_exposure"
   "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
   "inherit_textures" "keep_range" "upsample_textures"
   "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures"

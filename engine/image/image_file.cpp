@@ -16,6 +16,7 @@
 #include "image/jpeg_check.h"
 #include "image/jpeg_header.h"
 #include "image/jpeg_turbo.h"
+#include "image/npy_file.h"
 #include "image/picture_type.h"
 #include "image/plain_formats.h"
 #include "image/png_chunks.h"
@@ -140,6 +141,52 @@ Image decode_jpeg(std::span<const std::byte> content, const std::string& name, c
 }
 
 }  // namespace
+
+namespace {
+
+/// Numbers of an image whose pixels are grey.
+ValueMap values_of(const Image& image, const std::string& name) {
+  ValueMap map{image.width, image.height, ValueMap::Numbers::bits_8, {}};
+  map.values.reserve(image.rgba.size() / 4);
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    if (image.rgba[i] != image.rgba[i + 1] || image.rgba[i] != image.rgba[i + 2])
+      throw Error("{}: shows colours, not one number per pixel; write a PNG with one channel of 16 bits", name);
+    map.values.push_back(image.rgba[i]);
+  }
+  return map;
+}
+
+ValueMap decode_png_values(Bytes bytes, const std::string& name) {
+  ColourSpace unused;
+  constexpr std::size_t kBits = 24, kColourType = 25;  // of IHDR (PNG, third edition, section 11.2.1)
+  if (bytes.size() <= kColourType || bytes[kBits] != 16) return values_of(decode_png(bytes, name, {}, unused), name);
+  if (bytes[kColourType] != 0) throw Error("{}: a PNG of 16 bits with several channels; write one channel", name);
+  check_size(name, big_endian_32(&bytes[16]), big_endian_32(&bytes[20]), bytes.size());
+  if (const char* damage = png_damage(bytes)) throw Error("{}: {}; copy or export the image again", name, damage);
+  return stb_decode_16(bytes, name);
+}
+
+}  // namespace
+
+ValueMap decode_values(std::span<const std::byte> content, const std::string& name) {
+  if (content.size() > (std::size_t(1) << 30)) throw Error("{}: larger than 1 GiB; write it at a smaller size", name);
+  if (is_npy(content)) return decode_npy(content, name);
+  const Bytes bytes = unsigned_bytes(content);
+  switch (kind_of(content, name, name)) {
+    case PictureKind::png:
+      return decode_png_values(bytes, name);
+    case PictureKind::tiff:
+      return decode_tiff_values(content, name,
+                                [&](ImageSize size) { check_size(name, size.width, size.height, bytes.size()); });
+    default:
+      throw Error("{}: its type is not read as numbers; write a PNG of 16 bits, a TIFF or a .npy file", name);
+  }
+}
+
+ValueMap read_values(const std::filesystem::path& path) {
+  const std::string content = read_file(path);
+  return decode_values(bytes_of(content), printable(path.string()));
+}
 
 bool is_jpeg(std::span<const std::byte> bytes) {
   return bytes.size() >= 3 && bytes[0] == std::byte{0xff} && bytes[1] == std::byte{0xd8} && bytes[2] == std::byte{0xff};

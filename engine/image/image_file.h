@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "image/image.h"
+#include "image/value_map.h"
 
 namespace trisoup {
 
@@ -45,6 +46,14 @@ Image read_image(const std::filesystem::path& path, const DecodeOptions& options
 
 /// Reads and decodes a photograph, with colours in sRGB. divisor, notes: see DecodeOptions.
 Image read_photograph(const std::filesystem::path& path, int divisor = 1, std::vector<std::string>* notes = nullptr);
+
+/// Reads a picture of numbers: a PNG or TIFF with one channel, a TIFF of floats, or a .npy file (npy_file.h). An 8-bit
+/// PNG may have three equal channels. Values are as stored; see ValueMap. Throws Error that begins with the path for
+/// other types, for colours, and for truncated and damaged files.
+ValueMap read_values(const std::filesystem::path& path);
+
+/// The same from the bytes of a file. name: the file, for messages.
+ValueMap decode_values(std::span<const std::byte> bytes, const std::string& name);
 
 /// Applies an EXIF orientation, so that the image is upright. 1: unchanged; 2: mirrored left to right; 3: rotated by
 /// 180 degrees; 4: mirrored top to bottom; 5 to 8: width and height are exchanged (6: rotated clockwise by 90 degrees).

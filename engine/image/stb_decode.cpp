@@ -46,6 +46,18 @@ Image stb_decode(std::span<const std::uint8_t> bytes, const std::string& name) {
   return image;
 }
 
+ValueMap stb_decode_16(std::span<const std::uint8_t> bytes, const std::string& name) {
+  ValueMap map;
+  map.numbers = ValueMap::Numbers::whole;
+  int channels = 0;
+  const std::unique_ptr<stbi_us, decltype(&std::free)> values(
+      stbi_load_16_from_memory(bytes.data(), static_cast<int>(bytes.size()), &map.width, &map.height, &channels, 1),
+      &std::free);
+  if (!values) throw Error("{}: cannot be decoded ({}); export the image again", name, stbi_failure_reason());
+  map.values.assign(values.get(), values.get() + std::size_t(map.width) * std::size_t(map.height));
+  return map;
+}
+
 const char* stb_size(std::span<const std::uint8_t> start, int& width, int& height) {
   int channels = 0;
   const int found = stbi_info_from_memory(start.data(), static_cast<int>(start.size()), &width, &height, &channels);

@@ -145,12 +145,13 @@ std::string icc_of(const Tiff& tiff) {
   return {static_cast<const char*>(profile), size};
 }
 
-/// Reads the file row by row, if its samples lie together and have 8 or 16 bits. use: called with the row's samples,
-/// in the byte order of this machine, and the row's position in the image.
+/// Reads the file row by row, if its samples lie together and have 8, 16 or 32 bits. use: called with the row's
+/// samples, in the byte order of this machine, and the row's position in the image.
 template <typename Use>
 bool read_tiff_rows(const Tiff& tiff, const ImageSize& size, const TiffLayout& layout, const Use& use) {
   const std::uint64_t row = std::uint64_t(size.width) * layout.channels * layout.bits / 8;
-  if (layout.tiled || layout.planes != PLANARCONFIG_CONTIG || (layout.bits != 8 && layout.bits != 16)) return false;
+  const bool whole_bytes = layout.bits == 8 || layout.bits == 16 || layout.bits == 32;
+  if (layout.tiled || layout.planes != PLANARCONFIG_CONTIG || !whole_bytes) return false;
   if (TIFFScanlineSize64(tiff.file()) != row) return false;
   std::vector<std::uint8_t> samples(row);
   for (int y = 0; y < size.height; ++y) {
@@ -312,6 +313,30 @@ Image decode_tiff(Content bytes, const std::string& name, const CheckSize& check
           name);
   }
   return decode_rgba(tiff, size);
+}
+
+ValueMap decode_tiff_values(Content bytes, const std::string& name, const CheckSize& check) {
+  const Tiff tiff(bytes, name);
+  const ImageSize size = size_of(tiff);
+  check(size);
+  const TiffLayout layout = layout_of(tiff);
+  const bool real = layout.format == SAMPLEFORMAT_IEEEFP;
+  using Numbers = ValueMap::Numbers;
+  ValueMap map{size.width, size.height, real ? Numbers::real : layout.bits == 8 ? Numbers::bits_8 : Numbers::whole, {}};
+  map.values.resize(std::size_t(size.width) * std::size_t(size.height));
+  const auto take = [&](const std::vector<std::uint8_t>& samples, std::size_t at) {
+    float* out = &map.values[at / 4];
+    for (std::size_t i = 0; i < std::size_t(size.width); ++i, ++out)
+      if (real)
+        std::memcpy(out, &samples[4 * i], 4);
+      else
+        *out = layout.bits == 8 ? static_cast<float>(samples[i]) : static_cast<float>(sample_16(samples, i));
+  };
+  const bool known = layout.channels == 1 && (real ? layout.bits == 32 : layout.bits == 8 || layout.bits == 16);
+  if (!known || !read_tiff_rows(tiff, size, layout, take))
+    throw Error("{}: this kind of TIFF is not read as numbers; write one channel of 16 bits or floats, without tiles",
+                name);
+  return map;
 }
 
 }  // namespace trisoup

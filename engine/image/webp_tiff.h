@@ -10,6 +10,7 @@
 #include "image/image.h"
 #include "image/image_file.h"
 #include "image/tiff_directory.h"
+#include "image/value_map.h"
 
 namespace trisoup {
 
@@ -35,5 +36,9 @@ ImageSize tiff_size(std::span<const std::byte> bytes, const std::string& name);
 /// 1 to 16 bits, CMYK of 16 bits without profile, pixels of camera sensors.
 Image decode_tiff(std::span<const std::byte> bytes, const std::string& name, const CheckSize& check,
                   ColourSpace& colours);
+
+/// Decodes a TIFF with one channel of 8 or 16 bits, or of floats of 32 bits, as stored. check, and the rest: as
+/// decode_tiff().
+ValueMap decode_tiff_values(std::span<const std::byte> bytes, const std::string& name, const CheckSize& check);
 
 }  // namespace trisoup

@@ -53,6 +53,7 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
   for (const scene::View& v : scene.train) {
     const double scale = small ? small_view_scale(v.camera, s) : 0.0;
     need.photographs += static_cast<std::uint64_t>(4.0 * v.camera.width * v.camera.height * (1 + scale * scale));
+    if (s.lambda_depth > 0) need.photographs += 4 * v.depth.inverse.size();
   }
   // Evaluation keeps the photographs of up to four views on the device.
   std::uint64_t largest_test = 0;

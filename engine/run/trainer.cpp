@@ -117,7 +117,7 @@ kernels::StepState Trainer::state_of(std::uint64_t step, const BatchLayout& batc
   return Step::state(key, static_cast<std::uint32_t>(step),
                      static_cast<std::uint32_t>(step % BatchBuffers::kStatisticsRows),
                      {settings_.lr_texture * factor, settings_.lr_vertex * vertex_factor, settings_.lr_mlp * factor,
-                      t - texture_start_, t - vertex_start_, t - mlp_start_},
+                      t - texture_start_, t - vertex_start_, t - mlp_start_, depth_weight(settings_, t)},
                      batch, settings_.huber);
 }
 
@@ -128,6 +128,7 @@ StepInputs Trainer::step_inputs() const {
   inputs.update_unseen = settings_.published;
   inputs.opaque = settings_.opaque;
   inputs.full_side = static_cast<float>(settings_.lr_vertex_side);
+  inputs.depths = views_->has_depths();
   inputs.exposures = given_exposures();
   return inputs;
 }

@@ -104,7 +104,8 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
                 path.string());
   if (number("photographs") != photographs_)
     throw Error(
-        "{}: was trained on other photographs or masks; use the same files and the same `alpha`, or start again with "
+        "{}: was trained on other photographs, masks or depth maps; use the same files and the same `alpha`, or start "
+        "again with "
         "`overwrite`",
         path.string());
   Settings then = extended(info.settings, info.step, settings_.steps);

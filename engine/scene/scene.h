@@ -16,10 +16,18 @@
 
 namespace trisoup::scene {
 
+/// Depths measured along the viewing direction of a view, such as those of a LiDAR or of a network. The map has the
+/// view's field of view and its own size.
+struct MeasuredDepth {
+  int width = 0, height = 0;   // 0: the view has none
+  std::vector<float> inverse;  // [height * width], 1 / depth, normalised units; 0: not measured
+};
+
 struct View {
   std::string name;  // path of the photograph relative to the dataset; a panorama's faces: with "/front" and so on
   Camera camera;     // in normalised coordinates, with the size of the image
   Image image;
+  MeasuredDepth depth = {};
 };
 
 struct Points {  // sparse cloud, normalised coordinates; may be empty
@@ -30,11 +38,22 @@ struct Points {  // sparse cloud, normalised coordinates; may be empty
   std::vector<std::vector<std::uint32_t>> seen_by;  // training views, ascending; same length, or empty
   bool stereo = false;                              // of surface_points(): depth maps have confirmed the sightings
   std::size_t distant = 0;  // as many of the last points stand for directions in which nothing is nearer
+  /// Whether a depth map measured the point, which then needs no second view; same length, or empty.
+  std::vector<bool> measured;
 };
 
 enum class Format { blender, transforms, colmap, metashape, realityscan };
 enum class BackgroundChoice { automatic, white, black };  // automatic: white if images have alpha, else black
-enum class AlphaUse { composite, mask };                  // composite on the background, or use as loss mask
+/// What the numbers of depth maps are. A scale, or scale and shift, is fitted to the sparse points
+/// (scene/load/depths.h).
+enum class DepthMaps {
+  none,       // the maps are not read
+  automatic,  // what fits the sparse points best; without points metric
+  metric,     // depths in one unit
+  relative,   // a depth up to scale and shift, of each map
+  inverse,    // an inverse depth up to scale and shift, of each map; larger is nearer
+};
+enum class AlphaUse { composite, mask };  // composite on the background, or use as loss mask
 
 struct LoadOptions {
   double downscale = 1.0;  // divisor of image sides (>= 1); rounded to nearest, at least 1 pixel
@@ -50,7 +69,9 @@ struct LoadOptions {
   bool outside = false;       // paths of photographs, masks and points may lead outside the dataset's folder
   bool train_images = true, test_images = true;  // which photographs are decoded; the files of all are located
   bool train_masks = false;  // decodes the training photographs nevertheless if pixels of them may be masked out
-  int threads = 0;           // 0: one per core
+  DepthMaps depth_maps = DepthMaps::none;  // of training views, beside their photographs
+  double depth_unit = 0;  // of metric depth maps, the dataset's units; 0: 0.001 for integers, 1 for floats
+  int threads = 0;        // 0: one per core
   std::function<void(int done, int total)> progress;  // called from one thread at a time
   std::function<void(const std::string& line)> warn;  // one call per warning, one line each
 };
@@ -84,7 +105,8 @@ struct Scene {
 /// each. A single view is never held out. Throws trisoup::Error.
 Scene load(const std::filesystem::path& path, const LoadOptions& options);
 
-/// Returns a hash of the decoded photographs of the views. It depends on files, background, masks and the use of alpha.
+/// Returns a hash of the decoded photographs and depth maps of the views. It depends on files, background, masks and
+/// the use of alpha.
 std::uint64_t fingerprint_of_photographs(const std::vector<View>& views);
 
 }  // namespace trisoup::scene

@@ -26,6 +26,7 @@ using glm::vec4;
 #define COHERENT_POINTER_TYPE(name, type, alignment) \
   layout(buffer_reference, std430, buffer_reference_align = alignment) coherent buffer name { type v[]; };
 POINTER_TYPE(Uints, uint, 4)
+POINTER_TYPE(Floats, float, 4)
 #elif defined(TRISOUP_KERNEL_CODE)
 #define POINTER_TYPE(name, type, alignment) \
   struct name {                             \
@@ -33,6 +34,7 @@ POINTER_TYPE(Uints, uint, 4)
   };
 #define COHERENT_POINTER_TYPE POINTER_TYPE
 POINTER_TYPE(Uints, uint, 4)
+POINTER_TYPE(Floats, float, 4)
 #endif
 
 /// A view of a batch. Batch buffers hold the views' pixels one after the other, starting with the row at NDC y = -1.
@@ -48,12 +50,12 @@ STRUCT ViewRecord {
   uint index;               // of the view in the dataset; part of the thresholds' counter
   POINTER(Uints) photo;     // RGBA8; alpha is the loss mask
   float photograph_pixels;  // photograph pixels per pixel of this view
-  uint pad0;
+  uint depth_size;          // of the depth map: width | height << 16; 0: there is none
   // Sampling of the photograph: pixel (x, y) uses the 4 x 4 photograph pixels starting at (x + first_x, y + first_y)
   // with these weights.
   vec4 taps_x, taps_y;  // multiples of 1/128 that sum to 1
   int first_x, first_y;
-  uint pad1, pad2;
+  POINTER(Floats) depth;  // depth map of the same field of view: inverse depth; 0: not measured
 };
 
 /// A triangle in one view. Pixels x, y in 16 bits each; the box is empty if min > max.
@@ -92,6 +94,8 @@ STRUCT StepState {
   float window_weight;  // 1 / (3 x SSIM windows of the batch); 0 when no view is large enough for one
   uint slot;            // row of the statistics
   float error_slope;    // factor from error to gradient, which is clamped to 1 (loss_gradient.comp)
+  float depth_weight;   // of each pixel in the depth loss (depth_gradient.comp)
+  uint pad0, pad1, pad2;
 };
 
 /// Sums over a batch in fixed point (common/fixed_point.h), low and high words.
@@ -136,7 +140,6 @@ STRUCT Control {
 };
 
 #if defined(GL_core_profile) || defined(TRISOUP_KERNEL_CODE)
-POINTER_TYPE(Floats, float, 4)
 COHERENT_POINTER_TYPE(CoherentFloats, float, 4)  // written by threads of a workgroup and read by others in it
 POINTER_TYPE(Float4s, vec4, 16)
 POINTER_TYPE(Uint4s, uvec4, 16)
@@ -153,7 +156,7 @@ POINTER_TYPE(Controls, Control, 16)
 static_assert(sizeof(ViewRecord) == 208 && sizeof(ScreenTriangle) == 64 && sizeof(Hit) == 16 && sizeof(Texture) == 16 &&
               sizeof(TextureTask) == 16);
 static_assert(offsetof(StepState, slot) == 4 * 10);  // begin_step.comp
-static_assert(sizeof(StepState) == 48 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 48 && sizeof(Control) == 64);
+static_assert(sizeof(StepState) == 64 && sizeof(Statistics) == 32 && sizeof(ImageSums) == 48 && sizeof(Control) == 64);
 }
 #endif
 #undef STRUCT

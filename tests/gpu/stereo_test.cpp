@@ -5,50 +5,20 @@
 #include <bit>
 #include <cmath>
 
+#include "gpu/board_scene.h"
 #include "gpu/small_scene.h"
 #include "scene/stereo/dense_points.h"
 #include "scene/stereo/depth_maps.h"
 #include "scene/stereo/neighbours.h"
 #include "scene/stereo/surface_points.h"
-#include "speckle.h"
 
 using namespace trisoup;
+using test::eye_of;
+using test::photographs;
+using test::ray_of;
+using test::true_depth;
 
 namespace {
-
-constexpr int kWidth = 96, kHeight = 64;
-
-/// Depth along z from a camera at `eye` that looks along z: a floor that rises to the right, 0.35 per unit, and a board
-/// in front of its left part.
-double true_depth(const glm::dvec3& eye, const glm::dvec3& ray) {
-  const double board = 0.4 - eye.z;
-  if (eye.x + board * ray.x < -0.25) return board;
-  return (1.6 - eye.z - 0.35 * eye.x) / (1 + 0.35 * ray.x);
-}
-
-glm::dvec3 eye_of(int view) { return {0.16 * (view % 3) - 0.16, 0.16 * (view / 3) - 0.08, -1}; }
-
-glm::dvec3 ray_of(const scene::Camera& c, int x, int y) {
-  return {(x + 0.5 - c.cx) / c.fx, (y + 0.5 - c.cy) / c.fy, 1};
-}
-
-std::vector<scene::View> photographs(int count) {
-  std::vector<scene::View> views;
-  for (int k = 0; k < count; ++k) {
-    scene::View& v = views.emplace_back();
-    scene::Camera& c = v.camera;
-    c.width = kWidth, c.height = kHeight, c.fx = c.fy = 90, c.cx = 47, c.cy = 33;
-    c.world_to_camera[3] = glm::dvec4(-eye_of(k), 1);
-    v.image = {kWidth, kHeight, {}};
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x) {
-        const glm::dvec3 ray = ray_of(c, x, y), p = eye_of(k) + true_depth(eye_of(k), ray) * ray;
-        const auto grey = static_cast<std::uint8_t>(test::speckle(14 * p.x + 3 * p.z, 14 * p.y));
-        v.image.rgba.insert(v.image.rgba.end(), {grey, grey, grey, 255});
-      }
-  }
-  return views;
-}
 
 struct Accuracy {
   double median = 0, found = 0;  // relative error of depth; share of pixels on which two neighbours agree
@@ -101,17 +71,17 @@ TEST_CASE("stereo leaves masked and plain pixels out", "[stereo]") {
   auto gpu = test::open_device();
   std::vector<scene::View> views = photographs(6);
   for (scene::View& v : views)
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x) {
-        std::uint8_t* p = &v.image.rgba[static_cast<std::size_t>(4 * (y * kWidth + x))];
+    for (int y = 0; y < test::kBoardHeight; ++y)
+      for (int x = 0; x < test::kBoardWidth; ++x) {
+        std::uint8_t* p = &v.image.rgba[static_cast<std::size_t>(4 * (y * test::kBoardWidth + x))];
         if (y < 20) p[3] = 0;
         if (y >= 44) p[0] = p[1] = p[2] = 128;
       }
   const std::vector<scene::DepthMap> maps = scene::depth_maps(*gpu, views, {}, {});
   for (const scene::DepthMap& map : maps)
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x)
-        if (y < 20 || y >= 48) CHECK(map.agreeing[static_cast<std::size_t>(y * kWidth + x)] == 0);
+    for (int y = 0; y < test::kBoardHeight; ++y)
+      for (int x = 0; x < test::kBoardWidth; ++x)
+        if (y < 20 || y >= 48) CHECK(map.agreeing[static_cast<std::size_t>(y * test::kBoardWidth + x)] == 0);
 }
 
 TEST_CASE("stereo needs views with parallax", "[stereo]") {

@@ -274,6 +274,11 @@ TEST_CASE("what a checkpoint notes of the dataset's options is taken where they 
   CHECK(resumed_later.load.invert_masks);
   CHECK_THROWS_WITH(inverted.take(line_of({}).note(), "c"), Catch::Contains("`invert_masks` false (now true)"));
   CHECK_THROWS_WITH(inverted.take("{}", "c"), Catch::Contains("`invert_masks` false (now true)"));
+  CommandLine mapped = line_of({"--depth-maps", "inverse", "--depth-unit", "0.01"}), mapped_later = line_of({});
+  mapped_later.take(mapped.note(), "c");
+  CHECK(mapped_later.load.depth_maps == scene::DepthMaps::inverse);
+  CHECK(mapped_later.load.depth_unit == 0.01);
+  CHECK_THROWS_WITH(mapped.take("{}", "c"), Catch::Contains("`depth_maps` \"none\" (now \"inverse\")"));
   CHECK(second.request.preset == "published");  // for the next checkpoint's note
   CHECK_THROWS_WITH(second.take(R"({"resolution": "fine"})", "c"), Catch::Contains("c: its note is damaged"));
   CHECK_NOTHROW(second.take("anything", "c"));

@@ -199,6 +199,45 @@ TEST_CASE("spherical harmonics are orthonormal and have the published signs", "[
   }
 }
 
+// --- Depth ---
+
+TEST_CASE("depth: the plane's inverse depth, and the loss by the corners", "[maths]") {
+  soup::Random r(21);
+  int compared = 0;
+  for (int i = 0; i < 200; ++i) {
+    Triangle t = clip_triangle(r, {-0.9, -0.8, random_in(r, -0.5, 0.5)}, {0.9, -0.7, random_in(r, -0.5, 0.5)},
+                               {0.1, 0.9, random_in(r, -0.5, 0.5)});
+    const glm::dvec2 ndc{random_in(r, -0.3, 0.3), random_in(r, -0.3, 0.3)};
+    const f64::DepthPlane plane = f64::depth_plane(t[0], t[1], t[2], ndc);
+    REQUIRE(plane.valid);
+    CHECK(plane.inverse == Approx(1 / f64::plane_point(t[0], t[1], t[2], ndc).w));
+    for (int k = 0; k < 3; ++k)
+      CHECK(plane.normal.x * t[k].x + plane.normal.y * t[k].y + plane.normal.z * t[k].w == Approx(1));
+    // Errors within the square part of the loss and beyond it, of either sign.
+    const double measured = plane.inverse * random_in(r, 0.94, 1.06), error = std::abs(plane.inverse / measured - 1);
+    if (std::abs(error - 0.02) < 1e-3 || error < 1e-3) continue;
+    ++compared;
+    const auto loss = [&] { return f64::depth_loss(f64::depth_plane(t[0], t[1], t[2], ndc).inverse, measured); };
+    f64::ClipGradient g = no_gradient();
+    f64::add_depth_gradient(plane, f64::depth_loss_slope(plane.inverse, measured), g);
+    const auto actual = rows(g);
+    for (int k = 0; k < 3; ++k)
+      for (int c = 0; c < 4; ++c) CHECK(actual[k][c] == gradient(difference(loss, t[k][c], 1e-5)));
+  }
+  CHECK(compared > 150);
+}
+
+TEST_CASE("depth: the loss does not depend on the unit of length", "[maths]") {
+  CHECK(f64::depth_loss(2.0, 1.9) == Approx(f64::depth_loss(0.02, 0.019)));
+  CHECK(f64::depth_loss(1.0, 1.0) == 0);
+}
+
+TEST_CASE("depth: maps are interpolated on a surface and never across an edge", "[maths]") {
+  CHECK(f64::between_depths(1.0, 1.04, 1.02, 1.06, 0.25, 0.5) == Approx(1.02));
+  CHECK(f64::between_depths(1.0, 1.0, 1.0, 1.2, 0.5, 0.5) == 0);
+  CHECK(f64::between_depths(1.0, 0.0, 1.0, 1.0, 0.5, 0.5) == 0);
+}
+
 // --- SSIM ---
 
 namespace {

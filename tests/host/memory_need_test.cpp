@@ -36,6 +36,16 @@ TEST_CASE("the largest budget that fits needs at most the given memory, one tria
   }
 }
 
+TEST_CASE("depth maps need four bytes per pixel, if they are used", "[memory]") {
+  scene::Scene scene = scene_of(20, 200);
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
+  const std::uint64_t without = train::memory_need(scene, s).total();
+  for (scene::View& view : scene.train) view.depth = {64, 64, std::vector<float>(64 * 64, 1.0f)};
+  CHECK(train::memory_need(scene, s).total() == without);
+  s.lambda_depth = 1;
+  CHECK(train::memory_need(scene, s).total() == without + 20 * 64 * 64 * 4);
+}
+
 TEST_CASE("smaller_run proposes a budget that fits after memory ran out", "[memory]") {
   const scene::Scene scene = scene_of(20, 200);
   for (const train::Recipe recipe : {train::Recipe::synthetic, train::Recipe::real}) {

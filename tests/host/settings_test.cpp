@@ -66,6 +66,19 @@ TEST_CASE("vertices come to rest, and travel as far as they are to", "[settings]
   }
 }
 
+TEST_CASE("the weight of the depth loss falls to 0 and stays there", "[settings]") {
+  train::Settings s;
+  s.steps = 100;
+  s.lambda_depth = 2;
+  s.depth_until = 0.5;
+  CHECK(train::depth_weight(s, 1) == 2);
+  CHECK(train::depth_weight(s, 26) == Approx(1));
+  CHECK(train::depth_weight(s, 51) == 0);
+  CHECK(train::depth_weight(s, 130) == 0);  // of a round after the last step
+  s.depth_until = 0;
+  CHECK(train::depth_weight(s, 1) == 0);
+}
+
 TEST_CASE("a soup is brought to its knee after the last change by the budget, and not without one", "[settings]") {
   train::Settings s = test::settings_of_recipe(train::Recipe::synthetic);
   s.steps = 1000;

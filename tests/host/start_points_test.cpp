@@ -63,6 +63,19 @@ TEST_CASE("points seen by too few views, with large reprojection error or too fa
   CHECK(chosen.back() == 303);
 }
 
+TEST_CASE("a measured point is kept if one view sees it", "[start]") {
+  scene::Points points;
+  add_ball(points, 300);
+  add(points, {0.1f, 0, 0}, 1, -1.0f);  // measured
+  add(points, {0.1f, 0.1f, 0}, 1, -1.0f);
+  add(points, {0.2f, 0.1f, 0}, 0, -1.0f);  // measured, of a view that is held out
+  points.measured.resize(303);
+  points.measured[300] = points.measured[302] = true;
+  const auto chosen = usable_points(points, 100'000);
+  CHECK(chosen.size() == 301);
+  CHECK(chosen.back() == 300);
+}
+
 TEST_CASE("a sparse but accurate cloud is kept", "[start]") {
   scene::Points points;
   add_ball(points, 90, 2);

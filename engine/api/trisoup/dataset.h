@@ -20,8 +20,8 @@ class Dataset {
  public:
   /// Loads a folder or a transforms .json in Blender (NeRF-Synthetic), instant-ngp, nerfstudio or COLMAP format, or the
   /// camera export of Metashape (XML) or RealityScan (CSV) beside its photographs.
-  /// Photographs are undistorted. If a real scene has no sparse points, points are computed from its photographs.
-  /// Throws if a file is missing or damaged.
+  /// Depth maps beside photographs are used if they fit. Photographs are undistorted. If a real scene has no sparse
+  /// points, points are computed from its photographs. Throws if a file is missing or damaged.
   explicit Dataset(const std::filesystem::path& path, const DatasetOptions& options = {});
 
   /// What loading left out or worked around, one line each: photographs that cannot be read, points that do not fit.

@@ -29,6 +29,8 @@ struct Frame {
   std::filesystem::path mask;        // empty: none
   int mask_orientation = 1;          // EXIF orientation to apply to the mask; see turned()
   bool mask_shows_excluded = false;  // the mask's other values exclude a pixel, and 0 does not
+  std::filesystem::path depth;       // depth map, may not exist; empty: none
+  double depth_unit = 0;             // of its numbers, the dataset's units; 0: not given
   /// Pinhole part for an image of its own size, in the dataset's coordinates. Of a panorama: see scene/lens/panorama.h
   Camera camera;
   Lens lens;

@@ -34,8 +34,8 @@ void check_masks(const Dataset& dataset, const std::vector<TransformsFrame>& fra
   throw Error("{}: mask_path {} does not exist; add the mask or remove the key", source, printable(first));
 }
 
-void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, const std::string& source,
-               const PhotographFiles& files, BadRecords& bad) {
+void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& listed, bool test, double depth_unit,
+               const std::string& source, const PhotographFiles& files, BadRecords& bad) {
   auto taken = taker.take(listed.file_path, test, bad);
   if (!taken) return;
   Frame& frame = *taken;
@@ -43,6 +43,9 @@ void add_frame(Dataset& dataset, FrameTaker& taker, const TransformsFrame& liste
     frame.mask = files.find_listed_mask(listed.mask_path).value_or(fs::path());
     if (frame.mask.empty()) dataset.findings.leave_out(source, "masks", kNoMaskThere, listed.mask_path);
   }
+  frame.depth_unit = depth_unit;
+  if (!listed.depth_path.empty())
+    frame.depth = files.find_file(listed.depth_path).value_or(files.root() / listed.depth_path);
   frame.camera = camera_of(listed, frame.size);
   if (const std::string problem = panorama_problem(listed, frame.camera); !problem.empty()) {
     dataset.findings.leave_out(source, "photographs", problem, listed.file_path);
@@ -81,15 +84,17 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
   Dataset dataset;
   dataset.format = Format::blender;
   dataset.source = printable((root / "transforms_train.json").string());
-  const auto add = [&](const std::vector<TransformsFrame>& frames, bool test, const std::string& source) {
+  const auto add = [&](const Transforms& transforms, bool test, const std::string& source) {
+    const std::vector<TransformsFrame>& frames = transforms.frames;
     FrameTaker taker(dataset, files, source);
     taker.search(paths_in(frames));
     BadRecords bad(dataset.findings, source, "photographs");
-    for (const TransformsFrame& frame : frames) add_frame(dataset, taker, frame, test, source, files, bad);
+    for (const TransformsFrame& frame : frames)
+      add_frame(dataset, taker, frame, test, transforms.depth_unit, source, files, bad);
     if (!test && dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
     check_masks(dataset, frames, source);
   };
-  add(parse_transforms(read_file(root / "transforms_train.json"), dataset.source, dataset.findings).frames, false,
+  add(parse_transforms(read_file(root / "transforms_train.json"), dataset.source, dataset.findings), false,
       dataset.source);
   const std::size_t train = dataset.frames.size();
   for (const char* held_out : {"transforms_test.json", "transforms_val.json"}) {
@@ -105,7 +110,7 @@ Dataset read_blender(const fs::path& root, const PhotographFiles& files) {
       continue;
     }
     dataset.findings.add(findings);
-    add(transforms.frames, true, source);
+    add(transforms, true, source);
   }
   return dataset;
 }
@@ -129,7 +134,8 @@ Dataset read_transforms(const fs::path& file, const PhotographFiles& files) {
   BadRecords bad(dataset.findings, dataset.source, "photographs");
   for (std::size_t i = 0; i < transforms.frames.size(); ++i)
     if (split.parts[i] != Part::unused)
-      add_frame(dataset, taker, transforms.frames[i], split.parts[i] == Part::test, dataset.source, files, bad);
+      add_frame(dataset, taker, transforms.frames[i], split.parts[i] == Part::test, transforms.depth_unit,
+                dataset.source, files, bad);
   if (dataset.listings.back().missing.empty()) bad.check(dataset.frames.size());
   check_masks(dataset, transforms.frames, dataset.source);
   dataset.points = points_of(transforms, root, files, dataset);

@@ -13,13 +13,6 @@
 namespace trisoup::scene {
 namespace {
 
-// Differences from rounding to whole pixels are allowed, as for photographs and their cameras.
-bool have_proportions(int width, int height, const ImageSize& size) {
-  const double times_x = double(width) / size.width, times_y = double(height) / size.height;
-  return std::abs(times_x / times_y - 1) <= 0.01 || std::abs(width - size.width * times_y) <= 1 ||
-         std::abs(height - size.height * times_x) <= 1;
-}
-
 bool exchanges_sides(int orientation) { return orientation >= 5 && orientation <= 8; }
 
 int opposite(int orientation) { return orientation == 6 ? 8 : orientation == 8 ? 6 : orientation; }
@@ -58,6 +51,12 @@ bool all_equal(const std::vector<std::uint8_t>& values) {
 }
 
 }  // namespace
+
+bool have_proportions(int width, int height, const ImageSize& photograph) {
+  const double times_x = double(width) / photograph.width, times_y = double(height) / photograph.height;
+  return std::abs(times_x / times_y - 1) <= 0.01 || std::abs(width - photograph.width * times_y) <= 1 ||
+         std::abs(height - photograph.height * times_x) <= 1;
+}
 
 void fit_masks(Dataset& dataset) {
   std::size_t masks = 0;

@@ -10,6 +10,9 @@
 
 namespace trisoup::scene {
 
+/// Returns whether a picture beside a photograph has its proportions, within rounding to whole pixels.
+bool have_proportions(int width, int height, const ImageSize& photograph);
+
 /// Checks the size of each frame's mask, whose photograph must be turned already (Frame::turned), and sets
 /// Frame::mask_orientation: a mask that fits only after turning is turned as its photograph is, or back if the
 /// photograph is used as stored. A mask that does not fit, or cannot be read, is left out and added to the dataset's

@@ -95,6 +95,9 @@ TransformsFrame read_frame(const json& root, const json& value, const std::strin
   if (frame.file_path.empty()) throw Error("{}.file_path is empty; every frame needs the path of its image", where);
   if (const auto mask = value.find("mask_path"); mask != value.end() && !mask->is_null())
     frame.mask_path = to_text(*mask, where + ".mask_path");
+  for (const char* key : {"depth_path", "depth_file_path"})  // instant-ngp, nerfstudio
+    if (const auto depth = value.find(key); depth != value.end() && !depth->is_null())
+      frame.depth_path = to_text(*depth, where + "." + key);
   frame.world_to_camera = from_opengl_pose(read_matrix(value, where), where);
   read_camera_of_frame(frame, FrameKeys(root, value, name, place), where, findings);
   return frame;
@@ -139,6 +142,11 @@ Transforms parse_transforms(std::string_view text, const std::string& name, Find
   transforms.frames = read_frames(root, *frames, name, findings);
   if (const auto ply = root.find("ply_file_path"); ply != root.end() && !ply->is_null())
     transforms.ply_file_path = to_text(*ply, name + ": ply_file_path");
+  for (const char* key : {"integer_depth_scale", "depth_unit_scale_factor"})  // instant-ngp, nerfstudio
+    if (const auto unit = root.find(key); unit != root.end() && !unit->is_null()) {
+      transforms.depth_unit = to_number(*unit, name + ": " + key);
+      if (!(transforms.depth_unit > 0)) throw Error("{}: {} must be above 0; correct or remove it", name, key);
+    }
   transforms.train_files = to_texts(root, "train_filenames", name);
   transforms.val_files = to_texts(root, "val_filenames", name);
   transforms.test_files = to_texts(root, "test_filenames", name);

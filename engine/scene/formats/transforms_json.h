@@ -17,8 +17,9 @@
 namespace trisoup::scene {
 
 struct TransformsFrame {
-  std::string file_path;  // as written: relative to the file, possibly without extension
-  std::string mask_path;  // empty: none
+  std::string file_path;   // as written: relative to the file, possibly without extension
+  std::string mask_path;   // empty: none
+  std::string depth_path;  // empty: none
   glm::dmat4 world_to_camera{1.0};
   ImageSize size;  // image size of the intrinsics; 0: size of the photograph
   TransformsIntrinsics intrinsics;
@@ -28,6 +29,7 @@ struct TransformsFrame {
 struct Transforms {
   std::vector<TransformsFrame> frames;
   std::string ply_file_path;                                    // empty: none
+  double depth_unit = 0;                                        // of depth maps, units of the poses; 0: not given
   std::vector<std::string> train_files, val_files, test_files;  // nerfstudio's split, by file_path; usually empty
 };
 

@@ -16,6 +16,7 @@
 #include "scene/lens/area_resample.h"
 #include "scene/lens/panorama.h"
 #include "scene/lens/undistort.h"
+#include "scene/load/depths.h"
 #include "scene/load/loading_memory.h"
 
 namespace trisoup::scene {
@@ -150,6 +151,7 @@ void check_memory(const std::vector<const Shot*>& shots, const LoadOptions& opti
   const std::uint64_t threads =
       asked > 0 ? static_cast<unsigned>(asked) : std::max(1u, std::thread::hardware_concurrency());
   const std::uint64_t decoding = 8 * largest * std::min<std::uint64_t>(threads, shots.size());
+  views += depth_bytes(shots, options);
   check_loading_memory({shots.size(), views, decoding}, options.downscale, memory_of_machine(), source);
 }
 

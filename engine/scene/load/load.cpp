@@ -5,14 +5,18 @@
 
 #include "base/error.h"
 #include "base/printable.h"
+#include "base/read_file.h"
 #include "scene/datasets/dataset.h"
+#include "scene/datasets/depth_files.h"
 #include "scene/datasets/intrinsics.h"
 #include "scene/datasets/mask_image.h"
 #include "scene/datasets/split_lists.h"
 #include "scene/datasets/summary.h"
+#include "scene/files/dataset_places.h"
 #include "scene/fingerprint.h"
 #include "scene/lens/panorama.h"
 #include "scene/load/consistency.h"
+#include "scene/load/depths.h"
 #include "scene/load/develop.h"
 #include "scene/load/pose_check.h"
 #include "scene/load/shot.h"
@@ -28,6 +32,8 @@ void check(const LoadOptions& options) {
     throw Error("`resolution` {}: must be at least 1; images are never enlarged", options.downscale);
   if (options.test_every < 0)
     throw Error("`test_every` {}: must not be negative; use 0 for no test views", options.test_every);
+  if (!(options.depth_unit >= 0) || !std::isfinite(options.depth_unit))
+    throw Error("`depth_unit` {}: must be above 0", options.depth_unit);
   if (options.test_every == 1)
     throw Error("`test_every` 1: every view would be held out; use 0 for no test views, or at least 2");
 }
@@ -144,6 +150,12 @@ void refuse_nothing(const Dataset& dataset) {
     throw Error("{}", dataset.findings.lines().front());
 }
 
+/// The folder of a dataset that is given as a folder, a part of one or a file.
+std::filesystem::path root_of(const std::filesystem::path& path) {
+  if (!is_file(path)) return dataset_root(path);
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
 // Sets the up direction if it is not the mean of the cameras', and says in the summary what decided.
 void find_up(Scene& scene, const std::vector<Shot>& shots) {
   if (scene.synthetic && scene.format == Format::blender) return;
@@ -166,6 +178,7 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   check(options);
   Dataset dataset = read_dataset(path, options.downscale, options.outside);
   refuse_nothing(dataset);
+  if (options.depth_maps != DepthMaps::none && options.train_images) find_depth_maps(dataset, root_of(path));
   report_missing(dataset, options);
   fit_photographs(dataset);
   check_intrinsics(dataset);
@@ -226,6 +239,10 @@ Scene load(const std::filesystem::path& path, const LoadOptions& options) {
   scene.background = glm::vec3(decode(wanted, images, options, decoded) / 255.0f);
   leave_out_unusable(scene, wanted, problems_of(decoded, images, options, dataset.source), options);
   report_left_out(wanted, scene, options);
+  if (options.depth_maps != DepthMaps::none && options.train_images) {
+    std::erase_if(wanted, [](const Shot* shot) { return shot->frame.test; });
+    read_depths(scene, wanted, options);
+  }
   return scene;
 }
 
@@ -234,6 +251,7 @@ std::uint64_t fingerprint_of_photographs(const std::vector<View>& views) {
   for (const View& view : views) {
     result.add(view.image.width), result.add(view.image.height);
     result.add(std::span(view.image.rgba));
+    for (const float inverse : view.depth.inverse) result.add(double(inverse));
   }
   return result.value();
 }

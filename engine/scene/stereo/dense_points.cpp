@@ -17,7 +17,7 @@ constexpr double kLeastParallax = 2;  // pixels in an agreeing neighbour; less t
 constexpr int kAgreeing = 2, kFewShow = 2;
 constexpr std::size_t kLeastSightings = 3;  // of a point that was not found here
 
-enum class Verdict { unknown, same, other };
+enum class Verdict { unknown, same, nearer, farther };  // the plane than the position
 struct Sighting {
   std::size_t pixel = 0;
   Verdict verdict = Verdict::unknown;
@@ -40,7 +40,7 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
   if (apart <= kSameDepth * larger) result.verdict = Verdict::same;
   // A plane that no neighbour has too contradicts nothing.
   else if (apart > kOtherDepth * larger + map.pixel_step && std::popcount(map.agreeing[result.pixel]) >= kAgreeing)
-    result.verdict = Verdict::other;
+    result.verdict = w > own ? Verdict::nearer : Verdict::farther;
   return result;
 }
 
@@ -71,17 +71,20 @@ Points dense_points(std::span<const DepthMap> maps) {
   Points points;
   std::vector<std::vector<bool>> claimed(maps.size());
   for (std::size_t v = 0; v < maps.size(); ++v) claimed[v].resize(maps[v].planes.size());
-  const auto add = [&](std::uint32_t v, const glm::dvec3& position) {
+  const auto add = [&](std::uint32_t v, bool measured, const glm::dvec3& position) {
     std::vector<std::uint32_t> seen_by;
+    bool seen_through = false;
     for (std::uint32_t other = 0; other < maps.size(); ++other) {
       const auto there = sighting(maps[other], position);
+      seen_through = seen_through || (there && there->verdict == Verdict::farther);
       if (!there || !(there->verdict == Verdict::same || other == v)) continue;
       claimed[other][there->pixel] = true;
       seen_by.push_back(other);
     }
-    if (seen_by.size() < 2) return;
+    if (seen_by.size() < 2 && (!measured || seen_through)) return;
     points.positions.emplace_back(position);
     points.seen_by.push_back(std::move(seen_by));
+    points.measured.push_back(measured);
   };
   for (std::uint32_t v = 0; v < maps.size(); ++v) {
     const DepthMap& map = maps[v];
@@ -94,7 +97,8 @@ Points dense_points(std::span<const DepthMap> maps) {
         const double w = map.planes[pixel].x;
         if (claimed[v][pixel] || map.agreeing[pixel] == 0 || !(w > 0)) continue;
         const glm::dvec3 position = position_of(map, to_world, x, y, w);
-        if (vouched_for(maps, map, pixel, position)) add(v, position);
+        const bool measured = map.agreeing[pixel] == kMeasured;
+        if (measured || vouched_for(maps, map, pixel, position)) add(v, measured, position);
       }
   }
   return points;
@@ -109,7 +113,7 @@ Points checked_sightings(const Points& points, std::span<const DepthMap> maps) {
       const auto there = sighting(maps[v], glm::dvec3(points.positions[i]));
       const bool is_listed = std::binary_search(listed.begin(), listed.end(), v);
       const Verdict verdict = there ? there->verdict : Verdict::unknown;
-      if (verdict == Verdict::same || (is_listed && verdict != Verdict::other)) seen_by.push_back(v);
+      if (verdict == Verdict::same || (is_listed && verdict == Verdict::unknown)) seen_by.push_back(v);
     }
     if (seen_by.size() < kLeastSightings) continue;
     result.positions.push_back(points.positions[i]);

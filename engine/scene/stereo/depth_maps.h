@@ -28,6 +28,9 @@ struct DepthMapOptions {
   std::function<void(int done, int total)> progress;
 };
 
+/// DepthMap::agreeing of planes from measured depths (measured_planes.h): they need no neighbour.
+inline constexpr std::uint32_t kMeasured = ~0u;
+
 /// Largest cost of a plane that counts.
 inline constexpr float kLargestPlaneCost = 0.4f;
 

@@ -7,6 +7,7 @@
 #include "scene/stereo/dense_points.h"
 #include "scene/stereo/depth_maps.h"
 #include "scene/stereo/distant_points.h"
+#include "scene/stereo/measured_planes.h"
 
 namespace trisoup::scene {
 
@@ -16,6 +17,7 @@ namespace {
 /// compare.
 constexpr std::uint64_t kPixelsPerStep = 3200, kFewestSteps = 100;
 constexpr float kUnknownError = -1;
+constexpr std::size_t kMeasuredPixels = 400'000;  // of measured depth maps at least; they cost no comparison
 
 }  // namespace
 
@@ -26,6 +28,7 @@ Points surface_points(gpu::Device& gpu, std::span<const View> views, const Point
   options.pixels = static_cast<std::size_t>(std::min<std::uint64_t>(options.pixels, steps * kPixelsPerStep));
   std::vector<DepthMap> maps;
   if (steps >= kFewestSteps) maps = depth_maps(gpu, views, points, options);
+  add_measured_planes(views, std::max(options.pixels, kMeasuredPixels), maps);
   Points result = dense_points(maps);
   if (result.positions.size() < kFewestPoints) return points.positions.empty() ? points_from_views(views) : points;
   const auto append = [&](const Points& more) {
@@ -39,6 +42,7 @@ Points surface_points(gpu::Device& gpu, std::span<const View> views, const Point
   const Points distant = distant_points(maps);
   append(distant);
   result.distant = distant.distant;
+  result.measured.resize(result.positions.size());
   result.stereo = true;
   return result;
 }

@@ -66,6 +66,11 @@ double vertex_lr_factor(const Settings& s, std::uint64_t step) {
   return lr_factor(s, s.lr_vertex_end, step) * rest_factor(s, progress(s, static_cast<double>(step) - 0.5));
 }
 
+double depth_weight(const Settings& s, std::uint64_t step) {
+  const double end = s.depth_until * static_cast<double>(s.steps), done = static_cast<double>(step) - 1;
+  return done < end ? s.lambda_depth * (1 - done / end) : 0;
+}
+
 std::uint64_t coarse_end(const Settings& s) { return steps_of_share(s, s.coarse_share); }
 
 double small_scale(const Settings& s) { return s.published ? 1.0 : 0.5; }

@@ -24,6 +24,9 @@ double lr_factor(const Settings& settings, double end, std::uint64_t step);
 /// Factor of the vertex learning rate, which falls to zero at the end of a training that starts from a surface.
 double vertex_lr_factor(const Settings& settings, std::uint64_t step);
 
+/// Weight of the depth loss in step 1..steps: falls linearly to 0. 0 after the last step.
+double depth_weight(const Settings& settings, std::uint64_t step);
+
 /// The only texture level of the coarse part.
 inline constexpr std::uint32_t kCoarseLevel = 0;
 /// Completed steps after which textures get their fine levels; 0: they have them from the start.

@@ -39,6 +39,9 @@ struct Settings {
   double lr_vertex_side = 0;    // triangles with a smaller side have vertex learning rates in proportion to it; 0: none
   double huber = 0;             // colour errors below it have a gradient in proportion to them (Huber); 0: L1
 
+  double lambda_depth = 0;   // weight of the depth loss at the first step; it falls to 0 (docs/method.md, "Depth maps")
+  double depth_until = 0.7;  // share of the steps after which it is 0
+
   std::uint32_t level_min = 2, level_max = 5;  // texture levels after the coarse part
   double samples_per_pixel = 1;    // of a triangle's finest level, where photographs show it largest; 0: level_max
   std::uint32_t texture_bits = 8;  // bits of each texture value in the model file; 8: exact

@@ -97,6 +97,10 @@ constexpr Setting kTable[] = {
     {"Steps", "huber", &S::huber, experiment, kAny,
      "colour errors below it have a gradient in proportion to them; 0: L1",
      {.usual = 0.1, .published = 0}},
+    {"Steps", "lambda_depth", &S::lambda_depth, experiment, kAny,
+     "weight of the depth loss at the first step, if there are depth maps; 0: none", {.usual = 1, .published = 0}},
+    {"Steps", "depth_until", &S::depth_until, experiment, kShare,
+     "share of the steps after which the weight of the depth loss has fallen to 0", {.usual = 0.7}},
 
     {"Learning rates", "lr_texture", &S::lr_texture, experiment, kAny, "learning rate of textures", {.usual = 0.05,
      .surface = 0.1}},

@@ -116,7 +116,10 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
   }
   const std::size_t fewest = points.stereo ? 2 : 3;
   if (!points.seen_by.empty()) {
-    drop(chosen, cloud, [&](std::uint32_t i) { return points.seen_by[i].size() < fewest; });
+    drop(chosen, cloud, [&](std::uint32_t i) {
+      const bool measured = !points.measured.empty() && points.measured[i];
+      return points.seen_by[i].size() < (measured ? 1 : fewest);
+    });
   } else if (chosen.size() > 8) {
     std::vector<glm::vec3> seen;
     for (const std::uint32_t i : chosen) seen.emplace_back(contracted(glm::dvec3(points.positions[i])));

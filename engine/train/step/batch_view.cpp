@@ -73,6 +73,8 @@ BatchLayout lay_out(std::span<const BatchView> views) {
     record.tile_offset = layout.tiles;
     record.block_offset = layout.blocks;
     record.photo = view.photo;
+    record.depth = view.depth;
+    record.depth_size = view.depth_width | view.depth_height << 16;
     record.index = view.index;
     record.photograph_pixels = static_cast<float>(view.photograph_pixels);
     const glm::dvec2 whole = glm::floor(view.offset);

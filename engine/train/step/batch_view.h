@@ -18,7 +18,9 @@ struct BatchView {
   glm::dmat4 clip_from_world{1.0};  // OpenGL clip space; row 0 of the image is at NDC y = -1
   glm::dmat4 world_from_clip{1.0};  // its inverse
   std::uint32_t width = 0, height = 0;
-  gpu::Address photo = 0;        // RGBA8, alpha is the loss mask; 0 if the view is only rendered
+  gpu::Address photo = 0;  // RGBA8, alpha is the loss mask; 0 if the view is only rendered
+  gpu::Address depth = 0;  // depth map: inverse depths, 0 where not measured; 0 if there is none
+  std::uint32_t depth_width = 0, depth_height = 0;
   std::uint32_t index = 0;       // of the view among the training views
   double photograph_pixels = 1;  // pixels of the photograph per pixel of this view
   glm::dvec2 offset{0.0};  // position of samples of soup and photograph relative to pixel centres: pixels right, down

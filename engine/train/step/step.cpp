@@ -5,6 +5,7 @@
 
 #include "args/bin.h"
 #include "args/count_visible.h"
+#include "args/depth_gradient.h"
 #include "args/edge_forces.h"
 #include "args/expose.h"
 #include "args/fit_exposure.h"
@@ -51,6 +52,7 @@ kernels::StepState Step::state(std::uint32_t threshold_key, std::uint32_t step, 
   state.second_mlp = second(rates.mlp_updates);
   state.pixel_weight = static_cast<float>(1.0 / (3.0 * batch.pixels));
   state.window_weight = batch.windows > 0 ? static_cast<float>(1.0 / (3.0 * batch.windows)) : 0.0f;
+  state.depth_weight = static_cast<float>(rates.depth / batch.pixels);
   state.error_slope = huber > 0 ? static_cast<float>(1.0 / huber) : kSign;
   return state;
 }
@@ -214,6 +216,7 @@ void Step::backward(const StepInputs& inputs) {
   shade_backward(inputs, soup_.partition->gradients_to(of_soup()));
   soup_.partition->share_gradients();
   edge_forces();
+  if (inputs.depths) depth_gradient();
   if (!inputs.opaque) opacity_backward(inputs);
 }
 
@@ -238,6 +241,16 @@ void Step::edge_forces() {
       EdgeForcesArgs{buffers_.views.address(), buffers_.hits.address(), buffers_.screen.address(),
                      buffers_.colour.address(), buffers_.gradient.address(), soup_.vertex_gradient.low.address(),
                      soup_.vertex_gradient.high.address(), batch.tiles, batch.views, soup_.triangles, 0});
+}
+
+void Step::depth_gradient() {
+  const BatchLayout& batch = buffers_.batch();
+  end_kernel();
+  gpu_.launch(
+      {"depth_gradient"}, batch.tiles,
+      DepthGradientArgs{buffers_.views.address(), buffers_.hits.address(), buffers_.screen.address(),
+                        buffers_.gradient.address(), buffers_.state.address(), soup_.vertex_gradient.low.address(),
+                        soup_.vertex_gradient.high.address(), batch.tiles, batch.views, soup_.triangles, 0});
 }
 
 void Step::opacity_backward(const StepInputs& inputs) {

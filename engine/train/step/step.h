@@ -47,6 +47,7 @@ struct StepInputs {
   bool opaque = false;                   // Settings::opaque: opacity is fixed to 1
   float full_side = 0;                   // Settings::lr_vertex_side
   const Exposures* exposures = nullptr;  // of the photographs; null: none. Float targets have none
+  bool depths = false;                   // views may have depth maps (BatchView::depth)
   bool fit_exposures = true;             // to the rendering, before applying them
   Layer layer = Layer::nearest;
   bool listed = false;      // reuses the tile lists of the last rendering of this batch, unless it has several bands
@@ -55,11 +56,13 @@ struct StepInputs {
   StepProbes probes;
 };
 
-/// Learning rates of a step, and the numbers of updates for their bias correction (shaders/common/optimiser.h).
+/// Learning rates and weights of a step, and the numbers of updates for their bias correction
+/// (shaders/common/optimiser.h).
 struct Rates {
   double texture = 0, vertex = 0, mlp = 0;
   // Updates since the moments were zero, including this one.
   std::uint64_t texture_updates = 1, vertex_updates = 1, mlp_updates = 1;
+  double depth = 0;  // weight of the depth loss, a mean over all pixels
 };
 
 class Step {
@@ -89,11 +92,12 @@ class Step {
   /// Computes BatchBuffers::gradient and a row of BatchBuffers::statistics. Calls photographs() unless there are float
   /// targets.
   void loss(const StepInputs& inputs);
-  /// Computes the gradients of textures, vertices and MLP: the next four functions.
+  /// Computes the gradients of textures, vertices and MLP: the next five functions.
   void backward(const StepInputs& inputs);
   void sort_pixels();  // assigns positions to each pixel's gradients
   void shade_backward(const StepInputs& inputs, const ShadedFrom& to);
   void edge_forces();
+  void depth_gradient();  // adds to the vertex gradients
   void opacity_backward(const StepInputs& inputs);
   /// Updates the parameters from their gradients.
   void update(const StepInputs& inputs);

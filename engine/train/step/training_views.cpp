@@ -26,6 +26,7 @@ double pixels_of(const std::vector<BatchView>& views) {
 
 TrainingViews::TrainingViews(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, std::uint64_t step)
     : settings_(settings), photographs_(upload_photographs(gpu, scene.train)) {
+  if (settings.lambda_depth > 0 && settings.depth_until > 0) depths_ = upload_depths(gpu, scene.train);
   for (std::size_t i = 0; i < scene.train.size(); ++i) {
     masked_out_.push_back(!trisoup::has_pixels(scene.train[i].image));
     const scene::Camera& camera = scene.train[i].camera;
@@ -33,10 +34,20 @@ TrainingViews::TrainingViews(gpu::Device& gpu, const scene::Scene& scene, const 
       BatchView view = batch_view(camera, settings.near, settings.far, views == &full_ ? 1.0 : count_scale(camera));
       view.photo = photographs_.addresses[i];
       view.index = static_cast<std::uint32_t>(i);
+      add_depth(scene.train[i], view);
       views->push_back(view);
     }
   }
   if (small_scale(settings) < 1 && step < small_end(settings)) small_ = small_views(gpu, scene.train, settings);
+  if (small_)
+    for (std::size_t i = 0; i < scene.train.size(); ++i) add_depth(scene.train[i], small_->views[i]);
+}
+
+void TrainingViews::add_depth(const scene::View& view, BatchView& batch) const {
+  if (depths_.pools.empty() || view.depth.inverse.empty()) return;
+  batch.depth = depths_.addresses[batch.index];
+  batch.depth_width = static_cast<std::uint32_t>(view.depth.width);
+  batch.depth_height = static_cast<std::uint32_t>(view.depth.height);
 }
 
 std::vector<std::uint32_t> TrainingViews::draw(std::uint64_t step) {

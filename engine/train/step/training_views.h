@@ -16,8 +16,8 @@ namespace trisoup::train {
 
 class TrainingViews {
  public:
-  /// Uploads the photographs of `scene`, and the smaller ones that steps after `step` use. `scene` and `settings` must
-  /// outlive it. Throws gpu::OutOfMemory.
+  /// Uploads the photographs and depth maps of `scene`, and the smaller ones that steps after `step` use. `scene` and
+  /// `settings` must outlive it. Throws gpu::OutOfMemory.
   TrainingViews(gpu::Device& gpu, const scene::Scene& scene, const Settings& settings, std::uint64_t step);
 
   /// The views of the step after `step` completed ones, sampled off the centres of pixels by a random distance. Views
@@ -33,17 +33,21 @@ class TrainingViews {
   /// Up to 64 views, spread evenly: enough to measure a soup.
   std::vector<BatchView> sample() const;
 
+  /// Whether a view has a depth map and the settings use it.
+  bool has_depths() const { return !depths_.pools.empty(); }
+
   /// Frees the smaller photographs if no step after `step` uses them.
   void free_small(std::uint64_t step);
   /// Pixels of an average step from `step` to `last`, as a multiple of those of the next step.
   double pace(std::uint64_t step, std::uint64_t last) const;
 
  private:
+  void add_depth(const scene::View& view, BatchView& batch) const;
   bool uses_small(std::uint64_t step) const;
   std::vector<std::uint32_t> draw(std::uint64_t step);
 
   const Settings& settings_;
-  Photographs photographs_;
+  Photographs photographs_, depths_;
   std::vector<BatchView> full_, half_;
   std::optional<SmallViews> small_;
   std::vector<bool> masked_out_;  // views without a pixel inside the loss mask
