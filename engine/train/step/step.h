@@ -8,6 +8,7 @@
 
 #include "gpu/device.h"
 #include "train/step/batch_buffers.h"
+#include "train/step/camera_motion.h"
 #include "train/step/exposure.h"
 #include "train/step/soup_buffers.h"
 
@@ -48,6 +49,7 @@ struct StepInputs {
   float full_side = 0;                   // Settings::lr_vertex_side
   const Exposures* exposures = nullptr;  // of the photographs; null: none. Float targets have none
   bool fit_exposures = true;             // to the rendering, before applying them
+  const MotionSums* motion = nullptr;    // rows for the views' indices, to which the step adds; null: none
   Layer layer = Layer::nearest;
   bool listed = false;      // reuses the tile lists of the last rendering of this batch, unless it has several bands
   gpu::Address first = 0;   // [pixels] Hit of another rendering of the batch, for Layer::behind
@@ -86,6 +88,8 @@ class Step {
   /// Fits exposures if asked to, and applies them to BatchBuffers::colour. Needs BatchBuffers::target. Does nothing
   /// without exposures.
   void expose(const StepInputs& inputs);
+  /// Adds to StepInputs::motion. Needs the exposed BatchBuffers::colour and BatchBuffers::target.
+  void measure_motion(const StepInputs& inputs);
   /// Computes BatchBuffers::gradient and a row of BatchBuffers::statistics. Calls photographs() unless there are float
   /// targets.
   void loss(const StepInputs& inputs);

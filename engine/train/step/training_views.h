@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "gpu/device.h"
@@ -32,6 +33,9 @@ class TrainingViews {
   const std::vector<BatchView>& half() const { return half_; }
   /// Up to 64 views, spread evenly: enough to measure a soup.
   std::vector<BatchView> sample() const;
+
+  /// Moves all views to these cameras, of the same pictures. cameras: in the order of Scene::train.
+  void look_from(std::span<const scene::Camera> cameras);
 
   /// Frees the smaller photographs if no step after `step` uses them.
   void free_small(std::uint64_t step);
