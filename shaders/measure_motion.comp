@@ -41,9 +41,8 @@ FN void add_pixel(TAKES_ARGUMENTS uint view, uint x, uint y, INOUT_ARRAY_OF(vec4
   if (!(w > 0.0f)) return;
   const vec2 half_size = vec2(0.5f * float(width), 0.5f * float(height));
   const vec2 ndc = vec2((float(x) + 0.5f) / half_size.x - 1.0f, (float(y) + 0.5f) / half_size.y - 1.0f);
-  const PixelMotion motion =
-      pixel_motion(point, vec3(m[0][0], m[1][0], m[2][0]), vec3(m[0][1], m[1][1], m[2][1]),
-                   vec3(m[0][3], m[1][3], m[2][3]), ndc, w, half_size);
+  const PixelMotion motion = pixel_motion(point, vec3(m[0][0], m[1][0], m[2][0]), vec3(m[0][1], m[1][1], m[2][1]),
+                                          vec3(m[0][3], m[1][3], m[2][3]), ndc, w, half_size);
   const vec3 right = picture_at(GIVES_ARGUMENTS index + 1u) - picture_at(GIVES_ARGUMENTS index - 1u) +
                      photograph_at(GIVES_ARGUMENTS index + 1u) - photograph_at(GIVES_ARGUMENTS index - 1u);
   const vec3 down = picture_at(GIVES_ARGUMENTS index + width) - picture_at(GIVES_ARGUMENTS index - width) +

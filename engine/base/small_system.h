@@ -10,7 +10,8 @@ namespace trisoup {
 template <std::size_t N>
 using SquareMatrix = std::array<std::array<double, N>, N>;
 
-/// Solves matrix x = right for a symmetric positive definite matrix (Cholesky). Unknowns without a positive pivot are 0.
+/// Solves matrix x = right for a symmetric positive definite matrix (Cholesky). Unknowns without a positive pivot are
+/// 0.
 template <std::size_t N>
 std::array<double, N> solve_symmetric(SquareMatrix<N> matrix, std::array<double, N> right) {
   for (std::size_t j = 0; j < N; ++j) {

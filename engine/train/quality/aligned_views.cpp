@@ -14,10 +14,10 @@
 namespace trisoup::train {
 namespace {
 
-constexpr std::size_t kTogether = 4;             // views whose photographs are on the device at the same time
-constexpr int kSides[] = {120, 240, 480, 960};   // longer sides of their pictures, pixels
-constexpr int kMostRounds = 8;                   // renderings of each size
-constexpr double kStill = 0.02;                  // pixels of the photograph; smaller changes end a size
+constexpr std::size_t kTogether = 4;            // views whose photographs are on the device at the same time
+constexpr int kSides[] = {120, 240, 480, 960};  // longer sides of their pictures, pixels
+constexpr int kMostRounds = 8;                  // renderings of each size
+constexpr double kStill = 0.02;                 // pixels of the photograph; smaller changes end a size
 
 /// Aligns a few views.
 class Alignment {
@@ -30,7 +30,8 @@ class Alignment {
         views_(views),
         near_(near),
         far_(far),
-        // Most rows stay the identity, so that the mean of all, which exposures are relative to, is the model's colours.
+        // Most rows stay the identity, so that the mean of all, which exposures are relative to, is the model's
+        // colours.
         exposures_(allocate_exposures(gpu, static_cast<std::uint32_t>(32 * views.size()),
                                       static_cast<std::uint32_t>(views.size()))),
         motion_(allocate_motion_sums(gpu, static_cast<std::uint32_t>(views.size()))),
@@ -45,7 +46,8 @@ class Alignment {
     for (const scene::View& view : views_) longest = std::max({longest, view.camera.width, view.camera.height});
     for (const int side : kSides) {
       set_size(side);
-      for (int round = 0; round < kMostRounds && improve() > kStill; ++round) {}
+      for (int round = 0; round < kMostRounds && improve() > kStill; ++round) {
+      }
       if (side >= longest) break;
     }
     return changes_;
@@ -62,9 +64,10 @@ class Alignment {
     }
     parallel_for(static_cast<int>(views_.size()), 0, [&](int index) {
       const auto i = static_cast<std::size_t>(index);
-      images[i] = scene::composite(
-          scene::area_resample(scene::from_mask(views_[i].image), static_cast<int>(batch_[i].width),
-                               static_cast<int>(batch_[i].height)), 0);
+      images[i] =
+          scene::composite(scene::area_resample(scene::from_mask(views_[i].image), static_cast<int>(batch_[i].width),
+                                                static_cast<int>(batch_[i].height)),
+                           0);
     });
     photographs_ = upload_photographs(gpu_, images);
     for (std::size_t i = 0; i < batch_.size(); ++i) batch_[i].photo = photographs_.addresses[i];
@@ -132,8 +135,8 @@ AlignedEvaluation evaluate_aligned(gpu::Device& gpu, const soup::Model& model, c
       views.push_back(scene.test[i]);
       views.back().camera = scene::changed(views.back().camera, result.changes[i]);
     }
-    const Evaluation some = evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, {}, {},
-                                     model.exposures);
+    const Evaluation some =
+        evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, {}, {}, model.exposures);
     result.evaluation.views.insert(result.evaluation.views.end(), some.views.begin(), some.views.end());
   }
   result.evaluation.mean = mean(result.evaluation.views);

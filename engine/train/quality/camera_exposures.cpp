@@ -79,7 +79,8 @@ void expose(std::vector<float>& colour, const soup::CameraExposure& e, const glm
   for (std::size_t i = 0; i + 2 < colour.size(); i += 3) {
     const glm::vec3 c(colour[i], colour[i + 1], colour[i + 2]);
     if (c == background) continue;
-    for (int k = 0; k < 3; ++k) colour[i + static_cast<std::size_t>(k)] = std::clamp(e.gain[k] * c[k] + e.offset[k], 0.0f, 1.0f);
+    for (int k = 0; k < 3; ++k)
+      colour[i + static_cast<std::size_t>(k)] = std::clamp(e.gain[k] * c[k] + e.offset[k], 0.0f, 1.0f);
   }
 }
 

@@ -11,14 +11,12 @@ namespace {
 constexpr std::size_t kValues = 4 * MOTION_SUMS;
 using Values = std::array<double, 6>;
 
-Values values_of(const scene::PoseChange& c) {
-  return {c.turn.x, c.turn.y, c.turn.z, c.shift.x, c.shift.y, c.shift.z};
-}
+Values values_of(const scene::PoseChange& c) { return {c.turn.x, c.turn.y, c.turn.z, c.shift.x, c.shift.y, c.shift.z}; }
 
 /// Puts a kernel's sums in order.
 MotionEquations ordered(const std::array<double, kValues>& v) {
   // Places of the upper triangle's rows and of the gradient in the sums.
-  constexpr std::size_t kRows[6][6] = {{0, 1, 2, 8, 9, 10},   {1, 4, 5, 12, 13, 14},  {2, 5, 6, 16, 17, 18},
+  constexpr std::size_t kRows[6][6] = {{0, 1, 2, 8, 9, 10},     {1, 4, 5, 12, 13, 14},   {2, 5, 6, 16, 17, 18},
                                        {8, 12, 16, 20, 21, 22}, {9, 13, 17, 21, 24, 25}, {10, 14, 18, 22, 25, 26}};
   constexpr std::size_t kGradient[6] = {3, 7, 11, 15, 19, 23};
   MotionEquations e;
@@ -61,6 +59,7 @@ MotionEquations about_centre(MotionEquations e, const glm::dvec3& c) {
 }  // namespace
 
 MotionSums allocate_motion_sums(gpu::Device& gpu, std::uint32_t views) {
+  static_assert(kMotionBytes == 2 * 4 * kValues);
   const std::uint64_t bytes = 4 * kValues * std::uint64_t(views);
   MotionSums m{views, {gpu.allocate(bytes, "motion of cameras"), gpu.allocate(bytes, "motion of cameras")}};
   clear(gpu, m.sums);

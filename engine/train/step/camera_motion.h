@@ -18,6 +18,7 @@ struct MotionSums {
   std::uint32_t views = 0;
   FixedSums sums;  // [views][8][4]
 };
+inline constexpr std::uint64_t kMotionBytes = 256;  // of a view
 MotionSums allocate_motion_sums(gpu::Device& gpu, std::uint32_t views);
 
 /// Normal equations of one camera: means over its pixels, for a change of its pose (turn, shift). Differences of colour
@@ -25,9 +26,9 @@ MotionSums allocate_motion_sums(gpu::Device& gpu, std::uint32_t views);
 struct MotionEquations {
   SquareMatrix<6> hessian{};         // of half the weighted mean square
   std::array<double, 6> gradient{};  // of it
-  double slope = 0;   // mean square of the picture's gradient, per pixel of the photograph
-  double square = 0;  // mean square of the difference, weighted
-  bool seen = false;  // whether a pixel counts
+  double slope = 0;                  // mean square of the picture's gradient, per pixel of the photograph
+  double square = 0;                 // mean square of the difference, weighted
+  bool seen = false;                 // whether a pixel counts
 };
 
 /// Reads the sums and sets them to zero. cameras: of the views, as they were rendered. Waits for the device.

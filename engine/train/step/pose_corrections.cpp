@@ -31,14 +31,19 @@ bool PoseCorrections::correct(double least) {
   changes = scene::without_common(now, changes);
   std::vector<double> moved;
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    if (!equations[v].seen) changes[v] = {};
-    else moved.push_back(pixels_moved(equations[v], changes[v]));
+    if (!equations[v].seen)
+      changes[v] = {};
+    else
+      moved.push_back(pixels_moved(equations[v], changes[v]));
   }
   if (std::getenv("POSE_LOG")) {
     double b = 0, h = 0;
     for (const auto& e : equations) b += e.square, h += e.slope;
-    std::vector<double> q = moved; std::sort(q.begin(), q.end());
-    std::fprintf(stderr, "poses: %zu moved, median %.3f 0.9 %.3f max %.3f px, rms error %.4f\n", moved.size(), median_of(moved), q.empty() ? 0 : q[q.size() * 9 / 10], q.empty() ? 0 : q.back(), std::sqrt(b / double(equations.size())));
+    std::vector<double> q = moved;
+    std::sort(q.begin(), q.end());
+    std::fprintf(stderr, "poses: %zu moved, median %.3f 0.9 %.3f max %.3f px, rms error %.4f\n", moved.size(),
+                 median_of(moved), q.empty() ? 0 : q[q.size() * 9 / 10], q.empty() ? 0 : q.back(),
+                 std::sqrt(b / double(equations.size())));
   }
   if (state_ == State::undecided) {
     first_motion_ = median_of(moved);
@@ -54,8 +59,7 @@ bool PoseCorrections::correct(double least) {
 
 std::vector<scene::Camera> PoseCorrections::cameras() const {
   std::vector<scene::Camera> cameras;
-  for (std::size_t v = 0; v < views_.size(); ++v)
-    cameras.push_back(scene::changed(views_[v].camera, changes_[v]));
+  for (std::size_t v = 0; v < views_.size(); ++v) cameras.push_back(scene::changed(views_[v].camera, changes_[v]));
   return cameras;
 }
 

@@ -24,6 +24,7 @@
 #include "args/update_textures.h"
 #include "args/update_vertices.h"
 #include "args/visibility.h"
+#include "train/step/camera_motion.h"
 #include "train/step/fixed_sum.h"
 
 namespace trisoup::train {

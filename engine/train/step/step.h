@@ -8,7 +8,6 @@
 
 #include "gpu/device.h"
 #include "train/step/batch_buffers.h"
-#include "train/step/camera_motion.h"
 #include "train/step/exposure.h"
 #include "train/step/soup_buffers.h"
 
@@ -38,6 +37,8 @@ struct StepProbes {
   gpu::Address vertex_gradient = 0;   // [3T][3]
   gpu::Address mlp_gradient = 0;      // [MLP_COUNT]
 };
+
+struct MotionSums;  // camera_motion.h
 
 /// Inputs and options of a step. Unused addresses stay 0.
 struct StepInputs {
