@@ -557,7 +557,8 @@ void TrainingRun::report_result(const soup::Model& model, const Quality& quality
   if (quality.aligned)
     say(o_, fmt::format("test views aligned with their photographs: PSNR {:.2f} dB, SSIM {:.4f}",
                         quality.aligned->evaluation.mean.psnr, quality.aligned->evaluation.mean.ssim));
-  if (trainer_->poses()) say(o_, in_words(*trainer_->poses(), scene_.train));
+  if (corrects_poses() || (trainer_->poses() && trainer_->poses()->first_motion() > 0))
+    say(o_, in_words(*trainer_->poses(), scene_.train));
   if (quality.test && quality.test->covisible) say(o_, in_words(*quality.test->covisible));
   if (model_written_)
     say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(),

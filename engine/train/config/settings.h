@@ -47,7 +47,7 @@ struct Settings {
   double pixel_jitter = 0.25;      // largest distance of samples from pixel centres, pixels along each axis
   bool exposure = false;           // fits gains and offsets of each photograph (docs/method.md, "Exposure")
   bool pose_corrections = false;   // corrects the poses of training cameras (docs/method.md, "Poses")
-  double pose_motion = 0.1;        // pixels; with a smaller median of the first corrections there are none
+  double pose_motion = 0.25;       // pixels; with a smaller median of the first corrections there are none
   std::uint64_t pose_every = 0;    // steps between corrections; 0: none
   bool opaque = false;             // opacity is fixed to 1: no masking and no gradient of it
 

@@ -99,7 +99,7 @@ constexpr Setting kTable[] = {
      {.usual = 0, .note = "from a surface 0.75 if photographs are large"}},
     {"Steps", "pose_motion", &S::pose_motion, experiment, kAny,
      "median motion of the first corrections of poses, pixels; if it is smaller there are none",
-     {.usual = 0.1, .note = "0 if pose_corrections is given"}},
+     {.usual = 0.25, .note = "0 if pose_corrections is given"}},
     {"Steps", "pose_every", &S::pose_every, internal, kAny, "steps between corrections of poses; 0: none",
      {.note = "as many as show every photograph, at least 1 % of the steps"}},
     {"Steps", "huber", &S::huber, experiment, kAny,

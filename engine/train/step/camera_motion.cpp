@@ -1,7 +1,6 @@
 #include "train/step/camera_motion.h"
 
 #include <cmath>
-#include <cstdlib>
 
 #include "common/host.h"
 #include "train/step/fixed_sum.h"
@@ -84,9 +83,8 @@ std::vector<MotionEquations> take_equations(gpu::Device& gpu, const MotionSums& 
 
 scene::PoseChange best_change(const MotionEquations& e, const scene::PoseChange& so_far) {
   // Differences of neighbouring pixels belong together, so a picture tells as much as this many independent ones.
-  static const double kIndependentPixels = std::getenv("POSE_N") ? std::atof(std::getenv("POSE_N")) : 100;
-  static const double kTurn = std::getenv("POSE_S") ? std::atof(std::getenv("POSE_S")) : 0.01,
-                      kShift = kTurn;  // standard deviations, radians and normalised units
+  constexpr double kIndependentPixels = 100;
+  constexpr double kTurn = 0.01, kShift = 0.01;  // standard deviations, radians and normalised units
   if (!e.seen || !(e.square > 0)) return {};
   const double information = kIndependentPixels / e.square;
   SquareMatrix<6> matrix = e.hessian;

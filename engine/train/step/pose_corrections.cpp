@@ -1,8 +1,6 @@
 #include "train/step/pose_corrections.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 
 namespace trisoup::train {
 namespace {
@@ -26,33 +24,26 @@ bool PoseCorrections::correct(double least) {
   if (state_ == State::unused) return false;
   const std::vector<scene::Camera> now = cameras();
   const std::vector<MotionEquations> equations = take_equations(gpu_, sums_, now);
+  std::vector<std::size_t> seen;
+  std::vector<scene::Camera> cameras_seen;
   std::vector<scene::PoseChange> changes;
-  for (std::size_t v = 0; v < views_.size(); ++v) changes.push_back(best_change(equations[v], changes_[v]));
-  changes = scene::without_common(now, changes);
-  std::vector<double> moved;
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    if (!equations[v].seen)
-      changes[v] = {};
-    else
-      moved.push_back(pixels_moved(equations[v], changes[v]));
+    if (!equations[v].seen) continue;
+    seen.push_back(v);
+    cameras_seen.push_back(now[v]);
+    changes.push_back(best_change(equations[v], changes_[v]));
   }
-  if (std::getenv("POSE_LOG")) {
-    double b = 0, h = 0;
-    for (const auto& e : equations) b += e.square, h += e.slope;
-    std::vector<double> q = moved;
-    std::sort(q.begin(), q.end());
-    std::fprintf(stderr, "poses: %zu moved, median %.3f 0.9 %.3f max %.3f px, rms error %.4f\n", moved.size(),
-                 median_of(moved), q.empty() ? 0 : q[q.size() * 9 / 10], q.empty() ? 0 : q.back(),
-                 std::sqrt(b / double(equations.size())));
-  }
+  changes = scene::without_common(cameras_seen, changes);
+  std::vector<double> moved;
+  for (std::size_t i = 0; i < seen.size(); ++i) moved.push_back(pixels_moved(equations[seen[i]], changes[i]));
   if (state_ == State::undecided) {
     first_motion_ = median_of(moved);
     state_ = first_motion_ < least ? State::unused : State::used;
     if (state_ == State::unused) return false;
   }
-  for (std::size_t v = 0; v < views_.size(); ++v) {
-    changes_[v].turn += changes[v].turn;
-    changes_[v].shift += changes[v].shift;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    changes_[seen[i]].turn += changes[i].turn;
+    changes_[seen[i]].shift += changes[i].shift;
   }
   return true;
 }
