@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/printable.h"
 #include "run/memory_need.h"
 #include "train/start/start_points.h"
 
@@ -35,6 +36,27 @@ std::string in_words(const train::CovisibleMean& covisible) {
   if (covisible.measured > 0) text += fmt::format(", PSNR {:.2f} dB, SSIM {:.4f}", covisible.psnr, covisible.ssim);
   if (covisible.left_out > 0) text += fmt::format("; {} views have less than 1 %, left out", covisible.left_out);
   return text;
+}
+
+std::string in_words(const train::PoseCorrections& poses, const std::vector<scene::View>& views) {
+  if (poses.state() != train::PoseCorrections::State::used)
+    return fmt::format("poses: not corrected, the median photograph would move by {:.2f} pixels", poses.first_motion());
+  const train::PoseReport r = train::report_of(views, poses.changes());
+  return fmt::format(
+      "poses: corrected by {:.2f} degrees and {:.2f} % of the cameras' distance (median), {:.2f} and "
+      "{:.2f} % at most, {} most",
+      r.median_degrees, 100 * r.median_shift, r.largest_degrees, 100 * r.largest_shift, printable(r.worst));
+}
+
+nlohmann::json poses_json(const train::PoseCorrections& poses, const std::vector<scene::View>& views) {
+  const train::PoseReport r = train::report_of(views, poses.changes());
+  return {{"corrected", poses.state() == train::PoseCorrections::State::used},
+          {"first_motion", poses.first_motion()},
+          {"median_degrees", r.median_degrees},
+          {"largest_degrees", r.largest_degrees},
+          {"median_shift", r.median_shift},
+          {"largest_shift", r.largest_shift},
+          {"worst", utf8(r.worst)}};
 }
 
 std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, const train::Settings& settings,

@@ -37,6 +37,10 @@ std::string advice(const gpu::OutOfMemory& error, const scene::Scene& scene, con
 void warn_of_result(const train::Trainer& trainer, const train::TrainingFit& fit, const train::Settings& settings);
 
 /// Number of triangles by finest texture level: {level: count}.
+/// What corrections of poses have done. views: the training views.
+std::string in_words(const train::PoseCorrections& poses, const std::vector<scene::View>& views);
+nlohmann::json poses_json(const train::PoseCorrections& poses, const std::vector<scene::View>& views);
+
 nlohmann::json triangles_by_level(const soup::Model& model);
 /// Kernel times of the training steps of this process: {kernel: {"ms": per launch, "launches"}}. Steps before a resume
 /// are not included.

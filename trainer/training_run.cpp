@@ -441,6 +441,10 @@ TrainingRun::Quality TrainingRun::measure(const soup::Model& model) {
     quality.test =
         train::evaluate(*device_, model, scene_, settings_.test_near, settings_.far, write_render, &ranks_, write_mask);
   });
+  if (corrects_poses() && !scene_.test.empty())
+    measure_if_possible([&] {
+      quality.aligned = train::evaluate_aligned(*device_, model, scene_, settings_.test_near, settings_.far, &ranks_);
+    });
   if (o_.measure_float && !has_goal()) {
     train::OnRender check_stop;
     if (ranks_.is_first()) check_stop = [](const scene::View&, const std::vector<float>&) { stop_if_asked(); };
@@ -464,6 +468,10 @@ nlohmann::json TrainingRun::about_ranks() {
           {"texture_bytes", trainer_->texture_bytes()}};
 }
 
+bool TrainingRun::corrects_poses() const {
+  return trainer_->poses() && trainer_->poses()->state() == train::PoseCorrections::State::used;
+}
+
 bool TrainingRun::goal_met() const {
   if (!has_goal()) return true;
   const auto rounds = simplifier_->rounds();
@@ -480,6 +488,11 @@ nlohmann::json TrainingRun::quality_json(const Quality& quality) const {
     metrics["nothing_learnt"] = quality.fit->nothing_learnt();
   }
   if (quality.unrounded) metrics["psnr_float_textures"] = to_json(*quality.unrounded)["psnr"];
+  if (trainer_->poses()) metrics["poses"] = poses_json(*trainer_->poses(), scene_.train);
+  if (quality.aligned) {
+    metrics["psnr_aligned"] = quality.aligned->evaluation.mean.psnr;
+    metrics["ssim_aligned"] = quality.aligned->evaluation.mean.ssim;
+  }
   if (!has_goal()) return metrics;
   metrics["rounds"] = train::to_json(simplifier_->rounds());
   if (!simplifier_->rounds().empty()) metrics["round"] = train::best_round(simplifier_->rounds(), settings_);
@@ -541,6 +554,11 @@ void TrainingRun::report_result(const soup::Model& model, const Quality& quality
   else if (quality.test)
     say(o_, fmt::format("test: PSNR {:.2f} dB, SSIM {:.4f}, MAE {:.4f} over {} views", quality.test->mean.psnr,
                         quality.test->mean.ssim, quality.test->mean.mae, quality.test->views.size()));
+  if (quality.aligned)
+    say(o_, fmt::format("test views aligned with their photographs: PSNR {:.2f} dB, SSIM {:.4f}",
+                        quality.aligned->evaluation.mean.psnr, quality.aligned->evaluation.mean.ssim));
+  if (corrects_poses() || (trainer_->poses() && trainer_->poses()->first_motion() > 0))
+    say(o_, in_words(*trainer_->poses(), scene_.train));
   if (quality.test && quality.test->covisible) say(o_, in_words(*quality.test->covisible));
   if (model_written_)
     say(o_, fmt::format("{}: {} triangles, {:.2f} MB, {:.0f} s of training", folder_.model().string(),

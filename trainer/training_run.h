@@ -23,6 +23,7 @@
 #include "run/trainer.h"
 #include "scene/scene.h"
 #include "together.h"
+#include "train/quality/aligned_views.h"
 #include "viewer/live.h"
 
 namespace trisoup {
@@ -66,7 +67,8 @@ class TrainingRun {
   soup::Model save_model();
   struct Quality {  // what could be measured
     std::optional<train::Evaluation> test;
-    std::optional<train::Evaluation> unrounded;  // of textures before they are rounded, with --measure-float
+    std::optional<train::Evaluation> unrounded;       // of textures before they are rounded, with --measure-float
+    std::optional<train::AlignedEvaluation> aligned;  // if poses of training views were corrected
     std::optional<train::TrainingFit> fit;
   };
   Quality measure(const soup::Model& model);
@@ -76,6 +78,7 @@ class TrainingRun {
   nlohmann::json run_json() const;
   void report(const soup::Model& model, const Quality& quality, const nlohmann::json& ranks);
   void report_result(const soup::Model& model, const Quality& quality);
+  bool corrects_poses() const;
   bool has_goal() const { return train::has_goal(settings_); }
   bool has_candidate() const;
   bool goal_met() const;

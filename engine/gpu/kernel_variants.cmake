@@ -9,8 +9,8 @@ set(variants
   "fetch_features" "fit_exposure" "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2"
   "importance 0" "importance 1"
   "inherit_textures" "keep_range" "upsample_textures" "loss_gradient 0" "loss_gradient 1" "measure_exposure"
-  "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures" "patch_match" "patch_match_agree"
-  "patch_match_start" "place_pixels" "project" "quantise" "sample_photographs"
+  "measure_motion" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures"
+  "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise" "sample_photographs"
   "shade 0 0" "shade 0 1" "shade 1 0" "shade_one 0 0" "shade_one 0 1" "shade_one 1 0"
   "shade_backward 0" "shade_backward 1" "shade_backward_one 0" "shade_backward_one 1" "sort_gradients"
   "ssim 0" "ssim 1" "sum_photographs" "update_mlp 0" "update_mlp 1"
@@ -77,9 +77,9 @@ set(lane_variants_0
   "fit_exposure"
   "hide_triangles" "image_metrics 0" "image_metrics 1" "image_metrics 2" "importance 0" "importance 1"
   "inherit_textures" "keep_range" "upsample_textures"
-  "loss_gradient 0" "measure_exposure" "measure_visible" "opacity_backward 0" "opacity_backward 1" "paint_textures"
-  "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise" "sample_photographs"
-  "sort_gradients" "sum_photographs")
+  "loss_gradient 0" "measure_exposure" "measure_motion" "measure_visible" "opacity_backward 0" "opacity_backward 1"
+  "paint_textures" "patch_match" "patch_match_agree" "patch_match_start" "place_pixels" "project" "quantise"
+  "sample_photographs" "sort_gradients" "sum_photographs")
 set(lane_variants_1
   "shade_one 0 0" "shade_one 0 1" "shade_backward_one 0" "ssim 0" "update_mlp 0" "update_textures 3+ 0 0"
   "update_textures 3+ 1 0" "update_textures 213+ 1 0" "update_textures 783+ 1 0" "update_textures 783+ 0 0"

@@ -6,6 +6,7 @@
 #include "soup/texture_table.h"
 #include "train/config/schedule.h"
 #include "train/step/batch_buffers.h"
+#include "train/step/camera_motion.h"
 #include "train/step/forward_pass.h"
 #include "train/step/shared_soup.h"
 #include "train/step/small_views.h"
@@ -75,6 +76,7 @@ MemoryNeed memory_need(const scene::Scene& scene, const Settings& s, std::uint32
       triangle_bytes(max_triangles) + max_triangles * (2 * sizeof(soup::TextureEntry) + 4 + 24) / ranks + logits * 2;
   need.soup = std::max({soup_bytes(s.init_count, kCoarseLevel, kCoarseLevel, ranks),
                         soup_bytes(max_triangles, s.level_min, s.level_max, ranks), change});
+  if (s.pose_corrections) need.buffers += kMotionBytes * scene.train.size();
   if (ranks > 1) need.buffers += batch.pixels * SharedSoup::kPixelBytes;
   return need;
 }

@@ -107,6 +107,22 @@ Settings preset_settings(const SettingsRequest& request, const scene::Scene& sce
   return s;
 }
 
+/// Whether poses may be a little off. Points that fit their photographs within half a pixel say that they are not.
+bool may_correct_poses(const Settings& s, const scene::Scene& scene) {
+  constexpr double kGood = 0.5;  // mean reprojection error, pixels
+  if (s.published || s.recipe == Recipe::synthetic) return false;
+  double sum = 0, known = 0;
+  for (const float error : scene.points.errors)
+    if (error >= 0) sum += static_cast<double>(error), ++known;
+  return known == 0 || sum >= kGood * known;
+}
+
+/// The steps that show every photograph about once. Fewer than a hundred corrections are enough.
+std::uint64_t default_pose_every(const Settings& s, const scene::Scene& scene) {
+  const std::uint64_t all = (scene.train.size() + s.batch - 1) / s.batch;
+  return std::max<std::uint64_t>({1, all, s.steps / 100});
+}
+
 double default_vertex_lr(const Settings& s) {
   if (s.published) return std::max(s.lr_vertex, vertex_lr(s, published_travel(s.recipe)));
   return s.recipe == Recipe::synthetic ? vertex_lr(s, 1.5, kMaxVertexLrSynthetic) : vertex_lr(s, 4.0, kMaxVertexLr);
@@ -145,6 +161,9 @@ Settings make_settings(const SettingsRequest& request, const scene::Scene& scene
   apply(request, scene, s);
   if (request.has("lr_end") && !request.has("lr_vertex_end")) s.lr_vertex_end = s.lr_end;
   if (!request.has("lr_vertex")) s.lr_vertex = default_vertex_lr(s);
+  if (!request.has("pose_corrections")) s.pose_corrections = may_correct_poses(s, scene);
+  if (request.has("pose_corrections") && !request.has("pose_motion")) s.pose_motion = 0;
+  if (!request.has("pose_every") && s.pose_corrections) s.pose_every = default_pose_every(s, scene);
   return s;
 }
 

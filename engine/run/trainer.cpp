@@ -13,6 +13,7 @@
 #include "soup/random.h"
 #include "soup/texture_table.h"
 #include "train/config/schedule.h"
+#include "train/quality/camera_exposures.h"
 #include "train/quality/image_sums.h"
 #include "train/step/fixed_sum.h"
 #include "train/step/forward_pass.h"
@@ -98,6 +99,7 @@ void Trainer::prepare() {
   buffers_.reserve(batch.views, batch.pixels, batch.tiles, soup_.triangles, true);
   if (settings_.exposure)
     exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
+  if (settings_.pose_corrections) poses_.emplace(gpu_, scene_.train);
   // A checkpoint's textures are looked at here for the first time.
   const std::uint32_t step = static_cast<std::uint32_t>(step_);
   gpu_.upload(buffers_.state.address() + offsetof(kernels::StepState, step), std::as_bytes(std::span(&step, 1)));
@@ -130,7 +132,17 @@ StepInputs Trainer::step_inputs() const {
   inputs.full_side = static_cast<float>(settings_.lr_vertex_side);
   inputs.depths = views_->has_depths();
   inputs.exposures = given_exposures();
+  inputs.motion = measured_motion();
   return inputs;
+}
+
+const MotionSums* Trainer::measured_motion() const {
+  return poses_ && step_ >= pose_begin(settings_) && step_ < pose_end(settings_) ? poses_->sums() : nullptr;
+}
+
+void Trainer::correct_poses() {
+  if (!poses_ || !is_pose_correction(settings_, step_)) return;
+  if (poses_->correct(settings_.pose_motion)) views_->look_from(poses_->cameras());
 }
 
 gpu::CommandList& Trainer::commands_of(const BatchLayout& batch) {
@@ -293,7 +305,7 @@ void Trainer::run(const Callbacks& callbacks) {
       if (step_ > before && callbacks.on_progress && (step_ % callbacks.progress_every == 0 || finished()))
         uncovered_ = share_uncovered();
     }
-    if (step_ > before) change_topology();
+    if (step_ > before) correct_poses(), change_topology();
     gpu_.wait();
     const double elapsed = watch.seconds();
     seconds_ += elapsed;
@@ -321,13 +333,15 @@ void Trainer::end_training() {
 
 soup::Model Trainer::model() {
   soup::Model model = make_model(gpu_, soup_, scene_.background, scene_.normalisation);
+  model.exposures = camera_exposures(scene_.train, exposures());
   if (model.lattice.empty()) return model;
   soup::round_textures(model.lattice, model.textures, soup::texture_steps(settings_.texture_bits));
   return model;
 }
 
 Evaluation Trainer::evaluate_float(const OnRender& on_render) {
-  return evaluate(gpu_, soup_, buffers_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render);
+  return evaluate(gpu_, soup_, buffers_, scene_.test, scene_.background, settings_.test_near, settings_.far, on_render,
+                  {}, camera_exposures(scene_.train, exposures()));
 }
 
 TrainingFit Trainer::training_fit() {

@@ -25,6 +25,7 @@
 #include "train/step/batch_buffers.h"
 #include "train/step/exposure.h"
 #include "train/step/non_finite.h"
+#include "train/step/pose_corrections.h"
 #include "train/step/shared_soup.h"
 #include "train/step/soup_buffers.h"
 #include "train/step/step.h"
@@ -115,6 +116,8 @@ class Trainer {
   /// 0, from the model's colours to the photograph's. Empty where Settings::exposure is off. A model does not have
   /// them: it is saved in the mean of the photographs' exposures.
   std::vector<glm::vec4> exposures();
+  /// Corrections of the training cameras; null where Settings::pose_corrections is off.
+  const PoseCorrections* poses() const { return poses_ ? &*poses_ : nullptr; }
 
  private:
   /// The part of construction that all starts share. The soup stays empty.
@@ -123,6 +126,7 @@ class Trainer {
   /// Its triangles, textures and MLP with their moments. Those of exposures, once there is room for them (prepare()).
   void read_soup(const soup::Safetensors& file, const std::filesystem::path& path);
   void read_exposures(const soup::Safetensors& file);
+  void read_poses(const soup::Safetensors& file);
   Intervals intervals(const Callbacks& callbacks) const;
   void train_until(std::uint64_t last, const Callbacks& callbacks);
   /// One step with exchanges between ranks. False if it is not done.
@@ -133,6 +137,8 @@ class Trainer {
   }
   StepInputs step_inputs() const;
   void change_topology();
+  void correct_poses();
+  const MotionSums* measured_motion() const;
   bool refine_soup();            // false if no view shows a triangle
   std::vector<bool> backdrop();  // [T] whether a triangle is part of the backdrop
   kernels::StepState state_of(std::uint64_t step, const BatchLayout& batch) const;
@@ -149,9 +155,10 @@ class Trainer {
   PartTimes* times_ = &own_times_;
   BatchBuffers buffers_;
   SoupBuffers soup_;
-  ranks::Ranks* ranks_ = nullptr;       // null: this process alone
-  std::optional<SharedSoup> shared_;    // where there are several
-  std::optional<Exposures> exposures_;  // where settings ask for them
+  ranks::Ranks* ranks_ = nullptr;         // null: this process alone
+  std::optional<SharedSoup> shared_;      // where there are several
+  std::optional<Exposures> exposures_;    // where settings ask for them
+  std::optional<PoseCorrections> poses_;  // where settings ask for them
   std::optional<TrainingViews> views_;
   StepQueue queue_;
   /// A step's commands, by the sizes of its batch. They are recorded again when a buffer has moved.

@@ -44,6 +44,14 @@ void each_array(std::optional<Exposures>& e, F&& f) {
   f("exposures", e->exposure, 8ull * e->photographs, Held::by_all);
 }
 
+/// The same for the sums of pose corrections.
+template <typename F>
+void each_array(const MotionSums* m, F&& f) {
+  if (!m) return;
+  f("poses.sums.low", m->sums.low, m->sums.low.bytes() / 4, Held::by_all);
+  f("poses.sums.high", m->sums.high, m->sums.high.bytes() / 4, Held::by_all);
+}
+
 /// The background as text. Stored separately from the fingerprint so that the error message can name `background`.
 std::string background_text(const scene::Scene& scene) {
   return fmt::format("{} {} {}", scene.background.r, scene.background.g, scene.background.b);
@@ -61,6 +69,7 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   };
   each_array(soup_, download);
   each_array(exposures_, download);
+  each_array(poses_ ? poses_->sums() : nullptr, download);
   if (!soup_.partition->is_first()) return;
   std::size_t i = 0;
   const auto add = [&](const char* name, const gpu::Buffer&, std::uint64_t n, Held) {
@@ -68,6 +77,9 @@ void Trainer::write_checkpoint(const std::filesystem::path& path, const std::str
   };
   each_array(soup_, add);
   each_array(exposures_, add);
+  each_array(poses_ ? poses_->sums() : nullptr, add);
+  const std::vector<double> poses = poses_ ? poses_->values() : std::vector<double>{};
+  if (poses_) writer.add<double>("poses", {poses.size()}, poses);
   const std::span<const std::uint32_t> table(reinterpret_cast<const std::uint32_t*>(soup_.table.data()),
                                              4 * soup_.table.size());
   writer.add<std::uint32_t>("texture_table", {soup_.table.size(), 4}, table);
@@ -132,6 +144,7 @@ Trainer::Trainer(gpu::Device& gpu, const scene::Scene& scene, const Settings& se
   read_soup(file, path);
   prepare();
   read_exposures(file);
+  read_poses(file);
 }
 
 void Trainer::read_soup(const soup::Safetensors& file, const std::filesystem::path& path) {
@@ -157,6 +170,16 @@ void Trainer::read_soup(const soup::Safetensors& file, const std::filesystem::pa
       last = soup_.source_at(soup_.own().last) * soup::kChannels;
     if (last > first) gpu_.upload(buffer.address(), std::as_bytes(std::span(values).subspan(first, last - first)));
   });
+}
+
+void Trainer::read_poses(const soup::Safetensors& file) {
+  if (!poses_) return;
+  poses_->take(file.values<double>("poses", {poses_->values().size()}));
+  each_array(poses_->sums(), [&](const char* name, const gpu::Buffer& buffer, std::uint64_t n, Held) {
+    const auto words = file.values<float>(name, {n});
+    gpu_.upload(buffer.address(), std::as_bytes(std::span(words)));
+  });
+  views_->look_from(poses_->cameras());
 }
 
 void Trainer::read_exposures(const soup::Safetensors& file) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -42,6 +43,13 @@ struct Mlp {
   std::vector<float> parameters = std::vector<float>(kParameters, 0.0f);
 };
 
+/// What the model's colours become in photographs of one of several cameras: gain c + offset, per channel.
+struct CameraExposure {
+  std::string folder;            // of its photographs, relative to the dataset
+  double focal = 0, aspect = 0;  // focal length by the longer side, longer by shorter side
+  glm::vec3 gain{1.0f}, offset{0.0f};
+};
+
 /// A trained soup: 8-bit lattices after the sigmoid, as in the model file and the renderer.
 struct Model {
   std::vector<glm::vec3> vertices;     // 3 per triangle; dataset coordinates minus `origin`
@@ -55,6 +63,7 @@ struct Model {
   bool drop_near = false;
   glm::dvec3 centre{0.0};  // normalised = scale * (dataset - centre), see scene::Normalisation
   double scale = 1.0;
+  std::vector<CameraExposure> exposures;  // empty: all photographs are of one camera
   std::size_t triangles() const { return textures.size(); }
 };
 

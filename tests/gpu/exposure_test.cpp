@@ -342,3 +342,30 @@ TEST_CASE("photographs with different exposures give the colour of their mean", 
   CHECK(psnr[1] > psnr[0] + 1);
   test::require_silence(*gpu);
 }
+
+TEST_CASE("test views of a second camera are compared as it shows colours", "[exposure][training][repeats]") {
+  auto gpu = test::open_device();
+  scene::Scene scene = ring_scene(false);
+  scene.test = {square_view(0.3, glm::vec3(1)), square_view(1.9, glm::vec3(0.5f))};
+  for (std::size_t i = 0; i < scene.train.size(); ++i) {
+    const bool dark = i % 3 == 0;
+    scene.train[i] = square_view(6.2831853 * double(i) / 12, glm::vec3(dark ? 0.5f : 1.0f));
+    scene.train[i].name = (dark ? "b/" : "a/") + scene.train[i].name;
+  }
+  scene.test[0].name = "a/test", scene.test[1].name = "b/test";
+  const train::Settings settings = ring_settings(200, true);
+  train::Trainer trainer(*gpu, scene, settings, ring_start(settings));
+  trainer.run({});
+  soup::Model model = trainer.model();
+  REQUIRE(model.exposures.size() == 2);
+  const auto psnr = [&](std::size_t view) {
+    return train::evaluate(*gpu, model, scene, 0.025, 2.5).views[view].metrics.psnr;
+  };
+  const double bright = psnr(0), dark = psnr(1);
+  CHECK(trainer.evaluate_float().views[1].metrics.psnr == Approx(dark).margin(0.5));
+  model.exposures.clear();
+  CAPTURE(bright, dark, psnr(0), psnr(1));
+  CHECK(bright > psnr(0) + 0.3);
+  CHECK(dark > psnr(1) + 3);
+  test::require_silence(*gpu);
+}

@@ -90,6 +90,33 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
   CHECK_FALSE(settings_of({"--exposure=false"}, false).exposure);
 }
 
+TEST_CASE("poses of real scenes are corrected unless points fit well", "[command_line][poses]") {
+  const auto settings = [](float error, std::vector<std::string> set, bool synthetic = false) {
+    scene::Scene scene;
+    scene.synthetic = synthetic;
+    scene.train.resize(50);
+    for (int i = 0; error != 0 && i < 8; ++i) {
+      scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
+      scene.points.errors.push_back(i == 0 ? -1.0f : error);  // one is unknown
+    }
+    train::SettingsRequest request;
+    request.preset = "fast";
+    for (const std::string& text : set) request.assignments.push_back(train::read_assignment(text));
+    return train::make_settings(request, scene);
+  };
+  CHECK(settings(0, {}).pose_corrections);
+  CHECK(settings(0.6f, {}).pose_corrections);
+  CHECK_FALSE(settings(0.4f, {}).pose_corrections);
+  CHECK_FALSE(settings(0, {}, true).pose_corrections);
+  CHECK(settings(0, {}).pose_motion == 0.25);
+  CHECK(settings(0, {}).pose_every == 13);  // 50 photographs, 4 in a step
+  CHECK(settings(0, {"steps=10000"}).pose_every == 100);
+  const train::Settings asked = settings(0.4f, {"pose_corrections=true"}, true);
+  CHECK((asked.pose_corrections && asked.pose_motion == 0 && asked.pose_every > 0));
+  CHECK_FALSE(settings(0, {"pose_corrections=false"}).pose_corrections);
+  CHECK_FALSE(settings_of({"--preset", "published"}, false).pose_corrections);
+}
+
 TEST_CASE("as published is everything that has an option", "[command_line]") {
   for (const bool synthetic : {true, false}) {
     const train::Settings published =

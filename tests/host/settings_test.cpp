@@ -142,3 +142,32 @@ TEST_CASE("a start beyond its budget has a change of topology however short the 
   s.steps = 1;
   CHECK(changes().empty());
 }
+
+TEST_CASE("poses are corrected about once per epoch, and not in the last fifth of the steps", "[settings][poses]") {
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
+  s.steps = 100;
+  s.coarse_share = 0;
+  s.pose_every = 30;
+  const auto corrections = [&] {
+    std::vector<std::uint64_t> steps;
+    for (std::uint64_t step = 0; step <= s.steps; ++step)
+      if (train::is_pose_correction(s, step)) steps.push_back(step);
+    return steps;
+  };
+  CHECK(corrections().empty());
+  s.pose_corrections = true;
+  CHECK(corrections() == std::vector<std::uint64_t>{30, 60});
+  s.pose_every = 40;
+  CHECK(corrections() == std::vector<std::uint64_t>{40, 80});
+  // The first half of a start that covers nothing shows too little.
+  s.coarse_share = 0.5;
+  s.pose_every = 10;
+  CHECK(corrections() == std::vector<std::uint64_t>{60, 70, 80});
+  s.refine_every = s.checkpoint_every = 0;
+  CHECK(train::next_event(s, {}, 0, 100) == 50);
+  CHECK(train::next_event(s, {}, 50, 100) == 60);
+  CHECK(train::next_event(s, {}, 71, 100) == 80);
+  CHECK(train::next_event(s, {}, 80, 100) == 100);
+  s.pose_every = 0;
+  CHECK(corrections().empty());
+}

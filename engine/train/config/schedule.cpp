@@ -77,6 +77,19 @@ double small_scale(const Settings& s) { return s.published ? 1.0 : 0.5; }
 
 std::uint64_t small_end(const Settings& s) { return std::max(coarse_end(s), steps_of_share(s, s.small_share)); }
 
+std::uint64_t pose_begin(const Settings& s) { return coarse_end(s); }
+
+std::uint64_t pose_end(const Settings& s) {
+  constexpr double kEnd = 0.8;  // share of the steps; the rest fits the soup to the last poses
+  const std::uint64_t end = steps_of_share(s, kEnd), begin = pose_begin(s);
+  if (!s.pose_corrections || s.pose_every == 0 || end < begin) return begin;
+  return begin + (end - begin) / s.pose_every * s.pose_every;
+}
+
+bool is_pose_correction(const Settings& s, std::uint64_t step) {
+  return step > pose_begin(s) && step <= pose_end(s) && (step - pose_begin(s)) % s.pose_every == 0;
+}
+
 std::uint64_t only_refinement(const Settings& s) {
   const double until = last_refinement(s);
   const bool too_short =
@@ -127,6 +140,11 @@ std::uint64_t next_event(const Settings& s, const Intervals& intervals, std::uin
   at(next_pruning(s, step));
   at(next_evaluation(intervals.evaluations_per_decade, step));
   at(coarse_end(s));
+  if (pose_end(s) > pose_begin(s)) {
+    at(pose_begin(s));
+    const std::uint64_t done = step > pose_begin(s) ? (step - pose_begin(s)) / s.pose_every : 0;
+    at(std::min(pose_begin(s) + (done + 1) * s.pose_every, pose_end(s)));
+  }
   at(small_end(s));
   if (intervals.most_steps > 0) at(step + intervals.most_steps);
   return next;

@@ -37,6 +37,12 @@ double small_scale(const Settings& settings);
 /// Completed steps after which steps look at the photographs at their own size; 0: all do.
 std::uint64_t small_end(const Settings& settings);
 
+/// Steps after which those begin that measure how far cameras must move, and after which the last correction is made.
+std::uint64_t pose_begin(const Settings& settings);
+std::uint64_t pose_end(const Settings& settings);
+/// Whether poses are corrected after this many completed steps.
+bool is_pose_correction(const Settings& settings, std::uint64_t step);
+
 /// Sides of the pictures in which visible pixels are counted, as a share of the photographs'.
 inline constexpr double kCountScale = 0.5;
 /// Completed steps at which the only refinement happens if a training ends before `refine_every` but starts beyond its

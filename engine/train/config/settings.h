@@ -49,6 +49,9 @@ struct Settings {
   double small_share = 0;          // first share of the steps, which trains on smaller pictures
   double pixel_jitter = 0.25;      // largest distance of samples from pixel centres, pixels along each axis
   bool exposure = false;           // fits gains and offsets of each photograph (docs/method.md, "Exposure")
+  bool pose_corrections = false;   // corrects the poses of training cameras (docs/method.md, "Poses")
+  double pose_motion = 0.25;       // pixels; with a smaller median of the first corrections there are none
+  std::uint64_t pose_every = 0;    // steps between corrections; 0: none
   bool opaque = false;             // opacity is fixed to 1: no masking and no gradient of it
 
   std::uint64_t refine_every = 100;  // steps

@@ -12,6 +12,7 @@
 #include "base/printable.h"
 #include "gpu/out_of_memory.h"
 #include "soup/texture_table.h"
+#include "train/quality/camera_exposures.h"
 #include "train/quality/covisibility.h"
 #include "train/quality/image_sums.h"
 #include "train/step/forward_pass.h"
@@ -68,7 +69,7 @@ class Measurement {
 
   Measurement(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
               const glm::vec3& background, double near, double far, const OnRender& on_render,
-              const Witnesses& witnesses)
+              const Witnesses& witnesses, const CameraExposures& exposures)
       : gpu_(gpu),
         soup_(soup),
         buffers_(buffers),
@@ -85,6 +86,7 @@ class Measurement {
       batch_.push_back(batch_view(view.camera, near, far));
       batch_.back().photo = photographs_.address() + (batch_.size() - 1) % kMost * largest;
     }
+    if (!exposures.empty()) expose(exposures);
     if (witnesses.views && witnesses.views->size() >= 2)
       covisibility_.emplace(gpu, soup, buffers, *witnesses.views, near, far);
   }
@@ -104,6 +106,20 @@ class Measurement {
   }
 
  private:
+  void expose(const CameraExposures& cameras) {
+    exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(views_.size()), kMost);
+    std::vector<glm::vec4> rows;
+    for (std::uint32_t i = 0; i < views_.size(); ++i) {
+      const soup::CameraExposure* const camera = exposure_of(views_[i], cameras);
+      const soup::CameraExposure e = camera ? *camera : soup::CameraExposure{};
+      rows.insert(rows.end(), {glm::vec4(e.gain, 0), glm::vec4(e.offset, 0)});
+      batch_[i].index = i;
+    }
+    gpu_.upload(exposures_->exposure.address(), rows);
+    inputs_.exposures = &*exposures_;
+    inputs_.fit_exposures = false;
+  }
+
   /// Returns how many views, from `first` on, can be measured together.
   std::size_t prepare(std::size_t first) {
     if (covisibility_) try {
@@ -166,6 +182,7 @@ class Measurement {
   gpu::Buffer photographs_, counts_;
   std::vector<BatchView> batch_;
   std::optional<Covisibility> covisibility_;
+  std::optional<Exposures> exposures_;
   Evaluation evaluation_;
 };
 
@@ -173,9 +190,9 @@ class Measurement {
 
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render,
-                    const Witnesses& witnesses) {
+                    const Witnesses& witnesses, const CameraExposures& exposures) {
   check_clip_planes(near, far);
-  return Measurement(gpu, soup, buffers, views, background, near, far, on_render, witnesses).run();
+  return Measurement(gpu, soup, buffers, views, background, near, far, on_render, witnesses, exposures).run();
 }
 
 namespace {
@@ -264,7 +281,8 @@ Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Sce
                     const std::vector<scene::View>& views, double near, double far, const OnRender& on_render,
                     ranks::Ranks* ranks, const Witnesses& witnesses) {
   LoadedModel loaded(gpu, model, scene.normalisation, ranks);
-  return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render, witnesses);
+  return evaluate(gpu, loaded.soup, loaded.buffers, views, model.background, near, far, on_render, witnesses,
+                  model.exposures);
 }
 
 Evaluation evaluate(gpu::Device& gpu, const soup::Model& model, const scene::Scene& scene, double near, double far,

@@ -68,12 +68,16 @@ struct Witnesses {
   OnCovisible on_covisible = {};
 };
 
+/// Exposures of the cameras that have taken the views (camera_exposures.h); views of other cameras show the colours of
+/// the model.
+using CameraExposures = std::vector<soup::CameraExposure>;
+
 /// Renders views in normalised coordinates and compares them with their photographs. Downloads images and masks only if
 /// there is an `on_render` or `on_covisible`. Co-visibility is not measured either if device memory runs out. Throws
 /// Error if the clip planes are invalid.
 Evaluation evaluate(gpu::Device& gpu, SoupBuffers& soup, BatchBuffers& buffers, const std::vector<scene::View>& views,
                     const glm::vec3& background, double near, double far, const OnRender& on_render = {},
-                    const Witnesses& witnesses = {});
+                    const Witnesses& witnesses = {}, const CameraExposures& exposures = {});
 
 /// Loads a model for rendering: 8-bit texture values, normalised coordinates, no gradients or moments.
 SoupBuffers load_model(gpu::Device& gpu, const soup::Model& model, const scene::Normalisation& normalisation);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "render/cameras.h"
+#include "train/quality/camera_exposures.h"
 #include "train/step/forward_pass.h"
 
 namespace trisoup::train {
@@ -25,6 +26,7 @@ Evaluation evaluate_renderer(gpu::Device& gpu, const soup::Model& model, const s
     colour.reserve(image.rgba.size() / 4 * 3);
     for (std::size_t i = 0; i < image.rgba.size(); ++i)
       if (i % 4 != 3) colour.push_back(static_cast<float>(image.rgba[i]) / 255.0f);
+    if (const auto* const exposure = exposure_of(view, model.exposures)) expose(colour, *exposure, model.background);
     evaluation.views.push_back({view.name, compare(colour, view.image)});
     if (on_render) on_render(view, colour);
   }

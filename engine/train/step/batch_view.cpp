@@ -25,12 +25,17 @@ BatchView batch_view(const scene::Camera& camera, double near, double far, doubl
   const auto side = [&](int n) { return std::max(1, static_cast<int>(std::lround(n * scale))); };
   const scene::Camera sized = scene::resized(camera, side(camera.width), side(camera.height));
   BatchView view;
-  view.clip_from_world = scene::clip_from_world(sized, near, far);
-  view.world_from_clip = glm::inverse(view.clip_from_world);
   view.width = sized.width;
   view.height = sized.height;
+  look_from(view, camera, near, far);
   view.photograph_pixels = double(camera.width) * camera.height / (double(sized.width) * sized.height);
   return view;
+}
+
+void look_from(BatchView& view, const scene::Camera& camera, double near, double far) {
+  const scene::Camera sized = scene::resized(camera, static_cast<int>(view.width), static_cast<int>(view.height));
+  view.clip_from_world = scene::clip_from_world(sized, near, far);
+  view.world_from_clip = glm::inverse(view.clip_from_world);
 }
 
 BatchView sampled_at(const BatchView& view, glm::dvec2 pixels) {

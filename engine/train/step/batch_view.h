@@ -29,6 +29,9 @@ struct BatchView {
 /// The view of a camera in normalised coordinates. scale: factor of the image's width and height.
 BatchView batch_view(const scene::Camera& camera, double near, double far, double scale = 1.0);
 
+/// Makes `view` show what the camera sees, in the same size. near, far: clip planes.
+void look_from(BatchView& view, const scene::Camera& camera, double near, double far);
+
 /// The view with its samples moved by `pixels`, to the right and down. Moves the samples of soup and photograph alike.
 BatchView sampled_at(const BatchView& view, glm::dvec2 pixels);
 

@@ -13,6 +13,7 @@
 #include "args/keep_range.h"
 #include "args/loss_gradient.h"
 #include "args/measure_exposure.h"
+#include "args/measure_motion.h"
 #include "args/opacity_backward.h"
 #include "args/place_pixels.h"
 #include "args/project.h"
@@ -24,6 +25,7 @@
 #include "args/update_textures.h"
 #include "args/update_vertices.h"
 #include "args/visibility.h"
+#include "train/step/camera_motion.h"
 #include "train/step/fixed_sum.h"
 
 namespace trisoup::train {
@@ -168,7 +170,7 @@ void Step::loss(const StepInputs& inputs) {
   const BatchLayout& batch = buffers_.batch();
   const std::uint32_t float_target = inputs.target != 0;
   const std::uint32_t groups = groups_over(batch.blocks);
-  if (!float_target) photographs(inputs);
+  if (!float_target) photographs(inputs), measure_motion(inputs);
   gpu_.launch({"ssim", {float_target}}, groups,
               SsimArgs{buffers_.views.address(), buffers_.colour.address(), buffers_.target.address(), inputs.target,
                        buffers_.partial.address(), buffers_.same.address(), buffers_.state.address(),
@@ -199,6 +201,18 @@ void Step::expose(const StepInputs& inputs) {
     end_kernel();
   }
   gpu_.launch({"expose"}, batch.blocks, ExposeArgs{views, hits, colour, target, exposure, batch.blocks, batch.views});
+  end_kernel();
+}
+
+void Step::measure_motion(const StepInputs& inputs) {
+  if (!inputs.motion) return;
+  const BatchLayout& batch = buffers_.batch();
+  const std::uint32_t groups = groups_over(batch.blocks);
+  const FixedSums& sums = inputs.motion->sums;
+  gpu_.launch({"measure_motion"}, groups,
+              MeasureMotionArgs{buffers_.views.address(), buffers_.hits.address(), soup_.vertices.address(),
+                                buffers_.colour.address(), buffers_.target.address(), buffers_.control.address(),
+                                sums.low.address(), sums.high.address(), batch.blocks, batch.views, groups, 0});
   end_kernel();
 }
 

@@ -38,6 +38,8 @@ struct StepProbes {
   gpu::Address mlp_gradient = 0;      // [MLP_COUNT]
 };
 
+struct MotionSums;  // camera_motion.h
+
 /// Inputs and options of a step. Unused addresses stay 0.
 struct StepInputs {
   glm::vec3 background{0.0f};
@@ -49,6 +51,7 @@ struct StepInputs {
   const Exposures* exposures = nullptr;  // of the photographs; null: none. Float targets have none
   bool depths = false;                   // views may have depth maps (BatchView::depth)
   bool fit_exposures = true;             // to the rendering, before applying them
+  const MotionSums* motion = nullptr;    // rows for the views' indices, to which the step adds; null: none
   Layer layer = Layer::nearest;
   bool listed = false;      // reuses the tile lists of the last rendering of this batch, unless it has several bands
   gpu::Address first = 0;   // [pixels] Hit of another rendering of the batch, for Layer::behind
@@ -89,6 +92,8 @@ class Step {
   /// Fits exposures if asked to, and applies them to BatchBuffers::colour. Needs BatchBuffers::target. Does nothing
   /// without exposures.
   void expose(const StepInputs& inputs);
+  /// Adds to StepInputs::motion. Needs the exposed BatchBuffers::colour and BatchBuffers::target.
+  void measure_motion(const StepInputs& inputs);
   /// Computes BatchBuffers::gradient and a row of BatchBuffers::statistics. Calls photographs() unless there are float
   /// targets.
   void loss(const StepInputs& inputs);

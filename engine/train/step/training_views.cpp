@@ -93,6 +93,14 @@ std::vector<BatchView> TrainingViews::sample() const {
   return chosen;
 }
 
+void TrainingViews::look_from(std::span<const scene::Camera> cameras) {
+  for (std::vector<BatchView>* const views : {&full_, &half_, small_ ? &small_->views : nullptr}) {
+    if (!views) continue;
+    for (std::size_t i = 0; i < views->size(); ++i)
+      train::look_from((*views)[i], cameras[i], settings_.near, settings_.far);
+  }
+}
+
 void TrainingViews::free_small(std::uint64_t step) {
   if (step >= small_end(settings_)) small_.reset();
 }

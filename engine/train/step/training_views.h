@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "gpu/device.h"
@@ -35,6 +36,9 @@ class TrainingViews {
 
   /// Whether a view has a depth map and the settings use it.
   bool has_depths() const { return !depths_.pools.empty(); }
+
+  /// Moves all views to these cameras, of the same pictures. cameras: in the order of Scene::train.
+  void look_from(std::span<const scene::Camera> cameras);
 
   /// Frees the smaller photographs if no step after `step` uses them.
   void free_small(std::uint64_t step);
