@@ -22,13 +22,13 @@ using test::SceneFolder;
 namespace {
 
 // Row-major OpenGL camera-to-world matrix of a camera on a circle around the z axis that looks at the origin.
-std::string pose(int i, double radius = 4) {
+std::string blender_pose(int i, double radius = 4) {
   const double a = 0.6 * i, c = std::cos(a), s = std::sin(a);
   return fmt::format("[[{},0,{},{}],[{},0,{},{}],[0,1,0,0],[0,0,0,1]]", -s, c, radius * c, c, s, radius * s);
 }
 
 std::string frame(const std::string& path, int i, const std::string& own = "") {
-  return fmt::format("{{\"file_path\": \"{}\", \"transform_matrix\": {}{}}}", path, pose(i), own);
+  return fmt::format("{{\"file_path\": \"{}\", \"transform_matrix\": {}{}}}", path, blender_pose(i), own);
 }
 
 std::string file_of(const std::string& shared, const std::vector<std::string>& frames) {
@@ -647,7 +647,8 @@ TEST_CASE("a photograph is turned by its EXIF orientation if its camera was", "[
     CHECK(stored.train[0].image.width == 32);
     CHECK(white(stored, 29, 2));
     CHECK(stored.summary.find("; EXIF orientation of 1 ignored") != std::string::npos);
-    // But it says which way the photograph was held: its left side is up, which is -Y for the camera of pose(0).
+    // But it says which way the photograph was held: its left side is up, which is -Y for the camera of
+    // blender_pose(0).
     REQUIRE(stored.up);
     CHECK(glm::length(*stored.up - glm::dvec3(0, -1, 0)) < 1e-9);
     CHECK(stored.summary.find("; up direction from EXIF orientation") != std::string::npos);

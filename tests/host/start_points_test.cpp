@@ -82,6 +82,21 @@ TEST_CASE("a sparse but accurate cloud is kept", "[start]") {
   CHECK(usable_points(points, 100'000).size() == 90);
 }
 
+TEST_CASE("of stereo two views suffice, and all distant points stay", "[start]") {
+  scene::Points points;
+  add_ball(points, 300);
+  for (int i = 0; i < 20; ++i) add(points, {0.01f * float(i), 0, 0}, 2, -1.0f);
+  points.stereo = true;
+  for (int i = 0; i < 10; ++i) add(points, {5000, float(i), 0}, 2, -1.0f);
+  points.distant = 10;
+  CHECK(usable_points(points, 100'000).size() == 330);
+  const auto few = usable_points(points, 50);
+  CHECK(few.size() <= 60);
+  CHECK(std::count_if(few.begin(), few.end(), [](std::uint32_t i) { return i >= 320; }) == 10);
+  points.stereo = false;
+  CHECK(usable_points(points, 100'000).size() == 310);
+}
+
 TEST_CASE("in a cloud without tracks points far from their neighbours are dropped", "[start]") {
   scene::Points points;
   add_ball(points, 300);
@@ -154,6 +169,23 @@ TEST_CASE("a surface start respects the number of triangles and has colours and 
   CHECK(behind == 3 * 80);
   CHECK(in_colour > 600);
   CHECK_THROWS_AS(surface_start(ring(4), settings), Error);
+}
+
+TEST_CASE("far points are drawn in, in order", "[start]") {
+  soup::Random random(5);
+  std::vector<glm::dvec3> points;
+  for (int i = 0; i < 1000; ++i) points.emplace_back(glm::normalize(random.in_sphere()));
+  for (int i = 0; i < 20; ++i) points.push_back(std::pow(2.0, i) * glm::normalize(glm::dvec3(1, 2, 3)));
+  const std::vector<glm::dvec3> cameras{{2, 0, 0}};
+  const auto near = drawn_in(points, cameras);
+  REQUIRE(near.size() == points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (glm::length(points[i]) < 16) CHECK(near[i] == points[i]);
+    CHECK(glm::length(glm::normalize(near[i]) - glm::normalize(points[i])) < 1e-12);
+    if (i > 1000) CHECK(glm::length(near[i]) > glm::length(near[i - 1]));
+  }
+  CHECK(glm::length(points.back()) > 500'000);
+  CHECK(glm::length(near.back()) < 200);
 }
 
 TEST_CASE("a surface start puts triangles where photographs show most detail", "[start]") {

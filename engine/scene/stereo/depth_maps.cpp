@@ -139,29 +139,6 @@ double nearest_of(const Camera& camera, const Probes& probes) {
   return 2.0 * inverse[static_cast<std::size_t>(at)];
 }
 
-/// The finer map, with the coarser one's planes where no two neighbours agree with its own: there the patches of a
-/// finer level may be plain, while those of a coarser one reach the next edge.
-DepthMap merged(DepthMap finer, const DepthMap& coarser) {
-  if (finer.planes.empty() || coarser.planes.empty()) return finer;
-  const double scale_x = static_cast<double>(coarser.camera.width) / finer.camera.width,
-               scale_y = static_cast<double>(coarser.camera.height) / finer.camera.height;
-  std::size_t pixel = 0;
-  for (int y = 0; y < finer.camera.height; ++y)
-    for (int x = 0; x < finer.camera.width; ++x, ++pixel) {
-      const double u = (x + 0.5) * scale_x, v = (y + 0.5) * scale_y;
-      const int i = std::min(static_cast<int>(u), coarser.camera.width - 1),
-                j = std::min(static_cast<int>(v), coarser.camera.height - 1);
-      const auto from =
-          static_cast<std::size_t>(j) * static_cast<std::size_t>(coarser.camera.width) + static_cast<std::size_t>(i);
-      if (std::popcount(finer.agreeing[pixel]) >= 2 || std::popcount(coarser.agreeing[from]) < 2) continue;
-      const glm::vec4 plane = coarser.planes[from];
-      const double w = plane.x + plane.y * (u - 0.5 - i) + plane.z * (v - 0.5 - j);
-      finer.planes[pixel] = glm::vec4(w, plane.y * scale_x, plane.z * scale_y, plane.w);
-      finer.agreeing[pixel] = coarser.agreeing[from];
-    }
-  return finer;
-}
-
 /// The buffers of one level, and the launches on them.
 class Matcher {
  public:
@@ -258,6 +235,27 @@ class Matcher {
 };
 
 }  // namespace
+
+DepthMap merged(DepthMap finer, const DepthMap& coarser) {
+  if (finer.planes.empty() || coarser.planes.empty()) return finer;
+  const double scale_x = static_cast<double>(coarser.camera.width) / finer.camera.width,
+               scale_y = static_cast<double>(coarser.camera.height) / finer.camera.height;
+  std::size_t pixel = 0;
+  for (int y = 0; y < finer.camera.height; ++y)
+    for (int x = 0; x < finer.camera.width; ++x, ++pixel) {
+      const double u = (x + 0.5) * scale_x, v = (y + 0.5) * scale_y;
+      const int i = std::min(static_cast<int>(u), coarser.camera.width - 1),
+                j = std::min(static_cast<int>(v), coarser.camera.height - 1);
+      const auto from =
+          static_cast<std::size_t>(j) * static_cast<std::size_t>(coarser.camera.width) + static_cast<std::size_t>(i);
+      if (std::popcount(finer.agreeing[pixel]) >= 2 || std::popcount(coarser.agreeing[from]) < 2) continue;
+      const glm::vec4 plane = coarser.planes[from];
+      const double w = plane.x + plane.y * (u - 0.5 - i) + plane.z * (v - 0.5 - j);
+      finer.planes[pixel] = glm::vec4(w, plane.y * scale_x, plane.z * scale_y, plane.w);
+      finer.agreeing[pixel] = coarser.agreeing[from];
+    }
+  return finer;
+}
 
 std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, const Points& points,
                                  const DepthMapOptions& options) {

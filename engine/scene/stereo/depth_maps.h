@@ -44,4 +44,9 @@ inline constexpr float kLargestPlaneCost = 0.4f;
 std::vector<DepthMap> depth_maps(gpu::Device& gpu, std::span<const View> views, const Points& points,
                                  const DepthMapOptions& options);
 
+/// Returns the finer map, with the coarser one's planes where no two neighbours agree with its own: there the patches
+/// of a finer level may be plain, while those of a coarser one reach the next edge. Both: of one view, with the same
+/// neighbours. An empty map changes nothing.
+DepthMap merged(DepthMap finer, const DepthMap& coarser);
+
 }  // namespace trisoup::scene

@@ -133,6 +133,18 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
   return chosen;
 }
 
+std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras) {
+  constexpr double kOfMost = 4, kOfCameras = 8;
+  std::vector<double> distances;
+  for (const glm::dvec3& p : points) distances.push_back(glm::length(p));
+  double limit = kOfMost * percentile(std::move(distances), 0.9);
+  for (const glm::dvec3& c : cameras) limit = std::max(limit, kOfCameras * glm::length(c));
+  std::vector<glm::dvec3> result(points.begin(), points.end());
+  for (glm::dvec3& p : result)
+    if (const double r = glm::length(p); r > limit) p *= limit * (1.0 + std::log(r / limit)) / r;
+  return result;
+}
+
 Reach reach_of(const scene::Scene& scene) {
   const std::vector<std::uint32_t> chosen = usable_points(scene.points, scene.points.positions.size());
   Reach reach;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "scene/scene.h"
 
@@ -17,6 +18,12 @@ namespace trisoup::train {
 /// If more than `max_points` points remain, each cell of a grid in contracted space keeps the point seen by the most
 /// views.
 std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t max_points);
+
+/// Points far behind all others, drawn nearer: a distance r from the origin becomes R (1 + log(r / R)) beyond R. Qhull
+/// would have to jitter all points by more than their distances where some are hundreds of times as far as most. That
+/// far out the lines of sight of all cameras are nearly radial, so what is in front of what stays as it is. cameras:
+/// positions.
+std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras);
 
 /// Contracts space as in Mip-NeRF 360 (Barron et al. 2022): points within distance 1 of the origin stay, others move to
 /// distance 2 - 1 / distance. Far away, equal lengths there are roughly equal angles seen from the cameras.

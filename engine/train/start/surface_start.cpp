@@ -28,23 +28,6 @@ glm::dvec3 on_sphere(int i, int count) {
   return {r * std::cos(i * kGoldenAngle), r * std::sin(i * kGoldenAngle), z};
 }
 
-/// Points far behind all others, drawn nearer: r becomes R (1 + log(r / R)) beyond R. Qhull would have to jitter all
-/// points by more than their distances where some are hundreds of times as far as most. That far out the lines of sight
-/// of all cameras are nearly radial, so that what is in front of what stays as it is.
-std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras) {
-  constexpr double kOfMost = 4, kOfCameras = 8;
-  std::vector<double> distances;
-  for (const glm::dvec3& p : points) distances.push_back(glm::length(p));
-  const auto most = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() * 9 / 10);
-  std::nth_element(distances.begin(), most, distances.end());
-  double limit = kOfMost * *most;
-  for (const glm::dvec3& c : cameras) limit = std::max(limit, kOfCameras * glm::length(c));
-  std::vector<glm::dvec3> result(points.begin(), points.end());
-  for (glm::dvec3& p : result)
-    if (const double r = glm::length(p); r > limit) p *= limit * (1.0 + std::log(r / limit)) / r;
-  return result;
-}
-
 /// Sets `colour` to the mean of the photographs' colours at `p` over those of `views` whose image contains it. Returns
 /// false, and leaves `colour` alone, if there is none.
 bool add_colours(const scene::Scene& scene, std::span<const std::uint32_t> views, const glm::dvec3& p,

@@ -1,0 +1,64 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "scene/stereo/distant_points.h"
+#include "scene/stereo/parallax.h"
+
+using namespace trisoup;
+
+namespace {
+
+constexpr int kAcross = 120, kDown = 80;
+constexpr double kFocal = 60;
+
+/// Depth maps of cameras that look along z and agree with each other. above, below: inverse depth of the upper and the
+/// lower half.
+std::vector<scene::DepthMap> flat_maps(std::span<const glm::dvec3> eyes, float above, float below) {
+  std::vector<scene::DepthMap> maps;
+  for (std::uint32_t v = 0; v < eyes.size(); ++v) {
+    scene::DepthMap& map = maps.emplace_back();
+    scene::Camera& c = map.camera;
+    c.width = kAcross, c.height = kDown, c.fx = c.fy = kFocal, c.cx = kAcross / 2.0, c.cy = kDown / 2.0;
+    c.world_to_camera[3] = glm::dvec4(-eyes[v], 1);
+    double farthest = 0;
+    for (std::uint32_t n = 0; n < eyes.size(); ++n)
+      if (n != v) map.neighbours.push_back(n), farthest = std::max(farthest, glm::distance(eyes[n], eyes[v]));
+    map.pixel_step = 1 / (kFocal * farthest);
+    for (int y = 0; y < kDown; ++y)
+      for (int x = 0; x < kAcross; ++x) map.planes.emplace_back(y < kDown / 2 ? above : below, 0, 0, 0.1);
+    map.agreeing.assign(map.planes.size(), 3u);
+  }
+  return maps;
+}
+
+}  // namespace
+
+TEST_CASE("parallax is the distance from the image at infinity", "[stereo]") {
+  scene::Camera camera = flat_maps(std::vector<glm::dvec3>{{0.2, 0, 0}}, 1, 1).front().camera;
+  CHECK(std::abs(scene::parallax(camera, {0, 0, 0}, {0, 0, 2}) - kFocal * 0.2 / 2) < 1e-9);
+  CHECK(scene::parallax(camera, {0.2, 0, -1}, {0.2, 0, 2}) < 1e-9);  // ahead of a camera that moves there
+  CHECK(scene::parallax(camera, {0, 0, 0}, {0, 0, -2}) == 0);
+}
+
+TEST_CASE("distant points are where maps show nothing near", "[stereo]") {
+  const std::vector<glm::dvec3> eyes{{-0.2, 0, 0}, {0, 0, 0}, {0.2, 0, 0}};
+  const scene::Points points = scene::distant_points(flat_maps(eyes, 1e-4f, 1));
+  REQUIRE(points.positions.size() > 50);
+  CHECK(points.distant == points.positions.size());
+  REQUIRE(points.seen_by.size() == points.positions.size());
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    const glm::dvec3 p(points.positions[i]);
+    CHECK(points.seen_by[i].size() >= 2);
+    CHECK(std::abs(glm::length(p) - 0.2 * kFocal) < 1e-4);
+    CHECK((p.z > 0 && p.y < 0));  // y points down
+  }
+  CHECK(scene::distant_points(flat_maps(eyes, 1, 1)).positions.empty());
+  CHECK(scene::distant_points({}).positions.empty());
+}
+
+TEST_CASE("what stays in place because cameras move towards it is not distant", "[stereo]") {
+  const std::vector<glm::dvec3> eyes{{0, 0, 0}, {0, 0, 0.2}, {0, 0, 0.4}};
+  const scene::Points points = scene::distant_points(flat_maps(eyes, 1e-4f, 1e-4f));
+  REQUIRE(points.positions.size() > 50);
+  for (const glm::vec3& p : points.positions) CHECK(std::hypot(p.x, p.y) / p.z * kFocal > 15);
+}
