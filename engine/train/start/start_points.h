@@ -12,8 +12,7 @@ namespace trisoup::train {
 /// - beyond three times the 99th percentile of distances: mismatches near the horizon of a view;
 /// - with a reprojection error, if known, above both 2 pixels and twice the median;
 /// - seen by fewer than three views (two in a cloud of stereo, one if measured) or, in a cloud without tracks, the 3 %
-/// farthest from their eight nearest neighbours
-///   in contracted() space.
+///   farthest from their eight nearest neighbours in contracted() space.
 /// A rule that would leave less than a third of the cloud is skipped, because such a cloud is sparse rather than bad.
 /// If more than `max_points` points remain, each cell of a grid in contracted space keeps the point seen by the most
 /// views.
