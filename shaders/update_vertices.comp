@@ -24,6 +24,18 @@ FN float size_factor(TAKES_ARGUMENTS uint triangle) {
   return min(side / a.full_side, 1.0f);
 }
 
+/// Factor of the learning rate: the distance to the nearest camera as a share of `full_distance`, at most 1. A step
+/// that suits what stands across the room would move what is near over half the picture, or over a camera.
+FN float distance_factor(TAKES_ARGUMENTS vec3 p) {
+  if (a.eye_count == 0u) return 1.0f;
+  float nearest = a.full_distance * a.full_distance;
+  for (uint i = 0u; i < a.eye_count; ++i) {
+    const vec3 d = p - vec3(a.eyes.v[3u * i], a.eyes.v[3u * i + 1u], a.eyes.v[3u * i + 2u]);
+    nearest = min(nearest, dot(d, d));
+  }
+  return sqrt(nearest) / a.full_distance;
+}
+
 FN void update(TAKES_ARGUMENTS uint vertex, float factor) {
   vec3 gradient, m, p;
   UNROLL for (uint i = 0u; i < 3u; ++i) {
@@ -38,6 +50,7 @@ FN void update(TAKES_ARGUMENTS uint vertex, float factor) {
   if (a.control.v[0].overflow != 0u) return;
   float v = a.moment2.v[vertex];
   const vec3 before = p;
+  factor *= distance_factor(GIVES_ARGUMENTS p);
   p -= vector_adam(gradient, factor * a.state.v[0].lr_vertex, a.state.v[0].second_vertex, m, v);
   if (!usable(p, kLargestCoordinate) || !usable(m, 1e30f) || !usable(v, 1e30f)) {
     // A valid vertex keeps its position. A non-finite vertex is skipped by all renderers until the host collapses its

@@ -16,7 +16,7 @@ std::string understood(const scene::Scene& scene) {
   const std::size_t points = scene.points.positions.size();
   if (points == 0) return scene.summary + "; no points";
   return fmt::format("{}; {} points, {} after cleaning", scene.summary, points,
-                     train::usable_points(scene.points, points).size());
+                     train::usable_points(scene.points).size());
 }
 
 std::string start_in_words(const std::string& init) {

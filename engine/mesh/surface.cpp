@@ -113,9 +113,10 @@ struct Vote {
 /// Collects the votes of all sightings of point p.
 void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walker& walker, std::uint32_t p, double soft,
                    std::vector<Vote>& votes) {
-  for (const std::uint32_t camera : s.seen_by[p]) {
+  for (std::size_t i = 0; i < s.seen_by[p].size(); ++i) {
+    const double weight = s.weights.empty() ? 1.0 : static_cast<double>(s.weights[p][i]);
     const glm::dvec3& from = tetrahedra.points[p];
-    const glm::dvec3 way = s.cameras[camera] - from;
+    const glm::dvec3 way = s.cameras[s.seen_by[p][i]] - from;
     const double length = glm::length(way);
     if (!(length > 0)) continue;
     // The walk goes from the point to the camera. The sighting has the opposite direction, so it enters a tetrahedron
@@ -129,12 +130,12 @@ void collect_votes(const Sightings& s, const Tetrahedra& tetrahedra, const Walke
             if (nearer == kOutside) return;
             const auto& there = tetrahedra.across[nearer];
             const auto back = static_cast<std::uint32_t>(std::find(there.begin(), there.end(), t) - there.begin());
-            if (back < 4) votes.push_back({nearer, back, 1.0 - std::exp(-0.5 * d * d)});
+            if (back < 4) votes.push_back({nearer, back, weight * (1.0 - std::exp(-0.5 * d * d))});
           });
-      if (last != kOutside) votes.push_back({last, Vote::air, 1.0});
+      if (last != kOutside) votes.push_back({last, Vote::air, weight});
     }
     if (const std::uint32_t behind = walker.first_towards(p, -way); behind != kOutside)
-      votes.push_back({behind, Vote::matter, 1.0});
+      votes.push_back({behind, Vote::matter, weight});
   }
 }
 

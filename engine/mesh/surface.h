@@ -17,6 +17,8 @@ struct Sightings {
   /// Per point, indices of cameras. A point without cameras is only a corner of the tetrahedra and casts no votes.
   std::span<const std::vector<std::uint32_t>> seen_by;
   std::span<const glm::dvec3> cameras;  // positions
+  /// As seen_by: how many sightings each stands for, where points were merged. Empty: one each.
+  std::span<const std::vector<float>> weights = {};
 };
 
 struct SurfaceOptions {

@@ -100,6 +100,12 @@ void Trainer::prepare() {
   if (settings_.exposure)
     exposures_ = allocate_exposures(gpu_, static_cast<std::uint32_t>(scene_.train.size()), batch.views);
   if (settings_.pose_corrections) poses_.emplace(gpu_, scene_.train);
+  if (settings_.lr_vertex_distance > 0) {
+    std::vector<glm::vec3> eyes;
+    for (const scene::View& view : scene_.train) eyes.emplace_back(view.camera.centre());
+    eyes_ = gpu_.allocate(eyes.size() * sizeof(glm::vec3), "positions of cameras");
+    gpu_.upload(eyes_.address(), eyes);
+  }
   // A checkpoint's textures are looked at here for the first time.
   const std::uint32_t step = static_cast<std::uint32_t>(step_);
   gpu_.upload(buffers_.state.address() + offsetof(kernels::StepState, step), std::as_bytes(std::span(&step, 1)));
@@ -130,6 +136,9 @@ StepInputs Trainer::step_inputs() const {
   inputs.update_unseen = settings_.published;
   inputs.opaque = settings_.opaque;
   inputs.full_side = static_cast<float>(settings_.lr_vertex_side);
+  inputs.full_distance = static_cast<float>(settings_.lr_vertex_distance);
+  inputs.eyes = eyes_ ? eyes_.address() : 0;
+  inputs.eye_count = eyes_ ? static_cast<std::uint32_t>(scene_.train.size()) : 0;
   inputs.depths = views_->has_depths();
   inputs.exposures = given_exposures();
   inputs.motion = measured_motion();

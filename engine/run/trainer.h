@@ -155,6 +155,7 @@ class Trainer {
   PartTimes* times_ = &own_times_;
   BatchBuffers buffers_;
   SoupBuffers soup_;
+  gpu::Buffer eyes_;                      // positions of the training cameras, if learning rates depend on them
   ranks::Ranks* ranks_ = nullptr;         // null: this process alone
   std::optional<SharedSoup> shared_;      // where there are several
   std::optional<Exposures> exposures_;    // where settings ask for them

@@ -16,8 +16,11 @@ struct UpdateVerticesArgs {
   POINTER(Steps) state;
   POINTER(Controls) control;
   POINTER(Floats) debug;  // [3T][3]: gradient, if requested
+  POINTER(Floats) eyes;   // [eye_count][3]: positions of the training cameras
   uint triangles;
-  float full_side;  // triangles smaller than this have learning rates in proportion to their side; 0: none has
+  float full_side;      // triangles smaller than this have learning rates in proportion to their side; 0: none has
+  uint eye_count;       // 0: the learning rate does not depend on the distance
+  float full_distance;  // vertices nearer than this to an eye have learning rates in proportion to their distance
 };
 
 #ifndef GL_core_profile

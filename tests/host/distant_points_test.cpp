@@ -57,8 +57,26 @@ TEST_CASE("distant points are where maps show nothing near", "[stereo]") {
 }
 
 TEST_CASE("what stays in place because cameras move towards it is not distant", "[stereo]") {
-  const std::vector<glm::dvec3> eyes{{0, 0, 0}, {0, 0, 0.2}, {0, 0, 0.4}};
-  const scene::Points points = scene::distant_points(flat_maps(eyes, 1e-4f, 1e-4f));
+  // A fourth camera beside them, which shows nothing, makes what is far begin further away.
+  const auto points_with = [](double beside) {
+    const std::vector<glm::dvec3> eyes{{0, 0, 0}, {0, 0, 0.2}, {0, 0, 0.4}, {0, beside, 0.2}};
+    std::vector<scene::DepthMap> maps = flat_maps(eyes, 1e-4f, 1e-4f);
+    maps.back().agreeing.assign(maps.back().planes.size(), 0u);
+    return scene::distant_points(maps);
+  };
+  const scene::Points points = points_with(1);
   REQUIRE(points.positions.size() > 50);
-  for (const glm::vec3& p : points.positions) CHECK(std::hypot(p.x, p.y) / p.z * kFocal > 15);
+  for (const glm::vec3& p : points.positions) CHECK(std::hypot(p.x, p.y - 0.25f) / p.z * kFocal > 8);
+  CHECK(points_with(10).positions.empty());
+}
+
+TEST_CASE("narrow baselines tell that a place is far, though not how far", "[stereo]") {
+  // The first three cameras are close to each other, the fourth is not: a step of a pixel is that of its baseline.
+  const std::vector<glm::dvec3> eyes{{-0.1, 0, 0}, {0, 0, 0}, {0.1, 0, 0}, {0, 2, 0}};
+  std::vector<scene::DepthMap> maps = flat_maps(eyes, 1e-4f, 1e-4f);
+  maps.back().agreeing.assign(maps.back().planes.size(), 0u);
+  const scene::CameraCloud cameras = scene::camera_cloud(maps);
+  CHECK(cameras.centre.y == Approx(0.5));
+  CHECK(cameras.radius == Approx(1.5));
+  CHECK(scene::distant_points(maps).positions.size() > 50);
 }

@@ -58,7 +58,7 @@ TEST_CASE("points seen by too few views, with large reprojection error or too fa
   add(points, {0.1f, 0.1f, 0}, 5, 3.0f);   // large error
   add(points, {900, 0, 0}, 5, 0.5f);       // too far away
   add(points, {0.2f, 0.1f, 0}, 5, -1.0f);  // unknown error: kept
-  const auto chosen = usable_points(points, 100'000);
+  const auto chosen = usable_points(points);
   CHECK(chosen.size() == 301);
   CHECK(chosen.back() == 303);
 }
@@ -71,7 +71,7 @@ TEST_CASE("a measured point is kept if one view sees it", "[start]") {
   add(points, {0.2f, 0.1f, 0}, 0, -1.0f);  // measured, of a view that is held out
   points.measured.resize(303);
   points.measured[300] = points.measured[302] = true;
-  const auto chosen = usable_points(points, 100'000);
+  const auto chosen = usable_points(points);
   CHECK(chosen.size() == 301);
   CHECK(chosen.back() == 300);
 }
@@ -79,7 +79,7 @@ TEST_CASE("a measured point is kept if one view sees it", "[start]") {
 TEST_CASE("a sparse but accurate cloud is kept", "[start]") {
   scene::Points points;
   add_ball(points, 90, 2);
-  CHECK(usable_points(points, 100'000).size() == 90);
+  CHECK(usable_points(points).size() == 90);
 }
 
 TEST_CASE("of stereo two views suffice, and all distant points stay", "[start]") {
@@ -89,12 +89,12 @@ TEST_CASE("of stereo two views suffice, and all distant points stay", "[start]")
   points.stereo = true;
   for (int i = 0; i < 10; ++i) add(points, {5000, float(i), 0}, 2, -1.0f);
   points.distant = 10;
-  CHECK(usable_points(points, 100'000).size() == 330);
-  const auto few = usable_points(points, 50);
+  CHECK(usable_points(points).size() == 330);
+  const auto few = thinned(points, usable_points(points), 50).chosen;
   CHECK(few.size() <= 60);
   CHECK(std::count_if(few.begin(), few.end(), [](std::uint32_t i) { return i >= 320; }) == 10);
   points.stereo = false;
-  CHECK(usable_points(points, 100'000).size() == 310);
+  CHECK(usable_points(points).size() == 310);
 }
 
 TEST_CASE("in a cloud without tracks points far from their neighbours are dropped", "[start]") {
@@ -102,7 +102,7 @@ TEST_CASE("in a cloud without tracks points far from their neighbours are droppe
   add_ball(points, 300);
   points.positions.push_back({0.9f, 0.9f, 0});
   points.errors.clear(), points.seen_by.clear();
-  const auto chosen = usable_points(points, 100'000);
+  const auto chosen = usable_points(points);
   CHECK(chosen.size() < 301);
   CHECK(chosen.size() > 280);
   CHECK(std::count(chosen.begin(), chosen.end(), 300u) == 0);
@@ -112,7 +112,7 @@ TEST_CASE("of many points those seen by most views are kept, evenly over the sce
   scene::Points points;
   add_ball(points, 3000, 3);
   for (std::size_t i = 0; i < points.seen_by.size(); i += 10) points.seen_by[i].push_back(7);
-  const auto chosen = usable_points(points, 500);
+  const auto chosen = thinned(points, usable_points(points), 500).chosen;
   REQUIRE(chosen.size() <= 500);
   CHECK(chosen.size() > 300);
   const auto best = std::count_if(chosen.begin(), chosen.end(), [](std::uint32_t i) { return i % 10 == 0; });
@@ -122,6 +122,44 @@ TEST_CASE("of many points those seen by most views are kept, evenly over the sce
       const glm::vec3& p = points.positions[i];
       return (p.x > 0) == bool(octant & 1) && (p.y > 0) == bool(octant & 2) && (p.z > 0) == bool(octant & 4);
     }));
+}
+
+TEST_CASE("points that stand for others have the sightings of all", "[start]") {
+  scene::Scene scene;
+  scene::Points& points = scene.points;
+  // A surface of 99 points in one place, each seen by a view of its own and all by views 0 to 2; and a stray.
+  for (std::uint32_t i = 0; i < 99; ++i) {
+    points.positions.emplace_back(0.5f + 1e-5f * static_cast<float>(i), 0, 0);
+    points.seen_by.push_back({0, 1, 2, 3 + i});
+  }
+  points.positions.emplace_back(-0.5f, 0, 0);
+  points.seen_by.push_back({0, 1, 2});
+  std::vector<std::uint32_t> all(100);
+  std::iota(all.begin(), all.end(), 0u);
+  const Thinned two = thinned(points, all, 2);
+  REQUIRE(two.chosen == std::vector<std::uint32_t>{0, 99});
+  CHECK(two.cells[0].size() == 99);
+  const MergedSightings merged = merged_sightings(scene, two);
+  REQUIRE(merged.seen_by[0].size() == 102);
+  CHECK(merged.weights[0][0] == Approx(99 / 50.0));  // the mean cell has 50 points
+  CHECK(merged.weights[0][3] == 1);
+  CHECK(merged.seen_by[1] == std::vector<std::uint32_t>{0, 1, 2});
+  CHECK(merged.weights[1] == std::vector<float>{1, 1, 1});
+  const Thinned each = thinned(points, all, 100);
+  CHECK(each.chosen == all);
+  CHECK(merged_sightings(scene, each).seen_by == points.seen_by);
+}
+
+TEST_CASE("distant points are never thinned", "[start]") {
+  scene::Points points;
+  add_ball(points, 500);
+  for (int i = 0; i < 20; ++i) points.positions.emplace_back(100 + i, 0, 0), points.seen_by.push_back({0, 1});
+  points.errors.clear();
+  points.distant = 20;
+  const Thinned few = thinned(points, usable_points(points), 50);
+  REQUIRE(few.chosen.size() > 20);
+  CHECK(few.chosen.size() <= 70);
+  for (std::uint32_t i = 0; i < 20; ++i) CHECK(few.chosen[few.chosen.size() - 20 + i] == 500 + i);
 }
 
 TEST_CASE("contracted() keeps directions and the order of distances, with radius below 2", "[start]") {

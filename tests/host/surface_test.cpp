@@ -133,6 +133,32 @@ TEST_CASE("an outlier inside a room is ignored, because lines of sight pass thro
   CHECK(std::count(mesh.indices.begin(), mesh.indices.end(), stray) == 0);
 }
 
+TEST_CASE("sightings weigh as many as they stand for", "[surface]") {
+  // Two cameras look at a point through another: the heavier one is right.
+  for (const bool near_is_heavy : {false, true}) {
+    Room room(0);
+    room.cameras = {{0.1, 0, 0}, {-0.1, 0, 0}};
+    room.close();
+    std::vector<std::vector<float>> weights(room.points.size());
+    std::vector<std::uint32_t> near, far;
+    for (int y = -3; y <= 3; ++y)
+      for (int x = -3; x <= 3; ++x)
+        for (const double z : {1.0, 3.0}) {
+          (z < 2 ? near : far).push_back(static_cast<std::uint32_t>(room.points.size()));
+          room.points.emplace_back(0.2 * z * x, 0.2 * z * y + 0.003 * x, z + 0.001 * y);
+          room.seen_by.push_back({0, 1});
+          const float weight = (z < 2) == near_is_heavy ? 20.0f : 1.0f;
+          weights.push_back({weight, weight});
+        }
+    const Mesh mesh = surface_from_sightings({room.points, room.seen_by, room.cameras, weights}, {});
+    const auto used = [&](std::uint32_t point) {
+      return std::find(mesh.indices.begin(), mesh.indices.end(), point) != mesh.indices.end();
+    };
+    CHECK(used(near[24]) == near_is_heavy);  // the middle one
+    CHECK(used(far[24]) != near_is_heavy);
+  }
+}
+
 TEST_CASE("without observations the surface is the surrounding sphere", "[surface]") {
   Room room(0);
   room.close();

@@ -12,7 +12,8 @@ namespace {
 
 /// Largest relative difference of depths of one surface, and smallest one of surfaces that are clearly apart.
 constexpr double kSameDepth = 0.03, kOtherDepth = 0.1;
-constexpr double kLeastParallax = 2;  // pixels in an agreeing neighbour; less tells no depth
+/// Pixels in an agreeing neighbour. Less than kLeastParallax tells no depth, but may tell that a place is far.
+constexpr double kLeastParallax = 2, kLeastFarParallax = 1;
 /// Neighbours that must have a point too; one is enough where no more than kFewShow show its place.
 constexpr int kAgreeing = 2, kFewShow = 2;
 constexpr std::size_t kLeastSightings = 3;  // of a point that was not found here
@@ -37,7 +38,7 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
   if (plane.w > kLargestPlaneCost) return result;
   const double w = plane.x + plane.y * (x - 0.5 - i) + plane.z * (y - 0.5 - j), own = 1.0 / shown->depth;
   const double apart = std::abs(w - own), larger = std::max(w, own);
-  if (apart <= kSameDepth * larger) result.verdict = Verdict::same;
+  if (apart <= std::max(kSameDepth * larger, map.pixel_step)) result.verdict = Verdict::same;
   // A plane that no neighbour has too contradicts nothing.
   else if (apart > kOtherDepth * larger + map.pixel_step && std::popcount(map.agreeing[result.pixel]) >= kAgreeing)
     result.verdict = w > own ? Verdict::nearer : Verdict::farther;
@@ -45,8 +46,9 @@ std::optional<Sighting> sighting(const DepthMap& map, const glm::dvec3& position
 }
 
 /// Whether enough neighbours agree with a pixel: two, or one where few show its place; and whether one of them tells
-/// its depth.
-bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, std::size_t pixel, const glm::dvec3& position) {
+/// its depth, or at least that it is beyond `far` (distance).
+bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, double far, std::size_t pixel,
+                 const glm::dvec3& position) {
   const std::uint32_t agreeing = map.agreeing[pixel];
   const bool alone = std::popcount(agreeing) < kAgreeing;
   int showing = 0;
@@ -56,7 +58,10 @@ bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, std::size_
     if (alone && shown_at(other, position) && ++showing > kFewShow) return false;
     if ((agreeing >> k) & 1) moved = std::max(moved, parallax(other, map.camera.centre(), position));
   }
-  return moved >= kLeastParallax;
+  if (moved >= kLeastParallax) return true;
+  // A pixel more of parallax would be this much nearer.
+  const double nearest = glm::distance(map.camera.centre(), position) / (1.0 + 1.0 / moved);
+  return moved >= kLeastFarParallax && nearest >= far;
 }
 
 glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, int y, double inverse_depth) {
@@ -68,6 +73,7 @@ glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, i
 }  // namespace
 
 Points dense_points(std::span<const DepthMap> maps) {
+  const double far = kFar * camera_cloud(maps).radius;
   Points points;
   std::vector<std::vector<bool>> claimed(maps.size());
   for (std::size_t v = 0; v < maps.size(); ++v) claimed[v].resize(maps[v].planes.size());
@@ -98,7 +104,7 @@ Points dense_points(std::span<const DepthMap> maps) {
         if (claimed[v][pixel] || map.agreeing[pixel] == 0 || !(w > 0)) continue;
         const glm::dvec3 position = position_of(map, to_world, x, y, w);
         const bool measured = map.agreeing[pixel] == kMeasured;
-        if (measured || vouched_for(maps, map, pixel, position)) add(v, measured, position);
+        if (measured || vouched_for(maps, map, far, pixel, position)) add(v, measured, position);
       }
   }
   return points;

@@ -12,14 +12,15 @@ namespace {
 constexpr int kDirections = 4096;
 /// Largest parallax of what is distant, and smallest one of what is near; pixels.
 constexpr double kDistant = 2, kNear = 4;
-/// Inverse depth that the neighbours of a distant pixel must be able to tell from 0, in steps of a pixel.
+/// Inverse depth that the neighbours of a distant pixel must be able to tell from 0, in steps of a pixel; or that of
+/// what is far, if that is larger.
 constexpr double kTold = 8;
 /// Pixels on each side that decide on a pixel, how many must be distant, and how many times as many as are near.
 constexpr int kWindow = 4, kLeastDistant = 4, kMajority = 8;
 
 enum class Reach : std::uint8_t { unknown, distant, near };
 
-Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, int x, int y) {
+Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, double far, int x, int y) {
   const Camera& c = map.camera;
   const std::size_t pixel =
       static_cast<std::size_t>(y) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(x);
@@ -27,7 +28,7 @@ Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, int x,
   if (agreeing == 0) return Reach::unknown;
   const glm::dvec3 eye = c.centre(), ray = glm::transpose(glm::dmat3(c.world_to_camera)) *
                                            glm::dvec3((x + 0.5 - c.cx) / c.fx, (y + 0.5 - c.cy) / c.fy, 1.0);
-  const double w = std::max<double>(map.planes[pixel].x, 1e-9), told = kTold * map.pixel_step;
+  const double w = std::max<double>(map.planes[pixel].x, 1e-9), told = std::max(kTold * map.pixel_step, far);
   double moved = 0, would_move = 0;
   for (std::size_t k = 0; k < map.neighbours.size(); ++k) {
     if (!((agreeing >> k) & 1)) continue;
@@ -39,12 +40,12 @@ Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, int x,
   return moved <= kDistant && would_move >= kNear ? Reach::distant : Reach::unknown;
 }
 
-/// Per pixel, whether most of what is known around it is distant.
-std::vector<bool> distant_pixels(std::span<const DepthMap> maps, const DepthMap& map) {
+/// Per pixel, whether most of what is known around it is distant. far: inverse depth.
+std::vector<bool> distant_pixels(std::span<const DepthMap> maps, const DepthMap& map, double far) {
   const int width = map.camera.width, height = map.camera.height;
   std::vector<Reach> reach;
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) reach.push_back(reach_of_pixel(maps, map, x, y));
+    for (int x = 0; x < width; ++x) reach.push_back(reach_of_pixel(maps, map, far, x, y));
   std::vector<bool> result(reach.size());
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -62,24 +63,12 @@ std::vector<bool> distant_pixels(std::span<const DepthMap> maps, const DepthMap&
   return result;
 }
 
-/// A sphere round the cameras on which none of them is off by more than a pixel.
-struct Sphere {
-  glm::dvec3 centre{0.0};
-  double radius = 0;
-};
-Sphere sphere_of(std::span<const DepthMap> maps) {
-  Sphere sphere;
-  double count = 0, extent = 0, focal = 0;
+/// Radius of a sphere round the cameras on which none of them is off by more than a pixel.
+double radius_of(std::span<const DepthMap> maps, const CameraCloud& cameras) {
+  double focal = 0;
   for (const DepthMap& map : maps)
-    if (!map.planes.empty()) sphere.centre += map.camera.centre(), ++count;
-  if (count > 0) sphere.centre /= count;
-  for (const DepthMap& map : maps) {
-    if (map.planes.empty()) continue;
-    extent = std::max(extent, glm::distance(map.camera.centre(), sphere.centre));
-    focal = std::max({focal, map.camera.fx, map.camera.fy});
-  }
-  sphere.radius = extent * focal;
-  return sphere;
+    if (!map.planes.empty()) focal = std::max({focal, map.camera.fx, map.camera.fy});
+  return cameras.radius * focal;
 }
 
 /// Direction `i` of kDirections spread evenly over the sphere (Fibonacci lattice).
@@ -92,15 +81,16 @@ glm::dvec3 direction(int i) {
 }  // namespace
 
 Points distant_points(std::span<const DepthMap> maps) {
+  const CameraCloud cameras = camera_cloud(maps);
+  const double radius = radius_of(maps, cameras), far = cameras.radius > 0 ? 1.0 / (kFar * cameras.radius) : 0.0;
   std::vector<std::vector<bool>> distant(maps.size());
   parallel_for(static_cast<int>(maps.size()), 0, [&](int v) {
     const auto i = static_cast<std::size_t>(v);
-    if (!maps[i].planes.empty()) distant[i] = distant_pixels(maps, maps[i]);
+    if (!maps[i].planes.empty()) distant[i] = distant_pixels(maps, maps[i], far);
   });
-  const Sphere sphere = sphere_of(maps);
   Points points;
   for (int i = 0; i < kDirections; ++i) {
-    const glm::dvec3 place = sphere.centre + sphere.radius * direction(i);
+    const glm::dvec3 place = cameras.centre + radius * direction(i);
     std::vector<std::uint32_t> seen_by;
     for (std::uint32_t v = 0; v < maps.size(); ++v) {
       if (distant[v].empty()) continue;

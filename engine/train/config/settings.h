@@ -37,7 +37,8 @@ struct Settings {
   double lr_end = 0.01;         // learning rates of textures and MLP at the last step, as a share of the first
   double lr_vertex_end = 0.01;  // the same of vertices
   double lr_vertex_side = 0;    // triangles with a smaller side have vertex learning rates in proportion to it; 0: none
-  double huber = 0;             // colour errors below it have a gradient in proportion to them (Huber); 0: L1
+  double lr_vertex_distance = 0;  // vertices nearer to a camera have learning rates in proportion to it; 0: none
+  double huber = 0;               // colour errors below it have a gradient in proportion to them (Huber); 0: L1
 
   double lambda_depth = 0;   // weight of the depth loss at the first step; it falls to 0 (docs/method.md, "Depth maps")
   double depth_until = 0.7;  // share of the steps after which it is 0

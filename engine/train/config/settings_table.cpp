@@ -123,6 +123,9 @@ constexpr Setting kTable[] = {
     {"Learning rates", "lr_vertex_side", &S::lr_vertex_side, experiment, kAny,
      "vertices of triangles with a smaller side have a learning rate in proportion to it; 0: none has",
      {.usual = 0, .surface = 0.1}},
+    {"Learning rates", "lr_vertex_distance", &S::lr_vertex_distance, experiment, kAny,
+     "vertices nearer than this to a camera have a learning rate in proportion to their distance; 0: none has",
+     {.usual = 0, .surface = 0.5}},
 
     {"Textures", "coarse_share", &S::coarse_share, experiment, kShare,
      "first share of the steps, which trains textures of level 0 alone; 0: fine levels from the first step on",

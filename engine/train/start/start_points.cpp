@@ -27,33 +27,29 @@ void drop(std::vector<std::uint32_t>& chosen, std::size_t cloud, Bad&& bad) {
   if (3 * left.size() >= cloud) chosen = std::move(left);
 }
 
-/// For each cell of a grid in contracted space, the point seen by the most views; of equal ones, the lowest index.
-std::vector<std::uint32_t> one_per_cell(const scene::Points& points, const std::vector<std::uint32_t>& chosen,
-                                        double cell) {
-  std::map<std::array<int, 3>, std::uint32_t> best;
-  const auto views = [&](std::uint32_t i) { return points.seen_by.empty() ? 0 : points.seen_by[i].size(); };
-  for (const std::uint32_t i : chosen) {
-    const glm::dvec3 c = glm::floor(contracted(glm::dvec3(points.positions[i])) / cell);
-    const auto [it, fresh] = best.try_emplace({int(c.x), int(c.y), int(c.z)}, i);
-    if (!fresh && views(i) > views(it->second)) it->second = i;
+/// The points of each cell of a grid in contracted space.
+std::vector<std::vector<std::uint32_t>> cells_of(const scene::Points& points, std::span<const std::uint32_t> usable,
+                                                 double side) {
+  std::map<std::array<int, 3>, std::vector<std::uint32_t>> cells;
+  for (const std::uint32_t i : usable) {
+    const glm::dvec3 c = glm::floor(contracted(glm::dvec3(points.positions[i])) / side);
+    cells[{int(c.x), int(c.y), int(c.z)}].push_back(i);
   }
-  std::vector<std::uint32_t> result;
-  for (const auto& [key, i] : best) result.push_back(i);
-  std::sort(result.begin(), result.end());
+  std::vector<std::vector<std::uint32_t>> result;
+  for (auto& [key, cell] : cells) result.push_back(std::move(cell));
   return result;
 }
 
-/// The best points of a grid whose cells leave few enough.
-std::vector<std::uint32_t> thinned(const scene::Points& points, const std::vector<std::uint32_t>& chosen,
-                                   std::size_t max_points) {
-  // Find the smallest cell size that leaves few enough points by bisection.
+/// The cells of the finest grid that has few enough, about.
+std::vector<std::vector<std::uint32_t>> few_cells(const scene::Points& points, std::span<const std::uint32_t> usable,
+                                                  std::size_t most) {
   double fine = 0, coarse = 4;
   for (int i = 0; i < 24; ++i) {
     const double middle = (fine + coarse) / 2;
-    (one_per_cell(points, chosen, middle).size() <= max_points ? coarse : fine) = middle;
+    (cells_of(points, usable, middle).size() <= most ? coarse : fine) = middle;
     if (coarse - fine < 0.02 * coarse) break;
   }
-  return one_per_cell(points, chosen, coarse);
+  return cells_of(points, usable, coarse);
 }
 
 /// For a cloud without tracks: a view sees a point whose depth is at most 1.1 times the smallest in its cell of the
@@ -97,7 +93,7 @@ glm::dvec3 contracted(const glm::dvec3& p) {
   return r <= 1 ? p : (2.0 - 1.0 / r) / r * p;
 }
 
-std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t max_points) {
+std::vector<std::uint32_t> usable_points(const scene::Points& points) {
   const std::size_t cloud = points.positions.size() - points.distant;
   std::vector<std::uint32_t> chosen;
   std::vector<double> distances;
@@ -128,9 +124,29 @@ std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_
     std::size_t k = 0;
     drop(chosen, cloud, [&](std::uint32_t) { return gaps[k++] > largest; });
   }
-  if (chosen.size() > max_points) chosen = thinned(points, chosen, max_points);
   for (std::uint32_t i = 0; i < points.distant; ++i) chosen.push_back(static_cast<std::uint32_t>(cloud) + i);
   return chosen;
+}
+
+Thinned thinned(const scene::Points& points, const std::vector<std::uint32_t>& usable, std::size_t max_points) {
+  const auto cloud = std::span(usable).first(usable.size() - points.distant);
+  std::vector<std::vector<std::uint32_t>> cells;
+  if (cloud.size() <= max_points)
+    for (const std::uint32_t i : cloud) cells.push_back({i});
+  else
+    cells = few_cells(points, cloud, max_points);
+  const auto fewer = [&](std::uint32_t a, std::uint32_t b) {
+    return !points.seen_by.empty() && points.seen_by[a].size() < points.seen_by[b].size();
+  };
+  std::map<std::uint32_t, std::vector<std::uint32_t>> by_best;  // of equal points, the first
+  for (auto& cell : cells) {
+    const std::uint32_t best = *std::max_element(cell.begin(), cell.end(), fewer);
+    by_best[best] = std::move(cell);
+  }
+  for (const std::uint32_t i : std::span(usable).last(points.distant)) by_best[i] = {i};
+  Thinned result;
+  for (auto& [best, cell] : by_best) result.chosen.push_back(best), result.cells.push_back(std::move(cell));
+  return result;
 }
 
 std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<const glm::dvec3> cameras) {
@@ -146,7 +162,7 @@ std::vector<glm::dvec3> drawn_in(std::span<const glm::dvec3> points, std::span<c
 }
 
 Reach reach_of(const scene::Scene& scene) {
-  const std::vector<std::uint32_t> chosen = usable_points(scene.points, scene.points.positions.size());
+  const std::vector<std::uint32_t> chosen = usable_points(scene.points);
   Reach reach;
   for (const scene::View& view : scene.train)
     reach.farthest = std::max(reach.farthest, glm::length(view.camera.centre()));
@@ -167,6 +183,27 @@ std::vector<std::vector<std::uint32_t>> sightings_of(const scene::Scene& scene,
   if (scene.points.seen_by.empty()) return guessed_sightings(scene, chosen);
   std::vector<std::vector<std::uint32_t>> result;
   for (const std::uint32_t i : chosen) result.push_back(scene.points.seen_by[i]);
+  return result;
+}
+
+MergedSightings merged_sightings(const scene::Scene& scene, const Thinned& thinned) {
+  MergedSightings result;
+  if (scene.points.seen_by.empty()) {
+    result.seen_by = guessed_sightings(scene, thinned.chosen);
+    for (const auto& views : result.seen_by) result.weights.emplace_back(views.size(), 1.0f);
+    return result;
+  }
+  std::size_t points = 0;
+  for (const std::vector<std::uint32_t>& cell : thinned.cells) points += cell.size();
+  const float share = static_cast<float>(thinned.cells.size()) / static_cast<float>(std::max<std::size_t>(1, points));
+  for (const std::vector<std::uint32_t>& cell : thinned.cells) {
+    std::map<std::uint32_t, float> views;
+    for (const std::uint32_t i : cell)
+      for (const std::uint32_t v : scene.points.seen_by[i]) ++views[v];
+    std::vector<std::uint32_t>& seen_by = result.seen_by.emplace_back();
+    std::vector<float>& weights = result.weights.emplace_back();
+    for (const auto& [view, count] : views) seen_by.push_back(view), weights.push_back(std::max(1.0f, share * count));
+  }
   return result;
 }
 

@@ -8,15 +8,22 @@
 
 namespace trisoup::train {
 
-/// Indices of the reliable points of the cloud, ascending, at most `max_points`, and of all distant ones. Drops points
+/// Indices of the reliable points of the cloud and of all distant ones, ascending. Drops points
 /// - beyond three times the 99th percentile of distances: mismatches near the horizon of a view;
 /// - with a reprojection error, if known, above both 2 pixels and twice the median;
 /// - seen by fewer than three views (two in a cloud of stereo, one if measured) or, in a cloud without tracks, the 3 %
 ///   farthest from their eight nearest neighbours in contracted() space.
 /// A rule that would leave less than a third of the cloud is skipped, because such a cloud is sparse rather than bad.
-/// If more than `max_points` points remain, each cell of a grid in contracted space keeps the point seen by the most
-/// views.
-std::vector<std::uint32_t> usable_points(const scene::Points& points, std::size_t max_points);
+std::vector<std::uint32_t> usable_points(const scene::Points& points);
+
+/// Points of which each stands for those of its cell.
+struct Thinned {
+  std::vector<std::uint32_t> chosen;              // ascending
+  std::vector<std::vector<std::uint32_t>> cells;  // [chosen] the points of its cell, itself among them
+};
+/// Keeps at most `max_points` of the cloud's points, and all distant ones: the one seen by the most views in each cell
+/// of a grid in contracted space. usable: ascending.
+Thinned thinned(const scene::Points& points, const std::vector<std::uint32_t>& usable, std::size_t max_points);
 
 /// Points far behind all others, drawn nearer: a distance r from the origin becomes R (1 + log(r / R)) beyond R. Qhull
 /// would have to jitter all points by more than their distances where some are hundreds of times as far as most. That
@@ -39,5 +46,15 @@ Reach reach_of(const scene::Scene& scene);
 /// nearest views in which no other points in about the same direction are clearly in front. [chosen]
 std::vector<std::vector<std::uint32_t>> sightings_of(const scene::Scene& scene,
                                                      const std::vector<std::uint32_t>& chosen);
+
+/// Sightings of points that stand for others: the views that saw any of a cell. A stray point is alone in its cell, so
+/// that a surface's many outweigh it. Without tracks, those of sightings_of().
+struct MergedSightings {
+  std::vector<std::vector<std::uint32_t>> seen_by;  // [chosen] ascending
+  /// As seen_by: how many of the cell's points the view saw, as a share of the mean number of points in a cell; at
+  /// least 1, because a place that few pixels show is seen all the same.
+  std::vector<std::vector<float>> weights;
+};
+MergedSightings merged_sightings(const scene::Scene& scene, const Thinned& thinned);
 
 }  // namespace trisoup::train

@@ -130,18 +130,18 @@ std::vector<glm::vec3> backdrop_triangles(double radius) {
 Start surface_start(const scene::Scene& scene, const Settings& settings) {
   if (scene.points.positions.empty())
     throw Error("{}: has no points to start from; set `init` to random or to a mesh file", scene.path.string());
-  const std::vector<std::uint32_t> chosen = usable_points(scene.points, kMostPoints);
+  const Thinned chosen = thinned(scene.points, usable_points(scene.points), kMostPoints);
   std::vector<glm::dvec3> points, cameras;
-  for (const std::uint32_t i : chosen) points.emplace_back(scene.points.positions[i]);
-  std::vector<std::vector<std::uint32_t>> seen_by = sightings_of(scene, chosen);
+  for (const std::uint32_t i : chosen.chosen) points.emplace_back(scene.points.positions[i]);
+  auto [seen_by, weights] = merged_sightings(scene, chosen);
   for (const scene::View& view : scene.train) cameras.push_back(view.camera.centre());
   double radius = kShellRadius * settings.backdrop;
   if (!(radius > 0)) radius = 2.0 * reach_of(scene).farthest;
   for (int i = 0; i < kShellPoints; ++i) points.push_back(radius * on_sphere(i, kShellPoints));
-  seen_by.resize(points.size());
+  seen_by.resize(points.size()), weights.resize(points.size());
 
   const std::vector<glm::dvec3> near = drawn_in(points, cameras);
-  soup::Mesh mesh = soup::surface_from_sightings({near, seen_by, cameras}, {});
+  soup::Mesh mesh = soup::surface_from_sightings({near, seen_by, cameras, weights}, {});
   for (std::size_t i = 0; i < points.size(); ++i) mesh.positions[i] = glm::vec3(points[i]);
   const std::vector<glm::vec3> backdrop =
       settings.backdrop > 0 ? backdrop_triangles(settings.backdrop) : std::vector<glm::vec3>{};

@@ -48,6 +48,9 @@ struct StepInputs {
   bool update_unseen = true;             // Adam also updates texture values without gradient, as published
   bool opaque = false;                   // Settings::opaque: opacity is fixed to 1
   float full_side = 0;                   // Settings::lr_vertex_side
+  float full_distance = 0;               // Settings::lr_vertex_distance
+  gpu::Address eyes = 0;                 // [eye_count][3] positions of the training cameras
+  std::uint32_t eye_count = 0;           // 0: learning rates of vertices do not depend on their distance
   const Exposures* exposures = nullptr;  // of the photographs; null: none. Float targets have none
   bool depths = false;                   // views may have depth maps (BatchView::depth)
   bool fit_exposures = true;             // to the rendering, before applying them
