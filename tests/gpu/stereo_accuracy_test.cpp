@@ -1,0 +1,102 @@
+// Tests how exact and how complete the depths of engine/scene/stereo/depth_maps.cpp are. With -s it prints the figures.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "gpu/box_room.h"
+#include "gpu/small_scene.h"
+#include "scene/stereo/depth_maps.h"
+#include "shared_data.h"
+
+using namespace trisoup;
+
+namespace {
+
+/// Of depths that two neighbours agree on: relative errors, and their pixels as shares of all pixels.
+struct DepthFigures {
+  double median = 0, mean = 0;
+  double shown = 0;                              // pixels whose surface two other views show: what can be found
+  double found = 0, within_2 = 0, within_5 = 0;  // with a depth; with one that is off by at most 2 %, 5 %
+};
+
+/// Whether two of the views, other than the pixel's own, show the surface that a pixel shows.
+bool shown_twice(const std::vector<scene::DepthMap>& maps, const scene::DepthMap& own, const glm::dvec3& place,
+                 const scene::Normalisation& normalisation) {
+  int showing = 0;
+  for (const scene::DepthMap& map : maps) {
+    const auto there = scene::shown_at(map.camera, place);
+    if (&map == &own || !there) continue;
+    const double first = test::room_depth(map.camera, normalisation, there->pixel.x, there->pixel.y);
+    if (there->depth < 1.001 * first && ++showing == 2) return true;
+  }
+  return false;
+}
+
+DepthFigures depth_figures(const std::vector<scene::DepthMap>& maps, const scene::Normalisation& normalisation) {
+  std::vector<double> errors;
+  std::size_t pixels = 0, shown = 0;
+  for (const scene::DepthMap& map : maps) {
+    const scene::Camera& c = map.camera;
+    const glm::dmat4 to_world = glm::inverse(c.world_to_camera);
+    pixels += map.planes.size();
+    for (std::size_t i = 0; i < map.planes.size(); ++i) {
+      const double x = static_cast<double>(i % static_cast<std::size_t>(c.width)) + 0.5,
+                   y = static_cast<double>(i / static_cast<std::size_t>(c.width)) + 0.5;
+      const double depth = test::room_depth(c, normalisation, x, y), inverse = map.planes[i].x;
+      const glm::dvec4 place = to_world * glm::dvec4(depth * (x - c.cx) / c.fx, depth * (y - c.cy) / c.fy, depth, 1);
+      shown += shown_twice(maps, map, glm::dvec3(place), normalisation);
+      if (std::popcount(map.agreeing[i]) >= 2 && inverse > 0) errors.push_back(std::abs(1 / (inverse * depth) - 1));
+    }
+  }
+  REQUIRE(!errors.empty());
+  std::sort(errors.begin(), errors.end());
+  const auto share = [&](double most) {
+    return static_cast<double>(std::upper_bound(errors.begin(), errors.end(), most) - errors.begin()) /
+           static_cast<double>(pixels);
+  };
+  return {.median = errors[errors.size() / 2],
+          .mean = std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size()),
+          .shown = static_cast<double>(shown) / static_cast<double>(pixels),
+          .found = share(errors.back()),
+          .within_2 = share(0.02),
+          .within_5 = share(0.05)};
+}
+
+}  // namespace
+
+TEST_CASE("stereo finds the depths of a room with a box", "[stereo][accuracy]") {
+  auto gpu = test::open_device();
+  const scene::Normalisation normalisation{glm::dvec3(0), 0.3};
+  const DepthFigures room =
+      depth_figures(scene::depth_maps(*gpu, test::room_photographs(16, normalisation), {}, {}), normalisation);
+  CHECK(room.median < 0.004);
+  CHECK(room.mean < 0.02);
+  CHECK(room.shown > 0.9);
+  CHECK(room.found > 0.75);
+  CHECK(room.within_2 > 0.7);
+  CHECK(room.within_5 > 0.7);
+}
+
+TEST_CASE("stereo finds the depths of 16 small photographs of a room", "[stereo][accuracy][shared]") {
+  REQUIRE_SHARED_FOLDER(shared);
+  const std::filesystem::path dataset = shared / "inputs/_reference/dataset";
+  if (!std::filesystem::is_directory(dataset)) {
+    WARN("TRISOUP_SHARED has no inputs: skipped");
+    return;
+  }
+  scene::LoadOptions options;
+  options.test_every = 0;
+  const scene::Scene scene = scene::load(dataset, options);
+  auto gpu = test::open_device();
+  const DepthFigures room =
+      depth_figures(scene::depth_maps(*gpu, scene.train, scene.points, {}), scene.normalisation);
+  CHECK(room.median < 0.004);
+  CHECK(room.mean < 0.02);
+  CHECK(room.shown > 0.9);
+  CHECK(room.found > 0.75);
+  CHECK(room.within_2 > 0.7);
+  CHECK(room.within_5 > 0.7);
+}
