@@ -21,7 +21,7 @@ inline constexpr double kRoomWall = 4.5, kRoomBox = 0.6;
 inline double room_distance(const glm::dvec3& eye, const glm::dvec3& ray) {
   double wall = std::numeric_limits<double>::infinity(), enter = 0, leave = wall;
   for (int k = 0; k < 3; ++k) {
-    if (ray[k] == 0) continue;  // the eyes of the tests are not between two faces of the box
+    if (ray[k] == 0) continue;               // the eyes of the tests are not between two faces of the box
     const bool open = k == 2 && ray[k] > 0;  // no ceiling
     const double side = k == 2 ? -kRoomBox : std::copysign(kRoomWall, ray[k]);
     if (!open) wall = std::min(wall, (side - eye[k]) / ray[k]);
@@ -39,18 +39,25 @@ inline double room_depth(const scene::Camera& camera, const scene::Normalisation
   return normalisation.scale * room_distance(normalisation.to_world(camera.centre()), ray);
 }
 
-/// Grey of a place on the room's surfaces: fine and coarse speckles, as one sees them on the face whose axis is `axis`.
+/// Grey of a place on the face whose axis is `axis`: coarse speckles on walls, fine ones too on the floor and the box.
 inline double room_grey(const glm::dvec3& p, int axis) {
-  const double u = p[axis == 0 ? 1 : 0] + 17.0 * axis, v = p[axis == 2 ? 1 : 2] + (p[axis] > 1 ? 31.0 : 0.0);
-  return 0.5 * (speckle(7 * u, 7 * v) + speckle(1.7 * u + 50, 1.7 * v));
+  const double u = p[axis == 0 ? 1 : 0] + 17.0 * axis, v = p[axis == 2 ? 1 : 2] + (p[axis] > 0 ? 31.0 : 0.0);
+  const double coarse = speckle(1.2 * u + 50, 1.2 * v);
+  return std::abs(p[axis]) > 4 ? coarse : 0.5 * (coarse + speckle(7 * u, 7 * v));
 }
 
-/// Axis of the face on which a place lies.
+/// Distance of a place from the plane of the nearest face across an axis.
+inline double distance_to_face(const glm::dvec3& p, int axis) {
+  const double high = std::abs(p[axis]), box = std::abs(high - kRoomBox);
+  return axis == 2 ? box : std::min(box, std::abs(high - kRoomWall));
+}
+
+/// Axis across which the face of a place on the room's surfaces lies.
 inline int room_axis(const glm::dvec3& p) {
-  const auto apart = [&](int k) {
-    return std::min(std::abs(std::abs(p[k]) - kRoomBox), k < 2 ? std::abs(std::abs(p[k]) - kRoomWall) : 1.0);
-  };
-  return apart(0) < apart(1) ? (apart(0) < apart(2) ? 0 : 2) : (apart(1) < apart(2) ? 1 : 2);
+  int nearest = 0;
+  for (const int axis : {1, 2})
+    if (distance_to_face(p, axis) < distance_to_face(p, nearest)) nearest = axis;
+  return nearest;
 }
 
 inline constexpr int kRoomWidth = 96, kRoomHeight = 72;
@@ -63,8 +70,8 @@ inline scene::Camera room_camera(int view, int count) {
                    down = glm::cross(forward, right);
   scene::Camera c;
   c.width = kRoomWidth, c.height = kRoomHeight, c.fx = c.fy = 90, c.cx = 0.5 * kRoomWidth, c.cy = 0.5 * kRoomHeight;
-  c.world_to_camera = glm::inverse(
-      glm::dmat4(glm::dvec4(right, 0), glm::dvec4(down, 0), glm::dvec4(forward, 0), glm::dvec4(eye, 1)));
+  c.world_to_camera =
+      glm::inverse(glm::dmat4(glm::dvec4(right, 0), glm::dvec4(down, 0), glm::dvec4(forward, 0), glm::dvec4(eye, 1)));
   return c;
 }
 
@@ -74,9 +81,9 @@ inline std::uint8_t room_pixel(const scene::Camera& camera, int x, int y) {
   for (const double dx : {0.25, 0.75})
     for (const double dy : {0.25, 0.75}) {
       const double depth = room_depth(camera, {}, x + dx, y + dy);
-      const glm::dvec4 place = glm::inverse(camera.world_to_camera) *
-                               glm::dvec4(depth * (x + dx - camera.cx) / camera.fx,
-                                          depth * (y + dy - camera.cy) / camera.fy, depth, 1);
+      const glm::dvec4 place =
+          glm::inverse(camera.world_to_camera) *
+          glm::dvec4(depth * (x + dx - camera.cx) / camera.fx, depth * (y + dy - camera.cy) / camera.fy, depth, 1);
       sum += room_grey(glm::dvec3(place), room_axis(glm::dvec3(place)));
     }
   return static_cast<std::uint8_t>(sum / 4 + 0.5);
