@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "gpu/box_room.h"
 #include "gpu/small_scene.h"
+#include "gpu/traced_boxes.h"
 #include "scene/stereo/depth_maps.h"
 #include "shared_data.h"
 
@@ -24,18 +24,19 @@ struct DepthFigures {
 
 /// Whether two of the views, other than the pixel's own, show the surface that a pixel shows.
 bool shown_twice(const std::vector<scene::DepthMap>& maps, const scene::DepthMap& own, const glm::dvec3& place,
-                 const scene::Normalisation& normalisation) {
+                 const test::BoxScene& truth, const scene::Normalisation& normalisation) {
   int showing = 0;
   for (const scene::DepthMap& map : maps) {
     const auto there = scene::shown_at(map.camera, place);
     if (&map == &own || !there) continue;
-    const double first = test::room_depth(map.camera, normalisation, there->pixel.x, there->pixel.y);
+    const double first = test::depth_at(truth, normalisation, map.camera, there->pixel.x, there->pixel.y);
     if (there->depth < 1.001 * first && ++showing == 2) return true;
   }
   return false;
 }
 
-DepthFigures depth_figures(const std::vector<scene::DepthMap>& maps, const scene::Normalisation& normalisation) {
+DepthFigures depth_figures(const std::vector<scene::DepthMap>& maps, const test::BoxScene& truth,
+                           const scene::Normalisation& normalisation) {
   std::vector<double> errors;
   std::size_t pixels = 0, shown = 0;
   for (const scene::DepthMap& map : maps) {
@@ -45,9 +46,9 @@ DepthFigures depth_figures(const std::vector<scene::DepthMap>& maps, const scene
     for (std::size_t i = 0; i < map.planes.size(); ++i) {
       const double x = static_cast<double>(i % static_cast<std::size_t>(c.width)) + 0.5,
                    y = static_cast<double>(i / static_cast<std::size_t>(c.width)) + 0.5;
-      const double depth = test::room_depth(c, normalisation, x, y), inverse = map.planes[i].x;
+      const double depth = test::depth_at(truth, normalisation, c, x, y), inverse = map.planes[i].x;
       const glm::dvec4 place = to_world * glm::dvec4(depth * (x - c.cx) / c.fx, depth * (y - c.cy) / c.fy, depth, 1);
-      shown += shown_twice(maps, map, glm::dvec3(place), normalisation);
+      shown += shown_twice(maps, map, glm::dvec3(place), truth, normalisation);
       if (std::popcount(map.agreeing[i]) >= 2 && inverse > 0) errors.push_back(std::abs(1 / (inverse * depth) - 1));
     }
   }
@@ -65,14 +66,23 @@ DepthFigures depth_figures(const std::vector<scene::DepthMap>& maps, const scene
           .within_5 = share(0.05)};
 }
 
+/// Distance of a place from the nearest plane of a room's surfaces.
+double distance_to_surface(const test::BoxScene& room, const glm::dvec3& p) {
+  double least = std::abs(p.z - room.floor);
+  for (int k = 0; k < 3; ++k) least = std::min(least, std::abs(std::abs(p[k]) - room.boxes[0].high[k]));
+  for (int k = 0; k < 2; ++k) least = std::min(least, std::abs(std::abs(p[k]) - room.wall));
+  return least;
+}
+
 }  // namespace
 
-TEST_CASE("stereo finds the depths of a room with a box", "[stereo][accuracy][repeats]") {
+// Measured values follow the limits, then those without the neighbours' planes as witnesses (kCostPerPixel = 0).
+TEST_CASE("stereo finds the depths of a room with a box", "[stereo][accuracy]") {
   auto gpu = test::open_device();
   const scene::Normalisation normalisation{glm::dvec3(0), 0.3};
-  const std::vector<scene::View> views = test::room_photographs(16, normalisation);
-  const DepthFigures room = depth_figures(scene::depth_maps(*gpu, views, {}, {}), normalisation);
-  // The last column: without the neighbours' planes as witnesses (kCostPerPixel = 0).
+  const test::BoxScene truth = test::room_with_box();
+  const std::vector<scene::View> views = test::photographs_round(truth, normalisation, 3.2, {0.7, 1.3, 1.9});
+  const DepthFigures room = depth_figures(scene::depth_maps(*gpu, views, {}, {}), truth, normalisation);
   CHECK(room.median < 0.0026);  // 0.0023   0.0029
   CHECK(room.mean < 0.013);     // 0.0101   0.0096
   CHECK(room.shown > 0.9);      // 0.904
@@ -81,7 +91,21 @@ TEST_CASE("stereo finds the depths of a room with a box", "[stereo][accuracy][re
   CHECK(room.within_5 > 0.66);  // 0.687    0.636
 }
 
-TEST_CASE("stereo finds the depths of 16 small photographs of a room", "[stereo][accuracy][shared][repeats]") {
+TEST_CASE("stereo finds the depths of streets", "[stereo][accuracy]") {
+  auto gpu = test::open_device();
+  const scene::Normalisation normalisation{glm::dvec3(0), 0.2};
+  const test::BoxScene truth = test::streets();
+  const std::vector<scene::View> views = test::photographs_round(truth, normalisation, 3.4, {2.8, 3.4, 4});
+  const DepthFigures town = depth_figures(scene::depth_maps(*gpu, views, {}, {}), truth, normalisation);
+  CHECK(town.median < 0.0042);  // 0.0036   0.0048
+  CHECK(town.mean < 0.018);     // 0.0146   0.0180
+  CHECK(town.shown > 0.93);     // 0.940
+  CHECK(town.found > 0.6);      // 0.630    0.631
+  CHECK(town.within_2 > 0.51);  // 0.544    0.531
+  CHECK(town.within_5 > 0.56);  // 0.587    0.581
+}
+
+TEST_CASE("stereo finds the depths of 16 small photographs of a room", "[stereo][accuracy][shared]") {
   REQUIRE_SHARED_FOLDER(shared);
   const std::filesystem::path dataset = shared / "inputs/_reference/dataset";
   if (!std::filesystem::is_directory(dataset)) {
@@ -91,12 +115,14 @@ TEST_CASE("stereo finds the depths of 16 small photographs of a room", "[stereo]
   scene::LoadOptions options;
   options.test_every = 0;
   const scene::Scene scene = scene::load(dataset, options);
+  const test::BoxScene truth = test::room_with_box();
   for (const glm::vec3& point : scene.points.positions) {  // the room is the one whose depths are computed
     const glm::dvec3 p = scene.normalisation.to_world(glm::dvec3(point));
-    CHECK(test::distance_to_face(p, test::room_axis(p)) < 1e-4);
+    CHECK(distance_to_surface(truth, p) < 1e-4);
   }
   auto gpu = test::open_device();
-  const DepthFigures room = depth_figures(scene::depth_maps(*gpu, scene.train, scene.points, {}), scene.normalisation);
+  const DepthFigures room =
+      depth_figures(scene::depth_maps(*gpu, scene.train, scene.points, {}), truth, scene.normalisation);
   CHECK(room.median < 0.009);   // 0.0077   0.0071
   CHECK(room.mean < 0.036);     // 0.0305   0.0231
   CHECK(room.shown > 0.9);      // 0.902
