@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
+#include <filesystem>
 #include <numeric>
+#include <vector>
 
 #include "gpu/small_scene.h"
 #include "gpu/traced_boxes.h"
