@@ -45,6 +45,13 @@ class Hits(NamedTuple):
     axis: Indices
 
 
+class Photograph(NamedTuple):
+    """A picture and its depths along the viewing direction, 0 where there is sky."""
+
+    rgba: NDArray[np.uint8]  # [size, size, 4]
+    depth: NDArray[np.float32]  # [size, size]
+
+
 class Boxes(NamedTuple):
     """Distances at which rays enter and leave boxes, by axis."""
 
@@ -62,6 +69,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--test", type=int, default=4, help="test views [4]")
     parser.add_argument("--size", type=int, default=400, help="side of the photographs, pixels [400]")
     parser.add_argument("--seed", type=int, default=1, help="seed of heights and colours [1]")
+    parser.add_argument("--depths", action="store_true", help="also write exact depth maps (for --depth-maps metric)")
     return parser.parse_args()
 
 
@@ -80,15 +88,16 @@ class Town:
 
     # Photographs.
 
-    def photograph(self, eye: Array, axes: list[Array], size: int) -> NDArray[np.uint8]:
-        """RGBA, [size, size, 4]; the sky is transparent. axes: right, up and back of the camera."""
+    def photograph(self, eye: Array, axes: list[Array], size: int) -> Photograph:
+        """The sky is transparent. axes: right, up and back of the camera."""
         focal = 0.5 * size / math.tan(FOV / 2)
         x, y = np.meshgrid((np.arange(size) + 0.5 - size / 2) / focal, -(np.arange(size) + 0.5 - size / 2) / focal)
         ray = (x[..., None] * axes[0] + y[..., None] * axes[1] - axes[2]).reshape(-1, 3)
         ground = np.where(ray[:, 2] < 0, -eye[2] / np.minimum(ray[:, 2], -EPSILON), np.inf)
         hits = self.first_houses(eye, ray, ground)
         is_house = hits.distance < ground
-        p = eye + np.where(is_house, hits.distance, ground)[:, None] * ray
+        depth = np.where(is_house, hits.distance, ground)  # along the viewing direction, as the rays have depth 1
+        p = eye + depth[:, None] * ray
         is_ground = ~is_house & (np.abs(p[:, 0]) < 1) & (np.abs(p[:, 1]) < 1)
         rgb = np.zeros((size * size, 3))
         rgb[is_ground] = self.street_colours(p[is_ground])
@@ -97,7 +106,8 @@ class Town:
         rgba = np.zeros((size * size, 4), np.uint8)
         rgba[is_seen, :3] = np.clip(255 * rgb[is_seen] + 0.5, 0, 255).astype(np.uint8)
         rgba[is_seen, 3] = 255
-        return rgba.reshape(size, size, 4)
+        depth = np.where(is_seen, depth, 0).astype("<f4")
+        return Photograph(rgba.reshape(size, size, 4), depth.reshape(size, size))
 
     def first_houses(self, eye: Array, ray: Array, ground: Array) -> Hits:
         """The first house that each ray hits. Rays advance from plot to plot until they hit a house or the ground."""
@@ -227,16 +237,22 @@ def write_view(town: Town, options: argparse.Namespace, split: str, n: int, shif
     right = np.cross([0, 0, 1], back)
     right /= np.linalg.norm(right)
     axes, eye = [right, np.cross(back, right), back], 3 * back
-    write_png(options.output / split / f"{n:03}.png", town.photograph(eye, axes, options.size))
+    photograph = town.photograph(eye, axes, options.size)
+    write_png(options.output / split / f"{n:03}.png", photograph.rgba)
     pose = [[float(axis[k]) for axis in axes] + [float(eye[k])] for k in range(3)] + [[0, 0, 0, 1]]
-    return {"file_path": f"./{split}/{n:03}", "transform_matrix": pose}
+    frame: dict[str, object] = {"file_path": f"./{split}/{n:03}", "transform_matrix": pose}
+    if options.depths:
+        frame["depth_file_path"] = f"./depth/{split}/{n:03}.npy"
+        np.save(options.output / "depth" / split / f"{n:03}.npy", photograph.depth)
+    return frame
 
 
 def main() -> None:
     options = arguments()
     town = Town(options.plots, options.seed)
     for split, count, shift in (("train", options.train, 0.0), ("test", options.test, 0.5)):
-        (options.output / split).mkdir(parents=True, exist_ok=True)
+        for folder in [split] + ([f"depth/{split}"] if options.depths else []):
+            (options.output / folder).mkdir(parents=True, exist_ok=True)
         frames = [write_view(town, options, split, n, shift) for n in range(count)]
         transforms = json.dumps({"camera_angle_x": FOV, "frames": frames})
         (options.output / f"transforms_{split}.json").write_text(transforms)

@@ -57,8 +57,7 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
     return "--serve shows only the model; leave out --dataset, -o and --json";
   if (c.json && !c.benchmark) return "--json needs --benchmark; give both";
   const bool orbit = c.path == "orbit";
-  if (app.count("--frames") > 0 && !orbit && c.path != "hemisphere" && !c.benchmark)
-    return "--frames needs --path orbit, --path hemisphere or --benchmark; give one of them";
+  if (c.frames && !c.path && !c.benchmark) return "--frames needs --path or --benchmark; give one of them";
   if (c.elevation && !orbit && !c.screenshot) return "--elevation needs --path orbit or --screenshot; give one of them";
   if (c.elevation && c.camera) return "--camera and --elevation exclude each other; give one of them";
   if (c.camera && (c.path || c.benchmark))
@@ -87,7 +86,8 @@ void add_headless_options(CLI::App& app, CommandLine& c) {
                    ->group(without);
   app.add_option("-o,--output", c.output, "folder for the images of --path")->group(without);
   app.add_option("--frames", c.frames,
-                 "number of views for --path orbit, --path hemisphere and the hemisphere of --benchmark [120]")
+                 "number of views for --path and the hemisphere of --benchmark [120]; for --path cameras: on the "
+                 "straight way from each training camera to the next [each camera]")
       ->check(CLI::Range(1, 100000))
       ->group(without);
   app.add_option("--elevation", c.elevation,

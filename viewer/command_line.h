@@ -19,7 +19,7 @@ struct CommandLine {
   bool benchmark = false, serve = false, list_devices = false;
   int port = 8000;                 // for --serve
   std::optional<glm::ivec2> size;  // pixels
-  int frames = 120;
+  std::optional<int> frames;
   std::optional<double> elevation;       // degrees
   std::optional<double> fov, near, far;  // degrees; normalised units
   std::optional<glm::vec3> background, up;

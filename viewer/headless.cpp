@@ -51,6 +51,7 @@ struct Setting {
     if (options.fov) camera.fx = camera.fy = 0.5 * camera.height / std::tan(0.5 * *options.fov * kDegrees);
     return render::view_of(camera, near(), far());
   }
+  int frames() const { return options.frames.value_or(120); }
   double elevation() const { return options.elevation.value_or(20.0) * kDegrees; }
   glm::ivec2 size() const {
     if (options.size) return *options.size;
@@ -80,12 +81,14 @@ void screenshot(Setting& s) {
 void path(Setting& s) {
   std::vector<scene::Camera> cameras;
   if (*s.options.path == "orbit") {
-    cameras = render::orbit(s.subject.framing, s.options.frames, s.elevation(), 0, s.size().x, s.size().y);
+    cameras = render::orbit(s.subject.framing, s.frames(), s.elevation(), 0, s.size().x, s.size().y);
   } else if (*s.options.path == "hemisphere") {
-    cameras = render::hemisphere(s.subject.framing, s.options.frames, s.size().x, s.size().y);
+    cameras = render::hemisphere(s.subject.framing, s.frames(), s.size().x, s.size().y);
   } else {
-    for (std::size_t i = 0; i < s.subject.cameras.size(); ++i) cameras.push_back(s.camera(i));
+    for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
+      if (!s.options.frames || !s.subject.cameras[i].test) cameras.push_back(s.camera(i));
     if (cameras.empty()) throw Error("--path cameras: {} has no cameras; give --dataset FOLDER", s.subject.path);
+    if (s.options.frames) cameras = render::along(cameras, *s.options.frames);
   }
   const std::filesystem::path folder(*s.options.output);
   std::error_code error;
@@ -119,8 +122,7 @@ void benchmark(Setting& s) {
   std::vector<scene::Camera> cameras;
   for (std::size_t i = 0; i < s.subject.cameras.size(); ++i)
     cameras.push_back(render::reshaped(s.subject.cameras[i].camera, s.size().x, s.size().y));
-  const std::vector<scene::Camera> sky =
-      render::hemisphere(s.subject.framing, s.options.frames, s.size().x, s.size().y);
+  const std::vector<scene::Camera> sky = render::hemisphere(s.subject.framing, s.frames(), s.size().x, s.size().y);
   gpu::Graphics& graphics = *s.gpu.graphics();
   const gpu::Image target = graphics.create_image(
       {gpu::Format::rgba8, static_cast<std::uint32_t>(s.size().x), static_cast<std::uint32_t>(s.size().y)}, "picture");

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/gtc/quaternion.hpp>
+
 #include "mesh/inner_box.h"
 
 namespace trisoup::render {
@@ -24,6 +26,21 @@ scene::Camera around(const Framing& framing, double azimuth, double elevation, i
   // When looking straight down, `up` is along the view, so a ground axis replaces it.
   const glm::dvec3 up = std::abs(std::sin(elevation)) > 0.9999 ? y : framing.up;
   return look_at(framing.target + framing.distance * towards, framing.target, up, framing.fov, width, height);
+}
+
+/// The camera at `share` of the way from a to b, with the size of a.
+scene::Camera between(const scene::Camera& a, const scene::Camera& b, double share) {
+  const scene::Camera c = reshaped(b, a.width, a.height);
+  scene::Camera result = a;
+  result.fx = glm::mix(a.fx, c.fx, share);
+  result.fy = glm::mix(a.fy, c.fy, share);
+  result.cx = glm::mix(a.cx, c.cx, share);
+  result.cy = glm::mix(a.cy, c.cy, share);
+  const glm::dmat3 rotation = glm::mat3_cast(
+      glm::slerp(glm::quat_cast(glm::dmat3(a.world_to_camera)), glm::quat_cast(glm::dmat3(c.world_to_camera)), share));
+  result.world_to_camera = glm::dmat4(rotation);
+  result.world_to_camera[3] = glm::dvec4(-(rotation * glm::mix(a.centre(), c.centre(), share)), 1.0);
+  return result;
 }
 
 }  // namespace
@@ -98,6 +115,18 @@ std::vector<scene::Camera> hemisphere(const Framing& framing, int count, int wid
   std::vector<scene::Camera> cameras;
   for (int i = 0; i < count; ++i)
     cameras.push_back(around(framing, golden_angle * i, std::asin((i + 0.5) / count), width, height));
+  return cameras;
+}
+
+std::vector<scene::Camera> along(std::span<const scene::Camera> stations, int count) {
+  std::vector<scene::Camera> cameras;
+  const std::size_t last = stations.size() - 1;
+  for (int i = 0; i < count; ++i) {
+    const double at = (i + 0.5) / count * static_cast<double>(last);
+    const auto from = static_cast<std::size_t>(at);
+    const scene::Camera a = reshaped(stations[from], stations[0].width, stations[0].height);
+    cameras.push_back(between(a, stations[std::min(from + 1, last)], at - static_cast<double>(from)));
+  }
   return cameras;
 }
 

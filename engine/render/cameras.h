@@ -1,4 +1,4 @@
-// Virtual cameras: looking at a point, on an orbit, or distributed over a hemisphere.
+// Virtual cameras: looking at a point, on an orbit, distributed over a hemisphere, or between others.
 #pragma once
 
 #include <span>
@@ -42,6 +42,11 @@ std::vector<scene::Camera> orbit(const Framing& framing, int count, double eleva
 /// Returns `count` cameras on the upper hemisphere around the target, at the points of a Fibonacci lattice (Gonzalez,
 /// 2010).
 std::vector<scene::Camera> hemisphere(const Framing& framing, int count, int width, int height);
+
+/// Returns `count` cameras, in the middles of as many equal parts of the path that leads straight from each of
+/// `stations` to the next one, all parts between two stations being equally long. They have the size of the first
+/// station. stations: not empty.
+std::vector<scene::Camera> along(std::span<const scene::Camera> stations, int count);
 
 /// Converts a camera in normalised coordinates to the renderer's View. near, far: normalised units.
 View view_of(const scene::Camera& camera, double near, double far);

@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "render/cameras.h"
 
@@ -109,4 +111,25 @@ TEST_CASE("the inner box ignores outliers", "[cameras]") {
   CHECK(glm::all(glm::lessThan(glm::abs(after.low - before.low), glm::vec3(0.005f))));
   CHECK(glm::all(glm::lessThan(glm::abs(after.high - before.high), glm::vec3(0.005f))));
   CHECK(soup::inner_box({}, 0.01).high == glm::vec3(0.0f));
+}
+
+TEST_CASE("cameras along a path are in the middles of its parts", "[cameras]") {
+  const glm::dvec3 up(0, 0, 1);
+  const std::vector<scene::Camera> stations = {render::look_at({0, -1, 0}, {0, 0, 0}, up, 0.7, 200, 100),
+                                               render::look_at({0.5, -1, 0}, {1.5, -1, 0}, up, 0.9, 400, 200),
+                                               render::look_at({0.5, 1, 0}, {1.5, 1, 0}, up, 0.9, 400, 200)};
+  const auto two = render::along(stations, 2);
+  REQUIRE(two.size() == 2);
+  CHECK(glm::length(two[0].centre() - glm::dvec3(0.25, -1, 0)) < 1e-12);
+  CHECK(glm::length(two[0].forward() - glm::normalize(glm::dvec3(1, 1, 0))) < 1e-12);
+  CHECK(two[0].fy == Approx(0.5 * (stations[0].fy + 0.5 * stations[1].fy)));
+  CHECK(glm::length(two[1].centre() - glm::dvec3(0.5, 0, 0)) < 1e-12);
+  CHECK(glm::length(two[1].forward() - glm::dvec3(1, 0, 0)) < 1e-12);
+  for (const scene::Camera& c : two) {
+    CHECK(glm::ivec2(c.width, c.height) == glm::ivec2(200, 100));
+    CHECK(glm::determinant(glm::dmat3(c.world_to_camera)) == Approx(1));
+  }
+  const auto one = render::along(std::span(stations).first(1), 3);
+  REQUIRE(one.size() == 3);
+  CHECK(glm::length(one[2].centre() - stations[0].centre()) < 1e-12);
 }
