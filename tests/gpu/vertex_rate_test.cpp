@@ -37,8 +37,8 @@ std::vector<float> moves(gpu::Device& gpu, const std::vector<float>& vertices, f
                     control = buffer(std::vector{kernels::Control{}}, "control");
   gpu.launch({"update_vertices", {0}}, 1,
              kernels::UpdateVerticesArgs{at.address(), moment1.address(), moment2.address(), low.address(),
-                                         high.address(), states.address(), control.address(), 0, positions.address(),
-                                         1, full_side, static_cast<std::uint32_t>(eyes.size() / 3), full_distance});
+                                         high.address(), states.address(), control.address(), 0, positions.address(), 1,
+                                         full_side, static_cast<std::uint32_t>(eyes.size() / 3), full_distance});
   const auto after = gpu.download_vector<float>(at.address(), 9);
   std::vector<float> result;
   for (std::size_t k = 0; k < 3; ++k) result.push_back(vertices[3 * k] - after[3 * k]);

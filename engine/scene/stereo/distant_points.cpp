@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/parallel_for.h"
+#include "base/sphere_lattice.h"
 #include "scene/stereo/parallax.h"
 
 namespace trisoup::scene {
@@ -71,13 +72,6 @@ double radius_of(std::span<const DepthMap> maps, const CameraCloud& cameras) {
   return cameras.radius * focal;
 }
 
-/// Direction `i` of kDirections spread evenly over the sphere (Fibonacci lattice).
-glm::dvec3 direction(int i) {
-  constexpr double kTurn = 2.399963229728653;
-  const double z = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - z * z);
-  return {r * std::cos(i * kTurn), r * std::sin(i * kTurn), z};
-}
-
 }  // namespace
 
 Points distant_points(std::span<const DepthMap> maps) {
@@ -90,7 +84,7 @@ Points distant_points(std::span<const DepthMap> maps) {
   });
   Points points;
   for (int i = 0; i < kDirections; ++i) {
-    const glm::dvec3 place = cameras.centre + radius * direction(i);
+    const glm::dvec3 place = cameras.centre + radius * sphere_lattice(i, kDirections);
     std::vector<std::uint32_t> seen_by;
     for (std::uint32_t v = 0; v < maps.size(); ++v) {
       if (distant[v].empty()) continue;

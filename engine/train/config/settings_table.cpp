@@ -124,7 +124,7 @@ constexpr Setting kTable[] = {
      "vertices of triangles with a smaller side have a learning rate in proportion to it; 0: none has",
      {.usual = 0, .surface = 0.1}},
     {"Learning rates", "lr_vertex_distance", &S::lr_vertex_distance, experiment, kAny,
-     "vertices nearer than this to a camera have a learning rate in proportion to their distance; 0: none has",
+     "the same for vertices nearer than this to a camera; 0: none has",
      {.usual = 0, .surface = 0.5}},
 
     {"Textures", "coarse_share", &S::coarse_share, experiment, kShare,

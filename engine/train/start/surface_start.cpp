@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/parallel_for.h"
+#include "base/sphere_lattice.h"
 #include "mesh/decimate_views.h"
 #include "mesh/surface.h"
 #include "train/start/start_points.h"
@@ -20,13 +21,6 @@ constexpr std::size_t kMostPoints = 40'000;
 /// Points on the sphere that closes the surface, and its radius as a share of the backdrop's.
 constexpr int kShellPoints = 200;
 constexpr double kShellRadius = 0.7;
-
-/// Point `i` of `count` evenly distributed points on the unit sphere (Fibonacci lattice).
-glm::dvec3 on_sphere(int i, int count) {
-  constexpr double kGoldenAngle = 2.399963229728653;
-  const double z = 1.0 - (2.0 * i + 1.0) / count, r = std::sqrt(1.0 - z * z);
-  return {r * std::cos(i * kGoldenAngle), r * std::sin(i * kGoldenAngle), z};
-}
 
 /// Sets `colour` to the mean of the photographs' colours at `p` over those of `views` whose image contains it. Returns
 /// false, and leaves `colour` alone, if there is none.
@@ -137,7 +131,7 @@ Start surface_start(const scene::Scene& scene, const Settings& settings) {
   for (const scene::View& view : scene.train) cameras.push_back(view.camera.centre());
   double radius = kShellRadius * settings.backdrop;
   if (!(radius > 0)) radius = 2.0 * reach_of(scene).farthest;
-  for (int i = 0; i < kShellPoints; ++i) points.push_back(radius * on_sphere(i, kShellPoints));
+  for (int i = 0; i < kShellPoints; ++i) points.push_back(radius * sphere_lattice(i, kShellPoints));
   seen_by.resize(points.size()), weights.resize(points.size());
 
   const std::vector<glm::dvec3> near = drawn_in(points, cameras);
