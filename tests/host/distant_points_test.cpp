@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "scene/stereo/dense_points.h"
 #include "scene/stereo/distant_points.h"
 #include "scene/stereo/parallax.h"
 
@@ -57,26 +58,28 @@ TEST_CASE("distant points are where maps show nothing near", "[stereo]") {
 }
 
 TEST_CASE("what stays in place because cameras move towards it is not distant", "[stereo]") {
-  // A fourth camera beside them, which shows nothing, makes what is far begin further away.
-  const auto points_with = [](double beside) {
-    const std::vector<glm::dvec3> eyes{{0, 0, 0}, {0, 0, 0.2}, {0, 0, 0.4}, {0, beside, 0.2}};
-    std::vector<scene::DepthMap> maps = flat_maps(eyes, 1e-4f, 1e-4f);
-    maps.back().agreeing.assign(maps.back().planes.size(), 0u);
-    return scene::distant_points(maps);
-  };
-  const scene::Points points = points_with(1);
+  const std::vector<glm::dvec3> eyes{{0, 0, 0}, {0, 0, 0.2}, {0, 0, 0.4}};
+  const scene::Points points = scene::distant_points(flat_maps(eyes, 1e-4f, 1e-4f));
   REQUIRE(points.positions.size() > 50);
-  for (const glm::vec3& p : points.positions) CHECK(std::hypot(p.x, p.y - 0.25f) / p.z * kFocal > 8);
-  CHECK(points_with(10).positions.empty());
+  for (const glm::vec3& p : points.positions) CHECK(std::hypot(p.x, p.y) / p.z * kFocal > 15);
 }
 
-TEST_CASE("narrow baselines tell that a place is far, though not how far", "[stereo]") {
-  // The first three cameras are close to each other, the fourth is not: a step of a pixel is that of its baseline.
-  const std::vector<glm::dvec3> eyes{{-0.1, 0, 0}, {0, 0, 0}, {0.1, 0, 0}, {0, 2, 0}};
-  std::vector<scene::DepthMap> maps = flat_maps(eyes, 1e-4f, 1e-4f);
-  maps.back().agreeing.assign(maps.back().planes.size(), 0u);
-  const scene::CameraCloud cameras = scene::camera_cloud(maps);
+TEST_CASE("a narrow baseline vouches for what is far, compared with all cameras", "[stereo]") {
+  // 1.5 pixels of parallax between three cameras say 4.8 or more. A fourth camera, whose map shows nothing, sets the
+  // extent.
+  const auto points_with = [](double beside, float inverse_depth) {
+    const std::vector<glm::dvec3> eyes{{-0.1, 0, 0}, {0, 0, 0}, {0.1, 0, 0}, {0, beside, 0}};
+    std::vector<scene::DepthMap> maps = flat_maps(eyes, inverse_depth, inverse_depth);
+    maps.back().agreeing.assign(maps.back().planes.size(), 0u);
+    return scene::dense_points(maps).positions.size();
+  };
+  constexpr float kShort = 1.5f / (60 * 0.2f), kLong = 3.0f / (60 * 0.2f), kNone = 0.5f / (60 * 0.2f);
+  CHECK(points_with(2, kShort) > 1000);  // far begins at 3
+  CHECK(points_with(10, kShort) == 0);   // at 15
+  CHECK(points_with(10, kLong) > 1000);  // its depth is told
+  CHECK(points_with(2, kNone) == 0);
+  const scene::CameraCloud cameras =
+      scene::camera_cloud(flat_maps(std::vector<glm::dvec3>{{-0.1, 0, 0}, {0, 0, 0}, {0.1, 0, 0}, {0, 2, 0}}, 1, 1));
   CHECK(cameras.centre.y == Approx(0.5));
   CHECK(cameras.radius == Approx(1.5));
-  CHECK(scene::distant_points(maps).positions.size() > 50);
 }

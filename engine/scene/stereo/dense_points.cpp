@@ -16,6 +16,8 @@ constexpr double kSameDepth = 0.03, kOtherDepth = 0.1;
 constexpr double kFewSteps = 8;
 /// Pixels in an agreeing neighbour. Less than kLeastParallax tells no depth, but may tell that a place is far.
 constexpr double kLeastParallax = 2, kLeastFarParallax = 1;
+/// Distance of what is far, as a multiple of CameraCloud::radius. It may be off by much and hides nothing near.
+constexpr double kFar = 2;
 /// Neighbours that must have a point too; one is enough where no more than kFewShow show its place.
 constexpr int kAgreeing = 2, kFewShow = 2;
 constexpr std::size_t kLeastSightings = 3;  // of a point that was not found here
@@ -61,10 +63,9 @@ bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, double far
     if (alone && shown_at(other, position) && ++showing > kFewShow) return false;
     if ((agreeing >> k) & 1) moved = std::max(moved, parallax(other, map.camera.centre(), position));
   }
-  if (moved >= kLeastParallax) return true;
-  // A pixel more of parallax would be this much nearer.
-  const double nearest = glm::distance(map.camera.centre(), position) / (1.0 + 1.0 / moved);
-  return moved >= kLeastFarParallax && nearest >= far;
+  if (moved >= kLeastParallax || moved < kLeastFarParallax) return moved >= kLeastParallax;
+  // With a pixel more of parallax it would be this much nearer.
+  return glm::distance(map.camera.centre(), position) / (1.0 + 1.0 / moved) >= far;
 }
 
 glm::dvec3 position_of(const DepthMap& map, const glm::dmat4& to_world, int x, int y, double inverse_depth) {

@@ -13,15 +13,14 @@ namespace {
 constexpr int kDirections = 4096;
 /// Largest parallax of what is distant, and smallest one of what is near; pixels.
 constexpr double kDistant = 2, kNear = 4;
-/// Inverse depth that the neighbours of a distant pixel must be able to tell from 0, in steps of a pixel; or that of
-/// what is far, if that is larger.
+/// Inverse depth that the neighbours of a distant pixel must be able to tell from 0, in steps of a pixel.
 constexpr double kTold = 8;
 /// Pixels on each side that decide on a pixel, how many must be distant, and how many times as many as are near.
 constexpr int kWindow = 4, kLeastDistant = 4, kMajority = 8;
 
 enum class Reach : std::uint8_t { unknown, distant, near };
 
-Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, double far, int x, int y) {
+Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, int x, int y) {
   const Camera& c = map.camera;
   const std::size_t pixel =
       static_cast<std::size_t>(y) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(x);
@@ -29,7 +28,7 @@ Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, double
   if (agreeing == 0) return Reach::unknown;
   const glm::dvec3 eye = c.centre(), ray = glm::transpose(glm::dmat3(c.world_to_camera)) *
                                            glm::dvec3((x + 0.5 - c.cx) / c.fx, (y + 0.5 - c.cy) / c.fy, 1.0);
-  const double w = std::max<double>(map.planes[pixel].x, 1e-9), told = std::max(kTold * map.pixel_step, far);
+  const double w = std::max<double>(map.planes[pixel].x, 1e-9), told = kTold * map.pixel_step;
   double moved = 0, would_move = 0;
   for (std::size_t k = 0; k < map.neighbours.size(); ++k) {
     if (!((agreeing >> k) & 1)) continue;
@@ -41,12 +40,12 @@ Reach reach_of_pixel(std::span<const DepthMap> maps, const DepthMap& map, double
   return moved <= kDistant && would_move >= kNear ? Reach::distant : Reach::unknown;
 }
 
-/// Per pixel, whether most of what is known around it is distant. far: inverse depth.
-std::vector<bool> distant_pixels(std::span<const DepthMap> maps, const DepthMap& map, double far) {
+/// Per pixel, whether most of what is known around it is distant.
+std::vector<bool> distant_pixels(std::span<const DepthMap> maps, const DepthMap& map) {
   const int width = map.camera.width, height = map.camera.height;
   std::vector<Reach> reach;
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) reach.push_back(reach_of_pixel(maps, map, far, x, y));
+    for (int x = 0; x < width; ++x) reach.push_back(reach_of_pixel(maps, map, x, y));
   std::vector<bool> result(reach.size());
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -76,11 +75,11 @@ double radius_of(std::span<const DepthMap> maps, const CameraCloud& cameras) {
 
 Points distant_points(std::span<const DepthMap> maps) {
   const CameraCloud cameras = camera_cloud(maps);
-  const double radius = radius_of(maps, cameras), far = cameras.radius > 0 ? 1.0 / (kFar * cameras.radius) : 0.0;
+  const double radius = radius_of(maps, cameras);
   std::vector<std::vector<bool>> distant(maps.size());
   parallel_for(static_cast<int>(maps.size()), 0, [&](int v) {
     const auto i = static_cast<std::size_t>(v);
-    if (!maps[i].planes.empty()) distant[i] = distant_pixels(maps, maps[i], far);
+    if (!maps[i].planes.empty()) distant[i] = distant_pixels(maps, maps[i]);
   });
   Points points;
   for (int i = 0; i < kDirections; ++i) {

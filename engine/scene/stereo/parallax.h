@@ -20,8 +20,4 @@ struct CameraCloud {
 };
 CameraCloud camera_cloud(std::span<const DepthMap> maps);
 
-/// Distance from which on a place counts as far, as a multiple of CameraCloud::radius. What is far may be off by much
-/// along the line of sight and hides nothing near.
-inline constexpr double kFar = 2;
-
 }  // namespace trisoup::scene
