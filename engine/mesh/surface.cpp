@@ -5,11 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <boost/graph/adjacency_list.hpp>
-#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
-
 #include "base/parallel_for.h"
 #include "mesh/delaunay.h"
+#include "mesh/minimum_cut.h"
 #include "mesh/point_spacing.h"
 
 namespace trisoup::soup {
@@ -206,48 +204,36 @@ double sphere_angle(std::span<const glm::dvec3> points, const std::array<std::ui
 
 /// Labels each tetrahedron as air (true) or matter by a minimum cut.
 std::vector<bool> divide(const Tetrahedra& tetrahedra, const Votes& votes, const SurfaceOptions& options) {
-  const std::span<const glm::dvec3> points = tetrahedra.points;
-  using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
-  using Graph = boost::adjacency_list<
-      boost::vecS, boost::vecS, boost::directedS,
-      boost::property<boost::vertex_color_t, boost::default_color_type,
-                      boost::property<boost::vertex_distance_t, long,
-                                      boost::property<boost::vertex_predecessor_t, Traits::edge_descriptor>>>,
-      boost::property<boost::edge_capacity_t, double,
-                      boost::property<boost::edge_residual_capacity_t, double,
-                                      boost::property<boost::edge_reverse_t, Traits::edge_descriptor>>>>;
-  const std::size_t n = tetrahedra.size(), air = n, matter = n + 1;
-  Graph graph(n + 2);
-  const auto connect = [&](std::size_t from, std::size_t to, double forward, double backward) {
-    const auto there = boost::add_edge(from, to, graph).first, back = boost::add_edge(to, from, graph).first;
-    boost::put(boost::edge_capacity, graph, there, forward), boost::put(boost::edge_capacity, graph, back, backward);
-    boost::put(boost::edge_reverse, graph, there, back), boost::put(boost::edge_reverse, graph, back, there);
+  constexpr double kUnits = 1024;  // for a vote
+  const auto units = [](double cost) { return static_cast<std::int64_t>(std::llround(cost * kUnits)); };
+  CutNetwork network;
+  const auto place = [&](std::uint32_t t, std::uint32_t neighbour) {
+    const auto& across = tetrahedra.across[t];
+    return static_cast<std::size_t>(std::find(across.begin(), across.end(), neighbour) - across.begin());
   };
-  for (std::size_t t = 0; t < n; ++t) {
+  for (std::uint32_t t = 0; t < tetrahedra.size(); ++t) {
     double solid = votes.matter[t];
+    auto& across = network.across.emplace_back(tetrahedra.across[t]);
+    auto& back = network.back.emplace_back();
+    auto& capacity = network.capacity.emplace_back();
     for (std::size_t k = 0; k < 4; ++k) {
-      const std::uint32_t other = tetrahedra.across[t][k];
-      const double angle = sphere_angle(points, tetrahedra.corners[t], k);
+      const std::uint32_t other = across[k];
+      const double angle = sphere_angle(tetrahedra.points, tetrahedra.corners[t], k);
       if (other == kOutside) {
         solid += options.smoothness * angle;
         continue;
       }
-      if (other < t) continue;
-      const auto& there = tetrahedra.across[other];
-      const auto back =
-          static_cast<std::size_t>(std::find(there.begin(), there.end(), std::uint32_t(t)) - there.begin());
-      if (back >= 4) continue;
-      const double face = options.smoothness * std::max(angle, sphere_angle(points, tetrahedra.corners[other], back));
-      connect(t, other, votes.face[t][k] + face, votes.face[other][back] + face);
+      back[k] = static_cast<std::uint8_t>(place(other, t));
+      if (back[k] >= 4 || place(t, other) != k) {  // flat tetrahedra may share two faces
+        across[k] = CutNetwork::kNoNode;
+        continue;
+      }
+      const double fit = std::max(angle, sphere_angle(tetrahedra.points, tetrahedra.corners[other], back[k]));
+      capacity[k] = units(votes.face[t][k] + options.smoothness * fit);
     }
-    connect(air, t, votes.air[t], 0.0);
-    connect(t, matter, solid, 0.0);
+    network.source.push_back(units(votes.air[t]) - units(solid));
   }
-  boost::boykov_kolmogorov_max_flow(graph, air, matter);
-  std::vector<bool> is_air(n);
-  const auto colour = boost::get(boost::vertex_color, graph);
-  for (std::size_t t = 0; t < n; ++t) is_air[t] = colour[t] == colour[air];
-  return is_air;
+  return minimum_cut(std::move(network));
 }
 
 }  // namespace
