@@ -5,11 +5,28 @@ import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { before, test } from "node:test";
 import { decodeGlb } from "../../web/glb.js";
+import { decodeModel } from "../../web/model.js";
 import { Browser } from "./browser.mjs";
 import { edited } from "./edit_glb.mjs";
 import { SIZE, agrees, agreesOn, bin, html, largePath, model, modelPath, native, on, pages, picture, scratch,
   server } from "./harness.mjs";
 import { readPng } from "./png.mjs";
+
+/** Translation of the first camera in the file with which the deepest triangle reaches from behind it into its view. */
+function amidDeepest({ cameras, vertices }) {
+  const { pose } = cameras.find((camera) => camera.name === firstCamera);
+  const turned = (at) => [0, 1, 2].map((row) => [0, 1, 2]
+    .reduce((sum, axis) => sum + pose[4 * row + axis] * vertices[at + axis], 0));
+  let deepest = null;
+  for (let at = 0; at < vertices.length; at += 9) {
+    const corners = [0, 3, 6].map((corner) => turned(at + corner)), depths = corners.map((corner) => corner[2]);
+    const depth = Math.max(...depths) - Math.min(...depths);
+    if (!deepest || depth > deepest.depth) deepest = { depth, corners };
+  }
+  // Its foremost corner is in the middle of the view.
+  const foremost = deepest.corners.reduce((a, b) => (a[2] > b[2] ? a : b));
+  return foremost.map((x, axis) => (axis === 2 ? 0.5 * deepest.depth : 0) - x);
+}
 
 /** Of every version of the format. */
 const corpus = ["three_triangles.glb", "three_triangles_2.glb", "three_triangles_3.glb", "three_triangles_4.glb"]
@@ -52,12 +69,14 @@ test("a page's model, whose vertices are coded, is what soup-view makes of it", 
 });
 
 test("amid the soup: triangles that reach behind the camera are left out or clipped, as the settings say", async () => {
+  const amid = amidDeepest(decodeModel(new Uint8Array(model), "x"));
   const paths = [true, false].map((drop) => {
     const path = join(scratch, `amid-${drop}.glb`);
     writeFileSync(path, edited(model, (document, extension, binary) => {
       extension.settings.drop_near = drop;
       const first = document.bufferViews[extension.cameras.poses].byteOffset;
-      new DataView(binary.buffer, binary.byteOffset).setFloat32(first + 4 * 6, 0, true);  // in the middle of the scene
+      amid.forEach((value, axis) =>
+        new DataView(binary.buffer, binary.byteOffset).setFloat32(first + 4 * (4 + axis), value, true));
     }));
     return path;
   });
@@ -110,9 +129,11 @@ test("four soups in one page, one context", () => {
 });
 
 test("a device with small textures shows the same", async () => {
+  pages["/large.glb"] = readFileSync(largePath);
+  pages["/large.html"] = html('<tri-soup src="/large.glb" aa="none"></tri-soup>');
   let usual;
-  await on("/one.html", async (page) => { usual = await picture(page, 0, { settings: { aa: "none", camera: 1 } }); });
-  await on("/one.html", async (page) => {
+  await on("/large.html", async (page) => { usual = await picture(page, 0, { settings: { aa: "none", camera: 1 } }); });
+  await on("/large.html", async (page) => {
     assert.deepEqual((await picture(page, 0, { settings: { aa: "none", camera: 1 } })).rgba, usual.rgba);
     assert.ok(await page.run(() => window.layers >= 6), "one texture was enough");
   }, {
