@@ -2,11 +2,12 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { Navigation, framingOf, viewOf } from "../../web/camera.js";
+import { framingOf, viewOf } from "../../web/camera.js";
 import { SoupError } from "../../web/error.js";
 import { decodeGlb } from "../../web/glb.js";
 import { decodeLattices, makeAtlas } from "../../web/lattice.js";
 import { decodeModel, placeOf } from "../../web/model.js";
+import { Navigation } from "../../web/navigation.js";
 import { isWholePng, pngSize } from "../../web/png.js";
 import { layer, literal } from "../../web/shaders.js";
 import { cutPages, placeOnTile } from "../../web/tiles.js";
