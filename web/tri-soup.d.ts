@@ -18,7 +18,7 @@ export interface CameraState {
   /** Width / height. */
   aspect: number;
   /**
-   * Camera to world, 4 x 4, column-major, with OpenGL axes (x right, y up, z backward): `camera.matrixWorld.elements` of
+   * Camera to world, 4 x 4, column-major, with OpenGL axes (x right, y up, z backward), as matrixWorld.elements of
    * three.js.
    */
   matrix: number[];
