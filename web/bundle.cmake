@@ -20,8 +20,8 @@ set(shared
   error vectors rotation glb png range_decoder lattice vertices model camera shaders tiles gpu upload pictures renderer
   download)
 bundle(module_text
-  ${shared} stage navigation pose shot path rig permalink pick xr help toolbar controls hotspots input style element
-  tri-soup)
+  ${shared} stage navigation pose shot path rig permalink pick xr help toolbar controls hotspots input style surface
+  attributes element tri-soup)
 bundle(benchmark_module_text ${shared} benchmark benchmark_page)
 file(READ ${FOLDER}/benchmark.html benchmark_text)
 file(READ ${FOLDER}/benchmark.css benchmark_style_text)

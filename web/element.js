@@ -1,4 +1,5 @@
 // <tri-soup>: shows a soup in a page (tri-soup.d.ts describes it).
+import { SoupAttributes } from "./attributes.js";
 import { aspectOf, centre, forward, fovOf, lookAt, viewOf } from "./camera.js";
 import { Controls } from "./controls.js";
 import { downloadJson } from "./download.js";
@@ -8,9 +9,9 @@ import { Input } from "./input.js";
 import { decodeCamera, encodeCamera, linkValue, linkWith, showLink } from "./permalink.js";
 import { pointOnTriangle, rayThrough } from "./pick.js";
 import { Rig } from "./rig.js";
-import { SAMPLES } from "./shaders.js";
 import { theStage } from "./stage.js";
 import { dress } from "./style.js";
+import { Surface } from "./surface.js";
 import { add, cross, length, normalize } from "./vectors.js";
 import { XrPresenter } from "./xr.js";
 
@@ -21,12 +22,11 @@ const LINK_MS = 300;                     // the address follows the camera when 
 const LAZY_MARGIN = "300px";             // around the window: a lazy element loads when it comes near
 const LOST = "The graphics device was lost. The scene returns with the device; if not, reload the page.";
 
-export class TriSoup extends HTMLElement {
+export class TriSoup extends SoupAttributes {
   static observedAttributes = ["src", "poster", "camera", "aa", "autorotate", "controls", "loading", "path",
     "interaction", "loop", "permalink"];
 
-  #canvas = document.createElement("canvas");
-  #context = this.#canvas.getContext("2d", { alpha: false });
+  #surface = new Surface(this, { resized: () => this.#resized(), largest: () => this.#stage?.renderer?.largestSide });
   #poster = document.createElement("img");
   #progress = document.createElement("progress");
   #message = document.createElement("p");
@@ -47,9 +47,7 @@ export class TriSoup extends HTMLElement {
   #seen = "";             // camera of the last camerachange
   #linkTimer = 0;
   #presenter = null;      // while a headset shows the scene
-  #resize; #intersection;
-  #box = { width: 0, height: 0 };  // CSS pixels
-  #ratio = devicePixelRatio;       // device pixel ratio of the canvas
+  #intersection;
   #onHash = () => this.#followLink();
 
   constructor() {
@@ -60,8 +58,8 @@ export class TriSoup extends HTMLElement {
     this.#poster.draggable = false;
     this.#message.setAttribute("role", "alert");
     this.#message.className = "message";
-    root.append(this.#canvas, this.#poster, this.#hotspots.node, this.#progress, this.#message);
-    const parts = { canvas: this.#canvas, poster: this.#poster, progress: this.#progress, message: this.#message };
+    root.append(this.#surface.canvas, this.#poster, this.#hotspots.node, this.#progress, this.#message);
+    const parts = { canvas: this.#surface.canvas, poster: this.#poster, progress: this.#progress, message: this.#message };
     for (const [part, node] of Object.entries(parts)) {
       node.part = part;
       node.hidden = true;
@@ -69,7 +67,6 @@ export class TriSoup extends HTMLElement {
     this.#controls = new Controls(this, root);
     this.#input = this.#makeInput();
     this.addEventListener("click", (event) => this.#clickHotspot(event));
-    this.#resize = new ResizeObserver((entries) => this.#resized(entries[0]));
     this.#intersection = new IntersectionObserver(([entry]) => this.#intersects(entry.isIntersecting),
       { rootMargin: LAZY_MARGIN });
   }
@@ -90,33 +87,6 @@ export class TriSoup extends HTMLElement {
       commands: this.#controls.commands,
     });
   }
-
-  // Properties reflect attributes.
-  get src() { return this.getAttribute("src") ?? ""; }
-  set src(value) { this.setAttribute("src", value); }
-  get poster() { return this.getAttribute("poster") ?? ""; }
-  set poster(value) { this.setAttribute("poster", value); }
-  get aa() { return this.getAttribute("aa") in SAMPLES ? this.getAttribute("aa") : "msaa"; }
-  set aa(value) { this.setAttribute("aa", value); }
-  get autorotate() { return this.hasAttribute("autorotate"); }
-  set autorotate(value) { this.toggleAttribute("autorotate", Boolean(value)); }
-  get controls() { return this.hasAttribute("controls"); }
-  set controls(value) { this.toggleAttribute("controls", Boolean(value)); }
-  get loading() { return this.getAttribute("loading") === "lazy" ? "lazy" : "eager"; }
-  set loading(value) { this.setAttribute("loading", value); }
-  get interaction() { return this.getAttribute("interaction") === "none" ? "none" : "auto"; }
-  set interaction(value) { this.setAttribute("interaction", value); }
-  get wheel() {
-    const value = this.getAttribute("wheel");
-    return ["always", "modifier", "never"].includes(value) ? value : "auto";
-  }
-  set wheel(value) { this.setAttribute("wheel", value); }
-  get path() { return this.getAttribute("path") ?? ""; }
-  set path(value) { this.setAttribute("path", value); }
-  get loop() { return this.hasAttribute("loop"); }
-  set loop(value) { this.toggleAttribute("loop", Boolean(value)); }
-  get permalink() { return this.hasAttribute("permalink"); }
-  set permalink(value) { this.toggleAttribute("permalink", Boolean(value)); }
 
   /** Names of the model's cameras, test views first; empty until it is loaded. */
   get cameras() { return [...this.cameraNames]; }
@@ -227,13 +197,10 @@ export class TriSoup extends HTMLElement {
   connectedCallback() {
     if (this.interaction !== "none" && !this.hasAttribute("tabindex")) this.tabIndex = 0;
     if (!this.hasAttribute("aria-label")) this.setAttribute("aria-label", "a scene in three dimensions");
-    try {
-      this.#resize.observe(this, { box: "device-pixel-content-box" });
-    } catch {
-      this.#resize.observe(this);  // Safari does not support this box
-    }
+    this.#surface.connect();
     this.#hotspots.connect(() => {
       this.#describe();
+      this.#moving = true;  // when it rests, those that something covers are found
       this.#redraw();
     });
     this.#describe();
@@ -247,7 +214,7 @@ export class TriSoup extends HTMLElement {
 
   disconnectedCallback() {
     this.#connected = false;
-    this.#resize.disconnect();
+    this.#surface.disconnect();
     this.#intersection.disconnect();
     this.#hotspots.disconnect();
     this.#input.disconnect();
@@ -264,6 +231,7 @@ export class TriSoup extends HTMLElement {
     if ((name === "src" || name === "loading") && this.#connected && (name === "src" || !this.#resident)) this.#load();
     if (name === "autorotate") this.#rotating = this.autorotate;
     if (name === "camera" && this.#rig) this.#showAttributeCamera();
+    if (name === "path") this.#pathSource = null;
     if (name === "loop" && this.#rig) this.#rig.loop = this.loop;
     if (name === "controls") this.#controls.set(value);
     if (["controls", "path", "permalink"].includes(name)) this.#controls.refresh();
@@ -294,7 +262,7 @@ export class TriSoup extends HTMLElement {
     this.#moving = rig.advance(seconds) || rotates || this.#input.flying;
     this.#time = this.#moving ? now : null;
     if (this.#moving) this.#redraw();
-    if (this.#ratio !== devicePixelRatio) this.ratioChanged();
+    this.#surface.checkRatio();
     if (this.#dirty) this.#guard(() => this.#draw(drawn));
     if (moved && !this.#moving) this.#rested();
   }
@@ -303,7 +271,7 @@ export class TriSoup extends HTMLElement {
   get #calm() { return matchMedia("(prefers-reduced-motion: reduce)").matches; }
 
   /** Called when the device pixel ratio changes. Not every ResizeObserver reports this. */
-  ratioChanged() { this.#fit(this.#box); }
+  ratioChanged() { this.#surface.checkRatio(); }
 
   contextLost() {
     if (this.#rig) this.#show(LOST);
@@ -324,7 +292,7 @@ export class TriSoup extends HTMLElement {
     this.#show("");
     this.#showPoster();
     this.#controls.refresh();
-    if (!this.src || !this.#visible) return;  // a lazy element waits until it is near
+    if (!this.src || (this.loading === "lazy" && !this.#visible)) return;  // waits until it is near
     this.#progress.removeAttribute("value");
     this.#progress.hidden = false;
     const onProgress = (loaded, total) => this.#showProgress(loaded, total);
@@ -357,7 +325,7 @@ export class TriSoup extends HTMLElement {
     this.#rig?.interrupt();
     if (this.#resident) this.#stage.release(this.#resident);
     this.#resident = this.#rig = this.#pathSource = null;
-    this.#canvas.hidden = this.#progress.hidden = true;
+    this.#surface.canvas.hidden = this.#progress.hidden = true;
     this.#moving = false;
     this.#seen = "";
   }
@@ -396,7 +364,14 @@ export class TriSoup extends HTMLElement {
     const text = this.permalink && this.#rig ? linkValue(this.#linkKey) : null;
     if (text === null) return;
     this.#rotating = false;
-    this.#attempt(() => this.#rig.go(this.#rig.find(decodeCamera(text), "link's camera")));
+    this.#attempt(() => this.#rig.go(this.#cameraOfLink(decodeCamera(text))));
+  }
+
+  #cameraOfLink(which) {
+    const count = this.cameraNames.length, what = "the link's camera";
+    if (typeof which === "number" && which >= count)
+      throw new SoupError(`${what} is ${which}, and ${this.#resident.model.name} has ${count}; copy the link again`);
+    return this.#rig.find(which, what);
   }
 
   async #loadPath(rig, path, dataparser) {
@@ -423,11 +398,11 @@ export class TriSoup extends HTMLElement {
     const drawn = this.#drawable();
     if (!drawn || this.#presenter) return null;
     this.#draw(drawn);  // the targets hold the frame that was drawn last, maybe another element's
-    return this.#pointDrawn((x * this.#canvas.width) / this.#box.width, (y * this.#canvas.height) / this.#box.height);
+    return this.#pointDrawn((x * this.#surface.canvas.width) / this.#surface.box.width, (y * this.#surface.canvas.height) / this.#surface.box.height);
   }
 
   #pointDrawn(x, y) {
-    const { width, height } = this.#canvas, view = this.#view(), [i, j] = [Math.floor(x), Math.floor(y)];
+    const { width, height } = this.#surface.canvas, view = this.#view(), [i, j] = [Math.floor(x), Math.floor(y)];
     if (!(i >= 0 && j >= 0 && i < width && j < height)) return null;
     const triangle = this.#stage.triangleAt(i, j);
     return triangle === null ? null
@@ -448,7 +423,7 @@ export class TriSoup extends HTMLElement {
     if (this.#hotspots.any)
       this.#guard(() => {
         this.#draw(this.#drawable());
-        const [sx, sy] = [this.#canvas.width / this.#box.width, this.#canvas.height / this.#box.height];
+        const [sx, sy] = [this.#surface.canvas.width / this.#surface.box.width, this.#surface.canvas.height / this.#surface.box.height];
         this.#hotspots.cover(this.#view().eye, (x, y) => this.#pointDrawn(x * sx, y * sy));
       });
     if (!this.permalink) return;
@@ -462,17 +437,17 @@ export class TriSoup extends HTMLElement {
   /** Views of the dataset are drawn as in the evaluation. */
   #view() {
     const { model } = this.#resident, { navigation } = this.#rig;
-    const camera = navigation.camera(this.#canvas.width, this.#canvas.height);
+    const camera = navigation.camera(this.#surface.canvas.width, this.#surface.canvas.height);
     return navigation.exact ? viewOf(camera, model.near, model.far) : viewOf(camera, FREE_NEAR, FREE_FAR);
   }
 
   #draw(drawn) {
-    const { width, height } = this.#canvas, { model } = this.#resident, { exact } = this.#rig.navigation;
+    const { width, height } = this.#surface.canvas, { model } = this.#resident, { exact } = this.#rig.navigation;
     if (width === 0 || height === 0) return;
     this.#dirty = false;
     const view = this.#view();
-    this.#stage.draw(this.#context, drawn, view, { aa: this.aa, dropBehind: exact && model.dropNear });
-    this.#hotspots.place(view, this.#box, model.normalisation);
+    this.#stage.draw(this.#surface.context, drawn, view, { aa: this.aa, dropBehind: exact && model.dropNear });
+    this.#hotspots.place(view, this.#surface.box, model.normalisation);
     const { pose, fx, fy } = this.#rig.navigation.reference(), seen = [...pose, fx, fy].join();
     const changed = this.#seen !== "" && this.#seen !== seen;
     this.#seen = seen;
@@ -482,7 +457,7 @@ export class TriSoup extends HTMLElement {
 
   #drawnFirst() {
     this.#first = false;
-    this.#canvas.hidden = false;
+    this.#surface.canvas.hidden = false;
     this.#poster.hidden = true;
     this.dispatchEvent(new Event("load"));
     this.#rested();
@@ -498,27 +473,9 @@ export class TriSoup extends HTMLElement {
     this.#stage?.wake();
   }
 
-  #resized(entry) {
-    this.#box = entry.contentRect;
-    this.#fit(this.#box, entry.devicePixelContentBoxSize?.[0]);
-  }
-
-  /**
-   * Fits the canvas to the element. device: size in device pixels, if the browser reports it. Emulated screens report
-   * wrong values, which are ignored.
-   */
-  #fit(css, device) {
-    this.#ratio = devicePixelRatio;
-    const size = [[css.width, device?.inlineSize], [css.height, device?.blockSize]].map(([side, exact]) =>
-      Math.abs(side * devicePixelRatio - exact) <= 1 ? exact : Math.round(side * devicePixelRatio));
-    // Sizes that exceed the limits of the device are drawn smaller and enlarged.
-    const shrink = Math.min(1, (this.#stage?.renderer?.largestSide ?? 4096) / Math.max(1, ...size));
-    const [width, height] = size.map((side) => Math.max(1, Math.floor(side * shrink)));
-    if (width === this.#canvas.width && height === this.#canvas.height) return;
-    this.#canvas.width = width;
-    this.#canvas.height = height;
+  /** The canvas has another size, and is empty: it is drawn at once, not at the next refresh. */
+  #resized() {
     this.#redraw();
-    // Resizing clears the canvas, so it is drawn at once, not at the next refresh.
     const drawn = this.#drawable();
     if (drawn && this.#visible) this.#guard(() => this.#draw(drawn));
   }

@@ -57,7 +57,7 @@ export class Hotspots {
       const normal = dataset.normal === undefined ? null
         : numbersOf(listOf(dataset.normal), 3, `${slot}: data-normal ${shortText(dataset.normal)}`);
       const box = make("div", { hidden: true }, make("slot", { name: slot }));
-      return { child, text, position, normal, box };
+      return { child, text, position, normal, box, turned: false, covered: false };
     } catch (error) {
       // After the constructor of the element: its page may add listeners first.
       queueMicrotask(() => this.#complain(error));
@@ -80,8 +80,8 @@ export class Hotspots {
       spot.box.hidden = !inside;
       if (!inside) continue;
       spot.box.style.transform = `translate(${spot.at.map((v) => `${v.toFixed(2)}px`).join()}) translate(-50%, -50%)`;
-      const turned = spot.normal && dot(spot.normal, add(view.eye, p, -1)) < 0;
-      spot.box.classList.toggle("far", Boolean(turned));
+      spot.turned = spot.normal !== null && dot(spot.normal, add(view.eye, p, -1)) < 0;
+      spot.box.classList.toggle("far", spot.turned || spot.covered);
     }
   }
 
@@ -92,7 +92,8 @@ export class Hotspots {
   cover(eye, pointAt) {
     for (const spot of this.#spots.filter(({ box }) => !box.hidden)) {
       const before = pointAt(...spot.at), far = (p) => length(add(p, eye, -1));
-      if (before && far(before) < (1 - COVERED) * far(spot.point)) spot.box.classList.add("far");
+      spot.covered = before !== null && far(before) < (1 - COVERED) * far(spot.point);
+      spot.box.classList.toggle("far", spot.turned || spot.covered);
     }
   }
 

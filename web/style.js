@@ -64,6 +64,7 @@ dl { display: grid; grid-template-columns: auto 1fr; gap: 4px 16px; margin: 4px 
 dt { font-weight: 600 }
 dd { margin: 0 }
 .spots, .spots div { position: absolute; left: 0; top: 0 }
+.spots div { transition: opacity 0.2s }
 .spots .far { opacity: 0.25 }
 ::slotted([slot^=hotspot]) {
   min-width: 44px; min-height: 44px; padding: 6px 12px; border: 1px solid #fff9; border-radius: 22px; color: #fff;
