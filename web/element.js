@@ -59,7 +59,8 @@ export class TriSoup extends SoupAttributes {
     this.#message.setAttribute("role", "alert");
     this.#message.className = "message";
     root.append(this.#surface.canvas, this.#poster, this.#hotspots.node, this.#progress, this.#message);
-    const parts = { canvas: this.#surface.canvas, poster: this.#poster, progress: this.#progress, message: this.#message };
+    const parts = { canvas: this.#surface.canvas, poster: this.#poster, progress: this.#progress,
+      message: this.#message };
     for (const [part, node] of Object.entries(parts)) {
       node.part = part;
       node.hidden = true;
@@ -398,11 +399,13 @@ export class TriSoup extends SoupAttributes {
     const drawn = this.#drawable();
     if (!drawn || this.#presenter) return null;
     this.#draw(drawn);  // the targets hold the frame that was drawn last, maybe another element's
-    return this.#pointDrawn((x * this.#surface.canvas.width) / this.#surface.box.width, (y * this.#surface.canvas.height) / this.#surface.box.height);
+    return this.#pointDrawn(x, y);
   }
 
+  /** The same, in the frame that was drawn last. */
   #pointDrawn(x, y) {
-    const { width, height } = this.#surface.canvas, view = this.#view(), [i, j] = [Math.floor(x), Math.floor(y)];
+    const { box, canvas: { width, height } } = this.#surface, view = this.#view();
+    const i = Math.floor((x * width) / box.width), j = Math.floor((y * height) / box.height);
     if (!(i >= 0 && j >= 0 && i < width && j < height)) return null;
     const triangle = this.#stage.triangleAt(i, j);
     return triangle === null ? null
@@ -423,8 +426,7 @@ export class TriSoup extends SoupAttributes {
     if (this.#hotspots.any)
       this.#guard(() => {
         this.#draw(this.#drawable());
-        const [sx, sy] = [this.#surface.canvas.width / this.#surface.box.width, this.#surface.canvas.height / this.#surface.box.height];
-        this.#hotspots.cover(this.#view().eye, (x, y) => this.#pointDrawn(x * sx, y * sy));
+        this.#hotspots.cover(this.#view().eye, (x, y) => this.#pointDrawn(x, y));
       });
     if (!this.permalink) return;
     clearTimeout(this.#linkTimer);

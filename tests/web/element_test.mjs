@@ -274,6 +274,39 @@ test("a double click sets the point that the camera turns around", () => on("/on
   near((await page.run(state)).target, after.target, 1e-6);
 }));
 
+test("by touch: a double tap sets the point, a tap on a button is the button's", () => on("/product/", async (page) => {
+  const touch = (type, ...points) => page.send("Input.dispatchTouchEvent",
+    { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  const tap = async (x, y) => {
+    await touch("touchStart", [x, y]);
+    await touch("touchEnd");
+  };
+  // Some place in the middle that shows a triangle.
+  const { rgba, width, height } = await picture(page, 0), dark = (x, y) =>
+    rgba[4 * (y * width + x)] < 200 && rgba[4 * ((y + 3) * width + x)] < 200 && rgba[4 * (y * width + x + 3)] < 200;
+  const places = [...Array(80).keys()].flatMap((row) => [...Array(20).keys()].map((column) =>
+    [60 + 7 * column, Math.floor(height / 2) - 160 + 4 * row])), [x, y] = places.find(([i, j]) => dark(i, j));
+  const before = await page.run(state);
+  await tap(x, y);
+  await page.run(rest);
+  assert.deepEqual((await page.run(state)).target, before.target, "one tap moves nothing");
+  await page.run(() => new Promise((resolve) => setTimeout(resolve, 500)));
+  await tap(x, y);
+  await tap(x + 2, y + 1);
+  await page.run(rest);
+  const after = await page.run(state);
+  near(after.position, before.position, 1e-4);
+  assert.notDeepEqual(after.target, before.target);
+  const [left, top] = await page.run(() => {
+    const box = document.querySelector("tri-soup").shadowRoot.querySelector("[title='Next camera']")
+      .getBoundingClientRect();
+    return [box.left + 20, box.top + 20];
+  });
+  await tap(left, top);
+  await page.run(rest);
+  assert.equal((await page.run(state)).index, 1);
+}, { screen: { width: 390, height: 844, ratio: 1, touch: true } }));
+
 test("an address has the camera, and an edited one is told of", () => {
   pages["/link.html"] = html('<tri-soup src="/model.glb" permalink controls></tri-soup>');
   let link, shown;
@@ -304,7 +337,8 @@ test("an address has the camera, and an edited one is told of", () => {
     assert.ok(far < 0.002 * again.rgba.length, `${far} values differ`);
   })).then(async () => {
     for (const [hash, words] of [["#camera=1,2,x", /the link's camera "1,2,x" is cut off or edited; copy the whole/],
-      ["#camera=77777", /the link's camera is 77777, and model\.glb has \d+; copy the link again/], ["#camera=0,0,0,0,0,0,40,1", /target is at its position; /]])
+      ["#camera=77777", /the link's camera is 77777, and model\.glb has \d+; copy the link again/],
+      ["#camera=0,0,0,0,0,0,40,1", /target is at its position; /]])
       await open(`/link.html${hash}`, async (page) => {
         await page.run(loaded);
         assert.match((await page.run(() => window.told)).join(), words);
