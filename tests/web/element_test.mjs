@@ -93,6 +93,7 @@ test("a camera that is none gives one line, and the scene stays", () => {
     await page.run(loaded);
     const before = await picture(page, 0);
     assert.ok(before.rgba.some((value) => value < 100), "a blank page");
+    assert.equal((await page.run(state)).index, 0);
     const told = await page.run(async () => {
       const soup = document.querySelector("tri-soup");
       soup.camera = { position: [NaN, 0, 0] };
