@@ -18,7 +18,7 @@ const std::string_view style_text =
     "tri-soup > p { position: absolute; left: 0; right: 0; bottom: 0; margin: 0; padding: 1em max(1em, "
     "env(safe-area-inset-right)) max(1em, env(safe-area-inset-bottom)) max(1em, env(safe-area-inset-left)); font: 16px/"
     "1.5 system-ui, sans-serif; color: #fff; background: #000c; animation: 0.3s 2s backwards appear }\n"
-    "tri-soup code { overflow-wrap: anywhere; color: #9cf }\n"
+    "tri-soup code { white-space: nowrap; color: #9cf }\n"
     "@keyframes appear { from { visibility: hidden; opacity: 0 } }\n";
 
 namespace {

@@ -26,6 +26,7 @@ export class Controls {
     root.append(this.#toolbar.node, this.#hint);
     for (const event of ["load", "camerachange", "play", "pause", "ended"])
       element.addEventListener(event, () => this.refresh());
+    element.addEventListener("load", () => this.#hideHintLater());  // what it says of a link stays until then
     element.addEventListener("fullscreenchange", () => this.#toolbar.setFullscreen(this.#full));
   }
 
@@ -65,6 +66,11 @@ export class Controls {
     clearTimeout(this.#timer);
     this.#hint.textContent = text;
     this.#hint.hidden = false;
+    if (this.#element.loaded) this.#hideHintLater();
+  }
+
+  #hideHintLater() {
+    clearTimeout(this.#timer);
     this.#timer = setTimeout(() => { this.#hint.hidden = true; }, HINT_MS);
   }
 

@@ -38,11 +38,13 @@ progress::-moz-progress-bar { background: #fffc }
 .group { display: flex; pointer-events: auto; border-radius: 10px; background: #111b; border: 1px solid #fff5 }
 .group:empty { display: none }
 .actions { margin-left: auto }
+@container (max-width: 150px) { .cameras select { display: none } }
 .group button, .group select, dialog button {
   min-width: 44px; height: 44px; padding: 0; border: 0; border-radius: 9px; background: none; color: #fff;
   font: 600 15px/1 system-ui, sans-serif; cursor: pointer; touch-action: manipulation
 }
-.group.cameras { flex: 1 1 160px; max-width: 252px }
+.group.cameras { flex: 1 1 92px; min-width: 92px; max-width: 252px; container-type: inline-size }
+.cameras { justify-content: space-between }
 .group select { flex: 1; width: 0; padding: 0 4px; font-weight: 400; text-overflow: ellipsis }
 .group option { color: #000; background: #fff }
 .group button:hover, .group select:hover, dialog button:hover { background: #fff3 }
@@ -63,12 +65,13 @@ h3 { margin-top: 10px; font-size: 15px; color: #9cf }
 dl { display: grid; grid-template-columns: auto 1fr; gap: 4px 16px; margin: 4px 0 0 }
 dt { font-weight: 600 }
 dd { margin: 0 }
-.spots, .spots div { position: absolute; left: 0; top: 0 }
+.spots, .spots div { position: absolute; left: 0; top: 0; width: max-content }
 .spots div { transition: opacity 0.2s }
 .spots .far { opacity: 0.25 }
 ::slotted([slot^=hotspot]) {
   min-width: 44px; min-height: 44px; padding: 6px 12px; border: 1px solid #fff9; border-radius: 22px; color: #fff;
-  background: #111b; font: 600 14px/1.2 system-ui, sans-serif; cursor: pointer; touch-action: manipulation
+  background: #111b; font: 600 14px/1.2 system-ui, sans-serif; cursor: pointer; touch-action: manipulation;
+  white-space: nowrap
 }
 [hidden] { display: none !important }
 `;

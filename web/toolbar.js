@@ -27,6 +27,12 @@ export function controlsOf(value) {
   return new Set(names.filter((name) => CONTROLS.includes(name)));
 }
 
+/** Names without the folder that all of them are in. */
+function shortNames(names) {
+  const folder = names[0]?.slice(0, names[0].lastIndexOf("/") + 1) ?? "";
+  return names.every((name) => name.startsWith(folder)) ? names.map((name) => name.slice(folder.length)) : names;
+}
+
 export class Toolbar {
   #select; #buttons = {}; #groups; #names = null;
 
@@ -76,7 +82,8 @@ export class Toolbar {
     if (this.#names !== names) {
       this.#names = names;
       const free = make("option", { value: "", disabled: true, hidden: true }, "Free view");
-      this.#select.replaceChildren(free, ...names.map((name, i) => make("option", { value: String(i) }, name)));
+      this.#select.replaceChildren(free,
+        ...shortNames(names).map((name, i) => make("option", { value: String(i) }, name)));
     }
     const value = index === null ? "" : String(index);
     if (this.#select.value !== value) this.#select.value = value;

@@ -342,6 +342,11 @@ test("an address has the camera, and an edited one is told of", () => {
       ["#camera=0,0,0,0,0,0,40,1", /target is at its position; /]])
       await open(`/link.html${hash}`, async (page) => {
         await page.run(loaded);
+        const shown = await page.run(() => {
+          const hint = document.querySelector("tri-soup").shadowRoot.querySelector("[part=hint]");
+          return hint.hidden ? "" : hint.textContent;
+        });
+        assert.match(shown, words);
         assert.match((await page.run(() => window.told)).join(), words);
         assert.equal((await page.run(state)).index, 0, "the first view is shown");
       }, { allowed: [COMPLAINT], wait: false });
