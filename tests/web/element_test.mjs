@@ -184,6 +184,28 @@ for (const [name, screen] of [["phone", { width: 390, height: 844, ratio: 3, tou
     assert.equal(await help(), null, "Escape closes it");
   }, { screen }));
 
+test("full screen fills the screen, and its button leaves it", () => {
+  pages["/whole.html"] = html('<tri-soup src="/model.glb" controls></tri-soup>');
+  return on("/whole.html", async (page) => {
+    const pushed = async () => {
+      const [x, y] = await page.run(() => {
+        const box = document.querySelector("tri-soup").shadowRoot.querySelector("[title*='ull screen']")
+          .getBoundingClientRect();
+        return [box.left + 20, box.top + 20];
+      });
+      await click(page, x, y);
+      return page.run(async () => {
+        await new Promise((resolve) => setTimeout(resolve, 1000));
+        const soup = document.querySelector("tri-soup"), { width, height } = soup.getBoundingClientRect();
+        return [document.fullscreenElement === soup, width === innerWidth && height === innerHeight,
+          soup.shadowRoot.querySelector("[title*='ull screen']").title];
+      });
+    };
+    assert.deepEqual(await pushed(), [true, true, "Leave full screen"]);
+    assert.deepEqual(await pushed(), [false, false, "Full screen"]);
+  });
+});
+
 test("without the attribute there are no controls, and each can be left out", () => {
   pages["/some.html"] = html('<tri-soup src="/model.glb" controls="help reset nonsense"></tri-soup>');
   return on("/one.html", async (page) => {
@@ -231,7 +253,17 @@ test("in a page that scrolls, the wheel zooms after a click or with Ctrl", () =>
     const [scrolled, still] = await at(page);
     assert.ok(scrolled > 0);
     assert.deepEqual(still, from);
+    const hint = () => page.run(() => {
+      const line = document.querySelector("tri-soup").shadowRoot.querySelector("[part=hint]");
+      return line.hidden ? null : line.textContent;
+    });
+    assert.equal(await hint(), null, "without controls nothing is shown over the scene");
     await wheel(page, -500);
+    await page.run(() => { document.querySelector("tri-soup").controls = true; });
+    await wheel(page, 20);
+    assert.equal(await hint(), "Click the scene, or hold Ctrl, to zoom with the wheel.");
+    await wheel(page, -500);
+    await page.run(() => { document.querySelector("tri-soup").controls = false; });
     await wheel(page, 60, 2);
     const [top, zoomed] = await at(page);
     assert.equal(top, 0);
