@@ -21,7 +21,7 @@ set(shared
   download)
 bundle(module_text
   ${shared} stage navigation pose shot path rig permalink pick xr help toolbar controls hotspots input style surface
-  attributes element tri-soup)
+  cover attributes element tri-soup)
 bundle(benchmark_module_text ${shared} benchmark benchmark_page)
 file(READ ${FOLDER}/benchmark.html benchmark_text)
 file(READ ${FOLDER}/benchmark.css benchmark_style_text)

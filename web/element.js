@@ -2,6 +2,7 @@
 import { SoupAttributes } from "./attributes.js";
 import { aspectOf, centre, forward, fovOf, lookAt, viewOf } from "./camera.js";
 import { Controls } from "./controls.js";
+import { Cover } from "./cover.js";
 import { downloadJson } from "./download.js";
 import { SoupError } from "./error.js";
 import { Hotspots } from "./hotspots.js";
@@ -27,9 +28,7 @@ export class TriSoup extends SoupAttributes {
     "interaction", "loop", "permalink"];
 
   #surface = new Surface(this, { resized: () => this.#resized(), largest: () => this.#stage?.renderer?.largestSide });
-  #poster = document.createElement("img");
-  #progress = document.createElement("progress");
-  #message = document.createElement("p");
+  #cover = new Cover();
   #hotspots = new Hotspots(this, (error) => this.#complain(error));
   #input; #controls;
   #stage = null;
@@ -54,17 +53,10 @@ export class TriSoup extends SoupAttributes {
     super();
     const root = this.attachShadow({ mode: "open" });
     dress(root);
-    this.#poster.alt = "";
-    this.#poster.draggable = false;
-    this.#message.setAttribute("role", "alert");
-    this.#message.className = "message";
-    root.append(this.#surface.canvas, this.#poster, this.#hotspots.node, this.#progress, this.#message);
-    const parts = { canvas: this.#surface.canvas, poster: this.#poster, progress: this.#progress,
-      message: this.#message };
-    for (const [part, node] of Object.entries(parts)) {
-      node.part = part;
-      node.hidden = true;
-    }
+    const { canvas } = this.#surface, { poster, progress, message } = this.#cover.parts;
+    canvas.part = "canvas";
+    canvas.hidden = true;
+    root.append(canvas, poster, this.#hotspots.node, progress, message);
     this.#controls = new Controls(this, root);
     this.#input = this.#makeInput();
     this.addEventListener("click", (event) => this.#clickHotspot(event));
@@ -275,14 +267,14 @@ export class TriSoup extends SoupAttributes {
   ratioChanged() { this.#surface.checkRatio(); }
 
   contextLost() {
-    if (this.#rig) this.#show(LOST);
+    if (this.#rig) this.#cover.message = LOST;
     this.dispatchEvent(new Event("contextlost"));
   }
 
   /** @param {Error | null} problem reason if it failed */
   contextRestored(problem) {
     if (problem) return this.#fail(problem);
-    if (this.#rig) this.#show("");
+    if (this.#rig) this.#cover.message = "";
     this.dispatchEvent(new Event("contextrestored"));
     this.#redraw();
   }
@@ -290,12 +282,11 @@ export class TriSoup extends SoupAttributes {
   async #load() {
     this.#unload();
     this.#first = true;
-    this.#show("");
+    this.#cover.message = "";
     this.#showPoster();
     this.#controls.refresh();
     if (!this.src || (this.loading === "lazy" && !this.#visible)) return;  // waits until it is near
-    this.#progress.removeAttribute("value");
-    this.#progress.hidden = false;
+    this.#cover.loading = true;
     const onProgress = (loaded, total) => this.#showProgress(loaded, total);
     let resident = null;
     try {
@@ -317,7 +308,7 @@ export class TriSoup extends SoupAttributes {
       if (this.#resident === resident) this.#fail(error);
     } finally {
       resident?.listeners.delete(onProgress);
-      if (this.#resident === resident) this.#progress.hidden = true;
+      if (this.#resident === resident) this.#cover.loading = false;
     }
   }
 
@@ -326,14 +317,15 @@ export class TriSoup extends SoupAttributes {
     this.#rig?.interrupt();
     if (this.#resident) this.#stage.release(this.#resident);
     this.#resident = this.#rig = this.#pathSource = null;
-    this.#surface.canvas.hidden = this.#progress.hidden = true;
+    this.#surface.canvas.hidden = true;
+    this.#cover.loading = false;
     this.#moving = false;
     this.#seen = "";
   }
 
   #intersects(near) {
     this.#visible = near;
-    if (near && this.#connected && !this.#resident && this.#first && this.#message.hidden) this.#load();
+    if (near && this.#connected && !this.#resident && this.#first && !this.#cover.message) this.#load();
     this.#stage?.wake();
   }
 
@@ -460,7 +452,7 @@ export class TriSoup extends SoupAttributes {
   #drawnFirst() {
     this.#first = false;
     this.#surface.canvas.hidden = false;
-    this.#poster.hidden = true;
+    this.#cover.hidePoster();
     this.dispatchEvent(new Event("load"));
     this.#rested();
   }
@@ -482,20 +474,11 @@ export class TriSoup extends SoupAttributes {
     if (drawn && this.#visible) this.#guard(() => this.#draw(drawn));
   }
 
-  #showPoster() {
-    this.#poster.loading = this.loading;
-    if (this.poster && this.#poster.getAttribute("src") !== this.poster) this.#poster.src = this.poster;
-    this.#poster.hidden = !this.poster || !this.#first;
-  }
+  #showPoster() { this.#cover.showPoster(this.poster, this.#first, this.loading); }
 
   #showProgress(loaded, total) {
-    if (total !== null) this.#progress.value = Math.min(1, loaded / total);
+    if (total !== null) this.#cover.share = loaded / total;
     this.dispatchEvent(new ProgressEvent("progress", { lengthComputable: total !== null, loaded, total: total ?? 0 }));
-  }
-
-  #show(text) {
-    this.#message.textContent = text;
-    this.#message.hidden = text === "";
   }
 
   /** Shows an error in the element. Errors other than SoupError are bugs and also go to the console. */
@@ -503,7 +486,7 @@ export class TriSoup extends SoupAttributes {
     if (!(error instanceof SoupError)) console.error(error);
     const message = error instanceof SoupError ? error.message
       : `the scene cannot be drawn (${error.message}); reload the page`;
-    this.#show(message);
+    this.#cover.message = message;
     this.dispatchEvent(new ErrorEvent("error", { message, error }));
   }
 
