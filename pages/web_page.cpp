@@ -8,9 +8,18 @@
 
 namespace trisoup::web {
 
-// dvh: the height that the address bar of a phone, which comes and goes, leaves free.
+// dvh: the height that the address bar of a phone, which comes and goes, leaves free. The content of the element is
+// visible only until its module runs. Its text appears late, so that nobody sees it while a page loads as it should.
 const std::string_view style_text =
-    "html, body { margin: 0; height: 100% }\ntri-soup { height: 100vh; height: 100dvh; aspect-ratio: auto }\n";
+    "html, body { margin: 0; height: 100% }\n"
+    "tri-soup { display: block; position: relative; overflow: hidden; height: 100vh; height: 100dvh; aspect-ratio: "
+    "auto; background: #222 }\n"
+    "tri-soup > img { position: absolute; width: 100%; height: 100%; object-fit: cover }\n"
+    "tri-soup > p { position: absolute; left: 0; right: 0; bottom: 0; margin: 0; padding: 1em max(1em, "
+    "env(safe-area-inset-right)) max(1em, env(safe-area-inset-bottom)) max(1em, env(safe-area-inset-left)); font: 16px/"
+    "1.5 system-ui, sans-serif; color: #fff; background: #000c; animation: 0.3s 2s backwards appear }\n"
+    "tri-soup code { white-space: nowrap; color: #9cf }\n"
+    "@keyframes appear { from { visibility: hidden; opacity: 0 } }\n";
 
 namespace {
 
@@ -43,18 +52,35 @@ std::string base64(std::string_view bytes) {
 std::string head(const PageOptions& options, std::string_view policy) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width, initial-scale=1\">\n"
+      "content=\"width=device-width, initial-scale=1, viewport-fit=cover\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n<title>{}</title>\n",
       policy, escaped(options.title));
 }
 
-std::string element(const PageOptions& options, std::string_view model, std::string_view poster) {
+/// What the element shows until its module runs: never, for pages opened from a disk.
+std::string without_module(std::string_view poster) {
+  std::string text;
+  if (!poster.empty()) text = fmt::format("<img src=\"{}\" alt=\"\">\n", poster);
+  return text +
+         "<p>The scene has not loaded yet. If you opened this page from a disk: browsers load its files only from a "
+         "web "
+         "server. Run <code>python3 -m http.server</code> in its folder and open <code>http://localhost:8000</code>, "
+         "or "
+         "write one file that opens from a disk with <code>soup-export --single-file</code>. Otherwise check the "
+         "connection and reload the page.</p>\n";
+}
+
+/// fallback: HTML to show until the module runs
+std::string element(const PageOptions& options, std::string_view model, std::string_view poster,
+                    std::string_view fallback) {
   std::string text = fmt::format("<tri-soup src=\"{}\"", model);
   if (!poster.empty()) text += fmt::format(" poster=\"{}\"", poster);
   if (options.camera) text += fmt::format(" camera=\"{}\"", escaped(*options.camera));
   if (options.autorotate) text += " autorotate";
-  return text + fmt::format(" aria-label=\"{}\"></tri-soup>\n<noscript>This scene needs JavaScript.</noscript>\n",
-                            escaped(options.title));
+  return text + fmt::format(
+                    " controls permalink aria-label=\"{}\">{}</tri-soup>\n<noscript>This scene needs "
+                    "JavaScript.</noscript>\n",
+                    escaped(options.title), fallback);
 }
 
 /// Returns index.html.
@@ -68,7 +94,7 @@ std::string page(const PageOptions& options, bool with_poster) {
       "<link rel=\"preload\" href=\"{}\" as=\"fetch\" crossorigin>\n<link rel=\"stylesheet\" href=\"{}\">\n"
       "<script type=\"module\" src=\"{}\"></script>\n",
       kModel, kStyle, kModule);
-  return text + element(options, kModel, poster);
+  return text + element(options, kModel, poster, "\n" + without_module(poster));
 }
 
 }  // namespace
@@ -93,7 +119,7 @@ std::string single_page(const PageOptions& options, std::string_view model, std:
   const std::string picture = poster.empty() ? "" : "data:image/webp;base64," + base64(poster);
   text += fmt::format("<link rel=\"icon\" href=\"data:,\">\n<style>{}</style>\n", style_text);
   // The element comes first, so that its poster is visible while the rest loads.
-  text += element(options, "#model", picture);
+  text += element(options, "#model", picture, "");
   text += fmt::format("<script type=\"text/plain\" id=\"model\">{}</script>\n", base64(model));
   return text + fmt::format("<script type=\"module\">\n{}</script>\n", module_text);
 }

@@ -17,8 +17,11 @@ function(bundle variable)
 endfunction()
 
 set(shared
-  error glb png range_decoder lattice vertices model camera shaders tiles gpu upload pictures renderer download)
-bundle(module_text ${shared} stage input element tri-soup)
+  error vectors rotation glb png range_decoder lattice vertices model camera shaders tiles gpu upload pictures renderer
+  download)
+bundle(module_text
+  ${shared} stage navigation pose shot path rig permalink pick xr help toolbar controls hotspots input style surface
+  cover attributes element tri-soup)
 bundle(benchmark_module_text ${shared} benchmark benchmark_page)
 file(READ ${FOLDER}/benchmark.html benchmark_text)
 file(READ ${FOLDER}/benchmark.css benchmark_style_text)

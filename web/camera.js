@@ -1,5 +1,6 @@
-// Cameras: projection, framing of a soup, navigation (as in engine/scene/camera.cpp, engine/render/cameras.cpp and
-// viewer/navigation.cpp). Normalised coordinates; angles in radians.
+// Cameras: projection and framing of a soup (as in engine/scene/camera.cpp and engine/render/cameras.cpp). Normalised
+// coordinates; angles in radians.
+import { add, cross, dot, length, normalize, times } from "./vectors.js";
 
 /**
  * @typedef {object} Camera pinhole camera with OpenCV axes: x right, y down, z forward. The centre of pixel (i, j) is
@@ -13,21 +14,15 @@
  * @property {number} cx
  * @property {number} cy
  * @property {number[]} pose world to camera, 3 x 4, row-major; rigid
+ * @property {number} [distance] from the eye to the point that it orbits, if known
+ * @property {boolean} [free] true unless it is one of the model's
  */
 
-const add = (a, b, scale = 1) => [a[0] + scale * b[0], a[1] + scale * b[1], a[2] + scale * b[2]];
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const length = (a) => Math.hypot(a[0], a[1], a[2]);
-const times = (a, scale) => [scale * a[0], scale * a[1], scale * a[2]];
-const normalize = (a) => times(a, 1 / length(a));
-const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
-
-const row = (camera, i) => camera.pose.slice(4 * i, 4 * i + 3);
-const forward = (camera) => row(camera, 2);
+export const row = (camera, i) => camera.pose.slice(4 * i, 4 * i + 3);
+export const forward = (camera) => row(camera, 2);
 /** Rotates a direction from camera to world axes. The inverse of a rotation is its transpose. */
 const toWorld = (camera, d) => add(add(times(row(camera, 0), d[0]), row(camera, 1), d[1]), row(camera, 2), d[2]);
-const centre = (camera) => times(toWorld(camera, [camera.pose[3], camera.pose[7], camera.pose[11]]), -1);
+export const centre = (camera) => times(toWorld(camera, [camera.pose[3], camera.pose[7], camera.pose[11]]), -1);
 
 /** A camera with square pixels and a centred principal point. fov: vertical. */
 export function lookAt(eye, target, up, fov, width, height) {
@@ -45,6 +40,22 @@ export function reshaped(camera, width, height) {
     cx: 0.5 * width + s * (camera.cx - 0.5 * camera.width), cy: camera.cy * s,
   };
 }
+
+/**
+ * The camera for another image size, as `reshaped`, but never with a smaller horizontal field of view: on a phone held
+ * upright nothing is cut off at the sides.
+ */
+export function fitted(camera, width, height) {
+  const s = width / camera.width;
+  if (s * camera.height >= height) return reshaped(camera, width, height);
+  return { ...camera, width, height, fx: camera.fx * s, fy: camera.fy * s, cx: camera.cx * s,
+    cy: 0.5 * height + s * (camera.cy - 0.5 * camera.height) };
+}
+
+/** Vertical field of view. */
+export const fovOf = (camera) => 2 * Math.atan((0.5 * camera.height) / camera.fy);
+/** Width / height of its image if its pixels were squares. */
+export const aspectOf = (camera) => (camera.width / camera.fx) / (camera.height / camera.fy);
 
 /**
  * @typedef {object} View a camera in the form that the renderer needs. NDC y points down, like the rows of the image.
@@ -90,7 +101,7 @@ function innerBox(vertices, leftOut) {
 }
 
 /**
- * Target, up direction, distance and field of view with which the whole soup is in view.
+ * Target, up direction, distance, field of view and its aspect with which the whole soup is in view.
  * @param {import("./model.js").Model} model
  */
 export function framingOf(model) {
@@ -99,21 +110,21 @@ export function framingOf(model) {
     // In normalised coordinates the cameras surround the origin at mean distance 1.
     const mean = (value) => cameras.reduce((sum, camera) => sum + value(camera), 0) / cameras.length;
     const distance = Math.max(1e-3, mean((camera) => length(centre(camera))));
-    return { target: [0, 0, 0], up, distance, fov: mean((camera) => 2 * Math.atan((0.5 * camera.height) / camera.fy)) };
+    return { target: [0, 0, 0], up, distance, fov: mean(fovOf), aspect: mean(aspectOf) };
   }
   const { low, high } = innerBox(model.vertices, 0.05), fov = 0.7;
   return { target: times(add(low, high), 0.5), up,
-    distance: Math.max(1e-3, (0.65 * length(add(high, low, -1))) / Math.tan(0.5 * fov)), fov };
+    distance: Math.max(1e-3, (0.65 * length(add(high, low, -1))) / Math.tan(0.5 * fov)), fov, aspect: 1 };
 }
 
 /** Two unit vectors that form a right-handed basis with the unit vector `up`. */
-function groundAxes(up) {
+export function groundAxes(up) {
   const x = normalize(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
   return [x, cross(up, x)];
 }
 
 /** Unit vector with this azimuth and elevation above the ground. axes: groundAxes(up) */
-const direction = ([x, y], up, azimuth, elevation) =>
+export const direction = ([x, y], up, azimuth, elevation) =>
   add(times(add(times(x, Math.cos(azimuth)), y, Math.sin(azimuth)), Math.cos(elevation)), up, Math.sin(elevation));
 
 /**
@@ -132,106 +143,4 @@ export function hemisphere({ target, up, distance, fov }, count, width, height) 
     return lookAt(add(target, towards, distance), target, Math.abs(Math.sin(elevation)) > 0.9999 ? axes[1] : up, fov,
       width, height);
   });
-}
-
-const STEEPEST = 1.55;  // the horizon is undefined when looking straight up or down
-const START_AZIMUTH = 0.6, START_ELEVATION = 0.35;
-
-/**
- * A turntable camera that orbits a target and keeps the horizon level. After snap() it is exactly the given camera
- * until it is moved.
- */
-export class Navigation {
-  #home; #target; #up; #axes; #azimuth; #elevation; #distance; #fov; #snapped = null;
-
-  /** @param {ReturnType<typeof framingOf>} home */
-  constructor(home) {
-    this.#home = home;
-    this.#up = home.up;
-    this.#axes = groundAxes(home.up);
-    this.reset();
-  }
-
-  get home() { return this.#home; }
-  get snapped() { return this.#snapped !== null; }
-
-  /** Back to the start. */
-  reset() {
-    this.#snapped = null;
-    this.#target = this.#home.target;
-    this.#distance = this.#home.distance;
-    this.#fov = this.#home.fov;
-    this.#azimuth = START_AZIMUTH;
-    this.#elevation = START_ELEVATION;
-  }
-
-  /** Same direction, whole soup in view. */
-  frame() {
-    this.#release();
-    this.#target = this.#home.target;
-    this.#distance = this.#home.distance;
-  }
-
-  /** Orbits the target. */
-  orbit(azimuth, elevation) {
-    this.#release();
-    this.#azimuth += azimuth;
-    this.#elevation = clamp(this.#elevation + elevation, -STEEPEST, STEEPEST);
-  }
-
-  /** Turns around the eye. */
-  look(azimuth, elevation) {
-    this.#release();
-    const eye = this.#eye();
-    this.orbit(azimuth, elevation);
-    this.#target = add(eye, this.#towardsEye(), -this.#distance);
-  }
-
-  /** Moves sideways. Unit: image height at the target's distance. */
-  pan(right, up) {
-    const height = 2 * this.#distance * Math.tan(0.5 * this.#fov);
-    this.fly(right * height, up * height, 0);
-  }
-
-  /** Divides the distance to the target by `factor`. */
-  zoom(factor) {
-    this.#release();
-    this.#distance = clamp(this.#distance / factor, 1e-4, 1e3);
-  }
-
-  /** Moves the eye and the target, in normalised units. */
-  fly(right, up, ahead) {
-    this.#release();
-    const z = times(this.#towardsEye(), -1), x = normalize(cross(z, this.#up)), y = cross(x, z);
-    this.#target = add(add(add(this.#target, x, right), y, up), z, ahead);
-  }
-
-  /** @param {Camera} camera */
-  snap(camera) {
-    this.#snapped = camera;
-    this.#fov = 2 * Math.atan((0.5 * camera.height) / camera.fy);
-  }
-
-  /** @returns {Camera} */
-  camera(width, height) {
-    if (this.#snapped) return reshaped(this.#snapped, width, height);
-    return lookAt(this.#eye(), this.#target, this.#up, this.#fov, width, height);
-  }
-
-  #towardsEye() { return direction(this.#axes, this.#up, this.#azimuth, this.#elevation); }
-
-  #eye() { return add(this.#target, this.#towardsEye(), this.#distance); }
-
-  /** Continues as a turntable camera at the position of the snapped one. */
-  #release() {
-    if (!this.#snapped) return;
-    const eye = centre(this.#snapped), ahead = forward(this.#snapped);
-    // The new target lies on the viewing axis at the distance of the soup's centre.
-    this.#distance = Math.max(0.05 * this.#home.distance, dot(add(this.#home.target, eye, -1), ahead));
-    const d = times(normalize(ahead), -1);
-    this.#elevation = clamp(Math.asin(clamp(dot(d, this.#up), -1, 1)), -STEEPEST, STEEPEST);
-    this.#azimuth = Math.atan2(dot(d, this.#axes[1]), dot(d, this.#axes[0]));
-    this.#target = add(eye, this.#towardsEye(), -this.#distance);
-    this.#snapped = null;
-  }
 }

@@ -46,6 +46,24 @@ export async function download(source, { signal, onProgress }) {
   return bytes;
 }
 
+/**
+ * Loads a JSON file.
+ * @param {string} source a URL, or "#id" of an element of the page whose text is the JSON
+ * @throws {SoupError} if it cannot be loaded or is no JSON
+ */
+export async function downloadJson(source) {
+  const name = source.startsWith("#") ? source : nameOf(source);
+  const text = source.startsWith("#") ? document.getElementById(source.slice(1))?.textContent
+    : new TextDecoder().decode(await download(new URL(source, document.baseURI).href,
+      { signal: new AbortController().signal, onProgress: () => {} }));
+  if (text === undefined) throw new SoupError(`${source}: the page has no such element; check its id`);
+  try {
+    return JSON.parse(text);
+  } catch (error) {
+    throw new SoupError(`${name}: is not JSON (${error.message}); check the address`);
+  }
+}
+
 /** The name of a file in messages: the last part of its URL. */
 export const nameOf = (source) => (source.split(/[?#]/)[0].split("/").pop() || source).slice(0, 120);
 

@@ -3,6 +3,7 @@ import { SoupError } from "./error.js";
 import { decodeGlb } from "./glb.js";
 import { decodeLattices, fillAtlas, makeAtlas } from "./lattice.js";
 import { crc32, isWholePng, pngSize } from "./png.js";
+import { poseOf } from "./rotation.js";
 import { decodeVertices } from "./vertices.js";
 
 export const EXTENSION = "TRISOUP_neural_textures";
@@ -33,7 +34,8 @@ export function placeOf(places, triangle) {
  *   is 1.
  * @property {string} name
  * @property {number} triangles
- * @property {{scale: number, middle: number[]}} normalisation normalised = scale (vertex of the file - middle)
+ * @property {{scale: number, centre: number[], middle: number[]}} normalisation normalised = scale (dataset - centre) =
+ *   scale (vertex of the file - middle)
  * @property {Float32Array} vertices x, y, z of three vertices per triangle, normalised
  * @property {DataView} places see placeOf
  * @property {Float32Array} mlp w1[16][16] b1[16] w2[16][16] b2[16] w3[3][16] b3[3]
@@ -156,7 +158,7 @@ class Reader {
     // Beyond these limits floats cannot resolve the soup.
     if (!(Math.hypot(...centre) < 1e12 && Math.hypot(...origin) < 1e12 && scale > 1e-9 && scale < 1e9))
       throw this.damaged("has an invalid centre or scale");
-    return { scale, middle: centre.map((value, axis) => value - origin[axis]) };
+    return { scale, centre, middle: centre.map((value, axis) => value - origin[axis]) };
   }
 
   vertices(triangles, { scale, middle }) {
@@ -303,18 +305,6 @@ class Reader {
       return this.camera(its, name, ofTest.has(i), poseOf(numbers.subarray(POSE_FLOATS * i, POSE_FLOATS * (i + 1))));
     });
   }
-}
-
-/** Row-major 3 x 4 matrix from a unit quaternion x, y, z, w and a translation. */
-function poseOf([x0, y0, z0, w0, ...place]) {
-  // If the length is far from 1, the result is not a rotation and possible() rejects it.
-  const length = Math.hypot(x0, y0, z0, w0), unit = Math.abs(length - 1) < 1e-3 ? length : 1;
-  const [x, y, z, w] = [x0, y0, z0, w0].map((value) => value / unit);
-  return [
-    1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), place[0],
-    2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), place[1],
-    2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), place[2],
-  ];
 }
 
 function possible({ width, height, fx, fy, cx, cy, pose }) {

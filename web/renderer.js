@@ -34,17 +34,18 @@ export class Renderer {
   get targetBytes() { return 4 * (MOST_SAMPLES + 1) * this.#width * this.#height; }
 
   /**
-   * Draws a frame to the canvas, which must be large enough.
+   * Draws a frame to the canvas, which must be large enough, or to another target.
    * @param {import("./upload.js").GpuModel} drawn
    * @param {import("./camera.js").View} view
-   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean, left?: number, top?: number}} options left, top:
-   *   position on the canvas, pixels
+   * @param {{aa: "none" | "msaa" | "ssaa", dropBehind: boolean, left?: number, top?: number,
+   *   target?: {framebuffer: WebGLFramebuffer | null, height: number, clear: boolean}}} options left, top: position on
+   *   the canvas or target, pixels; clear: pixels without a triangle are transparent
    */
-  draw(drawn, view, { aa, dropBehind, left = 0, top = 0 }) {
+  draw(drawn, view, { aa, dropBehind, left = 0, top = 0, target = null }) {
     const gl = this.#gl, { width, height } = view;
     this.#fit(width, height);
-    const above = gl.drawingBufferHeight - top;
-    this.#setFrame(view, drawn.model.background, [left, above]);
+    const above = (target?.height ?? gl.drawingBufferHeight) - top;
+    this.#setFrame(view, target?.clear ? [0, 0, 0, 0] : [...drawn.model.background, 1], [left, above]);
     bindTextures(gl, { table: drawn.table, opacities: drawn.opacities, features: drawn.features });
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.SCISSOR_TEST);
@@ -70,7 +71,7 @@ export class Renderer {
     });
     gl.bindVertexArray(null);
     gl.disable(gl.DEPTH_TEST);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target?.framebuffer ?? null);
     gl.viewport(left, above - height, width, height);
     gl.scissor(left, above - height, width, height);
     drawn.programs[aa] ??= makeProgram(gl, screenVertex, shadeFragment(aa, drawn.model.mlp));
@@ -93,6 +94,15 @@ export class Renderer {
     gl.readPixels(0, 0, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, values);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return values.filter((_, i) => i % 4 === 0);
+  }
+
+  /** The number (from 1) of the triangle that the last frame shows at a pixel, or 0. */
+  hitAt(x, y) {
+    const gl = this.#gl, value = new Uint32Array(4);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#layers[0]);
+    gl.readPixels(x, y, 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, value);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return value[0];
   }
 
   /** Enlarges the targets of the first pass to the frame. They never shrink: soups of a page have various sizes. */
@@ -118,7 +128,7 @@ export class Renderer {
   #setFrame(view, background, corner) {
     const gl = this.#gl, values = this.#frameValues;
     values.set(view.clipFromWorld, 0);
-    values.set([...view.eye, 1, ...view.ray, 0, ...view.rayX, 0, ...view.rayY, 0, ...background, 1], 16);
+    values.set([...view.eye, 1, ...view.ray, 0, ...view.rayX, 0, ...view.rayY, 0, ...background], 16);
     values.set([2 / view.width, 2 / view.height, ...corner], 36);
     gl.bindBufferBase(gl.UNIFORM_BUFFER, FRAME_BINDING, this.#frame);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, values);

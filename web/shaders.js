@@ -235,12 +235,14 @@ void main() {
 ${SAMPLES[aa].at.length === 1 ? `
   uint hit = texelFetch(hits, ivec3(ivec2(at), 0), 0).x;
   colour = background;
-  if (hit != 0u) colour.rgb = surface_colour(hit, at * pixel - 1.0);` : `
+  if (hit != 0u) colour = vec4(surface_colour(hit, at * pixel - 1.0), 1.0);` : `
   uint hit[4];
   int left = 0;  // bits of the samples still to be added
   vec3 sum = vec3(0.0);
+  float alpha = 0.0;  // times 4
   for (int i = 0; i < 4; ++i) {
     hit[i] = texelFetch(hits, ivec3(ivec2(at), i), 0).x;
+    alpha += hit[i] == 0u ? background.a : 1.0;
     if (hit[i] == 0u) sum += background.rgb;
     else left |= 1 << i;
   }
@@ -262,7 +264,7 @@ ${SAMPLES[aa].shadeAll ? `
     sum += count * surface_colour(h, at * pixel - 1.0);
     left &= ~same;`}
   }
-  colour = vec4(0.25 * sum, 1.0);`}
+  colour = vec4(0.25 * sum, 0.25 * alpha);`}
 }
 `;
 

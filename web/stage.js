@@ -148,6 +148,14 @@ class Stage {
     this.renderer.draw(drawn, view, options);
     context.drawImage(this.#canvas, 0, 0, width, height, 0, 0, width, height);
   }
+
+  /**
+   * The model's triangle at a pixel of the frame that was drawn last, from 0; null if there is none.
+   */
+  triangleAt(x, y) {
+    const hit = this.renderer.hitAt(x, y);
+    return hit === 0 ? null : hit - 1;
+  }
 }
 
 let stage = null;

@@ -71,7 +71,8 @@ export async function on(path, action, { screen = {}, allowed = [], wait = true,
       })));
     await action(page);
     const complaints = page.complaints
-      .filter((line) => ![/willReadFrequently/, ...allowed].some((pattern) => pattern.test(line)));
+      .filter((line) => ![/willReadFrequently/, /GPU stall due to ReadPixels/, ...allowed]
+        .some((pattern) => pattern.test(line)));
     assert.deepEqual(complaints, []);
   } finally {
     await page.close();
@@ -86,7 +87,8 @@ export async function picture(page, index, { samples = 0, settings = {} } = {}) 
   const result = await page.run(async (which, count, wanted) => {
     const soup = document.querySelectorAll("tri-soup")[which];
     Object.assign(soup, wanted);
-    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    do await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    while (soup.moving);
     const canvas = soup.shadowRoot.querySelector("canvas"), { width, height } = canvas;
     const text = (array) => {
       const bytes = new Uint8Array(array.buffer);

@@ -2,15 +2,22 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { Navigation, framingOf, viewOf } from "../../web/camera.js";
+import { fitted, framingOf, viewOf } from "../../web/camera.js";
 import { SoupError } from "../../web/error.js";
 import { decodeGlb } from "../../web/glb.js";
 import { decodeLattices, makeAtlas } from "../../web/lattice.js";
 import { decodeModel, placeOf } from "../../web/model.js";
+import { Navigation } from "../../web/navigation.js";
+import { readPath } from "../../web/path.js";
+import { decodeCamera, encodeCamera } from "../../web/permalink.js";
 import { isWholePng, pngSize } from "../../web/png.js";
+import { cameraOf, stateOf } from "../../web/pose.js";
+import { poseOf, quaternionOf, slerp } from "../../web/rotation.js";
 import { layer, literal } from "../../web/shaders.js";
+import { shotAt } from "../../web/shot.js";
 import { cutPages, placeOnTile } from "../../web/tiles.js";
 import { decodeVertices } from "../../web/vertices.js";
+import { eyeCamera, roomBefore } from "../../web/xr.js";
 import { edited } from "./edit_glb.mjs";
 import { rgbaOf } from "./png.mjs";
 
@@ -359,4 +366,171 @@ test("pages larger than a device's textures are cut so that every lattice lies i
       }
     });
   }
+});
+
+const world = { scale: 0.5, centre: [10, 20, 30] };
+const context = { normalisation: world, up: [0, 0, 1], what: "camera" };
+const start = { fov: 40, aspect: 1.5, position: [10, 20, 40], target: [10, 20, 30], up: [0, 1, 0] };
+
+/** What is wrong with a camera; null if nothing is. */
+function cameraComplaint(given) {
+  try {
+    cameraOf(given, start, context);
+    return null;
+  } catch (error) {
+    assert.ok(error instanceof SoupError, `${error.stack}`);
+    assert.match(error.message, /^camera[^\n]+; [^\n]+$/);
+    return error.message;
+  }
+}
+
+test("a camera that is read is the one that was set, in world coordinates", () => {
+  const given = { position: [13, 20, 30], target: [10, 20, 30], up: [0, 0, 1], fov: 50, aspect: 2 };
+  const made = cameraOf(given, start, context);
+  near([made.distance], [1.5]);
+  const state = stateOf(made, made.distance, world);
+  for (const name of ["position", "target", "up"]) near(state[name], given[name], 1e-9);
+  near([state.fov, state.aspect], [50, 2], 1e-9);
+  // Looks along -x: x of the camera is +y, its backward axis +x. Column-major, as three.js has it.
+  near(state.matrix, [0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 13, 20, 30, 1], 1e-9);
+  const again = cameraOf({ matrix: new Float64Array(state.matrix), fov: 50, aspect: 2 }, start, context);
+  near(again.pose, made.pose, 1e-9);
+  const moved = cameraOf({ ...state, position: [10, 14, 30] }, start, context);
+  near(stateOf(moved, moved.distance, world).position, [10, 14, 30], 1e-9);
+  near(stateOf(moved, moved.distance, world).target, [10, 20, 30], 1e-9);
+  near([cameraOf({ fov: 60 }, start, context).distance], [5], 1e-9);
+  // Straight down, where the up direction of the soup cannot be up.
+  assert.ok(cameraOf({ position: [10, 20, 35], target: [10, 20, 30] }, start, context).pose.every(Number.isFinite));
+});
+
+test("a camera that is none is refused in one line that names the member", () => {
+  for (const [given, words] of [
+    [{ position: [1, NaN, 2], target: [0, 0, 0] }, /camera\.position is \[1, NaN, 2\]; give 3 finite/],
+    [{ position: "1 2 3" }, /camera\.position/], [{ target: [1, 2] }, /camera\.target/],
+    [{ fov: 0 }, /camera\.fov is 0; give a number from 1 to 170/], [{ fov: "40" }, /camera\.fov/],
+    [{ aspect: -1 }, /camera\.aspect/], [{ matrix: Array(16).fill(0) }, /camera\.matrix is not a rotation/],
+    [{ matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1] }, /camera\.matrix/],
+    [{ matrix: [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] }, /camera\.matrix/],
+    [{ position: [1e9, 0, 0] }, /too far from the scene/], [{ position: [10, 20, 30] }, /camera\.target is at its/],
+    [null, /camera is null/], [{ up: [1, 2, NaN] }, /camera\.up/]])
+    assert.match(String(cameraComplaint(given)), words, JSON.stringify(given));
+  assert.equal(cameraComplaint({ up: [0, 0, 0] }), null, "without an up direction the soup's is taken");
+});
+
+test("a link has a camera, and an edited one is refused", () => {
+  const state = { ...start, index: null };
+  const back = decodeCamera(encodeCamera(state));
+  for (const name of ["position", "target", "fov", "aspect", "up"]) assert.deepEqual(back[name], start[name]);
+  assert.equal(decodeCamera(encodeCamera({ ...state, index: 7 })), 7);
+  for (const text of ["", "1,2,3", "1,2,3,4,5,6,7,x", "1,2,,4,5,6,7,8", "-1", "1e999,2,3,4,5,6,7,8", "<script>"])
+    assert.throws(() => decodeCamera(text), (error) => error instanceof SoupError && /; /.test(error.message), text);
+});
+
+test("rotations: quaternions and matrices are each other's inverse, and slerp is a turn at constant speed", () => {
+  for (const axis of [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.6, 0, 0.8], [0, -0.6, 0.8]])
+    for (const angle of [0, 1, 3, Math.PI, 4]) {
+      const q = [...axis.map((x) => x * Math.sin(angle / 2)), Math.cos(angle / 2)], m = poseOf([...q, 0, 0, 0]);
+      const back = quaternionOf([0, 4, 8].map((at) => m.slice(at, at + 3)));
+      near(poseOf([...back, 0, 0, 0]), m, 1e-9);
+    }
+  const turn = (angle) => [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
+  near(slerp(turn(0.2), turn(1.4), 0.25), turn(0.5), 1e-9);
+  near(slerp(turn(0.2), turn(1.4).map((x) => -x), 0.25), turn(0.5), 1e-9);
+});
+
+const pathContext = { normalisation: world, up: [0, 0, 1], now: start, pivot: () => 1 };
+const key = (time, position) => ({ time, position, target: [10, 20, 30], fov: 40 });
+
+test("a path goes through its key frames, smoothly", () => {
+  const places = [[12, 20, 30], [10, 23, 30], [6, 20, 30], [10, 18, 31]];
+  const { keys, seconds, loop } = readPath({ keyframes: places.map((place, i) => key([0, 1, 3, 4][i], place)) },
+    "p.json", pathContext);
+  assert.deepEqual([keys.length, seconds, loop], [4, 4, false]);
+  const eye = (time) => shotAt(keys, time).eye.map((x, axis) => x / world.scale + world.centre[axis]);
+  places.forEach((place, i) => near(eye([0, 1, 3, 4][i]), place, 1e-9));
+  near(eye(-1), places[0], 1e-9);
+  near(eye(9), places[3], 1e-9);
+  // The speed has no jump at a key frame; a polygon through them would have one.
+  const speed = (from, to) => [0, 1, 2].map((axis) => (eye(to)[axis] - eye(from)[axis]) / (to - from));
+  for (const at of [1, 3]) near(speed(at - 1e-5, at), speed(at, at + 1e-5), 1e-3);
+  const polygon = [0, 1, 2].map((axis) => (places[1][axis] + places[2][axis]) / 2);
+  assert.ok(Math.hypot(...eye(2).map((x, axis) => x - polygon[axis])) > 0.05, "a straight line");
+  // It looks at the target all the time.
+  for (const time of [0, 1, 3]) near([shotAt(keys, time).distance], [0.5 * Math.hypot(
+    ...places[[0, 1, 3].indexOf(time)].map((x, axis) => x - [10, 20, 30][axis]))], 1e-9);
+});
+
+test("nerfstudio's camera paths: row-major matrices, fov and seconds", () => {
+  const rows = (x) => [0, 0, 1, x, 1, 0, 0, 2, 0, 1, 0, 3, 0, 0, 0, 1];
+  const document = { camera_path: [1, 2, 4].map((x) => ({ camera_to_world: rows(x), fov: 70, aspect: 1.5 })), fps: 2,
+    seconds: 3, is_cycle: true };
+  const { keys, seconds, loop } = readPath(document, "camera_path.json", pathContext);
+  assert.deepEqual([keys.map((one) => one.time), seconds, loop], [[0, 1.5, 3], 3, true]);
+  near(keys[2].shot.eye, [0.5 * (4 - 10), 0.5 * (2 - 20), 0.5 * (3 - 30)], 1e-9);
+  near([2 * Math.atan(0.5 * keys[0].shot.height)], [(70 * Math.PI) / 180], 1e-9);
+  // x of the camera is +y, y is +z, it looks along -x: as rows of world to camera, right, down, forward.
+  near(poseOf([...keys[0].shot.turn, 0, 0, 0]).filter((_, i) => i % 4 < 3), [0, 1, 0, 0, 0, -1, -1, 0, 0], 1e-9);
+  // The scene of nerfstudio is 2 x (dataset turned about z and moved).
+  const dataparser = { transform: [[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 1, 7]], scale: 2 };
+  const undone = readPath(document, "camera_path.json", { ...pathContext, dataparser }).keys[0].shot.eye;
+  const [x, y, z] = [1 / 2 - 5, 2 / 2 - 6, 3 / 2 - 7];
+  near(undone, [0.5 * (y - 10), 0.5 * (-x - 20), 0.5 * (z - 30)], 1e-9);
+});
+
+test("a path that is none is refused in one line that names the key frame", () => {
+  for (const [document, words] of [[null, /p\.json: is not a camera path/], [{}, /is not a camera path/],
+    [{ keyframes: [] }, /is not a camera path/], [{ keyframes: [{}] }, /keyframes\[0\]\.time is undefined; give sec/],
+    [{ keyframes: [{ time: 0 }] }, /keyframes\[0\] has no pose/],
+    [{ keyframes: [key(0, [1, 2, 3]), key(0, [1, 2, 3])] }, /keyframes\[1\]\.time is 0, not after/],
+    [{ keyframes: [key(0, [1, "2", 3])] }, /keyframes\[0\]\.position is \[1, 2, 3\]; give 3 finite/],
+    [{ keyframes: [null] }, /keyframes\[0\]/], [{ camera_path: [{}], fps: 1 }, /camera_path\[0\]\.camera_to_world/],
+    [{ camera_path: [null], fps: 1 }, /camera_path\[0\]/], [{ camera_path: [{}] }, /no fps/]])
+    assert.throws(() => readPath(document, "p.json", pathContext),
+      (error) => error instanceof SoupError && words.test(error.message) && !/\n/.test(error.message), `${words}`);
+});
+
+test("an upright image keeps the horizontal field of view, a wide one the vertical", () => {
+  const wide = { width: 300, height: 200, fx: 250, fy: 250, cx: 160, cy: 90, pose: camera.pose };
+  const upright = fitted(wide, 390, 844), across = ({ width, fx, cx }) => [-cx / fx, (width - cx) / fx];
+  near(across(upright), across(wide), 1e-12);
+  near([upright.fx / upright.fy], [1]);
+  near([(upright.cy - 422) / upright.fy], [(90 - 100) / 250], 1e-12);
+  assert.deepEqual(fitted(wide, 900, 200).fy, 250);
+});
+
+test("damping follows a movement and arrives exactly", () => {
+  const navigation = new Navigation({ target: [0, 0, 0], up: [0, 0, 1], distance: 2, fov: 0.6 });
+  const eye = () => viewOf(navigation.camera(80, 60), 0.1, 10).eye, from = eye();
+  navigation.damping = 0.1;
+  navigation.zoom(2);
+  near(eye(), from, 1e-12);
+  assert.ok(navigation.settle(0.05));
+  assert.ok(Math.hypot(...eye()) < 1.9 && Math.hypot(...eye()) > 1.1, "part of the way");
+  for (let i = 0; i < 40 && navigation.settle(0.05); ++i);
+  near([Math.hypot(...eye())], [1], 1e-12);
+  assert.equal(navigation.settle(0.05), false, "it rests");
+  for (let i = 0; i < 9; ++i) navigation.orbit(3, 0);
+  while (navigation.settle(1));
+  navigation.reset();
+  let way = 0;
+  for (let before = eye(); navigation.settle(0.01); before = eye())
+    way += Math.hypot(...eye().map((x, axis) => x - before[axis]));
+  assert.ok(way < 2 * Math.PI, `a reset goes ${way} around`);
+});
+
+test("an eye of a headset is its pinhole camera", () => {
+  const room = roomBefore([1, 2, 3], [0, 1, 0], [0, 0, 1], 0.5);
+  near(room.axes.flat(), [1, 0, 0, 0, 0, 1, 0, -1, 0], 1e-12);
+  const [l, r, b, t, n, f] = [-0.7, 0.9, -1.1, 0.8, 1, 100];
+  const projection = [2 / (r - l), 0, 0, 0, 0, 2 / (t - b), 0, 0, (r + l) / (r - l), (t + b) / (t - b),
+    -(f + n) / (f - n), -1, 0, 0, (-2 * f * n) / (f - n), 0];
+  const matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.03, 1.6, -0.2, 1];
+  const view = viewOf(eyeCamera(projection, matrix, room, 100, 80), 0.01, 10), m = view.clipFromWorld;
+  near(view.eye, [1 + 0.015, 2 + 0.1, 3 + 0.8], 1e-6);
+  // A point of the room, projected by the headset's matrix and by the view; NDC y points down there.
+  const [px, py, pz] = [0.4, 1.9, -2.5], [x, y, z] = [px - 0.03, py - 1.6, pz + 0.2];
+  const point = [1 + 0.5 * px, 2 - 0.5 * pz, 3 + 0.5 * py];
+  const clip = [0, 1, 3].map((i) => m[i] * point[0] + m[4 + i] * point[1] + m[8 + i] * point[2] + m[12 + i]);
+  near([clip[0] / clip[2], -clip[1] / clip[2]],
+    [(projection[0] * x + projection[8] * z) / -z, (projection[5] * y + projection[9] * z) / -z], 1e-5);
 });
