@@ -148,6 +148,11 @@ std::string smaller(const CommandLine& o, const scene::Scene& scene, const train
 
 }  // namespace
 
+void limit_budget(const CommandLine& o, const scene::Scene& scene, train::Settings& settings, const gpu::Device& device,
+                  std::uint32_t ranks) {
+  train::limit_budget(scene, settings, limit_of(o, device), ranks);
+}
+
 void check_memory(const CommandLine& o, const scene::Scene& scene, const train::Settings& settings,
                   const gpu::Device& device, std::uint32_t ranks) {
   const train::MemoryNeed need = train::memory_need(scene, settings, ranks);

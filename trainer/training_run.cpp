@@ -84,6 +84,8 @@ bool TrainingRun::run() {
   if (!o_.model.empty()) read_model();
   open_device();
   read();
+  make_start();
+  check_room();
   begin();
   train();
   finish();
@@ -174,6 +176,23 @@ void TrainingRun::read() {
       fmt::format("scene: {} training{} and {} test views, {} points, {} recipe, started from {}", scene_.train.size(),
                   held_out.empty() ? "" : "," + held_out, scene_.test.size(), scene_.points.positions.size(),
                   train::to_string(settings_.recipe), start_in_words(settings_.init)));
+}
+
+/// Makes the first triangles, and with them the budget if nobody has said one.
+void TrainingRun::make_start() {
+  if (begun_ || file_) return;
+  const auto scope = times_->measure(train::Part::start);
+  limit_budget(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
+  train::set_budget(settings_, minimum(ranks_, settings_.triangles));
+  const std::uint32_t most = settings_.triangles;
+  start_ = same_start(ranks_, [&] { return train::initial_triangles(scene_, settings_); });
+  train::take_budget(settings_, *start_);
+  if (settings_.least_shift > 0)
+    say(o_, fmt::format("budget: {} triangles, from what the photographs show ({} to {}; --triangles sets it)",
+                        settings_.triangles, most / 8, most));
+}
+
+void TrainingRun::check_room() {
   check_memory(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
   if (!begun_ && settings_.recipe == train::Recipe::real && settings_.most_triangles == 0)
     settings_.most_triangles =
@@ -194,8 +213,9 @@ void TrainingRun::check_fit() const {
 std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
   try {
     if (file_) return std::make_unique<train::Trainer>(*device_, scene_, settings_, file_->model);
-    const train::Start start = same_start(ranks_, [&] { return train::initial_triangles(scene_, settings_); });
-    return std::make_unique<train::Trainer>(*device_, scene_, settings_, start, &ranks_);
+    auto trainer = std::make_unique<train::Trainer>(*device_, scene_, settings_, *start_, &ranks_);
+    start_.reset();
+    return trainer;
   } catch (const gpu::OutOfMemory& error) {
     throw Error("{}{}", error.what(), advice(error, scene_, settings_, o_.load.downscale));
   }

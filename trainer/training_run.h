@@ -44,6 +44,8 @@ class TrainingRun {
   void open_device();
   void read_model();
   void read();
+  void make_start();
+  void check_room();
   std::optional<train::CheckpointInfo> what_was_begun();
   void begin();
   void join_ranks();
@@ -106,6 +108,7 @@ class TrainingRun {
   scene::Scene scene_;
   train::Settings settings_;
   std::optional<train::PartTimes> times_;
+  std::optional<train::Start> start_;  // until trainer_ has it
   std::unique_ptr<train::Trainer> trainer_;
   std::unique_ptr<train::Simplifier> simplifier_;
   soup::ModelFileOptions file_options_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <limits>
 #include <queue>
 #include <tuple>
 
@@ -55,20 +56,28 @@ class Decimation {
     }
   }
 
-  void down_to(std::size_t budget, Allowed allowed) {
-    if (alive_ <= budget) return;
+  /// Looks at all edges, also at those that could not be collapsed before.
+  void consider_all() {
     queue_ = {};
     for (std::uint32_t v = 0; v < at_.size(); ++v)
       for (const std::uint32_t u : neighbours(v)) push(v, u);
+  }
+
+  void down_to(std::size_t budget, Allowed allowed) {
     while (alive_ > budget && !queue_.empty()) {
       const Candidate c = queue_.top();
       queue_.pop();
       if (changes_[c.from] != c.from_changes || changes_[c.to] != c.to_changes || !possible(c.from, c.to, allowed))
         continue;
       if (at_edge(c.from, c.to) == alive_) return leave_only(budget);
+      error_ += c.cost - quadrics_[c.from].at(at_[c.from]) - quadrics_[c.to].at(at_[c.to]);
       collapse(c.from, c.to);
     }
   }
+
+  std::size_t triangles() const { return alive_; }
+  /// Sum of the quadrics at their corners, less that of the whole mesh.
+  double error() const { return error_; }
 
   std::vector<std::uint32_t> indices() const {
     std::vector<std::uint32_t> result;
@@ -187,15 +196,31 @@ class Decimation {
   std::vector<std::uint32_t> changes_;  // per corner, number of changes; queue entries with an older number are stale
   std::priority_queue<Candidate> queue_;
   std::size_t alive_ = 0;
+  double error_ = 0;
 };
 
 }  // namespace
 
 std::vector<std::uint32_t> decimate_views(const Mesh& mesh, std::span<const double> weights, std::size_t budget) {
   Decimation decimation(mesh, weights);
-  for (const Allowed allowed : {Allowed::as_it_is, Allowed::folds, Allowed::anything})
+  for (const Allowed allowed : {Allowed::as_it_is, Allowed::folds, Allowed::anything}) {
+    if (decimation.triangles() <= budget) break;
+    decimation.consider_all();
     decimation.down_to(budget, allowed);
+  }
   return decimation.indices();
+}
+
+std::vector<double> decimation_errors(const Mesh& mesh, std::span<const double> weights,
+                                      std::span<const std::size_t> sizes) {
+  Decimation decimation(mesh, weights);
+  decimation.consider_all();
+  std::vector<double> errors;
+  for (const std::size_t size : sizes) {
+    decimation.down_to(size, Allowed::as_it_is);
+    errors.push_back(decimation.triangles() <= size ? decimation.error() : std::numeric_limits<double>::infinity());
+  }
+  return errors;
 }
 
 }  // namespace trisoup::soup

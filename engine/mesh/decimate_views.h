@@ -18,4 +18,9 @@ namespace trisoup::soup {
 /// three indices into mesh.positions per remaining triangle. The result is the same on every machine.
 std::vector<std::uint32_t> decimate_views(const Mesh& mesh, std::span<const double> weights, std::size_t budget);
 
+/// Sums of those squared distances after decimate_views() to each of `sizes`, which descend; infinity
+/// for sizes that are not reached without folds and closed holes.
+std::vector<double> decimation_errors(const Mesh& mesh, std::span<const double> weights,
+                                      std::span<const std::size_t> sizes);
+
 }  // namespace trisoup::soup

@@ -144,9 +144,9 @@ class Trees {
     parent_[v] = parent;
   }
 
-  CutNetwork network_;  // with what is left of its capacities
-  std::vector<std::int32_t> depth_;   // from 1; of the sink's tree negative; 0: in no tree
-  std::vector<std::uint8_t> parent_;  // a place among the neighbours, kRoot or kNone
+  CutNetwork network_;                                   // with what is left of its capacities
+  std::vector<std::int32_t> depth_;                      // from 1; of the sink's tree negative; 0: in no tree
+  std::vector<std::uint8_t> parent_;                     // a place among the neighbours, kRoot or kNone
   std::array<std::vector<std::uint32_t>, 2> frontiers_;  // the last level of each tree; may hold others, and some twice
   std::array<int, 2> heights_{1, 1};
   std::vector<std::vector<std::uint32_t>> orphans_;  // by depth

@@ -85,9 +85,14 @@ std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& sett
                                  std::uint32_t ranks) {
   return largest(settings.triangles, [&](std::uint32_t n) {
     Settings s = settings;
-    s.triangles = n;
+    set_budget(s, n);
     return memory_need(scene, s, ranks).total() <= bytes;
   });
+}
+
+void limit_budget(const scene::Scene& scene, Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
+  if (!(settings.least_shift > 0)) return;
+  if (const std::uint32_t fits = triangles_that_fit(scene, settings, bytes, ranks)) set_budget(settings, fits);
 }
 
 std::uint32_t shrinking_that_fits(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,

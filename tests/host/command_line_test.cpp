@@ -90,6 +90,30 @@ TEST_CASE("without options the settings are the best preset's", "[command_line]"
   CHECK_FALSE(settings_of({"--exposure=false"}, false).exposure);
 }
 
+TEST_CASE("the scene decides on the triangles of a surface unless somebody does", "[command_line]") {
+  const auto settings = [](std::vector<std::string> set, const char* preset = "fast", bool points = true) {
+    scene::Scene scene;
+    scene.synthetic = false;
+    scene.train.resize(50);
+    for (int i = 0; points && i < 8; ++i) scene.points.positions.emplace_back(i & 1, i & 2, i & 4);
+    train::SettingsRequest request;
+    request.preset = preset;
+    for (const std::string& text : set) request.assignments.push_back(train::read_assignment(text));
+    return train::make_settings(request, scene);
+  };
+  const train::Settings free = settings({});
+  CHECK((free.triangles == 8000 && free.least_shift == 0.05));
+  CHECK((free.init_count == 8000 && free.most_triangles == 8000));
+  CHECK(settings({}, "best").triangles == 60'000);
+  const train::Settings given = settings({"triangles=3000"});
+  CHECK((given.triangles == 3000 && given.least_shift == 0));
+  const train::Settings ceiling = settings({"triangles=3000", "least_shift=0.02"});
+  CHECK((ceiling.triangles == 3000 && ceiling.least_shift == 0.02));
+  for (const train::Settings& s : {settings({"init=random"}), settings({}, "fast", false)})
+    CHECK((s.triangles == 2000 && s.least_shift == 0));
+  CHECK((settings({}, "published").triangles == 15'000 && settings({}, "published").least_shift == 0));
+}
+
 TEST_CASE("poses of real scenes are corrected unless points fit well", "[command_line][poses]") {
   const auto settings = [](float error, std::vector<std::string> set, bool synthetic = false) {
     scene::Scene scene;

@@ -1,4 +1,4 @@
-// Tests engine/mesh/decimate_views.cpp.
+// Tests engine/mesh/decimate_views.cpp and engine/train/start/surface_budget.cpp.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 
 #include "mesh/decimate_views.h"
 #include "soup/random.h"
+#include "train/start/surface_budget.h"
 
 using namespace trisoup;
 
@@ -124,6 +125,36 @@ TEST_CASE("a ball remains closed and round", "[decimate]") {
     CHECK(volume > 4.18879 - 70 / double(budget));
     CHECK(volume < 4.18879);
   }
+}
+
+TEST_CASE("errors of a decimated ball grow with the inverse square of its triangles", "[decimate]") {
+  const soup::Mesh mesh = ball(60, 90);
+  const std::vector<std::size_t> sizes{4000, 2000, 1000, 500};
+  const std::vector<double> errors = soup::decimation_errors(mesh, area_weights(mesh), sizes);
+  REQUIRE(errors.size() == sizes.size());
+  for (std::size_t i = 1; i < sizes.size(); ++i) CHECK(errors[i] / errors[i - 1] == Approx(4).epsilon(0.35));
+  // A closed surface keeps two triangles at least.
+  CHECK(std::isinf(soup::decimation_errors(mesh, area_weights(mesh), std::vector<std::size_t>{100, 1}).back()));
+}
+
+TEST_CASE("a ball has triangles in proportion to the cube root of what they are worth", "[decimate]") {
+  // Errors go with the inverse square of the triangles, so that one more saves in proportion to the inverse cube.
+  const soup::Mesh mesh = ball(80, 120);
+  const auto budget = [&](double scale, double least_shift, std::size_t views = 2) {
+    scene::Scene scene;
+    scene.train.resize(views);
+    for (scene::View& view : scene.train) view.camera.width = view.camera.height = 100;
+    std::vector<double> weights = area_weights(mesh);
+    for (double& w : weights) w *= scale;
+    return static_cast<double>(train::surface_budget(scene, mesh, weights, least_shift, 100, 15'000));
+  };
+  const double some = budget(2.5e7, 1e-3);
+  CHECK((some > 1000 && some < 4000));
+  CHECK(budget(2e8, 1e-3) / some == Approx(2).epsilon(0.1));
+  CHECK(budget(2.5e7, 8e-3) / some == Approx(0.5).epsilon(0.1));
+  CHECK(budget(2.5e7, 1e-3, 16) / some == Approx(0.5).epsilon(0.1));  // as much to see in more photographs
+  CHECK(budget(2.5e7, 1e9) == 100);
+  CHECK(budget(2.5e7, 1e-12) == 15'000);
 }
 
 TEST_CASE("triangles are spent where errors have the largest weight", "[decimate]") {

@@ -36,6 +36,25 @@ TEST_CASE("the largest budget that fits needs at most the given memory, one tria
   }
 }
 
+TEST_CASE("a budget that the scene decides on stays within the memory", "[memory]") {
+  const scene::Scene scene = scene_of(20, 200);
+  train::Settings s = test::settings_of_recipe(train::Recipe::real);
+  s.init = "surface";
+  s.triangles = s.init_count = s.most_triangles = 60'000;
+  const std::uint64_t need = train::memory_need(scene, s).total();
+  train::Settings given = s;
+  train::limit_budget(scene, given, need / 2);
+  CHECK(given.triangles == 60'000);  // what somebody asked for is an error, not another number
+  s.least_shift = 0.05;
+  train::limit_budget(scene, s, need);
+  CHECK(s.triangles == 60'000);
+  train::limit_budget(scene, s, need / 2);
+  CHECK(s.triangles < 60'000);
+  CHECK(s.triangles > 10'000);
+  CHECK((s.init_count == s.triangles && s.most_triangles == s.triangles));
+  CHECK(train::memory_need(scene, s).total() <= need / 2);
+}
+
 TEST_CASE("depth maps need four bytes per pixel, if they are used", "[memory]") {
   scene::Scene scene = scene_of(20, 200);
   train::Settings s = test::settings_of_recipe(train::Recipe::real);

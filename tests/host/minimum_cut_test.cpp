@@ -76,7 +76,8 @@ std::int64_t flow_of_boost(const CutNetwork& network) {
     boost::put(boost::edge_reverse, graph, there, back), boost::put(boost::edge_reverse, graph, back, there);
   };
   for (std::size_t v = 0; v < n; ++v) {
-    arc(n, v, std::max<std::int64_t>(network.source[v], 0)), arc(v, n + 1, std::max<std::int64_t>(-network.source[v], 0));
+    arc(n, v, std::max<std::int64_t>(network.source[v], 0)),
+        arc(v, n + 1, std::max<std::int64_t>(-network.source[v], 0));
     for (std::size_t k = 0; k < 4; ++k)
       if (network.across[v][k] != CutNetwork::kNoNode) arc(v, network.across[v][k], network.capacity[v][k]);
   }

@@ -209,6 +209,37 @@ TEST_CASE("a surface start respects the number of triangles and has colours and 
   CHECK_THROWS_AS(surface_start(ring(4), settings), Error);
 }
 
+TEST_CASE("a surface has as many triangles as shift its photographs", "[start]") {
+  const auto budget_of = [](double size, double least_shift, std::uint32_t most = 4000) {
+    scene::Scene scene = ring(8);
+    for (scene::View& view : scene.train) view.camera = scene::resized(view.camera, int(640 * size), int(480 * size));
+    soup::Random random(6);
+    for (int i = 0; i < 6000; ++i) {
+      const glm::vec3 normal = glm::normalize(random.in_sphere());
+      add(scene.points, glm::dvec3(0.5f * normal), 0, 0.5f);
+      for (std::uint32_t v = 0; v < 8; ++v)
+        if (glm::dot(scene.train[v].camera.centre() - glm::dvec3(0.5f * normal), glm::dvec3(normal)) > 0)
+          scene.points.seen_by.back().push_back(v);
+    }
+    Settings settings = test::settings_of_recipe(Recipe::real);
+    settings.init = "surface";
+    settings.triangles = settings.init_count = most;
+    settings.least_shift = least_shift;
+    const Start start = initial_triangles(scene, settings);
+    take_budget(settings, start);
+    CHECK(settings.triangles == start.vertices.size() / 3);
+    CHECK(settings.init_count == settings.triangles);
+    return double(settings.triangles);
+  };
+  const double some = budget_of(1, 1e-2);
+  CHECK((some > 1000 && some < 3500));
+  CHECK(budget_of(2, 1e-2) > 1.2 * some);
+  CHECK(budget_of(1, 0.1) < 0.8 * some);
+  CHECK(budget_of(1, 1e6) == 500);
+  CHECK(budget_of(1, 1e-9) == 4000);
+  CHECK(budget_of(1, 1e-9, 800) == 800);
+}
+
 TEST_CASE("far points are drawn in, in order", "[start]") {
   soup::Random random(5);
   std::vector<glm::dvec3> points;

@@ -50,6 +50,14 @@ const char* to_string(Recipe recipe) { return recipe == Recipe::synthetic ? "syn
 
 bool starts_from_surface(const Settings& s) { return s.init == "surface" && !s.published; }
 
+void set_budget(Settings& settings, std::uint32_t triangles) {
+  if (settings.init == "surface") {
+    if (settings.init_count == settings.triangles) settings.init_count = triangles;
+    if (settings.most_triangles == settings.triangles) settings.most_triangles = triangles;
+  }
+  settings.triangles = triangles;
+}
+
 void check(const Settings& s) {
   for (const Setting& setting : settings_table()) check_range(setting, s);
   const auto need = [](bool ok, const char* what) {

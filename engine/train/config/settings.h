@@ -21,7 +21,7 @@ struct Settings {
   Recipe recipe = Recipe::synthetic;
   bool published = false;  // do as the publication does wherever this project's method differs from it
   std::uint64_t steps = 10'000;
-  std::uint32_t triangles = 15'000;  // budget
+  std::uint32_t triangles = 15'000;  // budget; of a surface start with `least_shift` the ceiling of the budget
   std::uint32_t batch = 4;           // views per step
   std::uint64_t seed = 0;
 
@@ -31,6 +31,9 @@ struct Settings {
   double init_box = 0.3;                // half the side of that box
   double init_radius = 0.0025;          // circumradius of the triangles of a random start
   double init_opacity = 0.5;
+  /// Mean squared shift of the photographs' pixels, in pixels^2, that one more triangle of a surface start must save;
+  /// 0: the start has `triangles`. Otherwise it has an eighth of them at least.
+  double least_shift = 0;
   double backdrop = 0;  // radius of a sphere of triangles around everything else, which refinement never drops; 0: none
 
   double lr_texture = 5e-2, lr_mlp = 1e-2, lr_vertex = 2.5e-4;  // learning rates at the first step
@@ -78,6 +81,9 @@ struct Settings {
 /// Whether the start covers everything that the photographs show, in their colours. Such a training paints its textures
 /// from the photographs, keeps opacities, splits up to the budget and lets vertices come to rest at its end.
 bool starts_from_surface(const Settings& settings);
+
+/// Changes the budget, and with it what presets derive from it where a training starts from a surface.
+void set_budget(Settings& settings, std::uint32_t triangles);
 
 /// Throws Error, which names the setting in backquotes and its bounds, on values that no training can have.
 void check(const Settings& settings);

@@ -7,6 +7,10 @@
 
 namespace trisoup::train {
 
+void take_budget(Settings& settings, const Start& start) {
+  if (settings.least_shift > 0) set_budget(settings, static_cast<std::uint32_t>(start.vertices.size() / 3));
+}
+
 Start initial_triangles(const scene::Scene& scene, const Settings& settings) {
   if (settings.init == "random") {
     const glm::vec3 centre(settings.init_centre[0], settings.init_centre[1], settings.init_centre[2]);

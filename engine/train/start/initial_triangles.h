@@ -19,6 +19,9 @@ struct Start {
   Start(std::vector<glm::vec3> triangles) : vertices(std::move(triangles)) {}
 };
 
+/// Makes the number of a start's triangles the budget, if the scene decides on it (Settings::least_shift).
+void take_budget(Settings& settings, const Start& start);
+
 /// Throws Error if the start needs points and the scene has none, or if the mesh file cannot be used.
 Start initial_triangles(const scene::Scene& scene, const Settings& settings);
 

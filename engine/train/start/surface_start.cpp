@@ -12,6 +12,7 @@
 #include "mesh/decimate_views.h"
 #include "mesh/surface.h"
 #include "train/start/start_points.h"
+#include "train/start/surface_budget.h"
 
 namespace trisoup::train {
 namespace {
@@ -139,17 +140,20 @@ Start surface_start(const scene::Scene& scene, const Settings& settings) {
   for (std::size_t i = 0; i < points.size(); ++i) mesh.positions[i] = glm::vec3(points[i]);
   const std::vector<glm::vec3> backdrop =
       settings.backdrop > 0 ? backdrop_triangles(settings.backdrop) : std::vector<glm::vec3>{};
-  const std::size_t behind = backdrop.size() / 3,
-                    budget = settings.triangles > 4 * behind ? settings.triangles - behind : settings.triangles;
+  const std::vector<double> picture = picture_weights(scene, mesh, seen_by);
+  std::size_t all = settings.triangles;
+  if (settings.least_shift > 0)
+    all = surface_budget(scene, mesh, picture, settings.least_shift, std::max<std::size_t>(1, all / 8), all);
+  const std::size_t behind = backdrop.size() / 3, budget = all > 4 * behind ? all - behind : all;
   const Colours colours(scene);
   std::vector<std::optional<glm::vec3>> colour_of(points.size());
   Start start;
-  for (const std::uint32_t i : soup::decimate_views(mesh, picture_weights(scene, mesh, seen_by), budget)) {
+  for (const std::uint32_t i : soup::decimate_views(mesh, picture, budget)) {
     if (!colour_of[i]) colour_of[i] = colours.at(points[i], seen_by[i]);
     start.vertices.emplace_back(points[i]);
     start.colours.push_back(*colour_of[i]);
   }
-  if (settings.triangles <= 4 * behind) return start;
+  if (all <= 4 * behind) return start;
   start.opaque = behind;
   for (const glm::vec3& p : backdrop) start.vertices.push_back(p), start.colours.push_back(colours.at(glm::dvec3(p)));
   return start;
