@@ -84,7 +84,7 @@ bool TrainingRun::run() {
   if (!o_.model.empty()) read_model();
   open_device();
   read();
-  make_start();
+  decide_on_budget();
   check_room();
   begin();
   train();
@@ -178,18 +178,21 @@ void TrainingRun::read() {
                   train::to_string(settings_.recipe), start_in_words(settings_.init)));
 }
 
-/// Makes the first triangles, and with them the budget if nobody has said one.
-void TrainingRun::make_start() {
-  if (begun_ || file_) return;
+/// If nobody has said a budget, the first triangles do.
+void TrainingRun::decide_on_budget() {
+  if (begun_ || file_ || !(settings_.least_shift > 0)) return;
   const auto scope = times_->measure(train::Part::start);
   limit_budget(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
   train::set_budget(settings_, minimum(ranks_, settings_.triangles));
   const std::uint32_t most = settings_.triangles;
-  start_ = same_start(ranks_, [&] { return train::initial_triangles(scene_, settings_); });
+  make_start();
   train::take_budget(settings_, *start_);
-  if (settings_.least_shift > 0)
-    say(o_, fmt::format("budget: {} triangles, from what the photographs show ({} to {}; --triangles sets it)",
-                        settings_.triangles, most / 8, most));
+  say(o_, fmt::format("budget: {} triangles, from what the photographs show ({} to {}; --triangles sets it)",
+                      settings_.triangles, most / 8, most));
+}
+
+void TrainingRun::make_start() {
+  start_ = same_start(ranks_, [&] { return train::initial_triangles(scene_, settings_); });
 }
 
 void TrainingRun::check_room() {
@@ -213,6 +216,7 @@ void TrainingRun::check_fit() const {
 std::unique_ptr<train::Trainer> TrainingRun::new_trainer() {
   try {
     if (file_) return std::make_unique<train::Trainer>(*device_, scene_, settings_, file_->model);
+    if (!start_) make_start();
     auto trainer = std::make_unique<train::Trainer>(*device_, scene_, settings_, *start_, &ranks_);
     start_.reset();
     return trainer;

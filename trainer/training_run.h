@@ -44,6 +44,7 @@ class TrainingRun {
   void open_device();
   void read_model();
   void read();
+  void decide_on_budget();
   void make_start();
   void check_room();
   std::optional<train::CheckpointInfo> what_was_begun();

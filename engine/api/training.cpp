@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "api/impl.h"
 #include "base/error.h"
 #include "format/model_file.h"
@@ -53,9 +55,12 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   const WithSurfacePoints points(gpu, dataset.impl(), request);
   train::Settings settings = train::make_settings(request, scene);
   train::check(settings);
-  train::limit_budget(scene, settings, gpu.ceiling());
-  const train::Start start = train::initial_triangles(scene, settings);
-  train::take_budget(settings, start);
+  std::optional<train::Start> start;
+  if (settings.least_shift > 0) {
+    train::limit_budget(scene, settings, gpu.ceiling());
+    start = train::initial_triangles(scene, settings);
+    train::take_budget(settings, *start);
+  }
   if (const train::MemoryNeed need = train::memory_need(scene, settings); need.total() > gpu.ceiling())
     throw Error("device memory: {} triangles need {} MB, {} MB are available; use at most {} triangles",
                 settings.triangles, need.total() >> 20, gpu.ceiling() >> 20,
@@ -63,7 +68,8 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   if (settings.recipe == train::Recipe::real && settings.most_triangles == 0)
     settings.most_triangles = train::most_triangles_that_fit(scene, settings, gpu.ceiling());
   train::check_storable(scene, train::model_options(scene, settings, dataset.impl().load));
-  impl_ = std::make_unique<Impl>(gpu, dataset, settings, start);
+  if (!start) start = train::initial_triangles(scene, settings);
+  impl_ = std::make_unique<Impl>(gpu, dataset, settings, *start);
 }
 
 Training::Training(Training&&) noexcept = default;
