@@ -35,7 +35,7 @@ scene::Scene read_scene(const CommandLine& o, const std::string& dataset);
 /// Finds points in the photographs if the start needs points (scene/stereo/surface_points.h). If there are too few and
 /// the dataset has none, prints a line; the training then starts from random triangles.
 void find_points(const CommandLine& o, scene::Scene& scene, gpu::Device& gpu);
-/// Lowers the ceiling of a budget that the scene decides on to what fits in memory.
+/// Lowers the ceiling of a budget that the surface decides on to what fits in memory.
 void limit_budget(const CommandLine& o, const scene::Scene& scene, train::Settings& settings, const gpu::Device& device,
                   std::uint32_t ranks);
 /// Prints the memory that a training needs. Throws Error if it exceeds the limit; the message names a number of

@@ -180,7 +180,7 @@ void TrainingRun::read() {
 
 /// If nobody has said a budget, the first triangles do.
 void TrainingRun::decide_on_budget() {
-  if (begun_ || file_ || !(settings_.least_shift > 0)) return;
+  if (begun_ || file_ || !train::surface_decides_budget(settings_)) return;
   const auto scope = times_->measure(train::Part::start);
   limit_budget(o_, scene_, settings_, *device_, static_cast<std::uint32_t>(ranks_.size()));
   train::set_budget(settings_, minimum(ranks_, settings_.triangles));

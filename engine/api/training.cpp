@@ -56,7 +56,7 @@ Training::Training(Device& device, const Dataset& dataset, const TrainingOptions
   train::Settings settings = train::make_settings(request, scene);
   train::check(settings);
   std::optional<train::Start> start;
-  if (settings.least_shift > 0) {
+  if (train::surface_decides_budget(settings)) {
     train::limit_budget(scene, settings, gpu.ceiling());
     start = train::initial_triangles(scene, settings);
     train::take_budget(settings, *start);

@@ -91,7 +91,7 @@ std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& sett
 }
 
 void limit_budget(const scene::Scene& scene, Settings& settings, std::uint64_t bytes, std::uint32_t ranks) {
-  if (!(settings.least_shift > 0)) return;
+  if (!surface_decides_budget(settings)) return;
   if (const std::uint32_t fits = triangles_that_fit(scene, settings, bytes, ranks)) set_budget(settings, fits);
 }
 

@@ -41,7 +41,7 @@ std::uint32_t triangles_that_fit(const scene::Scene& scene, const Settings& sett
 /// most `bytes`; 0 if none is enough.
 std::uint32_t shrinking_that_fits(const scene::Scene& scene, const Settings& settings, std::uint64_t bytes,
                                   std::uint32_t ranks = 1);
-/// Lowers the ceiling of a budget that the scene decides on (Settings::least_shift) to what fits in `bytes`.
+/// Lowers the ceiling of a budget that the surface decides on to what fits in `bytes`.
 void limit_budget(const scene::Scene& scene, Settings& settings, std::uint64_t bytes, std::uint32_t ranks = 1);
 /// Disk space that the files of a training need at most, bytes: the checkpoint, which exists twice while it is
 /// replaced, the model and the renderings of the test views.

@@ -99,10 +99,11 @@ Settings preset_settings(const SettingsRequest& request, const scene::Scene& sce
   if (preset == Column::fast && s.recipe == Recipe::synthetic && s.init == "random") s.steps *= 2, s.batch /= 2;
   s.steps = asked_for<std::uint64_t>(request, "steps").value_or(s.steps);
   s.refine_every = std::max<std::uint64_t>(100, s.steps / 100);
-  if (const auto triangles = asked_for<std::uint64_t>(request, "triangles"))
-    s.triangles = static_cast<std::uint32_t>(*triangles), s.least_shift = 0;
-  if (s.init != "surface") s.least_shift = 0;
-  if (s.least_shift > 0) s.triangles *= 4;
+  const auto triangles = asked_for<std::uint64_t>(request, "triangles");
+  if (triangles) s.triangles = static_cast<std::uint32_t>(*triangles);
+  if (triangles || s.init != "surface") s.least_shift = 0;
+  s.least_shift = asked_for<double>(request, "least_shift").value_or(s.least_shift);
+  if (!triangles && surface_decides_budget(s)) s.triangles *= 4;
   if (s.init == "surface") start_from_surface(s, scene);
   if (s.init == "random" && s.recipe == Recipe::real) start_at_random_in_real_scene(s);
   if (s.recipe == Recipe::real) reach_all_points(s, scene);

@@ -109,6 +109,9 @@ TEST_CASE("the scene decides on the triangles of a surface unless somebody does"
   CHECK((given.triangles == 3000 && given.least_shift == 0));
   const train::Settings ceiling = settings({"triangles=3000", "least_shift=0.02"});
   CHECK((ceiling.triangles == 3000 && ceiling.least_shift == 0.02));
+  const train::Settings usual = settings({"least_shift=0"});
+  CHECK((usual.triangles == 2000 && usual.most_triangles == 2000));
+  CHECK(settings({"init=random", "least_shift=1"}).triangles == 2000);
   for (const train::Settings& s : {settings({"init=random"}), settings({}, "fast", false)})
     CHECK((s.triangles == 2000 && s.least_shift == 0));
   CHECK((settings({}, "published").triangles == 15'000 && settings({}, "published").least_shift == 0));

@@ -50,6 +50,8 @@ const char* to_string(Recipe recipe) { return recipe == Recipe::synthetic ? "syn
 
 bool starts_from_surface(const Settings& s) { return s.init == "surface" && !s.published; }
 
+bool surface_decides_budget(const Settings& settings) { return settings.init == "surface" && settings.least_shift > 0; }
+
 void set_budget(Settings& settings, std::uint32_t triangles) {
   if (settings.init == "surface") {
     if (settings.init_count == settings.triangles) settings.init_count = triangles;

@@ -82,6 +82,8 @@ struct Settings {
 /// from the photographs, keeps opacities, splits up to the budget and lets vertices come to rest at its end.
 bool starts_from_surface(const Settings& settings);
 
+/// Whether the surface that a training starts from decides on the budget, up to `triangles`.
+bool surface_decides_budget(const Settings& settings);
 /// Changes the budget, and with it what presets derive from it where a training starts from a surface.
 void set_budget(Settings& settings, std::uint32_t triangles);
 

@@ -8,7 +8,7 @@
 namespace trisoup::train {
 
 void take_budget(Settings& settings, const Start& start) {
-  if (settings.least_shift > 0) set_budget(settings, static_cast<std::uint32_t>(start.vertices.size() / 3));
+  if (surface_decides_budget(settings)) set_budget(settings, static_cast<std::uint32_t>(start.vertices.size() / 3));
 }
 
 Start initial_triangles(const scene::Scene& scene, const Settings& settings) {

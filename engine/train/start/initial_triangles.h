@@ -19,7 +19,7 @@ struct Start {
   Start(std::vector<glm::vec3> triangles) : vertices(std::move(triangles)) {}
 };
 
-/// Makes the number of a start's triangles the budget, if the scene decides on it (Settings::least_shift).
+/// Makes the number of a start's triangles the budget, if the surface decides on it.
 void take_budget(Settings& settings, const Start& start);
 
 /// Throws Error if the start needs points and the scene has none, or if the mesh file cannot be used.

@@ -142,7 +142,7 @@ Start surface_start(const scene::Scene& scene, const Settings& settings) {
       settings.backdrop > 0 ? backdrop_triangles(settings.backdrop) : std::vector<glm::vec3>{};
   const std::vector<double> picture = picture_weights(scene, mesh, seen_by);
   std::size_t all = settings.triangles;
-  if (settings.least_shift > 0)
+  if (surface_decides_budget(settings))
     all = surface_budget(scene, mesh, picture, settings.least_shift, std::max<std::size_t>(1, all / 8), all);
   const std::size_t behind = backdrop.size() / 3, budget = all > 4 * behind ? all - behind : all;
   const Colours colours(scene);
