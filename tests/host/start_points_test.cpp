@@ -212,7 +212,10 @@ TEST_CASE("a surface start respects the number of triangles and has colours and 
 TEST_CASE("a surface has as many triangles as shift its photographs", "[start]") {
   const auto budget_of = [](double size, double least_shift, std::uint32_t most = 4000) {
     scene::Scene scene = ring(8);
-    for (scene::View& view : scene.train) view.camera = scene::resized(view.camera, int(640 * size), int(480 * size));
+    for (scene::View& view : scene.train) {
+      view.camera = scene::resized(view.camera, int(640 * size), int(480 * size));
+      view.image = {};
+    }
     soup::Random random(6);
     for (int i = 0; i < 6000; ++i) {
       const glm::vec3 normal = glm::normalize(random.in_sphere());
