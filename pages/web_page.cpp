@@ -63,9 +63,7 @@ std::string without_module(std::string_view poster) {
   if (!poster.empty()) text = fmt::format("<img src=\"{}\" alt=\"\">\n", poster);
   return text +
          "<p>The scene has not loaded yet. If you opened this page from a disk: browsers load its files only from a "
-         "web "
-         "server. Run <code>python3 -m http.server</code> in its folder and open <code>localhost:8000</code>, "
-         "or "
+         "web server. Run <code>python3 -m http.server</code> in its folder and open <code>localhost:8000</code>, or "
          "write one file that opens from a disk with <code>soup-export --single-file</code>. Otherwise check the "
          "connection and reload the page.</p>\n";
 }

@@ -1,6 +1,7 @@
+#include "api/impl.h"
+
 #include <optional>
 
-#include "api/impl.h"
 #include "base/error.h"
 #include "format/model_file.h"
 #include "run/memory_need.h"

@@ -63,7 +63,8 @@ bool vouched_for(std::span<const DepthMap> maps, const DepthMap& map, double far
     if (alone && shown_at(other, position) && ++showing > kFewShow) return false;
     if ((agreeing >> k) & 1) moved = std::max(moved, parallax(other, map.camera.centre(), position));
   }
-  if (moved >= kLeastParallax || moved < kLeastFarParallax) return moved >= kLeastParallax;
+  if (moved >= kLeastParallax) return true;
+  if (moved < kLeastFarParallax) return false;
   // With a pixel more of parallax it would be this much nearer.
   return glm::distance(map.camera.centre(), position) / (1.0 + 1.0 / moved) >= far;
 }
