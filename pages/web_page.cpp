@@ -111,6 +111,17 @@ std::map<std::string, std::string> page_files(const PageOptions& options, std::s
   return files;
 }
 
+std::map<std::string, std::string> training_page_files(const std::string& title) {
+  std::string page(training_text);
+  constexpr std::string_view kTitle = "{title}";
+  for (std::size_t at = 0; (at = page.find(kTitle, at)) != std::string::npos; at += title.size())
+    page.replace(at, kTitle.size(), escaped(title));
+  return {{"index.html", page},
+          {kModule, std::string(module_text)},
+          {"training.css", std::string(training_style_text)},
+          {"training.js", std::string(training_module_text)}};
+}
+
 std::string single_page(const PageOptions& options, std::string_view model, std::string_view poster) {
   std::string text =
       head(options, "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:");

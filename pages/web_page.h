@@ -9,8 +9,9 @@
 namespace trisoup::web {
 
 // Generated from web/ by web/bundle.cmake: the modules of a page joined into one, without comments, and the files of
-// the benchmark page.
-extern const std::string_view module_text, benchmark_text, benchmark_style_text, benchmark_module_text;
+// the pages that measure a soup's speed and show a training.
+extern const std::string_view module_text, benchmark_text, benchmark_style_text, benchmark_module_text, training_text,
+    training_style_text, training_module_text;
 
 /// Style sheet: the soup fills the page.
 extern const std::string_view style_text;
@@ -35,6 +36,9 @@ inline constexpr const char* kPolicy =
 
 /// Returns the files of a page, except the model, by name. poster: bytes of a WebP file; empty: no poster.
 std::map<std::string, std::string> page_files(const PageOptions& options, std::string_view poster);
+
+/// Returns the files of the page that shows a training, by name: index.html, kModule and its own.
+std::map<std::string, std::string> training_page_files(const std::string& title);
 
 /// Returns a page with everything in one file; it opens from a disk and its policy forbids loading anything. model:
 /// bytes of a .glb file. poster: bytes of a WebP file; empty: no poster.

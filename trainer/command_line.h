@@ -9,6 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "cli/serve_options.h"
 #include "gpu/device.h"
 #include "run/checkpoint.h"
 #include "run/presets.h"
@@ -24,6 +25,7 @@ struct CommandLine {
   std::string model;  // to be simplified; empty: there is training to be done
   bool list_devices = false, settings_page = false, resume = false, overwrite = false, quiet = false, timings = false;
   bool view = false, finish_headless = false;
+  ServeOptions serving;
   bool measure_float = false;       // also the quality of textures before they are rounded
   bool by_itself = false;           // whatever a launcher has started
   bool warnings_elsewhere = false;  // another rank prints those of the dataset

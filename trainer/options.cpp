@@ -14,6 +14,7 @@
 #include "base/printable.h"
 #include "cli/option_names.h"
 #include "cli/parse_errors.h"
+#include "cli/serve_options.h"
 #include "cli/setting_options.h"
 #include "command_line.h"
 #include "settings_file.h"
@@ -22,9 +23,9 @@ namespace trisoup {
 namespace {
 
 /// Options that --help shows. --help-all shows all.
-constexpr std::array<std::string_view, 15> kUsual = {
-    "help",   "help-all",  "version",     "output", "preset", "steps",   "triangles",   "resolution",
-    "resume", "overwrite", "target-psnr", "max-mb", "view",   "backend", "list-devices"};
+constexpr std::array<std::string_view, 16> kUsual = {
+    "help",   "help-all",  "version",     "output", "preset", "steps", "triangles", "resolution",
+    "resume", "overwrite", "target-psnr", "max-mb", "view",   "serve", "backend",   "list-devices"};
 
 const char* const kBegin =
     "Turns photographs into a few thousand opaque textured triangles.\n\n"
@@ -86,6 +87,7 @@ class Options {
   CLI::App app_{kBegin};
   CommandLine& o_;
   SettingOptions settings_options_{app_};
+  ServeArguments serving_;
   std::string background_ = "auto", alpha_ = "composite", depth_kind_ = "auto", record_;
   std::vector<std::string> assignments_;
   CLI::Option *resolution_ = nullptr, *test_every_ = nullptr, *feature_size_ = nullptr, *background_option_ = nullptr,
@@ -185,6 +187,10 @@ void Options::add_output() {
                 "continue training when the window of --view is closed, instead of stopping with a checkpoint")
       ->needs(view)
       ->group(group);
+  serving_.add(app_, group,
+               "show the training in browsers on this machine: model, curves, photographs, pause, stop, save\n"
+               "[8000; 0: any free port]",
+               o_.dataset, true);
   app_.add_flag("--measure-float", o_.measure_float,
                 "also measure the test views with unrounded textures (psnr_float_textures in metrics.json)")
       ->group(group);
@@ -224,6 +230,7 @@ void Options::take() {
   o_.load.background = background_ == "white" ? white : background_ == "black" ? black : automatic;
   o_.load.depth_maps = depth_maps_of(depth_kind_);
   o_.load.alpha = alpha_ == "mask" ? scene::AlphaUse::mask : scene::AlphaUse::composite;
+  o_.serving = serving_.take();
   if (o_.list_devices || o_.settings_page) return;
   if (o_.dataset.empty()) throw CLI::RequiredError("DATASET");
   if (o_.output.empty()) throw CLI::RequiredError("-o");

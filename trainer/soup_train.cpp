@@ -1,14 +1,18 @@
 // soup-train: trains a model from a folder of photographs or a video.
 #include <cstdio>
+#include <filesystem>
 #include <future>
+#include <memory>
 #include <thread>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "cli/option_names.h"
 #include "cli/setting_options.h"
 #include "command_line.h"
 #include "prepare.h"
 #include "ranks/launched.h"
+#include "served_training.h"
 #include "training_run.h"
 #include "viewer/end_process.h"
 #include "viewer/live.h"
@@ -30,9 +34,27 @@ int list_devices() {
   return 0;
 }
 
+std::unique_ptr<ServedTraining> serve(const CommandLine& options, viewer::Live& live) {
+  if (!options.serving.serve) return nullptr;
+  const auto dataset = std::filesystem::absolute(options.dataset).lexically_normal();
+  const std::string title = (dataset.has_filename() ? dataset : dataset.parent_path()).filename().string();
+  auto served = std::make_unique<ServedTraining>(live, options.serving, printable(title), [] { g_stop = true; });
+  // Of several lines a script reads this one; it has the link's token, which is printed nowhere else.
+  std::printf("%s shows the training%s\n", served->url().c_str(), options.serving.may_control() ? "" : " (to look at)");
+  if (std::fflush(stdout) != 0) throw Error("standard output: cannot be written; free disk space");
+  return served;
+}
+
+int run_with_page(const CommandLine& options) {
+  viewer::Live live(g_stop, viewer::Live::Window::no);
+  const auto served = serve(options, live);
+  return run_guarded(kProgram, options, &live);
+}
+
 /// Trains in a separate thread. The window uses this thread because some window systems require the main thread.
 int run_with_window(const CommandLine& options) {
   viewer::Live live(g_stop);
+  const auto served = serve(options, live);
   viewer::CommandLine look;
   look.dataset = options.dataset;
   look.device = options.device;
@@ -93,8 +115,10 @@ int main(int argc, char** argv) {
   try {
     if (options.list_devices) return list_devices();
     if (options.settings_page) return std::fputs(settings_page().c_str(), stdout) < 0;
-    // With several ranks --view is an error, which run_guarded() prints once.
-    if (options.view && (options.by_itself || ranks::launched_size() == 1)) return run_with_window(options);
+    // With several ranks --view and --serve are errors, which run_guarded() prints once.
+    const bool alone = options.by_itself || ranks::launched_size() == 1;
+    if (options.view && alone) return run_with_window(options);
+    if (options.serving.serve && alone) return run_with_page(options);
   } catch (const std::exception& e) {
     print_error(kProgram, e);
     return 1;

@@ -31,6 +31,11 @@ CommandLine of_rank(CommandLine options, const ranks::Ranks& ranks) {
         "--view: {} processes were started, and the window looks on at a single one; leave it out, or start one "
         "process",
         ranks.size());
+  if (options.serving.serve)
+    throw Error(
+        "--serve: {} processes were started, and the page looks on at a single one; leave it out, or start one "
+        "process",
+        ranks.size());
   if (!options.model.empty())
     throw Error("{}: {} processes were started, and one alone makes a model smaller; start one process", options.model,
                 ranks.size());

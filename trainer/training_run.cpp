@@ -78,6 +78,10 @@ std::optional<train::CheckpointInfo> TrainingRun::what_was_begun() {
   return info;
 }
 
+TrainingRun::~TrainingRun() {
+  if (live_) live_->give_photographs({});
+}
+
 bool TrainingRun::run() {
   constexpr std::uint64_t kSmallest = 64u << 20;
   warn_of_disk(kSmallest);
@@ -290,7 +294,18 @@ void TrainingRun::save() {
   saved_ = trainer_->step();
 }
 
+/// For somebody who looks on and asks for it. A full disk does not end the training then.
+std::string TrainingRun::save_now() {
+  try {
+    save();
+    return fmt::format("saved after step {}", trainer_->step());
+  } catch (const Error& error) {
+    return in_options(error.what());
+  }
+}
+
 void TrainingRun::log_evaluation(const train::Evaluation& e) {
+  if (live_ && !scene_.test.empty()) live_->evaluated({trainer_->step(), e.mean.psnr, e.mean.ssim});
   if (!scene_.test.empty())
     folder_.log_evaluation(
         {trainer_->step(), trainer_->seconds(), trainer_->cpu_seconds(), trainer_->triangles(), e.mean});
@@ -302,10 +317,12 @@ train::Trainer::Callbacks TrainingRun::callbacks() {
   callbacks.on_progress = [this](const train::Progress& p) {
     folder_.log(p);
     bar_->training(p);
-    if (live_) live_->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step);
+    if (live_) live_->report({p.step, p.loss, p.psnr}, p.triangles, p.ms_per_step, p.pace);
   };
   if (live_)
-    callbacks.until = [this](std::uint64_t step) { return live_->until(step, [&] { return trainer_->model(); }); };
+    callbacks.until = [this](std::uint64_t step) {
+      return live_->until(step, {[this] { return trainer_->model(); }, [this] { return save_now(); }});
+    };
   callbacks.on_non_finite = [this](const train::NonFinite& fault) {
     // A texel is its owner's alone; everything else all ranks find.
     if (!ranks_.is_first() && fault.kind != train::NonFinite::Kind::texel) return;
@@ -350,11 +367,19 @@ void TrainingRun::train_to_the_end(const train::Trainer::Callbacks& callbacks) {
   }
 }
 
+void TrainingRun::show_to_onlookers() {
+  live_->begin({file_options_.cameras, file_options_.up, settings_.test_near, settings_.far, settings_.steps,
+                settings_.triangles, dataset_, o_.load, device_->info().kind == gpu::Kind::cpu, file_options_});
+  std::vector<const Image*> images;  // in the order of the cameras
+  for (const auto* views : {&scene_.test, &scene_.train, &scene_.validation})
+    for (const scene::View& view : *views) images.push_back(&view.image);
+  live_->give_photographs(
+      [images = std::move(images)](std::size_t camera) { return camera < images.size() ? images[camera] : nullptr; });
+}
+
 void TrainingRun::train() {
   catch_signals();
-  if (live_)
-    live_->begin({file_options_.cameras, file_options_.up, settings_.test_near, settings_.far, settings_.steps,
-                  settings_.triangles, dataset_, o_.load, device_->info().kind == gpu::Kind::cpu});
+  if (live_) show_to_onlookers();
   const std::uint64_t log_every =
       o_.log_every > 0 ? o_.log_every : std::max<std::uint64_t>(10, settings_.steps / 100 / 10 * 10);
   bar_ = std::make_unique<ProgressBar>(trainer_->last_step(), log_every, o_.quiet);

@@ -33,8 +33,11 @@ inline constexpr int kGoalMissed = 3;
 
 class TrainingRun {
  public:
-  /// live: where a window looks on; null for none. ranks: with whom; they must outlive it.
+  /// live: where a window or a page looks on; null for none. ranks: with whom; they must outlive it.
   TrainingRun(CommandLine options, viewer::Live* live, ranks::Ranks& ranks);
+  TrainingRun(const TrainingRun&) = delete;
+  TrainingRun& operator=(const TrainingRun&) = delete;
+  ~TrainingRun();
   /// The whole of it. Returns false if the goal was missed. Throws Error; Incomplete if the training is done but some
   /// of its results are missing; and Interrupted (prepare.h) where a signal has ended it and the checkpoint is there to
   /// go on from.
@@ -50,10 +53,12 @@ class TrainingRun {
   std::optional<train::CheckpointInfo> what_was_begun();
   void begin();
   void join_ranks();
+  void show_to_onlookers();
   void train();
   void train_to_the_end(const train::Trainer::Callbacks& callbacks);
   train::Trainer::Callbacks callbacks();
   void save();
+  std::string save_now();
   void save_last();
   bool has_result() const;
   void fail_unless_done(const std::string& what, const char* where);

@@ -52,9 +52,7 @@ CLI::Validator between(double low, double high) {
 /// Returns an error message if options contradict each other, else null.
 const char* contradiction(const CLI::App& app, const CommandLine& c) {
   if (c.path && !c.output) return "--path needs -o FOLDER";
-  if (app.count("--port") > 0 && !c.serve) return "--port needs --serve; give both";
-  if (c.serve && (!c.dataset.empty() || c.output || c.json))
-    return "--serve shows only the model; leave out --dataset, -o and --json";
+  if (c.serving.serve && (c.output || c.json)) return "--serve writes no files; leave out -o and --json";
   if (c.json && !c.benchmark) return "--json needs --benchmark; give both";
   const bool orbit = c.path == "orbit";
   if (c.frames && !c.path && !c.benchmark) return "--frames needs --path or --benchmark; give one of them";
@@ -67,7 +65,7 @@ const char* contradiction(const CLI::App& app, const CommandLine& c) {
   if (c.output && !c.path) return "-o needs --path; give both (--screenshot FILE names its own file)";
   if ((c.camera || !c.dataset.empty()) && c.model.empty())
     return "--camera and --dataset need a model: soup-view MODEL ...";
-  if ((c.screenshot || c.path || c.benchmark || c.serve) && c.model.empty())
+  if ((c.screenshot || c.path || c.benchmark || c.serving.serve) && c.model.empty())
     return "a model is required: soup-view MODEL ...";
   return nullptr;
 }
@@ -77,7 +75,7 @@ struct Texts {
   std::string size, background, up, mode, aa;
 };
 
-void add_headless_options(CLI::App& app, CommandLine& c) {
+void add_headless_options(CLI::App& app, CommandLine& c, ServeArguments& serving) {
   auto* without = "Without a window (no display needed)";
   auto* screenshot = app.add_option("--screenshot", c.screenshot, "write one image (PNG)")->group(without);
   auto* path = app.add_option("--path", c.path,
@@ -101,14 +99,14 @@ void add_headless_options(CLI::App& app, CommandLine& c) {
                         ->excludes(path);
   app.add_option("--json", c.json, "write the results of --benchmark to this file; -: standard output")->group(without);
   screenshot->excludes(path);
-  app.add_flag("--serve", c.serve, "serve the page of soup-export to browsers on this machine until Ctrl+C")
+  serving
+      .add(app, without,
+           "show the model in browsers on this machine until Ctrl+C, or the training whose folder MODEL is\n"
+           "[8000; 0: any free port]",
+           c.model, false)
       ->excludes(screenshot)
       ->excludes(path)
-      ->excludes(benchmark)
-      ->group(without);
-  app.add_option("--port", c.port, "port for --serve; 0: any free port [8000]")
-      ->check(CLI::Range(0, 65535))
-      ->group(without);
+      ->excludes(benchmark);
 }
 
 void add_camera_options(CLI::App& app, CommandLine& c, Texts& texts) {
@@ -186,8 +184,9 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   print_errors_in_one_line(app, "soup-view");
   app.set_version_flag("--version", "soup-view " TRISOUP_VERSION);
   Texts texts;
+  ServeArguments serving;
   app.add_option("MODEL", c.model, "model.glb, or a folder that contains it");
-  add_headless_options(app, c);
+  add_headless_options(app, c, serving);
   add_camera_options(app, c, texts);
   add_image_options(app, c, texts);
   auto* device = "Device";
@@ -202,6 +201,7 @@ std::optional<CommandLine> parse(int argc, char** argv, int& exit_code) {
   };
   try {
     app.parse(argc, argv);
+    c.serving = serving.take();
   } catch (const CLI::ParseError& e) {
     exit_code = app.exit(e) == 0 ? 0 : 1;
     return {};

@@ -7,6 +7,7 @@
 
 #include <glm/glm.hpp>
 
+#include "cli/serve_options.h"
 #include "gpu/device.h"
 #include "render/renderer.h"
 
@@ -16,8 +17,8 @@ struct CommandLine {
   std::string model;    // empty: the window opens without a model
   std::string dataset;  // source of photographs and cameras; empty: the model's cameras
   std::optional<std::string> screenshot, path, output, camera, json;
-  bool benchmark = false, serve = false, list_devices = false;
-  int port = 8000;                 // for --serve
+  bool benchmark = false, list_devices = false;
+  ServeOptions serving;
   std::optional<glm::ivec2> size;  // pixels
   std::optional<int> frames;
   std::optional<double> elevation;       // degrees

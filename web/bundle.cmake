@@ -23,18 +23,24 @@ bundle(module_text
   ${shared} stage navigation pose shot path rig permalink pick xr help toolbar controls hotspots input style surface
   cover attributes element tri-soup)
 bundle(benchmark_module_text ${shared} benchmark benchmark_page)
+# The page of a training loads it beside the element's module.
+bundle(training_module_text training/feed training/curves training/frustums training/comparison training/strip
+  training/panel training/page)
+file(READ ${FOLDER}/training/page.html training_text)
+file(READ ${FOLDER}/training/page.css training_style_text)
 file(READ ${FOLDER}/benchmark.html benchmark_text)
 file(READ ${FOLDER}/benchmark.css benchmark_style_text)
 
 # Texts that would end the element or the string literal that a module is embedded in.
-foreach(text module_text benchmark_module_text)
+foreach(text module_text benchmark_module_text training_module_text)
   string(FIND "${${text}}" "</script" at)
   if(NOT at EQUAL -1)
     message(FATAL_ERROR "web/: \"</script\" would end the script element of a page; split the string in two")
   endif()
 endforeach()
 set(source "#include \"web_page.h\"\n\nnamespace trisoup::web {\n")
-foreach(text module_text benchmark_module_text benchmark_text benchmark_style_text)
+foreach(text module_text benchmark_module_text benchmark_text benchmark_style_text training_module_text training_text
+    training_style_text)
   string(FIND "${${text}}" ")JS\"" at)
   if(NOT at EQUAL -1)
     message(FATAL_ERROR "web/: \")JS\"\" would end the string literal of the file; split the string in two")

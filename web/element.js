@@ -102,6 +102,12 @@ export class TriSoup extends SoupAttributes {
     this.#attempt(() => this.#rig.go(this.#rig.find(value)));
   }
 
+  /** One of the model's cameras, by number or name; null if it has none of them. */
+  cameraAt(which) {
+    const found = this.#rig ? this.#attempt(() => this.#rig.find(String(which))) : null;
+    return found ? this.#rig.stateOf(found) : null;
+  }
+
   /** Moves the camera. @returns {Promise<boolean>} true if it arrives */
   async flyTo(which, { seconds = FLIGHT_SECONDS } = {}) {
     if (!this.#rig) return false;
@@ -310,6 +316,30 @@ export class TriSoup extends SoupAttributes {
       resident?.listeners.delete(onProgress);
       if (this.#resident === resident) this.#cover.loading = false;
     }
+  }
+
+  /** Shows another model of the same scene from the same camera. @returns {Promise<boolean>} true if it is shown */
+  async replace(url) {
+    const before = this.#resident;
+    if (!this.#rig || !before.model) {
+      this.src = url;
+      return false;
+    }
+    const next = this.#stage.take(new URL(url, document.baseURI).href);
+    try {
+      await next.ready;
+      if (this.#resident !== before || next === before) throw new SoupError(`${url}: something else is shown by now`);
+    } catch (error) {
+      this.#stage.release(next);
+      if (this.#resident === before) this.#complain(error);
+      return false;
+    }
+    next.model.names ??= next.model.cameras.map((camera) => camera.name);
+    this.#resident = next;
+    this.#rig.model = next.model;
+    this.#stage.release(before);
+    this.#redraw();
+    return true;
   }
 
   #unload() {

@@ -35,6 +35,17 @@ export class Rig {
       name: index === null ? null : cameras[index].name };
   }
 
+  /** The same of what find() returns. */
+  stateOf({ camera, index }) {
+    const navigation = new Navigation(this.navigation.home);
+    navigation.snap(camera);
+    return { ...stateOf(navigation.reference(), navigation.distance, this.#model.normalisation), index,
+      name: index === null ? null : this.#model.cameras[index].name };
+  }
+
+  /** Another model of the same scene. */
+  set model(model) { this.#model = model; }
+
   #context(what) {
     return { normalisation: this.#model.normalisation, up: this.navigation.home.up, what };
   }

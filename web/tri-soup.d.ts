@@ -132,6 +132,13 @@ export class TriSoup extends HTMLElement {
   set camera(value: CameraInput | string | number);
   /** Names of the model's cameras, test views first; empty until it is loaded. */
   readonly cameras: string[];
+  /** One of the model's cameras; null if it has none such, or is not loaded. */
+  cameraAt(which: string | number): CameraState | null;
+  /**
+   * Shows another model of the same scene, as a training makes them: the camera stays, and the picture until the model
+   * is loaded. `src` stays, too. True once it is shown.
+   */
+  replace(url: string): Promise<boolean>;
   /** True once `src` has been drawn. */
   readonly loaded: boolean;
   /** True while the camera moves, or a change has not been drawn. */
