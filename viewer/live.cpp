@@ -71,6 +71,7 @@ void Live::phase(const std::string& text) {
 void Live::end(const std::string& error, bool quit) {
   std::lock_guard lock(mutex_);
   state_.ended = true;
+  if (error.empty()) state_.phase = "finished";
   state_.quit = quit;
   state_.error = error;
   news_ = true;

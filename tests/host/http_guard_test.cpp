@@ -18,7 +18,8 @@ TEST_CASE("http: on loopback only names of loopback are answered, elsewhere addr
     CHECK_FALSE(web::names_this_server(host, true, "box"));
     CHECK(web::names_this_server(host, false, "box"));
   }
-  for (const char* host : {"", ":80", "evil.example", "127.0.0.1.evil.example", "boxer", "box2.lan", "[", "1.2.3", "::1"})
+  for (const char* host :
+       {"", ":80", "evil.example", "127.0.0.1.evil.example", "boxer", "box2.lan", "[", "1.2.3", "::1"})
     for (const bool loopback : {true, false}) {
       CAPTURE(host);
       CHECK_FALSE(web::names_this_server(host, loopback, "box"));
@@ -44,7 +45,8 @@ TEST_CASE("http: a path begins with the whole token", "[http]") {
   CHECK(rest("/model.glb", "") == "yes model.glb");
   CHECK(rest("/abc/model.glb", "abc") == "yes model.glb");
   CHECK(rest("/abc/", "abc") == "yes ");
-  for (const char* path : {"", "/", "abc/", "/abc", "/ab/", "/abcd/", "/abd/x", "//abc/"}) CHECK(rest(path, "abc") == "no");
+  for (const char* path : {"", "/", "abc/", "/abc", "/ab/", "/abcd/", "/abd/x", "//abc/"})
+    CHECK(rest(path, "abc") == "no");
 }
 
 TEST_CASE("http: tokens have 22 letters and differ", "[http]") {
@@ -57,6 +59,7 @@ TEST_CASE("http: tokens have 22 letters and differ", "[http]") {
 TEST_CASE("http: numbers in a query", "[http]") {
   CHECK(web::number_in_query("from=12", "from", 7) == 12);
   CHECK(web::number_in_query("a=1&from=12&b", "from", 7) == 12);
-  for (const char* query : {"", "from", "from=", "from=-1", "from=x", "from=1x", "xfrom=3", "from=99999999999999999999"})
+  for (const char* query :
+       {"", "from", "from=", "from=-1", "from=x", "from=1x", "xfrom=3", "from=99999999999999999999"})
     CHECK(web::number_in_query(query, "from", 7) == 7);
 }

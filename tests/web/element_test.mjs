@@ -6,7 +6,7 @@ import { before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 import { decodeModel } from "../../web/model.js";
-import { SIZE, html, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
+import { SIZE, html, largePath, model, modelPath, native, on, pages, picture, scratch, server } from "./harness.mjs";
 
 const MOST_BYTES = 40_000;  // of the module, compressed
 
@@ -47,6 +47,7 @@ const ALONE = { width: SIZE, height: SIZE };
 before(() => {
   native("soup-export", modelPath, "-o", join(scratch, "product"), "--title", "Garden", "--overwrite");
   pages["/product/"] = join(scratch, "product");
+  pages["/other.glb"] = readFileSync(largePath);
   mkdirSync(join(scratch, "pictures"), { recursive: true });
 });
 
@@ -86,6 +87,18 @@ test("a script reads and sets the camera", () => on("/one.html", async (page) =>
   await picture(page, 0, { settings: { camera: 0 } });
   assert.deepEqual((await picture(page, 0)).rgba, exact.rgba, "a number is still one of the model's cameras");
 }));
+
+test("another model of the same scene is shown from the same camera", () => on("/one.html", async (page) => {
+  await picture(page, 0, { settings: { camera: 2 } });
+  const before = await picture(page, 0), camera = await page.run(state);
+  assert.deepEqual(await page.run(() => document.querySelector("tri-soup").cameraAt(2)), camera);
+  assert.equal(await page.run(() => document.querySelector("tri-soup").replace("/other.glb")), true);
+  const after = await picture(page, 0);
+  assert.notDeepEqual(after.rgba, before.rgba, "the picture is that of the model before");
+  assert.deepEqual(await page.run(state), camera);
+  assert.equal(await page.run(() => document.querySelector("tri-soup").replace("/none.glb")), false);
+  assert.deepEqual((await picture(page, 0)).rgba, after.rgba, "a model that is missing empties the scene");
+}, { allowed: [COMPLAINT, /404/] }));
 
 test("a camera that is none gives one line, and the scene stays", () => {
   pages["/far.html"] = html('<tri-soup src="/model.glb" camera="999"></tri-soup>');

@@ -14,6 +14,9 @@ if (state) {
   const where: string = state.index === null ? "free" : soup.cameras[state.index];
   console.log(where, state.matrix.length);
 }
+const other = soup.cameraAt(3);
+if (other) soup.camera = other;
+soup.replace("later.glb").then((shown: boolean) => console.log(shown));
 const path: CameraPath = { keyframes: [{ time: 0, position: [1, 2, 3], target: [0, 0, 0] }], loop: true };
 const recorded: NerfstudioPath = { camera_path: [{ camera_to_world: [[1, 0, 0, 0]], fov: 50 }], fps: 24 };
 const arrived: Promise<boolean> = soup.flyTo(0, { seconds: 1 });
