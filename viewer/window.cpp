@@ -16,6 +16,7 @@
 #include "display_loss.h"
 #include "glfw_surface.h"
 #include "pace.h"
+#include "thread_time.h"
 #include "window_class.h"
 
 namespace trisoup::viewer {
@@ -169,8 +170,16 @@ void Window::frame() {
   const Detail detail = !coarse_ ? Detail::all : rested ? Detail::rest : Detail::motion;
   std::optional<Rendered> next;
   if (model_) next = picture_->with(detail, *wanted_, shares_cpu());
-  const bool compiles = next && picture_->is_new(*next, live_ != nullptr);
-  if (compiles || !painted_) announce_shaders();
+  const bool compiles = next && !kernels_for(*next) && picture_->is_new(*next, live_ != nullptr);
+  if (compiles || !painted_) {
+    // Dear ImGui needs two frames to find the sizes of its panels, and this one stays on the screen for a while.
+    if (settling_ < 2) {
+      ++settling_;
+      return ImGui::Render();
+    }
+    settling_ = 0;
+    announce_shaders();
+  }
   ImGui::Render();
   const gpu::Image* picture = surface_->next(columns, rows);
   shown_ = picture != nullptr;
@@ -181,7 +190,7 @@ void Window::frame() {
   if (compiles || !painted_) return compile(*picture, compiles ? &*next : nullptr);
   gpu_->reset_timings();
   gpu_->enable_timings(true);
-  const auto start = Clock::now();
+  const Spent start = spent();
   if (!try_to_draw(*picture, detail)) return;
   painter_->paint(*ImGui::GetDrawData(), *picture);
   shown_ = surface_->show();
@@ -189,19 +198,28 @@ void Window::frame() {
   redraw_ = shown_ ? redraw_ - 1 : std::max(1, redraw_);
 }
 
+Window::Spent Window::spent() { return {Clock::now(), thread_seconds()}; }
+
 /// Records how long the frame that began at `start` took, for the panel, wants_coarse() and the training.
-void Window::take_timings(Detail detail, Clock::time_point start) {
+void Window::take_timings(Detail detail, const Spent& start) {
   double first = 0, shade = 0;
   for (const auto& [pass, t] : gpu_->timings()) {
     if (pass.starts_with("masked")) first += t.milliseconds;
     if (pass.starts_with("shade")) shade += t.milliseconds;
   }
   gpu_->enable_timings(false);
-  if (model_ && detail == Detail::rest) rest_.take(Clock::now(), Clock::now() - start);
+  const double kernels = picture_->take_kernel_ms();
+  // The threads of the kernels share the work evenly. Other renderings run in threads of the driver, at low priority.
+  constexpr double kLowPriority = 0.2;
+  const double took = kernels > 0 ? thread_seconds() - start.cpu + std::exchange(load_seconds_, 0.0)
+                                  : kLowPriority * std::chrono::duration<double>(Clock::now() - start.time).count();
+  if (model_ && detail == Detail::rest) rest_.take(Clock::now(), std::chrono::duration<double>(took));
+  first += kernels;
   // No time: the earlier rendering was reused.
   if (first + shade > 0) {
     first_ms_ = first;
     shade_ms_ = shade;
+    by_kernels_ = kernels > 0;
     if (!coarse_) sharp_ms_ = first + shade;
   }
   // A shared CPU limits the window by priority (give_way()); a shared GPU needs the drawing time to be reported.

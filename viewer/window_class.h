@@ -17,6 +17,7 @@
 #include "detail.h"
 #include "gpu/graphics.h"
 #include "interface_painter.h"
+#include "kernel_renderer.h"
 #include "live.h"
 #include "navigation.h"
 #include "photographs.h"
@@ -70,7 +71,12 @@ class Window {
   void wait_for_news();
   void frame();
   void take_news(bool rest_due);
-  void take_timings(Detail detail, Clock::time_point start);
+  struct Spent {
+    Clock::time_point time;
+    double cpu = 0;  // seconds, of this thread
+  };
+  static Spent spent();
+  void take_timings(Detail detail, const Spent& start);
   bool ends() const;
   void set_title(const std::string& title);
   void scale_fonts();
@@ -119,6 +125,8 @@ class Window {
   /// True if shares_cpu() and only new models of the training need drawing.
   bool rests() const { return model_ && shares_cpu() && !photographs_.loading() && !rest_.moving(Clock::now()); }
   bool wants_coarse() const;
+  /// Draws this if not null, instead of the device.
+  KernelRenderer* kernels_for(const Rendered& next);
   /// Returns the rendering to show, at full resolution in pixels.
   Rendered wanted(std::uint32_t width, std::uint32_t height) const;
   std::optional<Comparison> comparison() const;
@@ -144,6 +152,7 @@ class Window {
   std::unique_ptr<InterfacePainter> painter_;
   std::optional<Subject> subject_;
   std::optional<render::GpuModel> model_;
+  KernelRenderer kernels_;  // holds the same model during a training, if the device is a CPU
   Navigation navigation_{render::Framing{}};
   Photographs photographs_;
   std::uint64_t model_number_ = 0;  // version of model_
@@ -169,9 +178,12 @@ class Window {
   bool ask_path_ = false, typed_ = false;
   std::vector<std::pair<int, int>> keys_;  // keys pressed since the last frame, with modifiers
   float font_scale_ = 0.0f;
+  int settling_ = 0;                   // frames of the panels that were laid out, but not drawn, before compiling
   int redraw_ = 3;                      // frames still to draw; Dear ImGui needs a few to settle
   double first_ms_ = 0, shade_ms_ = 0;  // of the last rendering
+  bool by_kernels_ = false;             // kernels_ made it
   double upload_seconds_ = 0;           // of the training's last model
+  double load_seconds_ = 0;             // CPU time of this thread for the training's last models, until a rendering
   std::string title_ = "soup-view";
   Beside beside_;  // last member: its work uses the others
 };

@@ -71,8 +71,13 @@ void Window::view_panel() {
 
 void Window::model_section() {
   ImGui::Text("%u triangles (%u opaque, %u masked)", model_->triangles, model_->opaque, model_->masked);
-  ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
-  if (coarse_) ImGui::Text("reduced to %u x %u pixels", picture_->shape().width, picture_->shape().height);
+  if (by_kernels_)
+    ImGui::Text("%.0f ms, drawn as in training", first_ms_);
+  else
+    ImGui::Text("%.2f ms: visibility %.2f, shading %.2f", first_ms_ + shade_ms_, first_ms_, shade_ms_);
+  const gpu::ImageShape& shape = picture_->shape();
+  if (wanted_ && shape.width > 0 && shape.width < wanted_->view.width)
+    ImGui::Text("reduced to %u x %u pixels", shape.width, shape.height);
   ImGui::Separator();
   choose("Show", kModeLabels, chosen_.draw.mode);
   if (chosen_.draw.mode == render::Mode::channel) choose("Channel", kChannelLabels, chosen_.draw.channel);

@@ -21,6 +21,10 @@ bool Window::wants_coarse() const {
   return shares_cpu() || (sharp_ms_ > kSmoothMs && rest_.moving(Clock::now()));
 }
 
+KernelRenderer* Window::kernels_for(const Rendered& next) {
+  return kernels_.loaded() && KernelRenderer::draws(next.options) ? &kernels_ : nullptr;
+}
+
 Rendered Window::wanted(std::uint32_t width, std::uint32_t height) const {
   const scene::Camera camera = navigation_.camera(static_cast<int>(width), static_cast<int>(height));
   // Views of the dataset are drawn as in the evaluation.
@@ -44,7 +48,10 @@ std::optional<Comparison> Window::comparison() const {
 
 void Window::draw_picture(const gpu::Image& to, Detail detail) {
   const auto [width, height] = std::pair(to.shape().width, to.shape().height);
-  if (model_) picture_->render(*model_, picture_->with(detail, wanted(width, height), shares_cpu()));
+  if (model_) {
+    const Rendered next = picture_->with(detail, wanted(width, height), shares_cpu());
+    picture_->render(*model_, next, kernels_for(next));
+  }
   picture_->show(to, comparison());
 }
 

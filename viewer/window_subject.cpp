@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "thread_time.h"
 #include "window_class.h"
 
 namespace trisoup::viewer {
@@ -69,9 +70,12 @@ void Window::show_training() {
   if (auto setting = live_->take_setting()) setting_ = std::move(setting);
   const std::shared_ptr<const soup::Model> model = live_->take_model();
   if (!model || !setting_) return;
-  const auto start = Clock::now();
+  const Spent start = spent();
   model_ = render::upload_model(*gpu_, *model, render::MlpUse::read);
-  upload_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+  // A driver for the CPU compiles shaders for many seconds beside a training.
+  if (gpu_->info().kind == gpu::Kind::cpu) kernels_.load(*model);
+  upload_seconds_ = std::chrono::duration<double>(Clock::now() - start.time).count();
+  load_seconds_ += thread_seconds() - start.cpu;
   ++model_number_;
   if (subject_) return;
   // The first model of the training; later only the triangles change.

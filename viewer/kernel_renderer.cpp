@@ -1,0 +1,42 @@
+#include "kernel_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "train/step/forward_pass.h"
+
+namespace trisoup::viewer {
+
+bool KernelRenderer::draws(const render::DrawOptions& options) {
+  return options.mode == render::Mode::colour && options.aa == render::AntiAliasing::none;
+}
+
+void KernelRenderer::load(const soup::Model& model) {
+  if (!cpu_) cpu_ = gpu::open_device({.backend = "cpu"});
+  model_.reset();
+  model_.emplace(*cpu_, model, scene::Normalisation{model.centre, model.scale});
+}
+
+Image KernelRenderer::draw(const render::View& view, const render::DrawOptions& options) {
+  train::BatchView shown;
+  shown.clip_from_world = view.clip_from_world;
+  shown.world_from_clip = glm::inverse(view.clip_from_world);
+  shown.width = view.width;
+  shown.height = view.height;
+  train::StepInputs inputs;
+  inputs.background = options.background;
+  train::SoupBuffers& soup = model_->soup;
+  train::BatchBuffers& buffers = model_->buffers;
+  soup.drop_near = options.drop_behind;
+  Image image{static_cast<int>(view.width), static_cast<int>(view.height), {}};
+  train::for_each_batch(*cpu_, soup, buffers, std::span(&shown, 1), true, inputs, 1, [&](std::size_t, std::size_t) {
+    const std::vector<float> colour = cpu_->download_vector<float>(buffers.colour.address(), 3ull * buffers.batch().pixels);
+    image.rgba.resize(colour.size() / 3 * 4, 255);
+    for (std::size_t i = 0; i < colour.size(); ++i)
+      image.rgba[i / 3 * 4 + i % 3] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(colour[i], 0.0f, 1.0f)));
+  });
+  return image;
+}
+
+}  // namespace trisoup::viewer
